@@ -1,0 +1,194 @@
+"""What a fault does to an image, as pure functions on arrays.
+
+Every function saturates and none wraps around. None writes to its argument; an argument that nothing
+would be done to (strength 0) is returned as it is, without a copy.
+
+The paper (section 3.3) names the degradations: a shifted colour space, the enhancement applied to a good
+image, a misaligned image, Gaussian noise on the depth, and a blur. How strong they are is decided here.
+"""
+
+import math
+from typing import Final
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from sunset.errors import ParameterError
+
+__all__ = [
+    "BLUR_SIGMA",
+    "DEPTH_COUNTS_PER_METRE",
+    "DEPTH_DEGRADATION_RANGE",
+    "IMAGE_DEGRADATION_RANGE",
+    "REFERENCE_WIDTH",
+    "blur",
+    "degrade_depth",
+    "degrade_image",
+    "enhance_image",
+    "sharpness",
+    "shift_image",
+]
+
+Image = npt.NDArray[np.uint8]
+Depth = npt.NDArray[np.uint16]
+
+REFERENCE_WIDTH: Final = 256
+"""The image width in pixels that lengths in pixels are given for."""
+
+BLUR_SIGMA: Final = 2.0
+"""Standard deviation in pixels of an unfocused camera's blur, on an image `REFERENCE_WIDTH` wide."""
+
+DEPTH_COUNTS_PER_METRE: Final = 65.535
+"""A 16-bit depth image counts 65535 steps on 1000 m."""
+
+IMAGE_DEGRADATION_RANGE: Final = (0.0, 1.9)
+"""Least and greatest strength of `degrade_image`; at 2 nothing would be left of the image."""
+
+DEPTH_DEGRADATION_RANGE: Final = (0.0, 100.0)
+"""Least and greatest standard deviation of the depth's noise, in metres."""
+
+_DARKENING = 0.5  # of the brightness, per unit of strength: the published exemplar's figure
+_MIXING = 0.2  # of each channel replaced by the next one, per unit of strength
+
+
+def _check_strength(what: str, strength: float, limits: tuple[float, float]) -> None:
+    low, high = limits
+    if not low <= strength <= high:  # also refuses NaN
+        raise ParameterError(f"The strength of {what} must be from {low:g} to {high:g}, got {strength!r}.")
+
+
+def _mixture(strength: float) -> npt.NDArray[np.float64]:
+    """Return the (3, 3) matrix that takes a good pixel (b, g, r) to a degraded one.
+
+    Each row sums to the remaining brightness, so that grey stays grey and nothing exceeds 255.
+    """
+    share = _MIXING * strength
+    mixing = (1.0 - share) * np.eye(3) + share * np.roll(np.eye(3), 1, axis=1)
+    matrix: npt.NDArray[np.float64] = (1.0 - _DARKENING * strength) * mixing
+    return matrix
+
+
+def degrade_image(bgr: Image, strength: float) -> Image:
+    """Darken an image and shift its colours.
+
+    The brightness falls to `1 - 0.5 * strength`, and a share of `0.2 * strength` of each channel is
+    taken from the next one (blue from green, green from red, red from blue).
+
+    Args:
+        bgr: (H, W, 3).
+        strength: in [0, 1.9]; 0 leaves the image as it is.
+
+    Raises:
+        ParameterError: the strength is out of range.
+
+    >>> degrade_image(np.array([[[200, 100, 0]]], dtype=np.uint8), 1.0)
+    array([[[90, 40, 20]]], dtype=uint8)
+    """
+    _check_strength("image_degradation", strength, IMAGE_DEGRADATION_RANGE)
+    if strength == 0:
+        return bgr
+    degraded: Image = cv2.transform(bgr, _mixture(strength))
+    return degraded
+
+
+def enhance_image(bgr: Image, strength: float) -> Image:
+    """Undo `degrade_image` of the same strength, up to rounding.
+
+    On an image that was not degraded it does harm: bright pixels saturate and colours shift.
+
+    Args:
+        bgr: (H, W, 3).
+        strength: in [0, 1.9]; 0 leaves the image as it is.
+
+    Raises:
+        ParameterError: the strength is out of range.
+
+    >>> enhance_image(np.array([[[90, 40, 20]]], dtype=np.uint8), 1.0)
+    array([[[200, 100,   0]]], dtype=uint8)
+    """
+    _check_strength("the enhancement", strength, IMAGE_DEGRADATION_RANGE)
+    if strength == 0:
+        return bgr
+    enhanced: Image = cv2.transform(bgr, np.linalg.inv(_mixture(strength)))
+    return enhanced
+
+
+def degrade_depth(depth: Depth, strength: float, rng: np.random.Generator) -> Depth:
+    """Add zero-mean Gaussian noise to a depth image.
+
+    Args:
+        depth: (H, W), 65535 counts on 1000 m.
+        strength: the noise's standard deviation in metres, in [0, 100]; 0 leaves the image as it is.
+        rng: draws the noise; not touched when the strength is 0.
+
+    Raises:
+        ParameterError: the strength is out of range.
+    """
+    _check_strength("depth_degradation", strength, DEPTH_DEGRADATION_RANGE)
+    if strength == 0:
+        return depth
+    noisy = rng.standard_normal(depth.shape, dtype=np.float32)
+    noisy *= np.float32(strength * DEPTH_COUNTS_PER_METRE)
+    noisy += depth
+    return np.clip(np.rint(noisy), 0, 65535).astype(np.uint16)
+
+
+def shift_image(bgr: Image, px: int) -> Image:
+    """Shift an image to the right (to the left if negative); what moves in is black.
+
+    Args:
+        bgr: (H, W, 3).
+        px: pixels; from W on the whole image is black.
+
+    >>> shift_image(np.arange(1, 10, dtype=np.uint8).reshape(1, 3, 3), 1)
+    array([[[0, 0, 0],
+            [1, 2, 3],
+            [4, 5, 6]]], dtype=uint8)
+    """
+    if px == 0:
+        return bgr
+    shifted = np.zeros_like(bgr)
+    if abs(px) < bgr.shape[1]:
+        if px > 0:
+            shifted[:, px:] = bgr[:, :-px]
+        else:
+            shifted[:, :px] = bgr[:, -px:]
+    return shifted
+
+
+def blur(bgr: Image, sigma: float) -> Image:
+    """Blur an image with a Gaussian; its borders are mirrored.
+
+    Args:
+        bgr: (H, W, 3).
+        sigma: standard deviation in pixels, not negative; 0 leaves the image as it is.
+
+    Raises:
+        ParameterError: sigma is negative or no finite number.
+    """
+    if not 0 <= sigma < math.inf:
+        raise ParameterError(f"The sigma of a blur must be a finite number from 0 on, got {sigma!r}.")
+    if sigma == 0:
+        return bgr
+    blurred: Image = cv2.GaussianBlur(bgr, (0, 0), sigma)
+    return blurred
+
+
+def sharpness(bgr: Image) -> float:
+    """Measure how sharp an image is: the variance of its Laplacian over its own variance.
+
+    Both are taken of the grey image. The quotient does not change with brightness and contrast, as long
+    as nothing saturates and rounding is small, so that a dark image does not look blurred. It is 0 for an
+    image of one colour, and at most 64, for a chequerboard of single pixels.
+
+    Args:
+        bgr: (H, W, 3), not empty.
+    """
+    grey = cv2.cvtColor(bgr, cv2.COLOR_BGR2GRAY)
+    _, deviation = cv2.meanStdDev(grey)
+    contrast = float(deviation[0, 0])
+    if contrast == 0:
+        return 0.0
+    _, detail = cv2.meanStdDev(cv2.Laplacian(grey, cv2.CV_16S))
+    return (float(detail[0, 0]) / contrast) ** 2

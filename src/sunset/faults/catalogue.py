@@ -296,7 +296,7 @@ _ALL = (
         FaultKind.INTERNAL,
         cures=((_RECALIBRATE,), (_redeploy("sensor_fusion"),)),
         limits=(0, 1920),
-        description="The fusion has lost its calibration: colour and depth images are shifted against each other.",
+        description="The fusion has lost its calibration: colour and depth images no longer match.",
     ),
     _strength(
         "depth_degradation",

@@ -1,0 +1,206 @@
+"""What an experiment left behind, as values: all that the metrics look at.
+
+Times are seconds on the experiment's clock. 0 is the moment at which the faults are injected, the warm-up
+before it is negative, and the experiment ends at `duration_s`. Arrays of times ascend.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from sunset.errors import RecordError
+
+__all__ = [
+    "CAMERA_TOPIC",
+    "FUSION_TOPIC",
+    "NUMBER_OF_CLASSES",
+    "SEGMENTATION_TOPIC",
+    "Command",
+    "Frames",
+    "Injection",
+    "Samples",
+    "Timeline",
+]
+
+CAMERA_TOPIC: Final = "/managed_subsystem/rgb_camera"
+FUSION_TOPIC: Final = "/managed_subsystem/sensors_fused"
+SEGMENTATION_TOPIC: Final = "/managed_subsystem/segmentation"
+
+NUMBER_OF_CLASSES: Final = 28
+
+Times = npt.NDArray[np.float64]
+Values = npt.NDArray[np.float64]
+Counts = npt.NDArray[np.int64]
+
+
+def _check_times(what: str, times: Times) -> None:
+    """Raise unless `times` is a one-dimensional ascending array of finite numbers; equal ones may follow."""
+    if times.ndim != 1:
+        raise RecordError(f"The times of {what} must be one-dimensional, got shape {times.shape}.")
+    if not np.isfinite(times).all():
+        raise RecordError(f"The times of {what} must be finite.")
+    if (np.diff(times) < 0).any():
+        position = int(np.argmax(np.diff(times) < 0))
+        raise RecordError(
+            f"The times of {what} must ascend, got {times[position]:g} s before {times[position + 1]:g} s."
+        )
+
+
+def _check_shape(what: str, values: npt.NDArray[np.generic], shape: tuple[int, ...]) -> None:
+    if values.shape != shape:
+        raise RecordError(f"{what} must have shape {shape}, got {values.shape}.")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Samples:
+    """A measured value over time.
+
+    Attributes:
+        times: (N,) when each sample was reported [s].
+        values: (N,) the samples.
+
+    Raises:
+        RecordError: the arrays differ in length, the times descend, or a number is not finite.
+    """
+
+    times: Times = field(default_factory=lambda: np.empty(0))
+    values: Values = field(default_factory=lambda: np.empty(0))
+
+    def __post_init__(self) -> None:
+        """Check the arrays."""
+        _check_times("samples", self.times)
+        _check_shape("The values of samples", self.values, self.times.shape)
+        if not np.isfinite(self.values).all():
+            raise RecordError("The values of samples must be finite.")
+
+
+@dataclass(frozen=True, slots=True)
+class Injection:
+    """A fault that was injected, and confirmed by its node.
+
+    Attributes:
+        time: when [s].
+        fault: its name in the catalogue.
+        failure: what it shows as, `F1` … `F5`.
+        node: the node that it is in, with or without the managed system's namespace.
+        internal: whether it ends with the node's process.
+        redeploy_only: whether nothing cheaper than a redeploy of the node cures it.
+    """
+
+    time: float
+    fault: str
+    failure: str
+    node: str
+    internal: bool = True
+    redeploy_only: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Command:
+    """A request that a node of the managed system, or the launcher, received and answered.
+
+    Attributes:
+        time: when the request was received [s].
+        client: the full name of the node that sent it.
+        node: the node that it is about, with or without the managed system's namespace.
+        kind: `set_parameters`, `activate`, `deactivate`, `configure`, `cleanup`, `shutdown` or `redeploy`.
+        parameters: the names of the parameters that it sets.
+        values: their values as text.
+        successful: whether the answer says that all of it was done.
+    """
+
+    time: float
+    client: str
+    node: str
+    kind: str
+    parameters: tuple[str, ...] = ()
+    values: tuple[str, ...] = ()
+    successful: bool = True
+
+
+def _no_counts() -> Counts:
+    return np.empty((0, NUMBER_OF_CLASSES), dtype=np.int64)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Frames:
+    """The segmentation's frames, each compared with the truth.
+
+    Attributes:
+        times: (N,) the stamp that each frame carries from the flight [s]. It is the time of the picture and
+            not that of its evaluation, so that a frame belongs to the experiment in which it was taken.
+        iou: (N,) each frame's IoU, the mean over the classes that are in its prediction or truth.
+        intersection: (N, 28) pixels of each class that are right.
+        predicted: (N, 28) pixels of each class in the prediction, where the truth is not ignored.
+        truth: (N, 28) pixels of each class in the truth.
+
+    Raises:
+        RecordError: the arrays do not match, the times descend, or an IoU is not in [0, 1].
+    """
+
+    times: Times = field(default_factory=lambda: np.empty(0))
+    iou: Values = field(default_factory=lambda: np.empty(0))
+    intersection: Counts = field(default_factory=_no_counts)
+    predicted: Counts = field(default_factory=_no_counts)
+    truth: Counts = field(default_factory=_no_counts)
+
+    def __post_init__(self) -> None:
+        """Check the arrays."""
+        _check_times("frames", self.times)
+        _check_shape("The IoU of frames", self.iou, self.times.shape)
+        if not ((self.iou >= 0) & (self.iou <= 1)).all():  # also refuses NaN
+            raise RecordError("The IoU of a frame must be from 0 to 1.")
+        for name in ("intersection", "predicted", "truth"):
+            _check_shape(
+                f"The {name} counts of frames", getattr(self, name), (len(self.times), NUMBER_OF_CLASSES)
+            )
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Timeline:
+    """Everything about one experiment that its metrics are made of.
+
+    Attributes:
+        duration_s: the experiment's end [s]; it begins at 0.
+        period_s: the expected time between two messages of a topic [s].
+        message_times: full topic name → (N,) times [s] at which its messages left; a topic that is not
+            there never sent one. Those of the warm-up belong in it.
+        entropy: the segmentation's entropy, with that of the warm-up.
+        sharpness: the camera image's sharpness, with that of the warm-up.
+        entropy_threshold: F4 holds above it.
+        sharpness_threshold: F5 holds below it.
+        injections: in order of time.
+        commands: in order of time, whoever sent them.
+        frames: the evaluated frames.
+        expected_frames: how many frames the experiment has, had none been lost.
+
+    Raises:
+        RecordError: a duration, period or count is not positive, or something is not in order of time.
+    """
+
+    duration_s: float = 20.0
+    period_s: float = 0.1
+    message_times: Mapping[str, Times] = field(default_factory=dict)
+    entropy: Samples = field(default_factory=Samples)
+    sharpness: Samples = field(default_factory=Samples)
+    entropy_threshold: float
+    sharpness_threshold: float
+    injections: tuple[Injection, ...] = ()
+    commands: tuple[Command, ...] = ()
+    frames: Frames = field(default_factory=Frames)
+    expected_frames: int = 200
+
+    def __post_init__(self) -> None:
+        """Check what the value types have not checked."""
+        for name in ("duration_s", "period_s", "expected_frames"):
+            if not getattr(self, name) > 0:
+                raise RecordError(
+                    f"The {name} of a timeline must be greater than 0, got {getattr(self, name)}."
+                )
+        for topic, times in self.message_times.items():
+            _check_times(topic, times)
+        _check_times("injections", np.array([injection.time for injection in self.injections]))
+        _check_times("commands", np.array([command.time for command in self.commands]))

@@ -1,0 +1,38 @@
+"""The messages and services of SUNSET: typed Python classes, CDR, type hashes.
+
+The .msg and .srv files in `definitions` are the source of truth; `scripts/generate_interfaces` writes the
+modules from them. `from sensor_msgs.msg import Image` of a ROS 2 installation is
+`from sunset.interfaces.sensor_msgs.msg import Image` here, and the classes have the same fields, constants
+and defaults; sequences and arrays of numbers are numpy arrays of the exact type.
+
+>>> from sunset.interfaces.std_msgs.msg import Header
+>>> header = deserialize(serialize(Header(frame_id="camera")), Header)
+>>> header
+Header(stamp=Time(sec=0, nanosec=0), frame_id='camera')
+"""
+
+from sunset.interfaces._definition import FieldType
+from sunset.interfaces._message import Message, Service
+from sunset.interfaces._registry import (
+    field_types,
+    get_message,
+    get_service,
+    message_definition,
+    type_hash,
+    type_name,
+)
+from sunset.interfaces._serialization import deserialize, serialize
+
+__all__ = [
+    "FieldType",
+    "Message",
+    "Service",
+    "deserialize",
+    "field_types",
+    "get_message",
+    "get_service",
+    "message_definition",
+    "serialize",
+    "type_hash",
+    "type_name",
+]

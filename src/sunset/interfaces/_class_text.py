@@ -1,0 +1,374 @@
+"""The text of one generated message class."""
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from keyword import iskeyword
+from typing import Final
+
+from sunset.errors import InterfaceError
+from sunset.interfaces._definition import Definition, Field, FieldType
+
+__all__ = ["Structs", "class_text", "natural"]
+
+_FORMATS: Final = {
+    "bool": ("?", 1),
+    "byte": ("c", 1),
+    "int8": ("b", 1),
+    "uint8": ("B", 1),
+    "int16": ("h", 2),
+    "uint16": ("H", 2),
+    "int32": ("i", 4),
+    "uint32": ("I", 4),
+    "int64": ("q", 8),
+    "uint64": ("Q", 8),
+    "float32": ("f", 4),
+    "float64": ("d", 8),
+}
+"""Primitive type → its letter in a struct format; its size, which is its alignment, in bytes."""
+
+_PYTHON: Final = {"bool": ("bool", "False"), "byte": ("bytes", r'b"\x00"'), "string": ("str", '""')}
+"""Primitive type → its Python type and default; a number is an int or a float."""
+
+_ALIGN: Final = {
+    2: "position = (position + 1) & -2",
+    4: "position = (position + 3) & -4",
+    8: "position = ((position + 3) & -8) + 4",
+}
+_LINE_LENGTH: Final = 110
+_RESERVED: Final = frozenset({"self", "copy", "encode_into", "decode_from"})
+
+
+@dataclass
+class Structs:
+    """The packed formats of a module; each gets a name on first use."""
+
+    formats: list[str] = field(default_factory=list)
+
+    def name(self, letters: str) -> str:
+        """Return the name of a format's `Struct`."""
+        if letters not in self.formats:
+            self.formats.append(letters)
+        return f"_STRUCT_{self.formats.index(letters)}"
+
+    def lines(self) -> Iterator[str]:
+        """Return the lines that define the names."""
+        for index, letters in enumerate(self.formats):
+            yield f'_STRUCT_{index} = Struct("<{letters}")'
+        if self.formats:
+            yield ""
+
+
+@dataclass
+class _Run:
+    """Primitive numbers that lie side by side, packed at once, with the padding between them."""
+
+    align: int
+    letters: str = ""
+    size: int = 0
+    fields: list[Field] = field(default_factory=list)
+
+    def add(self, member: Field) -> bool:
+        """Take one more field, unless its padding depends on where the run starts."""
+        letter, align = _FORMATS[member.type.base]
+        if align > self.align:
+            return False
+        padding = -self.size % align
+        self.letters += "x" * padding + letter
+        self.size += padding + align
+        self.fields.append(member)
+        return True
+
+
+def natural(name: str) -> list[tuple[int, str]]:
+    """Return the key by which the linter sorts names: numbers in them by their value."""
+    return [(int(part), "") if part.isdigit() else (-1, part) for part in re.split(r"(\d+)", name) if part]
+
+
+def class_text(definition: Definition, structs: Structs, name: str | None = None) -> str:
+    """Return the source of a message's class.
+
+    Args:
+        definition: what the class is to hold.
+        structs: the packed formats of the module; the class adds those that it needs.
+        name: the name of the class, if it is not the message's own.
+
+    Raises:
+        InterfaceError: a field has a name that Python or the base class needs.
+    """
+    for member in definition.fields:
+        if iskeyword(member.name) or member.name in _RESERVED:
+            raise InterfaceError(
+                f"{definition.name} has a field {member.name!r}, which cannot be an attribute."
+            )
+    runs = list(_runs(definition.fields))
+    margin = 4 if name is None else 8
+    methods = [
+        _constructor(definition, margin),
+        _copy(definition, margin),
+        _encoder(runs, structs),
+        _decoder(runs, structs),
+    ]
+    lines = [*_head(definition, name or definition.name.rpartition("/")[2])]
+    for method in methods:
+        lines.append("")
+        lines.extend(f"    {line}" for line in method)
+    return "\n".join(lines) + "\n"
+
+
+def _runs(fields: tuple[Field, ...]) -> Iterator[Field | _Run]:
+    run: _Run | None = None
+    for member in fields:
+        if member.type.is_array or member.type.base not in _FORMATS:
+            if run:
+                yield run
+            run = None
+            yield member
+        elif run is None or not run.add(member):
+            if run:
+                yield run
+            run = _Run(_FORMATS[member.type.base][1])
+            run.add(member)
+    if run:
+        yield run
+
+
+def _head(definition: Definition, name: str) -> Iterator[str]:
+    yield f"class {name}(Message):"
+    yield f'    """{definition.name}."""'
+    yield ""
+    names = [member.name for member in definition.fields]
+    slots = [f'"{item}"' for item in sorted(names, key=natural)]
+    if len(slots) == 1:
+        yield f"    __slots__ = ({slots[0]},)"
+    else:
+        yield from _exploded("    __slots__ = (", slots, ")")
+    yield f'    __ros_name__ = "{definition.name}"'
+    pairs = [f'"{member.name}": "{member.type}"' for member in definition.fields]
+    if pairs:
+        yield "    __ros_fields__ = MappingProxyType("
+        yield from _exploded("        {", pairs, "}")
+        yield "    )"
+    else:
+        yield "    __ros_fields__ = MappingProxyType({})"
+    if definition.constants:
+        yield ""
+    for constant in definition.constants:
+        yield f"    {constant.name} = {_literal(constant.value)}"
+    if names:
+        yield ""
+    for member in definition.fields:
+        yield f"    {member.name}: {_annotation(member.type)}"
+
+
+def _exploded(start: str, items: list[str], end: str) -> Iterator[str]:
+    if not items:
+        yield start + end
+        return
+    indent = " " * (len(start) - len(start.lstrip()))
+    yield start
+    for item in items:
+        yield f"{indent}    {item},"
+    yield indent + end
+
+
+def _assignment(line: str, margin: int) -> Iterator[str]:
+    """Break an assignment of a list or a conditional expression as the formatter does, if it is too long."""
+    if margin + len(line) <= _LINE_LENGTH:
+        yield line
+        return
+    target, _, value = line.partition(" = ")
+    start, end = ("[", "]") if value.startswith("[") else ("(", ")")
+    indent = " " * (len(line) - len(line.lstrip()))
+    yield f"{target} = {start}"
+    yield f"{indent}    {value[1:-1] if start == '[' else value}"
+    yield f"{indent}{end}"
+
+
+def _constructor(definition: Definition, margin: int) -> Iterator[str]:
+    if not definition.fields:
+        yield "def __init__(self) -> None:"
+        yield "    pass"
+        return
+    yield from _exploded("def __init__(", ["self", "*", *map(_parameter, definition.fields)], ") -> None:")
+    for member in definition.fields:
+        name, kind = member.name, member.type
+        if not kind.is_message and not kind.is_array:
+            yield f"    self.{name} = {name}"
+        else:
+            given = f"array_of({name}, {kind.base.upper()})" if kind.is_numpy else name
+            yield from _assignment(
+                f"    self.{name} = {_default(member)} if {name} is None else {given}", margin
+            )
+
+
+def _parameter(member: Field) -> str:
+    if member.type.is_numpy:
+        return f"{member.name}: npt.ArrayLike | None = None"
+    if member.type.is_message or member.type.is_array:
+        return f"{member.name}: {_annotation(member.type)} | None = None"
+    return f"{member.name}: {_annotation(member.type)} = {_default(member)}"
+
+
+def _copy(definition: Definition, margin: int) -> Iterator[str]:
+    yield "def copy(self) -> Self:"
+    if not definition.fields:
+        yield "    return object.__new__(self.__class__)"
+        return
+    yield "    new = object.__new__(self.__class__)"
+    guarded = any(member.type.is_message or member.type.is_array for member in definition.fields)
+    indent = "        " if guarded else "    "
+    if guarded:
+        yield "    try:"
+    for member in definition.fields:
+        yield from _assignment(f"{indent}new.{member.name} = {_copied(member)}", margin)
+    if guarded:
+        yield "    except (AttributeError, TypeError, InterfaceError) as error:"
+        yield "        raise misfit(self, error) from error"
+    yield "    return new"
+
+
+def _copied(member: Field) -> str:
+    kind, value = member.type, f"self.{member.name}"
+    if kind.is_numpy:
+        return f"frozen({value}, {kind.base.upper()})"
+    if kind.is_message:
+        element = _python(kind)
+        return f"[{element}.copy(item) for item in {value}]" if kind.is_array else f"{element}.copy({value})"
+    return f"list({value})" if kind.is_array else value
+
+
+def _encoder(runs: list[Field | _Run], structs: Structs) -> Iterator[str]:
+    yield "def encode_into(self, out: bytearray) -> None:"
+    for part in runs:
+        lines = _encode_run(part, structs) if isinstance(part, _Run) else _encode_field(part)
+        yield from (f"    {line}" for line in lines)
+    if not runs:
+        yield "    out.append(0)"
+
+
+def _encode_run(run: _Run, structs: Structs) -> Iterator[str]:
+    values = ", ".join(
+        f"BOOLS[self.{member.name}]" if member.type.base == "bool" else f"self.{member.name}"
+        for member in run.fields
+    )
+    if run.align > 1:
+        yield f"out += PAD{run.align}[len(out) & {run.align - 1}]"
+    packed = f"out += {structs.name(run.letters)}.pack("
+    items = [item.strip() for item in values.split(",")]
+    yield from [f"{packed}{items[0]})"] if len(items) == 1 else _exploded(packed, items, ")")
+
+
+def _encode_field(member: Field) -> Iterator[str]:
+    kind, value = member.type, f"self.{member.name}"
+    bound = f", {kind.string_bound}" if kind.string_bound else ""
+    if not kind.is_array:
+        if kind.is_message:
+            yield f"{_python(kind)}.encode_into({value}, out)"
+        else:
+            yield f"write_string(out, {value}{bound})"
+        return
+    if kind.size is not None:
+        value = f"exactly({value}, {kind.size})"
+    elif kind.limit is not None:
+        value = f"at_most({value}, {kind.limit})"
+    if kind.is_numpy:
+        yield f"write_{'array' if kind.size is None else 'numbers'}(out, {value}, {kind.base.upper()})"
+        return
+    if kind.size is None:
+        yield f"write_size(out, len(self.{member.name}))"
+    elements = f", {_python(kind)}" if kind.is_message else bound
+    yield f"write_{_plural(kind)}(out, {value}{elements})"
+
+
+def _decoder(runs: list[Field | _Run], structs: Structs) -> Iterator[str]:
+    yield "@classmethod"
+    yield "def decode_from(cls, raw: bytes, position: int) -> tuple[Self, int]:"
+    if not runs:
+        yield "    return cls(), read_dummy(raw, position)"
+        return
+    yield "    new = object.__new__(cls)"
+    for part in runs:
+        lines = _decode_run(part, structs) if isinstance(part, _Run) else _decode_field(part)
+        yield from (f"    {line}" for line in lines)
+    yield "    return new, position"
+
+
+def _decode_run(run: _Run, structs: Structs) -> Iterator[str]:
+    if run.align > 1:
+        yield _ALIGN[run.align]
+    targets = [f"new.{member.name}" for member in run.fields]
+    source = f"{structs.name(run.letters)}.unpack_from(raw, position)"
+    if len(targets) == 1:
+        yield f"({targets[0]},) = {source}"
+    else:
+        yield from _exploded("(", targets, f") = {source}")
+    yield f"position += {run.size}"
+
+
+def _decode_field(member: Field) -> Iterator[str]:
+    kind, target = member.type, f"new.{member.name}, position = "
+    if not kind.is_array:
+        read = f"{_python(kind)}.decode_from" if kind.is_message else "read_string"
+        yield f"{target}{read}(raw, position)"
+        return
+    if kind.is_numpy and kind.size is None:
+        yield f"{target}read_array(raw, position, {kind.base.upper()})"
+        return
+    size = "size" if kind.size is None else str(kind.size)
+    if kind.size is None:
+        yield "size, position = read_size(raw, position)"
+    if kind.is_numpy:
+        yield f"{target}read_numbers(raw, position, {kind.base.upper()}, {size})"
+    else:
+        elements = f", {_python(kind)}" if kind.is_message else ""
+        yield f"{target}read_{_plural(kind)}(raw, position, {size}{elements})"
+
+
+def _plural(kind: FieldType) -> str:
+    return (
+        "messages" if kind.is_message else {"bool": "bools", "byte": "bytes", "string": "strings"}[kind.base]
+    )
+
+
+def _python(kind: FieldType) -> str:
+    """Return the Python type of one element."""
+    if kind.is_message:
+        return kind.base.rpartition("/")[2]
+    return _PYTHON[kind.base][0] if kind.base in _PYTHON else "float" if "float" in kind.base else "int"
+
+
+def _annotation(kind: FieldType) -> str:
+    if kind.is_numpy:
+        return f"npt.NDArray[np.{kind.base}]"
+    return f"list[{_python(kind)}]" if kind.is_array else _python(kind)
+
+
+def _default(member: Field) -> str:
+    kind = member.type
+    if member.default is not None:
+        value = _literal(member.default)
+        return f"array_of({value}, {kind.base.upper()})" if kind.is_numpy else value
+    if kind.is_numpy:
+        dtype = kind.base.upper()
+        return f"empty({dtype})" if kind.size is None else f"zeros({dtype}, {kind.size})"
+    if kind.is_array:
+        return "[]" if kind.size is None else f"[{_default_element(kind)} for _ in range({kind.size})]"
+    return _default_element(kind)
+
+
+def _default_element(kind: FieldType) -> str:
+    if kind.is_message:
+        return f"{_python(kind)}()"
+    return _PYTHON[kind.base][1] if kind.base in _PYTHON else "0.0" if "float" in kind.base else "0"
+
+
+def _literal(value: object) -> str:
+    """Return the source of a constant, quoted as the formatter does."""
+    if isinstance(value, list):
+        return f"[{', '.join(map(_literal, value))}]"
+    if isinstance(value, bytes):
+        return 'b"' + "".join(f"\\x{octet:02x}" for octet in value) + '"'
+    if isinstance(value, str):
+        return '"' + value.replace("\\", "\\\\").replace('"', '\\"') + '"'
+    return repr(value)

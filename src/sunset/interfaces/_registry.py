@@ -1,0 +1,170 @@
+"""From a name to its class and back, and what ROS 2 derives from a definition."""
+
+import hashlib
+import json
+from collections.abc import Iterator
+from functools import cache
+from importlib import import_module
+from importlib.util import find_spec
+from typing import Final
+
+from sunset.errors import InterfaceError
+from sunset.interfaces._definition import DUMMY_FIELD, FieldType, parse_service, parse_type
+from sunset.interfaces._generator import DEFINITIONS
+from sunset.interfaces._message import Message, Service
+
+__all__ = ["field_types", "get_message", "get_service", "message_definition", "type_hash", "type_name"]
+
+_NESTED: Final = 1
+_BOUNDED_STRING: Final = 21
+_TYPE_IDS: Final = {
+    "int8": 2,
+    "uint8": 3,
+    "int16": 4,
+    "uint16": 5,
+    "int32": 6,
+    "uint32": 7,
+    "int64": 8,
+    "uint64": 9,
+    "float32": 10,
+    "float64": 11,
+    "bool": 15,
+    "byte": 16,
+    "string": 17,
+}
+_ARRAY, _BOUNDED_SEQUENCE, _SEQUENCE = 48, 96, 144
+"""What is added to an element's id; all ids are those of type_description_interfaces/msg/FieldType."""
+
+_PARTS: Final = ("Request", "Response")
+_RULE: Final = "=" * 80
+
+
+def type_name(kind: type[Message | Service]) -> str:
+    """Return the full ROS name of a message or service class.
+
+    >>> from sunset.interfaces.std_srvs.srv import SetBool
+    >>> type_name(SetBool), type_name(SetBool.Request)
+    ('std_srvs/srv/SetBool', 'std_srvs/srv/SetBool_Request')
+    """
+    return kind.__ros_name__
+
+
+@cache
+def get_message(name: str) -> type[Message]:
+    """Return the class of a message, or of a service's request or response, by its full name.
+
+    Raises:
+        InterfaceError: there is no such message.
+
+    >>> get_message("sensor_msgs/msg/Image").__name__
+    'Image'
+    """
+    service, _, part = name.rpartition("_")
+    if part in _PARTS and "/srv/" in service:
+        found: object = getattr(get_service(service), part)
+    else:
+        found = _find(name, "msg")
+    if isinstance(found, type) and issubclass(found, Message):
+        return found
+    raise InterfaceError(f"There is no message {name!r}; a name looks like 'std_msgs/msg/String'.")
+
+
+@cache
+def get_service(name: str) -> type[Service]:
+    """Return the class of a service by its full name.
+
+    Raises:
+        InterfaceError: there is no such service.
+    """
+    found = _find(name, "srv")
+    if isinstance(found, type) and issubclass(found, Service):
+        return found
+    raise InterfaceError(f"There is no service {name!r}; a name looks like 'std_srvs/srv/SetBool'.")
+
+
+def _find(name: str, kind: str) -> object:
+    package, _, rest = name.partition(f"/{kind}/")
+    module = f"sunset.interfaces.{package}"
+    if not package.isidentifier() or find_spec(module) is None or find_spec(f"{module}.{kind}") is None:
+        return None
+    found = import_module(f"{module}.{kind}")
+    return getattr(found, rest, None) if rest in found.__all__ else None
+
+
+def field_types(kind: type[Message]) -> dict[str, FieldType]:
+    """Return the types of a message's fields by name, in the order of the definition."""
+    package = kind.__ros_name__.split("/")[0]
+    return {name: parse_type(text, package) for name, text in kind.__ros_fields__.items()}
+
+
+@cache
+def type_hash(kind: type[Message]) -> str:
+    """Return the hash by which ROS 2 tells whether two processes mean the same message.
+
+    Source: REP 2016, version 1 of the hash ("RIHS01"): SHA-256 of the type description as JSON.
+
+    >>> from sunset.interfaces.std_msgs.msg import String
+    >>> type_hash(String)
+    'RIHS01_df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18'
+    """
+    referenced = sorted(set(_referenced(kind)), key=type_name)
+    description = {
+        "type_description": _description(kind),
+        "referenced_type_descriptions": [_description(other) for other in referenced],
+    }
+    return f"RIHS01_{hashlib.sha256(json.dumps(description).encode()).hexdigest()}"
+
+
+def _referenced(kind: type[Message]) -> Iterator[type[Message]]:
+    """Return all messages in the fields of a message, depth first; one may come several times."""
+    for field in field_types(kind).values():
+        if field.is_message:
+            other = get_message(field.base)
+            yield other
+            yield from _referenced(other)
+
+
+def _description(kind: type[Message]) -> dict[str, object]:
+    fields = field_types(kind) or {DUMMY_FIELD: FieldType("uint8")}
+    return {
+        "type_name": kind.__ros_name__,
+        "fields": [{"name": name, "type": _field_type(field)} for name, field in fields.items()],
+    }
+
+
+def _field_type(field: FieldType) -> dict[str, object]:
+    if field.is_message:
+        type_id = _NESTED
+    else:
+        type_id = _BOUNDED_STRING if field.string_bound else _TYPE_IDS[field.base]
+    if field.is_array:
+        type_id += (
+            _ARRAY if field.size is not None else _SEQUENCE if field.limit is None else _BOUNDED_SEQUENCE
+        )
+    return {
+        "type_id": type_id,
+        "capacity": field.size or field.limit or 0,
+        "string_capacity": field.string_bound,
+        "nested_type_name": field.base if field.is_message else "",
+    }
+
+
+@cache
+def message_definition(kind: type[Message]) -> str:
+    """Return the definition's text, followed by those of all messages in it, as rosbag2 stores it."""
+    others = list(dict.fromkeys(_referenced(kind)))
+    parts = [_definition_text(kind)]
+    parts += [
+        f"{_RULE}\nMSG: {other.__ros_name__.replace('/msg/', '/')}\n{_definition_text(other)}"
+        for other in others
+    ]
+    return "".join(parts)
+
+
+def _definition_text(kind: type[Message]) -> str:
+    name, _, part = kind.__ros_name__.rpartition("_")
+    if "/srv/" not in kind.__ros_name__:
+        return (DEFINITIONS / f"{kind.__ros_name__}.msg").read_text()
+    text = (DEFINITIONS / f"{name}.srv").read_text()
+    parse_service(text, name)
+    return text.split("---\n")[_PARTS.index(part)]

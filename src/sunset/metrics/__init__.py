@@ -1,5 +1,18 @@
 """How well a managing system did, measured from outside: pure functions from a timeline to figures."""
 
+from sunset.metrics.adaptations import (
+    FAILING_NODE,
+    INFRASTRUCTURE,
+    UPSTREAM,
+    ExecutedAdaptation,
+    executed_adaptations,
+    unnecessary_redeploys,
+)
+from sunset.metrics.confusion import ClassCounts, accumulated_iou, class_iou, count_classes, image_iou
+from sunset.metrics.downtime import downtime
+from sunset.metrics.entropy import normalised_entropy
+from sunset.metrics.episodes import SAMPLES, WINDOW_S, Episode, Spell, excesses, failure_episodes, silences
+from sunset.metrics.score import RunMetrics, score
 from sunset.metrics.timeline import (
     CAMERA_TOPIC,
     FUSION_TOPIC,
@@ -14,12 +27,34 @@ from sunset.metrics.timeline import (
 
 __all__ = [
     "CAMERA_TOPIC",
+    "FAILING_NODE",
     "FUSION_TOPIC",
+    "INFRASTRUCTURE",
     "NUMBER_OF_CLASSES",
+    "SAMPLES",
     "SEGMENTATION_TOPIC",
+    "UPSTREAM",
+    "WINDOW_S",
+    "ClassCounts",
     "Command",
+    "Episode",
+    "ExecutedAdaptation",
     "Frames",
     "Injection",
+    "RunMetrics",
     "Samples",
+    "Spell",
     "Timeline",
+    "accumulated_iou",
+    "class_iou",
+    "count_classes",
+    "downtime",
+    "excesses",
+    "executed_adaptations",
+    "failure_episodes",
+    "image_iou",
+    "normalised_entropy",
+    "score",
+    "silences",
+    "unnecessary_redeploys",
 ]

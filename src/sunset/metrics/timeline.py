@@ -4,6 +4,7 @@ Times are seconds on the experiment's clock. 0 is the moment at which the faults
 before it is negative, and the experiment ends at `duration_s`. Arrays of times ascend.
 """
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Final
@@ -11,6 +12,7 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
+from sunset.classes import CLASSES
 from sunset.errors import RecordError
 
 __all__ = [
@@ -29,7 +31,8 @@ CAMERA_TOPIC: Final = "/managed_subsystem/rgb_camera"
 FUSION_TOPIC: Final = "/managed_subsystem/sensors_fused"
 SEGMENTATION_TOPIC: Final = "/managed_subsystem/segmentation"
 
-NUMBER_OF_CLASSES: Final = 28
+NUMBER_OF_CLASSES: Final = len(CLASSES)
+"""28."""
 
 Times = npt.NDArray[np.float64]
 Values = npt.NDArray[np.float64]
@@ -178,7 +181,8 @@ class Timeline:
         expected_frames: how many frames the experiment has, had none been lost.
 
     Raises:
-        RecordError: a duration, period or count is not positive, or something is not in order of time.
+        RecordError: a duration, period, threshold or count is not positive, or something is not in order
+            of time.
     """
 
     duration_s: float = 20.0
@@ -195,10 +199,10 @@ class Timeline:
 
     def __post_init__(self) -> None:
         """Check what the value types have not checked."""
-        for name in ("duration_s", "period_s", "expected_frames"):
-            if not getattr(self, name) > 0:
+        for name in ("duration_s", "period_s", "entropy_threshold", "sharpness_threshold", "expected_frames"):
+            if not 0 < getattr(self, name) < math.inf:
                 raise RecordError(
-                    f"The {name} of a timeline must be greater than 0, got {getattr(self, name)}."
+                    f"The {name} of a timeline must be finite and greater than 0, got {getattr(self, name)}."
                 )
         for topic, times in self.message_times.items():
             _check_times(topic, times)

@@ -1,0 +1,199 @@
+"""Which adaptations the managed system was given, made of the commands that reached it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from types import MappingProxyType
+from typing import Final
+
+from sunset.metrics.downtime import TOLERANCE_S
+from sunset.metrics.timeline import Command, Injection
+
+__all__ = [
+    "FAILING_NODE",
+    "INFRASTRUCTURE",
+    "UPSTREAM",
+    "ExecutedAdaptation",
+    "affects",
+    "executed_adaptations",
+    "short_name",
+    "unnecessary_redeploys",
+]
+
+FAILING_NODE: Final = MappingProxyType(
+    {"F1": "camera", "F2": "sensor_fusion", "F3": "segmentation", "F4": "segmentation", "F5": "camera"}
+)
+"""Failure → the node that fails."""
+
+UPSTREAM: Final = MappingProxyType(
+    {
+        "camera": frozenset[str](),
+        "depth": frozenset[str](),
+        "image_enhancement": frozenset({"camera"}),
+        "sensor_fusion": frozenset({"camera", "depth", "image_enhancement"}),
+        "segmentation": frozenset({"camera", "depth", "image_enhancement", "sensor_fusion"}),
+    }
+)
+"""Node of the managed system → the nodes that its input may come from, however far up."""
+
+INFRASTRUCTURE: Final = frozenset({"/scenario_executor", "/launcher"})
+"""Full names of the nodes whose commands are the experiment's own: they inject faults and end processes."""
+
+_NAMESPACE = "/managed_subsystem/"
+_RESTART_S = 1.0  # at most from deactivate to activate
+_KINDS = MappingProxyType(
+    {
+        "activate": "activate",
+        "deactivate": "deactivate",
+        "configure": "configure",
+        "cleanup": "cleanup",
+        "shutdown": "redeploy",
+        "redeploy": "redeploy",
+        "set_parameters": "set_parameter",
+    }
+)
+_BETWEEN = ("cleanup", "configure")  # lifecycle steps that may lie within a restart
+
+
+@dataclass(frozen=True, slots=True)
+class ExecutedAdaptation:
+    """One adaptation that was carried out.
+
+    Attributes:
+        time: when its command was received, of a restart the first one [s].
+        node: the node, without namespace.
+        kind: `restart`, `redeploy`, `activate`, `deactivate`, `configure`, `cleanup`, `set_parameter` or
+            `change_topic`.
+        client: the full name of the node that asked for it.
+        parameters: the names of the parameters that were set.
+        values: their values as text.
+    """
+
+    time: float
+    node: str
+    kind: str
+    client: str = ""
+    parameters: tuple[str, ...] = ()
+    values: tuple[str, ...] = ()
+
+    def __str__(self) -> str:
+        """Return it in words, such as `set sensor_fusion.modality to 1` or `restart camera`."""
+        if not self.parameters:
+            return f"{self.kind} {self.node}"
+        pairs = zip(self.parameters, self.values, strict=True)
+        return "set " + " and ".join(f"{self.node}.{name} to {value}" for name, value in pairs)
+
+
+def short_name(node: str) -> str:
+    """Return a node's name without the managed system's namespace.
+
+    >>> short_name("/managed_subsystem/camera"), short_name("camera"), short_name("/elsewhere/camera")
+    ('camera', 'camera', '/elsewhere/camera')
+    """
+    return node.removeprefix(_NAMESPACE)
+
+
+def affects(node: str, failure: str) -> bool:
+    """Return whether an adaptation of `node` can resolve `failure`: it is the failing node or upstream of it.
+
+    >>> affects("depth", "F2"), affects("depth", "F1")
+    (True, False)
+    """
+    failing = FAILING_NODE[failure]
+    return node == failing or node in UPSTREAM[failing]
+
+
+def executed_adaptations(commands: Sequence[Command], *, until_s: float) -> tuple[ExecutedAdaptation, ...]:
+    """Return the adaptations that the commands amount to, in order of time.
+
+    - Counted are successful commands to nodes of the managed system up to `until_s`, from whoever is not
+      part of the experiment itself. Those of the warm-up count too: nothing needed adapting then.
+    - A service call that sets parameters is one adaptation, however many it sets; it is a change of topic
+      where one of them is named `topic_…`.
+    - A deactivation and an activation of the same node, by the same client, at most 1 s apart, are one
+      restart, together with a cleanup and a configuration between them.
+    - A lifecycle shutdown ends the process, and is a redeploy.
+
+    Args:
+        commands: in order of time.
+        until_s: the end of the experiment.
+    """
+    done: list[ExecutedAdaptation] = []
+    for command in commands:
+        adaptation = _adaptation(command)
+        if adaptation is not None and adaptation.time <= until_s:
+            _append(done, adaptation)
+    return tuple(done)
+
+
+def _adaptation(command: Command) -> ExecutedAdaptation | None:
+    """Return what one command does, or None where it is not to be counted."""
+    node = short_name(command.node)
+    kind = _KINDS.get(command.kind)
+    if not command.successful or command.client in INFRASTRUCTURE or node not in UPSTREAM or kind is None:
+        return None
+    if any(name.startswith("topic_") for name in command.parameters):
+        kind = "change_topic"
+    return ExecutedAdaptation(
+        command.time, node, kind, command.client, tuple(command.parameters), tuple(command.values)
+    )
+
+
+def _append(done: list[ExecutedAdaptation], new: ExecutedAdaptation) -> None:
+    """Append `new`, or make a restart of it and of the deactivation that it completes."""
+    steps = _begun_restart(done, new) if new.kind == "activate" else []
+    if not steps:
+        done.append(new)
+        return
+    done[steps[-1]] = replace(done[steps[-1]], kind="restart")
+    for position in steps[:-1]:
+        del done[position]
+
+
+def _begun_restart(done: Sequence[ExecutedAdaptation], new: ExecutedAdaptation) -> list[int]:
+    """Return where the steps are that an activation makes a restart of, latest first.
+
+    The last of them is the deactivation; without one there is no restart, and the list is empty.
+    """
+    steps: list[int] = []
+    for position in range(len(done) - 1, -1, -1):
+        old = done[position]
+        if new.time - old.time > _RESTART_S + TOLERANCE_S:
+            break
+        if (old.node, old.client) != (new.node, new.client) or old.parameters:
+            continue
+        if old.kind == "deactivate":
+            return [*steps, position]
+        if old.kind not in _BETWEEN:
+            break
+        steps.append(position)
+    return []
+
+
+def unnecessary_redeploys(
+    adaptations: Sequence[ExecutedAdaptation], injections: Sequence[Injection]
+) -> tuple[ExecutedAdaptation, ...]:
+    """Return the redeploys of a node that had no fault only a redeploy cures, when they were executed.
+
+    Such a fault is there from its injection to the first redeploy of its node after that. Whether there
+    is one the injections say, and not what the managing system believes.
+
+    Args:
+        adaptations: in order of time.
+        injections: in order of time.
+
+    Source: the paper, section 4, on unnecessary redeploys.
+    """
+    open_faults = [injection for injection in injections if injection.redeploy_only]
+    unnecessary = []
+    for adaptation in adaptations:
+        if adaptation.kind != "redeploy":
+            continue
+        cured = [
+            fault
+            for fault in open_faults
+            if short_name(fault.node) == adaptation.node and fault.time <= adaptation.time
+        ]
+        if not cured:
+            unnecessary.append(adaptation)
+        open_faults = [fault for fault in open_faults if fault not in cured]
+    return tuple(unnecessary)

@@ -1,0 +1,119 @@
+"""One run's figures (DESIGN's metrics): what the table is made of."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from sunset.metrics.adaptations import ExecutedAdaptation, executed_adaptations, unnecessary_redeploys
+from sunset.metrics.confusion import accumulated_iou
+from sunset.metrics.downtime import TOLERANCE_S, downtime
+from sunset.metrics.episodes import Episode, failure_episodes
+from sunset.metrics.timeline import SEGMENTATION_TOPIC, Timeline
+
+__all__ = ["RunMetrics", "score"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RunMetrics:
+    """The figures of one run; None where there is nothing to take one of.
+
+    Attributes:
+        f_resolved_per_adaptation: resolved episodes over executed adaptations; None without adaptation.
+        t_react_s: mean over resolved episodes, from when the failure began to the command [s].
+        t_detect_s: likewise, from when it began to when its symptom held.
+        t_decide_s: likewise, from when its symptom held to the command.
+        t_repair_s: likewise, from the command to when the symptom was gone.
+        redeploys_unnecessary: redeploys of a node that had no fault only a redeploy cures.
+        t_down_s: time without segmentation at the expected rate [s].
+        availability: the share of the experiment that is not `t_down_s`, in [0, 1].
+        iou: mean over evaluated frames of each frame's IoU.
+        iou_all: the same over all frames of the experiment, those that never came being 0.
+        miou: of the counts of all evaluated frames added up.
+        episodes: how many episodes of failures there were.
+        episodes_resolved: those that an adaptation ended.
+        episodes_unresolved: all others.
+        episodes_subsided: those of the others that ended by themselves.
+        adaptations: how many adaptations were executed.
+        failures: the episodes, in order of time.
+        executed: the adaptations, in order of time.
+    """
+
+    f_resolved_per_adaptation: float | None
+    t_react_s: float | None
+    t_detect_s: float | None
+    t_decide_s: float | None
+    t_repair_s: float | None
+    redeploys_unnecessary: int
+    t_down_s: float
+    availability: float
+    iou: float | None
+    iou_all: float
+    miou: float | None
+    episodes: int
+    episodes_resolved: int
+    episodes_unresolved: int
+    episodes_subsided: int
+    adaptations: int
+    failures: tuple[Episode, ...] = ()
+    executed: tuple[ExecutedAdaptation, ...] = ()
+
+    def to_json(self) -> dict[str, float | None]:
+        """Return the figures by name, without the lists of episodes and adaptations."""
+        return {
+            field.name: getattr(self, field.name)
+            for field in fields(self)
+            if field.name not in {"failures", "executed"}
+        }
+
+
+def score(timeline: Timeline) -> RunMetrics:
+    """Compute the figures of one run from what was recorded from outside."""
+    executed = executed_adaptations(timeline.commands, until_s=timeline.duration_s)
+    failures = failure_episodes(timeline, executed)
+    resolved = [episode for episode in failures if episode.resolved]
+    down = downtime(
+        timeline.message_times.get(SEGMENTATION_TOPIC, np.empty(0)),
+        period_s=timeline.period_s,
+        duration_s=timeline.duration_s,
+    )
+    iou, iou_all, miou = _frame_figures(timeline)
+    return RunMetrics(
+        f_resolved_per_adaptation=len(resolved) / len(executed) if executed else None,
+        t_react_s=_mean([episode.t_react for episode in resolved]),
+        t_detect_s=_mean([episode.t_detect for episode in resolved]),
+        t_decide_s=_mean([episode.t_decide for episode in resolved]),
+        t_repair_s=_mean([episode.t_repair for episode in resolved]),
+        redeploys_unnecessary=len(unnecessary_redeploys(executed, timeline.injections)),
+        t_down_s=down,
+        availability=1.0 - down / timeline.duration_s,
+        iou=iou,
+        iou_all=iou_all,
+        miou=miou,
+        episodes=len(failures),
+        episodes_resolved=len(resolved),
+        episodes_unresolved=len(failures) - len(resolved),
+        episodes_subsided=sum(episode.subsided for episode in failures),
+        adaptations=len(executed),
+        failures=failures,
+        executed=executed,
+    )
+
+
+def _mean(values: Sequence[float | None]) -> float | None:
+    """Return the mean, rounded to nanoseconds; None of nothing."""
+    known = [value for value in values if value is not None]
+    return round(sum(known) / len(known), 9) if known else None
+
+
+def _frame_figures(timeline: Timeline) -> tuple[float | None, float, float | None]:
+    """Return IoU, IoU_all and mIoU of the frames that were taken in [0, duration)."""
+    frames = timeline.frames
+    taken = (frames.times >= -TOLERANCE_S) & (frames.times < timeline.duration_s - TOLERANCE_S)
+    count = int(taken.sum())
+    total = float(frames.iou[taken].sum())
+    return (
+        total / count if count else None,
+        total / max(timeline.expected_frames, count),
+        accumulated_iou(frames.intersection[taken], frames.predicted[taken], frames.truth[taken]),
+    )

@@ -8,11 +8,15 @@ import ast
 import re
 from dataclasses import dataclass
 from functools import cache
+from pathlib import Path
 from typing import Final
 
 from sunset.errors import InterfaceError
 
 __all__ = ["Constant", "Definition", "Field", "FieldType", "parse_message", "parse_service", "parse_type"]
+
+DEFINITIONS: Final = Path(__file__).parent / "definitions"
+"""The folder of the .msg and .srv files: `<package>/msg/<Name>.msg`, `<package>/srv/<Name>.srv`."""
 
 NUMERIC: Final = (
     "int8",

@@ -11,12 +11,9 @@ from pathlib import Path
 from typing import Final
 
 from sunset.interfaces._class_text import Structs, class_text, natural
-from sunset.interfaces._definition import Definition, parse_message, parse_service
+from sunset.interfaces._definition import DEFINITIONS, Definition, parse_message, parse_service
 
-__all__ = ["DEFINITIONS", "generate"]
-
-DEFINITIONS: Final = Path(__file__).parent / "definitions"
-"""The folder of the .msg and .srv files: `<package>/msg/<Name>.msg`, `<package>/srv/<Name>.srv`."""
+__all__ = ["generate"]
 
 _WORDS: Final = {"msg": "messages", "srv": "services"}
 _HELPERS: Final = {

@@ -27,8 +27,6 @@ class Message:
     __ros_fields__: ClassVar[Mapping[str, str]]
     """Field name → its type as written in the .msg file, in the order of the definition."""
 
-    __hash__: ClassVar[None]  # type: ignore[assignment]  # mutable values have no hash
-
     @abstractmethod
     def copy(self) -> Self:
         """Return a structural copy: new messages and lists, the same arrays, now marked read-only.

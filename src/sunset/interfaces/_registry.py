@@ -2,15 +2,14 @@
 
 import hashlib
 import json
+import re
 from collections.abc import Iterator
 from functools import cache
 from importlib import import_module
-from importlib.util import find_spec
 from typing import Final
 
 from sunset.errors import InterfaceError
-from sunset.interfaces._definition import DUMMY_FIELD, FieldType, parse_service, parse_type
-from sunset.interfaces._generator import DEFINITIONS
+from sunset.interfaces._definition import DEFINITIONS, DUMMY_FIELD, FieldType, parse_service, parse_type
 from sunset.interfaces._message import Message, Service
 
 __all__ = ["field_types", "get_message", "get_service", "message_definition", "type_hash", "type_name"]
@@ -83,12 +82,11 @@ def get_service(name: str) -> type[Service]:
 
 
 def _find(name: str, kind: str) -> object:
-    package, _, rest = name.partition(f"/{kind}/")
-    module = f"sunset.interfaces.{package}"
-    if not package.isidentifier() or find_spec(module) is None or find_spec(f"{module}.{kind}") is None:
+    match = re.fullmatch(rf"([a-z]\w*)/{kind}/([A-Z]\w*)", name)
+    if match is None or not (DEFINITIONS / f"{name}.{kind}").is_file():
         return None
-    found = import_module(f"{module}.{kind}")
-    return getattr(found, rest, None) if rest in found.__all__ else None
+    package, short = match.groups()
+    return getattr(import_module(f"sunset.interfaces.{package}.{kind}"), short)
 
 
 def field_types(kind: type[Message]) -> dict[str, FieldType]:

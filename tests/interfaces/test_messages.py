@@ -105,7 +105,7 @@ def test_the_constructor_takes_keywords_of_its_fields_only() -> None:
     with pytest.raises(TypeError, match="unexpected keyword"):
         String(text="a")  # type: ignore[call-arg]
     with pytest.raises(TypeError, match="positional"):
-        String("a")
+        String("a")  # type: ignore[call-arg]
 
 
 def test_an_unknown_field_cannot_be_assigned() -> None:

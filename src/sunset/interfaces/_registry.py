@@ -95,7 +95,6 @@ def field_types(kind: type[Message]) -> dict[str, FieldType]:
     return {name: parse_type(text, package) for name, text in kind.__ros_fields__.items()}
 
 
-@cache
 def type_hash(kind: type[Message]) -> str:
     """Return the hash by which ROS 2 tells whether two processes mean the same message.
 
@@ -105,6 +104,12 @@ def type_hash(kind: type[Message]) -> str:
     >>> type_hash(String)
     'RIHS01_df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18'
     """
+    return _hash_of(kind.__ros_name__)
+
+
+@cache
+def _hash_of(name: str) -> str:
+    kind = get_message(name)
     referenced = sorted(set(_referenced(kind)), key=type_name)
     description = {
         "type_description": _description(kind),
@@ -147,7 +152,6 @@ def _field_type(field: FieldType) -> dict[str, object]:
     }
 
 
-@cache
 def message_definition(kind: type[Message]) -> str:
     """Return the definition's text, followed by those of all messages in it, as rosbag2 stores it."""
     others = list(dict.fromkeys(_referenced(kind)))

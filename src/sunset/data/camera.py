@@ -1,0 +1,69 @@
+"""The camera: where it is, and the rays through its pixels."""
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from sunset.data.frame import Reals
+
+__all__ = ["FIELD_OF_VIEW_DEG", "Pose", "rays"]
+
+FIELD_OF_VIEW_DEG: Final = 90.0
+"""Horizontal angle of view in degrees."""
+
+
+@dataclass(frozen=True, slots=True)
+class Pose:
+    """Where a camera is and where it looks.
+
+    Attributes:
+        x: east of the town's centre in metres.
+        y: north of it in metres.
+        z: height above the ground in metres.
+        heading: direction of view in radians, anticlockwise from east.
+        pitch: angle of view below the horizon in radians, in [0, π/2].
+        roll: turn about the line of sight in radians.
+    """
+
+    x: float
+    y: float
+    z: float
+    heading: float
+    pitch: float
+    roll: float = 0.0
+
+    def axes(self) -> npt.NDArray[np.float64]:
+        """Return the unit vectors right, down and forward (3, 3) in world coordinates."""
+        ch, sh, cp, sp = np.cos(self.heading), np.sin(self.heading), np.cos(self.pitch), np.sin(self.pitch)
+        forward = np.array([ch * cp, sh * cp, -sp])
+        right = np.array([sh, -ch, 0.0])
+        down = np.array([-ch * sp, -sh * sp, -cp])
+        cr, sr = np.cos(self.roll), np.sin(self.roll)
+        return np.stack([right * cr + down * sr, down * cr - right * sr, forward])
+
+
+def rays(pose: Pose, size: tuple[int, int]) -> Reals:
+    """Return the directions of a frame's rays, first through pixel centres, then through pixel corners.
+
+    A direction's component along the line of sight is 1, so that a distance in units of the direction is the
+    planar depth.
+
+    Args:
+        pose: of the camera.
+        size: height H and width W in pixels.
+
+    Returns:
+        Array (H·W + (H+1)·(W+1), 3), row by row.
+    """
+    height, width = size
+    scale = 2 * np.tan(np.radians(FIELD_OF_VIEW_DEG) / 2) / width
+    axes = pose.axes()
+    parts = []
+    for extra, shift in ((0, 0.5), (1, 0.0)):
+        x = (np.arange(width + extra) + shift - width / 2) * scale
+        y = (np.arange(height + extra) + shift - height / 2) * scale
+        grid = axes[2] + x[None, :, None] * axes[0] + y[:, None, None] * axes[1]
+        parts.append(grid.reshape(-1, 3))
+    return np.concatenate(parts).astype(np.float32)

@@ -1,0 +1,236 @@
+"""The plan of a town: where streets, blocks, the river and the railway lie.
+
+A town is laid out on an uneven rectangular grid in its own coordinates (u, v) and bent into the world's
+(x, y) by a smooth `Warp`, so that streets curve and no two towns align.
+"""
+
+from dataclasses import dataclass
+from enum import Enum
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from sunset.errors import InvalidInputError
+from sunset.seeding import generator
+
+__all__ = ["EXTENT_M", "PAVEMENT_M", "TOWNS", "Block", "BlockKind", "Street", "TownPlan", "Warp", "plan_town"]
+
+TOWNS: Final = range(1, 9)
+"""The numbers of the towns."""
+
+EXTENT_M: Final = 300.0
+"""A town covers [-300, 300) metres in x and y; fields lie beyond."""
+
+REACH_M: Final = 430.0
+PAVEMENT_M: Final = 3.2
+"""Width of the pavement on each side of a street, in metres."""
+
+
+class BlockKind(Enum):
+    """What a block between streets is used for."""
+
+    TOWERS = "towers"
+    PERIMETER = "perimeter"
+    HOUSES = "houses"
+    PARK = "park"
+    PLAZA = "plaza"
+    PARKING = "parking"
+    INDUSTRY = "industry"
+    SITE = "site"
+    RIVERBANK = "riverbank"
+    RAILSIDE = "railside"
+
+
+@dataclass(frozen=True, slots=True)
+class Warp:
+    """The map from a town's grid (u, v) to the world (x, y), both in metres."""
+
+    angle: float
+    amplitudes: tuple[float, float]
+    wavelengths: tuple[float, float]
+    phases: tuple[float, float]
+
+    def points(self, uv: npt.ArrayLike) -> npt.NDArray[np.float64]:
+        """Return world points (..., 2) of grid points (..., 2)."""
+        grid = np.asarray(uv, dtype=np.float64)
+        u, v = grid[..., 0], grid[..., 1]
+        bent_u = u + self.amplitudes[0] * np.sin(v / self.wavelengths[0] + self.phases[0])
+        bent_v = v + self.amplitudes[1] * np.sin(u / self.wavelengths[1] + self.phases[1])
+        cos, sin = np.cos(self.angle), np.sin(self.angle)
+        return np.stack([bent_u * cos - bent_v * sin, bent_u * sin + bent_v * cos], axis=-1)
+
+    def headings(self, uv: npt.ArrayLike, axis: int) -> npt.NDArray[np.float64]:
+        """Return the world direction in radians (...) of growing u (axis 0) or v (axis 1) at grid points."""
+        grid = np.asarray(uv, dtype=np.float64)
+        step = np.zeros(2)
+        step[axis] = 0.5
+        delta = self.points(grid + step) - self.points(grid - step)
+        return np.arctan2(delta[..., 1], delta[..., 0])
+
+
+@dataclass(frozen=True, slots=True)
+class Street:
+    """A street along one grid line.
+
+    Attributes:
+        axis: 0 if it runs along u (at a fixed v), 1 if along v (at a fixed u).
+        at: the fixed coordinate of its centre line in metres.
+        width: of the carriageway in metres.
+    """
+
+    axis: int
+    at: float
+    width: float
+
+    @property
+    def avenue(self) -> bool:
+        """Whether it has four lanes."""
+        return self.width > 12  # noqa: PLR2004  four lanes of 3.3 m
+
+    def points(self, along: npt.ArrayLike, offset: npt.ArrayLike = 0.0) -> npt.NDArray[np.float64]:
+        """Return grid points (..., 2) at positions along the street, shifted sideways by `offset`."""
+        s, across = np.broadcast_arrays(np.asarray(along, float), self.at + np.asarray(offset, float))
+        return np.stack([s, across] if self.axis == 0 else [across, s], axis=-1)
+
+
+@dataclass(frozen=True, slots=True)
+class Block:
+    """A rectangle of the grid between the pavements of four streets."""
+
+    index: int
+    kind: BlockKind
+    low: tuple[float, float]
+    high: tuple[float, float]
+
+    @property
+    def size(self) -> tuple[float, float]:
+        """Extent along u and v in metres."""
+        return self.high[0] - self.low[0], self.high[1] - self.low[1]
+
+
+@dataclass(frozen=True, slots=True)
+class TownPlan:
+    """Everything about a town that is decided before anything is painted or built."""
+
+    number: int
+    warp: Warp
+    streets: tuple[Street, ...]
+    blocks: tuple[Block, ...]
+    river: float
+    river_width: float
+    river_bend: tuple[float, float]
+    rail: float
+    earthiness: float
+
+    def river_points(self, along: npt.ArrayLike) -> npt.NDArray[np.float64]:
+        """Return grid points (..., 2) of the river's centre line at positions u."""
+        u = np.asarray(along, dtype=np.float64)
+        return np.stack([u, self.river + self.river_bend[0] * np.sin(u / 55 + self.river_bend[1])], axis=-1)
+
+    def crossings(self, street: Street) -> list[Street]:
+        """Return the streets that cross a street, in order along it."""
+        return sorted((other for other in self.streets if other.axis != street.axis), key=lambda s: s.at)
+
+
+def _lines(
+    rng: np.random.Generator, gaps: tuple[float, float], special: float
+) -> tuple[list[tuple[float, float]], int]:
+    """Return (position, width) of parallel streets, and the index of the gap that is `special` wide."""
+    lines: list[tuple[float, float]] = []
+    at, chosen = -REACH_M, -1
+    trigger = float(rng.uniform(-90, 60))
+    while at < REACH_M:
+        width = 14.0 if rng.random() < 0.28 else float(rng.choice([7.5, 8.5, 9.5]))  # noqa: PLR2004  a share
+        lines.append((at, width))
+        if chosen < 0 and at > trigger:
+            chosen = len(lines) - 1
+            at += special
+        else:
+            at += float(rng.uniform(*gaps))
+    return lines, chosen
+
+
+_SHARES: Final = {
+    BlockKind.PERIMETER: 0.30,
+    BlockKind.HOUSES: 0.22,
+    BlockKind.TOWERS: 0.12,
+    BlockKind.PARK: 0.13,
+    BlockKind.PLAZA: 0.05,
+    BlockKind.PARKING: 0.06,
+    BlockKind.INDUSTRY: 0.07,
+    BlockKind.SITE: 0.05,
+}
+
+
+def _kinds(rng: np.random.Generator, count: int) -> list[BlockKind]:
+    """Deal block kinds so that every town has them all, in its own proportions."""
+    shares = np.array(list(_SHARES.values())) * rng.uniform(0.75, 1.3, len(_SHARES))
+    exact = shares / shares.sum() * count
+    kinds = [kind for kind, share in zip(_SHARES, exact, strict=True) for _ in range(int(share) + 1)]
+    order = rng.permutation(len(kinds))
+    return [kinds[i] for i in order[:count]]
+
+
+def _blocks(
+    rng: np.random.Generator,
+    columns: tuple[list[tuple[float, float]], int],
+    rows: tuple[list[tuple[float, float]], int],
+) -> tuple[Block, ...]:
+    (us, rail_gap), (vs, river_gap) = columns, rows
+    count = (len(us) - 1) * (len(vs) - 1)
+    kinds = _kinds(rng, count)
+    blocks = []
+    for index in range(count):
+        i, j = divmod(index, len(vs) - 1)
+        kind = kinds[index]
+        if i == rail_gap:
+            kind = BlockKind.RAILSIDE
+        if j == river_gap:
+            kind = BlockKind.RIVERBANK
+        low = (us[i][0] + us[i][1] / 2 + PAVEMENT_M, vs[j][0] + vs[j][1] / 2 + PAVEMENT_M)
+        high = (us[i + 1][0] - us[i + 1][1] / 2 - PAVEMENT_M, vs[j + 1][0] - vs[j + 1][1] / 2 - PAVEMENT_M)
+        blocks.append(Block(index, kind, low, high))
+    return tuple(blocks)
+
+
+def check_town(number: int) -> int:
+    """Return `number` unchanged if there is such a town.
+
+    Raises:
+        InvalidInputError: there is none.
+    """
+    if number not in TOWNS:
+        raise InvalidInputError(f"A town must be a whole number from 1 to {TOWNS[-1]}, got {number!r}.")
+    return number
+
+
+def plan_town(number: int) -> TownPlan:
+    """Return the plan of a town; the same number gives the same plan.
+
+    Raises:
+        InvalidInputError: there is no town of this number.
+    """
+    rng = generator(check_town(number), "town", "plan")
+    warp = Warp(
+        float(rng.uniform(-0.6, 0.6)),
+        (float(rng.uniform(5, 15)), float(rng.uniform(5, 15))),
+        (float(rng.uniform(80, 130)), float(rng.uniform(80, 130))),
+        (float(rng.uniform(0, 6.28)), float(rng.uniform(0, 6.28))),
+    )
+    shortest = float(rng.uniform(50, 60))
+    columns = _lines(rng, (shortest, shortest + 36), 36.0)
+    rows = _lines(rng, (shortest - 4, shortest + 26), 56.0)
+    streets = [Street(1, at, width) for at, width in columns[0]]
+    streets += [Street(0, at, width) for at, width in rows[0]]
+    return TownPlan(
+        number=number,
+        warp=warp,
+        streets=tuple(streets),
+        blocks=_blocks(rng, columns, rows),
+        river=(rows[0][rows[1]][0] + rows[0][rows[1] + 1][0]) / 2,
+        river_width=float(rng.uniform(15, 21)),
+        river_bend=(float(rng.uniform(1, 3)), float(rng.uniform(0, 6.28))),
+        rail=(columns[0][columns[1]][0] + columns[0][columns[1] + 1][0]) / 2,
+        earthiness=float(rng.uniform(0, 1)),
+    )

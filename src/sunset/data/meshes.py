@@ -1,0 +1,226 @@
+"""Triangle meshes: a few solids, and many placed copies of one mesh."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import IntEnum
+from functools import cache
+
+import numpy as np
+import numpy.typing as npt
+
+from sunset.classes import CARLA_IDS
+from sunset.data.frame import Ids, Reals
+
+__all__ = ["Colour", "Finish", "Material", "Mesh", "blob", "box", "cylinder", "gable", "join", "place"]
+
+Colour = tuple[float, float, float]
+
+
+class Material(IntEnum):
+    """What a surface is made of: decides its texture and gloss when it is shaded."""
+
+    PLAIN = 0
+    FACADE = 1
+    GLASS_FACADE = 2
+    ROOF = 3
+    TILES = 4
+    FOLIAGE = 5
+    PAINT = 6
+    BRICK = 7
+
+
+@dataclass(frozen=True, slots=True)
+class Mesh:
+    """Triangles with what the shading needs to know of each.
+
+    Attributes:
+        triangles: corners (T, 3, 3) in metres.
+        colours: reflectance (T, 3) as display values red, green, blue in [0, 1].
+        labels: CARLA ids (T,).
+        materials: values of `Material` (T,).
+        tinted: whether the colour is multiplied by that of the placed copy (T,).
+    """
+
+    triangles: Reals
+    colours: Reals
+    labels: Ids
+    materials: Ids
+    tinted: npt.NDArray[np.bool_]
+
+    def __len__(self) -> int:
+        """Return the number of triangles."""
+        return len(self.triangles)
+
+
+@dataclass(frozen=True, slots=True)
+class Finish:
+    """How a solid looks: colour, class name, material, and whether it takes the copy's tint."""
+
+    colour: Colour
+    label: str
+    material: Material = Material.PLAIN
+    tinted: bool = False
+
+
+def _mesh(triangles: Reals, finish: Finish) -> Mesh:
+    count = len(triangles)
+    return Mesh(
+        np.ascontiguousarray(triangles, dtype=np.float32),
+        np.tile(np.asarray(finish.colour, dtype=np.float32), (count, 1)),
+        np.full(count, CARLA_IDS[finish.label], dtype=np.uint8),
+        np.full(count, finish.material, dtype=np.uint8),
+        np.full(count, finish.tinted, dtype=np.bool_),
+    )
+
+
+def join(meshes: Sequence[Mesh]) -> Mesh:
+    """Return one mesh with all triangles of `meshes`, in order."""
+    if not meshes:
+        return Mesh(
+            np.zeros((0, 3, 3), np.float32),
+            np.zeros((0, 3), np.float32),
+            np.zeros(0, np.uint8),
+            np.zeros(0, np.uint8),
+            np.zeros(0, np.bool_),
+        )
+    return Mesh(
+        np.concatenate([mesh.triangles for mesh in meshes]),
+        np.concatenate([mesh.colours for mesh in meshes]),
+        np.concatenate([mesh.labels for mesh in meshes]),
+        np.concatenate([mesh.materials for mesh in meshes]),
+        np.concatenate([mesh.tinted for mesh in meshes]),
+    )
+
+
+def place(mesh: Mesh, positions: Reals, yaws: Reals, scales: Reals, tints: Reals) -> Mesh:
+    """Return copies of a mesh, each scaled, turned about the vertical, moved and tinted.
+
+    Args:
+        mesh: the mesh to copy.
+        positions: where each copy's origin goes (N, 3) in metres.
+        yaws: turn anticlockwise seen from above (N,) in radians.
+        scales: stretch along the mesh's own axes (N, 3).
+        tints: colour (N, 3) that tinted triangles are multiplied by.
+    """
+    count = len(positions)
+    local = mesh.triangles[None] * scales[:, None, None, :]
+    cos, sin = np.cos(yaws)[:, None, None], np.sin(yaws)[:, None, None]
+    turned = np.empty_like(local)
+    turned[..., 0] = local[..., 0] * cos - local[..., 1] * sin + positions[:, None, None, 0]
+    turned[..., 1] = local[..., 0] * sin + local[..., 1] * cos + positions[:, None, None, 1]
+    turned[..., 2] = local[..., 2] + positions[:, None, None, 2]
+    factors = np.where(mesh.tinted[None, :, None], tints[:, None, :], np.float32(1))
+    return Mesh(
+        turned.reshape(-1, 3, 3),
+        (mesh.colours[None] * factors).reshape(-1, 3).astype(np.float32),
+        np.tile(mesh.labels, count),
+        np.tile(mesh.materials, count),
+        np.tile(mesh.tinted, count),
+    )
+
+
+def box(low: Colour, high: Colour, finish: Finish, *, bottom: bool = False) -> Mesh:
+    """Return the box between two corners; its bottom is left out unless asked for."""
+    (x0, y0, z0), (x1, y1, z1) = low, high
+    corners = np.array(
+        [(x, y, z) for z in (z0, z1) for x, y in ((x0, y0), (x1, y0), (x1, y1), (x0, y1))], dtype=np.float32
+    )
+    quads = [(0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7), (4, 5, 6, 7)]
+    if bottom:
+        quads.append((3, 2, 1, 0))
+    return _mesh(corners[_triangulate(quads)], finish)
+
+
+def _triangulate(quads: Sequence[tuple[int, int, int, int]]) -> npt.NDArray[np.int64]:
+    return np.array([tri for a, b, c, d in quads for tri in ((a, b, c), (a, c, d))])
+
+
+def gable(size: tuple[float, float], base: float, rise: float, finish: Finish, ends: Finish) -> Mesh:
+    """Return a pitched roof over a rectangle, its ridge along x; the ends are walls."""
+    x, y = size[0] / 2, size[1] / 2
+    corners = np.array(
+        [
+            (-x, -y, base),
+            (x, -y, base),
+            (x, y, base),
+            (-x, y, base),
+            (-x, 0, base + rise),
+            (x, 0, base + rise),
+        ],
+        dtype=np.float32,
+    )
+    slopes = corners[_triangulate([(0, 1, 5, 4), (2, 3, 4, 5)])]
+    walls = corners[np.array([(1, 2, 5), (3, 0, 4)])]
+    return join([_mesh(slopes, finish), _mesh(walls, ends)])
+
+
+def cylinder(
+    radii: tuple[float, float], heights: tuple[float, float], finish: Finish, *, sides: int = 6
+) -> Mesh:
+    """Return an upright frustum about the z axis with a lid; radii and heights are (bottom, top)."""
+    angles = np.arange(sides) * (2 * np.pi / sides)
+    ring = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    low = np.column_stack([ring * radii[0], np.full(sides, heights[0])]).astype(np.float32)
+    top = np.column_stack([ring * radii[1], np.full(sides, heights[1])]).astype(np.float32)
+    following = np.roll(np.arange(sides), -1)
+    lid = np.tile(np.array([0, 0, heights[1]], dtype=np.float32), (sides, 1))
+    parts = [
+        np.stack([low, low[following], top[following]], axis=1),
+        np.stack([low, top[following], top], axis=1),
+        np.stack([top, top[following], lid], axis=1),
+    ]
+    return _mesh(np.concatenate(parts), finish)
+
+
+@cache
+def _sphere() -> tuple[Reals, npt.NDArray[np.int64]]:
+    """Vertices (42, 3) and faces (80, 3) of an icosahedron subdivided once."""
+    golden = (1 + 5**0.5) / 2
+    base = [
+        point
+        for a in (-1.0, 1.0)
+        for b in (-golden, golden)
+        for point in ((0.0, a, b), (a, b, 0.0), (b, 0.0, a))
+    ]
+    vertices = [np.asarray(point) / np.hypot(1, golden) for point in base]
+    edge = min(float(np.linalg.norm(vertices[0] - other)) for other in vertices[1:]) * 1.01
+    close = [[float(np.linalg.norm(p - q)) < edge for q in vertices] for p in vertices]
+    faces = [
+        (a, b, c)
+        for a in range(12)
+        for b in range(a + 1, 12)
+        for c in range(b + 1, 12)
+        if close[a][b] and close[b][c] and close[a][c]
+    ]
+    middles: dict[tuple[int, int], int] = {}
+
+    def middle(a: int, b: int) -> int:
+        key = (min(a, b), max(a, b))
+        if key not in middles:
+            point = vertices[a] + vertices[b]
+            vertices.append(point / np.linalg.norm(point))
+            middles[key] = len(vertices) - 1
+        return middles[key]
+
+    small = []
+    for a, b, c in faces:
+        ab, bc, ca = middle(a, b), middle(b, c), middle(c, a)
+        small += [(a, ab, ca), (b, bc, ab), (c, ca, bc), (ab, bc, ca)]
+    return np.array(vertices, dtype=np.float32), np.array(small)
+
+
+def blob(
+    rng: np.random.Generator,
+    centre: Colour,
+    radii: Colour,
+    finish: Finish,
+    *,
+    roughness: float = 0.2,
+) -> Mesh:
+    """Return a dented ellipsoid; its triangles' brightness varies a little."""
+    vertices, faces = _sphere()
+    dents = 1 + roughness * rng.uniform(-1, 1, (len(vertices), 1))
+    corners = (vertices * dents * np.asarray(radii) + np.asarray(centre)).astype(np.float32)
+    mesh = _mesh(corners[faces], finish)
+    shades = rng.uniform(0.82, 1.12, (len(mesh), 1)).astype(np.float32)
+    return Mesh(mesh.triangles, mesh.colours * shades, mesh.labels, mesh.materials, mesh.tinted)

@@ -1,0 +1,104 @@
+"""What stands along the streets: lamps, lights, signs, stops, trees, parked cars, bridge rails."""
+
+import numpy as np
+
+from sunset.data.furnish import Builder
+from sunset.data.layout import PAVEMENT_M, Street
+
+__all__ = ["furnish_streets"]
+
+
+def _point(street: Street, along: float, offset: float) -> tuple[float, float]:
+    u, v = street.points(along, offset)
+    return float(u), float(v)
+
+
+def _right(street: Street) -> int:
+    """The sign of the offset that lies to the right of growing positions."""
+    return -1 if street.axis == 0 else 1
+
+
+def _toward_road(street: Street, side: int) -> float:
+    """The turn, from the crossing axis's heading, that faces the carriageway from one side."""
+    return np.pi if side > 0 else 0.0
+
+
+def furnish_streets(builder: Builder) -> None:
+    """Furnish every street between its crossings, and the crossings themselves."""
+    for street in builder.plan.streets:
+        crossings = builder.plan.crossings(street)
+        for before, after in zip(crossings[:-1], crossings[1:], strict=True):
+            stretch = (before.at + before.width / 2, after.at - after.width / 2)
+            _lamps(builder, street, stretch)
+            _planting(builder, street, stretch)
+            _crossing_signs(builder, street, after, stretch[1], 1)
+            _crossing_signs(builder, street, before, stretch[0], -1)
+            if street.avenue and builder.rng.random() < 0.5:  # noqa: PLR2004  a share
+                _stop(builder, street, stretch)
+        if street.axis == 1:
+            _bridge(builder, street)
+
+
+def _lamps(builder: Builder, street: Street, stretch: tuple[float, float]) -> None:
+    side = 1
+    for at in np.arange(stretch[0] + 8, stretch[1] - 6, 15.0).tolist():
+        uv = _point(street, at, side * (street.width / 2 + 0.5))
+        builder.put("lamp", uv, axis=1 - street.axis, turn=_toward_road(street, side))
+        side = -side
+
+
+def _planting(builder: Builder, street: Street, stretch: tuple[float, float]) -> None:
+    """Trees on an avenue's pavements; parked cars, some skips, half on a side street's pavement."""
+    rng = builder.rng
+    for side in (-1, 1):
+        edge = street.width / 2
+        if street.avenue:
+            for at in np.arange(stretch[0] + 11, stretch[1] - 9, 11.0).tolist():
+                uv = _point(street, at, side * (edge + PAVEMENT_M + 0.4))
+                builder.tree(uv, float(rng.uniform(6, 9)), int(rng.integers(4)))
+            continue
+        if rng.random() < 0.35:  # noqa: PLR2004  a share
+            continue
+        for at in np.arange(stretch[0] + 11, stretch[1] - 10, 6.2).tolist():
+            chance = float(rng.random())
+            uv = _point(street, at, side * (edge + 0.95))
+            if chance < 0.55:  # noqa: PLR2004  a share
+                builder.car(uv, street.axis)
+            elif chance < 0.6:  # noqa: PLR2004  a share
+                builder.skip(uv, axis=street.axis)
+
+
+def _crossing_signs(builder: Builder, street: Street, other: Street, at: float, direction: int) -> None:
+    """Traffic lights where an avenue takes part, else a sign, on the right of those who approach."""
+    rng = builder.rng
+    side = direction * _right(street)
+    uv = _point(street, at - direction * 0.6, side * (street.width / 2 + 0.7))
+    turn = 0.0 if direction > 0 else np.pi
+    if street.avenue or other.avenue:
+        builder.put("traffic light", uv, axis=street.axis, turn=turn)
+    elif rng.random() < 0.6:  # noqa: PLR2004  a share
+        tint = ((0.8, 0.12, 0.1), (0.1, 0.25, 0.7), (0.9, 0.75, 0.1))[int(rng.integers(3))]
+        builder.put("sign", uv, axis=street.axis, turn=turn, tint=tint)
+    if street.avenue and rng.random() < 0.35:  # noqa: PLR2004  a share
+        back = _point(street, at - direction * 14, side * (street.width / 2 + 0.8))
+        builder.put("gantry", back, axis=street.axis, turn=turn)
+
+
+def _stop(builder: Builder, street: Street, stretch: tuple[float, float]) -> None:
+    """A bus stop in the middle of a stretch, facing the carriageway."""
+    middle = (stretch[0] + stretch[1]) / 2 + 3
+    side = 1 if builder.rng.random() < 0.5 else -1  # noqa: PLR2004  a coin
+    uv = _point(street, middle, side * (street.width / 2 + 1.9))
+    facing = 0.0 if (side > 0) == (street.axis == 0) else np.pi
+    builder.put("bus stop", uv, axis=street.axis, turn=facing)
+
+
+def _bridge(builder: Builder, street: Street) -> None:
+    """Rails on both edges of the bridge that carries a street over the river."""
+    _, river = builder.plan.river_points(street.at)
+    half = builder.plan.river_width / 2 + 5
+    for side in (-1, 1):
+        u = street.at + side * (street.width / 2 + PAVEMENT_M - 0.2)
+        builder.line("rail guard", (u, float(river) - half), (u, float(river) + half), 1.1)
+        for v in (float(river) - half, float(river) + half):
+            builder.put("pier", (u, v), scale=(1.2, 1.2, 1.8))

@@ -1,0 +1,85 @@
+"""A town, built: its ground, its solid things ready for rays, its traffic."""
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+import numpy.typing as npt
+from embreex.mesh_construction import TriangleMesh
+from embreex.rtcore_scene import EmbreeScene
+
+from sunset.data.frame import Ids, Reals
+from sunset.data.furnish import Builder, furnish_blocks
+from sunset.data.ground import Ground, paint_ground
+from sunset.data.layout import TownPlan, plan_town
+from sunset.data.meshes import Mesh, join
+from sunset.data.roadside import furnish_streets
+from sunset.data.traffic import Traffic, make_traffic
+
+__all__ = ["Hits", "Solid", "Town", "build_town"]
+
+
+@dataclass(frozen=True, slots=True)
+class Hits:
+    """Where rays met a solid.
+
+    Attributes:
+        distance: in units of each ray's direction (N,); infinite where nothing was met.
+        triangle: index of the triangle met (N,), −1 where nothing was.
+    """
+
+    distance: Reals
+    triangle: npt.NDArray[np.int32]
+
+
+class Solid:
+    """A mesh that rays can meet."""
+
+    def __init__(self, mesh: Mesh) -> None:
+        """Prepare a mesh of at least one triangle."""
+        self._scene = EmbreeScene()
+        self._geometry = TriangleMesh(self._scene, mesh.triangles)
+        first, second, third = (mesh.triangles[:, corner] for corner in range(3))
+        normals = np.cross(second - first, third - first)
+        normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), np.float32(1e-9))
+        self.normals: Reals = normals.astype(np.float32)
+        self.colours: Reals = mesh.colours * mesh.colours
+        self.labels: Ids = mesh.labels
+        self.materials: Ids = mesh.materials
+
+    def meet(self, origins: Reals, directions: Reals) -> Hits:
+        """Return where rays (N, 3) first meet the solid."""
+        found = self._scene.run(origins, directions, output=1)
+        triangle = np.where(found["geomID"] < 0, np.int32(-1), found["primID"])
+        distance = np.where(triangle < 0, np.float32(np.inf), found["tfar"])
+        return Hits(distance, triangle)
+
+    def blocks(self, origins: Reals, directions: Reals) -> npt.NDArray[np.bool_]:
+        """Return whether rays (N, 3) meet the solid anywhere (N,)."""
+        hidden: npt.NDArray[np.bool_] = self._scene.run(origins, directions, query="OCCLUDED") >= 0
+        return hidden
+
+
+@dataclass(frozen=True, slots=True)
+class Town:
+    """A town, ready to be rendered; it never changes."""
+
+    plan: TownPlan
+    ground: Ground
+    solid: Solid
+    traffic: Traffic
+
+
+@lru_cache(maxsize=2)
+def build_town(number: int) -> Town:
+    """Return a town; the same number gives the same town, built once and kept.
+
+    Raises:
+        InvalidInputError: there is no town of this number.
+    """
+    plan = plan_town(number)
+    ground = paint_ground(plan)
+    builder = Builder(plan, ground)
+    furnish_blocks(builder)
+    furnish_streets(builder)
+    return Town(plan, ground, Solid(join(builder.finish())), make_traffic(plan))

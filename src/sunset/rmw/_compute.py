@@ -1,0 +1,71 @@
+"""How long callbacks take in the simulated world: modelled, never measured."""
+
+from collections.abc import Callable, Mapping
+from math import isfinite
+from types import MappingProxyType
+
+from sunset.errors import MiddlewareError
+from sunset.seeding import check_seed, generator
+
+__all__ = ["DEFAULT_COMPUTE", "OTHER_CALLBACK_NS", "ComputeModel"]
+
+DEFAULT_COMPUTE: Mapping[str, float] = MappingProxyType(
+    {
+        "camera": 0.002,
+        "depth": 0.002,
+        "image_enhancement": 0.003,
+        "sensor_fusion": 0.003,
+        "segmentation": 0.040,
+    }
+)
+"""Seconds for one subscription callback, by the node's name without namespace."""
+
+OTHER_CALLBACK_NS = 200_000
+"""Nanoseconds for a timer, a service, a response, and any callback of a node that is not listed."""
+
+
+class ComputeModel:
+    """Draws the duration of callbacks.
+
+    Args:
+        seconds: node name → mean duration of a subscription callback.
+        jitter: half-width of the uniform factor, in [0, 1): a callback takes seconds × (1 ± jitter).
+        seed: a whole number in [0, 2³² − 1].
+
+    Raises:
+        MiddlewareError: a duration is negative or not finite, or the jitter is out of range.
+    """
+
+    def __init__(self, seconds: Mapping[str, float], jitter: float, seed: int) -> None:
+        for node, duration in seconds.items():
+            if not (isfinite(duration) and duration >= 0):
+                raise MiddlewareError(
+                    f"The modelled duration of node {node!r} must be at least 0 s, got {duration}."
+                )
+        if not 0 <= jitter < 1:
+            raise MiddlewareError(f"The jitter of modelled durations must be in [0, 1), got {jitter}.")
+        self._seconds = dict(seconds)
+        self._jitter = jitter
+        self._seed = check_seed(seed)
+        self._samplers: dict[str, Callable[[], int]] = {}
+
+    def sampler(self, node: str) -> Callable[[], int] | None:
+        """Return a function that draws durations in ns for `node`, or None if it is not listed.
+
+        A node that ends and comes back continues the same stream of random numbers.
+        """
+        if node not in self._seconds:
+            return None
+        if node not in self._samplers:
+            self._samplers[node] = self._make_sampler(node)
+        return self._samplers[node]
+
+    def _make_sampler(self, node: str) -> Callable[[], int]:
+        random = generator(self._seed, "compute", node).random
+        low = self._seconds[node] * 1e9 * (1 - self._jitter)
+        width = self._seconds[node] * 1e9 * 2 * self._jitter
+
+        def draw() -> int:
+            return round(low + width * random())
+
+        return draw

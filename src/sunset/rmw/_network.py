@@ -1,0 +1,128 @@
+"""What all simulated processes share: the clock, the wires, the observers, the models of time."""
+
+from collections.abc import Sequence
+from itertools import count
+from typing import TYPE_CHECKING, Generic, Protocol, TypeVar
+
+from sunset.rmw._compute import ComputeModel
+from sunset.rmw._scheduler import Scheduler
+from sunset.rmw.port import EndpointInfo, EndpointKind, QoSProfile
+from sunset.rmw.tap import Tap
+
+if TYPE_CHECKING:
+    from sunset.rmw._process import SimNode, SimProcess
+    from sunset.rmw._services import SimClient, SimService
+    from sunset.rmw._topics import SimPublisher, SimSubscription
+
+__all__ = ["Network"]
+
+
+class _Endpoint(Protocol):
+    """What all four kinds of endpoint have."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def type_name(self) -> str: ...
+    @property
+    def qos(self) -> QoSProfile: ...
+    @property
+    def gid(self) -> int: ...
+    @property
+    def node(self) -> "SimNode": ...
+
+
+EndpointT = TypeVar("EndpointT", bound=_Endpoint)
+
+
+class _Table(Generic[EndpointT]):
+    """The endpoints of one kind, by name, then by age."""
+
+    __slots__ = ("_by_name",)
+
+    def __init__(self) -> None:
+        self._by_name: dict[str, list[EndpointT]] = {}
+
+    def add(self, endpoint: EndpointT) -> None:
+        """Put an endpoint on the graph."""
+        self._by_name.setdefault(endpoint.name, []).append(endpoint)
+
+    def remove(self, endpoint: EndpointT) -> None:
+        """Take an endpoint off the graph."""
+        endpoints = self._by_name[endpoint.name]
+        endpoints.remove(endpoint)
+        if not endpoints:
+            del self._by_name[endpoint.name]
+
+    def named(self, name: str) -> Sequence[EndpointT]:
+        """Return the endpoints of one topic or service."""
+        return self._by_name.get(name, ())
+
+    def describe(self, kind: EndpointKind) -> list[EndpointInfo]:
+        """Return what the graph tells about each."""
+        return [
+            EndpointInfo(
+                kind=kind,
+                name=name,
+                type_name=endpoint.type_name,
+                node_name=endpoint.node.name,
+                node_namespace=endpoint.node.namespace,
+                qos=endpoint.qos,
+                gid=endpoint.gid.to_bytes(16, "big"),
+            )
+            for name in sorted(self._by_name)
+            for endpoint in self._by_name[name]
+        ]
+
+
+class Network:
+    """The state of the simulated world.
+
+    Attributes:
+        scheduler: events and the clock.
+        latency_ns: from a sample leaving one process to its arrival in another.
+        compute: how long callbacks take.
+        taps: the observers.
+        executing: the process whose callback runs at the moment.
+        nodes: those alive, as the keys, by age.
+    """
+
+    __slots__ = (
+        "_gids",
+        "clients",
+        "compute",
+        "executing",
+        "latency_ns",
+        "nodes",
+        "publishers",
+        "scheduler",
+        "services",
+        "subscriptions",
+        "taps",
+    )
+
+    def __init__(self, compute: ComputeModel, latency_ns: int) -> None:
+        self.scheduler = Scheduler()
+        self.latency_ns = latency_ns
+        self.compute = compute
+        self.taps: list[Tap] = []
+        self.executing: SimProcess | None = None
+        self.nodes: dict[SimNode, None] = {}
+        self.publishers: _Table[SimPublisher] = _Table()
+        self.subscriptions: _Table[SimSubscription] = _Table()
+        self.clients: _Table[SimClient] = _Table()
+        self.services: _Table[SimService] = _Table()
+        self._gids = count(1)
+
+    def new_gid(self) -> int:
+        """Return a number that no other endpoint has or had."""
+        return next(self._gids)
+
+    def endpoints(self) -> list[EndpointInfo]:
+        """Describe every endpoint: publishers, subscriptions, clients, services, each by name, then by age."""
+        return [
+            *self.publishers.describe(EndpointKind.PUBLISHER),
+            *self.subscriptions.describe(EndpointKind.SUBSCRIPTION),
+            *self.clients.describe(EndpointKind.CLIENT),
+            *self.services.describe(EndpointKind.SERVICE),
+        ]

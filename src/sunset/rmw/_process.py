@@ -1,0 +1,355 @@
+"""A simulated process: one thread of callbacks that take modelled time."""
+
+from collections import deque
+from collections.abc import Callable
+from typing import Any
+
+from sunset.errors import MiddlewareError
+from sunset.interfaces import Message, Service
+from sunset.rmw._entity import Entity
+from sunset.rmw._network import Network
+from sunset.rmw._scheduler import Priority
+from sunset.rmw._services import SimClient, SimService
+from sunset.rmw._timer import SimPosted, SimTimer
+from sunset.rmw._topics import SimPublisher, SimSubscription
+from sunset.rmw._wall_limit import LimitExceeded, run_limited
+from sunset.rmw.port import (
+    CallbackError,
+    CallbackTimeoutError,
+    EndpointInfo,
+    Middleware,
+    NodeHandle,
+    QoSProfile,
+    RequestId,
+)
+
+__all__ = ["SimNode", "SimProcess"]
+
+
+class SimNode(NodeHandle):
+    """A node of a simulated process.
+
+    Attributes:
+        process: the process.
+        network: the world.
+        entities: its parts, as the keys, by age.
+        attached: whether its callbacks run while the process spins.
+    """
+
+    __slots__ = ("_waiting", "attached", "entities", "fqn", "name", "namespace", "network", "process")
+
+    def __init__(self, process: "SimProcess", name: str, namespace: str) -> None:
+        process.check_alive()
+        self.name = name
+        self.namespace = namespace
+        self.fqn = f"{namespace.rstrip('/')}/{name}"
+        self.process = process
+        self.network = process.network
+        self.entities: dict[Entity, None] = {}
+        self.attached = False
+        self._waiting: list[Entity] = []
+        self.network.nodes[self] = None
+        process.nodes_here[self] = None
+
+    @property
+    def fully_qualified_name(self) -> str:
+        """Namespace and name, such as `/managed_subsystem/camera`."""
+        return self.fqn
+
+    def check_alive(self) -> None:
+        """Refuse to extend a node that is destroyed.
+
+        Raises:
+            MiddlewareError: it is, or its process has ended.
+        """
+        self.process.check_alive()
+        if self not in self.network.nodes:
+            raise MiddlewareError(f"Node {self.fqn} is destroyed and can have no new endpoints.")
+
+    def create_publisher(self, message_type: type[Message], topic: str, qos: QoSProfile) -> SimPublisher:
+        """Make a writer on `topic`."""
+        return SimPublisher(self, message_type, topic, qos)
+
+    def create_subscription(
+        self,
+        message_type: type[Message],
+        topic: str,
+        qos: QoSProfile,
+        handler: Callable[[Message], None],
+        label: str,
+    ) -> SimSubscription:
+        """Make a reader of `topic`."""
+        return SimSubscription(self, message_type, topic, qos, handler, label)
+
+    def create_client(
+        self,
+        service_type: type[Service],
+        name: str,
+        qos: QoSProfile,
+        handler: Callable[[int, Message], None],
+        label: str,
+    ) -> SimClient:
+        """Make the asking end of service `name`."""
+        return SimClient(self, service_type, name, qos, handler, label)
+
+    def create_service(
+        self,
+        service_type: type[Service],
+        name: str,
+        qos: QoSProfile,
+        handler: Callable[[RequestId, Message], None],
+        label: str,
+    ) -> SimService:
+        """Make the answering end of service `name`."""
+        return SimService(self, service_type, name, qos, handler, label)
+
+    def create_timer(self, period_ns: int, handler: Callable[[], None], label: str) -> SimTimer:
+        """Make a running timer."""
+        return SimTimer(self, period_ns, handler, label)
+
+    def post(self, handler: Callable[[], None], label: str) -> None:
+        """Call the handler once, as a callback of this node, after those that are ready already."""
+        posted = SimPosted(self, handler, label)
+        scheduler = self.network.scheduler
+        scheduler.add(scheduler.now, Priority.TIMER, self.process.notify, posted)
+
+    def attach(self) -> None:
+        """Let the callbacks of this node run while its process spins."""
+        self.attached = True
+        waiting, self._waiting = self._waiting, []
+        scheduler = self.network.scheduler
+        for entity in waiting:
+            scheduler.add(scheduler.now, Priority.DELIVERY, self.process.notify, entity)
+
+    def detach(self) -> None:
+        """Hold the callbacks of this node back."""
+        self.attached = False
+
+    def hold(self, entity: Entity) -> None:
+        """Remember a notification until the node is attached."""
+        self._waiting.append(entity)
+
+    def destroy(self) -> None:
+        """Leave the graph with all endpoints."""
+        for entity in list(self.entities):
+            entity.destroy()
+        self._waiting.clear()
+        self.network.nodes.pop(self, None)
+        self.process.nodes_here.pop(self, None)
+
+
+class SimProcess(Middleware):
+    """One process of the simulated world; made by `Simulation.create_process`.
+
+    Attributes:
+        name: names it in errors.
+        network: the world.
+        nodes_here: its nodes, as the keys, by age.
+    """
+
+    __slots__ = (
+        "_alive",
+        "_busy",
+        "_calls",
+        "_ending",
+        "_on_exit",
+        "_outbox",
+        "_ready",
+        "_running",
+        "_wall_limit_s",
+        "name",
+        "network",
+        "nodes_here",
+    )
+
+    def __init__(self, network: Network, name: str, wall_limit_s: float | None) -> None:
+        self.name = name
+        self.network = network
+        self.nodes_here: dict[SimNode, None] = {}
+        self._wall_limit_s = wall_limit_s
+        self._alive = True
+        self._busy = False
+        self._running = False
+        self._ending = False
+        self._calls = 0
+        self._ready: deque[Entity] = deque()
+        self._outbox: list[tuple[Callable[[Any], None], Any]] = []
+        self._on_exit: list[Callable[[SimProcess], object]] = []
+
+    def __repr__(self) -> str:
+        return f"<SimProcess {self.name} {'alive' if self._alive else 'ended'}>"
+
+    def run(self) -> None:
+        """Let the callbacks of attached nodes run from now on, whenever the simulation runs."""
+        self.check_alive()
+        self._running = True
+        scheduler = self.network.scheduler
+        scheduler.add(scheduler.now, Priority.TIMER, self._start, None)
+
+    def add_exit_handler(self, handler: "Callable[[SimProcess], object]") -> None:
+        """Call `handler(process)` when this process ends, however it does."""
+        self._on_exit.append(handler)
+
+    def check_alive(self) -> None:
+        """Refuse to do something in a process that has ended.
+
+        Raises:
+            MiddlewareError: it has.
+        """
+        if not self._alive:
+            raise MiddlewareError(f"Process {self.name} has ended.")
+
+    # What happens to it
+
+    def notify(self, entity: Entity) -> None:
+        """Note that an entity has one more thing to do."""
+        if self._alive:
+            self._ready.append(entity)
+            if self._running and not self._busy:
+                self._run_next()
+
+    def _start(self, _: None) -> None:
+        if self._running and self._alive and not self._busy:
+            self._run_next()
+
+    def _run_next(self) -> None:
+        ready = self._ready
+        while ready:
+            entity = ready.popleft()
+            if not entity.alive or not entity.ready():
+                continue
+            if entity.node.attached:
+                self._run(entity)
+                return
+            entity.node.hold(entity)
+
+    def _run(self, entity: Entity) -> None:
+        network = self.network
+        scheduler = network.scheduler
+        self._busy = True
+        self._calls += 1
+        scheduler.add(scheduler.now + entity.cost_ns(), Priority.COMPLETION, self._complete, None)
+        network.executing = self
+        try:
+            if self._wall_limit_s is None:
+                entity.run()
+            else:
+                run_limited(self._wall_limit_s, entity.run)
+        except CallbackError:
+            raise
+        except LimitExceeded as error:
+            reason = f"did not return within {self._wall_limit_s:g} s."
+            raise CallbackTimeoutError(entity.node.fqn, entity.label, reason) from error
+        except Exception as error:
+            raise CallbackError.of(entity.node.fqn, entity.label, error) from error
+        finally:
+            network.executing = None
+
+    def _complete(self, _: None) -> None:
+        if not self._alive:
+            return
+        self._busy = False
+        if self._outbox:
+            outbox, self._outbox = self._outbox, []
+            for leave, payload in outbox:
+                leave(payload)
+        if self._ending:
+            self.end()
+        elif self._running and self._ready:
+            self._run_next()
+
+    def send(self, leave: Callable[[Any], None], payload: object) -> None:
+        """Let something leave when the running callback ends, or now if none runs."""
+        if self.network.executing is self:
+            self._outbox.append((leave, payload))
+        else:
+            leave(payload)
+
+    def end(self) -> None:
+        """End at once: endpoints vanish, whatever was on its way to or in this process is dropped."""
+        if not self._alive:
+            return
+        for node in list(self.nodes_here):
+            node.destroy()
+        self._alive = False
+        self._running = False
+        self._ready.clear()
+        self._outbox.clear()
+        for handler in self._on_exit:
+            handler(self)
+
+    # The port
+
+    def now_ns(self) -> int:
+        """Virtual time: nanoseconds since the simulation began; constant during a callback."""
+        return self.network.scheduler.now
+
+    def steady_ns(self) -> int:
+        """Virtual time."""
+        return self.network.scheduler.now
+
+    def create_node(self, name: str, namespace: str) -> SimNode:
+        """Enter the graph with a node that has no endpoints yet."""
+        return SimNode(self, name, namespace)
+
+    def spin_once(self, timeout_ns: int | None) -> bool:
+        """Let the whole world go on until a callback of this process was started.
+
+        Raises:
+            CallbackError: it, or a callback of another process, raised.
+            MiddlewareError: called from inside a callback, or nothing is left to happen and no timeout is set.
+        """
+        network = self.network
+        if network.executing is not None:
+            raise MiddlewareError("Spinning inside a callback would wait for itself; use a Future's done callback.")
+        self.check_alive()
+        scheduler = network.scheduler
+        limit = None if timeout_ns is None else scheduler.now + timeout_ns
+        before = self._calls
+        was_running, self._running = self._running, True
+        try:
+            scheduler.add(scheduler.now, Priority.COMPLETION, self._start, None)
+            called = scheduler.run_while(lambda: self._calls == before and self._alive, limit)
+        finally:
+            self._running = was_running and self._alive
+        if not called and limit is None:
+            raise MiddlewareError("Nothing is left to happen in the simulation, so this spin would never end.")
+        return self._calls > before
+
+    def wait_for(self, predicate: Callable[[], bool], timeout_ns: int | None) -> bool:
+        """Let the world go on until a predicate holds; from inside a callback, only look.
+
+        Raises:
+            MiddlewareError: nothing is left to happen and no timeout is set.
+        """
+        scheduler = self.network.scheduler
+        if self.network.executing is not None:
+            return predicate()
+        limit = None if timeout_ns is None else scheduler.now + timeout_ns
+        held = scheduler.run_while(lambda: not predicate(), limit)
+        if not held and limit is None:
+            raise MiddlewareError("Nothing is left to happen in the simulation, so this wait would never end.")
+        return held
+
+    def wake(self) -> None:
+        """Do nothing: while `spin_once` runs, nobody else does."""
+
+    @property
+    def alive(self) -> bool:
+        """Whether the process may still use the network."""
+        return self._alive and not self._ending
+
+    def shutdown(self) -> None:
+        """End the process; from inside one of its callbacks, after that callback and what it sends."""
+        if self.network.executing is self:
+            self._ending = True
+        else:
+            self.end()
+
+    def nodes(self) -> list[tuple[str, str]]:
+        """(name, namespace) of every node on the graph, sorted by full name, then by age."""
+        return [(node.name, node.namespace) for node in sorted(self.network.nodes, key=lambda node: node.fqn)]
+
+    def endpoints(self) -> list[EndpointInfo]:
+        """Every endpoint on the graph, in a fixed order."""
+        return self.network.endpoints()

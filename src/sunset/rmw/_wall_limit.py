@@ -1,0 +1,43 @@
+"""A limit on the wall time of a callback, for code that might hang."""
+
+import signal
+import threading
+from collections.abc import Callable
+from types import FrameType
+
+from sunset.errors import MiddlewareError
+
+__all__ = ["LimitExceeded", "run_limited"]
+
+_REPEAT_S = 0.1
+
+
+class LimitExceeded(BaseException):  # noqa: N818  it is a signal to the caller, no error of its own
+    """The limit passed. No `Exception`, so that `except Exception` in the callback cannot hide it."""
+
+
+def run_limited(limit_s: float, function: Callable[[], None]) -> None:
+    """Call a function and interrupt it after `limit_s` seconds of wall time.
+
+    Only the main thread of a system with interval timers can be interrupted.
+
+    Raises:
+        LimitExceeded: the function ran for longer.
+        MiddlewareError: this thread or system cannot interrupt a function.
+    """
+    if not hasattr(signal, "setitimer") or threading.current_thread() is not threading.main_thread():
+        raise MiddlewareError(
+            "A wall time limit on callbacks needs the main thread of a POSIX system; leave wall_limit_s unset."
+        )
+
+    def interrupt(_signal: int, _frame: FrameType | None) -> None:
+        raise LimitExceeded
+
+    previous = signal.signal(signal.SIGALRM, interrupt)
+    try:
+        # It repeats, because a callback may swallow even this one.
+        signal.setitimer(signal.ITIMER_REAL, limit_s, _REPEAT_S)
+        function()
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, previous)

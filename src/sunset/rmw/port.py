@@ -1,0 +1,340 @@
+"""The middleware port: the narrow door between the client library and whatever carries its messages.
+
+A `Middleware` is one process on the network: it has one thread of callbacks, a clock, and nodes. A
+node makes endpoints, each with a *handler* that the middleware calls on that thread, one at a time,
+and only while the process spins and the node is attached. Messages cross the port as typed Python
+objects; a middleware that needs bytes serialises behind it. Handlers own what they are given, and
+a sender keeps what it sent, except that arrays are shared and read-only.
+
+Names that cross the port are fully qualified (`/ns/name`), expanded, remapped and validated.
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from enum import Enum
+from typing import NamedTuple
+
+from sunset.errors import MiddlewareError
+from sunset.interfaces import Message, Service
+from sunset.rmw.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy, incompatibility
+
+__all__ = [
+    "CallbackError",
+    "CallbackTimeoutError",
+    "ClientHandle",
+    "DurabilityPolicy",
+    "EndpointInfo",
+    "EndpointKind",
+    "HistoryPolicy",
+    "Middleware",
+    "NodeHandle",
+    "PublisherHandle",
+    "QoSProfile",
+    "ReliabilityPolicy",
+    "RequestId",
+    "ServiceHandle",
+    "SubscriptionHandle",
+    "TimerHandle",
+    "incompatibility",
+]
+
+
+class CallbackError(MiddlewareError):
+    """A callback of a node raised; `__cause__` is what it raised.
+
+    Attributes:
+        node: fully qualified name of the node.
+        callback: name of the callback, such as `Camera.on_image`.
+    """
+
+    def __init__(self, node: str, callback: str, reason: str) -> None:
+        super().__init__(f"Callback {callback} of node {node} {reason}")
+        self.node = node
+        self.callback = callback
+
+    @classmethod
+    def of(cls, node: str, callback: str, error: Exception) -> "CallbackError":
+        """Wrap what a callback raised; the caller raises the result `from error`."""
+        return cls(node, callback, f"raised {type(error).__name__}: {error}")
+
+
+class CallbackTimeoutError(CallbackError):
+    """A callback ran for longer than its process allows, by the wall clock."""
+
+
+class RequestId(NamedTuple):
+    """Identity of one service request: who asked, and that client's running number."""
+
+    client: int
+    sequence: int
+
+
+class EndpointKind(Enum):
+    """What an endpoint does."""
+
+    PUBLISHER = "publisher"
+    SUBSCRIPTION = "subscription"
+    CLIENT = "client"
+    SERVICE = "service"
+
+
+@dataclass(frozen=True, slots=True)
+class EndpointInfo:
+    """One endpoint as seen on the graph.
+
+    Attributes:
+        kind: what it does.
+        name: fully qualified topic or service name.
+        type_name: such as `sensor_msgs/msg/Image` or `std_srvs/srv/Trigger`.
+        node_name: name of its node, without namespace.
+        node_namespace: namespace of its node; the root is `/`.
+        qos: what it offers or asks for.
+        gid: 16 bytes that identify it on this network.
+    """
+
+    kind: EndpointKind
+    name: str
+    type_name: str
+    node_name: str
+    node_namespace: str
+    qos: QoSProfile
+    gid: bytes
+
+
+class PublisherHandle(ABC):
+    """A writer on one topic."""
+
+    __slots__ = ()
+
+    @abstractmethod
+    def publish(self, message: Message) -> None:
+        """Send a message; the caller may change it afterwards, but not the arrays in it."""
+
+    @property
+    @abstractmethod
+    def wanted(self) -> bool:
+        """Whether anybody would get a message sent now, or could get it later."""
+
+    @property
+    @abstractmethod
+    def matched(self) -> int:
+        """Number of subscriptions that get what is sent."""
+
+    @abstractmethod
+    def destroy(self) -> None:
+        """Leave the graph; nothing more can be sent."""
+
+
+class SubscriptionHandle(ABC):
+    """A reader of one topic."""
+
+    __slots__ = ()
+
+    @property
+    @abstractmethod
+    def matched(self) -> int:
+        """Number of publishers whose messages arrive here."""
+
+    @abstractmethod
+    def destroy(self) -> None:
+        """Leave the graph; messages not yet handled are dropped."""
+
+
+class ClientHandle(ABC):
+    """The asking end of one service."""
+
+    __slots__ = ()
+
+    @abstractmethod
+    def send_request(self, request: Message) -> int:
+        """Send a request and return its number; the response comes to the handler with this number."""
+
+    @abstractmethod
+    def server_ready(self) -> bool:
+        """Whether a server of this name and type is there."""
+
+    @abstractmethod
+    def destroy(self) -> None:
+        """Leave the graph; responses on their way are dropped."""
+
+
+class ServiceHandle(ABC):
+    """The answering end of one service."""
+
+    __slots__ = ()
+
+    @abstractmethod
+    def send_response(self, request_id: RequestId, response: Message) -> None:
+        """Answer a request that the handler was given."""
+
+    @abstractmethod
+    def destroy(self) -> None:
+        """Leave the graph; requests not yet handled are dropped."""
+
+
+class TimerHandle(ABC):
+    """Calls its handler periodically by the system clock.
+
+    The n-th call is due at start + n × period. A call that comes late does not shift the later ones, and calls
+    missed while the process was busy are not made up for.
+    """
+
+    __slots__ = ()
+
+    period_ns: int
+
+    @abstractmethod
+    def cancel(self) -> None:
+        """Stop calling until `reset`."""
+
+    @abstractmethod
+    def reset(self) -> None:
+        """Start again: the next call is due one period from now."""
+
+    @property
+    @abstractmethod
+    def canceled(self) -> bool:
+        """Whether the timer is stopped."""
+
+    @property
+    @abstractmethod
+    def due_ns(self) -> int:
+        """When the next call is due, by the system clock."""
+
+    @abstractmethod
+    def destroy(self) -> None:
+        """Stop for good."""
+
+
+class NodeHandle(ABC):
+    """A node on the graph. Labels name a callback in errors."""
+
+    __slots__ = ()
+
+    name: str
+    namespace: str
+
+    @property
+    def fully_qualified_name(self) -> str:
+        """Namespace and name, such as `/managed_subsystem/camera`."""
+        return f"{self.namespace.rstrip('/')}/{self.name}"
+
+    @abstractmethod
+    def create_publisher(self, message_type: type[Message], topic: str, qos: QoSProfile) -> PublisherHandle:
+        """Make a writer on `topic`."""
+
+    @abstractmethod
+    def create_subscription(
+        self,
+        message_type: type[Message],
+        topic: str,
+        qos: QoSProfile,
+        handler: Callable[[Message], None],
+        label: str,
+    ) -> SubscriptionHandle:
+        """Make a reader of `topic`."""
+
+    @abstractmethod
+    def create_client(
+        self,
+        service_type: type[Service],
+        name: str,
+        qos: QoSProfile,
+        handler: Callable[[int, Message], None],
+        label: str,
+    ) -> ClientHandle:
+        """Make the asking end of service `name`; the handler gets (number of the request, response)."""
+
+    @abstractmethod
+    def create_service(
+        self,
+        service_type: type[Service],
+        name: str,
+        qos: QoSProfile,
+        handler: Callable[[RequestId, Message], None],
+        label: str,
+    ) -> ServiceHandle:
+        """Make the answering end of service `name`."""
+
+    @abstractmethod
+    def create_timer(self, period_ns: int, handler: Callable[[], None], label: str) -> TimerHandle:
+        """Make a running timer with a period of at least 0 ns."""
+
+    @abstractmethod
+    def post(self, handler: Callable[[], None], label: str) -> None:
+        """Call the handler once, as a callback of this node, after those that are ready already."""
+
+    @abstractmethod
+    def attach(self) -> None:
+        """Let the callbacks of this node run while its process spins."""
+
+    @abstractmethod
+    def detach(self) -> None:
+        """Hold the callbacks of this node back."""
+
+    @abstractmethod
+    def destroy(self) -> None:
+        """Leave the graph with all endpoints."""
+
+
+class Middleware(ABC):
+    """One process on the network."""
+
+    @abstractmethod
+    def now_ns(self) -> int:
+        """The system clock, in nanoseconds since its epoch."""
+
+    @abstractmethod
+    def steady_ns(self) -> int:
+        """A clock that never jumps, in nanoseconds since some fixed moment."""
+
+    @abstractmethod
+    def create_node(self, name: str, namespace: str) -> NodeHandle:
+        """Enter the graph with a node that has no endpoints yet."""
+
+    @abstractmethod
+    def spin_once(self, timeout_ns: int | None) -> bool:
+        """Wait for a callback of an attached node and run it.
+
+        Args:
+            timeout_ns: how long to wait; 0 for not at all, None for ever.
+
+        Returns:
+            Whether a callback ran.
+
+        Raises:
+            CallbackError: it raised.
+            MiddlewareError: called from inside a callback.
+        """
+
+    @abstractmethod
+    def wait_for(self, predicate: Callable[[], bool], timeout_ns: int | None) -> bool:
+        """Wait, without running callbacks of this process, until a predicate on the graph holds.
+
+        From inside a callback it does not wait.
+
+        Returns:
+            Whether the predicate holds.
+        """
+
+    @abstractmethod
+    def wake(self) -> None:
+        """Make a waiting `spin_once` return."""
+
+    @property
+    @abstractmethod
+    def alive(self) -> bool:
+        """Whether the process may still use the network."""
+
+    @abstractmethod
+    def shutdown(self) -> None:
+        """Leave the network; from inside a callback, after that callback and what it sends."""
+
+    @abstractmethod
+    def nodes(self) -> Sequence[tuple[str, str]]:
+        """(name, namespace) of every node on the graph, in a fixed order."""
+
+    @abstractmethod
+    def endpoints(self) -> Sequence[EndpointInfo]:
+        """Every endpoint on the graph, in a fixed order."""

@@ -1,0 +1,51 @@
+"""What an outside observer of the simulated network may see."""
+
+from sunset.interfaces import Message
+from sunset.rmw.port import RequestId
+
+__all__ = ["Tap"]
+
+
+class Tap:
+    """Listens to the simulated network without being part of it; override what is of interest.
+
+    A tap sees every sample, whether or not anybody subscribes, takes no time and cannot be lost. It may keep
+    the messages that it is given but must not change them.
+    """
+
+    def on_message(self, time_ns: int, topic: str, node: str, message: Message) -> None:
+        """Note that a sample left its process.
+
+        Args:
+            time_ns: when it left.
+            topic: fully qualified name.
+            node: fully qualified name of the node that published it.
+            message: the sample.
+        """
+
+    def on_request(
+        self, time_ns: int, service: str, client: str, server: str, request: Message, request_id: RequestId
+    ) -> None:
+        """Note that a server takes a request.
+
+        Args:
+            time_ns: when the server's callback starts.
+            service: fully qualified name.
+            client: fully qualified name of the node that asks.
+            server: fully qualified name of the node that will answer.
+            request: the request.
+            request_id: identifies it until its response.
+        """
+
+    def on_response(
+        self, time_ns: int, service: str, server: str, response: Message, request_id: RequestId
+    ) -> None:
+        """Note that a response left the process of the server.
+
+        Args:
+            time_ns: when it left.
+            service: fully qualified name.
+            server: fully qualified name of the node that answers.
+            response: the response.
+            request_id: the one that `on_request` was given.
+        """

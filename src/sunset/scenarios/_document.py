@@ -1,0 +1,123 @@
+"""Reading YAML such that every complaint names the file and the line."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import yaml
+
+from sunset.errors import ScenarioError
+from sunset.faults import Value
+
+__all__ = ["Document", "Item"]
+
+
+class Document:
+    """A YAML text, read with the safe loader: it can make numbers, texts, lists and mappings only.
+
+    Args:
+        text: the YAML text, of exactly one document.
+        source: the file's name, for messages.
+
+    Raises:
+        ScenarioError: it is no YAML, or empty.
+    """
+
+    def __init__(self, text: str, source: str) -> None:
+        self.source = source
+        try:
+            self.loader = yaml.SafeLoader(text)
+            node = self.loader.get_single_node()
+        except yaml.MarkedYAMLError as error:
+            mark = error.problem_mark or error.context_mark
+            line = f", line {mark.line + 1}" if mark else ""
+            problem = error.problem or error.context or "it cannot be parsed"
+            raise ScenarioError(f"{source}{line}: this is no valid YAML: {problem}.") from error
+        except yaml.YAMLError as error:
+            reason = str(error).splitlines()[0]
+            raise ScenarioError(f"{source}: this is no valid YAML: {reason}.") from error
+        except RecursionError as error:
+            raise ScenarioError(f"{source}: this is no scenario: it is nested too deeply.") from error
+        if node is None:
+            raise ScenarioError(f"{source} is empty; a scenario has a name and a list of faults.")
+        self.root = Item(self, node)
+
+
+class Item:
+    """A part of a document, which knows its line."""
+
+    def __init__(self, document: Document, node: yaml.Node) -> None:
+        self._document = document
+        self._node = node
+
+    @property
+    def is_list(self) -> bool:
+        """Whether it is a list."""
+        return isinstance(self._node, yaml.SequenceNode)
+
+    @property
+    def is_scalar(self) -> bool:
+        """Whether it is a single value."""
+        return isinstance(self._node, yaml.ScalarNode)
+
+    def error(self, what: str) -> ScenarioError:
+        """Return an exception that says where it was found."""
+        return ScenarioError(f"{self._document.source}, line {self._node.start_mark.line + 1}: {what}")
+
+    @contextmanager
+    def located(self) -> Iterator[None]:
+        """Let a `ScenarioError` raised in this context name the file and the line."""
+        try:
+            yield
+        except ScenarioError as error:
+            raise self.error(str(error)) from error
+
+    def items(self) -> list["Item"]:
+        """Return the entries of a list."""
+        if not isinstance(self._node, yaml.SequenceNode):
+            raise self.error(f"a list is expected here, got {self._kind}.")
+        return [Item(self._document, node) for node in self._node.value]
+
+    def mapping(self, *, required: tuple[str, ...], optional: tuple[str, ...]) -> dict[str, "Item"]:
+        """Return the entries of a mapping that must have the `required` keys and may have the others."""
+        if not isinstance(self._node, yaml.MappingNode):
+            raise self.error(f"a mapping with {', '.join(required)} is expected here, got {self._kind}.")
+        fields: dict[str, Item] = {}
+        for key_node, node in self._node.value:
+            key = Item(self._document, key_node)
+            name = key.text()
+            if name not in (*required, *optional):
+                allowed = ", ".join((*required, *optional))
+                raise key.error(f"the key {name!r} is not known here; there are {allowed}.")
+            if name in fields:
+                raise key.error(f"the key {name!r} is given twice.")
+            fields[name] = Item(self._document, node)
+        for name in required:
+            if name not in fields:
+                raise self.error(f"the key {name!r} is missing.")
+        return fields
+
+    def value(self) -> Value:
+        """Return a truth value, a number or a text."""
+        if isinstance(self._node, yaml.ScalarNode):
+            try:
+                value = self._document.loader.construct_object(self._node)
+            except (yaml.YAMLError, ValueError) as error:
+                raise self.error(f"{self._node.value!r} is no value that a fault can have.") from error
+            if isinstance(value, bool | int | float | str):
+                return value
+        raise self.error(f"a truth value, a number or a text is expected here, got {self._kind}.")
+
+    def text(self) -> str:
+        """Return a text."""
+        value = self.value()
+        if not isinstance(value, str):
+            raise self.error(f"a text is expected here, got {value!r}.")
+        return value
+
+    @property
+    def _kind(self) -> str:
+        if isinstance(self._node, yaml.MappingNode):
+            return "a mapping"
+        if isinstance(self._node, yaml.SequenceNode):
+            return "a list"
+        return f"{self._node.value!r}" if self._node.value else "nothing"

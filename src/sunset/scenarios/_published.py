@@ -1,0 +1,74 @@
+"""The published exemplar's scenario files: a list of parameter adaptations, and what each means here."""
+
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Final
+
+from sunset.errors import ScenarioError
+from sunset.faults import FAULTS, Value, get_fault
+
+__all__ = ["IGNORED_KEYS", "REQUIRED_KEYS", "translate"]
+
+REQUIRED_KEYS: Final = ("name", "target_node", "type", "value")
+IGNORED_KEYS: Final = ("criticality_level", "is_gt_failure", "probability")
+"""Keys of an entry that say nothing about what is injected."""
+
+_RENAMED: Final[Mapping[str, str]] = MappingProxyType(
+    {
+        f"{prefix}_{node}": fault
+        for prefix, by_node in (
+            (
+                "do_drop",
+                {
+                    "camera": "camera_driver_issue",
+                    "rgb_camera": "camera_driver_issue",
+                    "sensor_fusion": "sync_issue",
+                    "segmentation": "cuda_out_of_memory",
+                },
+            ),
+            (
+                "do_hard_drop",
+                {
+                    "camera": "hardware_disconnect",
+                    "rgb_camera": "hardware_disconnect",
+                    "sensor_fusion": "memory_leakage",
+                    "segmentation": "gpu_failure",
+                },
+            ),
+        )
+        for node, fault in by_node.items()
+    }
+)
+"""Parameter of the older published files → fault: a drop ends with a restart, a hard drop does not."""
+
+_PUBLISHED_STRENGTHS: Final[Mapping[str, float]] = MappingProxyType(
+    {"image_degradation": 1.5, "depth_degradation": 2.0, "image_shift": 300.0}
+)
+"""The strengths of the published files, on full-size images and the published networks."""
+
+
+def translate(name: str, target_node: str, kind: str, value: Value) -> tuple[str, Value]:
+    """Return (fault, value) of one entry of a published file.
+
+    Strengths are scaled such that the published suite's become the strengths of ours, since image size,
+    noise and network differ: the published 300 px of 1920 are our 40 px of 256.
+
+    Raises:
+        ScenarioError: the entry is of another type, sets no fault, or sets it at another node.
+
+    >>> translate("image_shift", "/managed_subsystem/sensor_fusion", "parameter_adaptation", 150)
+    ('image_shift', 20)
+    """
+    if kind != "parameter_adaptation":
+        raise ScenarioError(f"The type of {name} must be parameter_adaptation, got {kind!r}.")
+    fault = get_fault(_RENAMED.get(name, name))
+    if target_node.rsplit("/", 1)[-1] != fault.node:
+        raise ScenarioError(
+            f"The fault {name} must have the target_node /managed_subsystem/{fault.node}, got {target_node!r}."
+        )
+    published = _PUBLISHED_STRENGTHS.get(fault.name)
+    ours = FAULTS[fault.name].value
+    if published is None or isinstance(value, bool | str) or isinstance(ours, bool | str):
+        return fault.name, value
+    scaled = ours * value / published
+    return fault.name, round(scaled) if isinstance(ours, int) else scaled

@@ -1,0 +1,184 @@
+"""The node that injects a scenario's faults, and keeps the world as the scenario says."""
+
+from typing import Any, Final, cast
+
+from sunset.faults import Adaptation, AdaptationKind, FaultKind, Value
+from sunset.interfaces.builtin_interfaces.msg import Time
+from sunset.interfaces.lifecycle_msgs.msg import Transition, TransitionEvent
+from sunset.interfaces.lifecycle_msgs.srv import ChangeState
+from sunset.interfaces.rcl_interfaces.msg import ParameterDescriptor, ParameterEvent
+from sunset.interfaces.rcl_interfaces.srv import SetParameters
+from sunset.interfaces.std_srvs.srv import Trigger
+from sunset.interfaces.system_interfaces.msg import FaultInjection
+from sunset.ros.client import Client
+from sunset.ros.context import Context
+from sunset.ros.node import Node
+from sunset.ros.parameter import Parameter
+from sunset.ros.task import Future
+from sunset.scenarios._world import World
+from sunset.scenarios.loading import load_scenario
+from sunset.scenarios.schema import Scenario, ScenarioFault
+
+__all__ = ["ScenarioExecutor"]
+
+_NAMESPACE: Final = "/managed_subsystem"
+_CONFIRMATION_S: Final = 2.0
+"""How long a node may take to confirm an injection."""
+
+
+class ScenarioExecutor(Node):
+    """Injects all faults of a scenario at once when `~/inject` (std_srvs/srv/Trigger) is called.
+
+    The answer comes when every injection is confirmed by its node, or refused, or not answered; it is
+    successful only if all are confirmed. Every injection is published on `/experiment/injections`, with
+    the time at which it was ordered.
+
+    From then on it plays the world. A fault that lives outside of the nodes outlasts their processes: it
+    is put back when its node starts anew. An external one is put back also when somebody sets its
+    parameter, since the weather does not change by that; a configuration that somebody else changed is
+    theirs from then on.
+
+    Args:
+        scenario: what to inject; None to load what the parameter `scenario` names.
+        context: the context of the process; the default one if None.
+        cli_args: ROS arguments.
+        parameter_overrides: initial values of parameters.
+
+    Raises:
+        ScenarioError: the scenario is not usable.
+    """
+
+    def __init__(
+        self,
+        scenario: Scenario | None = None,
+        *,
+        context: Context | None = None,
+        cli_args: list[str] | None = None,
+        parameter_overrides: list[Parameter] | None = None,
+    ) -> None:
+        super().__init__(
+            "scenario_executor", context=context, cli_args=cli_args, parameter_overrides=parameter_overrides
+        )
+        described = ParameterDescriptor(description="name or file of the scenario", read_only=True)
+        name = self.declare_parameter("scenario", scenario.name if scenario else "", described).value
+        self.scenario = scenario or load_scenario(cast("str", name))
+        """What is injected."""
+        self._world = World()
+        self._callers: dict[str, Client[Any, Any]] = {}
+        self._injections = self.create_publisher(FaultInjection, "/experiment/injections", 100)
+        self._prepare()
+        self.create_service(Trigger, "~/inject", self._inject)
+
+    def _prepare(self) -> None:
+        """Create clients and subscriptions before they are needed, so that they are matched by then."""
+        for fault in self.scenario.faults:
+            for step in fault.injection:
+                self._caller(step)
+        outside = [one for one in self.scenario.faults if one.fault.kind is not FaultKind.INTERNAL]
+        for node in dict.fromkeys(step.node for fault in outside for step in fault.injection):
+            self.create_subscription(
+                TransitionEvent,
+                f"{_NAMESPACE}/{node}/transition_event",
+                lambda event, node=node: self._on_transition(node, event),
+                10,
+            )
+        if outside:
+            self.create_subscription(ParameterEvent, "/parameter_events", self._on_parameter_event, 1000)
+
+    async def _inject(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        del request
+        ordered = self.get_clock().now().to_msg()
+        answers = [
+            (fault, [self._apply(step) for step in fault.injection]) for fault in self.scenario.faults
+        ]
+        problems = []
+        for fault, futures in answers:
+            refusals = [reason for reason in [await future for future in futures] if reason]
+            problems += [f"{fault.name}: {reason}" for reason in refusals]
+            self._publish(fault, ordered, confirmed=not refusals)
+            self._world.begin(fault)
+        response.success = not problems
+        response.message = "; ".join(problems) or f"Injected {len(answers)} faults."
+        return response
+
+    def _publish(self, one: ScenarioFault, ordered: Time, *, confirmed: bool) -> None:
+        fault = one.fault
+        self._injections.publish(
+            FaultInjection(
+                stamp=ordered,
+                fault=fault.name,
+                failure=fault.failure.value,
+                node=f"{_NAMESPACE}/{fault.node}",
+                parameter=fault.parameter,
+                value=str(one.value).lower() if isinstance(one.value, bool) else str(one.value),
+                internal=fault.kind is FaultKind.INTERNAL,
+                redeploy_only=fault.redeploy_only,
+                confirmed=confirmed,
+            )
+        )
+
+    def _on_transition(self, node: str, event: TransitionEvent) -> None:
+        for step in self._world.after_transition(node, event.start_state.label, event.goal_state.label):
+            self._restore(step)
+
+    def _on_parameter_event(self, event: ParameterEvent) -> None:
+        node = event.node.removeprefix(f"{_NAMESPACE}/")
+        for message in event.new_parameters:
+            value = cast("Value", Parameter.from_parameter_msg(message).value)
+            for step in self._world.after_start_with(node, message.name, value):
+                self._restore(step)
+        for message in event.changed_parameters:
+            value = cast("Value", Parameter.from_parameter_msg(message).value)
+            for step in self._world.after_change_to(node, message.name, value):
+                self._restore(step)
+
+    def _restore(self, step: Adaptation) -> None:
+        """Do a step of an injection again."""
+
+        def log(future: Future[str]) -> None:
+            if future.result():
+                self.get_logger().warning(f"Could not {step} again: {future.result()}")
+
+        self._apply(step).add_done_callback(log)
+
+    def _apply(self, step: Adaptation) -> Future[str]:
+        """Do a step of an injection; the future has why it was not confirmed, or an empty text."""
+        outcome: Future[str] = Future()
+
+        def answered(future: Future[Any]) -> None:
+            timer.cancel()
+            self.destroy_timer(timer)
+            if not outcome.done():
+                outcome.set_result(_refusal(step, future.result()))
+
+        def expired() -> None:
+            timer.cancel()
+            if not outcome.done():
+                outcome.set_result(f"{step.node} did not answer within {_CONFIRMATION_S:g} s")
+
+        timer = self.create_timer(_CONFIRMATION_S, expired)
+        self._caller(step).call_async(_request(step)).add_done_callback(answered)
+        return outcome
+
+    def _caller(self, step: Adaptation) -> Client[Any, Any]:
+        activates = step.kind is AdaptationKind.ACTIVATE
+        name = f"{_NAMESPACE}/{step.node}/{'change_state' if activates else 'set_parameters'}"
+        if name not in self._callers:
+            self._callers[name] = self.create_client(ChangeState if activates else SetParameters, name)
+        return self._callers[name]
+
+
+def _request(step: Adaptation) -> ChangeState.Request | SetParameters.Request:
+    if step.kind is AdaptationKind.ACTIVATE:
+        transition = Transition(id=Transition.TRANSITION_ACTIVATE, label="activate")
+        return ChangeState.Request(transition=transition)
+    parameter = Parameter(step.parameter, value=step.value)
+    return SetParameters.Request(parameters=[parameter.to_parameter_msg()])
+
+
+def _refusal(step: Adaptation, response: ChangeState.Response | SetParameters.Response) -> str:
+    """Return why a node did not do a step, or an empty text."""
+    if isinstance(response, ChangeState.Response):
+        return "" if response.success else f"{step.node} refused to be activated"
+    reasons = [result.reason for result in response.results if not result.successful]
+    return "; ".join(reasons)

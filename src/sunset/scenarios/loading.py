@@ -1,0 +1,138 @@
+"""Where scenarios come from: a suite's name, a YAML file, or faults joined by `+`."""
+
+import difflib
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Final
+
+import yaml
+
+from sunset.errors import ScenarioError
+from sunset.faults import FAULTS, Value
+from sunset.scenarios._document import Document, Item
+from sunset.scenarios._published import IGNORED_KEYS, REQUIRED_KEYS, translate
+from sunset.scenarios.schema import Scenario, ScenarioFault
+from sunset.scenarios.suites import scenario_names, suite, suite_names
+
+__all__ = ["generate", "load_scenario", "parse_scenario"]
+
+_MAX_BYTES: Final = 1_000_000
+_SUFFIXES: Final = frozenset({".yaml", ".yml"})
+
+
+def load_scenario(name: str | Path) -> Scenario:
+    """Return a scenario by name, from a file, or made of faults.
+
+    Args:
+        name: a name of `scenario_names()`; or the path of a YAML file, which ends in `.yaml` or `.yml`
+            or exists; or faults of the catalogue joined by `+`, such as `gpu_failure+image_shift`.
+
+    Raises:
+        ScenarioError: it is none of these, or the file is not readable or not a scenario.
+
+    >>> [fault.value for fault in load_scenario("gpu_failure+image_shift").faults]
+    [True, 40]
+    """
+    text = str(name)
+    if text in scenario_names():
+        return next(one for one in suite(text.split("/", 1)[0]) if one.name == text)
+    path = Path(name)
+    if path.suffix.lower() in _SUFFIXES or path.is_file():
+        return _from_file(path)
+    faults = text.split("+")
+    if isinstance(name, str) and any(part.split("=", 1)[0] in FAULTS for part in faults):
+        return generate(faults)
+    near = difflib.get_close_matches(text, [*scenario_names(), *FAULTS], n=1, cutoff=0.7)
+    hint = f"did you mean {near[0]!r}, or " if near else ""
+    raise ScenarioError(
+        f"There is no scenario {text!r}: {hint}name one of the suites {', '.join(suite_names())} "
+        "('sunset scenarios list'), a YAML file, or faults joined by +."
+    )
+
+
+def generate(faults: Sequence[str], *, name: str = "") -> Scenario:
+    """Make a scenario of faults given as text.
+
+    Args:
+        faults: each a fault's name, or `name=value` with a strength.
+        name: the scenario's name; the faults joined by `+` if empty.
+
+    Raises:
+        ScenarioError: a fault or value is not usable.
+
+    >>> generate(["image_shift=20"]).faults[0].value
+    20
+    """
+    made = []
+    for text in faults:
+        fault, separator, value = text.partition("=")
+        made.append(ScenarioFault(fault, _value(value) if separator else None))
+    return Scenario(name=name or "+".join(faults), faults=tuple(made))
+
+
+def parse_scenario(text: str, source: str) -> Scenario:
+    """Return the scenario that a YAML text describes, in our format or in the published exemplar's.
+
+    Args:
+        text: the YAML text.
+        source: where it comes from, for messages; its stem names a scenario of the published format.
+
+    Raises:
+        ScenarioError: it is no YAML or no scenario; the message names source and line.
+    """
+    root = Document(text, source).root
+    return _published(root, source) if root.is_list else _ours(root)
+
+
+def _from_file(path: Path) -> Scenario:
+    try:
+        with path.open("rb") as file:
+            raw = file.read(_MAX_BYTES + 1)
+    except OSError as error:
+        raise ScenarioError(f"The scenario {path} cannot be read: {error.strerror}.") from error
+    if len(raw) > _MAX_BYTES:
+        raise ScenarioError(f"The scenario {path} is larger than {_MAX_BYTES} bytes, which no scenario is.")
+    try:
+        text = raw.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise ScenarioError(f"The scenario {path} is no text in UTF-8 (byte {error.start}).") from error
+    return parse_scenario(text, str(path))
+
+
+def _ours(root: Item) -> Scenario:
+    fields = root.mapping(required=("name", "faults"), optional=("description",))
+    faults = tuple(_fault(item) for item in fields["faults"].items())
+    description = fields["description"].text() if "description" in fields else ""
+    with root.located():
+        return Scenario(name=fields["name"].text(), faults=faults, description=description)
+
+
+def _fault(item: Item) -> ScenarioFault:
+    if item.is_scalar:
+        with item.located():
+            return ScenarioFault(item.text())
+    fields = item.mapping(required=("name",), optional=("value",))
+    value = fields["value"].value() if "value" in fields else None
+    with item.located():
+        return ScenarioFault(fields["name"].text(), value)
+
+
+def _published(root: Item, source: str) -> Scenario:
+    faults = []
+    for item in root.items():
+        fields = item.mapping(required=REQUIRED_KEYS, optional=IGNORED_KEYS)
+        name, target, kind = (fields[key].text() for key in ("name", "target_node", "type"))
+        value = fields["value"].value()
+        with item.located():
+            faults.append(ScenarioFault(*translate(name, target, kind, value)))
+    with root.located():
+        return Scenario(name=Path(source).stem, faults=tuple(faults))
+
+
+def _value(text: str) -> Value:
+    """Return the value that a text on the command line means, by YAML's rules."""
+    try:
+        value = yaml.safe_load(text)
+    except yaml.YAMLError:
+        return text
+    return value if isinstance(value, bool | int | float) else text

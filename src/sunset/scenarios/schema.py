@@ -1,0 +1,126 @@
+"""What a scenario is: a name and the faults that are injected together, checked when it is made."""
+
+import math
+from dataclasses import dataclass, replace
+
+import yaml
+
+from sunset.errors import ScenarioError
+from sunset.faults import EXCLUSIVE, Adaptation, Fault, Value, get_fault
+
+__all__ = ["Scenario", "ScenarioFault"]
+
+
+@dataclass(frozen=True, slots=True)
+class ScenarioFault:
+    """One fault of a scenario, at the strength that it is injected with.
+
+    Attributes:
+        name: a fault of the catalogue.
+        value: what its parameter is set to; None for the strength of the paper's suite.
+
+    Raises:
+        ScenarioError: there is no such fault, or the value is none of its values.
+
+    >>> ScenarioFault("image_shift").value
+    40
+    """
+
+    name: str
+    value: Value | None = None
+
+    def __post_init__(self) -> None:
+        """Check the value, and put in the suite's where none is given."""
+        object.__setattr__(self, "value", _checked(get_fault(self.name), self.value))
+
+    @property
+    def fault(self) -> Fault:
+        """The entry of the catalogue."""
+        return get_fault(self.name)
+
+    @property
+    def injection(self) -> tuple[Adaptation, ...]:
+        """What is done to the managed system to inject this fault at this strength."""
+        fault = self.fault
+        return tuple(
+            replace(step, value=self.value) if step.parameter == fault.parameter else step
+            for step in fault.injection
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Scenario:
+    """The faults of one run; all are injected at once.
+
+    Attributes:
+        name: its name in results, such as `paper/gpu_failure+image_shift+autofocus_needed`.
+        faults: the faults, each at most once, no two that exclude each other; none for a healthy run.
+        description: one sentence for a reader; may be empty.
+
+    Raises:
+        ScenarioError: a fault is there twice, or two exclude each other, or the name is empty.
+    """
+
+    name: str
+    faults: tuple[ScenarioFault, ...] = ()
+    description: str = ""
+
+    def __post_init__(self) -> None:
+        """Check that the faults can be there together."""
+        if not self.name.strip() or not self.name.isprintable():
+            raise ScenarioError(f"A scenario needs a name of printable characters, got {self.name!r}.")
+        names = [fault.name for fault in self.faults]
+        for index, name in enumerate(names):
+            if name in names[:index]:
+                raise ScenarioError(f"Scenario {self.name} has the fault {name} twice; name each once.")
+        for one, other in EXCLUSIVE:
+            if one in names and other in names:
+                raise ScenarioError(
+                    f"Scenario {self.name} has both {one} and {other}, of which each cures the other; drop one."
+                )
+
+    def to_yaml(self) -> str:
+        """Return the scenario as a file that `load_scenario` reads."""
+        content: dict[str, object] = {"name": self.name}
+        if self.description:
+            content["description"] = self.description
+        content["faults"] = [{"name": fault.name, "value": fault.value} for fault in self.faults]
+        text: str = yaml.safe_dump(content, sort_keys=False, allow_unicode=True, width=100)
+        return text
+
+
+def _checked(fault: Fault, value: Value | None) -> Value:
+    """Return the value in the type of the fault's parameter.
+
+    Raises:
+        ScenarioError: it is none of the fault's values.
+    """
+    if value is None:
+        return fault.value
+    if fault.limits is None:
+        if type(value) is not type(fault.value) or value != fault.value:
+            raise ScenarioError(
+                f"The fault {fault.name} has no strength: its value must be "
+                f"{_shown(fault.value)} or left out, got {_shown(value)}."
+            )
+        return fault.value
+    low, high = fault.limits
+    whole = isinstance(fault.value, int)
+    kind = "a whole number" if whole else "a number"
+    if (
+        isinstance(value, bool | str)
+        or not math.isfinite(value)
+        or (whole and value != int(value))
+        or not low <= value <= high
+        or value == fault.healthy
+    ):
+        raise ScenarioError(
+            f"The value of the fault {fault.name} must be {kind} above {low:g} and at most {high:g}, "
+            f"got {_shown(value)}."
+        )
+    return int(value) if whole else float(value)
+
+
+def _shown(value: Value) -> str:
+    """Return a value as YAML writes it."""
+    return str(value).lower() if isinstance(value, bool) else repr(value)

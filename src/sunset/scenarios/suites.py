@@ -1,0 +1,95 @@
+"""The suites: named collections of scenarios, each made of the catalogue's faults at suite strength."""
+
+from collections.abc import Iterator, Mapping
+from itertools import combinations
+from types import MappingProxyType
+from typing import Final
+
+from sunset.errors import ScenarioError
+from sunset.faults import EXCLUSIVE, FAULTS, Failure
+from sunset.scenarios.schema import Scenario, ScenarioFault
+
+__all__ = ["scenario_names", "suite", "suite_names"]
+
+_OUTAGES: Final = tuple(
+    name for name, fault in FAULTS.items() if fault.failure in {Failure.F1, Failure.F2, Failure.F3}
+)
+_DEGRADATIONS: Final = tuple(name for name in FAULTS if name not in _OUTAGES)
+_PAIRS: Final = tuple(
+    pair
+    for pair in combinations(_DEGRADATIONS, 2)
+    if not any(set(pair) == set(exclusive) for exclusive in EXCLUSIVE)
+)
+
+
+def _scenario(suite_name: str, *faults: str) -> Scenario:
+    description = " ".join(FAULTS[name].description for name in faults)
+    return Scenario(
+        name=f"{suite_name}/{'+'.join(faults)}",
+        faults=tuple(ScenarioFault(name) for name in faults),
+        description=description,
+    )
+
+
+def _paper() -> Iterator[Scenario]:
+    """Every outage with every two of the other faults that can be there together (paper, section 4)."""
+    for outage in _OUTAGES:
+        for pair in _PAIRS:
+            yield _scenario("paper", outage, *pair)
+
+
+def _artifact() -> Iterator[Scenario]:
+    """Every outage with one degradation and a blurred image, as in the published exemplar's files."""
+    for outage in _OUTAGES:
+        for one in ("image_degradation", "depth_degradation", "image_shift"):
+            yield _scenario("artifact", outage, one, "autofocus_needed")
+
+
+def _degraded() -> Iterator[Scenario]:
+    """The pairs of the paper's suite without an outage: the table's second row."""
+    for pair in _PAIRS:
+        yield _scenario("degraded", *pair)
+
+
+def _nofault() -> Iterator[Scenario]:
+    """A healthy run: the table's first row."""
+    yield Scenario(name="nofault", description="Nothing goes wrong.")
+
+
+_SUITES: Final[Mapping[str, tuple[Scenario, ...]]] = MappingProxyType(
+    {
+        "paper": tuple(_paper()),
+        "artifact": tuple(_artifact()),
+        "nofault": tuple(_nofault()),
+        "degraded": tuple(_degraded()),
+    }
+)
+
+
+def suite_names() -> tuple[str, ...]:
+    """Return the names of all suites.
+
+    >>> suite_names()
+    ('paper', 'artifact', 'nofault', 'degraded')
+    """
+    return tuple(_SUITES)
+
+
+def suite(name: str) -> tuple[Scenario, ...]:
+    """Return the scenarios of a suite, in a fixed order.
+
+    Raises:
+        ScenarioError: there is no such suite; the message lists those that there are.
+
+    >>> len(suite("paper"))
+    54
+    """
+    try:
+        return _SUITES[name]
+    except KeyError:
+        raise ScenarioError(f"There is no suite {name!r}; there are {', '.join(_SUITES)}.") from None
+
+
+def scenario_names() -> tuple[str, ...]:
+    """Return the names of the scenarios of all suites."""
+    return tuple(scenario.name for scenarios in _SUITES.values() for scenario in scenarios)

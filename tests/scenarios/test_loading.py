@@ -58,7 +58,11 @@ def test_a_file_of_ours_is_read(tmp_path: Path) -> None:
 def test_a_published_file_is_read_with_strengths_scaled_to_our_images(tmp_path: Path) -> None:
     scenario = load_scenario(write(tmp_path, PUBLISHED))
     assert scenario.name == "scenario_007"
-    assert faults(scenario) == [("image_shift", 40), ("hardware_disconnect", True), ("autofocus_needed", True)]
+    assert faults(scenario) == [
+        ("image_shift", 40),
+        ("hardware_disconnect", True),
+        ("autofocus_needed", True),
+    ]
 
 
 @pytest.mark.parametrize(
@@ -119,10 +123,19 @@ def test_an_unknown_name_is_answered_with_the_suites(name: str) -> None:
         ("name: 3\nfaults: []\n", "line 1: a text is expected here, got 3"),
         ("name: a\nfaults: gpu_failure\n", "line 2: a list is expected here"),
         ("name: a\nfaults:\n- gremlin\n", "line 3: There is no fault 'gremlin'"),
-        ("name: a\nfaults:\n- name: image_shift\n  value: [1]\n", "line 4: a truth value, a number or a text"),
-        ("name: a\nfaults:\n- name: image_shift\n  value: -4\n", "line 3: The value of the fault image_shift"),
+        (
+            "name: a\nfaults:\n- name: image_shift\n  value: [1]\n",
+            "line 4: a truth value, a number or a text",
+        ),
+        (
+            "name: a\nfaults:\n- name: image_shift\n  value: -4\n",
+            "line 3: The value of the fault image_shift",
+        ),
         ("name: a\nfaults:\n- name: image_shift\n  value: 2026-11-31\n", "line 4: '2026-11-31' is no value"),
-        ("name: a\nfaults: [gpu_failure, gpu_failure]\n", "line 1: Scenario a has the fault gpu_failure twice"),
+        (
+            "name: a\nfaults: [gpu_failure, gpu_failure]\n",
+            "line 1: Scenario a has the fault gpu_failure twice",
+        ),
         ("just text", "line 1: a mapping with name, faults is expected here"),
         ("!!python/object/apply:os.system ['true']", "line 1"),
         ("- name: image_shift\n", "line 1: the key 'target_node' is missing"),
@@ -144,9 +157,18 @@ def test_a_bad_file_is_answered_with_the_file_and_the_line(tmp_path: Path, text:
 @pytest.mark.parametrize(
     ("entry", "said"),
     [
-        ("{name: image_shift, target_node: /x/camera, type: parameter_adaptation, value: 3}", "must have the target"),
-        ("{name: image_shift, target_node: /x/sensor_fusion, type: message, value: 3}", "must be parameter_adaptation"),
-        ("{name: warp, target_node: /x/sensor_fusion, type: parameter_adaptation, value: 3}", "no fault 'warp'"),
+        (
+            "{name: image_shift, target_node: /x/camera, type: parameter_adaptation, value: 3}",
+            "must have the target",
+        ),
+        (
+            "{name: image_shift, target_node: /x/sensor_fusion, type: message, value: 3}",
+            "must be parameter_adaptation",
+        ),
+        (
+            "{name: warp, target_node: /x/sensor_fusion, type: parameter_adaptation, value: 3}",
+            "no fault 'warp'",
+        ),
         ("{name: image_shift, target_node: a, type: b, value: 3, stamp: 7}", "'stamp' is not known"),
     ],
 )

@@ -72,7 +72,11 @@ def test_a_scenario_needs_a_name(name: str) -> None:
 def test_yaml_round_trips() -> None:
     scenario = Scenario(
         "mine: with # signs",
-        (ScenarioFault("image_shift", 7), ScenarioFault("gpu_failure"), ScenarioFault("image_degradation", 0.25)),
+        (
+            ScenarioFault("image_shift", 7),
+            ScenarioFault("gpu_failure"),
+            ScenarioFault("image_degradation", 0.25),
+        ),
         "Ünïcode, and a 'quote'.",
     )
     assert parse_scenario(scenario.to_yaml(), "there") == scenario

@@ -64,7 +64,8 @@ def translate(name: str, target_node: str, kind: str, value: Value) -> tuple[str
     fault = get_fault(_RENAMED.get(name, name))
     if target_node.rsplit("/", 1)[-1] != fault.node:
         raise ScenarioError(
-            f"The fault {name} must have the target_node /managed_subsystem/{fault.node}, got {target_node!r}."
+            f"The fault {name} must have the target_node /managed_subsystem/{fault.node}, "
+            f"got {target_node!r}."
         )
     published = _PUBLISHED_STRENGTHS.get(fault.name)
     ours = FAULTS[fault.name].value

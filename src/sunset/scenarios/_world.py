@@ -32,7 +32,9 @@ class World:
             return []
         if goal not in {"inactive", "active"}:
             return []
-        return [step for step in self._lasting if step.node == node and (step.parameter or goal == "inactive")]
+        return [
+            step for step in self._lasting if step.node == node and (step.parameter or goal == "inactive")
+        ]
 
     def after_start_with(self, node: str, parameter: str, value: Value) -> list[Adaptation]:
         """Return what to do after a new process declared a parameter with a value."""

@@ -88,9 +88,7 @@ class ScenarioExecutor(Node):
     async def _inject(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         del request
         ordered = self.get_clock().now().to_msg()
-        answers = [
-            (fault, [self._apply(step) for step in fault.injection]) for fault in self.scenario.faults
-        ]
+        answers = [(fault, [self._apply(step) for step in fault.injection]) for fault in self.scenario.faults]
         problems = []
         for fault, futures in answers:
             refusals = [reason for reason in [await future for future in futures] if reason]

@@ -76,7 +76,7 @@ class Scenario:
         for one, other in EXCLUSIVE:
             if one in names and other in names:
                 raise ScenarioError(
-                    f"Scenario {self.name} has both {one} and {other}, of which each cures the other; drop one."
+                    f"Scenario {self.name} has both {one} and {other}, of which each cures the other."
                 )
 
     def to_yaml(self) -> str:

@@ -1,0 +1,9 @@
+"""Managing systems: the base class to write one, what it sees, and the two that come with SUNSET."""
+
+from sunset.managing.base import ManagingSystem
+from sunset.managing.baseline import Baseline
+from sunset.managing.loading import MANAGERS, load_manager
+from sunset.managing.none import NoAdaptation
+from sunset.managing.symptoms import Symptoms
+
+__all__ = ["MANAGERS", "Baseline", "ManagingSystem", "NoAdaptation", "Symptoms", "load_manager"]

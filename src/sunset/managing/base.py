@@ -1,0 +1,223 @@
+"""The base class of managing systems: it sees symptoms, and adapts the managed system."""
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, ClassVar, TypeVar, cast
+
+from sunset.interfaces.lifecycle_msgs.msg import Transition
+from sunset.interfaces.lifecycle_msgs.srv import ChangeState
+from sunset.interfaces.rcl_interfaces.msg import ParameterDescriptor
+from sunset.interfaces.rcl_interfaces.srv import SetParameters
+from sunset.interfaces.system_interfaces.msg import SetBlackboardGroup
+from sunset.interfaces.system_interfaces.srv import Redeploy
+from sunset.managing.symptoms import Symptoms, Value, read_parameters
+from sunset.ros.context import Context
+from sunset.ros.node import Node
+from sunset.ros.parameter import Parameter
+from sunset.ros.task import Future
+
+if TYPE_CHECKING:
+    from sunset.ros.client import Client
+
+__all__ = ["ManagingSystem"]
+
+ResponseT = TypeVar("ResponseT")
+
+
+class ManagingSystem(Node):
+    """A managing system: subclass it and write `adapt`.
+
+    The monitor publishes what can be seen of the managed system on `/blackboard_group`, ten times a second.
+    Every `period` seconds `adapt` is called with the latest of it. There, decide, and call any of
+
+    - `set_parameter(node, name, value)`: reparametrisation,
+    - `change_topic(node, parameter, topic)`: change of communication,
+    - `activate(node)`, `deactivate(node)`: addition and removal of components,
+    - `restart(node)`: deactivate, then activate,
+    - `redeploy(node)`: end the node's process and start a new one.
+
+    Nodes are `camera`, `depth`, `image_enhancement`, `sensor_fusion` and `segmentation`. All of these return
+    at once; what they return is a future whose result says whether the managed system accepted it. Never
+    wait for it in a callback: look at it in a later call of `adapt`, or add a callback to it.
+
+    Example:
+        A managing system that focuses the camera when its images are blurred::
+
+            class Refocus(ManagingSystem):
+                def adapt(self, symptoms):
+                    if symptoms.autofocus_needed:
+                        self.set_parameter("camera", "perform_autofocus", True)
+
+    It is an ordinary node, so that anything else of the graph can be subscribed to and called; but what
+    carries the truth (the recorded labels, the evaluation, the injections, the fault parameters) must not be
+    read, or the run is not scored.
+
+    Parameters:
+        entropy_threshold: entropy above which the segmentation counts as unsure; the model's own
+            threshold in an experiment.
+        period: seconds between two calls of `adapt`; read once, at the start.
+    """
+
+    node_name: ClassVar[str] = "managing_system"
+    """The node's name; a subclass may have its own."""
+
+    def __init__(
+        self,
+        *,
+        context: Context | None = None,
+        cli_args: list[str] | None = None,
+        parameter_overrides: list[Parameter] | None = None,
+    ) -> None:
+        super().__init__(
+            self.node_name, context=context, cli_args=cli_args, parameter_overrides=parameter_overrides
+        )
+        self.declare_parameter(
+            "entropy_threshold",
+            0.06,
+            ParameterDescriptor(description="entropy above which the segmentation counts as unsure"),
+        )
+        self.declare_parameter(
+            "period", 0.2, ParameterDescriptor(description="seconds between two decisions", read_only=True)
+        )
+        self._blackboard: dict[str, Value] = {}
+        self._seen: set[str] = set()
+        self._callers: dict[str, Client[Any, Any]] = {}
+        self.create_subscription(SetBlackboardGroup, "/blackboard_group", self._on_blackboard, 10)
+        self.create_timer(cast("float", self.get_parameter("period").value), self._decide)
+        self.on_start()
+
+    def on_start(self) -> None:
+        """Prepare what `adapt` needs; called once. Override it instead of the constructor."""
+
+    def adapt(self, symptoms: Symptoms) -> None:
+        """Decide what to do about the symptoms, and do it; override this.
+
+        Args:
+            symptoms: what can be seen of the managed system now.
+        """
+        raise NotImplementedError(f"{type(self).__name__} has no method adapt.")
+
+    @property
+    def entropy_threshold(self) -> float:
+        """The entropy above which the segmentation counts as unsure."""
+        return cast("float", self.get_parameter("entropy_threshold").value)
+
+    def set_parameter(self, node: str, name: str, value: Value | Sequence[Value]) -> Future[bool]:
+        """Set a parameter of a managed node.
+
+        Args:
+            node: the node, such as `camera`.
+            name: the parameter, such as `perform_autofocus`.
+            value: the new value; its type must be the parameter's, so `1.0` for a float.
+
+        Returns:
+            A future: whether the node accepted it. If it did not, the reason is logged.
+        """
+        parameter = Parameter(name, value=value)
+        request = SetParameters.Request(parameters=[parameter.to_parameter_msg()])
+
+        def accepted(response: SetParameters.Response) -> bool:
+            refusals = [result.reason for result in response.results if not result.successful]
+            for reason in refusals:
+                self.get_logger().warning(f"{node} refused {name} = {value!r}: {reason}")
+            return not refusals
+
+        return self._call(SetParameters, f"{_full(node)}/set_parameters", request, accepted)
+
+    def change_topic(self, node: str, parameter: str, topic: str) -> Future[bool]:
+        """Let a node subscribe to another topic.
+
+        Args:
+            node: the node, such as `sensor_fusion`.
+            parameter: the parameter that names the topic, such as `topic_camera_input`.
+            topic: the topic, such as `rgb_enhanced`.
+
+        Returns:
+            A future: whether the node accepted it.
+        """
+        return self.set_parameter(node, parameter, topic)
+
+    def activate(self, node: str) -> Future[bool]:
+        """Add a node to the running system, through its lifecycle.
+
+        Returns:
+            A future: whether the node is active now.
+        """
+        return self._transition(node, Transition.TRANSITION_ACTIVATE, "activate")
+
+    def deactivate(self, node: str) -> Future[bool]:
+        """Remove a node from the running system, through its lifecycle; its process goes on.
+
+        Returns:
+            A future: whether the node is inactive now.
+        """
+        return self._transition(node, Transition.TRANSITION_DEACTIVATE, "deactivate")
+
+    def restart(self, node: str) -> Future[bool]:
+        """Deactivate a node, then activate it.
+
+        Returns:
+            A future: whether both were accepted. The node is activated even if it was not active before.
+        """
+        result: Future[bool] = Future()
+
+        def activated(deactivation: bool, activation: Future[bool]) -> None:
+            result.set_result(deactivation and activation.result() is True)
+
+        def deactivated(deactivation: Future[bool]) -> None:
+            outcome = deactivation.result() is True
+            self.activate(node).add_done_callback(lambda activation: activated(outcome, activation))
+
+        self.deactivate(node).add_done_callback(deactivated)
+        return result
+
+    def redeploy(self, node: str) -> Future[bool]:
+        """End a node's process and start a new one; it takes the node's activation delay to be back.
+
+        Returns:
+            A future: whether the launcher accepted it.
+        """
+
+        def accepted(response: Redeploy.Response) -> bool:
+            if not response.success:
+                self.get_logger().warning(f"{node} is not redeployed: {response.message}")
+            return response.success
+
+        return self._call(Redeploy, "/launcher/redeploy", Redeploy.Request(node=_short(node)), accepted)
+
+    def _on_blackboard(self, message: SetBlackboardGroup) -> None:
+        values = read_parameters(message.bb_params)
+        self._blackboard.update(values)
+        self._seen.update(key for key, value in values.items() if key.endswith("_freq") and value)
+
+    def _decide(self) -> None:
+        if self._blackboard:
+            self.adapt(Symptoms(self._blackboard, self._seen))
+
+    def _transition(self, node: str, transition: int, label: str) -> Future[bool]:
+        request = ChangeState.Request(transition=Transition(id=transition, label=label))
+        return self._call(
+            ChangeState, f"{_full(node)}/change_state", request, lambda response: bool(response.success)
+        )
+
+    def _call(
+        self,
+        service: type[Any],
+        name: str,
+        request: object,
+        outcome: Callable[[Any], bool],
+    ) -> Future[bool]:
+        """Call a service; the future has the outcome of its response."""
+        if name not in self._callers:
+            self._callers[name] = self.create_client(service, name)
+        result: Future[bool] = Future()
+        answer = self._callers[name].call_async(request)
+        answer.add_done_callback(lambda done: result.set_result(outcome(done.result())))
+        return result
+
+
+def _short(node: str) -> str:
+    return node.rsplit("/", 1)[-1]
+
+
+def _full(node: str) -> str:
+    return node if node.startswith("/") else f"/managed_subsystem/{node}"

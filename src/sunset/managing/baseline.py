@@ -1,0 +1,49 @@
+"""The paper's baseline."""
+
+from types import MappingProxyType
+from typing import Final
+
+from sunset.managing.base import ManagingSystem
+from sunset.managing.symptoms import Symptoms
+
+__all__ = ["Baseline"]
+
+_NODE_OF_TOPIC: Final = MappingProxyType(
+    {
+        "rgb_camera": "camera",
+        "depth_camera": "depth",
+        "sensors_fused": "sensor_fusion",
+        "segmentation": "segmentation",
+    }
+)
+
+
+class Baseline(ManagingSystem):
+    """Redeploys whatever stops sending, and recalibrates the fusion when the segmentation is unsure.
+
+    The paper's baseline and no more (section 4): it redeploys every node whose topic has frequency 0, and
+    recalibrates the fusion once the entropy exceeds the threshold. Each is done once per episode of its
+    symptom, and again only after the symptom was gone. It looks for no cause: when the camera dies, the
+    fusion and the segmentation are redeployed with it.
+    """
+
+    def on_start(self) -> None:
+        """Start with every symptom gone."""
+        self._answered: set[str] = set()
+
+    def adapt(self, symptoms: Symptoms) -> None:
+        """Answer every symptom that began since the last call."""
+        for topic, node in _NODE_OF_TOPIC.items():
+            if self._begins(topic, present=symptoms.stopped(topic)):
+                self.redeploy(node)
+        if self._begins("entropy", present=symptoms.entropy > self.entropy_threshold):
+            self.set_parameter("sensor_fusion", "do_recalibration", value=True)
+
+    def _begins(self, symptom: str, *, present: bool) -> bool:
+        """Return whether this is the first call of an episode of the symptom."""
+        if not present:
+            self._answered.discard(symptom)
+            return False
+        begins = symptom not in self._answered
+        self._answered.add(symptom)
+        return begins

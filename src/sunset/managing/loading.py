@@ -1,0 +1,116 @@
+"""Finding a managing system by name, in a module, or in a file of one's own."""
+
+import importlib
+import importlib.util
+import inspect
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from types import MappingProxyType, ModuleType
+from typing import Final
+
+from sunset.errors import ManagerError
+from sunset.managing.base import ManagingSystem
+from sunset.managing.baseline import Baseline
+from sunset.managing.none import NoAdaptation
+
+__all__ = ["MANAGERS", "load_manager"]
+
+MANAGERS: Final[Mapping[str, type[ManagingSystem]]] = MappingProxyType(
+    {"none": NoAdaptation, "baseline": Baseline}
+)
+"""The managing systems that come with SUNSET, by name."""
+
+
+def load_manager(spec: str) -> type[ManagingSystem]:
+    """Return the class of a managing system.
+
+    Args:
+        spec: a name of `MANAGERS`, or `module:Class`, or `path/to/file.py:Class`.
+
+    Raises:
+        ManagerError: there is none of that name, or its module does not load, or it is no managing system.
+
+    >>> load_manager("baseline").__name__
+    'Baseline'
+    """
+    if spec in MANAGERS:
+        return MANAGERS[spec]
+    where, separator, name = spec.rpartition(":")
+    if not separator or not where or not name:
+        raise ManagerError(
+            f"There is no managing system {spec!r}; there are {', '.join(MANAGERS)}, and your own as "
+            "module:Class or path/to/file.py:Class."
+        )
+    module = _load_file(Path(where)) if where.endswith(".py") else _load_module(where)
+    return _checked(spec, where, getattr(module, name, None), name)
+
+
+def _load_module(name: str) -> ModuleType:
+    try:
+        return importlib.import_module(name)
+    except ModuleNotFoundError as error:
+        missing = error.name or name
+        if name == missing or name.startswith(f"{missing}."):
+            raise ManagerError(
+                f"There is no module {name!r}; a file of your own is named by its path, "
+                f"such as {name}.py:Class."
+            ) from error
+        raise _import_error(name, error) from error
+    except (TypeError, ValueError) as error:  # a relative or empty name
+        raise ManagerError(f"{name!r} is no module name: {error}.") from error
+    except Exception as error:
+        raise _import_error(name, error) from error
+
+
+def _load_file(path: Path) -> ModuleType:
+    """Import a file under a name that depends on its path only, each time anew."""
+    if not path.is_file():
+        raise ManagerError(f"There is no file {path}.")
+    resolved = path.resolve()
+    name = "sunset_manager_" + "".join(c if c.isalnum() else "_" for c in str(resolved.with_suffix("")))
+    spec = importlib.util.spec_from_file_location(name, resolved)
+    if spec is None or spec.loader is None:
+        raise ManagerError(f"{path} is no Python file.")
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module  # dataclasses and pickle look a class's module up
+    try:
+        spec.loader.exec_module(module)
+    except Exception as error:
+        del sys.modules[name]
+        raise _import_error(str(path), error) from error
+    return module
+
+
+def _import_error(where: str, error: Exception) -> ManagerError:
+    if isinstance(error, SyntaxError):
+        return ManagerError(f"{where}, line {error.lineno}: this is no valid Python: {error.msg}.")
+    return ManagerError(f"Importing {where} raised {type(error).__name__}: {error}.")
+
+
+def _checked(spec: str, where: str, found: object, name: str) -> type[ManagingSystem]:
+    if found is None:
+        raise ManagerError(f"There is no class {name} in {where}.")
+    if not (isinstance(found, type) and issubclass(found, ManagingSystem)):
+        raise ManagerError(f"{spec} is no managing system: it must be a subclass of ManagingSystem.")
+    if inspect.isabstract(found) or found.adapt is ManagingSystem.adapt:
+        raise ManagerError(f"{spec} has no method adapt(self, symptoms).")
+    _check_signatures(spec, found)
+    return found
+
+
+def _check_signatures(spec: str, found: type[ManagingSystem]) -> None:
+    """Check that the class can be made and called as the experiment will."""
+    try:
+        inspect.signature(found).bind(context=None, cli_args=None, parameter_overrides=None)
+    except TypeError as error:
+        raise ManagerError(
+            f"{spec} cannot be made: __init__ must accept context, cli_args and parameter_overrides "
+            f"as keyword arguments ({error}); to prepare something, override on_start instead."
+        ) from error
+    try:
+        inspect.signature(found.adapt).bind(None, None)
+    except TypeError as error:
+        raise ManagerError(
+            f"The method adapt of {spec} must accept one argument, symptoms ({error})."
+        ) from error

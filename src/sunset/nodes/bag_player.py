@@ -1,0 +1,146 @@
+"""The bag player: publishes the recorded flight."""
+
+from functools import lru_cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar, cast
+
+from sunset.data import BagReader, read_bag
+from sunset.errors import ParameterError
+from sunset.interfaces.builtin_interfaces.msg import Time
+from sunset.interfaces.rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
+from sunset.interfaces.rosgraph_msgs.msg import Clock
+from sunset.interfaces.sensor_msgs.msg import Image
+from sunset.interfaces.std_msgs.msg import Header
+from sunset.interfaces.std_srvs.srv import Trigger
+from sunset.nodes.images import image_of_bgr, image_of_depth, image_of_labels
+from sunset.ros.context import Context
+from sunset.ros.node import Node
+from sunset.ros.parameter import Parameter
+
+if TYPE_CHECKING:
+    from sunset.ros.timer import Timer
+
+__all__ = ["BagPlayer"]
+
+_NS_PER_S = 10**9
+
+
+class BagPlayer(Node):
+    """Publishes `/rgb_raw`, `/depth_raw`, `/gt_segmentation` and `/clock` from a bag, once it is started.
+
+    All stamps are the bag's. The service `~/start` (std_srvs/srv/Trigger) starts it from the first frame,
+    also when it is playing already.
+
+    Parameters:
+        bag: a rosbag2 folder or file.
+        start_frame: the first frame that is played.
+        frames: how many are played; 0 for all that follow.
+        rate: frames per second.
+        phase: seconds from the start to the first frame.
+    """
+
+    node_name: ClassVar[str] = "bag_player"
+
+    def __init__(
+        self,
+        *,
+        context: Context | None = None,
+        cli_args: list[str] | None = None,
+        parameter_overrides: list[Parameter] | None = None,
+    ) -> None:
+        super().__init__(
+            self.node_name, context=context, cli_args=cli_args, parameter_overrides=parameter_overrides
+        )
+        self._declare_parameters()
+        self._bag = _open(cast("str", self._value("bag")))
+        self._range = self._chosen_frames()
+        self._next = self._range.start
+        self._timer: Timer | None = None
+        self._rgb = self.create_publisher(Image, "/rgb_raw", 10)
+        self._depth = self.create_publisher(Image, "/depth_raw", 10)
+        self._truth = self.create_publisher(Image, "/gt_segmentation", 10)
+        self._clock = self.create_publisher(Clock, "/clock", 10)
+        self.create_service(Trigger, "~/start", self._on_start)
+
+    def _declare_parameters(self) -> None:
+        whole = [IntegerRange(from_value=0, to_value=2**31 - 1, step=0)]
+        for name, default, description, limits in (
+            ("bag", "", "a rosbag2 folder or file", None),
+            ("start_frame", 0, "first frame that is played", whole),
+            ("frames", 0, "how many frames are played; 0 for all that follow", whole),
+            ("rate", 10.0, "frames per second", [FloatingPointRange(from_value=0.1, to_value=1000.0)]),
+            ("phase", 0.0, "seconds to the first frame", [FloatingPointRange(from_value=0.0, to_value=60.0)]),
+        ):
+            descriptor = ParameterDescriptor(name=name, description=description, read_only=True)
+            if isinstance(default, float):
+                descriptor.floating_point_range = cast("list[FloatingPointRange]", limits)
+            elif isinstance(default, int):
+                descriptor.integer_range = cast("list[IntegerRange]", limits)
+            self.declare_parameter(name, default, descriptor)
+
+    def _value(self, name: str) -> Any:
+        return self.get_parameter(name).value
+
+    def _chosen_frames(self) -> range:
+        """Return the numbers of the frames to play.
+
+        Raises:
+            ParameterError: the bag is not that long.
+        """
+        start, count, length = self._value("start_frame"), self._value("frames"), len(self._bag)
+        stop = start + count if count else length
+        if not start < stop <= length:
+            raise ParameterError(
+                f"The bag {self._value('bag')} has {length} frames, which is too few for "
+                f"{count or 'any'} from frame {start} on."
+            )
+        return range(start, stop)
+
+    def _on_start(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        del request
+        self._next = self._range.start
+        self._schedule(self._value("phase"), self._play_first)
+        response.success = True
+        response.message = f"Playing {len(self._range)} frames."
+        return response
+
+    def _schedule(self, period: float, callback: Any) -> None:
+        self._stop()
+        self._timer = self.create_timer(period, callback)
+
+    def _stop(self) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
+            self.destroy_timer(self._timer)
+            self._timer = None
+
+    def _play_first(self) -> None:
+        self._schedule(1.0 / self._value("rate"), self._play)
+        self._play()
+
+    def _play(self) -> None:
+        if self._next not in self._range:
+            self._stop()
+            return
+        frame = self._bag.frame(self._next)
+        stamp_ns = int(self._bag.stamps_ns[self._next])
+        stamp = Time(sec=stamp_ns // _NS_PER_S, nanosec=stamp_ns % _NS_PER_S)
+        header = Header(stamp=stamp, frame_id="camera")
+        self._clock.publish(Clock(clock=stamp))
+        self._truth.publish(image_of_labels(header, frame.labels))
+        self._rgb.publish(image_of_bgr(header, frame.rgb))
+        self._depth.publish(image_of_depth(header, frame.depth))
+        self._next += 1
+
+
+@lru_cache(maxsize=2)
+def _open(path: str) -> BagReader:
+    """Return the bag's reader, made once a process.
+
+    Raises:
+        ParameterError: no bag is named.
+        DataError: the bag is missing or damaged.
+    """
+    if not path:
+        raise ParameterError("The bag player needs the parameter bag: the path of a rosbag2 folder or file.")
+    return read_bag(Path(path))

@@ -1,0 +1,275 @@
+"""The base class of the managed system's nodes: it gives every node the four kinds of adaptation."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any, ClassVar, Final, TypeVar
+
+from sunset.errors import ParameterError
+from sunset.interfaces.diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from sunset.interfaces.rcl_interfaces.msg import SetParametersResult
+from sunset.interfaces.std_msgs.msg import Header
+from sunset.nodes.parameters import FaultParameter, NodeParameter, bound_parameters
+from sunset.ros.context import Context
+from sunset.ros.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
+from sunset.ros.parameter import Parameter
+from sunset.ros.subscription import Subscription
+
+__all__ = ["NAMESPACE", "AdaptiveNode"]
+
+NAMESPACE: Final = "/managed_subsystem"
+"""The namespace of the managed system."""
+
+_HEARTBEAT_S: Final = 0.1
+_LEVEL: Final = DiagnosticStatus.OK
+
+MessageT = TypeVar("MessageT")
+
+
+@dataclass(slots=True)
+class _Input:
+    """A subscription that exists while the node is active; its topic is fixed or a parameter's value."""
+
+    message_type: type[Any]
+    topic: str
+    parameter: str
+    callback: Callable[[Any], None]
+    depth: int
+    subscription: Subscription[Any] | None = None
+
+
+class AdaptiveNode(LifecycleNode):
+    """A lifecycle node that a managing system can adapt.
+
+    A subclass names its parameters in its body (`NodeParameter`, `FaultParameter`, `action`), its inputs and
+    outputs in `set_up`, and does its work in their callbacks. It gets
+
+    - *reparametrisation*: parameters are validated, refused with a reason, and read as attributes;
+    - *change of communication*: an input whose topic is a parameter (`create_switchable_subscription`);
+    - *addition and removal*: inputs exist only while the node is active, and nothing is published
+      while it is not;
+    - *redeploy*: the lifecycle's shutdown ends the node's process.
+
+    It configures itself, activates itself `lifecycle_activation_delay` seconds after its start (the time that
+    its hardware takes to boot, before which it cannot be activated), and reports its state and the
+    values given to `report` on `/diagnostics` ten times a second, until it is shut down.
+
+    Args:
+        context: the context of the process; the default one if None.
+        cli_args: ROS arguments, such as `["--ros-args", "-p", "seed:=1"]`.
+        parameter_overrides: initial values of parameters.
+    """
+
+    node_name: ClassVar[str]
+    """The node's name; every subclass has its own."""
+
+    lifecycle_activation_delay = NodeParameter(
+        0.0,
+        "seconds from the start until the node activates itself; negative: it does not",
+        minimum=-1.0,
+        maximum=3600.0,
+        read_only=True,
+    )
+
+    def __init__(
+        self,
+        *,
+        context: Context | None = None,
+        cli_args: list[str] | None = None,
+        parameter_overrides: list[Parameter] | None = None,
+    ) -> None:
+        super().__init__(
+            self.node_name,
+            context=context,
+            cli_args=cli_args,
+            namespace=NAMESPACE,
+            parameter_overrides=parameter_overrides,
+        )
+        self._bound = MappingProxyType(bound_parameters(type(self)))
+        self.parameter_values: dict[str, Any] = {}
+        """The present values of the bound parameters, by name."""
+        self._inputs: list[_Input] = []
+        self._news: list[KeyValue] = []
+        self._curing = False
+        self._declare_bound_parameters()
+        self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
+        self._heartbeat = self.create_timer(_HEARTBEAT_S, self._publish_heartbeat)
+        self._booted = self.lifecycle_activation_delay <= 0
+        self.set_up()
+        self.call_later(0.0, self._start)
+
+    def set_up(self) -> None:
+        """Name inputs and outputs, and prepare what callbacks need; called once, parameters have values."""
+
+    def create_active_subscription(
+        self,
+        message_type: type[MessageT],
+        topic: str,
+        callback: Callable[[MessageT], None],
+        *,
+        depth: int = 5,
+    ) -> None:
+        """Subscribe to a topic whenever the node is active.
+
+        Args:
+            message_type: the topic's type.
+            topic: its name; relative names are in the managed system's namespace.
+            callback: called with every message.
+            depth: how many messages wait while the node is busy; the oldest are dropped first.
+        """
+        self._inputs.append(_Input(message_type, topic, "", callback, depth))
+
+    def create_switchable_subscription(
+        self,
+        message_type: type[MessageT],
+        parameter: str,
+        callback: Callable[[MessageT], None],
+        *,
+        depth: int = 5,
+    ) -> None:
+        """Subscribe, whenever the node is active, to the topic that a parameter names.
+
+        When the parameter is set, the subscription is destroyed and a new one of the same type is created.
+
+        Args:
+            message_type: the topic's type.
+            parameter: the name of a text parameter of this class.
+            callback: called with every message.
+            depth: how many messages wait while the node is busy; the oldest are dropped first.
+        """
+        self._inputs.append(_Input(message_type, "", parameter, callback, depth))
+
+    def report(self, key: str, value: float | bool) -> None:
+        """Report a value with the next heartbeat; each value is reported once."""
+        text = str(value).lower() if isinstance(value, bool) else repr(float(value))
+        self._news.append(KeyValue(key=key, value=text))
+
+    def call_later(self, delay: float, function: Callable[[], None]) -> None:
+        """Call a function once, after a delay in seconds and after the present callback."""
+
+        def fire() -> None:
+            timer.cancel()
+            self.destroy_timer(timer)
+            function()
+
+        timer = self.create_timer(delay, fire)
+
+    def write_parameter(self, name: str, value: bool | float | str) -> None:
+        """Set a parameter of this node from within, past the rule that a fault is not wished away.
+
+        Raises:
+            ParameterError: the value is refused.
+        """
+        self._curing = True
+        try:
+            (result,) = self.set_parameters([Parameter(name, value=value)])
+        finally:
+            self._curing = False
+        if not result.successful:
+            raise ParameterError(f"{self.node_name} refused {name} = {value!r}: {result.reason}")
+
+    def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Get ready; a subclass loads here what takes long."""
+        return super().on_configure(state)
+
+    def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """End the faults that a restart cures, and subscribe; refused while the hardware boots."""
+        if not self._booted:
+            self.get_logger().warning(f"{self.node_name} cannot be activated yet: it is still booting.")
+            return TransitionCallbackReturn.FAILURE
+        for name, parameter in self._bound.items():
+            if (
+                isinstance(parameter, FaultParameter)
+                and parameter.cured_by_restart
+                and self.parameter_values[name] != parameter.default
+            ):
+                self.write_parameter(name, parameter.default)
+        for one in self._inputs:
+            self._open(one)
+        return super().on_activate(state)
+
+    def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Unsubscribe."""
+        for one in self._inputs:
+            self._close(one)
+        return super().on_deactivate(state)
+
+    def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """End the process, once the answer to this transition has left."""
+        self._heartbeat.cancel()
+        for one in self._inputs:
+            self._close(one)
+        self.call_later(0.0, self.context.shutdown)
+        return super().on_shutdown(state)
+
+    def _start(self) -> None:
+        """Configure, and activate after the delay."""
+        self.trigger_configure()
+        if self.lifecycle_activation_delay >= 0:
+            self.call_later(self.lifecycle_activation_delay, self._finish_booting)
+
+    def _finish_booting(self) -> None:
+        self._booted = True
+        if self._state_label() == "inactive":
+            self.trigger_activate()
+
+    def _state_label(self) -> str:
+        label: str = self._state_machine.current_state[1]
+        return label
+
+    def _publish_heartbeat(self) -> None:
+        status = DiagnosticStatus(
+            level=_LEVEL,
+            name=f"{self.node_name}: heartbeat",
+            message=self._state_label(),
+            hardware_id=self.node_name,
+            values=self._news,
+        )
+        self._news = []
+        stamp = self.get_clock().now().to_msg()
+        self._diagnostics.publish(DiagnosticArray(header=Header(stamp=stamp), status=[status]))
+
+    def _open(self, one: _Input) -> None:
+        topic = self.parameter_values[one.parameter] if one.parameter else one.topic
+        one.subscription = self.create_subscription(one.message_type, topic, one.callback, one.depth)
+
+    def _close(self, one: _Input) -> None:
+        if one.subscription is not None:
+            self.destroy_subscription(one.subscription)
+            one.subscription = None
+
+    def _declare_bound_parameters(self) -> None:
+        self.parameter_values.update({name: bound.default for name, bound in self._bound.items()})
+        for name, bound in self._bound.items():
+            value = self.declare_parameter(name, bound.default, bound.descriptor()).value
+            refusal = bound.refusal(self, value)
+            if refusal:
+                raise ParameterError(refusal)
+            self.parameter_values[name] = value
+        self.add_on_set_parameters_callback(self._check_parameters)
+        self.add_post_set_parameters_callback(self._take_parameters)
+
+    def _check_parameters(self, parameters: Sequence[Parameter]) -> SetParametersResult:
+        for parameter in parameters:
+            bound = self._bound.get(parameter.name)
+            refusal = bound.refusal(self, parameter.value) if bound and not self._curing else ""
+            if refusal:
+                return SetParametersResult(successful=False, reason=refusal)
+        return SetParametersResult(successful=True)
+
+    def _take_parameters(self, parameters: Sequence[Parameter]) -> None:
+        for parameter in parameters:
+            bound = self._bound.get(parameter.name)
+            if bound is None:
+                continue
+            changed = self.parameter_values[parameter.name] != parameter.value
+            self.parameter_values[parameter.name] = parameter.value
+            if changed:
+                self._switch_inputs(parameter.name)
+            bound.after_set(self, parameter.value)
+
+    def _switch_inputs(self, parameter: str) -> None:
+        for one in self._inputs:
+            if one.parameter == parameter and one.subscription is not None:
+                self._close(one)
+                self._open(one)

@@ -1,0 +1,79 @@
+"""The camera: takes the recorded colour images, and shows what is wrong with it."""
+
+from collections import deque
+from typing import Final
+
+from sunset.faults import BLUR_SIGMA, IMAGE_DEGRADATION_RANGE, REFERENCE_WIDTH, blur, degrade_image, sharpness
+from sunset.interfaces.sensor_msgs.msg import Image
+from sunset.nodes.base import AdaptiveNode
+from sunset.nodes.images import array_of_bgr, image_of_bgr
+from sunset.nodes.parameters import FaultParameter, NodeParameter, action
+
+__all__ = ["Camera"]
+
+_WINDOW: Final = 5
+"""Images over which the camera averages before it finds that it is out of focus."""
+
+
+class Camera(AdaptiveNode):
+    """Publishes `rgb_camera` from `/rgb_raw`.
+
+    It measures how sharp its images are and reports that as `sharpness`; `autofocus_needed` says whether the
+    mean of the last five is below `sharpness_threshold`. Both are measured on the image, never read off
+    the fault.
+    """
+
+    node_name = "camera"
+
+    lifecycle_activation_delay = NodeParameter(
+        4.0, "seconds that the camera takes to boot", minimum=-1.0, maximum=3600.0, read_only=True
+    )
+    sharpness_threshold = NodeParameter(
+        0.0, "sharpness below which the camera reports that it is out of focus", minimum=0.0, maximum=64.0
+    )
+    image_degradation = NodeParameter(
+        IMAGE_DEGRADATION_RANGE[0],
+        "external fault: how much darker and colour-shifted the images are",
+        minimum=IMAGE_DEGRADATION_RANGE[0],
+        maximum=IMAGE_DEGRADATION_RANGE[1],
+    )
+    camera_driver_issue = FaultParameter(
+        False,
+        "internal fault: no images come out, until a restart",
+        cured_by_restart=True,
+    )
+    hardware_disconnect = FaultParameter(
+        False,
+        "internal fault: no images come out, until a redeploy",
+    )
+    autofocus_needed = FaultParameter(
+        False,
+        "internal fault: the images are blurred",
+        ends_with="perform_autofocus",
+    )
+
+    def set_up(self) -> None:
+        """Name the input and the output."""
+        self._sharpness: deque[float] = deque(maxlen=_WINDOW)
+        self._images = self.create_lifecycle_publisher(Image, "rgb_camera", 10)
+        self.create_active_subscription(Image, "/rgb_raw", self._on_image)
+
+    @action
+    def perform_autofocus(self) -> None:
+        """Adaptation: focus the lens, which ends autofocus_needed."""
+        self.write_parameter("autofocus_needed", value=False)
+
+    def _on_image(self, message: Image) -> None:
+        if self.camera_driver_issue or self.hardware_disconnect:
+            return
+        bgr = degrade_image(array_of_bgr(message), self.image_degradation)
+        if self.autofocus_needed:
+            bgr = blur(bgr, BLUR_SIGMA * message.width / REFERENCE_WIDTH)
+        self._measure_sharpness(sharpness(bgr))
+        self._images.publish(image_of_bgr(message.header, bgr))
+
+    def _measure_sharpness(self, value: float) -> None:
+        self._sharpness.append(value)
+        self.report("sharpness", value)
+        mean = sum(self._sharpness) / len(self._sharpness)
+        self.report("autofocus_needed", mean < self.sharpness_threshold)

@@ -1,0 +1,43 @@
+"""The depth camera: takes the recorded depth images, and may add noise."""
+
+from sunset.faults import DEPTH_DEGRADATION_RANGE, degrade_depth
+from sunset.interfaces.sensor_msgs.msg import Image
+from sunset.nodes.base import AdaptiveNode
+from sunset.nodes.images import array_of_depth, image_of_depth, stamp_ns
+from sunset.nodes.parameters import NodeParameter
+from sunset.seeding import MAX_SEED, generator
+
+__all__ = ["Depth"]
+
+
+class Depth(AdaptiveNode):
+    """Publishes `depth_camera` from `/depth_raw`.
+
+    The noise of a frame depends on `seed` and the frame's stamp only, so that two runs with the same seed
+    see the same noise on the same frame, whatever happened before it.
+    """
+
+    node_name = "depth"
+
+    lifecycle_activation_delay = NodeParameter(
+        4.0, "seconds that the depth camera takes to boot", minimum=-1.0, maximum=3600.0, read_only=True
+    )
+    seed = NodeParameter(0, "seed of the noise", minimum=0, maximum=MAX_SEED, read_only=True)
+    depth_degradation = NodeParameter(
+        DEPTH_DEGRADATION_RANGE[0],
+        "external fault: standard deviation of the depth's noise in metres",
+        minimum=DEPTH_DEGRADATION_RANGE[0],
+        maximum=DEPTH_DEGRADATION_RANGE[1],
+    )
+
+    def set_up(self) -> None:
+        """Name the input and the output."""
+        self._images = self.create_lifecycle_publisher(Image, "depth_camera", 10)
+        self.create_active_subscription(Image, "/depth_raw", self._on_image)
+
+    def _on_image(self, message: Image) -> None:
+        depth = array_of_depth(message)
+        if self.depth_degradation > 0:
+            noise = generator(self.seed, "depth", stamp_ns(message.header))
+            depth = degrade_depth(depth, self.depth_degradation, noise)
+        self._images.publish(image_of_depth(message.header, depth))

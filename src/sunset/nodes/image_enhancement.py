@@ -1,0 +1,41 @@
+"""The image enhancement: undoes the degradation of colour images, whether there is one or not."""
+
+from sunset.faults import FAULTS, IMAGE_DEGRADATION_RANGE, enhance_image
+from sunset.interfaces.sensor_msgs.msg import Image
+from sunset.nodes.base import AdaptiveNode
+from sunset.nodes.images import array_of_bgr, image_of_bgr
+from sunset.nodes.parameters import NodeParameter
+
+__all__ = ["ImageEnhancement"]
+
+
+class ImageEnhancement(AdaptiveNode):
+    """Publishes `rgb_enhanced` from `rgb_camera`; inactive until somebody activates it.
+
+    It does not look whether an image is degraded: a good one it makes worse.
+    """
+
+    node_name = "image_enhancement"
+
+    lifecycle_activation_delay = NodeParameter(
+        -1.0,
+        "seconds from the start until the node activates itself; negative: it does not",
+        minimum=-1.0,
+        maximum=3600.0,
+        read_only=True,
+    )
+    image_degradation = NodeParameter(
+        float(FAULTS["image_degradation"].value),
+        "the strength of the degradation that is undone",
+        minimum=IMAGE_DEGRADATION_RANGE[0],
+        maximum=IMAGE_DEGRADATION_RANGE[1],
+    )
+
+    def set_up(self) -> None:
+        """Name the input and the output."""
+        self._images = self.create_lifecycle_publisher(Image, "rgb_enhanced", 10)
+        self.create_active_subscription(Image, "rgb_camera", self._on_image)
+
+    def _on_image(self, message: Image) -> None:
+        enhanced = enhance_image(array_of_bgr(message), self.image_degradation)
+        self._images.publish(image_of_bgr(message.header, enhanced))

@@ -1,0 +1,110 @@
+"""Between `sensor_msgs/msg/Image` and arrays: the only place that knows encodings.
+
+Arrays made of a message are views of its data, which is read-only once it has been published: copy before
+writing. Messages made of an array share its memory: do not write to it afterwards.
+"""
+
+from typing import Any, Final
+
+import numpy as np
+import numpy.typing as npt
+
+from sunset.errors import DataError
+from sunset.interfaces.sensor_msgs.msg import Image
+from sunset.interfaces.std_msgs.msg import Header
+
+__all__ = [
+    "BGR",
+    "DEPTH",
+    "LABELS",
+    "array_of_bgr",
+    "array_of_depth",
+    "array_of_labels",
+    "image_of_bgr",
+    "image_of_depth",
+    "image_of_labels",
+    "stamp_ns",
+]
+
+BGR: Final = "bgr8"
+DEPTH: Final = "16UC1"
+LABELS: Final = "8UC1"
+
+_NS_PER_S: Final = 10**9
+
+
+def stamp_ns(header: Header) -> int:
+    """Return a header's stamp in nanoseconds."""
+    return header.stamp.sec * _NS_PER_S + header.stamp.nanosec
+
+
+def array_of_bgr(image: Image) -> npt.NDArray[np.uint8]:
+    """Return a `bgr8` image as (H, W, 3), without a copy.
+
+    Raises:
+        DataError: it has another encoding, or less data than its size needs.
+    """
+    return _rows(image, BGR, 3).reshape(image.height, image.width, 3)
+
+
+def array_of_depth(image: Image) -> npt.NDArray[np.uint16]:
+    """Return a `16UC1` image as (H, W), without a copy unless its bytes are in the other order.
+
+    Raises:
+        DataError: it has another encoding, or less data than its size needs.
+    """
+    rows = _rows(image, DEPTH, 2)
+    counts = np.ascontiguousarray(rows).view(">u2" if image.is_bigendian else "<u2")
+    native: npt.NDArray[np.uint16] = counts.astype(np.uint16, copy=False)
+    return native
+
+
+def array_of_labels(image: Image) -> npt.NDArray[np.uint8]:
+    """Return an `8UC1` image as (H, W), without a copy.
+
+    Raises:
+        DataError: it has another encoding, or less data than its size needs.
+    """
+    return _rows(image, LABELS, 1)
+
+
+def image_of_bgr(header: Header, bgr: npt.NDArray[np.uint8]) -> Image:
+    """Return a (H, W, 3) array as a `bgr8` message."""
+    return _image(header, bgr, BGR, 3)
+
+
+def image_of_depth(header: Header, depth: npt.NDArray[np.uint16]) -> Image:
+    """Return a (H, W) array as a `16UC1` message."""
+    return _image(header, depth.astype("<u2", copy=False), DEPTH, 2)
+
+
+def image_of_labels(header: Header, labels: npt.NDArray[np.uint8]) -> Image:
+    """Return a (H, W) array as an `8UC1` message."""
+    return _image(header, labels, LABELS, 1)
+
+
+def _rows(image: Image, encoding: str, bytes_per_pixel: int) -> npt.NDArray[np.uint8]:
+    """Return the bytes as (H, W * bytes_per_pixel), without the padding that rows may have."""
+    if image.encoding != encoding:
+        raise DataError(f"An image must have the encoding {encoding} here, got {image.encoding!r}.")
+    width = image.width * bytes_per_pixel
+    step = image.step or width
+    if step < width or image.data.size < step * image.height:
+        raise DataError(
+            f"A {encoding} image of {image.width} x {image.height} pixels in rows of {step} bytes cannot "
+            f"have {image.data.size} bytes."
+        )
+    rows = image.data[: step * image.height].reshape(image.height, step)
+    return rows[:, :width]
+
+
+def _image(header: Header, array: npt.NDArray[Any], encoding: str, bytes_per_pixel: int) -> Image:
+    height, width = array.shape[:2]
+    return Image(
+        header=header,
+        height=height,
+        width=width,
+        encoding=encoding,
+        step=width * bytes_per_pixel,
+        data=np.ascontiguousarray(array).reshape(-1).view(np.uint8),
+    )

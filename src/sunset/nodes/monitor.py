@@ -1,0 +1,147 @@
+"""The monitor: collects what can be seen of the managed system, for the managing system."""
+
+from collections import deque
+from collections.abc import Callable
+from functools import partial
+from typing import Final
+
+from sunset.interfaces import Message
+from sunset.interfaces.diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from sunset.interfaces.rcl_interfaces.msg import Parameter as ParameterMessage
+from sunset.interfaces.rcl_interfaces.msg import ParameterType, ParameterValue
+from sunset.interfaces.sensor_msgs.msg import Image
+from sunset.interfaces.system_interfaces.msg import SensorFusion, SetBlackboardGroup
+from sunset.nodes.base import NAMESPACE
+from sunset.ros.context import Context
+from sunset.ros.node import Node
+from sunset.ros.parameter import Parameter
+
+__all__ = ["Monitor"]
+
+_PERIOD_S: Final = 0.1
+_WINDOW_NS: Final = 10**9
+_MEAN_OF: Final = 5
+"""Reported numbers over which the blackboard's value is the mean."""
+
+_TOPICS: Final[tuple[tuple[str, type[Message]], ...]] = (
+    ("/rgb_raw", Image),
+    ("/depth_raw", Image),
+    (f"{NAMESPACE}/rgb_camera", Image),
+    (f"{NAMESPACE}/depth_camera", Image),
+    (f"{NAMESPACE}/rgb_enhanced", Image),
+    (f"{NAMESPACE}/sensors_fused", SensorFusion),
+    (f"{NAMESPACE}/segmentation", Image),
+)
+
+
+class _Rate:
+    """Counts events of the last second."""
+
+    def __init__(self) -> None:
+        self._times: deque[int] = deque()
+
+    def note(self, now_ns: int) -> None:
+        self._times.append(now_ns)
+
+    def frequency(self, now_ns: int) -> float:
+        """Return the events in the second that ends now."""
+        times = self._times
+        while times and times[0] <= now_ns - _WINDOW_NS:
+            times.popleft()
+        return float(len(times))
+
+
+class Monitor(Node):
+    """Publishes `/blackboard_group` ten times a second: everything that a managing system is shown.
+
+    The entries are, each under the name that the published exemplar gives it,
+
+    - `<topic>_freq`: messages of the last second on each topic of the pipeline, `_` in place of `/`;
+    - `<node>_<key>`: what a node reports, such as `segmentation_entropy` and `camera_sharpness`; of numbers
+      the mean of the last five;
+    - `<node>_lc_state`: its lifecycle state, `unknown` after a second without a heartbeat;
+    - `<node>_heartbeat_freq`: heartbeats of the last second.
+    """
+
+    def __init__(
+        self,
+        *,
+        context: Context | None = None,
+        cli_args: list[str] | None = None,
+        parameter_overrides: list[Parameter] | None = None,
+    ) -> None:
+        super().__init__(
+            "monitor", context=context, cli_args=cli_args, parameter_overrides=parameter_overrides
+        )
+        self._topics = {_frequency_key(topic): _Rate() for topic, _ in _TOPICS}
+        self._heartbeats: dict[str, _Rate] = {}
+        self._states: dict[str, str] = {}
+        self._numbers: dict[str, deque[float]] = {}
+        self._flags: dict[str, bool] = {}
+        self._texts: dict[str, str] = {}
+        for topic, message_type in _TOPICS:
+            note = self._noting(self._topics[_frequency_key(topic)])
+            self.create_subscription(message_type, topic, note, 10)
+        self.create_subscription(DiagnosticArray, "/diagnostics", self._on_diagnostics, 50)
+        self._blackboard = self.create_publisher(SetBlackboardGroup, "/blackboard_group", 10)
+        self.create_timer(_PERIOD_S, self._publish)
+
+    def _noting(self, rate: _Rate) -> Callable[[Message], None]:
+        return partial(self._note, rate)
+
+    def _note(self, rate: _Rate, message: Message) -> None:
+        del message
+        rate.note(self.get_clock().now().nanoseconds)
+
+    def _on_diagnostics(self, message: DiagnosticArray) -> None:
+        now = self.get_clock().now().nanoseconds
+        for status in message.status:
+            self._heartbeats.setdefault(status.hardware_id, _Rate()).note(now)
+            self._states[status.hardware_id] = status.message
+            self._take_values(status)
+
+    def _take_values(self, status: DiagnosticStatus) -> None:
+        for item in status.values:
+            key = f"{status.hardware_id}_{item.key}"
+            if item.value in {"true", "false"}:
+                self._flags[key] = item.value == "true"
+                continue
+            try:
+                number = float(item.value)
+            except ValueError:
+                self._texts[key] = item.value
+            else:
+                self._numbers.setdefault(key, deque(maxlen=_MEAN_OF)).append(number)
+
+    def _publish(self) -> None:
+        now = self.get_clock().now().nanoseconds
+        numbers = {key: rate.frequency(now) for key, rate in self._topics.items()}
+        texts = dict(self._texts)
+        for node, rate in self._heartbeats.items():
+            frequency = rate.frequency(now)
+            numbers[f"{node}_heartbeat_freq"] = frequency
+            texts[f"{node}_lc_state"] = self._states[node] if frequency else "unknown"
+        numbers |= {key: sum(values) / len(values) for key, values in self._numbers.items()}
+        group = [_double(name, value) for name, value in numbers.items()]
+        group += [_bool(name, value) for name, value in self._flags.items()]
+        group += [_string(name, value) for name, value in texts.items()]
+        self._blackboard.publish(SetBlackboardGroup(bb_params=group))
+
+
+def _frequency_key(topic: str) -> str:
+    return f"{topic.strip('/').replace('/', '_')}_freq"
+
+
+def _double(name: str, value: float) -> ParameterMessage:
+    content = ParameterValue(type=ParameterType.PARAMETER_DOUBLE, double_value=value)
+    return ParameterMessage(name=name, value=content)
+
+
+def _bool(name: str, value: bool) -> ParameterMessage:
+    content = ParameterValue(type=ParameterType.PARAMETER_BOOL, bool_value=value)
+    return ParameterMessage(name=name, value=content)
+
+
+def _string(name: str, value: str) -> ParameterMessage:
+    content = ParameterValue(type=ParameterType.PARAMETER_STRING, string_value=value)
+    return ParameterMessage(name=name, value=content)

@@ -1,0 +1,100 @@
+"""Matching two streams of stamped items: the newest pair, each once, never a stale one."""
+
+from typing import Generic, TypeVar
+
+__all__ = ["PairMatcher"]
+
+LeftT = TypeVar("LeftT")
+RightT = TypeVar("RightT")
+
+
+class PairMatcher(Generic[LeftT, RightT]):
+    """Finds pairs of items whose stamps differ by at most a tolerance.
+
+    A pair is given once, and no pair is given after a newer one: both items of a pair are newer than
+    both of the pair before. Items may arrive late and out of order, and are forgotten when they are of
+    no use any more.
+
+    Args:
+        size: how many items of each stream wait for their partner; the oldest are forgotten first.
+
+    >>> pairs = PairMatcher()
+    >>> pairs.add_left(0, "rgb", tolerance=10) is None
+    True
+    >>> pairs.add_right(4, "depth", tolerance=10)
+    ('rgb', 'depth')
+    """
+
+    def __init__(self, size: int = 10) -> None:
+        self._size = size
+        self._left: dict[int, LeftT] = {}
+        self._right: dict[int, RightT] = {}
+        self._last_left: int | None = None
+        self._last_right: int | None = None
+
+    def add_left(self, stamp: int, item: LeftT, *, tolerance: int) -> tuple[LeftT, RightT] | None:
+        """Take an item of the first stream; return the pair that it completes, or None.
+
+        Args:
+            stamp: its time in nanoseconds.
+            item: the item.
+            tolerance: greatest difference in nanoseconds of the stamps of a pair.
+        """
+        if not _newer(stamp, self._last_left):
+            return None
+        partner = _closest(stamp, self._right, tolerance)
+        if partner is None:
+            _keep(self._left, stamp, item, self._size)
+            return None
+        pair = item, self._right[partner]
+        self._forget_until(stamp, partner)
+        return pair
+
+    def add_right(self, stamp: int, item: RightT, *, tolerance: int) -> tuple[LeftT, RightT] | None:
+        """Take an item of the second stream; return the pair that it completes, or None.
+
+        Args:
+            stamp: its time in nanoseconds.
+            item: the item.
+            tolerance: greatest difference in nanoseconds of the stamps of a pair.
+        """
+        if not _newer(stamp, self._last_right):
+            return None
+        partner = _closest(stamp, self._left, tolerance)
+        if partner is None:
+            _keep(self._right, stamp, item, self._size)
+            return None
+        pair = self._left[partner], item
+        self._forget_until(partner, stamp)
+        return pair
+
+    def clear_left(self) -> None:
+        """Forget the waiting items of the first stream, not which pairs were given."""
+        self._left.clear()
+
+    def reset(self) -> None:
+        """Forget everything, as if nothing had been taken."""
+        self._left.clear()
+        self._right.clear()
+        self._last_left = self._last_right = None
+
+    def _forget_until(self, left: int, right: int) -> None:
+        self._last_left, self._last_right = left, right
+        self._left = {stamp: item for stamp, item in self._left.items() if stamp > left}
+        self._right = {stamp: item for stamp, item in self._right.items() if stamp > right}
+
+
+def _newer(stamp: int, last: int | None) -> bool:
+    return last is None or stamp > last
+
+
+def _closest(stamp: int, waiting: dict[int, LeftT], tolerance: int) -> int | None:
+    """Return the waiting stamp that is closest and within the tolerance; of two as close, the newer."""
+    near = [other for other in waiting if abs(other - stamp) <= tolerance]
+    return min(near, key=lambda other: (abs(other - stamp), -other), default=None)
+
+
+def _keep(waiting: dict[int, LeftT], stamp: int, item: LeftT, size: int) -> None:
+    waiting[stamp] = item
+    if len(waiting) > size:
+        del waiting[min(waiting)]

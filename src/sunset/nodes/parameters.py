@@ -1,0 +1,177 @@
+"""ROS parameters bound to attributes: declared in the class body, validated, read like attributes."""
+
+import math
+import re
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, Final, Generic, Self, TypeVar, overload
+
+from sunset.interfaces.rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
+
+if TYPE_CHECKING:
+    from sunset.nodes.base import AdaptiveNode
+
+__all__ = ["Action", "FaultParameter", "NodeParameter", "TopicParameter", "action", "bound_parameters"]
+
+_TOPIC: Final = re.compile(r"/?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*")
+
+ValueT = TypeVar("ValueT", bool, int, float, str)
+
+
+class NodeParameter(Generic[ValueT]):
+    """A parameter of an adaptive node; read as an attribute, it is the present value.
+
+    Example:
+        In the body of a node's class::
+
+            depth_degradation = NodeParameter(0.0, "noise in metres", minimum=0.0, maximum=100.0)
+
+    Args:
+        default: the value without an override; its type is the parameter's.
+        description: what it is, with its unit, for `ros2 param describe`.
+        minimum: least allowed number.
+        maximum: greatest allowed number.
+        read_only: whether it can be set at the start only.
+    """
+
+    def __init__(
+        self,
+        default: ValueT,
+        description: str,
+        *,
+        minimum: float | None = None,
+        maximum: float | None = None,
+        read_only: bool = False,
+    ) -> None:
+        self.default = default
+        self.description = description
+        self.minimum = minimum
+        self.maximum = maximum
+        self.read_only = read_only
+        self.name = ""
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self.name = name
+
+    @overload
+    def __get__(self, node: None, owner: type) -> Self: ...
+    @overload
+    def __get__(self, node: "AdaptiveNode", owner: type) -> ValueT: ...
+    def __get__(self, node: "AdaptiveNode | None", owner: type) -> Self | ValueT:
+        """Return the present value, or on the class the parameter itself."""
+        if node is None:
+            return self
+        value: ValueT = node.parameter_values[self.name]
+        return value
+
+    def __set__(self, node: "AdaptiveNode", value: ValueT) -> None:
+        """Refuse an assignment, which no one else would hear of."""
+        raise AttributeError(f"Set the parameter {self.name} with set_parameters, not by assignment.")
+
+    def descriptor(self) -> ParameterDescriptor:
+        """Return what ROS is told of the parameter."""
+        descriptor = ParameterDescriptor(
+            name=self.name, description=self.description, read_only=self.read_only
+        )
+        if self.minimum is not None and self.maximum is not None:
+            if isinstance(self.default, int):
+                limits = IntegerRange(from_value=int(self.minimum), to_value=int(self.maximum), step=0)
+                descriptor.integer_range = [limits]
+            else:
+                descriptor.floating_point_range = [
+                    FloatingPointRange(from_value=self.minimum, to_value=self.maximum, step=0.0)
+                ]
+        return descriptor
+
+    def refusal(self, node: "AdaptiveNode", value: object) -> str:
+        """Return why the node does not accept a value, one sentence; empty if it does."""
+        del node
+        if isinstance(value, float) and not math.isfinite(value):
+            return f"{self.name} must be a finite number, got {value}."
+        return ""
+
+    def after_set(self, node: "AdaptiveNode", value: ValueT) -> None:
+        """Do what follows from a new value; it is the node's value already."""
+
+
+class FaultParameter(NodeParameter[ValueT]):
+    """A parameter that injects an internal fault; its default means that there is none.
+
+    While the fault is there, only its cure ends it: setting the parameter back is refused, since a broken
+    device is not repaired by saying that it works.
+
+    Args:
+        default: the value without the fault.
+        description: what happens.
+        minimum: least allowed number.
+        maximum: greatest allowed number.
+        ends_with: what ends the fault, besides the end of the process, for the refusal's reason.
+        cured_by_restart: whether activating the node ends it.
+    """
+
+    def __init__(
+        self,
+        default: ValueT,
+        description: str,
+        *,
+        minimum: float | None = None,
+        maximum: float | None = None,
+        ends_with: str = "",
+        cured_by_restart: bool = False,
+    ) -> None:
+        super().__init__(default, description, minimum=minimum, maximum=maximum)
+        self.cured_by_restart = cured_by_restart
+        ends = [ends_with] if ends_with else []
+        ends += ["a restart"] if cured_by_restart else []
+        self.ends_with = " or ".join([*ends, "a redeploy"])
+
+    def refusal(self, node: "AdaptiveNode", value: object) -> str:
+        """Refuse to end a fault that is there."""
+        present = node.parameter_values[self.name]
+        if present not in (self.default, value):
+            return f"{self.name} is {present} and ends only with {self.ends_with} of {node.get_name()}."
+        return super().refusal(node, value)
+
+
+class TopicParameter(NodeParameter[str]):
+    """A parameter that names a topic; relative names are in the managed system's namespace."""
+
+    def refusal(self, node: "AdaptiveNode", value: object) -> str:
+        """Refuse what is no topic's name."""
+        if not _TOPIC.fullmatch(str(value)):
+            return f"{self.name} must be a topic's name such as {self.default}, got {value!r}."
+        return super().refusal(node, value)
+
+
+class Action(NodeParameter[bool]):
+    """A parameter that does something when it is set to true, and then becomes false again; see `action`."""
+
+    def __init__(self, function: Callable[[Any], None]) -> None:
+        super().__init__(False, (function.__doc__ or "").strip().split("\n", 1)[0])
+        self.function = function
+
+    def after_set(self, node: "AdaptiveNode", value: bool) -> None:
+        """Do it, and set the parameter back when the present call is over, so that everyone sees it."""
+        if value:
+            self.function(node)
+            node.call_later(0.0, lambda: node.write_parameter(self.name, value=False))
+
+
+def action(function: Callable[[Any], None]) -> Action:
+    """Make a method a parameter that calls it when it is set to true; its docstring is the description.
+
+    Example:
+        The name of the method is the parameter's::
+
+            @action
+            def perform_autofocus(self) -> None:
+                "Focus the lens."
+    """
+    return Action(function)
+
+
+def bound_parameters(node_class: type) -> dict[str, NodeParameter[Any]]:
+    """Return the parameters of a class and its bases, by name, bases first."""
+    found: dict[str, NodeParameter[Any]] = {}
+    for owner in reversed(node_class.__mro__):
+        found |= {name: value for name, value in vars(owner).items() if isinstance(value, NodeParameter)}
+    return found

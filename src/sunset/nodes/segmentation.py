@@ -1,0 +1,69 @@
+"""The segmentation: runs the network of the fused images' modality."""
+
+from functools import lru_cache
+
+from sunset.faults import FAULTS
+from sunset.interfaces.sensor_msgs.msg import Image
+from sunset.interfaces.system_interfaces.msg import SensorFusion
+from sunset.nodes.base import AdaptiveNode
+from sunset.nodes.images import array_of_bgr, array_of_depth, image_of_labels
+from sunset.nodes.parameters import FaultParameter, NodeParameter
+from sunset.perception import InferenceCache, Modality, Segmenter, load_model
+from sunset.ros.lifecycle import LifecycleState, TransitionCallbackReturn
+
+__all__ = ["SegmentationNode"]
+
+
+class SegmentationNode(AdaptiveNode):
+    """Publishes `segmentation` from `sensors_fused`: the class index of every pixel.
+
+    It reports the entropy of every frame. While it works on a frame only the newest of those that arrive is
+    kept for it.
+    """
+
+    node_name = "segmentation"
+
+    lifecycle_activation_delay = NodeParameter(
+        2.0, "seconds that the segmentation takes to start", minimum=-1.0, maximum=3600.0, read_only=True
+    )
+    model = NodeParameter("lite", "name of a shipped model, or the folder of one's own", read_only=True)
+    inference_cache = NodeParameter(
+        "", "file that results of inference are looked up and kept in; empty for none", read_only=True
+    )
+    cuda_out_of_memory = FaultParameter(
+        False,
+        FAULTS["cuda_out_of_memory"].description,
+        cured_by_restart=True,
+    )
+    gpu_failure = FaultParameter(
+        False,
+        FAULTS["gpu_failure"].description,
+    )
+
+    def set_up(self) -> None:
+        """Name the input and the output."""
+        self._labels = self.create_lifecycle_publisher(Image, "segmentation", 10)
+        self.create_active_subscription(SensorFusion, "sensors_fused", self._on_fused, depth=1)
+
+    def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Load the model."""
+        self._segmenter = _segmenter(self.model, self.inference_cache)
+        return super().on_configure(state)
+
+    def _on_fused(self, message: SensorFusion) -> None:
+        if self.cuda_out_of_memory or self.gpu_failure:
+            return
+        modality = Modality(message.modality.fusion_type)
+        result = self._segmenter.segment(
+            modality,
+            array_of_bgr(message.rgb) if modality.needs_rgb else None,
+            array_of_depth(message.depth) if modality.needs_depth else None,
+        )
+        self.report("entropy", result.entropy)
+        self._labels.publish(image_of_labels(message.header, result.labels))
+
+
+@lru_cache(maxsize=4)
+def _segmenter(model: str, cache: str) -> Segmenter:
+    """Return the segmenter, made once a process: its answers do not depend on what came before."""
+    return Segmenter(load_model(model), cache=InferenceCache(cache) if cache else None)

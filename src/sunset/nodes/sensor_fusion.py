@@ -1,0 +1,125 @@
+"""The sensor fusion: matches colour and depth images by their stamps."""
+
+from typing import Final
+
+from sunset.faults import REFERENCE_WIDTH, shift_image
+from sunset.interfaces.sensor_msgs.msg import Image
+from sunset.interfaces.std_msgs.msg import Header
+from sunset.interfaces.system_interfaces.msg import FusionType, SensorFusion
+from sunset.nodes.base import AdaptiveNode
+from sunset.nodes.images import array_of_bgr, image_of_bgr, stamp_ns
+from sunset.nodes.pairing import PairMatcher
+from sunset.nodes.parameters import FaultParameter, NodeParameter, TopicParameter, action
+from sunset.ros.lifecycle import LifecycleState, TransitionCallbackReturn
+
+__all__ = ["Fusion"]
+
+_WAITING: Final = 10
+"""Images of one sensor that wait for the other's; one second at 10 Hz."""
+
+
+class Fusion(AdaptiveNode):
+    """Publishes `sensors_fused` from the colour images that `topic_camera_input` names and `depth_camera`.
+
+    It publishes one message for each matched pair, never the same twice and never one older than the
+    last. With the modality rgb or depth it publishes that sensor's images only.
+    """
+
+    node_name = "sensor_fusion"
+
+    lifecycle_activation_delay = NodeParameter(
+        2.0, "seconds that the fusion takes to start", minimum=-1.0, maximum=3600.0, read_only=True
+    )
+    topic_camera_input = TopicParameter("rgb_camera", "topic of the colour images")
+    modality = NodeParameter(
+        int(FusionType.FUSION),
+        "what is published: 0 both images, 1 the colour image, 2 the depth image",
+        minimum=0,
+        maximum=2,
+    )
+    delta_t_threshold = NodeParameter(
+        0.01, "greatest difference in seconds of the stamps of a pair", minimum=0.0, maximum=10.0
+    )
+    image_shift = FaultParameter(
+        0,
+        f"internal fault: pixels (of {REFERENCE_WIDTH} in a row) by which the colour image is misaligned",
+        minimum=0,
+        maximum=1920,
+        ends_with="do_recalibration",
+    )
+    sync_issue = FaultParameter(
+        False,
+        "internal fault: no pairs come out, until a restart",
+        cured_by_restart=True,
+    )
+    memory_leakage = FaultParameter(
+        False,
+        "internal fault: no pairs come out, until a redeploy",
+    )
+
+    def set_up(self) -> None:
+        """Name the inputs and the output."""
+        self._pairs: PairMatcher[Image, Image] = PairMatcher(_WAITING)
+        self._newest = -1
+        self._topic = ""
+        self._fused = self.create_lifecycle_publisher(SensorFusion, "sensors_fused", 10)
+        self.create_switchable_subscription(Image, "topic_camera_input", self._on_rgb)
+        self.create_active_subscription(Image, "depth_camera", self._on_depth)
+
+    @action
+    def do_recalibration(self) -> None:
+        """Adaptation: align the cameras anew, which ends image_shift."""
+        self.write_parameter("image_shift", 0)
+
+    def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Start with nothing waiting."""
+        self._pairs.reset()
+        self._newest = -1
+        return super().on_activate(state)
+
+    def _on_rgb(self, message: Image) -> None:
+        self._forget_other_topic()
+        if self.modality == FusionType.RGB:
+            self._publish(message.header, rgb=message)
+        elif self.modality == FusionType.FUSION:
+            pair = self._pairs.add_left(stamp_ns(message.header), message, tolerance=self._tolerance)
+            if pair:
+                self._publish(pair[0].header, rgb=pair[0], depth=pair[1])
+
+    def _on_depth(self, message: Image) -> None:
+        self._forget_other_topic()
+        if self.modality == FusionType.DEPTH:
+            self._publish(message.header, depth=message)
+        elif self.modality == FusionType.FUSION:
+            pair = self._pairs.add_right(stamp_ns(message.header), message, tolerance=self._tolerance)
+            if pair:
+                self._publish(pair[0].header, rgb=pair[0], depth=pair[1])
+
+    @property
+    def _tolerance(self) -> int:
+        return round(self.delta_t_threshold * 1e9)
+
+    def _forget_other_topic(self) -> None:
+        """Drop waiting colour images of the topic that was subscribed to before."""
+        if self._topic != self.topic_camera_input:
+            self._topic = self.topic_camera_input
+            self._pairs.clear_left()
+
+    def _publish(self, header: Header, *, rgb: Image | None = None, depth: Image | None = None) -> None:
+        """Publish what there is, unless something as new was published before."""
+        stamp = stamp_ns(header)
+        if self.sync_issue or self.memory_leakage or stamp <= self._newest:
+            return
+        self._newest = stamp
+        self._fused.publish(
+            SensorFusion(
+                header=header,
+                rgb=Image() if rgb is None else self._shifted(rgb),
+                depth=Image() if depth is None else depth,
+                modality=FusionType(fusion_type=self.modality),
+            )
+        )
+
+    def _shifted(self, rgb: Image) -> Image:
+        pixels = round(self.image_shift * rgb.width / REFERENCE_WIDTH)
+        return image_of_bgr(rgb.header, shift_image(array_of_bgr(rgb), pixels)) if pixels else rgb

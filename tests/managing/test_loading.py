@@ -1,0 +1,98 @@
+"""Finding a managing system, and what is said when there is none."""
+
+from pathlib import Path
+
+import pytest
+
+from sunset.errors import ManagerError
+from sunset.managing import MANAGERS, Baseline, ManagingSystem, NoAdaptation, load_manager
+
+MINE = """\
+from sunset.managing import ManagingSystem, Symptoms
+
+
+class Mine(ManagingSystem):
+    def adapt(self, symptoms: Symptoms) -> None:
+        pass
+"""
+
+
+def write(folder: Path, text: str) -> str:
+    file = folder / "mine.py"
+    file.write_text(text, encoding="utf-8")
+    return str(file)
+
+
+def test_the_registered_ones_are_found_by_name() -> None:
+    assert dict(MANAGERS) == {"none": NoAdaptation, "baseline": Baseline}
+    assert load_manager("none") is NoAdaptation
+    assert load_manager("baseline") is Baseline
+
+
+def test_each_describes_itself_in_its_first_line() -> None:
+    for manager in MANAGERS.values():
+        assert (manager.__doc__ or "").splitlines()[0].endswith(".")
+
+
+def test_a_class_of_a_module_is_found() -> None:
+    assert load_manager("sunset.managing.baseline:Baseline") is Baseline
+
+
+def test_a_class_of_a_file_is_found(tmp_path: Path) -> None:
+    manager = load_manager(f"{write(tmp_path, MINE)}:Mine")
+    assert issubclass(manager, ManagingSystem)
+    assert manager.__name__ == "Mine"
+
+
+def test_a_file_is_read_anew_each_time(tmp_path: Path) -> None:
+    first = load_manager(f"{write(tmp_path, MINE)}:Mine")
+    second = load_manager(f"{write(tmp_path, MINE.replace('pass', 'return'))}:Mine")
+    assert first is not second
+    assert first.__module__ == second.__module__
+
+
+@pytest.mark.parametrize("spec", ["basline", "", ":", "mine.py", "Mine:", ":Mine"])
+def test_an_unknown_name_is_answered_with_the_known_ones(spec: str) -> None:
+    with pytest.raises(ManagerError, match="there are none, baseline, and your own as module:Class"):
+        load_manager(spec)
+
+
+@pytest.mark.parametrize(
+    ("spec", "said"),
+    [
+        ("no_such_module:Mine", "There is no module 'no_such_module'"),
+        ("sunset.no_such_module:Mine", "There is no module 'sunset.no_such_module'"),
+        ("sunset.managing:Mine", "There is no class Mine in sunset.managing"),
+        ("sunset.managing:load_manager", "is no managing system: it must be a subclass"),
+        ("pathlib:Path", "is no managing system: it must be a subclass"),
+        ("sunset.managing:ManagingSystem", "has no method adapt"),
+        ("no/such/file.py:Mine", "There is no file no/such/file.py"),
+        (".relative:Mine", "is no module name"),
+    ],
+)
+def test_what_cannot_be_found_is_named(spec: str, said: str) -> None:
+    with pytest.raises(ManagerError, match=said):
+        load_manager(spec)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("def broken(:\n", "mine.py, line 1: this is no valid Python"),
+        ("import no_such_module\n", "raised ModuleNotFoundError: No module named 'no_such_module'"),
+        ("1 / 0\n", "raised ZeroDivisionError: division by zero"),
+        ("\x00", "no valid Python|raised"),
+        (MINE.replace("(ManagingSystem)", ""), "must be a subclass of ManagingSystem"),
+        (MINE.replace("adapt", "adopt"), "has no method adapt"),
+        (MINE.replace(", symptoms: Symptoms", ""), "must accept one argument, symptoms"),
+        (
+            MINE.replace("    def", "    def __init__(self) -> None:\n        super().__init__()\n\n    def"),
+            "override on_start instead",
+        ),
+    ],
+)
+def test_a_bad_file_is_answered_with_what_is_wrong(tmp_path: Path, text: str, said: str) -> None:
+    spec = f"{write(tmp_path, text)}:Mine"
+    with pytest.raises(ManagerError, match=said) as caught:
+        load_manager(spec)
+    assert "\n" not in str(caught.value)

@@ -1,0 +1,76 @@
+"""What a managing system sees."""
+
+import math
+
+import pytest
+
+from sunset.interfaces.rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
+from sunset.managing import Symptoms
+from sunset.managing.symptoms import read_parameters
+
+KEY = "managed_subsystem_rgb_camera_freq"
+
+
+def test_it_is_a_mapping_of_the_blackboard() -> None:
+    symptoms = Symptoms({"camera_autofocus_needed": True, "segmentation_entropy": 0.2})
+    assert symptoms.get("camera_autofocus_needed") is True
+    assert dict(symptoms) == {"camera_autofocus_needed": True, "segmentation_entropy": 0.2}
+    assert len(symptoms) == 2
+    with pytest.raises(KeyError):
+        symptoms["camera_sharpness"]
+
+
+def test_it_does_not_change_with_the_blackboard() -> None:
+    blackboard: dict[str, bool | int | float | str] = {"segmentation_entropy": 0.2}
+    symptoms = Symptoms(blackboard)
+    blackboard["segmentation_entropy"] = 0.9
+    assert symptoms.entropy == 0.2
+
+
+@pytest.mark.parametrize("topic", ["rgb_camera", "/managed_subsystem/rgb_camera"])
+def test_topics_have_short_and_full_names(topic: str) -> None:
+    assert Symptoms({KEY: 9.0}).frequency(topic) == 9.0
+
+
+def test_a_topic_outside_of_the_managed_system_has_its_full_name() -> None:
+    assert Symptoms({"rgb_raw_freq": 10.0}).frequency("/rgb_raw") == 10.0
+
+
+def test_a_topic_stops_only_after_it_was_heard() -> None:
+    assert not Symptoms({}).stopped("rgb_camera")
+    assert not Symptoms({KEY: 0.0}).stopped("rgb_camera")
+    assert not Symptoms({KEY: 1.0}, [KEY]).stopped("rgb_camera")
+    assert Symptoms({KEY: 0.0}, [KEY]).stopped("rgb_camera")
+
+
+def test_what_is_not_measured_yet_has_a_default_that_triggers_nothing() -> None:
+    symptoms = Symptoms({})
+    assert math.isnan(symptoms.frequency("rgb_camera"))
+    assert math.isnan(symptoms.entropy)
+    assert math.isnan(symptoms.sharpness)
+    assert not symptoms.entropy > 0
+    assert not symptoms.autofocus_needed
+    assert symptoms.state("camera") == "unknown"
+
+
+def test_nodes_have_states_and_heartbeats() -> None:
+    symptoms = Symptoms({"camera_lc_state": "active", "camera_heartbeat_freq": 10.0, "camera_sharpness": 0.5})
+    assert symptoms.state("/managed_subsystem/camera") == "active"
+    assert symptoms.heartbeat("camera") == 10.0
+    assert symptoms.sharpness == 0.5
+
+
+def test_parameters_of_the_four_types_are_read() -> None:
+    def parameter(name: str, value: ParameterValue) -> Parameter:
+        return Parameter(name=name, value=value)
+
+    values = read_parameters(
+        [
+            parameter("b", ParameterValue(type=ParameterType.PARAMETER_BOOL, bool_value=True)),
+            parameter("i", ParameterValue(type=ParameterType.PARAMETER_INTEGER, integer_value=3)),
+            parameter("d", ParameterValue(type=ParameterType.PARAMETER_DOUBLE, double_value=0.5)),
+            parameter("s", ParameterValue(type=ParameterType.PARAMETER_STRING, string_value="x")),
+            parameter("n", ParameterValue()),
+        ]
+    )
+    assert values == {"b": True, "i": 3, "d": 0.5, "s": "x"}

@@ -1,0 +1,96 @@
+"""Matching two streams: against a slow independent model, and the traps one by one."""
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from sunset.nodes.pairing import PairMatcher
+
+TOLERANCE = 10
+
+
+def feed(*arrivals: tuple[str, int]) -> list[tuple[int, int]]:
+    """Feed a fresh matcher with ("l" or "r", stamp); return the pairs of stamps in the order they came."""
+    matcher: PairMatcher[int, int] = PairMatcher()
+    pairs = []
+    for side, stamp in arrivals:
+        add = matcher.add_left if side == "l" else matcher.add_right
+        pair = add(stamp, stamp, tolerance=TOLERANCE)
+        if pair:
+            pairs.append(pair)
+    return pairs
+
+
+def test_items_within_the_tolerance_make_a_pair_in_either_order() -> None:
+    assert feed(("l", 0), ("r", 10)) == [(0, 10)]
+    assert feed(("r", 10), ("l", 0)) == [(0, 10)]
+    assert feed(("l", 0), ("r", 11)) == []
+
+
+def test_a_pair_is_given_once() -> None:
+    assert feed(("l", 0), ("r", 0), ("r", 0), ("l", 0), ("r", 5), ("l", 5)) == [(0, 0), (5, 5)]
+
+
+def test_an_item_is_used_once() -> None:
+    assert feed(("l", 0), ("r", 2), ("r", 4)) == [(0, 2)]
+
+
+def test_the_closest_partner_is_taken_and_of_two_the_newer() -> None:
+    assert feed(("l", 0), ("l", 8), ("r", 6)) == [(8, 6)]
+    assert feed(("l", 0), ("l", 8), ("r", 4)) == [(8, 4)]
+
+
+def test_what_is_older_than_the_last_pair_is_never_given() -> None:
+    assert feed(("l", 0), ("l", 100), ("r", 100), ("r", 0)) == [(100, 100)]
+    assert feed(("r", 0), ("l", 100), ("r", 100), ("l", 0)) == [(100, 100)]
+
+
+def test_items_may_arrive_out_of_order() -> None:
+    assert feed(("l", 100), ("l", 0), ("r", 0), ("r", 100)) == [(0, 0), (100, 100)]
+
+
+def test_items_without_a_partner_are_forgotten() -> None:
+    matcher: PairMatcher[int, int] = PairMatcher(size=3)
+    for stamp in range(0, 10_000, 100):
+        assert matcher.add_left(stamp, stamp, tolerance=TOLERANCE) is None
+    assert len(matcher._left) == 3
+    assert matcher.add_right(9600, 9600, tolerance=TOLERANCE) is None
+    assert matcher.add_right(9700, 9700, tolerance=TOLERANCE) == (9700, 9700)
+
+
+def test_a_stream_can_be_forgotten_without_forgetting_what_was_given() -> None:
+    matcher: PairMatcher[str, str] = PairMatcher()
+    matcher.add_left(0, "old", tolerance=TOLERANCE)
+    assert matcher.add_right(0, "depth", tolerance=TOLERANCE) == ("old", "depth")
+    matcher.add_left(100, "old", tolerance=TOLERANCE)
+    matcher.clear_left()
+    assert matcher.add_right(100, "depth", tolerance=TOLERANCE) is None
+    assert matcher.add_left(0, "new", tolerance=TOLERANCE) is None
+    assert matcher.add_left(100, "new", tolerance=TOLERANCE) == ("new", "depth")
+
+
+def test_after_a_reset_old_stamps_are_taken_again() -> None:
+    matcher: PairMatcher[int, int] = PairMatcher()
+    for _ in range(2):
+        assert matcher.add_left(5, 5, tolerance=TOLERANCE) is None
+        assert matcher.add_right(5, 5, tolerance=TOLERANCE) == (5, 5)
+        matcher.reset()
+
+
+@settings(max_examples=300, deadline=None)
+@given(st.lists(st.tuples(st.sampled_from("lr"), st.integers(0, 60)), max_size=40))
+def test_pairs_are_close_unique_and_ever_newer(arrivals: list[tuple[str, int]]) -> None:
+    pairs = feed(*arrivals)
+    assert all(abs(left - right) <= TOLERANCE for left, right in pairs)
+    lefts, rights = [left for left, _ in pairs], [right for _, right in pairs]
+    assert lefts == sorted(set(lefts))
+    assert rights == sorted(set(rights))
+    assert set(lefts) <= {stamp for side, stamp in arrivals if side == "l"}
+    assert set(rights) <= {stamp for side, stamp in arrivals if side == "r"}
+
+
+@settings(max_examples=100, deadline=None)
+@given(st.lists(st.integers(0, 9), min_size=1, max_size=20))
+def test_two_complete_streams_in_order_lose_nothing(gaps: list[int]) -> None:
+    stamps = [sum(gaps[: index + 1]) + 30 * index for index in range(len(gaps))]
+    arrivals = [arrival for stamp in stamps for arrival in (("l", stamp), ("r", stamp + 3))]
+    assert feed(*arrivals) == [(stamp, stamp + 3) for stamp in stamps]

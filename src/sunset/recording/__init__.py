@@ -1,0 +1,21 @@
+"""The record of a run: every message but the pixels, as a rosbag2, and `run.json`.
+
+A record is a folder with three files: `messages.mcap` and `metadata.yaml` are a rosbag2 that ROS 2 tools
+open, `run.json` says what was run and what came out. It appears under its name when it is complete, and two
+runs of the same specification leave the same bytes.
+"""
+
+from sunset.recording.reader import read_messages, read_run, read_timeline
+from sunset.recording.timelines import timeline
+from sunset.recording.values import RECORD_VERSION, RecordedMessage
+from sunset.recording.writer import RecordWriter
+
+__all__ = [
+    "RECORD_VERSION",
+    "RecordWriter",
+    "RecordedMessage",
+    "read_messages",
+    "read_run",
+    "read_timeline",
+    "timeline",
+]

@@ -1,0 +1,81 @@
+"""Reading the record of a run."""
+
+import json
+from collections.abc import Collection
+from pathlib import Path
+from typing import Any, Final
+
+from sunset.errors import RecordError
+from sunset.metrics import Timeline
+from sunset.recording._bag import read_bag
+from sunset.recording.timelines import MEASURED_TOPICS, timeline
+from sunset.recording.values import RECORD_VERSION, RUN_FILE, RecordedMessage, digest_of
+
+__all__ = ["read_messages", "read_run", "read_timeline"]
+
+_TIMELINE_KEYS: Final = (
+    "duration_s",
+    "entropy_threshold",
+    "expected_frames",
+    "period_s",
+    "sharpness_threshold",
+)
+
+
+def read_run(folder: Path) -> dict[str, Any]:
+    """Return what `run.json` of a record says.
+
+    Raises:
+        RecordError: the folder is no complete record, `run.json` is damaged, or of another version.
+    """
+    file = Path(folder) / RUN_FILE
+    try:
+        run = json.loads(file.read_text(encoding="utf-8"))
+    except FileNotFoundError as error:
+        raise RecordError(f"{folder} is no complete record: {RUN_FILE} is missing.") from error
+    except OSError as error:
+        raise RecordError(f"The file {file} cannot be read: {error.strerror}.") from error
+    except ValueError as error:
+        raise RecordError(f"The file {file} is damaged: {error}.") from error
+    version = run.get("record_version") if isinstance(run, dict) else None
+    if version != RECORD_VERSION:
+        raise RecordError(
+            f"The record {folder} is of version {version}, expected {RECORD_VERSION}; "
+            "read it with the SUNSET that wrote it, or run it again."
+        )
+    return dict(run)
+
+
+def read_messages(folder: Path, topics: Collection[str] | None = None) -> tuple[RecordedMessage, ...]:
+    """Return the messages of a record in order of time.
+
+    Args:
+        folder: the record.
+        topics: the full names of the topics that are wanted; None for all.
+
+    Raises:
+        RecordError: the record is missing, incomplete, damaged, or of another version.
+    """
+    folder = Path(folder)
+    expected = read_run(folder).get("digest")
+    payloads = list(read_bag(folder))
+    found = digest_of(payloads)
+    if found != expected:
+        raise RecordError(
+            f"The record {folder} is damaged: {RUN_FILE} gives the digest {expected}, the messages {found}."
+        )
+    return tuple(payload.decoded() for payload in payloads if topics is None or payload.topic in topics)
+
+
+def read_timeline(folder: Path) -> Timeline:
+    """Return what the metrics look at, from a record.
+
+    Raises:
+        RecordError: as `read_messages`; `run.json` lacks a key, or as `timeline`.
+    """
+    run = read_run(folder)
+    for key in _TIMELINE_KEYS:
+        value = run.get(key)
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            raise RecordError(f"The {key} in {Path(folder) / RUN_FILE} must be a number, got {value!r}.")
+    return timeline(read_messages(folder, MEASURED_TOPICS), **{key: run[key] for key in _TIMELINE_KEYS})

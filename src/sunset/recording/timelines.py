@@ -1,0 +1,209 @@
+"""From recorded messages to the timeline that the metrics look at."""
+
+from collections.abc import Iterable, Sequence
+from typing import Final, TypeVar
+
+import numpy as np
+import numpy.typing as npt
+
+from sunset.errors import RecordError
+from sunset.interfaces import Message, type_name
+from sunset.interfaces.builtin_interfaces.msg import Time
+from sunset.interfaces.diagnostic_msgs.msg import DiagnosticArray
+from sunset.interfaces.system_interfaces.msg import (
+    Command as CommandMessage,
+)
+from sunset.interfaces.system_interfaces.msg import (
+    ExperimentLogging,
+    FaultInjection,
+    FrameEvaluation,
+    ImageDigest,
+)
+from sunset.metrics import (
+    CAMERA_TOPIC,
+    FUSION_TOPIC,
+    NUMBER_OF_CLASSES,
+    SEGMENTATION_TOPIC,
+    Command,
+    Frames,
+    Injection,
+    Samples,
+    Timeline,
+)
+from sunset.recording.values import RecordedMessage
+
+__all__ = ["MEASURED_TOPICS", "timeline"]
+
+_IMAGES: Final = (CAMERA_TOPIC, FUSION_TOPIC, SEGMENTATION_TOPIC)
+_COMMANDS: Final = "/experiment/commands"
+_DIAGNOSTICS: Final = "/diagnostics"
+_EVALUATIONS: Final = "/seg_metrics"
+_INJECTIONS: Final = "/experiment/injections"
+_LOG: Final = "/experiment/log"
+_TRUTH: Final = "/gt_segmentation"
+
+MEASURED_TOPICS: Final = frozenset(
+    {*_IMAGES, _COMMANDS, _DIAGNOSTICS, _EVALUATIONS, _INJECTIONS, _LOG, _TRUTH}
+)
+"""The topics that a timeline is made of; messages on others do not matter."""
+
+_NS_PER_S: Final = 10**9
+
+_M = TypeVar("_M", bound=Message)
+
+
+def timeline(
+    messages: Iterable[RecordedMessage],
+    *,
+    entropy_threshold: float,
+    sharpness_threshold: float,
+    duration_s: float = 20.0,
+    period_s: float = 0.1,
+    expected_frames: int = 200,
+) -> Timeline:
+    """Return what the metrics look at, from the messages of one experiment in order of time.
+
+    Time 0 is what the experiment's log gives as its start, the moment at which faults are injected. A
+    message's time is when it left its publisher, an injection's and a command's is their stamp. A frame's
+    is when its true segmentation left the bag, so that it belongs to the moment at which the picture was
+    taken, however late it was evaluated; where the record lacks that, when it was evaluated.
+
+    Args:
+        messages: those on topics that are not in `MEASURED_TOPICS` do not matter.
+        entropy_threshold: F4 holds above it; of the model.
+        sharpness_threshold: F5 holds below it; of the model.
+        duration_s: how long the experiment is [s].
+        period_s: the expected time between two frames [s].
+        expected_frames: how many frames the experiment has.
+
+    Raises:
+        RecordError: the log lacks the start, or a message does not have the expected type or content.
+    """
+    topics: dict[str, list[RecordedMessage]] = {}
+    for recorded in messages:
+        topics.setdefault(recorded.topic, []).append(recorded)
+    start_ns = _start(topics.get(_LOG, []))
+    diagnostics = topics.get(_DIAGNOSTICS, [])
+    return Timeline(
+        duration_s=duration_s,
+        period_s=period_s,
+        message_times={topic: _times(topics[topic], start_ns) for topic in _IMAGES if topic in topics},
+        entropy=_samples(diagnostics, "segmentation", "entropy", start_ns),
+        sharpness=_samples(diagnostics, "camera", "sharpness", start_ns),
+        entropy_threshold=entropy_threshold,
+        sharpness_threshold=sharpness_threshold,
+        injections=_injections(topics.get(_INJECTIONS, []), start_ns),
+        commands=_commands(topics.get(_COMMANDS, []), start_ns),
+        frames=_frames(topics.get(_EVALUATIONS, []), topics.get(_TRUTH, []), start_ns),
+        expected_frames=int(expected_frames),
+    )
+
+
+def _content(recorded: RecordedMessage, kind: type[_M]) -> _M:
+    if not isinstance(recorded.message, kind):
+        raise RecordError(
+            f"A message on {recorded.topic} must be a {type_name(kind)}, "
+            f"got a {type_name(type(recorded.message))}."
+        )
+    return recorded.message
+
+
+def _seconds(time_ns: int, start_ns: int) -> float:
+    return (time_ns - start_ns) / _NS_PER_S
+
+
+def _nanoseconds(stamp: Time) -> int:
+    return stamp.sec * _NS_PER_S + stamp.nanosec
+
+
+def _times(recorded: Sequence[RecordedMessage], start_ns: int) -> npt.NDArray[np.float64]:
+    return np.array([_seconds(one.time_ns, start_ns) for one in recorded], dtype=np.float64)
+
+
+def _start(log: Sequence[RecordedMessage]) -> int:
+    for recorded in log:
+        entry = _content(recorded, ExperimentLogging)
+        if (entry.source, entry.rule_name) == ("experiment", "start"):
+            return entry.timestamp
+    raise RecordError(f"The record does not say when the experiment began: no 'start' on {_LOG}.")
+
+
+def _samples(diagnostics: Sequence[RecordedMessage], node: str, key: str, start_ns: int) -> Samples:
+    times: list[float] = []
+    values: list[float] = []
+    for recorded in diagnostics:
+        for status in _content(recorded, DiagnosticArray).status:
+            if status.hardware_id != node:
+                continue
+            for pair in status.values:
+                if pair.key == key:
+                    times.append(_seconds(recorded.time_ns, start_ns))
+                    values.append(_number(pair.value, node, key))
+    return Samples(np.array(times, dtype=np.float64), np.array(values, dtype=np.float64))
+
+
+def _number(text: str, node: str, key: str) -> float:
+    try:
+        return float(text)
+    except ValueError as error:
+        raise RecordError(f"The {key} that {node} reports must be a number, got {text!r}.") from error
+
+
+def _injections(recorded: Sequence[RecordedMessage], start_ns: int) -> tuple[Injection, ...]:
+    found = [_content(one, FaultInjection) for one in recorded]
+    injections = [
+        Injection(
+            time=_seconds(_nanoseconds(one.stamp), start_ns),
+            fault=one.fault,
+            failure=one.failure,
+            node=one.node,
+            internal=one.internal,
+            redeploy_only=one.redeploy_only,
+        )
+        for one in found
+        if one.confirmed
+    ]
+    return tuple(sorted(injections, key=lambda injection: injection.time))
+
+
+def _commands(recorded: Sequence[RecordedMessage], start_ns: int) -> tuple[Command, ...]:
+    found = [_content(one, CommandMessage) for one in recorded]
+    commands = [
+        Command(
+            time=_seconds(_nanoseconds(one.stamp), start_ns),
+            client=one.client,
+            node=one.node,
+            kind=one.kind,
+            parameters=tuple(one.parameters),
+            values=tuple(one.values),
+            successful=one.successful,
+        )
+        for one in found
+    ]
+    return tuple(sorted(commands, key=lambda command: command.time))
+
+
+def _frames(
+    evaluations: Sequence[RecordedMessage], truths: Sequence[RecordedMessage], start_ns: int
+) -> Frames:
+    taken_ns = {_nanoseconds(_content(one, ImageDigest).header.stamp): one.time_ns for one in truths}
+    found = []
+    for recorded in evaluations:
+        evaluation = _content(recorded, FrameEvaluation)
+        time_ns = taken_ns.get(_nanoseconds(evaluation.header.stamp), recorded.time_ns)
+        found.append((_seconds(time_ns, start_ns), evaluation))
+    found.sort(key=lambda item: item[0])
+    return Frames(
+        times=np.array([time for time, _ in found], dtype=np.float64),
+        iou=np.array([evaluation.iou for _, evaluation in found], dtype=np.float64),
+        intersection=_counts([evaluation.intersection for _, evaluation in found]),
+        predicted=_counts([evaluation.predicted for _, evaluation in found]),
+        truth=_counts([evaluation.truth for _, evaluation in found]),
+    )
+
+
+def _counts(rows: Sequence[npt.NDArray[np.uint32]]) -> npt.NDArray[np.int64]:
+    for row in rows:
+        if len(row) != NUMBER_OF_CLASSES:
+            raise RecordError(f"A frame's counts must be of {NUMBER_OF_CLASSES} classes, got {len(row)}.")
+    return np.array(rows, dtype=np.int64).reshape(len(rows), NUMBER_OF_CLASSES)

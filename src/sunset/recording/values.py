@@ -1,0 +1,63 @@
+"""The values that a record is made of."""
+
+import hashlib
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Final
+
+from sunset.errors import InterfaceError, RecordError
+from sunset.interfaces import Message, deserialize, get_message
+
+__all__ = ["RECORD_VERSION", "RUN_FILE", "Payload", "RecordedMessage", "digest_of"]
+
+RECORD_VERSION: Final = 1
+"""The version of the layout of records; it changes when an older reader would misread a newer record."""
+
+RUN_FILE: Final = "run.json"
+
+
+@dataclass(frozen=True, slots=True)
+class RecordedMessage:
+    """A message in a record.
+
+    Attributes:
+        topic: the full name of the topic.
+        time_ns: when it left its publisher, in nanoseconds on the experiment's clock.
+        message: its content; a `system_interfaces/msg/ImageDigest` where the topic carries images.
+    """
+
+    topic: str
+    time_ns: int
+    message: Message
+
+
+@dataclass(frozen=True, slots=True)
+class Payload:
+    """A message in a record as it is stored: with the name of its type, and its CDR."""
+
+    topic: str
+    type: str
+    time_ns: int
+    cdr: bytes
+
+    def decoded(self) -> RecordedMessage:
+        """Return the message.
+
+        Raises:
+            RecordError: the type is unknown, or the bytes are none of it.
+        """
+        try:
+            return RecordedMessage(self.topic, self.time_ns, deserialize(self.cdr, get_message(self.type)))
+        except InterfaceError as error:
+            raise RecordError(
+                f"The message on {self.topic} at {self.time_ns} ns is damaged: {error}"
+            ) from error
+
+
+def digest_of(payloads: Iterable[Payload]) -> str:
+    """Return the SHA-256 over topic, type, time and bytes of all messages in order, in hexadecimal."""
+    digest = hashlib.sha256()
+    for payload in payloads:
+        head = f"{payload.topic} {payload.type} {payload.time_ns} {len(payload.cdr)}\n"
+        digest.update(head.encode() + payload.cdr)
+    return digest.hexdigest()

@@ -1,0 +1,170 @@
+"""Writing the record of a run."""
+
+import json
+import shutil
+from collections.abc import Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from types import TracebackType
+from typing import TYPE_CHECKING, Any, Final, Self
+
+from sunset.errors import OutputError, RecordError
+from sunset.interfaces import Message, serialize, type_name
+from sunset.metrics import Timeline
+from sunset.recording._bag import write_bag
+from sunset.recording._images import ImageDigester
+from sunset.recording.timelines import MEASURED_TOPICS, timeline
+from sunset.recording.values import RECORD_VERSION, RUN_FILE, Payload, digest_of
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+__all__ = ["RecordWriter"]
+
+_SUFFIX: Final = ".partial"
+
+
+class RecordWriter:
+    """Collects the messages of a run and writes its record.
+
+    Messages are kept in memory, serialized, until `close`, and stored in order of time; those of the same
+    time stay in the order in which they came. Meanwhile a hidden folder beside the final one shows that
+    the record can be written. As a context manager, the writer removes it unless `close` was reached.
+
+    Args:
+        folder: the record's folder, which must not exist, or be empty; its parents are made.
+
+    Raises:
+        OutputError: the folder holds something already, or cannot be made.
+
+    Example::
+
+        with RecordWriter(Path("out/run-1")) as writer:
+            writer.write("/diagnostics", time_ns, message)
+            writer.close({"scenario": "nofault", "seed": 1})
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = Path(folder).absolute()
+        self._partial = self._folder.with_name(f".{self._folder.name}{_SUFFIX}")
+        self._payloads: list[Payload] = []
+        self._sorted = True
+        self._images = ImageDigester()
+        self._closed = False
+        with _translated(self._folder):
+            if self._folder.exists() and (not self._folder.is_dir() or any(self._folder.iterdir())):
+                raise OutputError(f"The record {folder} exists already; remove it or name another folder.")
+            if self._partial.exists():  # left by a run that was killed
+                shutil.rmtree(self._partial)
+            self._partial.mkdir(parents=True)
+
+    def write(self, topic: str, time_ns: int, message: Message) -> None:
+        """Add a message that left its publisher at a time; of an image, only the digest.
+
+        Args:
+            topic: the full name of the topic.
+            time_ns: nanoseconds on the experiment's clock, at least 0.
+            message: not kept, so it may be changed afterwards.
+
+        Raises:
+            InterfaceError: the message does not fit its definition.
+            RecordError: the time is negative, or the record is closed.
+        """
+        if self._closed or time_ns < 0:
+            reason = "the record is closed" if self._closed else f"its time is negative, {time_ns} ns"
+            raise RecordError(f"A message on {topic} cannot be recorded: {reason}.")
+        recorded = self._images.recorded(message)
+        payload = Payload(topic, type_name(type(recorded)), time_ns, serialize(recorded))
+        if self._payloads and time_ns < self._payloads[-1].time_ns:
+            self._sorted = False
+        self._payloads.append(payload)
+
+    @property
+    def digest(self) -> str:
+        """SHA-256 over topic, type, time and bytes of all messages so far, in hexadecimal."""
+        return digest_of(self._in_order())
+
+    def timeline(
+        self,
+        *,
+        entropy_threshold: float,
+        sharpness_threshold: float,
+        duration_s: float = 20.0,
+        period_s: float = 0.1,
+        expected_frames: int = 200,
+    ) -> Timeline:
+        """Return what the metrics look at, of the messages so far: the same that `read_timeline` returns.
+
+        Raises:
+            RecordError: as `timeline`.
+        """
+        return timeline(
+            (payload.decoded() for payload in self._in_order() if payload.topic in MEASURED_TOPICS),
+            entropy_threshold=entropy_threshold,
+            sharpness_threshold=sharpness_threshold,
+            duration_s=duration_s,
+            period_s=period_s,
+            expected_frames=expected_frames,
+        )
+
+    def close(self, run: Mapping[str, Any]) -> None:
+        """Write the record and give it its final name.
+
+        Args:
+            run: what was run and what came out, as JSON values; `digest` and `record_version` are added.
+
+        Raises:
+            RecordError: `run` has a value that JSON does not know, such as NaN, or the record is closed.
+            OutputError: there is no space, no permission, or the folder was filled meanwhile.
+        """
+        if self._closed:
+            raise RecordError(f"The record {self._folder} is closed already.")
+        payloads = self._in_order()
+        text = _canonical({**run, "digest": digest_of(payloads), "record_version": RECORD_VERSION})
+        with _translated(self._folder):
+            write_bag(self._partial, payloads)
+            (self._partial / RUN_FILE).write_text(text, encoding="utf-8")
+            self._partial.rename(self._folder)
+        self._closed = True
+
+    def abort(self) -> None:
+        """Remove what was written so far; after `close` there is nothing to remove."""
+        if not self._closed:
+            self._closed = True
+            shutil.rmtree(self._partial, ignore_errors=True)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.abort()
+
+    def _in_order(self) -> list[Payload]:
+        if not self._sorted:
+            self._payloads.sort(key=lambda payload: payload.time_ns)  # stable
+            self._sorted = True
+        return self._payloads
+
+
+def _canonical(run: Mapping[str, Any]) -> str:
+    try:
+        return json.dumps(run, sort_keys=True, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+    except (TypeError, ValueError) as error:
+        raise RecordError(f"{RUN_FILE} cannot hold what the run left: {error}.") from error
+
+
+@contextmanager
+def _translated(folder: Path) -> "Iterator[None]":
+    """Turn the operating system's errors into ours."""
+    try:
+        yield
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise OutputError(
+            f"The record {folder} cannot be written: {reason}; free some space or name another folder."
+        ) from error

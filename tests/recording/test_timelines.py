@@ -1,0 +1,200 @@
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from sunset.errors import RecordError
+from sunset.interfaces import Message
+from sunset.interfaces.builtin_interfaces.msg import Time
+from sunset.interfaces.diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from sunset.interfaces.std_msgs.msg import String
+from sunset.interfaces.system_interfaces.msg import (
+    Command,
+    ExperimentLogging,
+    FaultInjection,
+    FrameEvaluation,
+    ImageDigest,
+)
+from sunset.metrics import Command as ObservedCommand
+from sunset.metrics import Injection, Timeline
+from sunset.recording import RecordedMessage, RecordWriter, read_messages, timeline
+
+Row = tuple[str, int, Message]
+START = RecordedMessage(
+    "/experiment/log", 5, ExperimentLogging(source="experiment", rule_name="start", timestamp=10**9)
+)
+
+
+def of(*messages: RecordedMessage) -> Timeline:
+    return timeline([START, *messages], entropy_threshold=0.06, sharpness_threshold=0.2)
+
+
+@pytest.fixture
+def whole(record: Path) -> Timeline:
+    return timeline(read_messages(record), entropy_threshold=0.06, sharpness_threshold=0.2)
+
+
+def test_time_zero_is_the_start_in_the_experiments_log(whole: Timeline) -> None:
+    times = whole.message_times["/managed_subsystem/segmentation"]
+    assert times.tolist() == pytest.approx([0.065 + 0.1 * number for number in range(-2, 8)])
+
+
+def test_message_times_are_those_of_the_pipelines_topics(whole: Timeline) -> None:
+    assert sorted(whole.message_times) == [
+        "/managed_subsystem/rgb_camera",
+        "/managed_subsystem/segmentation",
+        "/managed_subsystem/sensors_fused",
+    ]
+    assert whole.message_times["/managed_subsystem/rgb_camera"][2] == pytest.approx(0.022)
+    assert whole.message_times["/managed_subsystem/sensors_fused"][2] == pytest.approx(0.025)
+
+
+def test_entropy_and_sharpness_are_those_that_their_nodes_report(whole: Timeline) -> None:
+    assert whole.entropy.values.tolist() == [0.05] * 10
+    assert whole.sharpness.values.tolist() == [0.4] * 10
+    assert whole.entropy.times[2] == pytest.approx(0.066)
+    assert whole.sharpness.times[2] == pytest.approx(0.067)
+
+
+def test_a_value_under_another_nodes_name_does_not_count() -> None:
+    status = DiagnosticStatus(hardware_id="camera", values=[KeyValue(key="entropy", value="0.9")])
+    found = of(RecordedMessage("/diagnostics", 0, DiagnosticArray(status=[status])))
+    assert found.entropy.values.size == 0
+
+
+def test_a_frames_time_is_that_of_its_picture(whole: Timeline) -> None:
+    assert whole.frames.times.tolist() == pytest.approx([0.02 + 0.1 * number for number in range(-2, 8)])
+
+
+def test_a_frame_without_a_recorded_truth_has_the_time_of_its_evaluation() -> None:
+    counts = np.zeros(28, np.uint32)
+    evaluation = FrameEvaluation(iou=0.5, intersection=counts, predicted=counts, truth=counts)
+    assert of(RecordedMessage("/seg_metrics", 3 * 10**9, evaluation)).frames.times.tolist() == [2.0]
+
+
+def test_frames_that_were_evaluated_late_are_in_order_of_their_pictures() -> None:
+    counts = np.zeros(28, np.uint32)
+    messages = []
+    for number in (1, 2):
+        digest = ImageDigest()
+        digest.header.stamp = Time(sec=number)
+        messages.append(RecordedMessage("/gt_segmentation", number * 10**9, digest))
+    for number in (2, 1):
+        evaluation = FrameEvaluation(iou=number / 10, intersection=counts, predicted=counts, truth=counts)
+        evaluation.header.stamp = Time(sec=number)
+        messages.append(RecordedMessage("/seg_metrics", 5 * 10**9, evaluation))
+    frames = of(*messages).frames
+    assert frames.times.tolist() == [0.0, 1.0]
+    assert frames.iou.tolist() == [0.1, 0.2]
+
+
+def test_frames_carry_their_counts(whole: Timeline) -> None:
+    assert whole.frames.iou.tolist() == [0.5] * 10
+    assert whole.frames.intersection.shape == (10, 28)
+    assert whole.frames.intersection.dtype == np.int64
+    assert whole.frames.intersection[3].tolist() == list(range(3, 31))
+    assert (whole.frames.predicted == 2 * whole.frames.intersection).all()
+    assert (whole.frames.truth == 3 * whole.frames.intersection).all()
+
+
+def test_injections_and_commands_have_the_times_of_their_stamps(whole: Timeline) -> None:
+    assert whole.injections == (
+        Injection(
+            time=0.0,
+            fault="hardware_disconnect",
+            failure="F1",
+            node="/managed_subsystem/camera",
+            internal=True,
+            redeploy_only=True,
+        ),
+    )
+    assert whole.commands == (
+        ObservedCommand(
+            time=0.2,
+            client="/manager",
+            node="/managed_subsystem/camera",
+            kind="set_parameters",
+            parameters=("a",),
+            values=("1",),
+            successful=True,
+        ),
+    )
+
+
+def test_an_injection_that_was_not_confirmed_does_not_count() -> None:
+    messages = [
+        RecordedMessage("/experiment/injections", 0, FaultInjection(fault=name, confirmed=confirmed))
+        for name, confirmed in (("a", False), ("b", True))
+    ]
+    assert [injection.fault for injection in of(*messages).injections] == ["b"]
+
+
+def test_commands_are_in_order_of_their_requests_not_of_their_answers() -> None:
+    messages = [
+        RecordedMessage("/experiment/commands", 9, Command(stamp=Time(sec=sec), kind="activate"))
+        for sec in (3, 2)
+    ]
+    assert [command.time for command in of(*messages).commands] == [1.0, 2.0]
+
+
+def test_an_experiment_in_which_nothing_came_out_has_an_empty_timeline() -> None:
+    found = of()
+    assert (len(found.message_times), found.entropy.times.size, found.frames.times.size) == (0, 0, 0)
+    assert found.frames.truth.shape == (0, 28)
+
+
+def test_the_specification_of_the_run_is_handed_on() -> None:
+    found = timeline(
+        [START],
+        entropy_threshold=0.1,
+        sharpness_threshold=0.3,
+        duration_s=7.0,
+        period_s=0.2,
+        expected_frames=35,
+    )
+    assert (found.entropy_threshold, found.sharpness_threshold) == (0.1, 0.3)
+    assert (found.duration_s, found.period_s, found.expected_frames) == (7.0, 0.2, 35)
+
+
+@pytest.mark.parametrize(("source", "rule"), [("experiment", "end"), ("manager", "start")])
+def test_a_record_without_the_start_is_refused(source: str, rule: str) -> None:
+    entry = ExperimentLogging(source=source, rule_name=rule)
+    with pytest.raises(RecordError, match="does not say when the experiment began"):
+        timeline(
+            [RecordedMessage("/experiment/log", 0, entry)], entropy_threshold=0.06, sharpness_threshold=0.2
+        )
+
+
+@pytest.mark.parametrize(
+    ("topic", "expected"),
+    [
+        ("/diagnostics", "diagnostic_msgs/msg/DiagnosticArray"),
+        ("/seg_metrics", "system_interfaces/msg/FrameEvaluation"),
+        ("/experiment/commands", "system_interfaces/msg/Command"),
+        ("/experiment/injections", "system_interfaces/msg/FaultInjection"),
+        ("/gt_segmentation", "system_interfaces/msg/ImageDigest"),
+    ],
+)
+def test_a_message_of_another_type_is_refused(topic: str, expected: str) -> None:
+    with pytest.raises(RecordError, match=f"on {topic} must be a {expected}, got a std_msgs/msg/String"):
+        of(RecordedMessage(topic, 0, String()))
+
+
+@pytest.mark.parametrize(("value", "expected"), [("high", "must be a number, got 'high'"), ("nan", "finite")])
+def test_a_reported_value_that_is_no_number_is_refused(value: str, expected: str) -> None:
+    status = DiagnosticStatus(hardware_id="segmentation", values=[KeyValue(key="entropy", value=value)])
+    with pytest.raises(RecordError, match=expected):
+        of(RecordedMessage("/diagnostics", 0, DiagnosticArray(status=[status])))
+
+
+def test_counts_of_another_number_of_classes_are_refused() -> None:
+    with pytest.raises(RecordError, match="of 28 classes, got 0"):
+        of(RecordedMessage("/seg_metrics", 0, FrameEvaluation()))
+
+
+def test_the_writers_timeline_ignores_other_topics(tmp_path: Path) -> None:
+    with RecordWriter(tmp_path / "r") as writer:
+        writer.write(START.topic, START.time_ns, START.message)
+        writer.write("/blackboard_group", 0, String())
+        found = writer.timeline(entropy_threshold=0.06, sharpness_threshold=0.2)
+    assert found.message_times == {}

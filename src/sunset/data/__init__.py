@@ -1,18 +1,32 @@
-"""Frames: the town renderer and flight bags (rosbag2) in and out."""
+"""Frames: the town renderer, flights, and flight bags (rosbag2) in and out."""
 
+from sunset.data.bag import TOPICS, BagReader, read_bag, write_bag
+from sunset.data.cache import cache_folder, default_flight, flight_bag, render_parallel
+from sunset.data.flight import DEFAULT_FLIGHT, FlightPlan, render_frames
 from sunset.data.frame import DEPTH_RANGE_M, FRAME_SIZE, Frame
 from sunset.data.light import TIMES, WEATHERS
 from sunset.data.views import HEIGHTS_M, PITCHES_DEG, TrainingView, render_views, training_views
 
 __all__ = [
+    "DEFAULT_FLIGHT",
     "DEPTH_RANGE_M",
     "FRAME_SIZE",
     "HEIGHTS_M",
     "PITCHES_DEG",
     "TIMES",
+    "TOPICS",
     "WEATHERS",
+    "BagReader",
+    "FlightPlan",
     "Frame",
     "TrainingView",
+    "cache_folder",
+    "default_flight",
+    "flight_bag",
+    "read_bag",
+    "render_frames",
+    "render_parallel",
     "render_views",
     "training_views",
+    "write_bag",
 ]

@@ -24,7 +24,7 @@ class Frame:
 
     Attributes:
         rgb: colour image (H, W, 3) uint8 in the order blue, green, red.
-        depth: planar depth (H, W) uint16; counts × 1000 / 65535 is in metres, 65535 is out of range.
+        depth: planar depth (H, W) uint16; counts * 1000 / 65535 is in metres, 65535 is out of range.
         labels: the CARLA id of what is seen (H, W) uint8, one of `sunset.classes.CARLA_IDS`.
     """
 

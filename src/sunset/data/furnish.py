@@ -19,11 +19,17 @@ from sunset.seeding import generator
 __all__ = ["Builder", "furnish_blocks"]
 
 CELL_M: Final = 0.5
+MARGIN: Final = 3
 WHITE: Final[Colour] = (1.0, 1.0, 1.0)
 PARKED: Final = ("saloon", "hatchback", "van")
 CAR_TINTS: Final[tuple[Colour, ...]] = (
-    (0.8, 0.8, 0.82), (0.12, 0.12, 0.13), (0.5, 0.51, 0.53), (0.58, 0.1, 0.1), (0.12, 0.22, 0.45), (0.3, 0.33, 0.3),
-)  # fmt: skip
+    (0.8, 0.8, 0.82),
+    (0.12, 0.12, 0.13),
+    (0.5, 0.51, 0.53),
+    (0.58, 0.1, 0.1),
+    (0.12, 0.22, 0.45),
+    (0.3, 0.33, 0.3),
+)
 BINS: Final[tuple[Colour, ...]] = ((0.2, 0.42, 0.24), (0.75, 0.6, 0.12), (0.2, 0.32, 0.6), (0.62, 0.25, 0.15))
 LEAVES: Final[tuple[Colour, ...]] = (
     (0.22, 0.33, 0.12),
@@ -104,6 +110,10 @@ class Builder:
             tint=BINS[int(self.rng.integers(len(BINS)))],
         )
 
+    def chance(self, share: float) -> bool:
+        """Draw whether something is so, which it is in a share of all cases."""
+        return bool(self.rng.random() < share)
+
     def line(
         self,
         name: str,
@@ -157,9 +167,9 @@ class Builder:
     def _blocked(self, x: float, y: float) -> bool:
         column, row = int((x + EXTENT_M) / CELL_M), int((y + EXTENT_M) / CELL_M)
         size = len(self._taken)
-        if not (3 <= column < size - 3 and 3 <= row < size - 3):
+        if not (min(column, row) >= MARGIN and max(column, row) < size - MARGIN):
             return False
-        return bool(self._taken[row - 3 : row + 4, column - 3 : column + 4].any())
+        return bool(self._taken[row - MARGIN : row + MARGIN + 1, column - MARGIN : column + MARGIN + 1].any())
 
     def finish(self) -> list[Mesh]:
         """Return the meshes of everything that was put up."""
@@ -200,7 +210,7 @@ def _perimeter(builder: Builder, block: Block) -> None:
     inner = v1 - v0 - 2 * depth - 6
     if inner > 12:  # noqa: PLR2004  room for one more building
         for u in (u0 + depth / 2 + 0.8, u1 - depth / 2 - 0.8):
-            if rng.random() < 0.6:  # noqa: PLR2004  a share
+            if builder.chance(0.6):
                 builder.build(apartment, (u, (v0 + v1) / 2), (inner, depth), turned=True)
     _scatter(builder, block, 1.3, (5, 10))
     builder.skip(((u0 + u1) / 2, (v0 + v1) / 2 + 4), "container")
@@ -229,11 +239,11 @@ def _houses(builder: Builder, block: Block) -> None:
         for index in range(count):
             u = u0 + plot * (index + 0.5)
             size = (float(rng.uniform(8.5, 10.5)), float(rng.uniform(7.5, 9.5)))
-            builder.build(house, (u - 1.5, front - row * (size[1] / 2 + 4)), size, turned=rng.random() < 0.3)  # noqa: PLR2004  a share
-            if rng.random() < 0.75:  # noqa: PLR2004  a share
+            builder.build(house, (u - 1.5, front - row * (size[1] / 2 + 4)), size, turned=builder.chance(0.3))
+            if builder.chance(0.75):
                 builder.car((u + plot / 2 - 2.2, front - row * 4), 1)
-            edge = "hedge" if rng.random() < 0.4 else "fence"  # noqa: PLR2004  a share
-            tint = (0.9, 0.88, 0.84) if rng.random() < 0.5 else (0.45, 0.32, 0.22)  # noqa: PLR2004  a coin
+            edge = "hedge" if builder.chance(0.4) else "fence"
+            tint = (0.9, 0.88, 0.84) if builder.chance(0.5) else (0.45, 0.32, 0.22)
             builder.line(edge, (u + plot / 2, front - row * 7), (u + plot / 2, middle), 1.7, tint)
             builder.line(
                 edge, (u - plot / 2, front - row * 0.4), (u + plot / 2 - 4, front - row * 0.4), 1.1, tint
@@ -269,7 +279,7 @@ def _plaza(builder: Builder, block: Block) -> None:
 
 def _parking(builder: Builder, block: Block) -> None:
     for stall in parking_stalls(block):
-        if builder.rng.random() < 0.62:  # noqa: PLR2004  a share
+        if builder.chance(0.62):
             builder.car((float(stall[0]), float(stall[1])), 1)
     (u0, v0), (u1, v1) = block.low, block.high
     builder.line("rail guard", (u0 + 0.6, v0 + 2), (u0 + 0.6, v1 - 2), 0.8)

@@ -6,6 +6,7 @@ looks up under each ray.
 
 from dataclasses import dataclass
 from enum import IntEnum
+from itertools import pairwise
 from typing import Final
 
 import cv2
@@ -255,7 +256,7 @@ def _paint_streets(painter: _Painter) -> None:
 def _paint_markings(painter: _Painter, street: Street) -> None:
     """Paint one street's lines between its crossings, and a zebra crossing at each."""
     crossings = painter.plan.crossings(street)
-    for before, after in zip(crossings[:-1], crossings[1:], strict=True):
+    for before, after in pairwise(crossings):
         start, end = before.at + before.width / 2, after.at - after.width / 2
         half = street.width / 2
         for zebra in (start + 0.8, end - 4.0):

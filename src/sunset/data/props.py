@@ -1,5 +1,6 @@
 """Trees and street furniture: meshes with their origin on the ground."""
 
+from collections.abc import Callable, Mapping
 from functools import cache
 from typing import Final
 
@@ -9,7 +10,7 @@ from sunset.seeding import generator
 __all__ = ["TREES", "prop", "tree"]
 
 TREES: Final = 8
-"""How many different trees there are: 0–4 broad-leaved, 5–6 conifers, 7 a bush."""
+"""How many different trees there are: 0 to 4 broad-leaved, 5 and 6 conifers, 7 a bush."""
 
 STEEL: Final[Colour] = (0.42, 0.44, 0.46)
 LEAF: Final[Colour] = (1.0, 1.0, 1.0)
@@ -156,7 +157,7 @@ def _monument() -> Mesh:
     )
 
 
-PROPS: Final = {
+PROPS: Final[Mapping[str, Callable[[], Mesh]]] = {
     "lamp": _lamp,
     "mast": _mast,
     "traffic light": _traffic_light,

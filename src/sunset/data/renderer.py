@@ -12,7 +12,7 @@ from sunset.data.camera import Pose, rays
 from sunset.data.frame import DEPTH_RANGE_M, FRAME_SIZE, Frame, Ids, Reals
 from sunset.data.ground import SURFACE_LABELS, Surface
 from sunset.data.layout import EXTENT_M
-from sunset.data.light import light
+from sunset.data.light import Light, light
 from sunset.data.shading import Seen, ground_colours, shade, solid_colours
 from sunset.data.town import Hits, Solid, Town
 from sunset.seeding import generator
@@ -46,8 +46,17 @@ class View:
 
 
 @dataclass(frozen=True, slots=True)
+class _Scene:
+    """A town at one moment: what moves there, if anything does in view, and the light."""
+
+    town: Town
+    moving: Solid | None
+    light: Light
+
+
+@dataclass(frozen=True, slots=True)
 class _Met:
-    """What every ray met: `kind` (N,) is −1 sky, 0 ground, 1 the town, 2 traffic."""
+    """What every ray met: `kind` (N,) is -1 sky, 0 ground, 1 the town, 2 traffic."""
 
     kind: npt.NDArray[np.int8]
     depth: Reals
@@ -67,10 +76,10 @@ def render(town: Town, view: View, *, size: tuple[int, int] = FRAME_SIZE) -> Fra
     """
     directions = rays(view.pose, size)
     origin = np.array([view.pose.x, view.pose.y, view.pose.z], dtype=np.float32)
-    moving = _traffic(town, view, size)
-    met = _meet(town, moving, origin, directions)
-    seen, labels = _look(town, moving, met, origin, directions, view)
-    colours = shade(seen, directions, light(view.time, view.weather))
+    scene = _Scene(town, _traffic(town, view, size), light(view.time, view.weather))
+    met = _meet(scene, origin, directions)
+    seen, labels = _look(scene, met, origin, directions)
+    colours = shade(seen, directions, scene.light)
     pixels = size[0] * size[1]
     counts = np.minimum(met.depth[:pixels], DEPTH_RANGE_M) * np.float32(65535 / DEPTH_RANGE_M)
     depth = np.round(counts).astype(np.uint16).reshape(size)
@@ -92,13 +101,13 @@ def _traffic(town: Town, view: View, size: tuple[int, int]) -> Solid | None:
     return Solid(mesh) if len(mesh) else None
 
 
-def _meet(town: Town, moving: Solid | None, origin: Reals, directions: Reals) -> _Met:
+def _meet(scene: _Scene, origin: Reals, directions: Reals) -> _Met:
     origins = np.ascontiguousarray(np.broadcast_to(origin, directions.shape))
-    hits = town.solid.meet(origins, directions)
+    hits = scene.town.solid.meet(origins, directions)
     kind = np.where(hits.triangle >= 0, np.int8(1), np.int8(-1))
     depth, triangle = hits.distance, hits.triangle
-    if moving is not None:
-        other: Hits = moving.meet(origins, directions)
+    if scene.moving is not None:
+        other: Hits = scene.moving.meet(origins, directions)
         nearer = other.distance < depth
         kind[nearer] = 2
         depth = np.where(nearer, other.distance, depth)
@@ -111,9 +120,7 @@ def _meet(town: Town, moving: Solid | None, origin: Reals, directions: Reals) ->
     return _Met(kind, np.where(below, down, depth), triangle)
 
 
-def _look(
-    town: Town, moving: Solid | None, met: _Met, origin: Reals, directions: Reals, view: View
-) -> tuple[Seen, Ids]:
+def _look(scene: _Scene, met: _Met, origin: Reals, directions: Reals) -> tuple[Seen, Ids]:
     """Return what the rays saw and its CARLA ids (N,)."""
     count = len(directions)
     reach = np.where(met.kind < 0, np.float32(0), met.depth)
@@ -123,11 +130,11 @@ def _look(
     colours, gloss = np.zeros((count, 3), dtype=np.float32), np.zeros(count, dtype=np.float32)
     labels = np.full(count, SKY, dtype=np.uint8)
     ground = np.flatnonzero(met.kind == 0)
-    surfaces = town.ground.at(points[ground, 0], points[ground, 1])
+    surfaces = scene.town.ground.at(points[ground, 0], points[ground, 1])
     colours[ground] = ground_colours(surfaces, points[ground])
     gloss[ground] = np.where(surfaces == Surface.WATER, np.float32(0.35), np.float32(0))
     labels[ground] = SURFACE_LABELS[surfaces]
-    for kind, solid in ((1, town.solid), (2, moving)):
+    for kind, solid in ((1, scene.town.solid), (2, scene.moving)):
         rows = np.flatnonzero(met.kind == kind)
         if solid is None or not len(rows):
             continue
@@ -140,21 +147,20 @@ def _look(
             solid.materials[triangles], solid.colours[triangles], points[rows], facing, met.depth[rows]
         )
         labels[rows] = solid.labels[triangles]
-    lit = _lit(town, moving, met, points, normals, view)
+    lit = _lit(scene, met, points, normals)
     return Seen(points, normals, colours, gloss, lit, met.depth), labels
 
 
-def _lit(
-    town: Town, moving: Solid | None, met: _Met, points: Reals, normals: Reals, view: View
-) -> npt.NDArray[np.bool_]:
-    towards = np.asarray(light(view.time, view.weather).sun_direction, dtype=np.float32)
+def _lit(scene: _Scene, met: _Met, points: Reals, normals: Reals) -> npt.NDArray[np.bool_]:
+    """Return which points (N,) the sun reaches."""
+    towards = np.asarray(scene.light.sun_direction, dtype=np.float32)
     facing = normals[:, 0] * towards[0] + normals[:, 1] * towards[1] + normals[:, 2] * towards[2]
     rows = np.flatnonzero((met.kind >= 0) & (facing > 0))
     origins = points[rows] + normals[rows] * np.float32(0.03)
     directions = np.ascontiguousarray(np.broadcast_to(towards, origins.shape))
-    dark = town.solid.blocks(origins, directions)
-    if moving is not None:
-        dark |= moving.blocks(origins, directions)
+    dark = scene.town.solid.blocks(origins, directions)
+    if scene.moving is not None:
+        dark |= scene.moving.blocks(origins, directions)
     lit = np.zeros(len(points), dtype=np.bool_)
     lit[rows[~dark]] = True
     return lit

@@ -1,5 +1,7 @@
 """What stands along the streets: lamps, lights, signs, stops, trees, parked cars, bridge rails."""
 
+from itertools import pairwise
+
 import numpy as np
 
 from sunset.data.furnish import Builder
@@ -18,7 +20,7 @@ def _right(street: Street) -> int:
     return -1 if street.axis == 0 else 1
 
 
-def _toward_road(street: Street, side: int) -> float:
+def _toward_road(side: int) -> float:
     """The turn, from the crossing axis's heading, that faces the carriageway from one side."""
     return np.pi if side > 0 else 0.0
 
@@ -27,13 +29,13 @@ def furnish_streets(builder: Builder) -> None:
     """Furnish every street between its crossings, and the crossings themselves."""
     for street in builder.plan.streets:
         crossings = builder.plan.crossings(street)
-        for before, after in zip(crossings[:-1], crossings[1:], strict=True):
+        for before, after in pairwise(crossings):
             stretch = (before.at + before.width / 2, after.at - after.width / 2)
             _lamps(builder, street, stretch)
             _planting(builder, street, stretch)
             _crossing_signs(builder, street, after, stretch[1], 1)
             _crossing_signs(builder, street, before, stretch[0], -1)
-            if street.avenue and builder.rng.random() < 0.5:  # noqa: PLR2004  a share
+            if street.avenue and builder.chance(0.5):
                 _stop(builder, street, stretch)
         if street.axis == 1:
             _bridge(builder, street)
@@ -43,7 +45,7 @@ def _lamps(builder: Builder, street: Street, stretch: tuple[float, float]) -> No
     side = 1
     for at in np.arange(stretch[0] + 8, stretch[1] - 6, 15.0).tolist():
         uv = _point(street, at, side * (street.width / 2 + 0.5))
-        builder.put("lamp", uv, axis=1 - street.axis, turn=_toward_road(street, side))
+        builder.put("lamp", uv, axis=1 - street.axis, turn=_toward_road(side))
         side = -side
 
 
@@ -57,7 +59,7 @@ def _planting(builder: Builder, street: Street, stretch: tuple[float, float]) ->
                 uv = _point(street, at, side * (edge + PAVEMENT_M + 0.4))
                 builder.tree(uv, float(rng.uniform(6, 9)), int(rng.integers(4)))
             continue
-        if rng.random() < 0.35:  # noqa: PLR2004  a share
+        if builder.chance(0.35):
             continue
         for at in np.arange(stretch[0] + 11, stretch[1] - 10, 6.2).tolist():
             chance = float(rng.random())
@@ -76,10 +78,10 @@ def _crossing_signs(builder: Builder, street: Street, other: Street, at: float, 
     turn = 0.0 if direction > 0 else np.pi
     if street.avenue or other.avenue:
         builder.put("traffic light", uv, axis=street.axis, turn=turn)
-    elif rng.random() < 0.6:  # noqa: PLR2004  a share
+    elif builder.chance(0.6):
         tint = ((0.8, 0.12, 0.1), (0.1, 0.25, 0.7), (0.9, 0.75, 0.1))[int(rng.integers(3))]
         builder.put("sign", uv, axis=street.axis, turn=turn, tint=tint)
-    if street.avenue and rng.random() < 0.35:  # noqa: PLR2004  a share
+    if street.avenue and builder.chance(0.35):
         back = _point(street, at - direction * 14, side * (street.width / 2 + 0.8))
         builder.put("gantry", back, axis=street.axis, turn=turn)
 
@@ -87,7 +89,7 @@ def _crossing_signs(builder: Builder, street: Street, other: Street, at: float, 
 def _stop(builder: Builder, street: Street, stretch: tuple[float, float]) -> None:
     """A bus stop in the middle of a stretch, facing the carriageway."""
     middle = (stretch[0] + stretch[1]) / 2 + 3
-    side = 1 if builder.rng.random() < 0.5 else -1  # noqa: PLR2004  a coin
+    side = 1 if builder.chance(0.5) else -1
     uv = _point(street, middle, side * (street.width / 2 + 1.9))
     facing = 0.0 if (side > 0) == (street.axis == 0) else np.pi
     builder.put("bus stop", uv, axis=street.axis, turn=facing)

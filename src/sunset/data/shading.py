@@ -83,7 +83,8 @@ def _noise() -> tuple[Reals, Reals]:
 def _lookup(table: Reals, a: Reals, b: Reals, cells_per_m: float) -> Reals:
     i = np.floor(a * np.float32(cells_per_m)).astype(np.int32) & NOISE_MASK
     j = np.floor(b * np.float32(cells_per_m)).astype(np.int32) & NOISE_MASK
-    return table[i, j]
+    found: Reals = table[i, j]
+    return found
 
 
 def ground_colours(surfaces: Ids, points: Reals) -> Reals:
@@ -106,6 +107,38 @@ def ground_colours(surfaces: Ids, points: Reals) -> Reals:
     return colours
 
 
+@dataclass(frozen=True, slots=True)
+class _Windows:
+    """A grid of windows on a wall: sizes in metres, extents as shares of a grid cell."""
+
+    material: Material
+    width: float
+    floor: float
+    sill: float
+    lintel: float
+    wide: float
+
+    def draw(self, along: Reals, height: Reals, near: Reals) -> tuple[Reals, Reals]:
+        """Return what share of each wall point (N,) is window and the window's colour (N, 3).
+
+        Where `near` is 0, windows are smaller than a pixel and the share is their mean.
+        """
+        across, up = along / self.width, height / self.floor
+        inside = across - np.floor(across) < self.wide
+        inside &= (up - np.floor(up) > self.sill) & (up - np.floor(up) < self.lintel)
+        mean = np.float32(self.wide * (self.lintel - self.sill))
+        share = (inside * near + mean * (1 - near)).astype(np.float32)[:, None]
+        panes = np.floor(across).astype(np.int32) * 7 + np.floor(up).astype(np.int32) * 13
+        brightness = np.float32(0.03) + np.float32(0.05) * ((panes & 7) == 0)
+        return share, np.stack([brightness, brightness * 1.15, brightness * 1.35], axis=1)
+
+
+_WINDOWS: Final = (
+    _Windows(Material.FACADE, 2.6, 3.2, 0.32, 0.78, 0.5),
+    _Windows(Material.GLASS_FACADE, 1.8, 3.6, 0.1, 0.9, 0.84),
+)
+
+
 def solid_colours(
     materials: Ids, colours: Reals, points: Reals, normals: Reals, depth: Reals
 ) -> tuple[Reals, Reals]:
@@ -114,7 +147,13 @@ def solid_colours(
     result = colours.copy()
     gloss = np.zeros(len(materials), dtype=np.float32)
     along = points[:, 1] * normals[:, 0] - points[:, 0] * normals[:, 1]
-    _draw_windows(materials, normals, points, along, depth, result, gloss)
+    upright = np.abs(normals[:, 2]) < 0.5  # noqa: PLR2004  walls, not roofs
+    near = np.clip(2.2 - depth / 130, 0, 1).astype(np.float32)
+    for pattern in _WINDOWS:
+        walls = np.flatnonzero((materials == pattern.material) & upright)
+        share, pane = pattern.draw(along[walls], points[walls, 2], near[walls])
+        result[walls] = result[walls] * (1 - share) + pane * share
+        gloss[walls] = share[:, 0] * np.float32(0.45)
     height = points[:, 2]
     leafy = np.flatnonzero(materials == Material.FOLIAGE)
     speckle = _lookup(grain, points[leafy, 0] + height[leafy], points[leafy, 1] - height[leafy], 1.8)
@@ -129,30 +168,6 @@ def solid_colours(
     result[bricks] *= (1 + 0.2 * _lookup(grain, along[bricks], height[bricks], 2.0))[:, None]
     gloss[materials == Material.PAINT] = 0.2
     return result, gloss
-
-
-def _draw_windows(
-    materials: Ids, normals: Reals, points: Reals, along: Reals, depth: Reals, colours: Reals, gloss: Reals
-) -> None:
-    """Draw windows, fading to their mean where they are smaller than a pixel."""
-    upright = np.abs(normals[:, 2]) < 0.5  # noqa: PLR2004  walls, not roofs
-    near = np.clip(2.2 - depth / 130, 0, 1)
-    for material, width, floor, high, wide in (
-        (Material.FACADE, 2.6, 3.2, (0.32, 0.78), 0.5),
-        (Material.GLASS_FACADE, 1.8, 3.6, (0.1, 0.9), 0.84),
-    ):
-        walls = np.flatnonzero((materials == material) & upright)
-        across, up = along[walls] / width, points[walls, 2] / floor
-        inside = (
-            (across - np.floor(across) < wide) & (up - np.floor(up) > high[0]) & (up - np.floor(up) < high[1])
-        )
-        mean = np.float32(wide * (high[1] - high[0]))
-        share = (inside * near[walls] + mean * (1 - near[walls])).astype(np.float32)[:, None]
-        panes = np.floor(across).astype(np.int32) * 7 + np.floor(up).astype(np.int32) * 13
-        brightness = np.float32(0.03) + np.float32(0.05) * ((panes & 7) == 0)
-        pane = np.stack([brightness, brightness * 1.15, brightness * 1.35], axis=1)
-        colours[walls] = colours[walls] * (1 - share) + pane * share
-        gloss[walls] = share[:, 0] * np.float32(0.45)
 
 
 def shade(seen: Seen, directions: Reals, light: Light) -> Reals:

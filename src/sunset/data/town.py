@@ -25,7 +25,7 @@ class Hits:
 
     Attributes:
         distance: in units of each ray's direction (N,); infinite where nothing was met.
-        triangle: index of the triangle met (N,), −1 where nothing was.
+        triangle: index of the triangle met (N,), -1 where nothing was.
     """
 
     distance: Reals

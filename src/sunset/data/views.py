@@ -42,12 +42,13 @@ def training_views(
     """Yield views of a town at random places, in random directions, moments and light.
 
     Height and pitch are drawn from the given values and jittered, by up to 10 % and 3°. The view of an index
-    depends only on the town, the seed, the index and the choices, so that a range may be split among processes.
+    depends only on the town, the seed, the index and the choices, so that a range may be split
+    among processes.
 
     Args:
         town: its number, 1 to 8.
         count: how many views.
-        seed: a whole number in [0, 2³² − 1].
+        seed: a whole number in [0, 2**32 - 1].
         heights: above the ground in metres, in [5, 300].
         pitches: below the horizon in degrees, in [0, 90].
         times: times of day, of `TIMES`.

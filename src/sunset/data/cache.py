@@ -1,0 +1,173 @@
+"""Rendered flights, kept in the user's cache folder."""
+
+import hashlib
+import json
+import multiprocessing
+import os
+import shutil
+import tempfile
+from collections.abc import Callable, Iterator
+from concurrent.futures import BrokenExecutor, ProcessPoolExecutor
+from dataclasses import asdict
+from pathlib import Path
+from typing import Final
+
+from sunset.data.bag import write_bag
+from sunset.data.flight import DEFAULT_FLIGHT, FlightPlan, render_frames
+from sunset.data.frame import Frame
+from sunset.errors import InvalidInputError, OutputError
+
+__all__ = ["RENDER_VERSION", "cache_folder", "default_flight", "flight_bag", "render_parallel"]
+
+RENDER_VERSION: Final = 1
+"""Grows whenever a rendered byte changes, so that flights in users' caches are rendered anew."""
+
+CHECKSUM_FILE: Final = "checksum.json"
+BATCH: Final = 10
+MAX_JOBS: Final = 8
+
+Progress = Callable[[int, int], None]
+
+
+def cache_folder() -> Path:
+    """Return the folder that things made once are kept in; it need not exist yet.
+
+    It is `SUNSET_CACHE_DIR` if set, else `sunset` in `XDG_CACHE_HOME`, else `~/.cache/sunset`.
+    """
+    own = os.environ.get("SUNSET_CACHE_DIR")
+    if own:
+        return Path(own)
+    shared = os.environ.get("XDG_CACHE_HOME")
+    return (Path(shared) if shared else Path.home() / ".cache") / "sunset"
+
+
+def default_flight(*, progress: Progress | None = None, jobs: int | None = None) -> Path:
+    """Return the bag of the flight that experiments use, rendered on first use.
+
+    Args:
+        progress: called with (frames done, frames in all) while it renders.
+        jobs: how many processes render; as many as there are processors, at most 8, if not given.
+
+    Raises:
+        OutputError: the cache folder cannot be written.
+    """
+    return flight_bag(DEFAULT_FLIGHT, progress=progress, jobs=jobs)
+
+
+def flight_bag(plan: FlightPlan, *, progress: Progress | None = None, jobs: int | None = None) -> Path:
+    """Return the bag of a flight, rendered on first use and kept in the cache folder.
+
+    The bag's checksum is verified on every later use; a bag that does not match is rendered anew.
+
+    Args:
+        plan: of the flight.
+        progress: called with (frames done, frames in all) while it renders.
+        jobs: how many processes render; as many as there are processors, at most 8, if not given.
+
+    Raises:
+        InvalidInputError: `jobs` is less than 1.
+        OutputError: the cache folder cannot be written.
+    """
+    home = cache_folder() / "flights" / _key(plan)
+    bag = home / "flight"
+    try:
+        if _is_intact(home):
+            return bag
+        home.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(prefix=".rendering-", dir=home.parent) as draft:
+            made = Path(draft) / home.name
+            write_bag(made / bag.name, render_parallel(plan, progress=progress, jobs=jobs), plan.stamps_ns())
+            (made / CHECKSUM_FILE).write_text(json.dumps(_checksums(made / bag.name), indent=1) + "\n")
+            _move(made, home)
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise OutputError(
+            f"The flight cannot be kept in {home.parent}: {reason}; set SUNSET_CACHE_DIR to another folder."
+        ) from error
+    return bag
+
+
+def _key(plan: FlightPlan) -> str:
+    text = json.dumps({"version": RENDER_VERSION, **asdict(plan)}, sort_keys=True)
+    return f"town{plan.town}-{hashlib.sha256(text.encode()).hexdigest()[:16]}"
+
+
+def _checksums(bag: Path) -> dict[str, str]:
+    """Return file name → SHA-256 of everything in a bag's folder."""
+    sums = {}
+    for path in sorted(bag.iterdir()):
+        with path.open("rb") as file:
+            sums[path.name] = hashlib.file_digest(file, "sha256").hexdigest()
+    return sums
+
+
+def _is_intact(home: Path) -> bool:
+    """Say whether a kept flight is there and matches its checksums."""
+    try:
+        expected = json.loads((home / CHECKSUM_FILE).read_text())
+        return bool(expected) and expected == _checksums(home / "flight")
+    except (FileNotFoundError, NotADirectoryError, ValueError):
+        return False
+
+
+def _move(made: Path, home: Path) -> None:
+    """Put a finished flight in its place, unless another process has meanwhile."""
+    if _is_intact(home):
+        return
+    if home.exists():
+        shutil.rmtree(home)
+    try:
+        made.rename(home)
+    except OSError:
+        if not _is_intact(home):
+            raise
+
+
+def render_parallel(
+    plan: FlightPlan, *, progress: Progress | None = None, jobs: int | None = None
+) -> Iterator[Frame]:
+    """Yield all frames of a flight in order, rendered by several processes.
+
+    The number of processes changes no byte.
+
+    Args:
+        plan: of the flight.
+        progress: called with (frames done, frames in all) after each frame.
+        jobs: how many processes render; as many as there are processors, at most 8, if not given.
+
+    Raises:
+        InvalidInputError: `jobs` is less than 1.
+        OutputError: a rendering process died.
+    """
+    if jobs is not None and jobs < 1:
+        raise InvalidInputError(f"The number of jobs must be at least 1, got {jobs}.")
+    count = _processors() if jobs is None else jobs
+    frames = render_frames(plan) if count == 1 else _from_processes(plan, count)
+    for done, frame in enumerate(frames, start=1):
+        yield frame
+        if progress is not None:
+            progress(done, plan.frames)
+
+
+def _processors() -> int:
+    usable = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    return min(usable, MAX_JOBS)
+
+
+def _render_batch(plan: FlightPlan, start: int) -> list[Frame]:
+    return list(render_frames(plan, range(start, min(start + BATCH, plan.frames))))
+
+
+def _from_processes(plan: FlightPlan, jobs: int) -> Iterator[Frame]:
+    starts = range(0, plan.frames, BATCH)
+    context = multiprocessing.get_context("spawn")
+    executor = ProcessPoolExecutor(min(jobs, len(starts)), mp_context=context)
+    try:
+        for batch in executor.map(_render_batch, [plan] * len(starts), starts):
+            yield from batch
+    except BrokenExecutor as error:
+        raise OutputError(
+            "A rendering process ended before its work was done: free some memory or render with jobs=1."
+        ) from error
+    finally:
+        executor.shutdown(cancel_futures=True)

@@ -13,7 +13,16 @@ from typing import Final
 
 from sunset.errors import InterfaceError
 
-__all__ = ["Constant", "Definition", "Field", "FieldType", "parse_message", "parse_service", "parse_type"]
+__all__ = [
+    "Constant",
+    "Definition",
+    "Field",
+    "FieldType",
+    "parse_message",
+    "parse_service",
+    "parse_type",
+    "split_service",
+]
 
 DEFINITIONS: Final = Path(__file__).parent / "definitions"
 """The folder of the .msg and .srv files: `<package>/msg/<Name>.msg`, `<package>/srv/<Name>.srv`."""
@@ -178,12 +187,22 @@ def parse_service(text: str, name: str) -> tuple[Definition, Definition]:
     Raises:
         InterfaceError: the text does not have two parts, or a part is malformed.
     """
-    parts = re.split(r"^---\s*$", text, flags=re.MULTILINE)
+    request, response = split_service(text, name)
+    return parse_message(request, f"{name}_Request"), parse_message(response, f"{name}_Response")
+
+
+def split_service(text: str, name: str) -> tuple[str, str]:
+    """Return the texts of request and response in the text of a .srv file.
+
+    Raises:
+        InterfaceError: the text does not have two parts.
+    """
+    parts = re.split(r"^---[ \t]*(?:\n|\Z)", text, flags=re.MULTILINE)
     if len(parts) != 2:  # noqa: PLR2004  a service has two parts
         raise InterfaceError(
             f"{name} needs one line '---' between request and response, got {len(parts) - 1}."
         )
-    return parse_message(parts[0], f"{name}_Request"), parse_message(parts[1], f"{name}_Response")
+    return parts[0], parts[1]
 
 
 def _without_comment(line: str) -> str:

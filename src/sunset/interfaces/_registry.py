@@ -9,7 +9,7 @@ from importlib import import_module
 from typing import Final
 
 from sunset.errors import InterfaceError
-from sunset.interfaces._definition import DEFINITIONS, DUMMY_FIELD, FieldType, parse_service, parse_type
+from sunset.interfaces._definition import DEFINITIONS, DUMMY_FIELD, FieldType, parse_type, split_service
 from sunset.interfaces._message import Message, Service
 
 __all__ = ["field_types", "get_message", "get_service", "message_definition", "type_hash", "type_name"]
@@ -167,6 +167,5 @@ def _definition_text(kind: type[Message]) -> str:
     name, _, part = kind.__ros_name__.rpartition("_")
     if "/srv/" not in kind.__ros_name__:
         return (DEFINITIONS / f"{kind.__ros_name__}.msg").read_text()
-    text = (DEFINITIONS / f"{name}.srv").read_text()
-    parse_service(text, name)
-    return text.split("---\n")[_PARTS.index(part)]
+    texts = split_service((DEFINITIONS / f"{name}.srv").read_text(), name)
+    return texts[_PARTS.index(part)]

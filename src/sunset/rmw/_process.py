@@ -301,7 +301,9 @@ class SimProcess(Middleware):
         """
         network = self.network
         if network.executing is not None:
-            raise MiddlewareError("Spinning inside a callback would wait for itself; use a Future's done callback.")
+            raise MiddlewareError(
+                "Spinning inside a callback would wait for itself; use a Future's done callback."
+            )
         self.check_alive()
         scheduler = network.scheduler
         limit = None if timeout_ns is None else scheduler.now + timeout_ns
@@ -313,7 +315,9 @@ class SimProcess(Middleware):
         finally:
             self._running = was_running and self._alive
         if not called and limit is None:
-            raise MiddlewareError("Nothing is left to happen in the simulation, so this spin would never end.")
+            raise MiddlewareError(
+                "Nothing is left to happen in the simulation, so this spin would never end."
+            )
         return self._calls > before
 
     def wait_for(self, predicate: Callable[[], bool], timeout_ns: int | None) -> bool:
@@ -328,7 +332,9 @@ class SimProcess(Middleware):
         limit = None if timeout_ns is None else scheduler.now + timeout_ns
         held = scheduler.run_while(lambda: not predicate(), limit)
         if not held and limit is None:
-            raise MiddlewareError("Nothing is left to happen in the simulation, so this wait would never end.")
+            raise MiddlewareError(
+                "Nothing is left to happen in the simulation, so this wait would never end."
+            )
         return held
 
     def wake(self) -> None:

@@ -31,22 +31,30 @@ def next_due_ns(due_ns: int, period_ns: int, now_ns: int) -> int:
 class SimTimer(Entity, TimerHandle):
     """A timer of virtual time."""
 
-    __slots__ = ("_canceled", "_due_ns", "_expired", "_generation", "_handler", "period_ns")
+    __slots__ = ("_canceled", "_due_ns", "_expired", "_generation", "_handler", "_period_ns")
 
     def __init__(self, node: "SimNode", period_ns: int, handler: Callable[[], None], label: str) -> None:
-        if period_ns < 0:
-            raise MiddlewareError(f"A timer's period must be at least 0 ns, got {period_ns}.")
         super().__init__(node, label)
-        self.period_ns = period_ns
+        self.set_period_ns(period_ns)
         self._handler = handler
         self._generation = 0
         self.reset()
+
+    def set_period_ns(self, period_ns: int) -> None:
+        """Change the period from the next call on.
+
+        Raises:
+            MiddlewareError: it is negative.
+        """
+        if period_ns < 0:
+            raise MiddlewareError(f"A timer's period must be at least 0 ns, got {period_ns}.")
+        self._period_ns = period_ns
 
     def reset(self) -> None:
         """Start again: the next call is due one period from now."""
         self.check_alive("reset a timer")
         self._canceled = False
-        self._arm(self.node.network.scheduler.now + self.period_ns)
+        self._arm(self.node.network.scheduler.now + self._period_ns)
 
     def cancel(self) -> None:
         """Stop calling until `reset`."""
@@ -81,7 +89,7 @@ class SimTimer(Entity, TimerHandle):
 
     def run(self) -> None:
         """Call the handler, having set the next alarm."""
-        self._arm(next_due_ns(self._due_ns, self.period_ns, self.node.network.scheduler.now))
+        self._arm(next_due_ns(self._due_ns, self._period_ns, self.node.network.scheduler.now))
         self._handler()
 
     def destroy(self) -> None:

@@ -12,7 +12,7 @@ __all__ = ["LimitExceeded", "run_limited"]
 _REPEAT_S = 0.1
 
 
-class LimitExceeded(BaseException):  # noqa: N818  it is a signal to the caller, no error of its own
+class LimitExceeded(BaseException):
     """The limit passed. No `Exception`, so that `except Exception` in the callback cannot hide it."""
 
 

@@ -182,7 +182,9 @@ class TimerHandle(ABC):
 
     __slots__ = ()
 
-    period_ns: int
+    @abstractmethod
+    def set_period_ns(self, period_ns: int) -> None:
+        """Change the period from the next call on."""
 
     @abstractmethod
     def cancel(self) -> None:

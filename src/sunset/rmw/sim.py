@@ -64,7 +64,9 @@ class Simulation:
             MiddlewareError: the limit is not positive.
         """
         if wall_limit_s is not None and not wall_limit_s > 0:
-            raise MiddlewareError(f"The wall time limit of process {name} must be above 0 s, got {wall_limit_s}.")
+            raise MiddlewareError(
+                f"The wall time limit of process {name} must be above 0 s, got {wall_limit_s}."
+            )
         return SimProcess(self._network, name, wall_limit_s)
 
     def run_until(self, t_ns: int) -> None:

@@ -1,0 +1,133 @@
+"""The client library, in rclpy's names: `from sunset import ros as rclpy`.
+
+It is a strict subset of rclpy (Jazzy): node code written on it runs on rclpy when only the import lines
+change. What differs is how a process comes onto the network: `init` is told its middleware.
+"""
+
+from collections.abc import Sequence
+from typing import Any
+
+from sunset.rmw.port import Middleware
+from sunset.ros.context import Context, get_default_context
+from sunset.ros.exceptions import CallbackError, CallbackTimeoutError
+from sunset.ros.executors import SingleThreadedExecutor
+from sunset.ros.node import Node
+from sunset.ros.parameter import Parameter
+from sunset.ros.task import Future
+
+__all__ = [
+    "CallbackError",
+    "CallbackTimeoutError",
+    "Context",
+    "Future",
+    "Node",
+    "Parameter",
+    "SingleThreadedExecutor",
+    "create_node",
+    "init",
+    "ok",
+    "shutdown",
+    "spin",
+    "spin_once",
+    "spin_until_future_complete",
+    "try_shutdown",
+]
+
+
+def init(
+    *, args: Sequence[str] | None = None, context: Context | None = None, middleware: Middleware | None = None
+) -> None:
+    """Join the network.
+
+    Args:
+        args: the command line; `sys.argv` if None.
+        context: the process; the default context if None.
+        middleware: the process's door to the network.
+
+    Raises:
+        MiddlewareError: no middleware is given, or the context is in use.
+        UnknownROSArgsError: an argument after `--ros-args` is unknown or malformed.
+        ParameterError: a parameter file cannot be read or is malformed.
+    """
+    (context or get_default_context()).init(args, middleware=middleware)
+
+
+def shutdown(*, context: Context | None = None) -> None:
+    """Leave the network; from inside a callback, after that callback and what it sends.
+
+    Raises:
+        NotInitializedException: the context is not initialised, or was shut down.
+    """
+    (context or get_default_context()).shutdown()
+
+
+def try_shutdown(*, context: Context | None = None) -> None:
+    """Leave the network if not done already."""
+    (context or get_default_context()).try_shutdown()
+
+
+def ok(*, context: Context | None = None) -> bool:
+    """Return whether the context is initialised and not shut down."""
+    return (context or get_default_context()).ok()
+
+
+def create_node(node_name: str, **options: Any) -> Node:
+    """Make a node; the options are those of `Node`."""
+    return Node(node_name, **options)
+
+
+def spin(node: Node, executor: SingleThreadedExecutor | None = None) -> None:
+    """Run the callbacks of a node until its context is shut down.
+
+    Raises:
+        CallbackError: a callback raised.
+    """
+    executor, added = _with_node(node, executor)
+    try:
+        executor.spin()
+    finally:
+        _without_node(node, executor, added)
+
+
+def spin_once(
+    node: Node, *, executor: SingleThreadedExecutor | None = None, timeout_sec: float | None = None
+) -> None:
+    """Wait for a callback of a node and run it.
+
+    Raises:
+        CallbackError: it raised.
+        MiddlewareError: called from inside a callback.
+    """
+    executor, added = _with_node(node, executor)
+    try:
+        executor.spin_once(timeout_sec)
+    finally:
+        _without_node(node, executor, added)
+
+
+def spin_until_future_complete(
+    node: Node,
+    future: Future[Any],
+    executor: SingleThreadedExecutor | None = None,
+    timeout_sec: float | None = None,
+) -> None:
+    """Run the callbacks of a node until a future is done, its context is shut down, or time is over.
+
+    Raises:
+        CallbackError: a callback raised.
+    """
+    executor, added = _with_node(node, executor)
+    try:
+        executor.spin_until_future_complete(future, timeout_sec)
+    finally:
+        _without_node(node, executor, added)
+
+
+def _with_node(node: Node, executor: SingleThreadedExecutor | None) -> tuple[SingleThreadedExecutor, bool]:
+    executor = executor or SingleThreadedExecutor(context=node.context)
+    return executor, executor.add_node(node)
+
+
+def _without_node(node: Node, executor: SingleThreadedExecutor, added: bool) -> None:
+    if added:
+        executor.remove_node(node)

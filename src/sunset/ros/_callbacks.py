@@ -1,0 +1,47 @@
+"""Calling what users register: names for errors, and coroutines."""
+
+from collections.abc import Callable, Coroutine
+from functools import partial
+from inspect import iscoroutine
+from typing import Any
+
+from sunset.ros.task import Future
+
+__all__ = ["callback_name", "drive"]
+
+
+def callback_name(callback: object) -> str:
+    """Return how an error names a callback, such as `Camera.on_image`.
+
+    >>> callback_name(partial(print, 1))
+    'print'
+    """
+    while isinstance(callback, partial):
+        callback = callback.func
+    return getattr(callback, "__qualname__", None) or type(callback).__qualname__
+
+
+def drive(outcome: object, done: Callable[[Any], object]) -> None:
+    """Hand what a callback returned to `done`; if it is a coroutine, let it run and hand over its result.
+
+    Whenever the coroutine waits for a future, it goes on in that future's done callback.
+
+    Raises:
+        TypeError: the coroutine waits for something that is no `Future`.
+    """
+    if iscoroutine(outcome):
+        _step(outcome, done)
+    else:
+        done(outcome)
+
+
+def _step(coroutine: Coroutine[Any, Any, Any], done: Callable[[Any], object]) -> None:
+    try:
+        awaited = coroutine.send(None)
+    except StopIteration as end:
+        done(end.value)
+        return
+    if not isinstance(awaited, Future):
+        coroutine.close()
+        raise TypeError(f"A callback may only wait for a sunset.ros.task.Future, got {awaited!r}.")
+    awaited.add_done_callback(lambda _: _step(coroutine, done))

@@ -1,0 +1,42 @@
+"""Where the log messages of a node go."""
+
+import sys
+
+from sunset.interfaces.rcl_interfaces.msg import Log
+from sunset.ros.clock import Clock
+from sunset.ros.context import Context
+from sunset.ros.logging import LogRecord
+from sunset.ros.publisher import Publisher
+
+__all__ = ["NodeLogSink"]
+
+
+class NodeLogSink:
+    """Sends log messages to /rosout, and to stderr if the context says so."""
+
+    def __init__(self, context: Context, clock: Clock, rosout: Publisher[Log] | None) -> None:
+        self._context = context
+        self._clock = clock
+        self._rosout = rosout
+
+    def now_ns(self) -> int:
+        """Return the time by which messages are throttled."""
+        return self._clock.now_ns()
+
+    def write(self, record: LogRecord) -> None:
+        """Send a message; once the context is shut down, to stderr only."""
+        if self._rosout is not None and self._context.ok():
+            self._rosout.publish(
+                Log(
+                    stamp=self._clock.now().to_msg(),
+                    level=record.severity.value,
+                    name=record.name,
+                    msg=record.text,
+                    file=record.file,
+                    function=record.function,
+                    line=record.line,
+                )
+            )
+        if self._context.arguments.log_to_stderr:
+            seconds = self._clock.now_ns() / 1e9
+            sys.stderr.write(f"[{record.severity.name}] [{seconds:.9f}] [{record.name}]: {record.text}\n")

@@ -1,0 +1,98 @@
+"""The life of one process on the network, as in `rclpy.context`."""
+
+import sys
+from collections.abc import Callable, Sequence
+
+from sunset.errors import MiddlewareError
+from sunset.rmw.port import Middleware
+from sunset.ros.arguments import Arguments
+from sunset.ros.exceptions import NotInitializedException
+
+__all__ = ["Context", "get_default_context"]
+
+
+class Context:
+    """What the nodes of one process share: its middleware and its arguments."""
+
+    def __init__(self) -> None:
+        self._middleware: Middleware | None = None
+        self._arguments = Arguments()
+        self._on_shutdown: list[Callable[[], object]] = []
+
+    def init(
+        self,
+        args: Sequence[str] | None = None,
+        *,
+        middleware: Middleware | None = None,
+        log_to_stderr: bool = False,
+    ) -> None:
+        """Join the network.
+
+        Args:
+            args: the command line; `sys.argv` if None.
+            middleware: the process's door to the network.
+            log_to_stderr: whether loggers write to stderr too.
+
+        Raises:
+            MiddlewareError: no middleware is given, or the context is in use.
+            UnknownROSArgsError: an argument after `--ros-args` is unknown or malformed.
+            ParameterError: a parameter file cannot be read or is malformed.
+        """
+        if self.ok():
+            raise MiddlewareError("The context is initialised already; shut it down first.")
+        if middleware is None:
+            raise MiddlewareError("No middleware was chosen: pass init(middleware=…).")
+        self._arguments = Arguments.parse(sys.argv if args is None else args)
+        if self._arguments.log_to_stderr is None:
+            self._arguments.log_to_stderr = log_to_stderr
+        self._middleware = middleware
+
+    @property
+    def middleware(self) -> Middleware:
+        """The process's door to the network.
+
+        Raises:
+            NotInitializedException: the context is not initialised.
+        """
+        if self._middleware is None:
+            raise NotInitializedException("The context is not initialised: call init() first.")
+        return self._middleware
+
+    @property
+    def arguments(self) -> Arguments:
+        """What the command line says."""
+        return self._arguments
+
+    def ok(self) -> bool:
+        """Return whether it is initialised and not shut down."""
+        return self._middleware is not None and self._middleware.alive
+
+    def shutdown(self) -> None:
+        """Leave the network; from inside a callback, after that callback and what it sends.
+
+        Raises:
+            NotInitializedException: the context is not initialised, or was shut down.
+        """
+        if not self.ok():
+            raise NotInitializedException("The context is not initialised, or was shut down already.")
+        self.try_shutdown()
+
+    def try_shutdown(self) -> None:
+        """Leave the network if not done already."""
+        if self.ok():
+            self.middleware.shutdown()
+            callbacks, self._on_shutdown = self._on_shutdown, []
+            for callback in callbacks:
+                callback()
+
+    def on_shutdown(self, callback: Callable[[], object]) -> None:
+        """Call `callback()` when this context shuts down."""
+        self._on_shutdown.append(callback)
+
+
+_DEFAULT = Context()
+
+
+def get_default_context() -> Context:
+    """Return the context that is used where none is named."""
+    return _DEFAULT

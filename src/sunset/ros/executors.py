@@ -1,0 +1,136 @@
+"""Executors, as in `rclpy.executors`."""
+
+from collections.abc import Callable
+from types import TracebackType
+from typing import Any
+
+from sunset.errors import MiddlewareError
+from sunset.ros._callbacks import callback_name
+from sunset.ros.context import Context, get_default_context
+from sunset.ros.exceptions import NotInitializedException
+from sunset.ros.node import Node
+from sunset.ros.task import Future
+
+__all__ = ["Executor", "SingleThreadedExecutor"]
+
+
+class SingleThreadedExecutor:
+    """Runs the callbacks of its nodes, one after the other, in the order in which they become ready.
+
+    Args:
+        context: the process; the default context if None.
+    """
+
+    def __init__(self, *, context: Context | None = None) -> None:
+        self._context = context or get_default_context()
+        self._nodes: list[Node] = []
+        self._is_shutdown = False
+
+    def __enter__(self) -> "SingleThreadedExecutor":
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.shutdown()
+
+    @property
+    def context(self) -> Context:
+        """The process."""
+        return self._context
+
+    def add_node(self, node: Node) -> bool:
+        """Run the callbacks of a node; return whether that is news.
+
+        Raises:
+            MiddlewareError: the node belongs to another context.
+        """
+        if node in self._nodes:
+            return False
+        if node.context is not self._context:
+            raise MiddlewareError(f"Node {node.get_fully_qualified_name()} belongs to another context.")
+        self._nodes.append(node)
+        node.handle.attach()
+        return True
+
+    def remove_node(self, node: Node) -> None:
+        """Hold the callbacks of a node back."""
+        if node in self._nodes:
+            self._nodes.remove(node)
+            node.handle.detach()
+
+    def get_nodes(self) -> list[Node]:
+        """Return the nodes whose callbacks it runs."""
+        return list(self._nodes)
+
+    def create_task(self, callback: Callable[..., Any], *args: Any, **kwargs: Any) -> Future[Any]:
+        """Call a function soon, as a callback of the first node; the future is done with what it returns.
+
+        Raises:
+            MiddlewareError: the executor has no node.
+        """
+        if not self._nodes:
+            raise MiddlewareError("An executor without nodes cannot run a task; add a node first.")
+        future: Future[Any] = Future()
+        self._nodes[0].handle.post(
+            lambda: future.set_result(callback(*args, **kwargs)), f"{callback_name(callback)} (task)"
+        )
+        return future
+
+    def spin(self) -> None:
+        """Run callbacks until the context is shut down.
+
+        Raises:
+            CallbackError: a callback raised.
+        """
+        while self._context.ok() and not self._is_shutdown:
+            self.spin_once()
+
+    def spin_once(self, timeout_sec: float | None = None) -> None:
+        """Wait for a callback and run it.
+
+        Args:
+            timeout_sec: how long to wait; None or a negative number for ever.
+
+        Raises:
+            CallbackError: it raised.
+            MiddlewareError: called from inside a callback.
+            NotInitializedException: the context is not initialised, or was shut down.
+        """
+        if not self._context.ok():
+            raise NotInitializedException("A context that is not initialised, or was shut down, cannot spin.")
+        self._context.middleware.spin_once(_nanoseconds(timeout_sec))
+
+    def spin_until_future_complete(self, future: Future[Any], timeout_sec: float | None = None) -> None:
+        """Run callbacks until a future is done, the context is shut down, or time is over.
+
+        Raises:
+            CallbackError: a callback raised.
+        """
+        middleware = self._context.middleware
+        timeout_ns = _nanoseconds(timeout_sec)
+        end_ns = None if timeout_ns is None else middleware.steady_ns() + timeout_ns
+        while not future.done() and self._context.ok() and not self._is_shutdown:
+            remaining_ns = None if end_ns is None else end_ns - middleware.steady_ns()
+            if remaining_ns is not None and remaining_ns < 0:
+                return
+            if not middleware.spin_once(remaining_ns):
+                return
+
+    def wake(self) -> None:
+        """Make a waiting `spin_once` return."""
+        self._context.middleware.wake()
+
+    def shutdown(self, timeout_sec: float | None = None) -> bool:  # noqa: ARG002  rclpy's; nothing here waits
+        """Stop running callbacks; return True, since nothing is left running."""
+        self._is_shutdown = True
+        for node in self.get_nodes():
+            self.remove_node(node)
+        return True
+
+
+Executor = SingleThreadedExecutor
+
+
+def _nanoseconds(timeout_sec: float | None) -> int | None:
+    return None if timeout_sec is None or timeout_sec < 0 else round(timeout_sec * 1e9)

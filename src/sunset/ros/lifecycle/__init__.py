@@ -1,0 +1,23 @@
+"""Nodes with a lifecycle, as in `rclpy.lifecycle`."""
+
+from sunset.ros.lifecycle._state_machine import LifecycleState
+from sunset.ros.lifecycle._transition_return import TransitionCallbackReturn
+from sunset.ros.lifecycle.managed_entity import ManagedEntity, SimpleManagedEntity
+from sunset.ros.lifecycle.node import LifecycleNode
+from sunset.ros.lifecycle.publisher import LifecyclePublisher
+
+Node = LifecycleNode
+State = LifecycleState
+Publisher = LifecyclePublisher
+
+__all__ = [
+    "LifecycleNode",
+    "LifecyclePublisher",
+    "LifecycleState",
+    "ManagedEntity",
+    "Node",
+    "Publisher",
+    "SimpleManagedEntity",
+    "State",
+    "TransitionCallbackReturn",
+]

@@ -1,0 +1,258 @@
+
+"""Loggers, as in `rclpy.logging`: to /rosout, and to stderr if the context says so."""
+
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import IntEnum
+from pathlib import PurePath
+from types import FrameType
+from typing import Protocol
+
+__all__ = ["LogRecord", "LogSink", "Logger", "LoggingSeverity"]
+
+
+class LoggingSeverity(IntEnum):
+    """How severe a message is; the numbers are those of rcl_interfaces/msg/Log."""
+
+    UNSET = 0
+    DEBUG = 10
+    INFO = 20
+    WARN = 30
+    ERROR = 40
+    FATAL = 50
+
+
+@dataclass(frozen=True, slots=True)
+class LogRecord:
+    """One message to log.
+
+    Attributes:
+        severity: how severe it is.
+        name: the logger's.
+        text: the message.
+        file: name of the source file, without its folder, so that it is the same on every computer.
+        function: the function that logs.
+        line: its line.
+    """
+
+    severity: LoggingSeverity
+    name: str
+    text: str
+    file: str
+    function: str
+    line: int
+
+
+class LogSink(Protocol):
+    """Where the messages of a node's loggers go."""
+
+    def now_ns(self) -> int:
+        """The time by which messages are throttled."""
+
+    def write(self, record: LogRecord) -> None:
+        """Take a message."""
+
+
+class _ClockLike(Protocol):
+    def now_ns(self) -> int: ...
+
+
+class Logger:
+    """Logs messages of one name.
+
+    Args:
+        name: such as `managed_subsystem.camera`.
+        sink: where they go.
+        level: severity below which nothing is logged.
+        parent: the logger whose level holds while this one's is not set.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        sink: LogSink,
+        level: LoggingSeverity = LoggingSeverity.UNSET,
+        parent: "Logger | None" = None,
+    ) -> None:
+        self.name = name
+        self._sink = sink
+        self._level = level
+        self._parent = parent
+        self._last_ns: dict[tuple[str, int], int] = {}
+
+    def __repr__(self) -> str:
+        return f"<Logger {self.name} {self.get_effective_level().name}>"
+
+    def get_child(self, name: str) -> "Logger":
+        """Return a logger whose name has one more part.
+
+        Raises:
+            ValueError: the part is empty.
+        """
+        if not name:
+            raise ValueError("A child logger needs a name.")
+        return Logger(f"{self.name}.{name}", self._sink, parent=self)
+
+    def set_level(self, level: LoggingSeverity) -> None:
+        """Log nothing less severe than `level`."""
+        self._level = LoggingSeverity(level)
+
+    def get_effective_level(self) -> LoggingSeverity:
+        """Return the severity below which nothing is logged."""
+        if self._level is LoggingSeverity.UNSET:
+            return LoggingSeverity.INFO if self._parent is None else self._parent.get_effective_level()
+        return self._level
+
+    def is_enabled_for(self, severity: LoggingSeverity) -> bool:
+        """Return whether messages of a severity are logged."""
+        return severity >= self.get_effective_level()
+
+    def debug(
+        self,
+        message: str,
+        *,
+        throttle_duration_sec: float | None = None,
+        throttle_time_source_type: _ClockLike | None = None,
+        skip_first: bool = False,
+        once: bool = False,
+    ) -> bool:
+        """Log with severity DEBUG; see `log`."""
+        return self._log(
+            message, LoggingSeverity.DEBUG, throttle_duration_sec, throttle_time_source_type, skip_first, once
+        )
+
+    def info(
+        self,
+        message: str,
+        *,
+        throttle_duration_sec: float | None = None,
+        throttle_time_source_type: _ClockLike | None = None,
+        skip_first: bool = False,
+        once: bool = False,
+    ) -> bool:
+        """Log with severity INFO; see `log`."""
+        return self._log(
+            message, LoggingSeverity.INFO, throttle_duration_sec, throttle_time_source_type, skip_first, once
+        )
+
+    def warning(
+        self,
+        message: str,
+        *,
+        throttle_duration_sec: float | None = None,
+        throttle_time_source_type: _ClockLike | None = None,
+        skip_first: bool = False,
+        once: bool = False,
+    ) -> bool:
+        """Log with severity WARN; see `log`."""
+        return self._log(
+            message, LoggingSeverity.WARN, throttle_duration_sec, throttle_time_source_type, skip_first, once
+        )
+
+    warn = warning
+
+    def error(
+        self,
+        message: str,
+        *,
+        throttle_duration_sec: float | None = None,
+        throttle_time_source_type: _ClockLike | None = None,
+        skip_first: bool = False,
+        once: bool = False,
+    ) -> bool:
+        """Log with severity ERROR; see `log`."""
+        return self._log(
+            message, LoggingSeverity.ERROR, throttle_duration_sec, throttle_time_source_type, skip_first, once
+        )
+
+    def fatal(
+        self,
+        message: str,
+        *,
+        throttle_duration_sec: float | None = None,
+        throttle_time_source_type: _ClockLike | None = None,
+        skip_first: bool = False,
+        once: bool = False,
+    ) -> bool:
+        """Log with severity FATAL; see `log`."""
+        return self._log(
+            message, LoggingSeverity.FATAL, throttle_duration_sec, throttle_time_source_type, skip_first, once
+        )
+
+    def log(
+        self,
+        message: str,
+        severity: LoggingSeverity,
+        *,
+        throttle_duration_sec: float | None = None,
+        throttle_time_source_type: _ClockLike | None = None,
+        skip_first: bool = False,
+        once: bool = False,
+    ) -> bool:
+        """Log a message.
+
+        Args:
+            message: the text.
+            severity: how severe it is.
+            throttle_duration_sec: log from this line of source at most once in so many seconds.
+            throttle_time_source_type: the clock for that; the node's if None.
+            skip_first: do not log from this line the first time.
+            once: log from this line only once.
+
+        Returns:
+            Whether it was logged.
+        """
+        return self._log(
+            message, severity, throttle_duration_sec, throttle_time_source_type, skip_first, once
+        )
+
+    def _log(
+        self,
+        message: str,
+        severity: LoggingSeverity,
+        throttle_s: float | None,
+        clock: _ClockLike | None,
+        skip_first: bool,
+        once: bool,
+    ) -> bool:
+        if not self.is_enabled_for(severity):
+            return False
+        frame = sys._getframe(2)  # noqa: SLF001  the only way to learn who logs
+        if (once or skip_first or throttle_s is not None) and not self._is_due(
+            frame, throttle_s, (clock or self._sink).now_ns, skip_first, once
+        ):
+            return False
+        code = frame.f_code
+        self._sink.write(
+            LogRecord(
+                severity,
+                self.name,
+                str(message),
+                PurePath(code.co_filename).name,
+                code.co_name,
+                frame.f_lineno,
+            )
+        )
+        return True
+
+    def _is_due(
+        self,
+        frame: FrameType,
+        throttle_s: float | None,
+        now_ns: Callable[[], int],
+        skip_first: bool,
+        once: bool,
+    ) -> bool:
+        line = (frame.f_code.co_filename, frame.f_lineno)
+        last_ns = self._last_ns.get(line)
+        now = now_ns()
+        if last_ns is None:
+            self._last_ns[line] = now
+            return not skip_first
+        if once and (throttle_s is None):
+            return False
+        if throttle_s is not None and now - last_ns < throttle_s * 1e9:
+            return False
+        self._last_ns[line] = now
+        return True

@@ -1,0 +1,368 @@
+"""Nodes, as in `rclpy.node`."""
+
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any, TypeVar, cast
+
+from sunset.interfaces import Message
+from sunset.interfaces import Service as ServiceType
+from sunset.interfaces.rcl_interfaces.msg import Log, ParameterEvent
+from sunset.rmw.port import QoSProfile
+from sunset.ros._callbacks import callback_name
+from sunset.ros._node_graph import NodeGraph
+from sunset.ros._node_parameters import NodeParameters
+from sunset.ros._parameter_files import matches
+from sunset.ros._parameter_services import ParameterServices
+from sunset.ros._parameter_store import Changes, ParameterStore
+from sunset.ros._rosout import NodeLogSink
+from sunset.ros._time_source import TimeSource
+from sunset.ros.arguments import Arguments
+from sunset.ros.callback_groups import CallbackGroup
+from sunset.ros.client import Client
+from sunset.ros.clock import Clock, ROSClock
+from sunset.ros.context import Context, get_default_context
+from sunset.ros.logging import Logger, LoggingSeverity
+from sunset.ros.names import RemapRule, resolve_name, validate_namespace, validate_node_name
+from sunset.ros.parameter import Parameter
+from sunset.ros.publisher import Publisher
+from sunset.ros.qos import (
+    qos_profile_parameter_events,
+    qos_profile_parameters,
+    qos_profile_rosout_default,
+    qos_profile_services_default,
+    to_profile,
+)
+from sunset.ros.service import Service
+from sunset.ros.subscription import Subscription
+from sunset.ros.timer import Timer
+
+__all__ = ["Node"]
+
+MessageT = TypeVar("MessageT", bound=Message)
+
+
+class Node(NodeParameters, NodeGraph):
+    """A participant of the graph.
+
+    Args:
+        node_name: its name; the command line may replace it (`-r __node:=`).
+        context: its process; the default context if None.
+        cli_args: arguments for this node alone, as after `ros2 run`.
+        namespace: where its relative names are; the command line may replace it (`-r __ns:=`).
+        use_global_arguments: whether the context's arguments hold for it.
+        enable_rosout: whether its logs go to /rosout.
+        start_parameter_services: whether others can see and set its parameters.
+        parameter_overrides: values that win over defaults and the command line.
+        allow_undeclared_parameters: whether parameters may be set that were not declared.
+        automatically_declare_parameters_from_overrides: whether all overrides are declared at once.
+
+    Raises:
+        NotInitializedException: the context is not initialised.
+        NameValidationException: name or namespace break the rules.
+        UnknownROSArgsError: an argument is unknown or malformed.
+        ParameterError: a parameter file or an override cannot be used.
+    """
+
+    def __init__(
+        self,
+        node_name: str,
+        *,
+        context: Context | None = None,
+        cli_args: Sequence[str] | None = None,
+        namespace: str | None = None,
+        use_global_arguments: bool = True,
+        enable_rosout: bool = True,
+        start_parameter_services: bool = True,
+        parameter_overrides: list[Parameter] | None = None,
+        allow_undeclared_parameters: bool = False,
+        automatically_declare_parameters_from_overrides: bool = False,
+    ) -> None:
+        self._context = context or get_default_context()
+        self._middleware = self._context.middleware
+        arguments = [Arguments.parse(cli_args or ())]
+        if use_global_arguments:
+            arguments.append(self._context.arguments)
+        self._rules = [rule for each in arguments for rule in each.remaps]
+        name, namespace = _renamed(node_name, namespace or "/", self._rules)
+        self.handle = self._middleware.create_node(name, namespace)
+        self._publishers: list[Publisher[Any]] = []
+        self._subscriptions: list[Subscription[Any]] = []
+        self._clients: list[Client[Any, Any]] = []
+        self._services: list[Service] = []
+        self._timers: list[Timer] = []
+        self._default_callback_group = CallbackGroup()
+        self._clock = ROSClock(context=self._context)
+        self._time_source = TimeSource(self.handle, self._clock)
+        self._logger = self._make_logger(enable_rosout)
+        self._parameter_event_publisher = self.create_publisher(
+            ParameterEvent, "/parameter_events", qos_profile_parameter_events
+        )
+        self._parameters = ParameterStore(
+            self.get_fully_qualified_name(),
+            self._find_overrides(arguments, parameter_overrides or []),
+            allow_undeclared=allow_undeclared_parameters,
+            on_change=self._on_parameters_changed,
+        )
+        self.declare_parameter("use_sim_time", False)
+        if automatically_declare_parameters_from_overrides:
+            for parameter in self._parameters.overrides.values():
+                if not self.has_parameter(parameter.name):
+                    self.declare_parameter(parameter.name, parameter.value)
+        if start_parameter_services:
+            services = ParameterServices(self._parameters)
+            for srv_type, service, callback in services.callbacks():
+                self.create_service(srv_type, f"~/{service}", callback, qos_profile=qos_profile_parameters)
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} {self.get_fully_qualified_name()}>"
+
+    # Who it is
+
+    @property
+    def context(self) -> Context:
+        """Its process."""
+        return self._context
+
+    @property
+    def default_callback_group(self) -> CallbackGroup:
+        """The group of callbacks that name none."""
+        return self._default_callback_group
+
+    @property
+    def publishers(self) -> Iterator[Publisher[Any]]:
+        """Its publishers."""
+        return iter(self._publishers)
+
+    @property
+    def subscriptions(self) -> Iterator[Subscription[Any]]:
+        """Its subscriptions."""
+        return iter(self._subscriptions)
+
+    @property
+    def clients(self) -> Iterator[Client[Any, Any]]:
+        """Its clients."""
+        return iter(self._clients)
+
+    @property
+    def services(self) -> Iterator[Service]:
+        """Its services."""
+        return iter(self._services)
+
+    @property
+    def timers(self) -> Iterator[Timer]:
+        """Its timers."""
+        return iter(self._timers)
+
+    def get_name(self) -> str:
+        """Return its name, without namespace."""
+        return self.handle.name
+
+    def get_namespace(self) -> str:
+        """Return its namespace; the root is `/`."""
+        return self.handle.namespace
+
+    def get_fully_qualified_name(self) -> str:
+        """Return its namespace and name, such as `/managed_subsystem/camera`."""
+        return self.handle.fully_qualified_name
+
+    def get_clock(self) -> Clock:
+        """Return its clock, which follows /clock if the parameter `use_sim_time` is true."""
+        return self._clock
+
+    def get_logger(self) -> Logger:
+        """Return its logger."""
+        return self._logger
+
+    def resolve_topic_name(self, topic: str, *, only_expand: bool = False) -> str:
+        """Return the fully qualified name of a topic, remapped unless `only_expand`."""
+        rules = () if only_expand else self._rules
+        return resolve_name(topic, self.get_name(), self.get_namespace(), rules)
+
+    def resolve_service_name(self, service: str, *, only_expand: bool = False) -> str:
+        """Return the fully qualified name of a service, remapped unless `only_expand`."""
+        rules = () if only_expand else self._rules
+        return resolve_name(service, self.get_name(), self.get_namespace(), rules, is_service=True)
+
+    # What it consists of
+
+    def create_publisher(
+        self,
+        msg_type: type[MessageT],
+        topic: str,
+        qos_profile: QoSProfile | int,
+        *,
+        callback_group: CallbackGroup | None = None,  # noqa: ARG002  rclpy's; one thread makes them all alike
+    ) -> Publisher[MessageT]:
+        """Make a publisher on a topic; a whole number as QoS keeps the last so many messages.
+
+        Raises:
+            InvalidTopicNameException: the name breaks the rules.
+        """
+        name, qos = self.resolve_topic_name(topic), to_profile(qos_profile)
+        publisher = Publisher(self.handle.create_publisher(msg_type, name, qos), msg_type, name, qos)
+        self._publishers.append(publisher)
+        return publisher
+
+    def create_subscription(
+        self,
+        msg_type: type[MessageT],
+        topic: str,
+        callback: Callable[[MessageT], Any],
+        qos_profile: QoSProfile | int,
+        *,
+        callback_group: CallbackGroup | None = None,  # noqa: ARG002  rclpy's; one thread makes them all alike
+    ) -> Subscription[MessageT]:
+        """Call `callback(message)` for the messages on a topic; at most the QoS depth of them wait.
+
+        Raises:
+            InvalidTopicNameException: the name breaks the rules.
+        """
+        name, qos = self.resolve_topic_name(topic), to_profile(qos_profile)
+        label = f"{callback_name(callback)} (subscription of {name})"
+        handler = cast("Callable[[Message], None]", callback)
+        handle = self.handle.create_subscription(msg_type, name, qos, handler, label)
+        subscription = Subscription(handle, msg_type, name, callback, qos)
+        self._subscriptions.append(subscription)
+        return subscription
+
+    def create_client(
+        self,
+        srv_type: type[ServiceType],
+        srv_name: str,
+        *,
+        qos_profile: QoSProfile = qos_profile_services_default,
+        callback_group: CallbackGroup | None = None,  # noqa: ARG002  rclpy's; one thread makes them all alike
+    ) -> Client[Any, Any]:
+        """Make a client of a service.
+
+        Raises:
+            InvalidServiceNameException: the name breaks the rules.
+        """
+        name = self.resolve_service_name(srv_name)
+        client: Client[Any, Any] = Client(self._middleware, self.handle, srv_type, name, qos_profile)
+        self._clients.append(client)
+        return client
+
+    def create_service(
+        self,
+        srv_type: type[ServiceType],
+        srv_name: str,
+        callback: Callable[[Any, Any], Any],
+        *,
+        qos_profile: QoSProfile = qos_profile_services_default,
+        callback_group: CallbackGroup | None = None,  # noqa: ARG002  rclpy's; one thread makes them all alike
+    ) -> Service:
+        """Answer requests with what `callback(request, response)` returns, or awaits and returns.
+
+        Raises:
+            InvalidServiceNameException: the name breaks the rules.
+        """
+        name = self.resolve_service_name(srv_name)
+        label = f"{callback_name(callback)} (service {name})"
+        service = Service(self.handle, srv_type, name, callback, qos_profile, label)
+        self._services.append(service)
+        return service
+
+    def create_timer(
+        self,
+        timer_period_sec: float,
+        callback: Callable[[], Any],
+        callback_group: CallbackGroup | None = None,  # noqa: ARG002  rclpy's; one thread makes them all alike
+        clock: Clock | None = None,
+        autostart: bool = True,
+    ) -> Timer:
+        """Call `callback()` every so many seconds, first one period from now, by a clock or the node's own.
+
+        Raises:
+            MiddlewareError: the period is negative.
+        """
+        period_ns = round(timer_period_sec * 1e9)
+        timer = Timer(
+            self.handle, clock or self._clock, callback, period_ns, f"{callback_name(callback)} (timer)"
+        )
+        if not autostart:
+            timer.cancel()
+        self._timers.append(timer)
+        return timer
+
+    def destroy_publisher(self, publisher: Publisher[Any]) -> bool:
+        """Take a publisher off the graph; return whether it was this node's."""
+        return _destroy(publisher, self._publishers)
+
+    def destroy_subscription(self, subscription: Subscription[Any]) -> bool:
+        """Take a subscription off the graph; return whether it was this node's."""
+        return _destroy(subscription, self._subscriptions)
+
+    def destroy_client(self, client: Client[Any, Any]) -> bool:
+        """Take a client off the graph; return whether it was this node's."""
+        return _destroy(client, self._clients)
+
+    def destroy_service(self, service: Service) -> bool:
+        """Take a service off the graph; return whether it was this node's."""
+        return _destroy(service, self._services)
+
+    def destroy_timer(self, timer: Timer) -> bool:
+        """Stop a timer for good; return whether it was this node's."""
+        return _destroy(timer, self._timers)
+
+    def destroy_node(self) -> None:
+        """Leave the graph with everything that the node consists of."""
+        for timer in list(self._timers):
+            self.destroy_timer(timer)
+        self.handle.destroy()
+        for parts in (self._publishers, self._subscriptions, self._clients, self._services):
+            cast("list[Any]", parts).clear()
+
+    # How it is made
+
+    def _make_logger(self, enable_rosout: bool) -> Logger:
+        rosout = None
+        arguments = self._context.arguments
+        if enable_rosout and arguments.log_to_rosout:
+            rosout = self.create_publisher(Log, "/rosout", qos_profile_rosout_default)
+        sink = NodeLogSink(self._context, self._clock, rosout)
+        name = self.get_fully_qualified_name().lstrip("/").replace("/", ".")
+        return Logger(name, sink, arguments.log_level or LoggingSeverity.INFO)
+
+    def _find_overrides(self, arguments: list[Arguments], own: list[Parameter]) -> dict[str, Parameter]:
+        node = self.get_fully_qualified_name()
+        given = [
+            override.parameter
+            for each in reversed(arguments)
+            for override in each.overrides
+            if matches(override.nodes, node)
+        ]
+        return {parameter.name: parameter for parameter in [*given, *own]}
+
+    def _on_parameters_changed(self, changes: Changes) -> None:
+        for parameter in [*changes.new, *changes.changed]:
+            if parameter.name == "use_sim_time":
+                self._time_source.use_sim_time(parameter.value is True)
+        if self._parameter_event_publisher.handle.wanted:
+            self._parameter_event_publisher.publish(
+                ParameterEvent(
+                    stamp=self._clock.now().to_msg(),
+                    node=self.get_fully_qualified_name(),
+                    new_parameters=[parameter.to_parameter_msg() for parameter in changes.new],
+                    changed_parameters=[parameter.to_parameter_msg() for parameter in changes.changed],
+                    deleted_parameters=[parameter.to_parameter_msg() for parameter in changes.deleted],
+                )
+            )
+
+
+def _renamed(node_name: str, namespace: str, rules: Sequence[RemapRule]) -> tuple[str, str]:
+    validate_node_name(node_name)
+    namespace = namespace if namespace.startswith("/") else f"/{namespace}"
+    applying = [rule for rule in rules if rule.node in {None, node_name}]
+    node_name = next((rule.target for rule in applying if rule.source == "__node"), node_name)
+    namespace = next((rule.target for rule in applying if rule.source == "__ns"), namespace)
+    validate_node_name(node_name)
+    validate_namespace(namespace)
+    return node_name, namespace
+
+
+def _destroy(part: Any, parts: list[Any]) -> bool:
+    if part not in parts:
+        return False
+    parts.remove(part)
+    part.destroy()
+    return True

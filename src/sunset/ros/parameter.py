@@ -1,0 +1,206 @@
+"""Parameters, as in `rclpy.parameter`."""
+
+from array import array
+from collections.abc import Sequence
+from enum import IntEnum
+from typing import TypeAlias
+
+import numpy as np
+
+from sunset.interfaces.rcl_interfaces.msg import Parameter as ParameterMessage
+from sunset.interfaces.rcl_interfaces.msg import ParameterType, ParameterValue
+from sunset.ros.exceptions import InvalidParameterTypeException
+
+__all__ = ["Parameter", "Value", "parameter_value_to_python"]
+
+Value: TypeAlias = (
+    bool | int | float | str | list[bytes] | list[bool] | list[int] | list[float] | list[str] | None
+)
+"""What a parameter can hold."""
+
+_INT64 = range(-(2**63), 2**63)
+
+
+class _Type(IntEnum):
+    """What kind of value a parameter has; the numbers are those of rcl_interfaces/msg/ParameterType."""
+
+    NOT_SET = ParameterType.PARAMETER_NOT_SET
+    BOOL = ParameterType.PARAMETER_BOOL
+    INTEGER = ParameterType.PARAMETER_INTEGER
+    DOUBLE = ParameterType.PARAMETER_DOUBLE
+    STRING = ParameterType.PARAMETER_STRING
+    BYTE_ARRAY = ParameterType.PARAMETER_BYTE_ARRAY
+    BOOL_ARRAY = ParameterType.PARAMETER_BOOL_ARRAY
+    INTEGER_ARRAY = ParameterType.PARAMETER_INTEGER_ARRAY
+    DOUBLE_ARRAY = ParameterType.PARAMETER_DOUBLE_ARRAY
+    STRING_ARRAY = ParameterType.PARAMETER_STRING_ARRAY
+
+    @classmethod
+    def from_parameter_value(cls, value: object) -> "_Type":
+        """Return the type of a Python value.
+
+        Raises:
+            InvalidParameterTypeException: a parameter cannot hold it.
+
+        >>> Parameter.Type.from_parameter_value([1, 2]).name
+        'INTEGER_ARRAY'
+        """
+        if value is None:
+            return cls.NOT_SET
+        for kind, python in _SCALARS.items():
+            if type(value) is python:
+                return kind
+        if isinstance(value, (list, tuple, array, np.ndarray)):
+            return cls._of_sequence(value)
+        raise InvalidParameterTypeException(
+            f"A parameter cannot hold {value!r}: it must be a bool, int, float or str, or a list of one of these."
+        )
+
+    @classmethod
+    def _of_sequence(cls, values: "Sequence[object] | array[object] | np.ndarray") -> "_Type":
+        items = [item.item() if isinstance(item, np.generic) else item for item in values]
+        for kind, python in _ELEMENTS.items():
+            if all(type(item) is python for item in items):
+                return kind
+        raise InvalidParameterTypeException(
+            f"A parameter cannot hold {values!r}: the elements of a list must all be of one type."
+        )
+
+    def check(self, value: object) -> bool:
+        """Return whether a Python value is of this type; an empty list is of any list type."""
+        actual = _Type.from_parameter_value(value)
+        return actual is self or (self in _ELEMENTS and actual in _ELEMENTS and len(_as_list(value)) == 0)
+
+
+_SCALARS = {_Type.BOOL: bool, _Type.INTEGER: int, _Type.DOUBLE: float, _Type.STRING: str}
+_ELEMENTS = {
+    _Type.BYTE_ARRAY: bytes,
+    _Type.BOOL_ARRAY: bool,
+    _Type.INTEGER_ARRAY: int,
+    _Type.DOUBLE_ARRAY: float,
+    _Type.STRING_ARRAY: str,
+}
+
+
+class Parameter:
+    """A name with a value of a fixed set of types.
+
+    Args:
+        name: its name.
+        type_: the type of the value; derived from the value if None.
+        value: the value; None for not set.
+
+    Raises:
+        InvalidParameterTypeException: the value is not of the type, or a parameter cannot hold it.
+    """
+
+    Type: TypeAlias = _Type
+
+    __slots__ = ("_name", "_type", "_value")
+
+    def __init__(self, name: str, type_: Type | None = None, value: object = None) -> None:
+        if type_ is None:
+            type_ = _Type.from_parameter_value(value)
+        elif not isinstance(type_, _Type):
+            raise InvalidParameterTypeException(
+                f"The type of parameter {name!r} must be a Parameter.Type, got {type_!r}."
+            )
+        elif not type_.check(value):
+            actual = _Type.from_parameter_value(value).name
+            raise InvalidParameterTypeException(
+                f"Parameter {name!r} must be {type_.name}, got {value!r}, which is {actual}."
+            )
+        if type_ is _Type.INTEGER and value not in _INT64:
+            raise InvalidParameterTypeException(f"Parameter {name!r} must fit into 64 bits, got {value!r}.")
+        self._name = name
+        self._type = type_
+        self._value: Value = _as_list(value) if type_ in _ELEMENTS else value  # type: ignore[assignment]  # checked
+
+    @property
+    def name(self) -> str:
+        """Its name."""
+        return self._name
+
+    @property
+    def type_(self) -> Type:
+        """The type of its value."""
+        return self._type
+
+    @property
+    def value(self) -> Value:
+        """Its value; None for not set."""
+        return self._value
+
+    def __repr__(self) -> str:
+        return f"Parameter(name={self._name!r}, type={self._type.name}, value={self._value!r})"
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Parameter):
+            return NotImplemented
+        return (self._name, self._type, self._value) == (other._name, other._type, other._value)
+
+    def __hash__(self) -> int:
+        return hash((self._name, self._type))
+
+    def get_parameter_value(self) -> ParameterValue:
+        """Return the value as a message."""
+        message = ParameterValue(type=self._type.value)
+        field = _FIELDS.get(self._type)
+        if field is not None:
+            value = self._value
+            dtype = _DTYPES.get(self._type)
+            setattr(message, field, value if dtype is None else np.array(value, dtype=dtype))
+        return message
+
+    def to_parameter_msg(self) -> ParameterMessage:
+        """Return name and value as a message."""
+        return ParameterMessage(name=self._name, value=self.get_parameter_value())
+
+    @classmethod
+    def from_parameter_msg(cls, param_msg: ParameterMessage) -> "Parameter":
+        """Return what a message says.
+
+        Raises:
+            InvalidParameterTypeException: the message names no known type.
+        """
+        value = parameter_value_to_python(param_msg.value)
+        return cls(param_msg.name, _Type(param_msg.value.type), value)
+
+
+_FIELDS = {
+    _Type.BOOL: "bool_value",
+    _Type.INTEGER: "integer_value",
+    _Type.DOUBLE: "double_value",
+    _Type.STRING: "string_value",
+    _Type.BYTE_ARRAY: "byte_array_value",
+    _Type.BOOL_ARRAY: "bool_array_value",
+    _Type.INTEGER_ARRAY: "integer_array_value",
+    _Type.DOUBLE_ARRAY: "double_array_value",
+    _Type.STRING_ARRAY: "string_array_value",
+}
+_DTYPES = {_Type.INTEGER_ARRAY: np.int64, _Type.DOUBLE_ARRAY: np.float64}
+
+
+def parameter_value_to_python(parameter_value: ParameterValue) -> Value:
+    """Return the Python value of a message; None for not set.
+
+    Raises:
+        InvalidParameterTypeException: the message names no known type.
+    """
+    try:
+        kind = _Type(parameter_value.type)
+    except ValueError as error:
+        raise InvalidParameterTypeException(f"Parameter type {parameter_value.type} is unknown.") from error
+    if kind is _Type.NOT_SET:
+        return None
+    value = getattr(parameter_value, _FIELDS[kind])
+    if kind in _ELEMENTS:
+        return _as_list(value)  # type: ignore[return-value]  # the field's type says what the elements are
+    return _SCALARS[kind](value)
+
+
+def _as_list(values: object) -> list[object]:
+    if isinstance(values, (np.ndarray, array)):
+        return list(values.tolist())
+    assert isinstance(values, Sequence)  # noqa: S101  narrows for mypy; all callers checked
+    return list(values)

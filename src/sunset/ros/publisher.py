@@ -1,0 +1,51 @@
+"""Publishers, as in `rclpy.publisher`."""
+
+from typing import Generic, TypeVar
+
+from sunset.interfaces import Message
+from sunset.rmw.port import PublisherHandle, QoSProfile
+
+__all__ = ["Publisher"]
+
+MessageT = TypeVar("MessageT", bound=Message)
+
+
+class Publisher(Generic[MessageT]):
+    """Sends messages of one type on one topic; made by `Node.create_publisher`."""
+
+    def __init__(
+        self, handle: PublisherHandle, msg_type: type[MessageT], topic: str, qos_profile: QoSProfile
+    ) -> None:
+        self.handle = handle
+        self.msg_type = msg_type
+        self.topic_name = topic
+        self.qos_profile = qos_profile
+
+    def __repr__(self) -> str:
+        return f"<Publisher of {self.topic_name}>"
+
+    @property
+    def topic(self) -> str:
+        """The fully qualified name of the topic."""
+        return self.topic_name
+
+    def publish(self, msg: MessageT) -> None:
+        """Send a message. It may be changed afterwards, but arrays in it become read-only.
+
+        Raises:
+            TypeError: the message is of another type.
+            MiddlewareError: the publisher is destroyed.
+        """
+        if not isinstance(msg, self.msg_type):
+            raise TypeError(
+                f"Topic {self.topic_name} carries {self.msg_type.__name__}, got {type(msg).__name__}."
+            )
+        self.handle.publish(msg)
+
+    def get_subscription_count(self) -> int:
+        """Return how many subscriptions get what is sent."""
+        return self.handle.matched
+
+    def destroy(self) -> None:
+        """Leave the graph; prefer `Node.destroy_publisher`."""
+        self.handle.destroy()

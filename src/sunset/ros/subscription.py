@@ -1,0 +1,45 @@
+"""Subscriptions, as in `rclpy.subscription`."""
+
+from collections.abc import Callable
+from typing import Any, Generic, TypeVar
+
+from sunset.interfaces import Message
+from sunset.rmw.port import QoSProfile, SubscriptionHandle
+
+__all__ = ["Subscription"]
+
+MessageT = TypeVar("MessageT", bound=Message)
+
+
+class Subscription(Generic[MessageT]):
+    """Gets messages of one type from one topic; made by `Node.create_subscription`."""
+
+    def __init__(
+        self,
+        handle: SubscriptionHandle,
+        msg_type: type[MessageT],
+        topic: str,
+        callback: Callable[[MessageT], Any],
+        qos_profile: QoSProfile,
+    ) -> None:
+        self.handle = handle
+        self.msg_type = msg_type
+        self.topic_name = topic
+        self.callback = callback
+        self.qos_profile = qos_profile
+
+    def __repr__(self) -> str:
+        return f"<Subscription of {self.topic_name}>"
+
+    @property
+    def topic(self) -> str:
+        """The fully qualified name of the topic."""
+        return self.topic_name
+
+    def get_publisher_count(self) -> int:
+        """Return how many publishers' messages arrive here."""
+        return self.handle.matched
+
+    def destroy(self) -> None:
+        """Leave the graph; prefer `Node.destroy_subscription`."""
+        self.handle.destroy()

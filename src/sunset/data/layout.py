@@ -121,7 +121,6 @@ class TownPlan:
     river_width: float
     river_bend: tuple[float, float]
     rail: float
-    earthiness: float
 
     def river_points(self, along: npt.ArrayLike) -> npt.NDArray[np.float64]:
         """Return grid points (..., 2) of the river's centre line at positions u."""
@@ -232,5 +231,4 @@ def plan_town(number: int) -> TownPlan:
         river_width=float(rng.uniform(15, 21)),
         river_bend=(float(rng.uniform(1, 3)), float(rng.uniform(0, 6.28))),
         rail=(columns[0][columns[1]][0] + columns[0][columns[1] + 1][0]) / 2,
-        earthiness=float(rng.uniform(0, 1)),
     )

@@ -10,7 +10,7 @@ from sunset.seeding import generator
 __all__ = ["TREES", "prop", "tree"]
 
 TREES: Final = 8
-"""How many different trees there are: 0 to 4 broad-leaved, 5 and 6 conifers, 7 a bush."""
+"""How many different trees there are: 0 to 4 broad-leaved, 5 and 6 conifers (alike), 7 a bush."""
 
 STEEL: Final[Colour] = (0.42, 0.44, 0.46)
 LEAF: Final[Colour] = (1.0, 1.0, 1.0)

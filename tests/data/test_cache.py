@@ -1,0 +1,112 @@
+import hashlib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from sunset.data import FlightPlan, cache_folder, flight_bag, read_bag, render_frames, render_parallel
+from sunset.errors import InvalidInputError, OutputError
+
+PLAN = FlightPlan(frames=12, size=(36, 64))
+
+
+@pytest.fixture
+def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setenv("SUNSET_CACHE_DIR", str(tmp_path / "cache"))
+    return tmp_path / "cache"
+
+
+def _digest(folder: Path) -> str:
+    digest = hashlib.sha256()
+    for path in sorted(folder.iterdir()):
+        digest.update(path.name.encode() + path.read_bytes())
+    return digest.hexdigest()
+
+
+def test_the_cache_folder_follows_the_environment(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("HOME", "/home/someone")
+    monkeypatch.delenv("SUNSET_CACHE_DIR", raising=False)
+    monkeypatch.delenv("XDG_CACHE_HOME", raising=False)
+    assert cache_folder() == Path("/home/someone/.cache/sunset")
+    monkeypatch.setenv("XDG_CACHE_HOME", "/var/caches")
+    assert cache_folder() == Path("/var/caches/sunset")
+    monkeypatch.setenv("SUNSET_CACHE_DIR", "/mine")
+    assert cache_folder() == Path("/mine")
+
+
+def test_a_flight_is_rendered_once_and_kept(cache: Path) -> None:
+    calls: list[tuple[int, int]] = []
+    first = flight_bag(PLAN, jobs=1, progress=lambda done, total: calls.append((done, total)))
+    assert calls == [(done, 12) for done in range(1, 13)]
+    assert flight_bag(PLAN, jobs=1, progress=lambda done, total: calls.append((done, total))) == first
+    assert len(calls) == 12
+    assert first.is_relative_to(cache)
+    with read_bag(first) as bag:
+        assert bag.stamps_ns == tuple(PLAN.stamps_ns())
+        for index, frame in enumerate(render_frames(PLAN)):
+            np.testing.assert_array_equal(bag.frame(index).rgb, frame.rgb)
+            np.testing.assert_array_equal(bag.frame(index).depth, frame.depth)
+            np.testing.assert_array_equal(bag.frame(index).labels, frame.labels)
+    assert [path.name for path in first.parent.parent.iterdir()] == [first.parent.name]
+
+
+def test_another_plan_is_another_flight(cache: Path) -> None:
+    one = flight_bag(FlightPlan(frames=1, size=(18, 32)), jobs=1)
+    other = flight_bag(FlightPlan(frames=1, size=(18, 32), seed=1), jobs=1)
+    assert one != other
+    assert cache in one.parents
+    assert _digest(one) != _digest(other)
+
+
+@pytest.mark.parametrize("harm", ["spoil", "truncate", "remove", "no checksum", "garbage checksum"])
+def test_a_harmed_flight_is_rendered_again(cache: Path, harm: str) -> None:
+    plan = FlightPlan(frames=2, size=(18, 32))
+    bag = flight_bag(plan, jobs=1)
+    before = _digest(bag)
+    path, checksum = bag / "flight.mcap", bag.parent / "checksum.json"
+    if harm == "spoil":
+        raw = bytearray(path.read_bytes())
+        raw[len(raw) // 2] ^= 1
+        path.write_bytes(raw)
+    elif harm == "truncate":
+        path.write_bytes(path.read_bytes()[:-1])
+    elif harm == "remove":
+        path.unlink()
+    elif harm == "no checksum":
+        checksum.unlink()
+    else:
+        checksum.write_text("{")
+    assert flight_bag(plan, jobs=1) == bag
+    assert _digest(bag) == before
+    assert cache in bag.parents
+
+
+def test_the_number_of_processes_changes_no_byte() -> None:
+    alone, together = (list(render_parallel(PLAN, jobs=jobs)) for jobs in (1, 2))
+    assert len(alone) == len(together) == 12
+    for one, other in zip(alone, together, strict=True):
+        assert one.rgb.tobytes() == other.rgb.tobytes()
+        assert one.depth.tobytes() == other.depth.tobytes()
+        assert one.labels.tobytes() == other.labels.tobytes()
+
+
+def test_no_process_at_all_is_refused() -> None:
+    with pytest.raises(InvalidInputError, match="at least 1, got 0"):
+        list(render_parallel(PLAN, jobs=0))
+
+
+def test_an_unwritable_cache_is_an_output_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "file").write_text("")
+    monkeypatch.setenv("SUNSET_CACHE_DIR", str(tmp_path / "file"))
+    with pytest.raises(OutputError, match="set SUNSET_CACHE_DIR to another folder"):
+        flight_bag(PLAN, jobs=1)
+
+
+def test_an_interrupted_rendering_leaves_nothing_behind(cache: Path) -> None:
+    def stop(done: int, total: int) -> None:
+        if done == total // 2:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        flight_bag(PLAN, jobs=1, progress=stop)
+    assert list((cache / "flights").iterdir()) == []

@@ -1,0 +1,139 @@
+import hashlib
+import os
+import subprocess
+import sys
+
+import cv2
+import numpy as np
+import pytest
+
+from sunset.classes import CARLA_IDS
+from sunset.data import Frame, render_views
+from sunset.data.camera import Pose, rays
+from sunset.data.light import light
+from sunset.data.renderer import View, render
+from sunset.data.town import Town, build_town
+
+SMALL = (72, 128)
+GROUND = [CARLA_IDS[name] for name in ("road", "road line", "sidewalk", "water", "terrain", "ground")]
+PROBE = """
+import hashlib
+from sunset.data import render_views
+digest = hashlib.sha256()
+for frame in render_views(1, 3, 5, size=(72, 128)):
+    for image in (frame.rgb, frame.depth, frame.labels):
+        digest.update(image.tobytes())
+print(digest.hexdigest())
+"""
+
+
+@pytest.fixture(scope="module")
+def town() -> Town:
+    return build_town(1)
+
+
+def _view(pitch: float, *, height: float = 50.0, time_s: float = 0.0, **air: str) -> View:
+    return View(Pose(20, -30, height, 0.4, np.radians(pitch)), time_s, 0, **air)
+
+
+def _bytes(frame: Frame) -> bytes:
+    return frame.rgb.tobytes() + frame.depth.tobytes() + frame.labels.tobytes()
+
+
+def test_a_frame_has_the_documented_shapes_and_types(town: Town) -> None:
+    frame = render(town, _view(60))
+    assert frame.rgb.shape == (144, 256, 3)
+    assert frame.depth.shape == frame.labels.shape == (144, 256)
+    assert frame.rgb.dtype == frame.labels.dtype == np.uint8
+    assert frame.depth.dtype == np.uint16
+    assert frame.size == (144, 256)
+
+
+def test_ground_seen_from_straight_above_is_as_far_as_the_flight_is_high(town: Town) -> None:
+    frame = render(town, _view(90, height=62.5), size=SMALL)
+    ground = frame.labels == CARLA_IDS["road"]
+    assert ground.sum() > 500
+    np.testing.assert_allclose(frame.depth[ground], 62.5 / 1000 * 65535, atol=1)
+
+
+def test_depth_times_ray_lands_on_the_ground_when_looking_obliquely(town: Town) -> None:
+    view = _view(45)
+    frame = render(town, view, size=SMALL)
+    directions = rays(view.pose, SMALL)[: SMALL[0] * SMALL[1]].reshape(*SMALL, 3)
+    heights = 50 + frame.depth.astype(np.float64) / 65.535 * directions[..., 2]
+    on_ground = np.isin(frame.labels, GROUND)
+    assert on_ground.mean() > 0.2
+    assert np.abs(heights[on_ground]).max() < 0.05
+    assert heights[frame.labels == CARLA_IDS["building"]].max() > 5
+    assert heights.min() > -0.05
+
+
+def test_sky_is_above_the_horizon_and_out_of_range(town: Town) -> None:
+    frame = render(town, _view(0), size=SMALL)
+    sky = frame.labels == CARLA_IDS["sky"]
+    assert sky[: SMALL[0] // 4].mean() > 0.8
+    assert not sky[SMALL[0] // 2 + 5 :].any()
+    assert (frame.depth[sky] == 65535).all()
+    assert (frame.depth[~sky] < 65535).all()
+
+
+def test_the_traffic_moves_and_the_town_does_not(town: Town) -> None:
+    before, after = (render(town, _view(60, time_s=time), size=SMALL) for time in (0.0, 1.0))
+    changed = before.labels != after.labels
+    assert 0.005 < changed.mean() < 0.3
+    vehicles = [CARLA_IDS[name] for name in ("car", "truck", "bus")]
+    either = np.isin(before.labels, vehicles) | np.isin(after.labels, vehicles)
+    assert either[changed].mean() > 0.5
+
+
+def test_the_sun_casts_shadows_that_clouds_take_away(town: Town) -> None:
+    ratios = []
+    for weather in ("clear", "overcast"):
+        view = _view(90, height=60.0, weather=weather)
+        frame = render(town, view)
+        directions = rays(view.pose, frame.size)[: frame.labels.size]
+        points = directions * (frame.depth.reshape(-1, 1) / np.float32(65.535))
+        points += np.array((20, -30, 60.1), dtype=np.float32)
+        sun = np.tile(np.array(light("noon", weather).sun_direction, dtype=np.float32), (len(points), 1))
+        hidden = town.solid.blocks(points.astype(np.float32), sun).reshape(frame.size)
+        dark = cv2.erode(hidden.astype(np.uint8), np.ones((5, 5), np.uint8)).astype(bool)
+        grass = frame.labels == CARLA_IDS["terrain"]
+        assert (grass & dark).sum() > 100
+        ratios.append(frame.rgb[grass & ~hidden].mean() / frame.rgb[grass & dark].mean())
+    assert ratios[0] > 1.5
+    assert 1.02 < ratios[1] < 1.25
+
+
+def test_haze_hides_what_is_far(town: Town) -> None:
+    spread = [
+        render(town, _view(30, height=80.0, weather=weather), size=SMALL).rgb[8:20].std()
+        for weather in ("clear", "hazy")
+    ]
+    assert spread[1] < 0.75 * spread[0]
+
+
+def test_colours_come_blue_first(town: Town) -> None:
+    frame = render(town, _view(60, time="evening"), size=SMALL)
+    terrain = frame.rgb[frame.labels == CARLA_IDS["terrain"]].mean(axis=0)
+    assert terrain[1] > terrain[0]
+    assert terrain[2] > terrain[0]
+
+
+def test_noise_depends_on_the_seed_alone(town: Town) -> None:
+    one, same, other = (
+        render(town, View(Pose(20, -30, 50, 0.4, 1.0), 0.0, seed), size=SMALL) for seed in (1, 1, 2)
+    )
+    assert _bytes(one) == _bytes(same)
+    difference = one.rgb.astype(int) - other.rgb
+    assert 1 < difference.std() < 4
+    assert (one.labels == other.labels).all()
+    assert (one.depth == other.depth).all()
+
+
+def test_another_process_renders_the_same_bytes() -> None:
+    digest = hashlib.sha256(b"".join(_bytes(frame) for frame in render_views(1, 3, 5, size=SMALL)))
+    environment = {**os.environ, "PYTHONHASHSEED": "77"}
+    answer = subprocess.run(  # noqa: S603  our own interpreter and text
+        [sys.executable, "-c", PROBE], capture_output=True, check=True, text=True, env=environment
+    )
+    assert answer.stdout.strip() == digest.hexdigest()

@@ -29,8 +29,8 @@ class ComputeModel:
 
     Args:
         seconds: node name → mean duration of a subscription callback.
-        jitter: half-width of the uniform factor, in [0, 1): a callback takes seconds × (1 ± jitter).
-        seed: a whole number in [0, 2³² − 1].
+        jitter: half-width of the uniform factor, in [0, 1): a callback takes seconds * (1 ± jitter).
+        seed: a whole number in [0, 2**32 - 1].
 
     Raises:
         MiddlewareError: a duration is negative or not finite, or the jitter is out of range.

@@ -76,10 +76,11 @@ class SimNode(NodeHandle):
         topic: str,
         qos: QoSProfile,
         handler: Callable[[Message], None],
+        *,
         label: str,
     ) -> SimSubscription:
         """Make a reader of `topic`."""
-        return SimSubscription(self, message_type, topic, qos, handler, label)
+        return SimSubscription(self, message_type, topic, qos, handler, label=label)
 
     def create_client(
         self,
@@ -87,10 +88,11 @@ class SimNode(NodeHandle):
         name: str,
         qos: QoSProfile,
         handler: Callable[[int, Message], None],
+        *,
         label: str,
     ) -> SimClient:
         """Make the asking end of service `name`."""
-        return SimClient(self, service_type, name, qos, handler, label)
+        return SimClient(self, service_type, name, qos, handler, label=label)
 
     def create_service(
         self,
@@ -98,10 +100,11 @@ class SimNode(NodeHandle):
         name: str,
         qos: QoSProfile,
         handler: Callable[[RequestId, Message], None],
+        *,
         label: str,
     ) -> SimService:
         """Make the answering end of service `name`."""
-        return SimService(self, service_type, name, qos, handler, label)
+        return SimService(self, service_type, name, qos, handler, label=label)
 
     def create_timer(self, period_ns: int, handler: Callable[[], None], label: str) -> SimTimer:
         """Make a running timer."""

@@ -28,6 +28,7 @@ class SimClient(Entity, ClientHandle):
         name: str,
         qos: QoSProfile,
         handler: Callable[[int, Message], None],
+        *,
         label: str,
     ) -> None:
         super().__init__(node, label)
@@ -98,6 +99,7 @@ class SimService(Entity, ServiceHandle):
         name: str,
         qos: QoSProfile,
         handler: Callable[[RequestId, Message], None],
+        *,
         label: str,
     ) -> None:
         super().__init__(node, label)

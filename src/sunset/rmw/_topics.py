@@ -30,6 +30,7 @@ class SimSubscription(Entity, SubscriptionHandle):
         topic: str,
         qos: QoSProfile,
         handler: Callable[[Message], None],
+        *,
         label: str,
     ) -> None:
         cost = None if topic in _UNCHARGED_TOPICS else node.network.compute.sampler(node.name)

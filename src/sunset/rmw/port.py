@@ -176,7 +176,7 @@ class ServiceHandle(ABC):
 class TimerHandle(ABC):
     """Calls its handler periodically by the system clock.
 
-    The n-th call is due at start + n × period. A call that comes late does not shift the later ones, and calls
+    The n-th call is due at start + n * period. A call that comes late does not shift the later ones, and calls
     missed while the process was busy are not made up for.
     """
 
@@ -233,6 +233,7 @@ class NodeHandle(ABC):
         topic: str,
         qos: QoSProfile,
         handler: Callable[[Message], None],
+        *,
         label: str,
     ) -> SubscriptionHandle:
         """Make a reader of `topic`."""
@@ -244,6 +245,7 @@ class NodeHandle(ABC):
         name: str,
         qos: QoSProfile,
         handler: Callable[[int, Message], None],
+        *,
         label: str,
     ) -> ClientHandle:
         """Make the asking end of service `name`; the handler gets (number of the request, response)."""
@@ -255,6 +257,7 @@ class NodeHandle(ABC):
         name: str,
         qos: QoSProfile,
         handler: Callable[[RequestId, Message], None],
+        *,
         label: str,
     ) -> ServiceHandle:
         """Make the answering end of service `name`."""

@@ -24,7 +24,7 @@ class Simulation:
     """A simulated world: one network and one virtual clock, which starts at 0.
 
     Args:
-        seed: a whole number in [0, 2³² − 1]; decides the jitter of durations.
+        seed: a whole number in [0, 2**32 - 1]; decides the jitter of durations.
         compute: node name without namespace → seconds that each of its subscription callbacks takes. Everything
             else takes 0.2 ms.
         jitter: those durations vary uniformly by this fraction, in [0, 1).

@@ -2,12 +2,12 @@
 
 from collections.abc import Callable, Coroutine
 from functools import partial
-from inspect import iscoroutine
+from inspect import iscoroutine, iscoroutinefunction
 from typing import Any
 
 from sunset.ros.task import Future
 
-__all__ = ["callback_name", "drive"]
+__all__ = ["callback_name", "drive", "driven"]
 
 
 def callback_name(callback: object) -> str:
@@ -19,6 +19,17 @@ def callback_name(callback: object) -> str:
     while isinstance(callback, partial):
         callback = callback.func
     return getattr(callback, "__qualname__", None) or type(callback).__qualname__
+
+
+def driven(callback: Callable[..., Any]) -> Callable[..., Any]:
+    """Return the callback, or one that runs the coroutine which it makes."""
+    if not iscoroutinefunction(callback):
+        return callback
+
+    def start(*arguments: object) -> None:
+        drive(callback(*arguments), lambda _: None)
+
+    return start
 
 
 def drive(outcome: object, done: Callable[[Any], object]) -> None:

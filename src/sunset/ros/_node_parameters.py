@@ -47,7 +47,7 @@ class NodeParameters:
     def declare_parameters(
         self,
         namespace: str,
-        parameters: Sequence[tuple[str] | tuple[str, Any] | tuple[str, Any, ParameterDescriptor]],
+        parameters: Sequence[tuple[Any, ...]],
         ignore_override: bool = False,
     ) -> list[Parameter]:
         """Add several parameters, each (name), (name, value) or (name, value, descriptor).
@@ -58,13 +58,17 @@ class NodeParameters:
             ignore_override: whether defaults win over the command line.
 
         Raises:
+            TypeError: an entry has another length.
             ParameterError: as `declare_parameter`.
         """
         prefix = f"{namespace}." if namespace else ""
-        return [
-            self.declare_parameter(f"{prefix}{name}", *rest, ignore_override=ignore_override)
-            for name, *rest in parameters
-        ]
+        declared = []
+        for entry in parameters:
+            if not 1 <= len(entry) <= 3:  # noqa: PLR2004  name, value, descriptor
+                raise TypeError(f"A parameter is declared by (name, value, descriptor), got {entry!r}.")
+            name, value, descriptor = (*entry, None, None)[:3]
+            declared.append(self.declare_parameter(f"{prefix}{name}", value, descriptor, ignore_override))
+        return declared
 
     def undeclare_parameter(self, name: str) -> None:
         """Remove a parameter.

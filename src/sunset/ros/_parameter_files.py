@@ -39,7 +39,10 @@ for _tag, _pattern in {
     "null": r"~|null|Null|NULL|",
     "bool": r"y|Y|yes|Yes|YES|n|N|no|No|NO|true|True|TRUE|false|False|FALSE|on|On|ON|off|Off|OFF",
     "int": r"[-+]?(?:[0-9]+|0x[0-9a-fA-F]+|0b[01]+)",
-    "float": r"[-+]?(?:(?:[0-9]+\.[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?|[0-9]+[eE][-+]?[0-9]+|\.(?:inf|Inf|INF))|\.(?:nan|NaN|NAN)",
+    "float": (
+        r"[-+]?(?:(?:[0-9]+\.[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?|[0-9]+[eE][-+]?[0-9]+|\.(?:inf|Inf|INF))"
+        r"|\.(?:nan|NaN|NAN)"
+    ),
 }.items():
     _Loader.add_implicit_resolver(f"tag:yaml.org,2002:{_tag}", re.compile(rf"(?:{_pattern})\Z"), None)
 _Loader.add_constructor(
@@ -61,7 +64,7 @@ def _construct_unique_map(loader: yaml.SafeLoader, node: yaml.MappingNode) -> di
     loader.flatten_mapping(node)
     result: dict[Any, Any] = {}
     for key_node, value_node in node.value:
-        key = loader.construct_object(key_node, deep=True)  # type: ignore[no-untyped-call]  # PyYAML's
+        key = loader.construct_object(key_node, deep=True)
         try:
             duplicate = key in result
         except TypeError:
@@ -72,7 +75,7 @@ def _construct_unique_map(loader: yaml.SafeLoader, node: yaml.MappingNode) -> di
             raise yaml.constructor.ConstructorError(
                 None, None, f"{key!r} is given twice", key_node.start_mark
             )
-        result[key] = loader.construct_object(value_node, deep=True)  # type: ignore[no-untyped-call]  # PyYAML's
+        result[key] = loader.construct_object(value_node, deep=True)
     return result
 
 

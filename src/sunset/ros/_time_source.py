@@ -25,7 +25,7 @@ class TimeSource:
             return
         if self._subscription is None:
             self._subscription = self._node.create_subscription(
-                ClockMessage, "/clock", _QOS, self._on_clock, "on /clock"
+                ClockMessage, "/clock", _QOS, self._on_clock, label="on /clock"
             )
             self._clock.set_ros_time_override(Time())
         else:

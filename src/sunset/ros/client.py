@@ -29,7 +29,7 @@ class Client(Generic[RequestT, ResponseT]):
         self._middleware = middleware
         self._pending: dict[int, Future[ResponseT]] = {}
         self.handle: ClientHandle = node.create_client(
-            srv_type, srv_name, qos_profile, self._on_response, f"on response of {srv_name}"
+            srv_type, srv_name, qos_profile, self._on_response, label=f"on response of {srv_name}"
         )
 
     def __repr__(self) -> str:

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from types import TracebackType
-from typing import Any
+from typing import Any, Self
 
 from sunset.errors import MiddlewareError
 from sunset.ros._callbacks import callback_name
@@ -11,7 +11,7 @@ from sunset.ros.exceptions import NotInitializedException
 from sunset.ros.node import Node
 from sunset.ros.task import Future
 
-__all__ = ["Executor", "SingleThreadedExecutor"]
+__all__ = ["SingleThreadedExecutor"]
 
 
 class SingleThreadedExecutor:
@@ -26,7 +26,7 @@ class SingleThreadedExecutor:
         self._nodes: list[Node] = []
         self._is_shutdown = False
 
-    def __enter__(self) -> "SingleThreadedExecutor":
+    def __enter__(self) -> Self:
         return self
 
     def __exit__(
@@ -127,9 +127,6 @@ class SingleThreadedExecutor:
         for node in self.get_nodes():
             self.remove_node(node)
         return True
-
-
-Executor = SingleThreadedExecutor
 
 
 def _nanoseconds(timeout_sec: float | None) -> int | None:

@@ -1,4 +1,3 @@
-
 """Loggers, as in `rclpy.logging`: to /rosout, and to stderr if the context says so."""
 
 import sys
@@ -119,7 +118,12 @@ class Logger:
     ) -> bool:
         """Log with severity DEBUG; see `log`."""
         return self._log(
-            message, LoggingSeverity.DEBUG, throttle_duration_sec, throttle_time_source_type, skip_first, once
+            message,
+            LoggingSeverity.DEBUG,
+            throttle_duration_sec,
+            throttle_time_source_type,
+            skip_first=skip_first,
+            once=once,
         )
 
     def info(
@@ -133,7 +137,12 @@ class Logger:
     ) -> bool:
         """Log with severity INFO; see `log`."""
         return self._log(
-            message, LoggingSeverity.INFO, throttle_duration_sec, throttle_time_source_type, skip_first, once
+            message,
+            LoggingSeverity.INFO,
+            throttle_duration_sec,
+            throttle_time_source_type,
+            skip_first=skip_first,
+            once=once,
         )
 
     def warning(
@@ -147,7 +156,12 @@ class Logger:
     ) -> bool:
         """Log with severity WARN; see `log`."""
         return self._log(
-            message, LoggingSeverity.WARN, throttle_duration_sec, throttle_time_source_type, skip_first, once
+            message,
+            LoggingSeverity.WARN,
+            throttle_duration_sec,
+            throttle_time_source_type,
+            skip_first=skip_first,
+            once=once,
         )
 
     warn = warning
@@ -163,7 +177,12 @@ class Logger:
     ) -> bool:
         """Log with severity ERROR; see `log`."""
         return self._log(
-            message, LoggingSeverity.ERROR, throttle_duration_sec, throttle_time_source_type, skip_first, once
+            message,
+            LoggingSeverity.ERROR,
+            throttle_duration_sec,
+            throttle_time_source_type,
+            skip_first=skip_first,
+            once=once,
         )
 
     def fatal(
@@ -177,7 +196,12 @@ class Logger:
     ) -> bool:
         """Log with severity FATAL; see `log`."""
         return self._log(
-            message, LoggingSeverity.FATAL, throttle_duration_sec, throttle_time_source_type, skip_first, once
+            message,
+            LoggingSeverity.FATAL,
+            throttle_duration_sec,
+            throttle_time_source_type,
+            skip_first=skip_first,
+            once=once,
         )
 
     def log(
@@ -204,7 +228,12 @@ class Logger:
             Whether it was logged.
         """
         return self._log(
-            message, severity, throttle_duration_sec, throttle_time_source_type, skip_first, once
+            message,
+            severity,
+            throttle_duration_sec,
+            throttle_time_source_type,
+            skip_first=skip_first,
+            once=once,
         )
 
     def _log(
@@ -213,6 +242,7 @@ class Logger:
         severity: LoggingSeverity,
         throttle_s: float | None,
         clock: _ClockLike | None,
+        *,
         skip_first: bool,
         once: bool,
     ) -> bool:
@@ -220,7 +250,7 @@ class Logger:
             return False
         frame = sys._getframe(2)  # noqa: SLF001  the only way to learn who logs
         if (once or skip_first or throttle_s is not None) and not self._is_due(
-            frame, throttle_s, (clock or self._sink).now_ns, skip_first, once
+            frame, throttle_s, (clock or self._sink).now_ns, skip_first=skip_first, once=once
         ):
             return False
         code = frame.f_code
@@ -241,6 +271,7 @@ class Logger:
         frame: FrameType,
         throttle_s: float | None,
         now_ns: Callable[[], int],
+        *,
         skip_first: bool,
         once: bool,
     ) -> bool:

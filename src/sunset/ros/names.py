@@ -132,9 +132,9 @@ def expand_name(name: str, node_name: str, namespace: str) -> str:
 def remap_name(name: str, node_name: str, namespace: str, rules: Iterable[RemapRule]) -> str:
     """Return what the first matching rule makes of an absolute name, itself absolute."""
     for rule in rules:
-        if rule.node in {None, node_name} and not rule.source.startswith("__"):
-            if expand_name(rule.source, node_name, namespace) == name:
-                return expand_name(rule.target, node_name, namespace)
+        applies = rule.node in {None, node_name} and not rule.source.startswith("__")
+        if applies and expand_name(rule.source, node_name, namespace) == name:
+            return expand_name(rule.target, node_name, namespace)
     return name
 
 

@@ -7,7 +7,7 @@ from sunset.interfaces import Message
 from sunset.interfaces import Service as ServiceType
 from sunset.interfaces.rcl_interfaces.msg import Log, ParameterEvent
 from sunset.rmw.port import QoSProfile
-from sunset.ros._callbacks import callback_name
+from sunset.ros._callbacks import callback_name, driven
 from sunset.ros._node_graph import NodeGraph
 from sunset.ros._node_parameters import NodeParameters
 from sunset.ros._parameter_files import matches
@@ -218,8 +218,7 @@ class Node(NodeParameters, NodeGraph):
         """
         name, qos = self.resolve_topic_name(topic), to_profile(qos_profile)
         label = f"{callback_name(callback)} (subscription of {name})"
-        handler = cast("Callable[[Message], None]", callback)
-        handle = self.handle.create_subscription(msg_type, name, qos, handler, label)
+        handle = self.handle.create_subscription(msg_type, name, qos, driven(callback), label=label)
         subscription = Subscription(handle, msg_type, name, callback, qos)
         self._subscriptions.append(subscription)
         return subscription
@@ -258,7 +257,7 @@ class Node(NodeParameters, NodeGraph):
         """
         name = self.resolve_service_name(srv_name)
         label = f"{callback_name(callback)} (service {name})"
-        service = Service(self.handle, srv_type, name, callback, qos_profile, label)
+        service = Service(self.handle, srv_type, name, callback, qos_profile, label=label)
         self._services.append(service)
         return service
 

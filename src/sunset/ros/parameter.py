@@ -1,7 +1,7 @@
 """Parameters, as in `rclpy.parameter`."""
 
 from array import array
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from enum import IntEnum
 from typing import TypeAlias
 
@@ -57,7 +57,7 @@ class _Type(IntEnum):
         )
 
     @classmethod
-    def _of_sequence(cls, values: "Sequence[object] | array[object] | np.ndarray") -> "_Type":
+    def _of_sequence(cls, values: Iterable[object]) -> "_Type":
         items = [item.item() if isinstance(item, np.generic) else item for item in values]
         for kind, python in _ELEMENTS.items():
             if all(type(item) is python for item in items):
@@ -196,7 +196,8 @@ def parameter_value_to_python(parameter_value: ParameterValue) -> Value:
     value = getattr(parameter_value, _FIELDS[kind])
     if kind in _ELEMENTS:
         return _as_list(value)  # type: ignore[return-value]  # the field's type says what the elements are
-    return _SCALARS[kind](value)
+    scalar: Value = _SCALARS[kind](value)
+    return scalar
 
 
 def _as_list(values: object) -> list[object]:

@@ -21,6 +21,7 @@ class Service:
         srv_name: str,
         callback: Callable[[Any, Any], Any],
         qos_profile: QoSProfile,
+        *,
         label: str,
     ) -> None:
         self.srv_type = srv_type
@@ -28,7 +29,7 @@ class Service:
         self.callback = callback
         self.qos_profile = qos_profile
         self.handle: ServiceHandle = node.create_service(
-            srv_type, srv_name, qos_profile, self._on_request, label
+            srv_type, srv_name, qos_profile, self._on_request, label=label
         )
 
     def __repr__(self) -> str:

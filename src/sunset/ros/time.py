@@ -1,4 +1,3 @@
-
 """Points in time, as in `rclpy.time`."""
 
 from enum import IntEnum
@@ -91,9 +90,9 @@ class Time:
         return hash((self._nanoseconds, self._clock_type))
 
     def _check_same_clock(self, other: "Time") -> None:
-        if self._clock_type is not other._clock_type:
+        if self._clock_type is not other.clock_type:
             raise TypeError(
-                f"Times of different clocks cannot be compared: {self._clock_type.name}, {other._clock_type.name}."
+                f"Times of different clocks cannot be compared: {self._clock_type.name}, {other.clock_type.name}."
             )
 
     def to_msg(self) -> TimeMessage:

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from typing import Any
 
 from sunset.rmw.port import NodeHandle, TimerHandle
+from sunset.ros._callbacks import driven
 from sunset.ros.clock import Clock, ROSClock
 
 __all__ = ["Timer"]
@@ -19,7 +20,7 @@ class Timer:
         self, node: NodeHandle, clock: Clock, callback: Callable[[], Any], period_ns: int, label: str
     ) -> None:
         self.clock = clock
-        self.callback = callback
+        self.callback = driven(callback)
         self._node = node
         self._label = label
         self._period_ns = period_ns

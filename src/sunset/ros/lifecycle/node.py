@@ -179,9 +179,7 @@ class LifecycleNode(Node):
     def _call(self, before: LifecycleState) -> tuple[TransitionCallbackReturn, CallbackError | None]:
         callback = getattr(self, _CALLBACKS[self._state_machine.state.label])
         try:
-            outcome = callback(before)
-            if not isinstance(outcome, TransitionCallbackReturn):
-                raise TypeError(f"It must return a TransitionCallbackReturn, got {outcome!r}.")
+            outcome = _checked(callback(before))
         except Exception as error:  # noqa: BLE001  whatever it is, `_go_through` raises it
             wrapped = CallbackError.of(self.get_fully_qualified_name(), callback_name(callback), error)
             wrapped.__cause__ = error
@@ -211,7 +209,7 @@ class LifecycleNode(Node):
             self.resolve_service_name("~/change_state"),
             self._change_state,
             qos_profile_services_default,
-            f"{callback_name(self._change_state)} (service ~/change_state)",
+            label=f"{callback_name(self._change_state)} (service ~/change_state)",
         )
 
     def _change_state(
@@ -255,6 +253,12 @@ class _ChangeStateService(Service):
         except CallbackError:
             self.send_response(ChangeState.Response(success=False), request_id)
             raise
+
+
+def _checked(outcome: object) -> TransitionCallbackReturn:
+    if not isinstance(outcome, TransitionCallbackReturn):
+        raise TypeError(f"a lifecycle callback must return a TransitionCallbackReturn, got {outcome!r}.")
+    return outcome
 
 
 def _message(state: LifecycleState) -> StateMessage:

@@ -109,7 +109,7 @@ def test_failed_activation_leaves_a_deactivation() -> None:
     ]
 
 
-@pytest.mark.parametrize("client", ["/scenario_executor", "/launcher"])
+@pytest.mark.parametrize("client", ["/scenario_executor", "/launcher", "/experiment"])
 def test_the_experiments_own_commands_do_not_count(client: str) -> None:
     assert words(command(0, "set_parameters", client=client), command(1, "shutdown", client=client)) == []
 

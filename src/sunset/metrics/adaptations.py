@@ -35,8 +35,8 @@ UPSTREAM: Final = MappingProxyType(
 )
 """Node of the managed system → the nodes that its input may come from, however far up."""
 
-INFRASTRUCTURE: Final = frozenset({"/scenario_executor", "/launcher"})
-"""Full names of the nodes whose commands are the experiment's own: they inject faults and end processes."""
+INFRASTRUCTURE: Final = frozenset({"/experiment", "/launcher", "/scenario_executor"})
+"""Full names of the nodes whose commands are the experiment's own, such as to inject faults."""
 
 _NAMESPACE = "/managed_subsystem/"
 _RESTART_S = 1.0  # at most from deactivate to activate

@@ -1,0 +1,162 @@
+"""The paper's figure: what faults do to the segmentation's entropy, over time."""
+
+import importlib.util
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+import numpy.typing as npt
+
+from sunset.errors import InvalidInputError, MissingExtraError, OutputError
+from sunset.metrics import SAMPLES, Samples
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+__all__ = ["entropy_figure"]
+
+SUFFIXES: Final = (".pdf", ".png", ".svg")
+
+# Okabe and Ito's colours, without the yellow, which is too light for lines; told apart by dashes as well
+_STYLES: Final[tuple[tuple[str, Any], ...]] = (
+    ("#000000", "-"),
+    ("#0072B2", "-"),
+    ("#D55E00", "-"),
+    ("#009E73", (0, (5, 1.5))),
+    ("#CC79A7", (0, (5, 1.5))),
+    ("#E69F00", (0, (3, 1.2, 1, 1.2))),
+    ("#56B4E9", (0, (1.2, 1.2))),
+)
+_PRINT: Final = {
+    "font.size": 8,
+    "axes.labelsize": 8,
+    "xtick.labelsize": 7,
+    "ytick.labelsize": 7,
+    "legend.fontsize": 7,
+    "axes.linewidth": 0.6,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "xtick.major.width": 0.6,
+    "ytick.major.width": 0.6,
+    "lines.linewidth": 1.2,
+    "svg.hashsalt": "sunset",
+    "pdf.fonttype": 42,
+}
+
+
+def entropy_figure(
+    series: Mapping[str, Samples],
+    threshold: float,
+    path: Path,
+    *,
+    iou: Mapping[str, Samples] | None = None,
+) -> None:
+    """Draw entropy over time, one line a fault, and the IoU beside it where that is given.
+
+    Lines are means of the last five samples, which is what failure F4 is judged by; single samples are
+    drawn faintly behind them. A gap of more than 1 s breaks a line. The width fits one column of a paper,
+    or two with the IoU.
+
+    Args:
+        series: name → entropy over time [s]; in the order of the legend.
+        threshold: above it, F4 holds.
+        path: a `.pdf`, `.png` or `.svg`, which is replaced; its folder is made.
+        iou: name → IoU over time [s], for names of `series`.
+
+    Raises:
+        MissingExtraError: matplotlib is not installed.
+        InvalidInputError: there is nothing to draw, or the path has another suffix.
+        OutputError: the file cannot be written.
+
+    Source: the paper, figure 2a.
+    """
+    if importlib.util.find_spec("matplotlib") is None:
+        raise MissingExtraError(
+            'Figures need matplotlib, which is not installed; run: pip install "sunset-exemplar[plots]".'
+        )
+    if path.suffix.lower() not in SUFFIXES:
+        raise InvalidInputError(f"A figure's file must end in {', '.join(SUFFIXES)}, got {path}.")
+    if not series:
+        raise InvalidInputError("There is nothing to draw: no series of samples was given.")
+    unknown = sorted(set(iou or {}) - set(series))
+    if unknown:
+        raise InvalidInputError(f"The IoU of {unknown[0]!r} has no entropy beside it; give both.")
+    _draw(series, threshold, path, iou or {})
+
+
+def _draw(series: Mapping[str, Samples], threshold: float, path: Path, iou: Mapping[str, Samples]) -> None:
+    from matplotlib import rc_context  # noqa: PLC0415  an optional extra
+    from matplotlib.figure import Figure  # noqa: PLC0415  an optional extra
+
+    with rc_context(_PRINT):
+        figure = Figure(figsize=(7.0, 2.8) if iou else (3.5, 2.9), dpi=300, layout="constrained")
+        panels = figure.subplots(1, 2 if iou else 1, squeeze=False, sharex=True)[0]
+        styles = {name: _STYLES[place % len(_STYLES)] for place, name in enumerate(series)}
+        _panel(panels[0], series, styles, "entropy")
+        panels[0].axhline(
+            threshold,
+            color="#555555",
+            linewidth=0.9,
+            linestyle=(0, (1, 1)),
+            label=f"threshold {threshold:.2g}",
+        )
+        if iou:
+            _panel(panels[1], iou, styles, "IoU")
+        handles, labels = panels[0].get_legend_handles_labels()
+        figure.legend(
+            handles,
+            labels,
+            loc="outside upper center",
+            ncols=min(len(labels), 3 if iou else 2),
+            frameon=False,
+            handlelength=2.2,
+        )
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            figure.savefig(path, metadata=_metadata(path.suffix.lower()))
+        except OSError as error:
+            raise OutputError(
+                f"The figure {path} cannot be written: {error.strerror}; name another file."
+            ) from error
+
+
+def _panel(
+    axes: "Axes", series: Mapping[str, Samples], styles: Mapping[str, tuple[str, Any]], label: str
+) -> None:
+    for name, samples in series.items():
+        colour, dashes = styles[name]
+        axes.plot(*_with_gaps(samples.times, samples.values), color=colour, linewidth=0.4, alpha=0.2)
+        axes.plot(*_moving_mean(samples), color=colour, linestyle=dashes, label=name.replace("_", " "))
+    axes.set_xlabel("time since injection [s]")
+    axes.set_ylabel(label)
+    axes.set_ylim(bottom=0)
+    axes.margins(x=0.01)
+    axes.axvline(0, color="#bbbbbb", linewidth=0.6, zorder=0)
+
+
+def _moving_mean(samples: Samples) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    """Return the mean of the last five samples at each sample, gaps broken; nothing of fewer."""
+    times: list[npt.NDArray[np.float64]] = []
+    values: list[npt.NDArray[np.float64]] = []
+    breaks = np.flatnonzero(np.diff(samples.times) > 1.0) + 1
+    for piece, moments in zip(np.split(samples.values, breaks), np.split(samples.times, breaks), strict=True):
+        if len(piece) >= SAMPLES:
+            values += [np.convolve(piece, np.full(SAMPLES, 1 / SAMPLES), mode="valid"), np.full(1, np.nan)]
+            times += [moments[SAMPLES - 1 :], moments[-1:]]
+    if not times:
+        return np.empty(0), np.empty(0)
+    return np.concatenate(times), np.concatenate(values)
+
+
+def _with_gaps(
+    times: npt.NDArray[np.float64], values: npt.NDArray[np.float64]
+) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    """Return a line that a gap of more than 1 s breaks."""
+    breaks = np.flatnonzero(np.diff(times) > 1.0) + 1
+    return np.insert(times, breaks, times[breaks - 1]), np.insert(values, breaks, np.nan)
+
+
+def _metadata(suffix: str) -> dict[str, None]:
+    """Leave out what would make two drawings of the same data differ."""
+    return {".pdf": {"CreationDate": None}, ".svg": {"Date": None}}.get(suffix, {})

@@ -1,0 +1,117 @@
+"""The report as LaTeX: a document that compiles as it is, with a table to take out of it."""
+
+import unicodedata
+from collections.abc import Sequence
+from types import MappingProxyType
+from typing import Final
+
+from sunset.evaluation.layout import Block, Cell, Interval, LineKind, Quantity, Report
+
+__all__ = ["as_latex", "escape_latex"]
+
+_ESCAPES: Final = MappingProxyType(
+    {
+        "\\": r"\textbackslash{}",
+        "{": r"\{",
+        "}": r"\}",
+        "$": r"\$",
+        "&": r"\&",
+        "#": r"\#",
+        "%": r"\%",
+        "_": r"\_",
+        "^": r"\textasciicircum{}",
+        "~": r"\textasciitilde{}",
+        "<": r"\textless{}",
+        ">": r"\textgreater{}",
+        "|": r"\textbar{}",
+        '"': "''",
+        "`": r"\textasciigrave{}",
+        "-": "{-}",  # so that two do not become a dash
+        "±": r"$\pm$",
+        "→": r"$\rightarrow$",
+        "…": r"\ldots{}",
+        "\n": " ",
+    }
+)
+
+_LONG: Final = 24
+"""A name of more characters has a line of its own."""
+
+_HEAD: Final = r"""\documentclass{article}
+\usepackage{textcomp}
+\usepackage{booktabs}
+\usepackage[a4paper,margin=15mm]{geometry}
+\begin{document}
+"""
+
+
+def as_latex(report: Report, *, standalone: bool = True) -> str:
+    """Return a report as LaTeX.
+
+    Args:
+        report: what to print.
+        standalone: a whole document; else only the tables, which need the packages `booktabs` and `textcomp`.
+    """
+    tables = [_table(report.main, (report.main.title + ".", *report.notes), "tab:sunset")]
+    if report.more.groups:
+        tables.append(_table(report.more, (report.more.title + ".",), "tab:sunset-more"))
+    body = "\n".join(tables)
+    return f"{_HEAD}{body}\\end{{document}}\n" if standalone else body
+
+
+def escape_latex(text: str) -> str:
+    r"""Return `text` such that LaTeX prints it, whatever it holds; what it cannot print becomes a `?`.
+
+    >>> escape_latex("my_manager.py:A&B")
+    'my\\_manager.py:A\\&B'
+    """
+    return "".join(_escaped(character) for character in text)
+
+
+def _escaped(character: str) -> str:
+    if character in _ESCAPES:
+        return _ESCAPES[character]
+    if " " <= character <= "~":
+        return character
+    base = unicodedata.normalize("NFKD", character)[0]
+    return _ESCAPES.get(base, base) if " " <= base <= "~" else "?"
+
+
+def _cell(cell: Cell) -> str:
+    match cell:
+        case None:
+            return "N/A"
+        case Quantity(mean, None):
+            return f"${mean:.2f}$"
+        case Quantity(mean, std):
+            return rf"${mean:.2f} \pm {std:.2f}$"
+        case Interval(low, high):
+            return rf"$[{low:.2f},\,{high:.2f}]$"
+    return escape_latex(cell)
+
+
+def _table(block: Block, caption: Sequence[str], label: str) -> str:
+    heads = " & ".join(["system", "runs", *(column.latex for column in block.columns)])
+    out = [
+        r"\begin{table*}[htbp]",
+        r"\centering\footnotesize\setlength{\tabcolsep}{3pt}",
+        rf"\caption{{{' '.join(map(escape_latex, caption))}}}",
+        rf"\label{{{label}}}\par\medskip",
+        rf"\begin{{tabular}}{{lr{'c' * len(block.columns)}}}",
+        r"\toprule",
+        heads + r" \\",
+    ]
+    for group in block.groups:
+        out.append(r"\midrule")
+        for line in group:
+            indent = r"\quad " if line.label.startswith("  ") else ""
+            label_cell = escape_latex(line.label.strip())
+            if len(line.label) > _LONG:
+                out.append(rf"\multicolumn{{{len(line.cells) + 2}}}{{l}}{{{label_cell}}} \\")
+                label_cell = ""
+            cells = [indent + label_cell, line.runs, *map(_cell, line.cells)]
+            if line.kind is not LineKind.OURS:
+                cells = [rf"\scriptsize {cell}" if cell else "" for cell in cells]
+            out.append(" & ".join(cells) + r" \\")
+    out += [r"\bottomrule", r"\end{tabular}", r"\end{table*}", ""]
+    return "\n".join(out)

@@ -1,0 +1,214 @@
+"""The report before it has a format: which figures stand in which line, and the notes beneath."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from enum import Enum
+from types import MappingProxyType
+from typing import Final
+
+from sunset.evaluation.estimates import METHOD, Estimate
+from sunset.evaluation.summary import PUBLISHED, PUBLISHED_SOURCE, SystemRow
+
+__all__ = ["Block", "Cell", "Column", "Interval", "Line", "LineKind", "Quantity", "Report", "arrange"]
+
+
+@dataclass(frozen=True, slots=True)
+class Quantity:
+    """A mean and, where there is one, a standard deviation."""
+
+    mean: float
+    std: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class Interval:
+    """A confidence interval."""
+
+    low: float
+    high: float
+
+
+Cell = Quantity | Interval | str | None
+"""What stands in a cell; None is N/A, an empty string is nothing."""
+
+
+@dataclass(frozen=True, slots=True)
+class Column:
+    """A figure's column.
+
+    Attributes:
+        text: its heading in plain text.
+        latex: its heading in LaTeX.
+        meaning: what it says, in words.
+    """
+
+    text: str
+    latex: str
+    meaning: str
+
+
+class LineKind(Enum):
+    """What a line of a table shows."""
+
+    OURS = "ours"
+    CONFIDENCE = "confidence"
+    PUBLISHED = "published"
+
+
+@dataclass(frozen=True, slots=True)
+class Line:
+    """One line of a table; an empty `runs` where it makes no sense to give a number."""
+
+    kind: LineKind
+    label: str
+    runs: str
+    cells: tuple[Cell, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Block:
+    """A table: a title, columns, and groups of lines that belong together."""
+
+    title: str
+    columns: tuple[Column, ...]
+    groups: tuple[tuple[Line, ...], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Report:
+    """All that a report says, in any format."""
+
+    main: Block
+    more: Block
+    notes: tuple[str, ...]
+
+
+_COLUMNS: Final[Mapping[str, Column]] = MappingProxyType(
+    {
+        "f_resolved_per_adaptation": Column(
+            "f_res/a_exec ↑",
+            r"$\frac{f_\mathrm{resolved}}{a_\mathrm{executed}}\uparrow$",
+            "resolved failures per executed adaptation",
+        ),
+        "t_react_s": Column(
+            "t_react [s] ↓",
+            r"$t_\mathrm{react}\,[\mathrm{s}]\downarrow$",
+            "from when a failure began to the command that resolved it",
+        ),
+        "redeploys_unnecessary": Column(
+            "#redeploy_u ↓",
+            r"$\#\mathrm{redeploy}_\mathrm{u}\downarrow$",
+            "redeploys of a node without a fault that only a redeploy cures",
+        ),
+        "t_down_s": Column(
+            "t_down [s] ↓",
+            r"$t_\mathrm{down}\,[\mathrm{s}]\downarrow$",
+            "time without segmentation at the expected rate",
+        ),
+        "iou": Column("IoU ↑", r"IoU $\uparrow$", "mean over the evaluated frames"),
+        "unresolved": Column(
+            "unresolved ↓", r"unresolved $\downarrow$", "failure episodes that no adaptation ended, of all"
+        ),
+        "t_detect_s": Column(
+            "t_detect [s]",
+            r"$t_\mathrm{detect}\,[\mathrm{s}]$",
+            "part of t_react, until the symptom holds",
+        ),
+        "t_decide_s": Column(
+            "t_decide [s] ↓",
+            r"$t_\mathrm{decide}\,[\mathrm{s}]\downarrow$",
+            "the rest of t_react, until the command",
+        ),
+        "t_repair_s": Column(
+            "t_repair [s] ↓",
+            r"$t_\mathrm{repair}\,[\mathrm{s}]\downarrow$",
+            "from the command to when the symptom is gone",
+        ),
+        "iou_all": Column("IoU_all ↑", r"IoU$_\mathrm{all}\uparrow$", "frames that never came count as 0"),
+    }
+)
+_MAIN: Final = ("f_resolved_per_adaptation", "t_react_s", "redeploys_unnecessary", "t_down_s", "iou")
+_MORE: Final = ("unresolved", "t_detect_s", "t_decide_s", "t_repair_s", "iou_all")
+_SHOWN_REASONS: Final = 10
+
+
+def arrange(rows: Sequence[SystemRow]) -> Report:
+    """Return the report of a table's rows, with the paper's beside them."""
+    main = [_group(row, _MAIN) for row in rows]
+    for position, row in enumerate(rows):
+        if row.published is not None:
+            main[position] = (*main[position], _published(row.published, "  published"))
+    shown = {row.published for row in rows}
+    main += [(_published(name, f"{name} (published)"),) for name in PUBLISHED if name not in shown]
+    judged = [row for row in rows if not row.is_reference]
+    return Report(
+        main=Block("The paper's figures", tuple(_COLUMNS[name] for name in _MAIN), tuple(main)),
+        more=Block(
+            "More about the same runs",
+            tuple(_COLUMNS[name] for name in _MORE),
+            tuple(_group(row, _MORE) for row in judged),
+        ),
+        notes=(METHOD, f"Published: {PUBLISHED_SOURCE}.", *_notes(rows)),
+    )
+
+
+def _group(row: SystemRow, names: Sequence[str]) -> tuple[Line, ...]:
+    """Return a row's figures and, where there are any, their confidence intervals."""
+    figures = tuple(_figure(row, name) for name in names)
+    intervals = tuple(_interval(row.estimates.get(name)) for name in names)
+    line = Line(LineKind.OURS, row.system, str(row.runs), figures)
+    if not any(intervals):
+        return (line,)
+    return (line, Line(LineKind.CONFIDENCE, "  95 % conf.", "", intervals))
+
+
+def _figure(row: SystemRow, name: str) -> Cell:
+    if name == "unresolved":
+        rate = row.unresolved_rate
+        return None if rate is None else f"{row.unresolved}/{row.episodes} ({rate:.0%})"
+    found = row.estimates[name]
+    return None if found is None else Quantity(found.mean, found.std)
+
+
+def _interval(found: Estimate | None) -> Cell:
+    if found is None or found.low is None or found.high is None:
+        return ""
+    return Interval(found.low, found.high)
+
+
+def _published(name: str, label: str) -> Line:
+    figures = PUBLISHED[name]
+    cells = tuple(Quantity(*figures[column]) if column in figures else None for column in _MAIN)
+    return Line(LineKind.PUBLISHED, label, "", cells)
+
+
+def _notes(rows: Sequence[SystemRow]) -> list[str]:
+    """Say what a reader would otherwise take for granted: runs that are missing from a figure."""
+    notes = []
+    for row in rows:
+        react = row.estimates["t_react_s"]
+        with_reaction = 0 if react is None else react.runs
+        if not row.is_reference and 0 < with_reaction < row.runs:
+            notes.append(
+                f"{row.system}: t_react is of {with_reaction} of {row.runs} runs; in the others nothing was "
+                "resolved."
+            )
+    notes += [_invalid_note(row) for row in rows if row.invalid]
+    if not any(row.invalid for row in rows):
+        notes.append("Every run is valid.")
+    return notes
+
+
+def _invalid_note(row: SystemRow) -> str:
+    """Return how many of a row's runs do not count, and why."""
+    reasons: dict[str, int] = {}
+    for run in row.invalid:
+        reason = run.reason.rstrip(".") or "no reason given"
+        reasons[reason] = reasons.get(reason, 0) + 1
+    told = [f"{reason} ({count} times)" if count > 1 else reason for reason, count in reasons.items()]
+    if len(told) > _SHOWN_REASONS:
+        told = [*told[:_SHOWN_REASONS], f"and {len(told) - _SHOWN_REASONS} other reasons"]
+    number = len(row.invalid)
+    return f"{row.system}: {number} invalid {'run is' if number == 1 else 'runs are'} left out: " + (
+        "; ".join(told) + "."
+    )

@@ -1,0 +1,128 @@
+"""From a folder of runs to a report, in the format that is asked for."""
+
+import csv
+import io
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Final
+
+from sunset.errors import InvalidInputError
+from sunset.evaluation.estimates import METHOD
+from sunset.evaluation.latex import as_latex
+from sunset.evaluation.layout import arrange
+from sunset.evaluation.results import FIGURES, Progress, load_results
+from sunset.evaluation.summary import PUBLISHED, PUBLISHED_SOURCE, SystemRow, summarise
+from sunset.evaluation.text import as_text
+from sunset.evaluation.webpage import as_html
+
+__all__ = ["FORMATS", "format_report", "render_report"]
+
+FORMATS: Final = ("table", "latex", "csv", "json", "html")
+
+
+def render_report(
+    folder: Path, form: str = "table", *, recompute: bool = False, progress: Progress | None = None
+) -> str:
+    """Return the report of all runs below a folder.
+
+    Args:
+        folder: of one run, of a campaign, or of several.
+        form: one of `FORMATS`.
+        recompute: compute every figure from the recorded messages instead of reading the stored ones.
+        progress: called with (runs that are read, runs in all).
+
+    Raises:
+        RecordError: there is no run, or one is damaged.
+        InvalidInputError: there is no such format.
+    """
+    return format_report(summarise(load_results(folder, again=recompute, progress=progress)), form)
+
+
+def format_report(rows: Sequence[SystemRow], form: str = "table") -> str:
+    """Return the report of a table's rows in one of `FORMATS`.
+
+    Raises:
+        InvalidInputError: there is no such format.
+    """
+    match form:
+        case "json":
+            return _as_json(rows)
+        case "csv":
+            return _as_csv(rows)
+        case "table":
+            return as_text(arrange(rows))
+        case "latex":
+            return as_latex(arrange(rows))
+        case "html":
+            return as_html(arrange(rows))
+    raise InvalidInputError(f"The format of a report must be one of {', '.join(FORMATS)}, got {form!r}.")
+
+
+def _as_json(rows: Sequence[SystemRow]) -> str:
+    content = {
+        "rows": [_json_row(row) for row in rows],
+        "published": {"source": PUBLISHED_SOURCE, "rows": [_json_published(name) for name in PUBLISHED]},
+        "method": METHOD,
+    }
+    return json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def _json_row(row: SystemRow) -> dict[str, object]:
+    figures = {name: None if found is None else found.to_json() for name, found in row.estimates.items()}
+    return {
+        "system": row.system,
+        "suite": row.suite,
+        "manager": row.manager,
+        "model": row.model,
+        "middleware": row.middleware,
+        "runs": row.runs,
+        **figures,
+        "unresolved_rate": row.unresolved_rate,
+        "runs_invalid": len(row.invalid),
+        "invalid": [
+            {"scenario": run.scenario, "seed": run.seed, "reason": run.reason} for run in row.invalid
+        ],
+        "published": row.published,
+    }
+
+
+def _json_published(name: str) -> dict[str, object]:
+    figures = {key: {"mean": mean, "std": std} for key, (mean, std) in PUBLISHED[name].items()}
+    return {"system": name, **figures}
+
+
+def _as_csv(rows: Sequence[SystemRow]) -> str:
+    """Return one line a row, the paper's last; a cell is empty where a figure is not applicable."""
+    head = ["system", "source", "suite", "manager", "model", "middleware", "runs", "runs_invalid"]
+    columns = [f"{name}_{part}" for name in FIGURES for part in ("mean", "std", "ci_low", "ci_high", "runs")]
+    out = io.StringIO()
+    writer = csv.DictWriter(out, [*head, *columns, "unresolved_rate"], lineterminator="\n")
+    writer.writeheader()
+    for row in rows:
+        cells: dict[str, object] = {
+            "system": row.system,
+            "source": "ours",
+            "suite": row.suite,
+            "manager": row.manager,
+            "model": row.model,
+            "middleware": row.middleware,
+            "runs": row.runs,
+            "runs_invalid": len(row.invalid),
+            "unresolved_rate": row.unresolved_rate,
+        }
+        for name, found in row.estimates.items():
+            if found is not None:
+                parts = (found.mean, found.std, found.low, found.high, found.runs)
+                cells |= dict(zip(_parts(name), parts, strict=True))
+        writer.writerow(cells)
+    for name, figures in PUBLISHED.items():
+        cells = {"system": name, "source": "published"}
+        for figure, pair in figures.items():
+            cells |= dict(zip(_parts(figure)[:2], pair, strict=True))
+        writer.writerow(cells)
+    return out.getvalue()
+
+
+def _parts(name: str) -> tuple[str, ...]:
+    return tuple(f"{name}_{part}" for part in ("mean", "std", "ci_low", "ci_high", "runs"))

@@ -1,0 +1,170 @@
+"""From runs to the rows of the table: one a managing system."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import PurePath
+from types import MappingProxyType
+from typing import Final
+
+from sunset.evaluation.estimates import Estimate, estimate
+from sunset.evaluation.results import FIGURES, RunRow
+
+__all__ = ["PUBLISHED", "PUBLISHED_SOURCE", "SystemRow", "summarise"]
+
+PUBLISHED_SOURCE: Final = "Wiedholz et al., SUNSET, RoSE'26, Table 1"
+
+PUBLISHED: Final[Mapping[str, Mapping[str, tuple[float, float]]]] = MappingProxyType(
+    {
+        "none, no faults": MappingProxyType({"iou": (0.47, 0.02)}),
+        "none, F4 and F5": MappingProxyType({"iou": (0.28, 0.08)}),
+        "baseline": MappingProxyType(
+            {
+                "f_resolved_per_adaptation": (0.89, 0.16),
+                "t_react_s": (1.44, 1.32),
+                "redeploys_unnecessary": (2.02, 1.04),
+                "t_down_s": (6.52, 4.67),
+                "iou": (0.30, 0.09),
+            }
+        ),
+    }
+)
+"""The paper's table: managing system → figure → (mean, standard deviation)."""
+
+_PUBLISHED_OF: Final = MappingProxyType(
+    {
+        ("nofault", "none"): "none, no faults",
+        ("degraded", "none"): "none, F4 and F5",
+        ("paper", "baseline"): "baseline",
+    }
+)
+_REFERENCES: Final = (("nofault", "none"), ("degraded", "none"))
+_REFERENCE_FIGURES: Final = ("iou", "iou_all", "miou")  # there is no managing system to judge
+_SUITES: Final = ("paper", "artifact", "nofault", "degraded")
+_MANAGERS: Final = ("none", "baseline")
+_SUITE_LABELS: Final = MappingProxyType(
+    {"paper": "", "nofault": ", no faults", "degraded": ", F4 and F5", "": " (own scenarios)"}
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SystemRow:
+    """One row of the table.
+
+    Attributes:
+        system: what the row is called.
+        suite: of the scenarios.
+        manager: the managing system.
+        model: the segmentation's model.
+        middleware: `sim` or `cyclonedds`.
+        runs: how many valid runs there are.
+        estimates: figure → estimate over the valid runs; None where it is not applicable.
+        episodes: failure episodes of all valid runs together.
+        unresolved: those of them that no adaptation ended.
+        invalid: the runs that do not count, each with its reason.
+    """
+
+    system: str
+    suite: str
+    manager: str
+    model: str
+    middleware: str
+    runs: int
+    estimates: Mapping[str, Estimate | None]
+    episodes: int
+    unresolved: int
+    invalid: tuple[RunRow, ...] = ()
+
+    @property
+    def published(self) -> str | None:
+        """The name of the paper's row that this one stands beside; None if there is none."""
+        return _PUBLISHED_OF.get((self.suite, self.manager))
+
+    @property
+    def is_reference(self) -> bool:
+        """Whether it shows what can be had without a managing system, and judges none."""
+        return (self.suite, self.manager) in _REFERENCES
+
+    @property
+    def unresolved_rate(self) -> float | None:
+        """The share of all episodes that are unresolved; None where there are none, or none counts."""
+        return self.unresolved / self.episodes if self.episodes and not self.is_reference else None
+
+
+def summarise(rows: Iterable[RunRow]) -> list[SystemRow]:
+    """Return one row a managing system and suite, the paper's two reference rows first.
+
+    Runs of different models or middlewares are never put together; where there are several, the row's
+    name says which. Invalid runs take no part in any figure, and are listed.
+    """
+    runs = list(rows)
+    groups: dict[tuple[str, str, str, str], list[RunRow]] = {}
+    for run in sorted(runs, key=_order):
+        groups.setdefault((run.suite, run.manager, run.model, run.middleware), []).append(run)
+    names = _manager_names({run.manager for run in runs})
+    several_models = len({run.model for run in runs}) > 1
+    several_middlewares = len({run.middleware for run in runs}) > 1
+    return [
+        _row(
+            names[manager]
+            + _SUITE_LABELS.get(suite, f" ({suite})")
+            + (f" [{model}]" if several_models else "")
+            + (f" [{middleware}]" if several_middlewares else ""),
+            group,
+        )
+        for (suite, manager, model, middleware), group in groups.items()
+    ]
+
+
+def _order(run: RunRow) -> tuple[object, ...]:
+    """Return what rows are sorted by: references, then suites, then managing systems."""
+    pair = (run.suite, run.manager)
+    return (
+        _place(pair, _REFERENCES),
+        _place(run.suite, _SUITES),
+        run.suite,
+        _place(run.manager, _MANAGERS),
+        run.manager,
+        run.model,
+        run.middleware,
+        run.scenario,
+        run.seed,
+    )
+
+
+def _place(item: object, order: Sequence[object]) -> int:
+    return order.index(item) if item in order else len(order)
+
+
+def _manager_names(managers: set[str]) -> dict[str, str]:
+    """Return managing system → short name: a file's without its folder, unless two would be the same."""
+    short = {manager: PurePath(manager).name if "/" in manager else manager for manager in managers}
+    names = list(short.values())
+    return {manager: name if names.count(name) == 1 and name else manager for manager, name in short.items()}
+
+
+def _row(system: str, group: Sequence[RunRow]) -> SystemRow:
+    first = group[0]
+    valid = [run for run in group if run.valid]
+    judged = _REFERENCE_FIGURES if (first.suite, first.manager) in _REFERENCES else FIGURES
+    scenarios = [run.scenario for run in valid]
+    return SystemRow(
+        system=system,
+        suite=first.suite,
+        manager=first.manager,
+        model=first.model,
+        middleware=first.middleware,
+        runs=len(valid),
+        estimates=MappingProxyType(
+            {
+                name: estimate([run.metrics[name] for run in valid], scenarios) if name in judged else None
+                for name in FIGURES
+            }
+        ),
+        episodes=_total(valid, "episodes"),
+        unresolved=_total(valid, "episodes_unresolved"),
+        invalid=tuple(run for run in group if not run.valid),
+    )
+
+
+def _total(runs: Sequence[RunRow], name: str) -> int:
+    return sum(int(run.metrics[name] or 0) for run in runs)

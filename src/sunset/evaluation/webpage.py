@@ -1,0 +1,100 @@
+"""The report as one HTML page that needs nothing else."""
+
+from html import escape
+from typing import Final
+
+from sunset.evaluation.layout import Block, Cell, Interval, Line, LineKind, Quantity, Report
+
+__all__ = ["as_html"]
+
+_STYLE: Final = """
+:root { color-scheme: light dark; --ink: #1b1b1b; --soft: #666;
+  --line: #ccc; --paper: #fff; --band: #f4f6f8; }
+@media (prefers-color-scheme: dark) {
+  :root { --ink: #e8e8e8; --soft: #a0a0a0; --line: #444; --paper: #16181a; --band: #1f2326; }
+}
+body { font: 16px/1.5 system-ui, sans-serif; color: var(--ink); background: var(--paper);
+  max-width: 68rem; margin: 2rem auto; padding: 0 1rem; }
+h1 { font-size: 1.5rem; } h2 { font-size: 1.15rem; margin-top: 2.5rem; }
+.scroll { overflow-x: auto; }
+table { border-collapse: collapse; width: 100%; font-variant-numeric: tabular-nums; }
+th, td { padding: .35rem .75rem; text-align: left; white-space: nowrap; }
+thead th { border-bottom: 2px solid var(--ink); vertical-align: bottom; }
+tbody { border-bottom: 1px solid var(--line); }
+tbody th { font-weight: 600; }
+td.runs, th.runs { text-align: right; }
+tr.confidence > *, tr.published > * { color: var(--soft); font-weight: 400; font-size: .875rem; }
+tr.published > * { background: var(--band); }
+tr.confidence th, tr.published th { padding-left: 2rem; }
+dt { font-weight: 600; } dd { margin: 0 0 .5rem 1.5rem; }
+li { margin-bottom: .35rem; overflow-wrap: anywhere; }
+"""
+
+
+def as_html(report: Report) -> str:
+    """Return a report as a page of HTML."""
+    blocks = [block for block in (report.main, report.more) if block.groups]
+    tables = "\n".join(_table(block) for block in blocks)
+    meanings = "\n".join(
+        f"<dt>{escape(column.text)}</dt><dd>{escape(column.meaning)}</dd>"
+        for block in blocks
+        for column in block.columns
+    )
+    notes = "\n".join(f"<li>{escape(note)}</li>" for note in report.notes)
+    return f"""<!DOCTYPE html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<title>SUNSET: comparison of managing systems</title>
+<style>{_STYLE}</style>
+</head>
+<body>
+<h1>SUNSET: comparison of managing systems</h1>
+{tables}
+<h2>Notes</h2>
+<ul>
+{notes}
+</ul>
+<h2>The figures</h2>
+<dl>
+{meanings}
+</dl>
+</body>
+</html>
+"""
+
+
+def _table(block: Block) -> str:
+    heads = "".join(
+        f'<th scope="col" title="{escape(column.meaning)}">{escape(column.text)}</th>'
+        for column in block.columns
+    )
+    bodies = "\n".join(
+        "<tbody>\n" + "\n".join(_line(line) for line in group) + "\n</tbody>" for group in block.groups
+    )
+    return (
+        f'<h2>{escape(block.title)}</h2>\n<div class="scroll">\n<table>\n<thead><tr>'
+        f'<th scope="col">system</th><th scope="col" class="runs">runs</th>{heads}</tr></thead>'
+        f"\n{bodies}\n</table>\n</div>"
+    )
+
+
+def _line(line: Line) -> str:
+    cells = "".join(f"<td>{_cell(cell)}</td>" for cell in line.cells)
+    kind = "" if line.kind is LineKind.OURS else f' class="{line.kind.value}"'
+    label = escape(line.label.strip())
+    return f'<tr{kind}><th scope="row">{label}</th><td class="runs">{escape(line.runs)}</td>{cells}</tr>'
+
+
+def _cell(cell: Cell) -> str:
+    match cell:
+        case None:
+            return "N/A"
+        case Quantity(mean, None):
+            return f"{mean:.2f}"
+        case Quantity(mean, std):
+            return f"{mean:.2f} ± {std:.2f}"
+        case Interval(low, high):
+            return f"[{low:.2f}, {high:.2f}]"
+    return escape(cell)

@@ -1,0 +1,323 @@
+import csv
+import html.parser
+import io
+import json
+import re
+import shutil
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from sunset.errors import InvalidInputError
+from sunset.evaluation import (
+    FIGURES,
+    FORMATS,
+    PUBLISHED,
+    RunRow,
+    SystemRow,
+    format_report,
+    render_report,
+    summarise,
+)
+from sunset.evaluation.latex import escape_latex
+
+UGLY = r"my_dir/50%_ü_{a}\b^c~d$&#<script>'\"`|--µ中:Mine"
+
+
+def run(
+    manager: str, suite: str, seed: int, *, scenario: str = "s/1", reason: str = "", **metrics: float | None
+) -> RunRow:
+    figures: dict[str, float | None] = dict.fromkeys(FIGURES)
+    figures |= {
+        "iou": 0.4 + seed / 100,
+        "iou_all": 0.3,
+        "t_down_s": 6.0,
+        "episodes": 4,
+        "episodes_unresolved": 1,
+    }
+    return RunRow(
+        folder=Path("run"),
+        scenario=scenario,
+        suite=suite,
+        manager=manager,
+        seed=seed,
+        model="lite",
+        middleware="sim",
+        digest="",
+        metrics=figures | metrics,
+        valid=not reason,
+        reason=reason,
+    )
+
+
+def table(*more: RunRow) -> list[SystemRow]:
+    runs = [run("none", "nofault", seed) for seed in (1, 2, 3)]
+    runs += [run("none", "degraded", seed) for seed in (1, 2, 3)]
+    runs += [run("none", "paper", seed, t_down_s=20.0) for seed in (1, 2, 3)]
+    for seed, react in ((1, 1.0), (2, 2.0), (3, None)):
+        runs.append(
+            run(
+                "baseline",
+                "paper",
+                seed,
+                t_react_s=react,
+                f_resolved_per_adaptation=1.0,
+                redeploys_unnecessary=2,
+            )
+        )
+    return summarise([*runs, *more])
+
+
+def row_of(text: str, label: str) -> list[str]:
+    """Return the cells of the line with this label, of a table in text."""
+    (line,) = [line for line in text.splitlines() if re.match(rf"{re.escape(label)}  ", line)]
+    return re.split(r"\s{2,}", line.strip())
+
+
+def test_text_shows_runs_means_and_deviations() -> None:
+    main, _, _ = format_report(table()).partition("More about")
+    assert row_of(main, "none, no faults") == [
+        "none, no faults",
+        "3",
+        "N/A",
+        "N/A",
+        "N/A",
+        "N/A",
+        "0.42 ± 0.01",
+    ]
+    assert row_of(main, "baseline") == [
+        "baseline",
+        "3",
+        "1.00 ± 0.00",
+        "1.50 ± 0.71",
+        "2.00 ± 0.00",
+        "6.00 ± 0.00",
+        "0.42 ± 0.01",
+    ]
+
+
+def test_text_shows_intervals_and_the_papers_figures_beneath_ours() -> None:
+    lines = format_report(table()).splitlines()
+    place = next(number for number, line in enumerate(lines) if line.startswith("baseline "))
+    # three runs of one scenario: 0.42 ± 4.303 · 0.01 / √3
+    assert " ".join(lines[place + 1].split()) == (
+        "95 % conf. [1.00, 1.00] [-4.85, 7.85] [2.00, 2.00] [6.00, 6.00] [0.40, 0.44]"
+    )
+    assert " ".join(lines[place + 2].split()) == (
+        "published 0.89 ± 0.16 1.44 ± 1.32 2.02 ± 1.04 6.52 ± 4.67 0.30 ± 0.09"
+    )
+
+
+def test_text_fits_a_hundred_columns_and_long_names_have_their_own_line() -> None:
+    name = "a_rather_long_file_name_of_a_managing_system.py:AndItsClass"
+    text = format_report(table(run(name, "paper", 1, t_down_s=12.34), run(name, "paper", 2, t_down_s=1.0)))
+    assert max(map(len, text.splitlines())) <= 100
+    assert name in text.splitlines()
+
+
+def test_columns_of_text_are_aligned() -> None:
+    main, _, _ = format_report(table()).partition("More about")
+    lines = [line for line in main.splitlines() if " ± " in line or "N/A" in line]
+    starts = {match.start() for line in lines for match in re.finditer(r"(?<=\s\s)\S", line[20:])}
+    assert len(starts) <= 6  # five figures, and the number of runs
+
+
+def test_the_papers_rows_are_shown_even_without_ours() -> None:
+    text = format_report(summarise([run("mine", "artifact", 1)]))
+    for name in PUBLISHED:
+        assert f"{name} (published)" in text
+
+
+def test_unresolved_failures_are_reported() -> None:
+    _, _, more = format_report(table()).partition("More about")
+    assert row_of(more, "baseline")[2] == "3/12 (25%)"
+
+
+def test_runs_that_lack_a_figure_are_told() -> None:
+    assert "baseline: t_react is of 2 of 3 runs" in format_report(table())
+
+
+def test_invalid_runs_are_told_with_their_reasons() -> None:
+    cheats = [run("baseline", "paper", seed, reason="it read the truth") for seed in (7, 8)]
+    text = " ".join(format_report(table(*cheats, run("none", "paper", 9, reason="it crashed"))).split())
+    assert "baseline: 2 invalid runs are left out: it read the truth (2 times)." in text
+    assert "none: 1 invalid run is left out: it crashed." in text
+    assert "Every run is valid" not in text
+    assert "Every run is valid." in format_report(table())
+
+
+def test_a_single_run_has_no_interval() -> None:
+    text = format_report(summarise([run("baseline", "paper", 1)]))
+    assert "95 % conf." not in text
+    assert row_of(text.partition("More about")[0], "baseline")[-1] == "0.41"
+
+
+def test_json_has_the_names_of_the_command_line() -> None:
+    content = json.loads(format_report(table(), "json"))
+    rows = {row["system"]: row for row in content["rows"]}
+    assert list(rows) == ["none, no faults", "none, F4 and F5", "none", "baseline"]
+    baseline = rows["baseline"]
+    assert baseline["runs"] == 3
+    assert baseline["t_react_s"]["mean"] == 1.5
+    assert baseline["t_react_s"]["std"] == pytest.approx(0.5**0.5)
+    assert baseline["t_react_s"]["runs"] == 2
+    assert baseline["iou"]["ci95"] == pytest.approx([0.42 - 0.02484, 0.42 + 0.02484], abs=1e-4)
+    assert baseline["unresolved_rate"] == 0.25
+    assert rows["none"]["f_resolved_per_adaptation"] is None
+    assert rows["none, no faults"]["t_down_s"] is None
+    assert {*FIGURES, "system", "runs"} <= set(baseline)
+
+
+def test_json_has_the_papers_table_and_the_invalid_runs() -> None:
+    content = json.loads(format_report(table(run("none", "paper", 9, reason="it crashed")), "json"))
+    published = {row["system"]: row for row in content["published"]["rows"]}
+    assert published["baseline"]["t_down_s"] == {"mean": 6.52, "std": 4.67}
+    (none,) = [row for row in content["rows"] if row["system"] == "none"]
+    assert none["runs_invalid"] == 1
+    assert none["invalid"] == [{"scenario": "s/1", "seed": 9, "reason": "it crashed"}]
+
+
+def test_csv_has_a_line_a_row_and_empty_cells_where_not_applicable() -> None:
+    lines = list(csv.DictReader(io.StringIO(format_report(table(), "csv"))))
+    assert [(line["system"], line["source"]) for line in lines] == [
+        ("none, no faults", "ours"),
+        ("none, F4 and F5", "ours"),
+        ("none", "ours"),
+        ("baseline", "ours"),
+        ("none, no faults", "published"),
+        ("none, F4 and F5", "published"),
+        ("baseline", "published"),
+    ]
+    assert (lines[0]["t_down_s_mean"], lines[0]["runs"]) == ("", "3")
+    assert float(lines[0]["iou_mean"]) == pytest.approx(0.42)
+    assert (lines[3]["t_react_s_runs"], lines[3]["redeploys_unnecessary_mean"]) == ("2", "2.0")
+    assert (lines[6]["t_down_s_mean"], lines[6]["t_down_s_std"]) == ("6.52", "4.67")
+
+
+def latex_rows(text: str) -> list[list[str]]:
+    """Return the cells of every table line."""
+    return [
+        re.split(r"(?<!\\)&", line.removesuffix(r"\\"))
+        for line in text.splitlines()
+        if line.endswith(r"\\") and "multicolumn" not in line
+    ]
+
+
+def test_latex_is_a_document_with_balanced_groups_and_full_lines() -> None:
+    text = format_report(table(run(UGLY, "paper", 1)), "latex")
+    assert text.startswith(r"\documentclass{article}")
+    assert text.endswith("\\end{document}\n")
+    assert text.isascii()
+    bare = re.sub(r"\\[{}]", "", text)
+    assert bare.count("{") == bare.count("}")
+    assert re.findall(r"\\begin{(\w+\*?)}", text)[1:] == ["table*", "tabular"] * 2
+    assert {len(cells) for cells in latex_rows(text)} == {7}
+
+
+def test_latex_shows_the_same_figures() -> None:
+    rows = [[cell.strip() for cell in cells] for cells in latex_rows(format_report(table(), "latex"))]
+    assert [
+        "baseline",
+        "3",
+        *[rf"${x}$" for x in (r"1.00 \pm 0.00", r"1.50 \pm 0.71", r"2.00 \pm 0.00")],
+    ] == (next(cells for cells in rows if cells[0] == "baseline")[:5])
+
+
+def test_latex_escapes_every_special_character() -> None:
+    assert escape_latex("a_b&c%d#e$f{g}h~i^j\\k") == (
+        r"a\_b\&c\%d\#e\$f\{g\}h\textasciitilde{}i\textasciicircum{}j\textbackslash{}k"
+    )
+    assert escape_latex("ü中") == "u?"
+
+
+@pytest.mark.skipif(shutil.which("pdflatex") is None, reason="there is no pdflatex to compile with")
+def test_latex_compiles(tmp_path: Path) -> None:
+    broken = run(UGLY, "paper", 2, reason=UGLY)
+    (tmp_path / "report.tex").write_text(format_report(table(run(UGLY, "paper", 1), broken), "latex"))
+    done = subprocess.run(
+        ["pdflatex", "-interaction=nonstopmode", "-halt-on-error", "report.tex"],  # noqa: S607  on the PATH
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        errors="replace",
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout[-2000:]
+    assert (tmp_path / "report.pdf").stat().st_size > 10_000
+
+
+class Page(html.parser.HTMLParser):
+    """Collects the table cells of a page, and checks that elements are nested."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.seen: set[str] = set()
+        self.rows: list[list[str]] = []
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.seen.add(tag)
+        assert not {"src", "href"} & {name for name, _ in attrs}
+        if tag != "meta":
+            self.open.append(tag)
+        if tag == "tr":
+            self.rows.append([])
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        if self.open and self.open[-1] in {"td", "th"}:
+            self.rows[-1].append(data)
+
+
+def test_html_is_one_well_formed_page_that_loads_nothing() -> None:
+    page = Page()
+    page.feed(format_report(table(run(UGLY, "paper", 1)), "html"))
+    assert page.open == []
+    assert "script" not in page.seen
+    assert [
+        "baseline",
+        "3",
+        "1.00 ± 0.00",
+        "1.50 ± 0.71",
+        "2.00 ± 0.00",
+        "6.00 ± 0.00",
+        "0.42 ± 0.01",
+    ] in page.rows
+    assert [
+        "published",
+        "0.89 ± 0.16",
+        "1.44 ± 1.32",
+        "2.02 ± 1.04",
+        "6.52 ± 4.67",
+        "0.30 ± 0.09",
+    ] in page.rows
+
+
+def test_html_escapes_names() -> None:
+    text = format_report(table(run("<script>alert(1)", "paper", 1)), "html")
+    assert "<script>" not in text
+    assert "&lt;script&gt;" in text
+
+
+def test_another_format_is_refused() -> None:
+    with pytest.raises(InvalidInputError, match="one of table, latex, csv, json, html, got 'xlsx'"):
+        format_report(table(), "xlsx")
+
+
+@pytest.mark.parametrize("form", FORMATS)
+def test_every_format_prints_an_empty_table_and_invalid_runs_only(form: str) -> None:
+    assert format_report([], form)
+    assert "baseline" in format_report(summarise([run("baseline", "paper", 1, reason="no")]), form)
+
+
+@pytest.mark.parametrize("form", FORMATS)
+def test_a_folder_of_runs_is_rendered_stored_or_recomputed(
+    store: Callable[..., Path], tmp_path: Path, form: str
+) -> None:
+    store("runs/1", seed=1)
+    store("runs/2", seed=2, iou=0.3)
+    assert render_report(tmp_path, form) == render_report(tmp_path, form, recompute=True)

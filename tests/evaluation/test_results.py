@@ -1,0 +1,144 @@
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from sunset.errors import RecordError
+from sunset.evaluation import FIGURES, load_results, recompute
+from sunset.metrics import Timeline, score
+
+Store = Callable[..., Path]
+Edit = Callable[..., None]
+
+
+def test_a_run_is_read_from_its_folder_or_from_any_above(store: Store, tmp_path: Path) -> None:
+    folder = store("runs/paper/baseline/seed-1")
+    (row,) = load_results(folder)
+    assert load_results(tmp_path) == [row]
+    assert (row.scenario, row.suite, row.manager, row.seed) == (
+        "paper/camera_driver_issue",
+        "paper",
+        "baseline",
+        1,
+    )
+    assert (row.model, row.middleware, row.valid, row.reason) == ("lite", "sim", True, "")
+    assert row.digest == json.loads((folder / "run.json").read_text())["digest"]
+
+
+def test_stored_and_recomputed_figures_agree_and_are_right(store: Store) -> None:
+    folder = store("run")
+    (stored,), (again,) = load_results(folder), load_results(folder, again=True)
+    assert dict(stored.metrics) == dict(again.metrics) == dict(recompute(folder))
+    # silent from 1.9 to 6.0, symptom at 2.9, injected at 2.0, redeployed at 3.5: F1 from 2.0, its ripples
+    # F2 and F3 from 1.9; the redeploy was not necessary; 40 frames of 200 are missing
+    assert stored.metrics["t_react_s"] == pytest.approx((1.5 + 1.6 + 1.6) / 3)
+    assert stored.metrics["f_resolved_per_adaptation"] == 3.0
+    assert stored.metrics["redeploys_unnecessary"] == 1
+    assert stored.metrics["t_down_s"] == pytest.approx(4.1)
+    assert stored.metrics["iou"] == pytest.approx(0.5)
+    assert stored.metrics["iou_all"] == pytest.approx(0.4)
+
+
+def test_recomputing_does_not_believe_what_is_stored(store: Store, edit: Edit) -> None:
+    folder = store("run")
+    (honest,) = load_results(folder)
+    edit(folder, metrics=dict(honest.metrics) | {"t_down_s": 0.0})
+    assert load_results(folder)[0].metrics["t_down_s"] == 0.0
+    assert load_results(folder, again=True)[0].metrics == honest.metrics
+
+
+def test_recomputing_needs_no_stored_figures(store: Store, edit: Edit) -> None:
+    folder = store("run")
+    edit(folder, metrics={})
+    assert load_results(folder, again=True)[0].metrics["t_down_s"] == pytest.approx(4.1)
+    with pytest.raises(RecordError, match="lack f_resolved_per_adaptation; run it again, or use --recompute"):
+        load_results(folder)
+
+
+def test_the_figures_are_those_that_runs_have() -> None:
+    empty = Timeline(entropy_threshold=0.2, sharpness_threshold=0.1)
+    assert tuple(score(empty).to_json()) == FIGURES
+
+
+def test_the_same_run_twice_counts_once_and_another_seed_counts(store: Store, tmp_path: Path) -> None:
+    store("a/run")
+    store("b/run")
+    store("c/run", seed=2, iou=0.3)
+    assert [row.seed for row in load_results(tmp_path)] == [1, 2]
+
+
+def test_unfinished_runs_are_not_looked_at(store: Store, tmp_path: Path) -> None:
+    store("runs/.seed-2.partial", seed=2)
+    store("runs/seed-1")
+    assert [row.seed for row in load_results(tmp_path)] == [1]
+
+
+def test_a_hidden_folder_can_be_named_itself(store: Store) -> None:
+    assert len(load_results(store(".results/run").parent)) == 1
+
+
+@pytest.mark.parametrize(
+    ("scenario", "suite"),
+    [
+        ("paper/a+b", "paper"),
+        ("artifact/a", "artifact"),
+        ("nofault", "nofault"),
+        ("degraded", "degraded"),
+        ("x", ""),
+    ],
+)
+def test_the_suite_of_a_single_run_is_told_by_its_scenario(store: Store, scenario: str, suite: str) -> None:
+    (row,) = load_results(store("run", scenario=scenario, suite=""))
+    assert row.suite == suite
+
+
+def test_progress_is_told_after_each_run(store: Store, tmp_path: Path) -> None:
+    store("a")
+    store("b", seed=2)
+    told: list[tuple[int, int]] = []
+    load_results(tmp_path, progress=lambda done, total: told.append((done, total)))
+    assert told == [(1, 2), (2, 2)]
+
+
+def test_a_missing_folder_and_an_empty_one_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(RecordError, match=r"There is no folder .*nowhere; name the one that"):
+        load_results(tmp_path / "nowhere")
+    with pytest.raises(RecordError, match=r"There is no finished run below"):
+        load_results(tmp_path)
+
+
+def test_a_truncated_file_is_refused_with_its_name(store: Store) -> None:
+    folder = store("run")
+    text = (folder / "run.json").read_text()
+    (folder / "run.json").write_text(text[: len(text) // 2])
+    with pytest.raises(RecordError, match=r"run/run\.json is damaged"):
+        load_results(folder)
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "message"),
+    [
+        ("scenario", ..., r"The scenario in .*run\.json must be of type str, got None"),
+        ("seed", "1", "The seed in .* must be of type int, got '1'"),
+        ("valid", "yes", "The valid in .* must be of type bool"),
+        ("metrics", [], "The metrics in .* must be of type dict"),
+        ("record_version", 99, "version 99"),
+    ],
+)
+def test_a_file_of_another_form_is_refused(
+    store: Store, edit: Edit, key: str, value: object, message: str
+) -> None:
+    folder = store("run")
+    edit(folder, **{key: value})
+    with pytest.raises(RecordError, match=message):
+        load_results(folder)
+
+
+@pytest.mark.parametrize("value", ["fast", True, float("nan"), float("inf")])
+def test_a_figure_that_is_no_number_is_refused(store: Store, edit: Edit, value: object) -> None:
+    folder = store("run")
+    (row,) = load_results(folder)
+    edit(folder, metrics=dict(row.metrics) | {"iou": value})
+    with pytest.raises(RecordError, match=r"The metric iou in .* must be a finite number or null"):
+        load_results(folder)

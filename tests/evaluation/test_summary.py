@@ -1,0 +1,165 @@
+from pathlib import Path
+
+import pytest
+
+from sunset.evaluation import FIGURES, PUBLISHED, RunRow, summarise
+
+HEALTHY: dict[str, float | None] = {
+    **dict.fromkeys(FIGURES),
+    "redeploys_unnecessary": 0,
+    "t_down_s": 0.0,
+    "availability": 1.0,
+    "iou": 0.5,
+    "iou_all": 0.5,
+    "miou": 0.4,
+    "episodes": 0,
+    "episodes_resolved": 0,
+    "episodes_unresolved": 0,
+    "episodes_subsided": 0,
+    "adaptations": 0,
+}
+
+
+def run(
+    manager: str = "baseline",
+    suite: str = "paper",
+    seed: int = 1,
+    *,
+    scenario: str = "paper/a",
+    model: str = "lite",
+    middleware: str = "sim",
+    valid: bool = True,
+    **metrics: float | None,
+) -> RunRow:
+    return RunRow(
+        folder=Path("runs"),
+        scenario=scenario,
+        suite=suite,
+        manager=manager,
+        seed=seed,
+        model=model,
+        middleware=middleware,
+        digest="",
+        metrics=HEALTHY | metrics,
+        valid=valid,
+        reason="" if valid else "it cheated",
+    )
+
+
+def names(*runs: RunRow) -> list[str]:
+    return [row.system for row in summarise(runs)]
+
+
+def test_rows_come_in_the_papers_order_with_the_papers_names() -> None:
+    runs = [
+        run("zebra"),
+        run("baseline"),
+        run("none"),
+        run("none", "degraded"),
+        run("none", "nofault"),
+    ]
+    assert names(*runs) == ["none, no faults", "none, F4 and F5", "none", "baseline", "zebra"]
+
+
+def test_other_suites_say_which_they_are() -> None:
+    runs = [
+        run(suite="artifact"),
+        run(suite=""),
+        run(suite="nofault"),
+        run(suite="degraded"),
+        run(suite="mine"),
+    ]
+    assert names(*runs) == [
+        "baseline (artifact)",
+        "baseline, no faults",
+        "baseline, F4 and F5",
+        "baseline (own scenarios)",
+        "baseline (mine)",
+    ]
+
+
+def test_runs_of_several_models_or_middlewares_are_kept_apart() -> None:
+    assert names(run(), run(model="reference")) == ["baseline [lite]", "baseline [reference]"]
+    assert names(run(), run(middleware="cyclonedds")) == ["baseline [cyclonedds]", "baseline [sim]"]
+
+
+def test_a_managing_system_in_a_file_is_called_by_the_files_name_unless_two_would_be() -> None:
+    assert names(run("a/b/mine.py:Mine")) == ["mine.py:Mine"]
+    assert names(run("a/mine.py:Mine"), run("b/mine.py:Mine")) == ["a/mine.py:Mine", "b/mine.py:Mine"]
+
+
+def test_means_are_over_the_runs_and_pooled_counts_are_summed() -> None:
+    (row,) = summarise(
+        [
+            run(seed=1, t_down_s=4.0, t_react_s=1.0, episodes=4, episodes_unresolved=1),
+            run(seed=2, t_down_s=8.0, t_react_s=None, episodes=2, episodes_unresolved=2),
+        ]
+    )
+    down, react = row.estimates["t_down_s"], row.estimates["t_react_s"]
+    assert down is not None
+    assert react is not None
+    assert (row.runs, down.mean) == (2, 6.0)
+    assert down.std == pytest.approx(8**0.5)
+    assert (react.mean, react.runs) == (1.0, 1)
+    assert (row.episodes, row.unresolved, row.unresolved_rate) == (6, 3, 0.5)
+
+
+def test_invalid_runs_take_no_part_and_are_listed() -> None:
+    (row,) = summarise([run(iou=0.4), run(seed=2, iou=0.99, valid=False)])
+    found = row.estimates["iou"]
+    assert found is not None
+    assert (row.runs, found.mean) == (1, 0.4)
+    assert [one.reason for one in row.invalid] == ["it cheated"]
+
+
+def test_a_system_of_invalid_runs_only_still_has_a_row() -> None:
+    (row,) = summarise([run(valid=False)])
+    assert row.runs == 0
+    assert set(row.estimates.values()) == {None}
+    assert row.unresolved_rate is None
+
+
+def test_reference_rows_judge_nothing_but_the_segmentation() -> None:
+    (row,) = summarise([run("none", "nofault", scenario="nofault", t_down_s=1.0)])
+    assert row.is_reference
+    applicable = {name for name, found in row.estimates.items() if found is not None}
+    assert applicable == {"iou", "iou_all", "miou"}
+
+
+def test_no_managing_system_under_faults_has_its_downtime_judged() -> None:
+    (row,) = summarise([run("none", t_down_s=20.0)])
+    assert row.estimates["t_down_s"] is not None
+    assert row.estimates["f_resolved_per_adaptation"] is None
+
+
+def test_rows_stand_beside_the_papers() -> None:
+    rows = summarise([run(), run("none"), run("none", "degraded"), run(suite="artifact")])
+    assert {row.system: row.published for row in rows} == {
+        "none, F4 and F5": "none, F4 and F5",
+        "none": None,
+        "baseline": "baseline",
+        "baseline (artifact)": None,
+    }
+
+
+def test_the_papers_table() -> None:
+    assert {name: dict(figures) for name, figures in PUBLISHED.items()} == {
+        "none, no faults": {"iou": (0.47, 0.02)},
+        "none, F4 and F5": {"iou": (0.28, 0.08)},
+        "baseline": {
+            "f_resolved_per_adaptation": (0.89, 0.16),
+            "t_react_s": (1.44, 1.32),
+            "redeploys_unnecessary": (2.02, 1.04),
+            "t_down_s": (6.52, 4.67),
+            "iou": (0.30, 0.09),
+        },
+    }
+
+
+def test_the_order_of_runs_does_not_matter() -> None:
+    runs = [run(seed=seed, iou=0.1 * seed, scenario=f"paper/{seed % 2}") for seed in range(1, 6)]
+    assert summarise(runs) == summarise(reversed(runs))
+
+
+def test_nothing_gives_nothing() -> None:
+    assert summarise([]) == []

@@ -1,4 +1,8 @@
-"""The renderer: a town, a pose, a moment and the light → a frame."""
+"""The renderer: a town, a pose, a moment and the light → a frame.
+
+The same arguments give the same bytes in any process with any number of threads on one model of processor.
+Another model may take other vector instructions and differ in last bits.
+"""
 
 from dataclasses import dataclass
 from functools import lru_cache

@@ -58,20 +58,21 @@ class _Table(Generic[EndpointT]):
         """Return the endpoints of one topic or service."""
         return self._by_name.get(name, ())
 
-    def describe(self, kind: EndpointKind) -> list[EndpointInfo]:
-        """Return what the graph tells about each."""
+    def describe(self, kind: EndpointKind, name: str | None) -> list[EndpointInfo]:
+        """Return what the graph tells about each, or about those of one name."""
+        names = sorted(self._by_name) if name is None else [name]
         return [
             EndpointInfo(
                 kind=kind,
-                name=name,
+                name=endpoint.name,
                 type_name=endpoint.type_name,
                 node_name=endpoint.node.name,
                 node_namespace=endpoint.node.namespace,
                 qos=endpoint.qos,
                 gid=endpoint.gid.to_bytes(16, "big"),
             )
-            for name in sorted(self._by_name)
-            for endpoint in self._by_name[name]
+            for each in names
+            for endpoint in self._by_name.get(each, ())
         ]
 
 
@@ -118,11 +119,14 @@ class Network:
         """Return a number that no other endpoint has or had."""
         return next(self._gids)
 
-    def endpoints(self) -> list[EndpointInfo]:
-        """Describe every endpoint: publishers, subscriptions, clients, services, each by name, then by age."""
+    def endpoints(self, name: str | None = None) -> list[EndpointInfo]:
+        """Describe every endpoint, or those of one topic or service.
+
+        Publishers, subscriptions, clients, services; each by name, then by age.
+        """
         return [
-            *self.publishers.describe(EndpointKind.PUBLISHER),
-            *self.subscriptions.describe(EndpointKind.SUBSCRIPTION),
-            *self.clients.describe(EndpointKind.CLIENT),
-            *self.services.describe(EndpointKind.SERVICE),
+            *self.publishers.describe(EndpointKind.PUBLISHER, name),
+            *self.subscriptions.describe(EndpointKind.SUBSCRIPTION, name),
+            *self.clients.describe(EndpointKind.CLIENT, name),
+            *self.services.describe(EndpointKind.SERVICE, name),
         ]

@@ -296,7 +296,7 @@ class SimProcess(Middleware):
         return SimNode(self, name, namespace)
 
     def spin_once(self, timeout_ns: int | None) -> bool:
-        """Let the whole world go on until a callback of this process was started.
+        """Let the whole world go on until a callback of this process has run.
 
         Raises:
             CallbackError: it, or a callback of another process, raised.
@@ -314,7 +314,9 @@ class SimProcess(Middleware):
         was_running, self._running = self._running, True
         try:
             scheduler.add(scheduler.now, Priority.COMPLETION, self._start, None)
-            called = scheduler.run_while(lambda: self._calls == before and self._alive, limit)
+            called = scheduler.run_while(
+                lambda: self._alive and (self._calls == before or self._ending), limit
+            )
         finally:
             self._running = was_running and self._alive
         if not called and limit is None:
@@ -359,6 +361,6 @@ class SimProcess(Middleware):
         """(name, namespace) of every node on the graph, sorted by full name, then by age."""
         return [(node.name, node.namespace) for node in sorted(self.network.nodes, key=lambda node: node.fqn)]
 
-    def endpoints(self) -> list[EndpointInfo]:
-        """Every endpoint on the graph, in a fixed order."""
-        return self.network.endpoints()
+    def endpoints(self, name: str | None = None) -> list[EndpointInfo]:
+        """Every endpoint on the graph, or those of one topic or service, in a fixed order."""
+        return self.network.endpoints(name)

@@ -7,7 +7,7 @@ from types import FrameType
 
 from sunset.errors import MiddlewareError
 
-__all__ = ["LimitExceeded", "run_limited"]
+__all__ = ["LimitExceeded", "check_possible", "run_limited"]
 
 _REPEAT_S = 0.1
 
@@ -16,22 +16,31 @@ class LimitExceeded(BaseException):
     """The limit passed. No `Exception`, so that `except Exception` in the callback cannot hide it."""
 
 
-def run_limited(limit_s: float, function: Callable[[], None]) -> None:
-    """Call a function and interrupt it after `limit_s` seconds of wall time.
-
-    Only the main thread of a system with interval timers can be interrupted.
+def check_possible() -> None:
+    """Refuse a limit where nothing can be interrupted.
 
     Raises:
-        LimitExceeded: the function ran for longer.
-        MiddlewareError: this thread or system cannot interrupt a function.
+        MiddlewareError: this is not the main thread of a POSIX system.
     """
     if not hasattr(signal, "setitimer") or threading.current_thread() is not threading.main_thread():
         raise MiddlewareError(
             "A wall time limit on callbacks needs the main thread of a POSIX system; leave wall_limit_s unset."
         )
 
+
+def run_limited(limit_s: float, function: Callable[[], None]) -> None:
+    """Call a function and interrupt it after `limit_s` seconds of wall time.
+
+    Raises:
+        LimitExceeded: the function ran for longer.
+        MiddlewareError: this thread or system cannot interrupt a function.
+    """
+    check_possible()
+    running = True
+
     def interrupt(_signal: int, _frame: FrameType | None) -> None:
-        raise LimitExceeded
+        if running:
+            raise LimitExceeded
 
     previous = signal.signal(signal.SIGALRM, interrupt)
     try:
@@ -39,5 +48,6 @@ def run_limited(limit_s: float, function: Callable[[], None]) -> None:
         signal.setitimer(signal.ITIMER_REAL, limit_s, _REPEAT_S)
         function()
     finally:
+        running = False
         signal.setitimer(signal.ITIMER_REAL, 0)
         signal.signal(signal.SIGALRM, previous)

@@ -341,5 +341,5 @@ class Middleware(ABC):
         """(name, namespace) of every node on the graph, in a fixed order."""
 
     @abstractmethod
-    def endpoints(self) -> Sequence[EndpointInfo]:
-        """Every endpoint on the graph, in a fixed order."""
+    def endpoints(self, name: str | None = None) -> Sequence[EndpointInfo]:
+        """Every endpoint on the graph, or those of one topic or service, in a fixed order."""

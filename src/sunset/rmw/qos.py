@@ -39,7 +39,7 @@ class QoSProfile:
         reliability: reliable or best effort.
         durability: volatile, or transient local: a late reader gets what the writer still keeps.
         lifespan_ns: age in nanoseconds at which a kept sample is no longer given to a late reader;
-            None for no limit.
+            None for no limit. The client library's own /rosout has one.
     """
 
     depth: int = 10

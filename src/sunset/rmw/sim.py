@@ -14,6 +14,7 @@ from sunset.rmw._compute import DEFAULT_COMPUTE, ComputeModel
 from sunset.rmw._network import Network
 from sunset.rmw._process import SimProcess
 from sunset.rmw._scheduler import Priority
+from sunset.rmw._wall_limit import check_possible
 from sunset.rmw.port import EndpointInfo, EndpointKind
 from sunset.rmw.tap import Tap
 
@@ -61,12 +62,14 @@ class Simulation:
                 `CallbackTimeoutError` raised; None for no limit. Needs the main thread of a POSIX system.
 
         Raises:
-            MiddlewareError: the limit is not positive.
+            MiddlewareError: the limit is not positive, or cannot be kept here.
         """
         if wall_limit_s is not None and not wall_limit_s > 0:
             raise MiddlewareError(
                 f"The wall time limit of process {name} must be above 0 s, got {wall_limit_s}."
             )
+        if wall_limit_s is not None:
+            check_possible()
         return SimProcess(self._network, name, wall_limit_s)
 
     def run_until(self, t_ns: int) -> None:

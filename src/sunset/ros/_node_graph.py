@@ -97,8 +97,8 @@ class NodeGraph:
             TopicEndpointInfo(
                 info.node_name, info.node_namespace, info.type_name, info.kind, tuple(info.gid), info.qos
             )
-            for info in self._middleware.endpoints()
-            if info.kind is kind and info.name == name
+            for info in self._middleware.endpoints(name)
+            if info.kind is kind
         ]
 
     def _of_node(

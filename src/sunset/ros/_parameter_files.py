@@ -61,7 +61,6 @@ _Loader.add_constructor("tag:yaml.org,2002:int", _construct_int)
 
 
 def _construct_unique_map(loader: yaml.SafeLoader, node: yaml.MappingNode) -> dict[Any, Any]:
-    loader.flatten_mapping(node)
     result: dict[Any, Any] = {}
     for key_node, value_node in node.value:
         key = loader.construct_object(key_node, deep=True)

@@ -200,16 +200,12 @@ class ParameterStore:
             ParameterNotDeclaredException: one of them is not declared.
         """
         self.check_declared(parameter.name for parameter in parameters)
-        for parameter in parameters:
-            if parameter.name not in self._descriptors:
-                descriptor = ParameterDescriptor(name=parameter.name, dynamic_typing=True)
-                self._descriptors[parameter.name] = descriptor
         reason = self._store(parameters, declaring=False)
         return SetParametersResult(successful=reason is None, reason=reason or "")
 
     def _store(self, parameters: list[Parameter], *, declaring: bool) -> str | None:
         for parameter in parameters:
-            descriptor = self._descriptors[parameter.name]
+            descriptor = self.descriptor(parameter.name)
             if descriptor.read_only and not declaring:
                 return f"Parameter {parameter.name} is read-only."
             unset = parameter.type_ is Parameter.Type.NOT_SET
@@ -224,12 +220,12 @@ class ParameterStore:
                 )
             if not result.successful:
                 return result.reason or "Refused without a reason."
-        self._commit(parameters)
+        self._commit(parameters, declaring=declaring)
         for post_callback in self.post_set_callbacks:
             post_callback(parameters)
         return None
 
-    def _commit(self, parameters: list[Parameter]) -> None:
+    def _commit(self, parameters: list[Parameter], *, declaring: bool) -> None:
         changes = Changes()
         for parameter in parameters:
             old = self._parameters.get(parameter.name)
@@ -239,5 +235,10 @@ class ParameterStore:
                 (changes.changed if was_set else changes.new).append(parameter)
             elif was_set:
                 changes.deleted.append(parameter)
-            self._parameters[parameter.name] = parameter
+            if is_set or declaring:
+                self._descriptors.setdefault(parameter.name, self.descriptor(parameter.name))
+                self._parameters[parameter.name] = parameter
+            else:  # as in rclpy, to unset a parameter is to undeclare it
+                self._parameters.pop(parameter.name, None)
+                self._descriptors.pop(parameter.name, None)
         self._on_change(changes)

@@ -6,7 +6,7 @@ from typing import Any, TypeVar, cast
 from sunset.interfaces import Message
 from sunset.interfaces import Service as ServiceType
 from sunset.interfaces.rcl_interfaces.msg import Log, ParameterEvent
-from sunset.rmw.port import QoSProfile
+from sunset.rmw.port import EndpointKind, QoSProfile, incompatibility
 from sunset.ros._callbacks import callback_name, driven
 from sunset.ros._node_graph import NodeGraph
 from sunset.ros._node_parameters import NodeParameters
@@ -198,6 +198,7 @@ class Node(NodeParameters, NodeGraph):
             InvalidTopicNameException: the name breaks the rules.
         """
         name, qos = self.resolve_topic_name(topic), to_profile(qos_profile)
+        self._warn_of_mismatch(name, EndpointKind.PUBLISHER, qos)
         publisher = Publisher(self.handle.create_publisher(msg_type, name, qos), msg_type, name, qos)
         self._publishers.append(publisher)
         return publisher
@@ -217,6 +218,7 @@ class Node(NodeParameters, NodeGraph):
             InvalidTopicNameException: the name breaks the rules.
         """
         name, qos = self.resolve_topic_name(topic), to_profile(qos_profile)
+        self._warn_of_mismatch(name, EndpointKind.SUBSCRIPTION, qos)
         label = f"{callback_name(callback)} (subscription of {name})"
         handle = self.handle.create_subscription(msg_type, name, qos, driven(callback), label=label)
         subscription = Subscription(handle, msg_type, name, callback, qos)
@@ -321,6 +323,18 @@ class Node(NodeParameters, NodeGraph):
         sink = NodeLogSink(self._context, self._clock, rosout)
         name = self.get_fully_qualified_name().lstrip("/").replace("/", ".")
         return Logger(name, sink, arguments.log_level or LoggingSeverity.INFO)
+
+    def _warn_of_mismatch(self, topic: str, kind: EndpointKind, qos: QoSProfile) -> None:
+        for other in self._middleware.endpoints(topic):
+            if other.kind is kind:
+                continue
+            offered, requested = (qos, other.qos) if kind is EndpointKind.PUBLISHER else (other.qos, qos)
+            policy = incompatibility(offered, requested)
+            if policy is not None:
+                self._logger.warning(
+                    f"On {topic}, the {kind.value} of this node and the {other.kind.value} of {other.node_name} "
+                    f"will not match: incompatible {policy}."
+                )
 
     def _find_overrides(self, arguments: list[Arguments], own: list[Parameter]) -> dict[str, Parameter]:
         node = self.get_fully_qualified_name()

@@ -13,7 +13,7 @@ from sunset.interfaces.lifecycle_msgs.srv import (
     GetAvailableTransitions,
     GetState,
 )
-from sunset.rmw.port import QoSProfile, RequestId
+from sunset.rmw.port import EndpointKind, QoSProfile, RequestId
 from sunset.ros._callbacks import callback_name
 from sunset.ros.exceptions import CallbackError
 from sunset.ros.lifecycle._state_machine import STATES, TRANSITIONS, LifecycleState, StateMachine, Transition
@@ -132,6 +132,7 @@ class LifecycleNode(Node):
             InvalidTopicNameException: the name breaks the rules.
         """
         name, qos = self.resolve_topic_name(topic), to_profile(qos_profile)
+        self._warn_of_mismatch(name, EndpointKind.PUBLISHER, qos)
         handle = self.handle.create_publisher(msg_type, name, qos)
         publisher = LifecyclePublisher(handle, msg_type, name, qos)
         self._publishers.append(publisher)
@@ -171,7 +172,10 @@ class LifecycleNode(Node):
         if outcome is TransitionCallbackReturn.ERROR:
             recovery, second_error = self._call(before)
             self._take_outcome(recovery)
-            error = error or second_error
+            if error is None:
+                error = second_error
+            elif second_error is not None:
+                error.add_note(f"Then: {second_error}")
         if error is not None:
             raise error
         return outcome

@@ -1,0 +1,74 @@
+"""The entry point: choose the verb, run it, turn errors into one sentence and exit code 2."""
+
+import argparse
+import os
+import sys
+from collections.abc import Sequence
+from typing import Final, NoReturn
+
+from sunset import __version__
+from sunset.cli import bench, data, faults, managers, models, report, run, scenarios
+from sunset.errors import SunsetError
+
+__all__ = ["EXIT_BAD_INPUT", "EXIT_INTERRUPTED", "main"]
+
+EXIT_BAD_INPUT: Final = 2
+EXIT_INTERRUPTED: Final = 130
+
+_VERBS = (run, bench, report, scenarios, faults, managers, data, models)
+
+
+class _Parser(argparse.ArgumentParser):
+    """An argument parser whose complaint is one sentence."""
+
+    def error(self, message: str) -> NoReturn:
+        """Print one sentence and exit with code 2."""
+        text = message[:1].upper() + message[1:]
+        self.exit(EXIT_BAD_INPUT, f"{self.prog}: {text}; '{self.prog} --help' lists what is expected.\n")
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = _Parser(
+        prog="sunset",
+        description="A ROS 2 exemplar for self-adaptation: fly a faulted mission, let a managing system repair it, "
+        "and measure how well it did.",
+        epilog="'sunset VERB --help' explains one verb.",
+    )
+    parser.add_argument("--version", action="version", version=f"sunset {__version__}")
+    verbs = parser.add_subparsers(title="verbs", metavar="VERB", required=True, parser_class=_Parser)
+    for module in _VERBS:
+        module.add_parser(verbs)
+    return parser
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line.
+
+    Args:
+        arguments: without the program's name; the process's own if None.
+
+    Returns:
+        The exit code: 0 done, 2 bad input (one sentence stands on stderr), 130 interrupted.
+    """
+    parsed = _parser().parse_args(arguments)
+    try:
+        code = parsed.execute(parsed)
+        sys.stdout.flush()
+    except SunsetError as error:
+        return _complain(str(error))
+    except BrokenPipeError:
+        # the reader of our output has seen enough; what is still buffered has nowhere to go
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    except OSError as error:
+        where = f" {error.filename}" if error.filename else ""
+        return _complain(f"The operating system refused to use{where}: {error.strerror or error}.")
+    except KeyboardInterrupt:
+        print("Interrupted; what was finished is kept.", file=sys.stderr)
+        return EXIT_INTERRUPTED
+    return int(code)
+
+
+def _complain(sentence: str) -> int:
+    print(f"sunset: {' '.join(sentence.split())}", file=sys.stderr)
+    return EXIT_BAD_INPUT

@@ -1,0 +1,116 @@
+"""What happened in a run, in words."""
+
+from collections.abc import Iterator
+
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from sunset.experiments import RunResult
+from sunset.faults import Failure, get_fault
+from sunset.metrics import Episode, RunMetrics
+
+__all__ = ["print_story"]
+
+_STYLES = {"fault": "red", "symptom": "yellow", "adaptation": "cyan", "cured": "green", "end": "dim"}
+
+_SYMPTOMS = {
+    "F1": "no camera image for 1 s",
+    "F2": "no fused image for 1 s",
+    "F3": "no segmentation for 1 s",
+    "F4": "segmentation unsure: entropy over its threshold",
+    "F5": "camera image blurred: sharpness under its threshold",
+}
+
+_GONE = {
+    "F1": "camera images are back",
+    "F2": "fused images are back",
+    "F3": "segmentation is back",
+    "F4": "segmentation is sure again",
+    "F5": "camera images are sharp again",
+}
+
+_OUTAGES = frozenset({"F1", "F2", "F3"})
+
+
+def print_story(result: RunResult) -> None:
+    """Print the time line of a run and its metrics on stdout."""
+    console = Console(highlight=False)
+    spec = result.spec
+    faults = ", ".join(fault.name for fault in spec.scenario.faults) or "none"
+    console.print(
+        f"\n[bold]{spec.scenario.name}[/bold]  managing system [bold]{spec.manager}[/bold], seed {spec.seed}, "
+        f"model {result.described['model']}\nfaults: {faults}\n"
+    )
+    table = Table(box=None, padding=(0, 1), show_header=False)
+    table.add_column(justify="right")
+    table.add_column()
+    table.add_column()
+    for time, kind, text in sorted(_events(result), key=lambda event: event[0]):
+        table.add_row(f"{time:6.2f} s", Text(kind, style=_STYLES[kind]), text)
+    console.print(table)
+    console.print()
+    figures = Table(box=None, padding=(0, 1), show_header=False)
+    for name, value, remark in _figures(result.score):
+        figures.add_row(name, Text(value, style="bold"), Text(remark, style="dim"))
+    console.print(figures)
+    if not result.valid:
+        console.print(f"\n[bold red]This run does not count:[/bold red] {result.reason}.")
+
+
+def _events(result: RunResult) -> Iterator[tuple[float, str, str]]:
+    for injection in result.timeline.injections:
+        yield injection.time, "fault", f"{injection.fault}: {get_fault(injection.fault).description}"
+    for episode in result.score.failures:
+        yield episode.holds, "symptom", f"{episode.failure} {_cause(episode)}{_SYMPTOMS[episode.failure]}"
+        if episode.ended is not None:
+            yield episode.ended, "cured", f"{episode.failure} {_GONE[episode.failure]}{_resolution(episode)}"
+    for adaptation in result.score.executed:
+        yield adaptation.time, "adaptation", str(adaptation)
+    yield result.timeline.duration_s, "end", _ending(result.score)
+
+
+def _cause(episode: Episode) -> str:
+    if episode.injected:
+        return ""
+    return "(ripple) " if episode.failure in _OUTAGES else "(no fault of its own) "
+
+
+def _resolution(episode: Episode) -> str:
+    if episode.adaptation is None:
+        return " (by itself)"
+    return f", {episode.ended - episode.began:.2f} s after it began" if episode.ended is not None else ""
+
+
+def _ending(score: RunMetrics) -> str:
+    still = sorted({episode.failure for episode in score.failures if episode.ended is None})
+    if not still:
+        return "end of the experiment; no symptom is left"
+    return "end of the experiment; still there: " + ", ".join(
+        f"{failure} ({Failure(failure).description})" for failure in still
+    )
+
+
+def _figures(score: RunMetrics) -> Iterator[tuple[str, str, str]]:
+    def shown(value: float | None, unit: str = "", digits: int = 2) -> str:
+        return "N/A" if value is None else f"{value:.{digits}f}{unit}"
+
+    yield (
+        "failures resolved per adaptation",
+        shown(score.f_resolved_per_adaptation),
+        (f"{score.episodes_resolved} of {score.episodes} failure episodes, {score.adaptations} adaptations"),
+    )
+    yield (
+        "reaction time",
+        shown(score.t_react_s, " s"),
+        (
+            f"detect {shown(score.t_detect_s)} + decide {shown(score.t_decide_s)}; repair {shown(score.t_repair_s)}"
+        ),
+    )
+    yield "unnecessary redeploys", str(score.redeploys_unnecessary), "of nodes that did not need one"
+    yield "downtime", shown(score.t_down_s, " s"), f"availability {score.availability:.0%}"
+    yield (
+        "segmentation quality (IoU)",
+        shown(score.iou),
+        f"{shown(score.iou_all)} if a lost frame counts as 0",
+    )

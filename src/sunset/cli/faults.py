@@ -1,0 +1,116 @@
+"""`sunset faults`: the catalogue, and the figure of what faults do to the entropy."""
+
+import argparse
+import json
+import tempfile
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.table import Table
+
+from sunset.cli._options import add_flight_options
+from sunset.cli._progress import progress_bar, rendering_progress
+from sunset.evaluation import entropy_figure
+from sunset.experiments import RunSpec, prepare, run
+from sunset.faults import FAULTS, Fault, get_fault
+from sunset.metrics import Samples
+from sunset.scenarios import load_scenario
+
+__all__ = ["add_parser", "draw", "list_faults", "show"]
+
+
+def add_parser(verbs: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    """Add the verb."""
+    parser = verbs.add_parser("faults", help="list, show and draw the faults")
+    actions = parser.add_subparsers(title="actions", metavar="ACTION", required=True)
+    listing = actions.add_parser("list", help="list the catalogue")
+    listing.add_argument("--json", action="store_true", help="print one JSON object")
+    listing.set_defaults(execute=list_faults)
+    showing = actions.add_parser("show", help="show one fault and what cures it")
+    showing.add_argument("fault", help="its name")
+    showing.add_argument("--json", action="store_true", help="print one JSON object")
+    showing.set_defaults(execute=show)
+    drawing = actions.add_parser(
+        "figure",
+        help="draw the segmentation's entropy over time, with and without each fault of F4",
+        description="Fly once without a fault and once with each fault of F4, and draw the paper's figure.",
+    )
+    drawing.add_argument("--out", type=Path, required=True, metavar="FILE", help="a .png, .pdf or .svg")
+    drawing.add_argument("--seed", type=int, default=1, metavar="N", help="seed of the flights (default: 1)")
+    add_flight_options(drawing)
+    drawing.set_defaults(execute=draw)
+
+
+def list_faults(arguments: argparse.Namespace) -> int:
+    """Print the catalogue."""
+    if arguments.json:
+        print(json.dumps({"faults": [_described(fault) for fault in FAULTS.values()]}, sort_keys=True))
+        return 0
+    table = Table("fault", "failure", "node", "kind", "cured by", title="The faults, and what cures them")
+    for fault in FAULTS.values():
+        table.add_row(fault.name, fault.failure, fault.node, fault.kind, "\nor ".join(_cures(fault)))
+    Console().print(table)
+    return 0
+
+
+def show(arguments: argparse.Namespace) -> int:
+    """Print one fault."""
+    fault = get_fault(arguments.fault)
+    if arguments.json:
+        print(json.dumps(_described(fault), sort_keys=True))
+        return 0
+    print(f"{fault.name}: {fault.description}")
+    print(f"  failure    {fault.failure}: {fault.failure.description}")
+    print(f"  kind       {fault.kind}, in {fault.node}")
+    print(f"  injection  {', then '.join(str(step) for step in fault.injection)}")
+    if fault.limits is not None:
+        print(f"  strength   {fault.value} in the suites, from {fault.limits[0]} to {fault.limits[1]}")
+    print(f"  cured by   {', or '.join(_cures(fault))}; by nothing else")
+    return 0
+
+
+def draw(arguments: argparse.Namespace) -> int:
+    """Fly without and with each fault of F4, and draw the figure."""
+    names = ["nofault", *(fault.name for fault in FAULTS.values() if fault.failure == "F4")]
+    series, iou = {}, {}
+    threshold = 0.0
+    with progress_bar("Flying") as progress, tempfile.TemporaryDirectory(prefix="sunset-") as folder:
+        for done, name in enumerate(names):
+            spec = RunSpec(
+                scenario=load_scenario(name),
+                manager="none",
+                seed=arguments.seed,
+                model=arguments.model,
+                bag=Path(arguments.bag) if arguments.bag else None,
+                cache=not arguments.no_cache,
+            )
+            if done == 0:
+                with rendering_progress() as rendering:
+                    prepare(spec, progress=rendering)
+            result = run(spec, Path(folder) / name)
+            label = name.replace("nofault", "no fault")
+            series[label] = result.timeline.entropy
+            iou[label] = Samples(result.timeline.frames.times, result.timeline.frames.iou)
+            threshold = result.timeline.entropy_threshold
+            progress(done + 1, len(names))
+    entropy_figure(series, threshold, arguments.out, iou=iou)
+    print(f"The figure is in {arguments.out}.")
+    return 0
+
+
+def _cures(fault: Fault) -> list[str]:
+    return [" and ".join(str(step) for step in cure) for cure in fault.cures]
+
+
+def _described(fault: Fault) -> dict[str, Any]:
+    return {
+        "name": fault.name,
+        "failure": str(fault.failure),
+        "node": fault.node,
+        "parameter": fault.parameter,
+        "value": fault.value,
+        "kind": str(fault.kind),
+        "cures": _cures(fault),
+        "description": fault.description,
+    }

@@ -1,0 +1,75 @@
+"""`sunset run`: fly one faulted mission and measure the adaptation."""
+
+import argparse
+import json
+import sys
+import tempfile
+from pathlib import Path
+
+from sunset.cli._options import add_flight_options
+from sunset.cli._progress import rendering_progress
+from sunset.cli._story import print_story
+from sunset.experiments import DEFAULT_SCENARIO, RunSpec, prepare, run
+from sunset.scenarios import load_scenario
+
+__all__ = ["add_parser", "execute"]
+
+
+def add_parser(verbs: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    """Add the verb."""
+    parser = verbs.add_parser(
+        "run",
+        help="fly one faulted mission and measure the adaptation",
+        description="Bring the managed system up, fly 3 s without a fault, inject the scenario's faults, let the "
+        "managing system adapt for 20 s, and print what happened and how well it did.",
+    )
+    parser.add_argument(
+        "scenario",
+        nargs="?",
+        default=DEFAULT_SCENARIO,
+        help="a scenario's name ('sunset scenarios list'), a YAML file, or faults joined by + "
+        f"(default: {DEFAULT_SCENARIO})",
+    )
+    parser.add_argument(
+        "--manager",
+        default="baseline",
+        metavar="NAME|FILE.py:CLASS|MODULE:CLASS",
+        help="the managing system: none, baseline, or your own (default: baseline)",
+    )
+    parser.add_argument(
+        "--seed", type=int, default=1, metavar="N", help="a whole number from 0 on (default: 1)"
+    )
+    add_flight_options(parser)
+    parser.add_argument("--out", type=Path, metavar="DIR", help="keep the record in this new folder")
+    parser.add_argument(
+        "--json", action="store_true", help="print one JSON object on stdout and nothing else"
+    )
+    parser.set_defaults(execute=execute)
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """Fly, and print."""
+    spec = RunSpec(
+        scenario=load_scenario(arguments.scenario),
+        manager=arguments.manager,
+        seed=arguments.seed,
+        model=arguments.model,
+        bag=Path(arguments.bag) if arguments.bag else None,
+        cache=not arguments.no_cache,
+    )
+    with rendering_progress() as progress:
+        prepare(spec, progress=progress)
+    if arguments.out is not None:
+        result = run(spec, arguments.out)
+    else:
+        with tempfile.TemporaryDirectory(prefix="sunset-") as folder:
+            result = run(spec, Path(folder) / "run")
+    if arguments.json:
+        print(json.dumps(result.summary(), sort_keys=True))
+    else:
+        print_story(result)
+        if arguments.out is None:
+            print("The record was not kept; '--out DIR' keeps it.", file=sys.stderr)
+        else:
+            print(f"The record is in {arguments.out}.", file=sys.stderr)
+    return 0

@@ -1,0 +1,61 @@
+"""`sunset scenarios`: list, show and generate."""
+
+import argparse
+import json
+import sys
+from pathlib import Path
+
+from sunset.experiments.files import write_text
+from sunset.scenarios import generate, load_scenario, suite, suite_names
+
+__all__ = ["add_parser", "generate_scenario", "list_scenarios", "show"]
+
+
+def add_parser(verbs: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    """Add the verb."""
+    parser = verbs.add_parser("scenarios", help="list, show and generate scenarios")
+    actions = parser.add_subparsers(title="actions", metavar="ACTION", required=True)
+    listing = actions.add_parser("list", help="list the scenarios of the suites")
+    listing.add_argument("--suite", choices=suite_names(), help="of one suite only")
+    listing.add_argument("--json", action="store_true", help="print one JSON object")
+    listing.set_defaults(execute=list_scenarios)
+    showing = actions.add_parser("show", help="print a scenario as YAML")
+    showing.add_argument("scenario", help="a scenario's name, a YAML file, or faults joined by +")
+    showing.set_defaults(execute=show)
+    generating = actions.add_parser("generate", help="write a scenario file of given faults")
+    generating.add_argument(
+        "faults", nargs="+", metavar="FAULT[=VALUE]", help="fault, with a strength if wanted"
+    )
+    generating.add_argument(
+        "--name", default="", help="the scenario's name (default: the faults joined by +)"
+    )
+    generating.add_argument("--out", type=Path, metavar="FILE", help="where to write (default: stdout)")
+    generating.set_defaults(execute=generate_scenario)
+
+
+def list_scenarios(arguments: argparse.Namespace) -> int:
+    """Print the names."""
+    chosen = [arguments.suite] if arguments.suite else list(suite_names())
+    if arguments.json:
+        print(json.dumps({name: [one.name for one in suite(name)] for name in chosen}, sort_keys=True))
+        return 0
+    for name in chosen:
+        for one in suite(name):
+            print(one.name)
+    return 0
+
+
+def show(arguments: argparse.Namespace) -> int:
+    """Print one scenario as YAML."""
+    sys.stdout.write(load_scenario(arguments.scenario).to_yaml())
+    return 0
+
+
+def generate_scenario(arguments: argparse.Namespace) -> int:
+    """Write one scenario as YAML."""
+    text = generate(arguments.faults, name=arguments.name).to_yaml()
+    if arguments.out is None:
+        sys.stdout.write(text)
+    else:
+        write_text(arguments.out, text)
+    return 0

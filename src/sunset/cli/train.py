@@ -1,0 +1,1 @@
+"""`sunset train`: placeholder."""

@@ -1,0 +1,18 @@
+"""The composition root: (scenario, seed, managing system, middleware) → one record."""
+
+from sunset.experiments.bench import BenchSpec, bench, plan, run_folder
+from sunset.experiments.run import RunResult, prepare, run
+from sunset.experiments.spec import DEFAULT_SCENARIO, RunSpec, Timing
+
+__all__ = [
+    "DEFAULT_SCENARIO",
+    "BenchSpec",
+    "RunResult",
+    "RunSpec",
+    "Timing",
+    "bench",
+    "plan",
+    "prepare",
+    "run",
+    "run_folder",
+]

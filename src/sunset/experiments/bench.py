@@ -1,0 +1,216 @@
+"""A campaign: every scenario of a suite, every managing system, several repetitions; resumable."""
+
+import hashlib
+import json
+import multiprocessing
+import os
+import re
+import signal
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Final
+
+from sunset.errors import InvalidInputError, OutputError, SunsetError
+from sunset.experiments.files import make_folder, write_text
+from sunset.experiments.run import RUN_FILE, prepare, run
+from sunset.experiments.spec import RunSpec, Timing
+from sunset.managing import load_manager
+from sunset.scenarios import suite
+from sunset.seeding import check_seed
+
+__all__ = ["BenchSpec", "Progress", "bench", "plan", "run_folder"]
+
+REFERENCE_SUITES: Final = ("nofault", "degraded")
+"""The suites that, without a managing system, give the first two rows of the paper's table."""
+
+_PLAN_FILE: Final = "bench.json"
+
+Progress = Callable[[int, int], None]
+"""Called with (runs that are done, runs in all), first with those that an earlier call had done."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class BenchSpec:
+    """One campaign.
+
+    Repetition r flies every scenario with seed `seed + r`: all managing systems and all scenarios of one
+    repetition see the same stretch of the flight, so that differences are paired.
+    """
+
+    suite: str = "paper"
+    managers: tuple[str, ...] = ("none", "baseline")
+    repetitions: int = 3
+    seed: int = 1
+    model: str = "lite"
+    bag: Path | None = None
+    timing: Timing = field(default_factory=Timing)
+    cache: bool = True
+
+    def __post_init__(self) -> None:
+        """Check the ranges.
+
+        Raises:
+            InvalidInputError: a number is out of range or a managing system is named twice.
+        """
+        check_seed(self.seed)
+        if self.repetitions < 1:
+            raise InvalidInputError(f"There must be at least 1 repetition, got {self.repetitions}.")
+        check_seed(self.seed + self.repetitions - 1)
+        if not self.managers or len(set(self.managers)) < len(self.managers):
+            named = ", ".join(self.managers) or "none at all"
+            raise InvalidInputError(f"Each managing system must be named once, got {named}.")
+
+
+def plan(spec: BenchSpec) -> tuple[RunSpec, ...]:
+    """Return all runs of a campaign, reference rows first, in the order in which they are started."""
+    groups = [(name, "none") for name in REFERENCE_SUITES]
+    groups += [(spec.suite, manager) for manager in spec.managers]
+    return tuple(
+        RunSpec(
+            scenario=scenario,
+            suite=name,
+            manager=manager,
+            seed=spec.seed + repetition,
+            model=spec.model,
+            bag=spec.bag,
+            timing=spec.timing,
+            cache=spec.cache,
+        )
+        # a repetition at a time: runs that share their frames are neighbours, for the inference cache
+        for repetition in range(spec.repetitions)
+        for name, manager in dict.fromkeys(groups)
+        for scenario in suite(name)
+    )
+
+
+def run_folder(out: Path, spec: RunSpec) -> Path:
+    """Return where a campaign in `out` keeps this run."""
+    parts = (spec.suite, spec.manager, spec.scenario.name.rsplit("/", 1)[-1])
+    return out.joinpath("runs", *(_slug(part) for part in parts), f"seed-{spec.seed}")
+
+
+def bench(spec: BenchSpec, out: Path, *, jobs: int | None = None, progress: Progress | None = None) -> int:
+    """Fly a campaign; runs that `out` holds already are not repeated.
+
+    Every run is written to a temporary folder and renamed when it is complete, so that nothing that was
+    finished is lost, whatever ends this process, and an interrupted campaign is continued by the same call.
+
+    Args:
+        spec: what to run.
+        out: the folder of results; it is made if there is none, and must belong to the same campaign.
+        jobs: number of worker processes; one a core if None. It has no influence on any result.
+        progress: called after every run.
+
+    Returns:
+        How many runs were flown by this call.
+
+    Raises:
+        InvalidInputError: `out` holds another campaign, or a scenario, model or bag is not usable.
+        ManagerError: a managing system cannot be loaded or failed.
+        OutputError: `out` cannot be written.
+    """
+    if jobs is not None and jobs < 1:
+        raise InvalidInputError(f"There must be at least 1 job, got {jobs}.")
+    runs = plan(spec)
+    for manager in spec.managers:
+        load_manager(manager)
+    _claim(out, spec)
+    todo = [one for one in runs if not (run_folder(out, one) / RUN_FILE).is_file()]
+    done = len(runs) - len(todo)
+    if progress is not None:
+        progress(done, len(runs))
+    if todo:
+        # rendering a flight and loading a model are done once, before the workers need them
+        prepare(todo[0])
+        for count in _run_all(todo, out, min(jobs or os.cpu_count() or 1, len(todo))):
+            if progress is not None:
+                progress(done + count, len(runs))
+    return len(todo)
+
+
+def _run_all(todo: Sequence[RunSpec], out: Path, jobs: int) -> Iterator[int]:
+    """Fly all runs; yield how many are finished, after each."""
+    if jobs == 1:
+        for count, one in enumerate(todo, 1):
+            run(one, run_folder(out, one))
+            yield count
+        return
+    context = multiprocessing.get_context("spawn")
+    pool = ProcessPoolExecutor(jobs, mp_context=context, initializer=_leave_interrupts_to_the_parent)
+    waiting = iter(todo)
+    pending: set[Future[None]] = set()
+    finished = 0
+    try:
+        while True:
+            for one in waiting:
+                pending.add(pool.submit(_fly, one, run_folder(out, one)))
+                if len(pending) >= 2 * jobs:
+                    break
+            if not pending:
+                return
+            complete, pending = wait(pending, return_when=FIRST_COMPLETED)
+            for future in complete:
+                future.result()
+                finished += 1
+                yield finished
+    except BrokenProcessPool as error:
+        raise SunsetError(
+            "A worker process was killed from outside, for instance for want of memory; finished runs are "
+            "kept: run the same command again, with fewer --jobs."
+        ) from error
+    finally:
+        pool.shutdown(wait=True, cancel_futures=True)
+
+
+def _fly(spec: RunSpec, folder: Path) -> None:
+    run(spec, folder)
+
+
+def _leave_interrupts_to_the_parent() -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def _claim(out: Path, spec: BenchSpec) -> None:
+    """Write the campaign's plan into its folder, or check that it is the one that stands there."""
+    described = describe(spec)
+    file = out / _PLAN_FILE
+    if not file.exists():
+        make_folder(out)
+        if any(path.name != _PLAN_FILE for path in out.iterdir()):
+            raise OutputError(f"The folder {out} is not empty and holds no campaign; name a new folder.")
+        write_text(file, json.dumps(described, indent=2, sort_keys=True) + "\n")
+        return
+    try:
+        found = json.loads(file.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise InvalidInputError(
+            f"The campaign's plan {file} cannot be read ({error}); name a new folder."
+        ) from error
+    differing = sorted(key for key in described | found if found.get(key) != described.get(key))
+    if differing:
+        key = differing[0]
+        raise InvalidInputError(
+            f"The folder {out} holds another campaign: its {key} is {found.get(key)!r}, this one's is "
+            f"{described.get(key)!r}; name a new folder."
+        )
+
+
+def describe(spec: BenchSpec) -> dict[str, Any]:
+    """Return a campaign's plan as it is stored."""
+    return {
+        "bag": str(spec.bag) if spec.bag else None,
+        "managers": list(spec.managers),
+        "model": spec.model,
+        "repetitions": spec.repetitions,
+        "seed": spec.seed,
+        "suite": spec.suite,
+    }
+
+
+def _slug(text: str) -> str:
+    """Return `text` as a folder's name; distinct texts have distinct names."""
+    slug = re.sub(r"[^A-Za-z0-9_+.-]+", "-", text).strip("-.")
+    return slug if slug == text else f"{slug}-{hashlib.sha256(text.encode()).hexdigest()[:8]}"

@@ -1,0 +1,26 @@
+"""Which nodes an experiment consists of; every other node is part of the managing system."""
+
+from types import MappingProxyType
+from typing import Final
+
+__all__ = ["INFRASTRUCTURE", "INITIAL_STATES", "MANAGED_NODES", "SYSTEM_NODES"]
+
+INITIAL_STATES: Final = MappingProxyType(
+    {
+        "camera": "active",
+        "depth": "active",
+        "image_enhancement": "inactive",
+        "sensor_fusion": "active",
+        "segmentation": "active",
+    }
+)
+"""The lifecycle state of each managed node of the healthy system, by short name."""
+
+MANAGED_NODES: Final = frozenset(f"/managed_subsystem/{name}" for name in INITIAL_STATES)
+"""The full names of the managed nodes."""
+
+INFRASTRUCTURE: Final = frozenset({"/experiment", "/launcher", "/scenario_executor"})
+"""Nodes that conduct the experiment: their requests are no commands of the managing system."""
+
+SYSTEM_NODES: Final = MANAGED_NODES | INFRASTRUCTURE | {"/bag_player", "/evaluator", "/monitor"}
+"""The full names of all nodes that are not the managing system's."""

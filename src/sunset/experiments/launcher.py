@@ -1,0 +1,87 @@
+"""The launcher: ends the processes of managed nodes and starts new ones when a managing system asks."""
+
+from collections.abc import Callable, Sequence
+from typing import Any, Protocol
+
+from sunset.interfaces.lifecycle_msgs.msg import Transition
+from sunset.interfaces.lifecycle_msgs.srv import ChangeState
+from sunset.interfaces.system_interfaces.srv import Redeploy
+from sunset.ros.client import Client
+from sunset.ros.context import Context
+from sunset.ros.node import Node
+
+__all__ = ["Launcher", "ProcessHost"]
+
+_GRACE_S = 1.0
+"""How long a node may take to shut down through its lifecycle before its process is killed."""
+
+
+class ProcessHost(Protocol):
+    """What starts and ends the processes of nodes: simulated ones, or the operating system's."""
+
+    def start(self, node: str) -> None:
+        """Start a new process for `node`, a short name such as `camera`; it must not be running."""
+
+    def is_running(self, node: str) -> bool:
+        """Return whether the process of `node` exists."""
+
+    def kill(self, node: str) -> None:
+        """End the process of `node` at once."""
+
+    def on_exit(self, handler: Callable[[str], None]) -> None:
+        """Call `handler(node)` whenever a process has ended, however it did."""
+
+
+class Launcher(Node):
+    """Serves `/launcher/redeploy`: lifecycle shutdown, end of the process, a new process.
+
+    A node whose process ends by itself stays dead until somebody redeploys it: that is a fault, and
+    repairing it is a managing system's business. The new node waits its own
+    `lifecycle_activation_delay` before it is active (paper, section 3.4).
+    """
+
+    def __init__(self, host: ProcessHost, nodes: Sequence[str], *, context: Context | None = None) -> None:
+        super().__init__("launcher", context=context)
+        self._host = host
+        self._nodes = tuple(nodes)
+        self._redeploying: dict[str, None] = {}
+        self._shutdown_clients: dict[str, Client[Any, Any]] = {
+            node: self.create_client(ChangeState, f"/managed_subsystem/{node}/change_state") for node in nodes
+        }
+        host.on_exit(self._restart_if_asked)
+        self.create_service(Redeploy, "~/redeploy", self._redeploy)
+
+    def _redeploy(self, request: Redeploy.Request, response: Redeploy.Response) -> Redeploy.Response:
+        node = request.node.rsplit("/", 1)[-1]
+        if node not in self._nodes:
+            known = ", ".join(self._nodes)
+            response.message = f"No node of the managed system is named {request.node!r}; there are {known}."
+            return response
+        response.success = True
+        if node in self._redeploying:
+            response.message = f"{node} is being redeployed already."
+        elif not self._host.is_running(node):
+            self._host.start(node)
+            response.message = f"{node} was not running and is started."
+        else:
+            self._shut_down(node)
+            response.message = f"{node} is shut down and started again."
+        return response
+
+    def _shut_down(self, node: str) -> None:
+        self._redeploying[node] = None
+        request = ChangeState.Request(transition=Transition(label="shutdown"))
+        self._shutdown_clients[node].call_async(request)
+
+        def kill_if_still_there() -> None:
+            timer.cancel()
+            self.destroy_timer(timer)
+            if node in self._redeploying and self._host.is_running(node):
+                self._host.kill(node)
+
+        timer = self.create_timer(_GRACE_S, kill_if_still_there)
+
+    def _restart_if_asked(self, node: str) -> None:
+        if node in self._redeploying:
+            del self._redeploying[node]
+            self._host.start(node)

@@ -1,0 +1,216 @@
+"""The outside observer: records every message, and every command that reached the managed system.
+
+It listens at the middleware, not at any node: what a managing system says of itself has no weight.
+"""
+
+from collections.abc import Iterable, Mapping
+from types import MappingProxyType
+from typing import Final, Protocol
+
+from sunset.experiments.graph import INFRASTRUCTURE, MANAGED_NODES, SYSTEM_NODES
+from sunset.faults import FAULTS
+from sunset.interfaces import Message
+from sunset.interfaces.builtin_interfaces.msg import Time
+from sunset.interfaces.lifecycle_msgs.srv import ChangeState
+from sunset.interfaces.rcl_interfaces.msg import ParameterType, ParameterValue
+from sunset.interfaces.rcl_interfaces.srv import (
+    DescribeParameters,
+    GetParameters,
+    SetParameters,
+    SetParametersAtomically,
+)
+from sunset.interfaces.system_interfaces.msg import Command
+from sunset.interfaces.system_interfaces.srv import Redeploy
+from sunset.rmw.port import RequestId
+from sunset.rmw.sim import Tap
+
+__all__ = ["COMMANDS_TOPIC", "OFF_LIMITS_TOPICS", "Observer", "Sink"]
+
+COMMANDS_TOPIC: Final = "/experiment/commands"
+"""Where the record keeps the observed commands (`system_interfaces/msg/Command`)."""
+
+OFF_LIMITS_TOPICS: Final = (
+    "/experiment/injections",
+    "/experiment/log",
+    "/gt_segmentation",
+    "/parameter_events",
+    "/seg_metrics",
+)
+"""Topics that carry the truth: a managing system that reads them is not scored."""
+
+_OWN_PREFIXES: Final = ("/managed_subsystem/", "/experiment/")
+_OWN_TOPICS: Final = frozenset(
+    {
+        "/blackboard_group",
+        "/clock",
+        "/depth_raw",
+        "/diagnostics",
+        "/gt_segmentation",
+        "/rgb_raw",
+        "/seg_metrics",
+    }
+)
+"""Topics on which only the managed system and the experiment publish; nobody else's message counts."""
+
+_TRANSITIONS: Final = MappingProxyType(
+    {
+        1: "configure",
+        2: "cleanup",
+        3: "activate",
+        4: "deactivate",
+        5: "shutdown",
+        6: "shutdown",
+        7: "shutdown",
+    }
+)
+"""Transition id → label, of lifecycle_msgs/msg/Transition."""
+
+
+class Sink(Protocol):
+    """What the observer writes to."""
+
+    def write(self, topic: str, time_ns: int, message: Message) -> None:
+        """Keep one message."""
+
+
+class Observer(Tap):
+    """Writes all messages to a sink, and turns requests to the managed system into commands.
+
+    Args:
+        sink: gets every message, in the order in which it left its publisher.
+    """
+
+    def __init__(self, sink: Sink) -> None:
+        self._sink = sink
+        self._pending: dict[tuple[str, RequestId], Command] = {}
+        self.violations: dict[str, None] = {}
+        """What the managing system did that it must not, in words; in order, each once."""
+
+    def on_message(self, time_ns: int, topic: str, node: str, message: Message) -> None:
+        """Record a message that leaves its publisher, unless it is forged."""
+        if node not in SYSTEM_NODES and (topic in _OWN_TOPICS or topic.startswith(_OWN_PREFIXES)):
+            self.violations[f"{node} publishes on {topic}, which belongs to the experiment"] = None
+        else:
+            self._sink.write(topic, time_ns, message)
+
+    def on_request(
+        self, time_ns: int, service: str, client: str, server: str, request: Message, request_id: RequestId
+    ) -> None:
+        """Note a request that reached its server."""
+        if client in INFRASTRUCTURE or (server not in MANAGED_NODES and server != "/launcher"):
+            return
+        command = _command_of(server, request)
+        self._note_violations(client, server, request)
+        if command is None:
+            return
+        command.stamp = Time(sec=time_ns // 10**9, nanosec=time_ns % 10**9)
+        command.client = client
+        command.service = service
+        self._pending[service, request_id] = command
+
+    def on_response(
+        self, time_ns: int, service: str, server: str, response: Message, request_id: RequestId
+    ) -> None:
+        """Complete the command that this response answers, and record it."""
+        del server
+        command = self._pending.pop((service, request_id), None)
+        if command is not None:
+            command.successful, command.reason = _outcome(response)
+            self._sink.write(COMMANDS_TOPIC, time_ns, command)
+
+    def finish(self, time_ns: int) -> None:
+        """Record the commands that were never answered, as unsuccessful."""
+        for command in self._pending.values():
+            command.reason = "never answered"
+            self._sink.write(COMMANDS_TOPIC, time_ns, command)
+        self._pending.clear()
+
+    def note_subscriptions(self, node: str, topics: Iterable[str]) -> None:
+        """Note which of the topics that carry the truth a managing node subscribes to."""
+        for topic in topics:
+            if topic in OFF_LIMITS_TOPICS:
+                self.violations[f"{node} subscribes to {topic}, which carries the truth"] = None
+
+    def _note_violations(self, client: str, server: str, request: Message) -> None:
+        if isinstance(request, SetParameters.Request | SetParametersAtomically.Request):
+            verb, names = "sets", [parameter.name for parameter in request.parameters]
+        elif isinstance(request, GetParameters.Request | DescribeParameters.Request):
+            verb, names = "reads", list(request.names)
+        else:
+            return
+        for name in names:
+            if (server, name) in _FAULT_PARAMETERS:
+                what = f"{client} {verb} the fault parameter {name} of {server}"
+                self.violations[what] = None
+
+
+def _fault_parameters() -> frozenset[tuple[str, str]]:
+    """Return the parameters that exist only for injecting faults, as (full node name, parameter)."""
+    return frozenset(
+        (f"/managed_subsystem/{step.node}", step.parameter)
+        for fault in FAULTS.values()
+        if fault.name != "unneeded_enhancement"
+        for step in fault.injection
+        if step.parameter
+    )
+
+
+_FAULT_PARAMETERS: Final = _fault_parameters()
+
+
+def _command_of(server: str, request: Message) -> Command | None:
+    if isinstance(request, SetParameters.Request | SetParametersAtomically.Request):
+        return Command(
+            node=server,
+            kind="set_parameters",
+            parameters=[parameter.name for parameter in request.parameters],
+            values=[_text(parameter.value) for parameter in request.parameters],
+        )
+    if isinstance(request, ChangeState.Request):
+        label = request.transition.label or _TRANSITIONS.get(request.transition.id, "unknown")
+        return Command(node=server, kind=label)
+    if isinstance(request, Redeploy.Request):
+        name = request.node.rsplit("/", 1)[-1]
+        return Command(node=f"/managed_subsystem/{name}", kind="redeploy")
+    return None
+
+
+def _outcome(response: Message) -> tuple[bool, str]:
+    if isinstance(response, SetParameters.Response):
+        refusals = [result.reason for result in response.results if not result.successful]
+        return bool(response.results) and not refusals, "; ".join(refusals)
+    if isinstance(response, SetParametersAtomically.Response):
+        return response.result.successful, response.result.reason
+    if isinstance(response, ChangeState.Response):
+        return response.success, "" if response.success else "transition refused"
+    if isinstance(response, Redeploy.Response):
+        return response.success, response.message
+    raise TypeError(f"A command was answered with {type(response).__name__}.")
+
+
+_VALUE_FIELDS: Final[Mapping[int, str]] = MappingProxyType(
+    {
+        ParameterType.PARAMETER_BOOL: "bool_value",
+        ParameterType.PARAMETER_INTEGER: "integer_value",
+        ParameterType.PARAMETER_DOUBLE: "double_value",
+        ParameterType.PARAMETER_STRING: "string_value",
+        ParameterType.PARAMETER_BYTE_ARRAY: "byte_array_value",
+        ParameterType.PARAMETER_BOOL_ARRAY: "bool_array_value",
+        ParameterType.PARAMETER_INTEGER_ARRAY: "integer_array_value",
+        ParameterType.PARAMETER_DOUBLE_ARRAY: "double_array_value",
+        ParameterType.PARAMETER_STRING_ARRAY: "string_array_value",
+    }
+)
+
+
+def _text(value: ParameterValue) -> str:
+    """Return a parameter's value as YAML writes it; `unset` for one without a type."""
+    field = _VALUE_FIELDS.get(value.type)
+    if field is None:
+        return "unset"
+    content = getattr(value, field)
+    if isinstance(content, bool):
+        return str(content).lower()
+    if isinstance(content, int | float | str):
+        return str(content)
+    return str(list(content))

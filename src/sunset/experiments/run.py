@@ -1,0 +1,135 @@
+"""One experiment: from its specification to its record and its metrics."""
+
+import platform
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any, Final
+
+from sunset import __version__
+from sunset.experiments.observer import Observer
+from sunset.experiments.resources import Resources, find_resources
+from sunset.experiments.simulated import fly
+from sunset.experiments.spec import DEFAULT_COMPUTE, RunSpec
+from sunset.metrics import RunMetrics, Timeline, score
+from sunset.recording import RecordWriter
+
+__all__ = ["RUN_FILE", "RunResult", "prepare", "run"]
+
+RUN_FILE: Final = "run.json"
+"""The file of a run's folder that is there only when the run is complete."""
+
+
+@dataclass(frozen=True)
+class RunResult:
+    """A finished experiment.
+
+    Attributes:
+        spec: what was run.
+        folder: where its record is.
+        described: what `run.json` holds.
+        timeline: what was observed.
+        score: the metrics.
+    """
+
+    spec: RunSpec
+    folder: Path
+    described: dict[str, Any]
+    timeline: Timeline
+    score: RunMetrics
+
+    @property
+    def digest(self) -> str:
+        """SHA-256 of the record's messages, in hexadecimal."""
+        return str(self.described["digest"])
+
+    @property
+    def valid(self) -> bool:
+        """Whether the run counts; if not, `reason` says why."""
+        return bool(self.described["valid"])
+
+    @property
+    def reason(self) -> str:
+        """Why the run does not count; empty where it does."""
+        return str(self.described["reason"])
+
+    def summary(self) -> dict[str, Any]:
+        """Return what `sunset run --json` prints."""
+        keys = ("scenario", "manager", "seed", "model", "middleware", "digest", "metrics", "valid", "reason")
+        return {key: self.described[key] for key in keys}
+
+
+def prepare(spec: RunSpec, *, progress: Callable[[int, int], None] | None = None) -> None:
+    """Load and check everything that the run needs, and render the default flight if it is not there.
+
+    Raises:
+        SunsetError: as `run`.
+    """
+    find_resources(spec, progress=progress)
+
+
+def run(spec: RunSpec, folder: Path) -> RunResult:
+    """Fly one experiment, write its record to a new folder, and score it.
+
+    The folder appears when the run is complete, under its final name; what is measured is read from the
+    recorded messages and from nothing else.
+
+    Raises:
+        ManagerError: the managing system could not be loaded, raised, or did not return.
+        ModelError: the model cannot be used.
+        DataError: the bag cannot be used.
+        OutputError: the record cannot be written.
+    """
+    resources = find_resources(spec)
+    with RecordWriter(folder) as writer:
+        observer = Observer(writer)
+        start_ns = fly(spec, resources, observer)
+        timeline = writer.timeline(
+            entropy_threshold=resources.model.card.entropy_threshold,
+            sharpness_threshold=resources.model.card.sharpness_threshold,
+            duration_s=spec.timing.duration_s,
+            period_s=spec.timing.period_s,
+            expected_frames=spec.timing.expected_frames,
+        )
+        metrics = score(timeline)
+        described = _describe(spec, resources) | {
+            "start_ns": start_ns,
+            "digest": writer.digest,
+            "metrics": metrics.to_json(),
+            "valid": not observer.violations,
+            "reason": "; ".join(observer.violations),
+        }
+        writer.close(described)
+    return RunResult(spec, folder, described, timeline, metrics)
+
+
+def _describe(spec: RunSpec, resources: Resources) -> dict[str, Any]:
+    """Return the full specification of a run, as it is stored with its result: no paths, no wall clock."""
+    timing, card = spec.timing, resources.model.card
+    return {
+        "scenario": spec.scenario.name,
+        "faults": [{"name": fault.name, "value": fault.value} for fault in spec.scenario.faults],
+        "suite": spec.suite,
+        "manager": spec.manager,
+        "seed": spec.seed,
+        "model": card.name,
+        "model_checksums": {str(modality): network.sha256 for modality, network in card.networks.items()},
+        "middleware": "sim",
+        "bag_frames": resources.frames,
+        "compute_s": dict(DEFAULT_COMPUTE),
+        "jitter": timing.jitter,
+        "latency_s": timing.latency_s,
+        "warm_up_s": timing.warm_up_s,
+        "duration_s": timing.duration_s,
+        "period_s": timing.period_s,
+        "expected_frames": timing.expected_frames,
+        "entropy_threshold": card.entropy_threshold,
+        "sharpness_threshold": card.sharpness_threshold,
+        "versions": {
+            "sunset": __version__,
+            "python": platform.python_version(),
+            "machine": platform.machine(),
+            **{name: version(name) for name in ("numpy", "onnxruntime", "opencv-python-headless", "rosbags")},
+        },
+    }

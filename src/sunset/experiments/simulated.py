@@ -1,0 +1,166 @@
+"""The whole system in one simulated world: processes, the managing system, the observer."""
+
+from collections.abc import Callable, Mapping
+from typing import TypeVar
+
+from sunset.errors import ManagerError, SunsetError
+from sunset.experiments.graph import INITIAL_STATES, SYSTEM_NODES
+from sunset.experiments.launcher import Launcher
+from sunset.experiments.observer import Observer
+from sunset.experiments.resources import Resources
+from sunset.experiments.spec import DEFAULT_COMPUTE, RunSpec
+from sunset.experiments.supervisor import Phase, Supervisor
+from sunset.managing import ManagingSystem, load_manager
+from sunset.nodes import NODES
+from sunset.rmw.sim import SimProcess, Simulation
+from sunset.ros import CallbackError, Context, Node, Parameter, SingleThreadedExecutor
+from sunset.scenarios import ScenarioExecutor
+from sunset.seeding import generator
+
+__all__ = ["SimulatedProcesses", "fly"]
+
+NodeFactory = Callable[[Context], Node]
+NodeT = TypeVar("NodeT", bound=Node)
+
+_S = 10**9
+
+
+class SimulatedProcesses:
+    """Processes of nodes in a simulated world; a `ProcessHost`."""
+
+    def __init__(self, simulation: Simulation, factories: Mapping[str, NodeFactory]) -> None:
+        self._simulation = simulation
+        self._factories = dict(factories)
+        self._running: dict[str, SimProcess] = {}
+        self._handlers: list[Callable[[str], None]] = []
+
+    def start(self, node: str) -> None:
+        """Start a new process for `node`."""
+        self._running[node] = process = self._simulation.create_process(node)
+        self._simulation.on_exit(process, lambda _: self._ended(node))
+        bring_up(process, self._factories[node])
+
+    def is_running(self, node: str) -> bool:
+        """Return whether the process of `node` exists."""
+        return node in self._running
+
+    def kill(self, node: str) -> None:
+        """End the process of `node` at once."""
+        self._simulation.kill(self._running[node])
+
+    def on_exit(self, handler: Callable[[str], None]) -> None:
+        """Call `handler(node)` whenever a process has ended."""
+        self._handlers.append(handler)
+
+    def _ended(self, node: str) -> None:
+        del self._running[node]
+        for handler in self._handlers:
+            handler(node)
+
+
+def bring_up(process: SimProcess, factory: Callable[[Context], NodeT]) -> NodeT:
+    """Make a node in a new process, and let its callbacks run."""
+    context = Context()
+    context.init([], middleware=process)
+    node = factory(context)
+    executor = SingleThreadedExecutor(context=context)
+    executor.add_node(node)
+    process.run()
+    return node
+
+
+def fly(spec: RunSpec, resources: Resources, observer: Observer) -> int:
+    """Fly one experiment in a simulated world.
+
+    Returns:
+        The time of the injection, nanoseconds of the simulated clock.
+
+    Raises:
+        ManagerError: the managing system raised or did not return.
+        SunsetError: the system did not come up, or the scenario could not be injected.
+    """
+    timing = spec.timing
+    simulation = Simulation(
+        seed=spec.seed, compute=DEFAULT_COMPUTE, jitter=timing.jitter, latency_s=timing.latency_s
+    )
+    simulation.add_tap(observer)
+    processes = SimulatedProcesses(simulation, _factories(spec, resources))
+    for name in NODES:
+        processes.start(name)
+
+    def started(name: str, factory: Callable[[Context], NodeT], limit: float | None = None) -> NodeT:
+        return bring_up(simulation.create_process(name, wall_limit_s=limit), factory)
+
+    started("launcher", lambda context: Launcher(processes, tuple(INITIAL_STATES), context=context))
+    started("scenario_executor", lambda context: ScenarioExecutor(spec.scenario, context=context))
+    supervisor = started(
+        "experiment", lambda context: Supervisor(spec.scenario.name, spec.timing, context=context)
+    )
+    manager = started("manager", _manager_factory(spec, resources), spec.manager_limit_s)
+    name = manager.get_fully_qualified_name()
+    try:
+        _conduct(simulation, supervisor, round(timing.bring_up_limit_s * _S))
+    except CallbackError as error:
+        if error.node in SYSTEM_NODES:
+            raise
+        raise ManagerError(f"The managing system {spec.manager} failed: {error}") from error
+    observer.finish(simulation.now)
+    observer.note_subscriptions(name, [topic for topic, _ in simulation.subscriptions_of(name)])
+    assert supervisor.start_ns is not None  # noqa: S101  it is set when the phase is OVER
+    return supervisor.start_ns
+
+
+def _manager_factory(spec: RunSpec, resources: Resources) -> Callable[[Context], ManagingSystem]:
+    """Return what makes the managing system; whatever goes wrong in its constructor is its own error."""
+    made = load_manager(spec.manager)
+    overrides = [Parameter("entropy_threshold", value=resources.model.card.entropy_threshold)]
+
+    def make(context: Context) -> ManagingSystem:
+        try:
+            manager = made(context=context, parameter_overrides=overrides)
+        except Exception as error:
+            raise ManagerError(
+                f"The managing system {spec.manager} cannot be made: it raised {type(error).__name__}: {error}"
+            ) from error
+        if manager.get_fully_qualified_name() in SYSTEM_NODES:
+            raise ManagerError(
+                f"The managing system {spec.manager} has the name {manager.get_fully_qualified_name()}, which is a "
+                "node of the system; give its class another node_name."
+            )
+        return manager
+
+    return make
+
+
+def _conduct(simulation: Simulation, supervisor: Supervisor, limit_ns: int) -> None:
+    simulation.run_while(lambda: supervisor.phase is Phase.BRING_UP, limit_ns)
+    if supervisor.phase is Phase.BRING_UP:
+        states = ", ".join(f"{node} is {state}" for node, state in supervisor.missing.items())
+        raise SunsetError(f"The managed system did not come up within {limit_ns / _S:g} s: {states}.")
+    simulation.run_while(lambda: supervisor.phase is not Phase.OVER, simulation.now + 10 * limit_ns)
+    # what left the bag before the end is still on its way through the pipeline
+    simulation.run_until(simulation.now + _S // 2)
+
+
+def _factories(spec: RunSpec, resources: Resources) -> dict[str, NodeFactory]:
+    """Return what makes the managed nodes, and the nodes that feed and watch them."""
+    model, timing = resources.model, spec.timing
+    start = generator(spec.seed, "flight", "start")
+    parameters: dict[str, dict[str, bool | int | float | str]] = {
+        "camera": {"sharpness_threshold": model.card.sharpness_threshold},
+        "depth": {"seed": spec.seed},
+        "segmentation": {"model": spec.model, "inference_cache": str(resources.cache_file or "")},
+        "bag_player": {
+            "bag": str(resources.bag),
+            "start_frame": int(start.integers(0, resources.frames - timing.frames + 1)),
+            "frames": timing.frames,
+            "rate": 1 / timing.period_s,
+            "phase": float(start.uniform(0, timing.period_s)),
+        },
+    }
+    return {name: _factory(NODES[name], parameters.get(name, {})) for name in NODES}
+
+
+def _factory(node: Callable[..., Node], parameters: Mapping[str, bool | int | float | str]) -> NodeFactory:
+    overrides = [Parameter(name, value=value) for name, value in parameters.items()]
+    return lambda context: node(context=context, parameter_overrides=overrides)

@@ -1,0 +1,95 @@
+"""What is run: the full specification of one experiment, as it is stored with its result."""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import MappingProxyType
+from typing import Final
+
+from sunset.errors import InvalidInputError
+from sunset.scenarios import Scenario
+from sunset.seeding import check_seed
+
+__all__ = ["DEFAULT_COMPUTE", "DEFAULT_SCENARIO", "RunSpec", "Timing"]
+
+DEFAULT_SCENARIO: Final = "paper/camera_driver_issue+image_shift+autofocus_needed"
+"""What is flown where no scenario is named: all kinds of adaptation are of use in it."""
+
+DEFAULT_COMPUTE: Final = MappingProxyType(
+    {
+        "camera": 0.002,
+        "depth": 0.002,
+        "image_enhancement": 0.003,
+        "sensor_fusion": 0.003,
+        "segmentation": 0.040,
+    }
+)
+"""Modelled seconds per message callback, by node name; see `sunset.rmw.sim`."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Timing:
+    """The clockwork of an experiment; every duration in seconds, of virtual time in the simulation."""
+
+    duration_s: float = 20.0
+    """How long is measured, from the injection on."""
+    warm_up_s: float = 3.0
+    """Healthy operation before the injection; not counted."""
+    period_s: float = 0.1
+    """Time between two frames of the bag."""
+    latency_s: float = 0.0005
+    """Time that a message or a service request is on its way."""
+    jitter: float = 0.1
+    """Relative half-width of the uniform jitter of the compute times, in [0, 1)."""
+    bring_up_limit_s: float = 60.0
+    """How long all nodes may take until they are active."""
+
+    @property
+    def frames(self) -> int:
+        """How many frames the bag player publishes: warm-up and experiment."""
+        return self.warm_up_frames + self.expected_frames
+
+    @property
+    def warm_up_frames(self) -> int:
+        """How many frames are flown before the injection."""
+        return round(self.warm_up_s / self.period_s)
+
+    @property
+    def expected_frames(self) -> int:
+        """How many frames a system without any fault segments while it is measured."""
+        return round(self.duration_s / self.period_s)
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunSpec:
+    """One experiment: who manages what, under which faults, from which seed.
+
+    The same specification gives a byte-identical record, in any process and with any number of workers.
+    """
+
+    scenario: Scenario
+    suite: str = ""
+    """The suite that the scenario was taken from; empty for a scenario of one's own."""
+    manager: str = "baseline"
+    """`none`, `baseline`, `module:Class` or `path/to/file.py:Class`."""
+    seed: int = 1
+    model: str = "lite"
+    """A shipped model's name, or the folder of one's own."""
+    bag: Path | None = None
+    """A rosbag2 folder or file; the default flight if it is None."""
+    timing: Timing = field(default_factory=Timing)
+    cache: bool = True
+    """Whether results of inference are looked up and kept in the user's cache folder."""
+    manager_limit_s: float = 30.0
+    """Wall time that one callback of the managing system may take before the run is given up."""
+
+    def __post_init__(self) -> None:
+        """Check what can be checked without loading anything.
+
+        Raises:
+            InvalidInputError: the seed or the limit is out of range.
+        """
+        check_seed(self.seed)
+        if not self.manager_limit_s > 0:
+            raise InvalidInputError(
+                f"The managing system's time limit must be positive, got {self.manager_limit_s} s."
+            )

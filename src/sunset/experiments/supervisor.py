@@ -1,0 +1,103 @@
+"""The node that conducts one experiment: bring-up, warm-up, injection, end."""
+
+from collections.abc import Callable
+from enum import Enum
+
+from sunset.errors import ScenarioError
+from sunset.experiments.graph import INITIAL_STATES
+from sunset.experiments.spec import Timing
+from sunset.interfaces.diagnostic_msgs.msg import DiagnosticArray
+from sunset.interfaces.std_srvs.srv import Trigger
+from sunset.interfaces.system_interfaces.msg import ExperimentLogging
+from sunset.ros.context import Context
+from sunset.ros.node import Node
+from sunset.ros.task import Future
+
+__all__ = ["Phase", "Supervisor"]
+
+
+class Phase(Enum):
+    """Where an experiment is."""
+
+    BRING_UP = "bring-up"
+    WARM_UP = "warm-up"
+    MEASURED = "measured"
+    OVER = "over"
+
+
+class Supervisor(Node):
+    """Waits until the managed system is up, starts the flight, injects the faults, and calls time.
+
+    It logs `start` (the moment that all times are counted from) and `end` on `/experiment/log`.
+    """
+
+    def __init__(self, scenario: str, timing: Timing, *, context: Context | None = None) -> None:
+        super().__init__("experiment", context=context)
+        self.phase = Phase.BRING_UP
+        self.start_ns: int | None = None
+        """The time of the injection, nanoseconds of the node's clock; None before it."""
+        self._scenario = scenario
+        self._timing = timing
+        self._states: dict[str, str] = {}
+        self._log = self.create_publisher(ExperimentLogging, "/experiment/log", 10)
+        self._player = self.create_client(Trigger, "/bag_player/start")
+        self._injector = self.create_client(Trigger, "/scenario_executor/inject")
+        self._diagnostics = self.create_subscription(
+            DiagnosticArray, "/diagnostics", self._on_diagnostics, 50
+        )
+
+    @property
+    def missing(self) -> dict[str, str]:
+        """The managed nodes that are not in their initial state yet, and the state they are in."""
+        return {
+            node: self._states.get(node, "unseen")
+            for node, state in INITIAL_STATES.items()
+            if self._states.get(node) != state
+        }
+
+    def _on_diagnostics(self, message: DiagnosticArray) -> None:
+        for status in message.status:
+            self._states[status.hardware_id] = status.message
+        if self.phase is Phase.BRING_UP and not self.missing:
+            self.phase = Phase.WARM_UP
+            self.destroy_subscription(self._diagnostics)
+            self._player.call_async(Trigger.Request()).add_done_callback(self._on_flying)
+
+    def _on_flying(self, future: Future[Trigger.Response]) -> None:
+        response = future.result()
+        if response is None or not response.success:
+            raise ScenarioError(
+                f"The bag player did not start: {response.message if response else 'no reply'}."
+            )
+        self._after(self._timing.warm_up_s, self._inject)
+
+    def _inject(self) -> None:
+        self.phase = Phase.MEASURED
+        self.start_ns = self.get_clock().now().nanoseconds
+        self._publish("start")
+        self._injector.call_async(Trigger.Request()).add_done_callback(self._on_injected)
+        self._after(self._timing.duration_s, self._end)
+
+    def _on_injected(self, future: Future[Trigger.Response]) -> None:
+        response = future.result()
+        if response is None or not response.success:
+            reason = response.message if response else "no reply"
+            raise ScenarioError(f"Scenario {self._scenario} could not be injected as written: {reason}")
+
+    def _end(self) -> None:
+        self.phase = Phase.OVER
+        self._publish("end")
+
+    def _publish(self, name: str) -> None:
+        now = self.get_clock().now().nanoseconds
+        self._log.publish(
+            ExperimentLogging(timestamp=now, scenario=self._scenario, source="experiment", rule_name=name)
+        )
+
+    def _after(self, seconds: float, action: Callable[[], None]) -> None:
+        def once() -> None:
+            timer.cancel()
+            self.destroy_timer(timer)
+            action()
+
+        timer = self.create_timer(seconds, once)

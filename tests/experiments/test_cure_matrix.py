@@ -1,0 +1,78 @@
+"""Every fault × every adaptation, end to end: exactly what the catalogue lists cures."""
+
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from conftest import SHORT
+
+from sunset.experiments import RunResult, RunSpec, run
+from sunset.faults import ADAPTATIONS, FAULTS, Adaptation
+from sunset.metrics import CAMERA_TOPIC, FUSION_TOPIC, SEGMENTATION_TOPIC
+from sunset.scenarios import Scenario, ScenarioFault
+
+ADAPTERS = Path(__file__).with_name("adapters.py")
+SETTLED_S = 6.5
+"""From here to the end the figures are compared: adaptations are over, and their effects have settled."""
+
+
+def fly(folder: Path, manager: str, *faults: str) -> RunResult:
+    scenario = Scenario(name="+".join(faults) or "nofault", faults=tuple(ScenarioFault(name) for name in faults))
+    return run(RunSpec(scenario=scenario, manager=manager, seed=3, timing=SHORT), folder)
+
+
+def settled_iou(result: RunResult) -> float:
+    frames = result.timeline.frames
+    late = frames.iou[(frames.times >= SETTLED_S) & (frames.times < SHORT.duration_s)]
+    return float(late.mean()) if late.size else 0.0
+
+
+def keeps_sending(result: RunResult) -> bool:
+    """Whether camera, fusion and segmentation send at the expected rate to the end."""
+    expected = (SHORT.duration_s - SETTLED_S) / SHORT.period_s
+    counts = [
+        np.count_nonzero((times >= SETTLED_S) & (times < SHORT.duration_s))
+        for topic in (CAMERA_TOPIC, FUSION_TOPIC, SEGMENTATION_TOPIC)
+        for times in [result.timeline.message_times.get(topic, np.empty(0))]
+    ]
+    return all(count >= 0.9 * expected for count in counts)
+
+
+def is_cured(result: RunResult, healthy_iou: float) -> bool:
+    """Whether no symptom is left and the segmentation is about as good as without the fault."""
+    return (
+        keeps_sending(result)
+        and all(episode.ended is not None for episode in result.score.failures)
+        and settled_iou(result) >= 0.85 * healthy_iou
+    )
+
+
+@cache
+def _listed() -> dict[str, list[tuple[Adaptation, ...]]]:
+    return {fault.name: list(fault.cures) for fault in FAULTS.values()}
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_exactly_the_listed_adaptations_cure(fault: str, flight: Path, tmp_path: Path) -> None:
+    del flight
+    healthy = settled_iou(fly(tmp_path / "healthy", "none"))
+    ill = fly(tmp_path / "ill", "none", fault)
+    assert not is_cured(ill, healthy), "the fault has no effect, so nothing can be said of its cures"
+
+    cures = [
+        str(adaptation)
+        for index, adaptation in enumerate(ADAPTATIONS)
+        if is_cured(fly(tmp_path / f"{index}", f"{ADAPTERS}:Adapt_{index:02d}", fault), healthy)
+    ]
+
+    assert sorted(cures) == sorted(str(cure[0]) for cure in _listed()[fault] if len(cure) == 1)
+
+
+def test_a_degraded_image_is_cured_by_enhancing_it_and_using_that(flight: Path, tmp_path: Path) -> None:
+    del flight
+    healthy = settled_iou(fly(tmp_path / "healthy", "none"))
+
+    treated = fly(tmp_path / "treated", f"{ADAPTERS}:CureImageDegradation", "image_degradation")
+
+    assert is_cured(treated, healthy)

@@ -59,7 +59,7 @@ class BagPlayer(Node):
         self._rgb = self.create_publisher(Image, "/rgb_raw", 10)
         self._depth = self.create_publisher(Image, "/depth_raw", 10)
         self._truth = self.create_publisher(Image, "/gt_segmentation", 10)
-        self._clock = self.create_publisher(Clock, "/clock", 10)
+        self._time = self.create_publisher(Clock, "/clock", 10)
         self.create_service(Trigger, "~/start", self._on_start)
 
     def _declare_parameters(self) -> None:
@@ -126,7 +126,7 @@ class BagPlayer(Node):
         stamp_ns = int(self._bag.stamps_ns[self._next])
         stamp = Time(sec=stamp_ns // _NS_PER_S, nanosec=stamp_ns % _NS_PER_S)
         header = Header(stamp=stamp, frame_id="camera")
-        self._clock.publish(Clock(clock=stamp))
+        self._time.publish(Clock(clock=stamp))
         self._truth.publish(image_of_labels(header, frame.labels))
         self._rgb.publish(image_of_bgr(header, frame.rgb))
         self._depth.publish(image_of_depth(header, frame.depth))

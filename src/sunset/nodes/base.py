@@ -199,7 +199,7 @@ class AdaptiveNode(LifecycleNode):
         self._heartbeat.cancel()
         for one in self._inputs:
             self._close(one)
-        self.call_later(0.0, self.context.shutdown)
+        self.call_later(0.0, self.context.try_shutdown)
         return super().on_shutdown(state)
 
     def _start(self) -> None:

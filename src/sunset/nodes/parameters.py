@@ -14,7 +14,7 @@ __all__ = ["Action", "FaultParameter", "NodeParameter", "TopicParameter", "actio
 
 _TOPIC: Final = re.compile(r"/?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*")
 
-ValueT = TypeVar("ValueT", bool, int, float, str)
+ValueT = TypeVar("ValueT", bound=bool | int | float | str)
 
 
 class NodeParameter(Generic[ValueT]):

@@ -1,5 +1,6 @@
 """The node that injects a scenario's faults, and keeps the world as the scenario says."""
 
+from functools import partial
 from typing import Any, Final, cast
 
 from sunset.faults import Adaptation, AdaptationKind, FaultKind, Value
@@ -79,7 +80,7 @@ class ScenarioExecutor(Node):
             self.create_subscription(
                 TransitionEvent,
                 f"{_NAMESPACE}/{node}/transition_event",
-                lambda event, node=node: self._on_transition(node, event),
+                partial(self._on_transition, node),
                 10,
             )
         if outside:
@@ -174,9 +175,10 @@ def _request(step: Adaptation) -> ChangeState.Request | SetParameters.Request:
     return SetParameters.Request(parameters=[parameter.to_parameter_msg()])
 
 
-def _refusal(step: Adaptation, response: ChangeState.Response | SetParameters.Response) -> str:
+def _refusal(step: Adaptation, response: object) -> str:
     """Return why a node did not do a step, or an empty text."""
     if isinstance(response, ChangeState.Response):
         return "" if response.success else f"{step.node} refused to be activated"
-    reasons = [result.reason for result in response.results if not result.successful]
-    return "; ".join(reasons)
+    if isinstance(response, SetParameters.Response):
+        return "; ".join(result.reason for result in response.results if not result.successful)
+    return f"{step.node} gave no answer"

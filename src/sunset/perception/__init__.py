@@ -1,0 +1,23 @@
+"""Segmentation networks and their inference: arrays in, arrays out; knows no ROS.
+
+A model is a folder with up to three networks (RGB, depth, and both fused) and a card. `load_model` checks
+it, a `Segmenter` runs it, and an `InferenceCache` remembers what it answered.
+"""
+
+from sunset.perception.cache import InferenceCache
+from sunset.perception.card import ModelCard, NetworkCard
+from sunset.perception.modality import Modality
+from sunset.perception.model import Model, list_models, load_model
+from sunset.perception.segmenter import Segmentation, Segmenter
+
+__all__ = [
+    "InferenceCache",
+    "Modality",
+    "Model",
+    "ModelCard",
+    "NetworkCard",
+    "Segmentation",
+    "Segmenter",
+    "list_models",
+    "load_model",
+]

@@ -1,0 +1,188 @@
+"""A file that remembers what networks answered."""
+
+import contextlib
+import hashlib
+import os
+import platform
+import sqlite3
+import tempfile
+import threading
+import zlib
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import Final
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+import onnxruntime
+
+from sunset.errors import DataError, OutputError
+from sunset.perception.modality import Modality
+
+__all__ = ["InferenceCache"]
+
+_APPLICATION_ID: Final = 0x53554E53
+"""Marks an SQLite file as ours ("SUNS")."""
+
+_VERSION: Final = 1
+_WAIT_S: Final = 60.0
+"""How long to wait for other processes that write at the same moment."""
+
+_inherited: list[sqlite3.Connection] = []
+"""Connections that a fork brought along: closing them would release locks that the parent holds."""
+
+
+class InferenceCache:
+    """Labels and entropy by what they were computed from, in an SQLite file.
+
+    The key is a SHA-256 over the weights' checksum, the modality, the runtime's version, the processor's
+    instruction sets (other instructions may give other last bits) and the input bytes; so nothing in the
+    file ever goes out of date, and it can be deleted at any time. Several processes may share a file: it
+    is in write-ahead mode, every answer is a transaction of its own, and a process that is killed leaves
+    it intact. The file must be on a local file system.
+
+    Args:
+        path: the file; made with its folder if it does not exist.
+
+    Raises:
+        OutputError: the file or its folder cannot be made or written.
+        DataError: the file is something else, or damaged. It is never overwritten.
+    """
+
+    def __init__(self, path: Path | str) -> None:
+        self._path = Path(path)
+        self._lock = threading.Lock()
+        self._connection: sqlite3.Connection | None = None
+        self._process = 0
+        features = f"{onnxruntime.__version__}|{platform.machine()}|{cv2.getCPUFeaturesLine()}"
+        self._platform = hashlib.sha256(features.encode()).digest()
+        if not self._path.exists():
+            self._create()
+        with self._lock, self._errors():
+            self._connected()
+
+    def __repr__(self) -> str:
+        """Return the path."""
+        return f"InferenceCache({str(self._path)!r})"
+
+    def __len__(self) -> int:
+        """Return the number of answers in the file."""
+        with self._lock, self._errors():
+            (count,) = self._connected().execute("SELECT COUNT(*) FROM answers").fetchone()
+            return int(count)
+
+    def key(self, weights: str, modality: Modality, inputs: Iterable[npt.NDArray[np.generic]]) -> bytes:
+        """Return the key of an inference: 32 bytes.
+
+        Args:
+            weights: the checksum of the weights.
+            modality: of the network.
+            inputs: its inputs, contiguous.
+        """
+        digest = hashlib.sha256(self._platform)
+        digest.update(f"{weights}|{modality.key}".encode())
+        for array in inputs:
+            digest.update(f"|{array.dtype.str}{array.shape}|".encode())
+            digest.update(array.data)
+        return digest.digest()
+
+    def get(self, key: bytes) -> tuple[npt.NDArray[np.uint8], float] | None:
+        """Return flat labels (read-only) and entropy of an inference, or None if it is not known.
+
+        Raises:
+            DataError: the file is damaged.
+        """
+        with self._lock, self._errors():
+            query = "SELECT labels, entropy FROM answers WHERE key = ?"
+            row = self._connected().execute(query, (key,)).fetchone()
+            if row is None:
+                return None
+            return np.frombuffer(zlib.decompress(row[0]), dtype=np.uint8), float(row[1])
+
+    def put(self, key: bytes, labels: npt.NDArray[np.uint8], entropy: float) -> None:
+        """Remember an answer; one that is there already stays.
+
+        Raises:
+            OutputError: the file cannot be written.
+            DataError: it is damaged.
+        """
+        packed = zlib.compress(labels.tobytes(), 1)
+        with self._lock, self._errors():
+            statement = "INSERT OR IGNORE INTO answers VALUES (?, ?, ?)"
+            self._connected().execute(statement, (key, packed, entropy))
+
+    def close(self) -> None:
+        """Close the file; it is opened again when needed."""
+        with self._lock:
+            if self._connection is not None and self._process == os.getpid():
+                self._connection.close()
+                self._connection = None
+
+    def __del__(self) -> None:
+        """Close the file."""
+        if getattr(self, "_connection", None) is not None:
+            self.close()
+
+    def _create(self) -> None:
+        """Make an empty cache beside the path and link it there, so that nobody ever sees half of one."""
+        try:
+            self._path.parent.mkdir(parents=True, exist_ok=True)
+            handle, name = tempfile.mkstemp(prefix=f".{self._path.name}.", dir=self._path.parent)
+            os.close(handle)
+        except OSError as error:
+            raise OutputError(
+                f"The inference cache {self._path} cannot be made: {error.strerror}."
+            ) from error
+        try:
+            with (
+                self._errors(),
+                contextlib.closing(sqlite3.connect(name, isolation_level=None)) as connection,
+            ):
+                connection.execute(f"PRAGMA application_id = {_APPLICATION_ID}")
+                connection.execute(f"PRAGMA user_version = {_VERSION}")
+                connection.execute(
+                    "CREATE TABLE answers (key BLOB PRIMARY KEY, labels BLOB NOT NULL, entropy REAL NOT NULL) "
+                    "WITHOUT ROWID"
+                )
+                connection.execute("PRAGMA journal_mode = WAL")
+            with contextlib.suppress(FileExistsError):  # another process was first
+                os.link(name, self._path)
+        except OSError as error:
+            raise OutputError(
+                f"The inference cache {self._path} cannot be made: {error.strerror}."
+            ) from error
+        finally:
+            Path(name).unlink(missing_ok=True)
+
+    def _connected(self) -> sqlite3.Connection:
+        """Return this process's connection: SQLite's must not be carried across a fork."""
+        if self._connection is None or self._process != os.getpid():
+            connection = sqlite3.connect(
+                self._path, timeout=_WAIT_S, isolation_level=None, check_same_thread=False
+            )
+            (application,) = connection.execute("PRAGMA application_id").fetchone()
+            (version,) = connection.execute("PRAGMA user_version").fetchone()
+            if (application, version) != (_APPLICATION_ID, _VERSION):
+                connection.close()
+                raise DataError(
+                    f"The file {self._path} is no inference cache of this version: choose another path, or "
+                    f"delete it if it is not needed."
+                )
+            connection.execute("PRAGMA synchronous = NORMAL")  # a killed process loses nothing
+            if self._connection is not None:
+                _inherited.append(self._connection)
+            self._connection, self._process = connection, os.getpid()
+        return self._connection
+
+    @contextlib.contextmanager
+    def _errors(self) -> Iterator[None]:
+        """Translate SQLite's errors."""
+        try:
+            yield
+        except sqlite3.OperationalError as error:
+            raise OutputError(f"The inference cache {self._path} cannot be used: {error}.") from error
+        except (sqlite3.DatabaseError, zlib.error) as error:
+            raise DataError(
+                f"The inference cache {self._path} is damaged ({error}): delete it, it will be filled again."
+            ) from error

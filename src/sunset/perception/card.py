@@ -1,0 +1,200 @@
+"""The model card: what a model is, what it was measured to do, and the thresholds that belong to it."""
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import MappingProxyType
+from typing import Final
+
+from sunset.classes import CLASSES
+from sunset.errors import ModelError
+from sunset.perception.card_text import card_text
+from sunset.perception.modality import Modality
+
+__all__ = ["CARD_FORMAT", "CARD_NAME", "ModelCard", "NetworkCard"]
+
+CARD_NAME: Final = "card.json"
+CARD_FORMAT: Final = 1
+
+_SHA256_DIGITS: Final = 64
+
+
+@dataclass(frozen=True, slots=True)
+class NetworkCard:
+    """One network of a model.
+
+    Attributes:
+        file: its file name in the model's folder.
+        sha256: checksum of the file, 64 hexadecimal digits.
+        parameters: number of weights.
+        temperature: its logits are divided by this before the entropy's softmax.
+    """
+
+    file: str
+    sha256: str
+    parameters: int
+    temperature: float
+
+
+@dataclass(frozen=True, slots=True)
+class ModelCard:
+    """What `card.json` says.
+
+    Attributes:
+        name: the model's name.
+        version: of the weights.
+        description: one paragraph.
+        height: of the images that it takes, in pixels.
+        width: of the images that it takes, in pixels.
+        classes: names, by class index.
+        entropy_threshold: the F4 symptom holds where the entropy, averaged over 5 frames, exceeds it.
+        sharpness_threshold: the F5 symptom holds where the sharpness, averaged over 5 frames, is below it.
+        networks: by modality.
+        training: how it was trained (data, seeds, schedule, losses), as the training run wrote it.
+        results: what it was measured to do on held-out data, as the training run wrote it.
+    """
+
+    name: str
+    version: str
+    description: str
+    height: int
+    width: int
+    classes: tuple[str, ...]
+    entropy_threshold: float
+    sharpness_threshold: float
+    networks: Mapping[Modality, NetworkCard]
+    training: Mapping[str, object] = field(default_factory=dict)
+    results: Mapping[str, object] = field(default_factory=dict)
+
+    @classmethod
+    def read(cls, path: Path) -> "ModelCard":
+        """Read and check a card.
+
+        Raises:
+            ModelError: it is missing, no JSON, or lacks something.
+        """
+        try:
+            raw = json.loads(path.read_text(encoding="utf-8"))
+        except FileNotFoundError:
+            raise ModelError(f"The model card {path} is missing.") from None
+        except (OSError, UnicodeDecodeError, json.JSONDecodeError, RecursionError) as error:
+            raise ModelError(f"The model card {path} cannot be read as JSON: {error}.") from error
+        return _parse(_Fields(raw, f"model card {path}"))
+
+    def to_json(self) -> dict[str, object]:
+        """Return the object that `card.json` holds."""
+        networks = {
+            modality.key: {
+                "file": network.file,
+                "sha256": network.sha256,
+                "parameters": network.parameters,
+                "temperature": network.temperature,
+            }
+            for modality, network in sorted(self.networks.items())
+        }
+        return {
+            "format": CARD_FORMAT,
+            "name": self.name,
+            "version": self.version,
+            "description": self.description,
+            "height": self.height,
+            "width": self.width,
+            "classes": list(self.classes),
+            "entropy_threshold": self.entropy_threshold,
+            "sharpness_threshold": self.sharpness_threshold,
+            "networks": networks,
+            "training": dict(self.training),
+            "results": dict(self.results),
+        }
+
+    def write(self, folder: Path) -> None:
+        """Write `card.json`, and `card.md` for reading, into the model's folder."""
+        text = json.dumps(self.to_json(), indent=2, ensure_ascii=False, allow_nan=False)
+        (folder / CARD_NAME).write_text(f"{text}\n", encoding="utf-8")
+        (folder / "card.md").write_text(self.to_text(), encoding="utf-8")
+
+    def to_text(self) -> str:
+        """Return the card as text for reading, in Markdown."""
+        return card_text(self.to_json())
+
+
+class _Fields:
+    """Typed access to the fields of a JSON object, with errors that say where."""
+
+    def __init__(self, raw: object, where: str) -> None:
+        if not isinstance(raw, dict):
+            raise ModelError(f"The {where} must be a JSON object, got {type(raw).__name__}.")
+        self._raw = raw
+        self._where = where
+
+    def wrong(self, key: str, expected: str) -> ModelError:
+        got = repr(self._raw[key]) if key in self._raw else "nothing"
+        return ModelError(f"The {self._where} must have {expected} as {key!r}, got {got}.")
+
+    def text(self, key: str) -> str:
+        value = self._raw.get(key)
+        if not isinstance(value, str) or not value:
+            raise self.wrong(key, "a text")
+        return value
+
+    def whole(self, key: str) -> int:
+        value = self._raw.get(key)
+        if isinstance(value, bool) or not isinstance(value, int) or value < 1:
+            raise self.wrong(key, "a whole number from 1 on")
+        return value
+
+    def number(self, key: str, low: float, high: float) -> float:
+        value = self._raw.get(key)
+        if isinstance(value, bool) or not isinstance(value, int | float) or not low <= value <= high:
+            raise self.wrong(key, f"a number from {low:g} to {high:g}")
+        return float(value)
+
+    def object(self, key: str) -> "dict[str, object]":
+        value = self._raw.get(key)
+        if not isinstance(value, dict):
+            raise self.wrong(key, "an object")
+        return value
+
+    def classes(self, key: str) -> tuple[str, ...]:
+        if self._raw.get(key) != list(CLASSES):
+            raise self.wrong(key, f"the list of the {len(CLASSES)} classes in their order")
+        return CLASSES
+
+
+def _network(raw: object, where: str) -> NetworkCard:
+    fields = _Fields(raw, where)
+    file, sha256 = fields.text("file"), fields.text("sha256")
+    if Path(file).name != file:
+        raise fields.wrong("file", "a plain file name")
+    if len(sha256) != _SHA256_DIGITS or set(sha256) - set("0123456789abcdef"):
+        raise fields.wrong("sha256", "64 hexadecimal digits")
+    temperature = fields.number("temperature", 1e-3, 1e3)
+    return NetworkCard(file, sha256, fields.whole("parameters"), temperature)
+
+
+def _parse(fields: _Fields) -> ModelCard:
+    if fields.whole("format") != CARD_FORMAT:
+        raise fields.wrong("format", f"{CARD_FORMAT}, the only format known,")
+    networks = {}
+    known = {modality.key: modality for modality in Modality}
+    for key, raw in fields.object("networks").items():
+        if key not in known:
+            raise fields.wrong("networks", f"networks named {', '.join(sorted(known))} only")
+        networks[known[key]] = _network(raw, f"entry of network {key!r} in the model card")
+    if not networks:
+        raise fields.wrong("networks", "at least one network")
+    return ModelCard(
+        name=fields.text("name"),
+        version=fields.text("version"),
+        description=fields.text("description"),
+        height=fields.whole("height"),
+        width=fields.whole("width"),
+        classes=fields.classes("classes"),
+        entropy_threshold=fields.number("entropy_threshold", 0, 1),
+        sharpness_threshold=fields.number("sharpness_threshold", 0, math.inf),
+        networks=MappingProxyType(networks),
+        training=MappingProxyType(fields.object("training")),
+        results=MappingProxyType(fields.object("results")),
+    )

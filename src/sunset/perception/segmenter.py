@@ -1,0 +1,152 @@
+"""Running a model's networks."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from sunset.errors import ModelError
+from sunset.perception.cache import InferenceCache
+from sunset.perception.modality import Modality
+from sunset.perception.model import RUNTIME_ERRORS, Model
+
+__all__ = ["Segmentation", "Segmenter"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Segmentation:
+    """What a network says about a frame.
+
+    Attributes:
+        labels: (H, W) uint8, class indices 0 to 27; read-only.
+        entropy: mean over pixels of the Shannon entropy of the softmax, over log 28: 0 sure, 1 uniform.
+    """
+
+    labels: npt.NDArray[np.uint8]
+    entropy: float
+
+    def __repr__(self) -> str:
+        """Return size and entropy."""
+        return f"Segmentation({self.labels.shape[1]}x{self.labels.shape[0]}, entropy={self.entropy:.4f})"
+
+
+class Segmenter:
+    """Segments frames with the networks of a model.
+
+    The answer to a frame does not depend on what came before, nor on the number of threads: frames go
+    through one at a time, and the runtime splits work between threads along axes that it does not sum
+    over (a test compares the bits). Between processors with other instructions, last bits may differ.
+
+    Args:
+        model: whose networks.
+        threads: of the runtime, at least 1.
+        cache: answers frames that were seen before, or None.
+
+    Raises:
+        ModelError: the number of threads is less than 1.
+    """
+
+    def __init__(self, model: Model, *, threads: int = 1, cache: InferenceCache | None = None) -> None:
+        if threads < 1:
+            raise ModelError(f"The number of inference threads must be at least 1, got {threads}.")
+        self._model = model
+        self._threads = threads
+        self._cache = cache
+
+    def __repr__(self) -> str:
+        """Return the model and the cache."""
+        return f"Segmenter({self._model!r}, threads={self._threads}, cache={self._cache!r})"
+
+    @property
+    def model(self) -> Model:
+        """The model whose networks are run."""
+        return self._model
+
+    def segment(
+        self,
+        modality: Modality,
+        bgr: npt.NDArray[np.uint8] | None,
+        depth: npt.NDArray[np.uint16] | None,
+    ) -> Segmentation:
+        """Segment one frame.
+
+        Args:
+            modality: which network; an input that it does not look at may be None and is not looked at.
+            bgr: (H, W, 3) uint8, the model's size.
+            depth: (H, W) uint16, the model's size; 65535 counts are 1000 m.
+
+        Raises:
+            ModelError: an input is missing or of another shape or type, the model has no such network, or
+                the network fails.
+            DataError: the cache is damaged.
+            OutputError: the cache cannot be written.
+        """
+        inputs = self._inputs(modality, bgr, depth)
+        if self._cache is None:
+            return self._infer(modality, inputs)
+        network = self._model.card.networks.get(modality)
+        key = self._cache.key(network.sha256 if network else "", modality, inputs.values())
+        found = self._cache.get(key)
+        if found is not None and found[0].size == self._model.card.height * self._model.card.width:
+            labels = found[0].reshape(self._model.card.height, self._model.card.width)
+            return Segmentation(labels, found[1])
+        result = self._infer(modality, inputs)
+        self._cache.put(key, result.labels, result.entropy)
+        return result
+
+    def logits(
+        self,
+        modality: Modality,
+        bgr: npt.NDArray[np.uint8] | None,
+        depth: npt.NDArray[np.uint16] | None,
+    ) -> npt.NDArray[np.float32]:
+        """Return the network's logits (28, h, w) as they are before interpolation and temperature.
+
+        Raises:
+            ModelError: as `segment`.
+        """
+        (logits,) = self._run(modality, ["logits"], self._inputs(modality, bgr, depth))
+        result: npt.NDArray[np.float32] = logits[0]
+        return result
+
+    def _inputs(
+        self,
+        modality: Modality,
+        bgr: npt.NDArray[np.uint8] | None,
+        depth: npt.NDArray[np.uint16] | None,
+    ) -> dict[str, npt.NDArray[np.generic]]:
+        card = self._model.card
+        inputs: dict[str, npt.NDArray[np.generic]] = {}
+        if modality.needs_rgb:
+            inputs["bgr"] = _checked("colour image", bgr, (card.height, card.width, 3), np.dtype(np.uint8))
+        if modality.needs_depth:
+            inputs["depth"] = _checked("depth image", depth, (card.height, card.width), np.dtype(np.uint16))
+        return inputs
+
+    def _infer(self, modality: Modality, inputs: dict[str, npt.NDArray[np.generic]]) -> Segmentation:
+        labels, entropy = self._run(modality, ["labels", "entropy"], inputs)
+        labels.flags.writeable = False
+        return Segmentation(labels.view(np.uint8), float(entropy.item()))
+
+    def _run(
+        self, modality: Modality, outputs: list[str], inputs: dict[str, npt.NDArray[np.generic]]
+    ) -> list[npt.NDArray[np.generic]]:
+        session = self._model.session(modality, self._threads)
+        try:
+            results: list[npt.NDArray[np.generic]] = session.run(outputs, inputs)
+        except RUNTIME_ERRORS as error:
+            raise ModelError(f"The network {modality.key!r} of {self._model!r} failed: {error}.") from error
+        return results
+
+
+def _checked(
+    what: str, array: npt.NDArray[np.generic] | None, shape: tuple[int, ...], dtype: np.dtype[np.generic]
+) -> npt.NDArray[np.generic]:
+    if array is None:
+        raise ModelError(f"The network needs a {what} of shape {shape} and type {dtype}, got none.")
+    if array.shape != shape or array.dtype != dtype:
+        raise ModelError(
+            f"The network takes a {what} of shape {shape} and type {dtype}, got shape {array.shape} and type "
+            f"{array.dtype}."
+        )
+    return np.ascontiguousarray(array)

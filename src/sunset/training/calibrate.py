@@ -1,0 +1,94 @@
+"""Temperatures and thresholds: what makes entropy a symptom."""
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from sunset.errors import DataError
+from sunset.metrics import normalised_entropy
+from sunset.training.inputs import upsampling
+
+__all__ = ["Separation", "separate", "temperature_for"]
+
+_STRIDE: Final = 2
+_EVERY: Final = 3
+"""Odd, so that pixels near to and far from a logit take part."""
+_LIMITS: Final = (0.05, 20.0)
+_HALVINGS: Final = 24
+
+
+@dataclass(frozen=True, slots=True)
+class Separation:
+    """A threshold between two kinds of values.
+
+    Attributes:
+        threshold: values of the second kind should exceed it.
+        false_alarms: greatest share of one set of the first kind that exceed it.
+        misses: greatest share of one set of the second kind that do not.
+    """
+
+    threshold: float
+    false_alarms: float
+    misses: float
+
+
+def _mean_entropy(logits: list[npt.NDArray[np.float32]], temperature: float) -> float:
+    """Return the mean normalised entropy over frames, on every third row and column."""
+    means = []
+    for low in logits:
+        rows = upsampling(low.shape[1], _STRIDE)[::_EVERY]
+        columns = upsampling(low.shape[2], _STRIDE)[::_EVERY].T
+        means.append(normalised_entropy(rows @ (low @ columns) / np.float32(temperature)))
+    return float(np.mean(means))
+
+
+def temperature_for(logits: list[npt.NDArray[np.float32]], entropy: float) -> float:
+    """Return the temperature at which the mean entropy of frames is as wanted.
+
+    Args:
+        logits: per frame (28, h, w).
+        entropy: normalised, in (0, 1).
+
+    Raises:
+        DataError: no temperature from 0.05 to 20 reaches it.
+    """
+    low, high = _LIMITS
+    if not _mean_entropy(logits, low) < entropy < _mean_entropy(logits, high):
+        raise DataError(
+            f"No temperature from {low} to {high} gives the networks a mean entropy of {entropy:.4f}."
+        )
+    for _ in range(_HALVINGS):  # entropy rises with temperature
+        middle = float(np.sqrt(low * high))
+        low, high = (middle, high) if _mean_entropy(logits, middle) < entropy else (low, middle)
+    return float(np.sqrt(low * high))
+
+
+def separate(low: list[npt.NDArray[np.float64]], high: list[npt.NDArray[np.float64]]) -> Separation:
+    """Return the threshold with the smallest worst error: false alarms or misses in any one set.
+
+    Where several do equally well, the middle of the widest gap of them is taken.
+
+    Args:
+        low: sets of values that should lie below.
+        high: sets of values that should lie above.
+
+    >>> separate([np.array([0.0, 0.25])], [np.array([0.75, 1.0]), np.array([0.5])]).threshold
+    0.375
+    """
+    values = np.unique(np.concatenate([*low, *high]))
+    edges = (values[1:] + values[:-1]) / 2
+    errors = np.array([_errors(edge, low, high) for edge in edges])
+    worst = errors.max(axis=1)
+    best = np.flatnonzero(worst == worst.min())
+    chosen = best[int(np.argmax(values[best + 1] - values[best]))]
+    alarms, misses = errors[chosen]
+    return Separation(float(edges[chosen]), float(alarms), float(misses))
+
+
+def _errors(
+    edge: float, low: list[npt.NDArray[np.float64]], high: list[npt.NDArray[np.float64]]
+) -> tuple[float, float]:
+    alarms = max(float((values > edge).mean()) for values in low)
+    return alarms, max(float((values <= edge).mean()) for values in high)

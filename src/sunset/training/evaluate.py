@@ -1,0 +1,119 @@
+"""Measuring an exported model, through the same inference that runs use."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from sunset.faults import FAULTS, blur, degrade_depth, degrade_image, enhance_image, shift_image
+from sunset.faults.degradations import BLUR_SIGMA
+from sunset.metrics import ClassCounts, class_iou, count_classes, image_iou
+from sunset.perception import Modality, Segmenter
+from sunset.seeding import generator
+from sunset.training.batches import FrameSet
+
+__all__ = ["DEGRADATIONS", "Degradation", "Measured", "five_frame_means", "measure", "roc_auc"]
+
+Degradation = Callable[
+    [npt.NDArray[np.uint8], npt.NDArray[np.uint16], np.random.Generator],
+    tuple[npt.NDArray[np.uint8], npt.NDArray[np.uint16]],
+]
+"""What a fault does to a colour and a depth image."""
+
+
+def _strength(fault: str) -> float:
+    return float(FAULTS[fault].value)
+
+
+DEGRADATIONS: Final[Mapping[str, Degradation]] = MappingProxyType(
+    {
+        "autofocus_needed": lambda bgr, depth, _: (blur(bgr, BLUR_SIGMA), depth),
+        "image_degradation": lambda bgr, depth, _: (
+            degrade_image(bgr, _strength("image_degradation")),
+            depth,
+        ),
+        "unneeded_enhancement": lambda bgr, depth, _: (
+            enhance_image(bgr, _strength("image_degradation")),
+            depth,
+        ),
+        "image_shift": lambda bgr, depth, _: (shift_image(bgr, int(_strength("image_shift"))), depth),
+        "depth_degradation": lambda bgr, depth, rng: (
+            bgr,
+            degrade_depth(depth, _strength("depth_degradation"), rng),
+        ),
+    }
+)
+"""The F4 and F5 faults at the strengths of the paper's suite, in the order in which frames pass them."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Measured:
+    """What a network made of a set of frames.
+
+    Attributes:
+        iou: (N,) per image, the mean over classes present.
+        entropy: (N,) per image.
+        counts: of all images added up.
+    """
+
+    iou: npt.NDArray[np.float64]
+    entropy: npt.NDArray[np.float64]
+    counts: ClassCounts
+
+    def class_iou(self) -> dict[int, float]:
+        """Return the IoU of every class present, over all images, by class index."""
+        iou, present = class_iou(self.counts)
+        return {int(index): float(iou[index]) for index in np.flatnonzero(present)}
+
+
+def measure(
+    segmenter: Segmenter,
+    modality: Modality,
+    frames: FrameSet,
+    degradations: tuple[Degradation, ...] = (),
+    *,
+    seed: int = 0,
+) -> Measured:
+    """Segment frames, degraded or not, and compare with the truth.
+
+    Args:
+        segmenter: runs the model.
+        modality: which network.
+        frames: with their truth.
+        degradations: applied one after the other.
+        seed: of the degradations' noise.
+    """
+    ious, entropies, totals = [], [], np.zeros((3, 28), dtype=np.int64)
+    for index in range(len(frames)):
+        bgr, depth = np.asarray(frames.bgr[index]), np.asarray(frames.depth[index])
+        for degradation in degradations:
+            bgr, depth = degradation(bgr, depth, generator(seed, "training", "noise", index))
+        result = segmenter.segment(modality, bgr, depth)
+        counts = count_classes(result.labels, np.asarray(frames.labels[index]))
+        ious.append(image_iou(counts))
+        entropies.append(result.entropy)
+        totals += np.stack([counts.intersection, counts.predicted, counts.truth])
+    return Measured(np.array(ious), np.array(entropies), ClassCounts(totals[0], totals[1], totals[2]))
+
+
+def five_frame_means(values: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """Return the means over five consecutive values; (N,) → (N - 4,).
+
+    >>> five_frame_means(np.arange(6.0)).tolist()
+    [2.0, 3.0]
+    """
+    means: npt.NDArray[np.float64] = np.lib.stride_tricks.sliding_window_view(values, 5).mean(axis=1)
+    return means
+
+
+def roc_auc(negative: npt.NDArray[np.float64], positive: npt.NDArray[np.float64]) -> float:
+    """Return the chance that a positive exceeds a negative, ties counting half.
+
+    >>> roc_auc(np.array([1.0, 2.0]), np.array([2.0, 3.0]))
+    0.875
+    """
+    difference = positive[:, None] - negative[None, :]
+    return float((difference > 0).mean() + 0.5 * (difference == 0).mean())

@@ -1,0 +1,98 @@
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from sunset.classes import CLASSES
+from sunset.errors import ModelError
+from sunset.perception import Modality, Model, ModelCard
+
+
+def test_the_card_that_is_read_is_the_card_that_was_written(tmp_path: Path, lite: Model) -> None:
+    lite.card.write(tmp_path)
+    assert ModelCard.read(tmp_path / "card.json") == lite.card
+
+
+def test_the_card_for_reading_says_what_the_card_says(tmp_path: Path, lite: Model) -> None:
+    lite.card.write(tmp_path)
+    text = (tmp_path / "card.md").read_text(encoding="utf-8")
+    assert text.startswith(f"# lite, version {lite.card.version}\n")
+    for network in lite.card.networks.values():
+        assert f"| {network.file} | {network.sha256} |" in text
+
+
+def test_the_shipped_card_has_all_networks_classes_and_usable_thresholds(lite: Model) -> None:
+    assert set(lite.card.networks) == set(Modality)
+    assert lite.card.classes == CLASSES
+    assert 0 < lite.card.entropy_threshold < 1
+    assert lite.card.sharpness_threshold > 0
+
+
+def test_the_shipped_weights_fit_into_20_megabytes(lite: Model) -> None:
+    assert sum((lite.folder / network.file).stat().st_size for network in lite.card.networks.values()) <= 20e6
+
+
+def test_a_missing_card_is_named(tmp_path: Path) -> None:
+    with pytest.raises(ModelError, match=r"The model card .*card\.json is missing\."):
+        ModelCard.read(tmp_path / "card.json")
+
+
+@pytest.mark.parametrize("text", ["", '{"name": ', "[" * 100_000])
+def test_a_card_that_is_no_json_is_refused(tmp_path: Path, text: str) -> None:
+    path = tmp_path / "card.json"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(ModelError, match="cannot be read as JSON"):
+        ModelCard.read(path)
+
+
+def test_a_card_that_is_no_text_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "card.json"
+    path.write_bytes(b"\xff\xfe\x00\x81")
+    with pytest.raises(ModelError, match="cannot be read as JSON"):
+        ModelCard.read(path)
+
+
+def test_a_card_that_is_a_list_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "card.json"
+    path.write_text("[]", encoding="utf-8")
+    with pytest.raises(ModelError, match="must be a JSON object, got list"):
+        ModelCard.read(path)
+
+
+NETWORK = {"file": "rgb.onnx", "sha256": "0" * 64, "parameters": 1, "temperature": 1.0}
+
+
+@pytest.mark.parametrize(
+    ("fields", "message"),
+    [
+        ({"format": 2}, "1, the only format known, as 'format', got 2"),
+        ({"name": ""}, "a text as 'name', got ''"),
+        ({"height": 14.4}, "a whole number from 1 on as 'height', got 14.4"),
+        ({"width": True}, "a whole number from 1 on as 'width', got True"),
+        ({"classes": ["road"]}, "the list of the 28 classes in their order as 'classes'"),
+        ({"entropy_threshold": 1.5}, "a number from 0 to 1 as 'entropy_threshold', got 1.5"),
+        ({"entropy_threshold": "low"}, "a number from 0 to 1 as 'entropy_threshold', got 'low'"),
+        ({"entropy_threshold": float("nan")}, "a number from 0 to 1 as 'entropy_threshold', got nan"),
+        ({"sharpness_threshold": -1}, "a number from 0 to inf as 'sharpness_threshold', got -1"),
+        ({"networks": {}}, "at least one network as 'networks'"),
+        ({"networks": {"lidar": NETWORK}}, "networks named depth, fusion, rgb only as 'networks'"),
+        (
+            {"networks": {"rgb": 7}},
+            "The entry of network 'rgb' in the model card must be a JSON object, got int",
+        ),
+        ({"networks": {"rgb": {**NETWORK, "file": "../rgb.onnx"}}}, "a plain file name as 'file'"),
+        ({"networks": {"rgb": {**NETWORK, "sha256": "abc"}}}, "64 hexadecimal digits as 'sha256', got 'abc'"),
+        (
+            {"networks": {"rgb": {**NETWORK, "temperature": 0}}},
+            "a number from 0.001 to 1000 as 'temperature', got 0",
+        ),
+        ({"training": None}, "an object as 'training', got None"),
+    ],
+)
+def test_a_malformed_card_says_where_what_was_expected_and_what_it_got(
+    edit_card: Callable[..., Path], fields: dict[str, object], message: str
+) -> None:
+    folder = edit_card(**fields)
+    with pytest.raises(ModelError) as caught:
+        ModelCard.read(folder / "card.json")
+    assert message in str(caught.value)

@@ -1,0 +1,94 @@
+import hashlib
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from sunset.errors import ModelError
+from sunset.perception import Modality, Model, list_models, load_model
+
+
+def test_the_shipped_model_is_listed_and_loads_by_name(lite: Model) -> None:
+    assert lite.card.name == "lite"
+    assert "lite" in list_models()
+
+
+def test_a_model_loads_from_a_folder(copied: Path, lite: Model) -> None:
+    assert load_model(copied).card == lite.card
+    assert load_model(str(copied)).card == lite.card
+
+
+def test_an_unknown_name_is_refused_with_the_known_ones() -> None:
+    with pytest.raises(ModelError, match=r"There is no model 'heavy': expected .* names .*lite"):
+        load_model("heavy")
+
+
+def test_a_missing_network_is_named(copied: Path) -> None:
+    (copied / "depth.onnx").unlink()
+    with pytest.raises(
+        ModelError, match=r"The network .*depth\.onnx, named on .* No such file or directory\."
+    ):
+        load_model(copied)
+
+
+def test_a_truncated_network_is_told_from_the_card(copied: Path) -> None:
+    path = copied / "rgb.onnx"
+    path.write_bytes(path.read_bytes()[:1000])
+    with pytest.raises(ModelError, match=r"The network .*rgb\.onnx is not the one on the model's card"):
+        load_model(copied)
+
+
+@pytest.fixture
+def with_network(copied: Path) -> Callable[[bytes], Path]:
+    """Put other bytes in the place of rgb.onnx, with their checksum on the card."""
+
+    def exchange(content: bytes) -> Path:
+        (copied / "rgb.onnx").write_bytes(content)
+        path = copied / "card.json"
+        raw = json.loads(path.read_text(encoding="utf-8"))
+        raw["networks"]["rgb"]["sha256"] = hashlib.sha256(content).hexdigest()
+        path.write_text(json.dumps(raw), encoding="utf-8")
+        return copied
+
+    return exchange
+
+
+@pytest.mark.parametrize("content", [b"", b"no network", b"\x08\x09" * 50])
+def test_what_is_no_network_is_refused(with_network: Callable[[bytes], Path], content: bytes) -> None:
+    model = load_model(with_network(content))
+    with pytest.raises(ModelError, match=r"The network .*rgb\.onnx (is no ONNX model|must take|lacks)"):
+        model.session(Modality.RGB)
+
+
+def test_a_network_cut_short_is_refused(with_network: Callable[[bytes], Path], lite: Model) -> None:
+    content = (lite.folder / "rgb.onnx").read_bytes()
+    model = load_model(with_network(content[: len(content) // 2]))
+    with pytest.raises(ModelError, match=r"The network .*rgb\.onnx is no ONNX model that can be run: .*\.$"):
+        model.session(Modality.RGB)
+
+
+def test_a_network_of_another_modality_is_refused(with_network: Callable[[bytes], Path], lite: Model) -> None:
+    model = load_model(with_network((lite.folder / "depth.onnx").read_bytes()))
+    with pytest.raises(ModelError, match=r"must take bgr tensor\(uint8\) \[144, 256, 3\], but takes depth"):
+        model.session(Modality.RGB)
+
+
+def test_a_card_of_another_size_than_the_network_is_refused(edit_card: Callable[..., Path]) -> None:
+    model = load_model(edit_card(height=288, width=512))
+    model_card_size = "must take depth tensor(uint16) [288, 512], but takes depth tensor(uint16) [144, 256]"
+    with pytest.raises(ModelError) as caught:
+        model.session(Modality.DEPTH, threads=3)
+    assert model_card_size in str(caught.value)
+
+
+def test_a_modality_without_network_is_refused(edit_card: Callable[..., Path], lite: Model) -> None:
+    networks = lite.card.to_json()["networks"]
+    assert isinstance(networks, dict)
+    folder = edit_card(networks={"rgb": networks["rgb"]})
+    with pytest.raises(ModelError, match="The model 'lite' has no network 'fusion', only rgb"):
+        load_model(folder).session(Modality.FUSION)
+
+
+def test_a_session_is_made_once_per_process(copied: Path, lite: Model) -> None:
+    assert lite.session(Modality.RGB) is load_model(copied).session(Modality.RGB)

@@ -1,0 +1,183 @@
+import pytest
+
+from sunset.errors import MiddlewareError
+from sunset.interfaces import Message
+from sunset.interfaces.std_srvs.srv import SetBool, Trigger
+from sunset.rmw.port import NodeHandle, QoSProfile, RequestId, ServiceHandle
+from sunset.rmw.sim import Simulation, Tap
+
+MS = 1_000_000
+QOS = QoSProfile(depth=10)
+
+
+def node_of(sim: Simulation, name: str) -> NodeHandle:
+    process = sim.create_process(name)
+    node = process.create_node(name, "/")
+    node.attach()
+    process.run()
+    return node
+
+
+def serve(node: NodeHandle, message: str, qos: QoSProfile = QOS) -> list[Message]:
+    requests: list[Message] = []
+
+    def answer(request_id: RequestId, request: Message) -> None:
+        requests.append(request)
+        handle.send_response(request_id, SetBool.Response(success=True, message=message))
+
+    handle: ServiceHandle = node.create_service(SetBool, "/switch", qos, answer, label="answer")
+    return requests
+
+
+Responses = list[tuple[int, Message]]
+
+
+def test_a_response_comes_back_with_the_number_of_its_request() -> None:
+    sim = Simulation(latency_s=0.001)
+    requests = serve(node_of(sim, "server"), "done")
+    responses: Responses = []
+    times: list[int] = []
+
+    def on_response(number: int, response: Message) -> None:
+        responses.append((number, response))
+        times.append(sim.now)
+
+    client = node_of(sim, "client").create_client(SetBool, "/switch", QOS, on_response, label="on_response")
+    assert client.server_ready()
+    numbers = [client.send_request(SetBool.Request(data=data)) for data in (True, False)]
+    sim.run_until(100 * MS)
+    assert requests == [SetBool.Request(data=True), SetBool.Request(data=False)]
+    assert [number for number, _ in responses] == numbers
+    assert times == [2_200_000, 2_400_000]  # there, 0.2 ms of work each, and back
+
+
+def test_every_server_is_asked_and_every_answer_comes() -> None:
+    sim = Simulation()
+    for name in ("first", "second"):
+        serve(node_of(sim, name), name)
+    responses: Responses = []
+    client = node_of(sim, "client").create_client(
+        SetBool, "/switch", QOS, lambda *response: responses.append(response), label="on_response"
+    )
+    client.send_request(SetBool.Request())
+    sim.run_until(100 * MS)
+    assert [(number, response.message) for number, response in responses] == [(1, "first"), (1, "second")]  # type: ignore[attr-defined]
+
+
+def test_without_a_server_of_the_type_nothing_answers() -> None:
+    sim = Simulation()
+    node_of(sim, "server").create_service(Trigger, "/switch", QOS, lambda *_: None, label="answer")
+    responses: Responses = []
+    client = node_of(sim, "client").create_client(
+        SetBool, "/switch", QOS, lambda *response: responses.append(response), label="on_response"
+    )
+    assert not client.server_ready()
+    client.send_request(SetBool.Request())
+    serve(node_of(sim, "late"), "late")
+    assert client.server_ready()
+    sim.run_until(100 * MS)
+    assert responses == []
+
+
+def test_a_server_holds_no_more_requests_than_its_depth() -> None:
+    sim = Simulation()
+    requests = serve(node_of(sim, "server"), "done", QoSProfile(depth=2))
+    client = node_of(sim, "client").create_client(
+        SetBool, "/switch", QOS, lambda *_: None, label="on_response"
+    )
+    for number in range(5):
+        client.send_request(SetBool.Request(data=number == 4))
+    sim.run_until(100 * MS)
+    assert [request.data for request in requests] == [False, False, True]  # type: ignore[attr-defined]
+
+
+def test_a_request_can_be_answered_later_but_once() -> None:
+    sim = Simulation()
+    server = node_of(sim, "server")
+    waiting: list[RequestId] = []
+    service = server.create_service(
+        SetBool, "/switch", QOS, lambda request_id, _: waiting.append(request_id), label="answer"
+    )
+    responses: Responses = []
+    client = node_of(sim, "client").create_client(
+        SetBool, "/switch", QOS, lambda *response: responses.append(response), label="on_response"
+    )
+    client.send_request(SetBool.Request())
+    sim.run_until(50 * MS)
+    assert responses == []
+    service.send_response(waiting[0], SetBool.Response(success=True))
+    with pytest.raises(MiddlewareError, match="Service /switch has no request"):
+        service.send_response(waiting[0], SetBool.Response())
+    sim.run_until(100 * MS)
+    assert responses == [(1, SetBool.Response(success=True))]
+
+
+def test_a_client_that_is_gone_gets_no_response() -> None:
+    sim = Simulation()
+    serve(node_of(sim, "server"), "done")
+    responses: Responses = []
+    client = node_of(sim, "client").create_client(
+        SetBool, "/switch", QOS, lambda *response: responses.append(response), label="on_response"
+    )
+    client.send_request(SetBool.Request())
+    client.destroy()
+    sim.run_until(100 * MS)
+    assert responses == []
+    with pytest.raises(MiddlewareError, match="Node /client cannot call /switch"):
+        client.send_request(SetBool.Request())
+
+
+def test_a_service_that_is_gone_is_not_ready_and_drops_requests() -> None:
+    sim = Simulation()
+    server = node_of(sim, "server")
+    handled: list[RequestId] = []
+    service = server.create_service(
+        SetBool, "/switch", QOS, lambda request_id, _: handled.append(request_id), label="answer"
+    )
+    client = node_of(sim, "client").create_client(
+        SetBool, "/switch", QOS, lambda *_: None, label="on_response"
+    )
+    client.send_request(SetBool.Request())
+    service.destroy()
+    assert not client.server_ready()
+    sim.run_until(100 * MS)
+    assert handled == []
+
+
+def test_a_tap_sees_request_and_response_with_the_same_identity() -> None:
+    sim = Simulation(latency_s=0.001)
+    seen: list[tuple[object, ...]] = []
+
+    class Witness(Tap):
+        def on_request(self, *what: object) -> None:
+            seen.append(("request", *what))
+
+        def on_response(self, *what: object) -> None:
+            seen.append(("response", *what))
+
+    sim.add_tap(Witness())
+    serve(node_of(sim, "server"), "done")
+    client = node_of(sim, "client").create_client(
+        SetBool, "/switch", QOS, lambda *_: None, label="on_response"
+    )
+    client.send_request(SetBool.Request(data=True))
+    sim.run_until(100 * MS)
+    (request, response) = seen
+    request_id = request[-1]
+    assert request == (
+        "request",
+        1 * MS,
+        "/switch",
+        "/client",
+        "/server",
+        SetBool.Request(data=True),
+        request_id,
+    )
+    assert response == (
+        "response",
+        1_200_000,
+        "/switch",
+        "/server",
+        SetBool.Response(success=True, message="done"),
+        request_id,
+    )

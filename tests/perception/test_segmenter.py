@@ -10,11 +10,12 @@ Frame = tuple[npt.NDArray[np.uint8], npt.NDArray[np.uint16]]
 
 
 def interpolate(low: npt.NDArray[np.float32]) -> npt.NDArray[np.float64]:
-    """Interpolate logits (28, h, w) to (28, 4h, 4w) pixel by pixel, as the definition of bilinear says."""
+    """Interpolate logits (28, h, w) to (28, 144, 256) pixel by pixel, as the definition of bilinear says."""
     _, height, width = low.shape
+    factor = 144 // height
 
     def axis(size: int) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], npt.NDArray[np.float64]]:
-        at = np.clip((np.arange(4 * size) + 0.5) / 4 - 0.5, 0, size - 1)
+        at = np.clip((np.arange(factor * size) + 0.5) / factor - 0.5, 0, size - 1)
         floor = np.floor(at).astype(np.int64)
         return floor, np.minimum(floor + 1, size - 1), at - floor
 

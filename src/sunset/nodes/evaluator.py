@@ -20,6 +20,10 @@ from sunset.ros.parameter import Parameter
 __all__ = ["Counts", "Evaluator", "compare"]
 
 _COUNT: Final = len(CLASSES)
+_SIDE: Final = _COUNT + 1
+"""Classes, and one more for what is none."""
+_TRUE_CLASS: Final = np.minimum(CLASS_OF_CARLA_ID, _COUNT).astype(np.uint16)
+"""Array (256,): recorded id → class index, the last one for an id that is no class."""
 _WAITING: Final = 100
 """Frames whose partner has not come that are kept; ten seconds at 10 Hz."""
 
@@ -52,14 +56,13 @@ def compare(prediction: npt.NDArray[np.uint8], carla_ids: npt.NDArray[np.uint8])
     >>> counts.iou
     0.25
     """
-    truth = CLASS_OF_CARLA_ID[carla_ids]
-    valid = truth < _COUNT
-    predicted, truth = prediction[valid], truth[valid]
-    return Counts(_bins(truth[predicted == truth]), _bins(predicted), _bins(truth))
-
-
-def _bins(classes: npt.NDArray[np.uint8]) -> Vector:
-    return np.bincount(classes, minlength=_COUNT)[:_COUNT].astype(np.uint32)
+    classes = _TRUE_CLASS[carla_ids] * _SIDE + np.minimum(prediction, _COUNT)
+    joint = np.bincount(classes.ravel(), minlength=_SIDE * _SIDE).reshape(_SIDE, _SIDE)[:_COUNT]
+    return Counts(
+        joint.diagonal().astype(np.uint32),
+        joint[:, :_COUNT].sum(axis=0).astype(np.uint32),
+        joint.sum(axis=1).astype(np.uint32),
+    )
 
 
 class Evaluator(Node):

@@ -1,0 +1,117 @@
+"""The bag player: the bag's frames, with the bag's stamps, at the rate asked for."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+
+from sunset.data import Frame, write_bag
+from sunset.errors import DataError, ParameterError
+from sunset.interfaces.std_srvs.srv import Trigger
+from sunset.nodes import BagPlayer
+from sunset.nodes.images import array_of_bgr, array_of_depth, array_of_labels, stamp_ns
+from sunset.seeding import generator
+
+if TYPE_CHECKING:
+    from tests.conftest import World
+
+STAMPS = [10**11 + 10**8 * number for number in range(12)]
+
+
+@pytest.fixture(scope="module")
+def frames() -> list[Frame]:
+    rng = generator(1, "frames")
+    return [
+        Frame(
+            rgb=rng.integers(0, 256, (6, 8, 3), dtype=np.uint8),
+            depth=rng.integers(0, 65536, (6, 8), dtype=np.uint16),
+            labels=rng.integers(0, 23, (6, 8), dtype=np.uint8),
+        )
+        for _ in STAMPS
+    ]
+
+
+@pytest.fixture(scope="module")
+def bag(tmp_path_factory: pytest.TempPathFactory, frames: list[Frame]) -> str:
+    folder = tmp_path_factory.mktemp("player") / "bag"
+    write_bag(folder, frames, STAMPS)
+    return str(folder)
+
+
+def play(world: "World", **parameters: object) -> float:
+    """Start a player; return when it was told to play."""
+    world.start(BagPlayer, parameters=parameters)
+    world.run(0.5)
+    began = world.now
+    response = world.call(Trigger, "/bag_player/start", Trigger.Request(), within=0.01)
+    assert response.success
+    return began
+
+
+def test_nothing_is_played_before_the_start(world: "World", bag: str) -> None:
+    world.start(BagPlayer, parameters={"bag": bag})
+    world.run(5.0)
+    assert world.messages["/rgb_raw"] == []
+
+
+def test_all_frames_are_played_unchanged_with_the_bags_stamps(
+    world: "World", bag: str, frames: list[Frame]
+) -> None:
+    play(world, bag=bag)
+    world.run(3.0)
+    assert len(world.messages["/rgb_raw"]) == len(frames)
+    for number, frame in enumerate(frames):
+        rgb, depth, truth, clock = (
+            world.messages[topic][number]
+            for topic in ("/rgb_raw", "/depth_raw", "/gt_segmentation", "/clock")
+        )
+        np.testing.assert_array_equal(array_of_bgr(rgb), frame.rgb)
+        np.testing.assert_array_equal(array_of_depth(depth), frame.depth)
+        np.testing.assert_array_equal(array_of_labels(truth), frame.labels)
+        stamps = {stamp_ns(image.header) for image in (rgb, depth, truth)}
+        assert stamps == {clock.clock.sec * 10**9 + clock.clock.nanosec} == {STAMPS[number]}
+
+
+def test_frames_come_at_the_rate_after_the_phase(world: "World", bag: str) -> None:
+    began = play(world, bag=bag, rate=20.0, phase=0.03)
+    world.run(3.0)
+    times = np.array(world.times["/rgb_raw"]) - began
+    np.testing.assert_allclose(times, 0.03 + 0.05 * np.arange(12), atol=0.002)
+
+
+def test_a_part_is_played(world: "World", bag: str) -> None:
+    play(world, bag=bag, start_frame=3, frames=4)
+    world.run(3.0)
+    assert [stamp_ns(image.header) for image in world.messages["/rgb_raw"]] == STAMPS[3:7]
+
+
+def test_a_second_start_begins_anew(world: "World", bag: str) -> None:
+    play(world, bag=bag, frames=5)
+    world.run(0.25)
+    world.call(Trigger, "/bag_player/start", Trigger.Request())
+    world.run(3.0)
+    stamps = [stamp_ns(image.header) for image in world.messages["/rgb_raw"]]
+    assert stamps == STAMPS[:3] + STAMPS[:5]
+
+
+@pytest.mark.parametrize(
+    ("parameters", "said"),
+    [
+        ({"start_frame": 12}, "12 frames, which is too few for any from frame 12 on"),
+        ({"start_frame": 5, "frames": 8}, "too few for 8 from frame 5 on"),
+        ({"frames": 13}, "too few for 13 from frame 0 on"),
+    ],
+)
+def test_a_bag_that_is_too_short_is_refused(
+    world: "World", bag: str, parameters: dict[str, object], said: str
+) -> None:
+    with pytest.raises(ParameterError, match=said):
+        world.start(BagPlayer, parameters={"bag": bag, **parameters})
+
+
+def test_a_bag_must_be_named_and_be_there(world: "World", tmp_path: Path) -> None:
+    with pytest.raises(ParameterError, match="needs the parameter bag"):
+        world.start(BagPlayer)
+    with pytest.raises(DataError, match="nowhere"):
+        world.start(BagPlayer, parameters={"bag": str(tmp_path / "nowhere")})

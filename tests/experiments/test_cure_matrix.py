@@ -5,20 +5,25 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import SHORT
 
-from sunset.experiments import RunResult, RunSpec, run
+
+from sunset.experiments import RunResult, RunSpec, Timing, run
 from sunset.faults import ADAPTATIONS, FAULTS, Adaptation
 from sunset.metrics import CAMERA_TOPIC, FUSION_TOPIC, SEGMENTATION_TOPIC
 from sunset.scenarios import Scenario, ScenarioFault
 
 ADAPTERS = Path(__file__).with_name("adapters.py")
+SHORT = Timing(duration_s=8.0, warm_up_s=1.0)
+"""Long enough for the longest redeploy (4 s) and for what follows it to settle."""
+
 SETTLED_S = 6.5
 """From here to the end the figures are compared: adaptations are over, and their effects have settled."""
 
 
 def fly(folder: Path, manager: str, *faults: str) -> RunResult:
-    scenario = Scenario(name="+".join(faults) or "nofault", faults=tuple(ScenarioFault(name) for name in faults))
+    scenario = Scenario(
+        name="+".join(faults) or "nofault", faults=tuple(ScenarioFault(name) for name in faults)
+    )
     return run(RunSpec(scenario=scenario, manager=manager, seed=3, timing=SHORT), folder)
 
 

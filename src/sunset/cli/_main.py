@@ -70,5 +70,5 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _complain(sentence: str) -> int:
-    print(f"sunset: {' '.join(sentence.split())}", file=sys.stderr)
+    print(f"sunset: {' '.join(sentence.split()).rstrip('.')}.", file=sys.stderr)
     return EXIT_BAD_INPUT

@@ -1,8 +1,10 @@
 """Options that several verbs share."""
 
 import argparse
+from pathlib import Path
+from typing import Any
 
-__all__ = ["add_flight_options", "at_least_one"]
+__all__ = ["add_flight_options", "at_least_one", "flight_options"]
 
 
 def at_least_one(text: str) -> int:
@@ -29,5 +31,22 @@ def add_flight_options(parser: argparse.ArgumentParser) -> None:
         help="where the nodes run: sim = in this process, virtual time (default)",
     )
     parser.add_argument(
+        "--manager-limit",
+        type=float,
+        default=30.0,
+        metavar="S",
+        help="wall time that one callback of the managing system may take (default: 30)",
+    )
+    parser.add_argument(
         "--no-cache", action="store_true", help="compute every inference again instead of looking it up"
     )
+
+
+def flight_options(arguments: argparse.Namespace) -> dict[str, Any]:
+    """Return the options of `add_flight_options` as arguments of `RunSpec` and `BenchSpec`."""
+    return {
+        "model": arguments.model,
+        "bag": Path(arguments.bag) if arguments.bag else None,
+        "cache": not arguments.no_cache,
+        "manager_limit_s": arguments.manager_limit,
+    }

@@ -4,7 +4,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from sunset.cli._options import add_flight_options, at_least_one
+from sunset.cli._options import add_flight_options, at_least_one, flight_options
 from sunset.cli._progress import progress_bar, rendering_progress
 from sunset.cli.report import print_report
 from sunset.evaluation import FORMATS
@@ -56,9 +56,7 @@ def execute(arguments: argparse.Namespace) -> int:
         managers=tuple(name.strip() for name in arguments.managers.split(",") if name.strip()),
         repetitions=arguments.repetitions,
         seed=arguments.seed,
-        model=arguments.model,
-        bag=Path(arguments.bag) if arguments.bag else None,
-        cache=not arguments.no_cache,
+        **flight_options(arguments),
     )
     runs = plan(spec)
     with rendering_progress() as progress:

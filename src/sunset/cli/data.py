@@ -74,11 +74,11 @@ def info(arguments: argparse.Namespace) -> int:
             bag = default_flight(progress=progress)
     else:
         bag = arguments.bag
-    reader = read_bag(bag)
-    pixels: Counter[str] = Counter()
-    for index in range(len(reader)):
-        counts = np.bincount(CLASS_OF_CARLA_ID[reader.frame(index).labels].ravel(), minlength=256)
-        pixels.update({name: int(counts[number]) for number, name in enumerate(CLASSES)})
+    with read_bag(bag) as reader:
+        pixels: Counter[str] = Counter()
+        for index in range(len(reader)):
+            counts = np.bincount(CLASS_OF_CARLA_ID[reader.frame(index).labels].ravel(), minlength=256)
+            pixels.update({name: int(counts[number]) for number, name in enumerate(CLASSES)})
     total = sum(pixels.values())
     height, width = reader.size
     stamps = reader.stamps_ns

@@ -9,7 +9,7 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
-from sunset.cli._options import add_flight_options
+from sunset.cli._options import add_flight_options, flight_options
 from sunset.cli._progress import progress_bar, rendering_progress
 from sunset.evaluation import entropy_figure
 from sunset.experiments import RunSpec, prepare, run
@@ -81,9 +81,7 @@ def draw(arguments: argparse.Namespace) -> int:
                 scenario=load_scenario(name),
                 manager="none",
                 seed=arguments.seed,
-                model=arguments.model,
-                bag=Path(arguments.bag) if arguments.bag else None,
-                cache=not arguments.no_cache,
+                **flight_options(arguments),
             )
             if done == 0:
                 with rendering_progress() as rendering:

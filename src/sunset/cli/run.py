@@ -6,7 +6,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from sunset.cli._options import add_flight_options
+from sunset.cli._options import add_flight_options, flight_options
 from sunset.cli._progress import rendering_progress
 from sunset.cli._story import print_story
 from sunset.experiments import DEFAULT_SCENARIO, RunSpec, prepare, run
@@ -53,9 +53,7 @@ def execute(arguments: argparse.Namespace) -> int:
         scenario=load_scenario(arguments.scenario),
         manager=arguments.manager,
         seed=arguments.seed,
-        model=arguments.model,
-        bag=Path(arguments.bag) if arguments.bag else None,
-        cache=not arguments.no_cache,
+        **flight_options(arguments),
     )
     with rendering_progress() as progress:
         prepare(spec, progress=progress)

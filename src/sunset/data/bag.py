@@ -5,6 +5,7 @@ their headers: `/rgb_raw` (bgr8), `/depth_raw` (16UC1) and `/gt_segmentation` (8
 """
 
 import tempfile
+import weakref
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -135,6 +136,8 @@ class BagReader:
         first = next(iter(index.values()))
         self._stamps = tuple(entry.stamp_ns for entry in first)
         self._size = first[0].size
+        # a reader that nobody closed gives its file back with its memory
+        weakref.finalize(self, _close, reader)
 
     def __len__(self) -> int:
         """Return the number of frames."""
@@ -151,8 +154,7 @@ class BagReader:
 
     def close(self) -> None:
         """Close the bag's file; frames can no longer be read."""
-        if self._reader.is_open:
-            self._reader.close()
+        _close(self._reader)
 
     @property
     def path(self) -> Path:
@@ -216,6 +218,11 @@ def _array(message: Any) -> npt.NDArray[Any]:
         image = image.reshape(message.height, message.width, channels)
     image.flags.writeable = False
     return image
+
+
+def _close(reader: Reader) -> None:
+    if reader.is_open:
+        reader.close()
 
 
 def read_bag(path: Path) -> BagReader:

@@ -48,6 +48,7 @@ class BenchSpec:
     bag: Path | None = None
     timing: Timing = field(default_factory=Timing)
     cache: bool = True
+    manager_limit_s: float = 30.0
 
     def __post_init__(self) -> None:
         """Check the ranges.
@@ -78,6 +79,7 @@ def plan(spec: BenchSpec) -> tuple[RunSpec, ...]:
             bag=spec.bag,
             timing=spec.timing,
             cache=spec.cache,
+            manager_limit_s=spec.manager_limit_s,
         )
         # a repetition at a time: runs that share their frames are neighbours, for the inference cache
         for repetition in range(spec.repetitions)

@@ -39,7 +39,7 @@ def find_resources(spec: RunSpec, *, progress: Callable[[int, int], None] | None
         OutputError: the cache folder cannot be written.
     """
     model = load_model(spec.model)
-    bag = spec.bag if spec.bag is not None else default_flight(progress=progress)
+    bag = spec.bag if spec.bag is not None else _default_flight(progress)
     frames = _frames(bag)
     if frames < spec.timing.frames:
         raise DataError(
@@ -53,6 +53,18 @@ def find_resources(spec: RunSpec, *, progress: Callable[[int, int], None] | None
     return Resources(model, bag, frames, cache_file)
 
 
+_found_flights: dict[Path, Path] = {}
+
+
+def _default_flight(progress: Callable[[int, int], None] | None) -> Path:
+    """Return the default flight, rendered and verified once a process and cache folder."""
+    folder = cache_folder()
+    if folder not in _found_flights:
+        _found_flights[folder] = default_flight(progress=progress)
+    return _found_flights[folder]
+
+
 @lru_cache(maxsize=4)
 def _frames(bag: Path) -> int:
-    return len(read_bag(bag))
+    with read_bag(bag) as reader:
+        return len(reader)

@@ -1,0 +1,281 @@
+"""Whatever a user gets wrong ends with one sentence and exit code 2, and loses nothing that was finished."""
+
+import gc
+import json
+import resource
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import pytest
+
+from sunset.cli import main
+from sunset.data import read_bag, write_bag
+from sunset.perception import load_model
+
+
+def written(path: Path, content: str | bytes) -> Path:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_bytes(content.encode() if isinstance(content, str) else content)
+    return path
+
+
+SCENARIOS: dict[str, tuple[str | bytes, str]] = {
+    "empty": ("", "empty"),
+    "a list of numbers": ("[1, 2]", "mapping"),
+    "unclosed": ("name: x\nfaults: [{name: gpu_failure", "YAML"),
+    "tabs": ("name: x\n\tfaults: []", "YAML"),
+    "python object": ("name: !!python/object/apply:os.system ['true']\nfaults: []", "expected here"),
+    "binary": (bytes(range(256)), "text"),
+    "unknown fault": ("name: x\nfaults: [{name: rotor_failure}]", "rotor_failure"),
+    "unknown key": ("name: x\nfailures: []", "failures"),
+    "no name of a fault": ("name: x\nfaults: [{value: 1}]", "name"),
+    "out of range": ("name: x\nfaults: [{name: image_degradation, value: 99}]", "99"),
+    "negative": ("name: x\nfaults: [{name: depth_degradation, value: -1}]", "-1"),
+    "text for a number": ("name: x\nfaults: [{name: image_shift, value: wide}]", "wide"),
+    "not a number": ("name: x\nfaults: [{name: depth_degradation, value: .nan}]", "nan"),
+    "twice": ("name: x\nfaults: [{name: gpu_failure}, {name: gpu_failure}]", "twice"),
+    "exclusive": ("name: x\nfaults: [{name: image_degradation}, {name: unneeded_enhancement}]", "cures"),
+}
+
+MANAGERS: dict[str, tuple[str, str]] = {
+    "no Python": ("def adapt(:", "line 1"),
+    "raises on import": ("raise RuntimeError('no licence')", "no licence"),
+    "no such class": ("x = 1", "Mine"),
+    "no managing system": ("class Mine: pass", "subclass"),
+    "no adapt": ("from sunset.managing import ManagingSystem\nclass Mine(ManagingSystem): pass", "adapt"),
+    "raises at its start": (
+        "from sunset.managing import ManagingSystem\nclass Mine(ManagingSystem):\n"
+        "    def on_start(self): raise ValueError('no plan')\n    def adapt(self, symptoms): pass",
+        "no plan",
+    ),
+    "raises in adapt": (
+        "from sunset.managing import ManagingSystem\nclass Mine(ManagingSystem):\n"
+        "    def adapt(self, symptoms): return symptoms['nothing like it']",
+        "nothing like it",
+    ),
+    "hangs": (
+        "from sunset.managing import ManagingSystem\nclass Mine(ManagingSystem):\n"
+        "    def adapt(self, symptoms):\n        while True: pass",
+        "1 s",
+    ),
+    "name of a node of the system": (
+        "from sunset.managing import ManagingSystem\nclass Mine(ManagingSystem):\n"
+        "    node_name = 'launcher'\n    def adapt(self, symptoms): pass",
+        "launcher",
+    ),
+}
+
+ARGUMENTS: dict[str, tuple[Sequence[str], str]] = {
+    "unknown scenario": (["run", "paper/everything"], "paper/everything"),
+    "suite for a scenario": (["run", "paper"], "paper"),
+    "missing file": (["run", "nowhere.yaml"], "nowhere.yaml"),
+    "unknown suite": (["bench", "--suite", "rainy", "--out", "o"], "rainy"),
+    "unknown fault": (["faults", "show", "rotor_failure"], "rotor_failure"),
+    "unknown manager": (["run", "--manager", "magic"], "magic"),
+    "missing manager file": (["run", "--manager", "nowhere.py:Mine"], "nowhere.py"),
+    "missing manager module": (["run", "--manager", "nowhere.at_all:Mine"], "nowhere"),
+    "manager twice": (["bench", "--managers", "none,none", "--out", "o"], "once"),
+    "no manager": (["bench", "--managers", ",", "--out", "o"], "none at all"),
+    "negative seed": (["run", "--seed", "-1"], "-1"),
+    "seed too large": (["run", "--seed", "4294967296"], "4294967296"),
+    "seed no number": (["run", "--seed", "one"], "one"),
+    "no repetition": (["bench", "--repetitions", "0", "--out", "o"], "0"),
+    "no job": (["bench", "--jobs", "0", "--out", "o"], "0"),
+    "no time": (["run", "--manager-limit", "0"], "0"),
+    "unknown model": (["run", "--model", "huge"], "huge"),
+    "unknown middleware": (["run", "--middleware", "telepathy"], "telepathy"),
+    "missing bag": (["run", "--bag", "nowhere.mcap"], "nowhere.mcap"),
+    "unknown verb": (["fly"], "fly"),
+    "unknown option": (["run", "--quickly"], "--quickly"),
+    "unknown format": (["report", ".", "--format", "clay"], "clay"),
+    "report of nothing": (["report", "nowhere"], "nowhere"),
+    "report of an empty folder": (["report", "."], "no finished run"),
+    "unknown town": (["data", "render", "--town", "99", "--out", "o"], "99"),
+    "figure of no known kind": (["faults", "figure", "--out", "figure.txt"], ".txt"),
+}
+
+
+@pytest.fixture
+def complaint(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> Callable[[Sequence[str]], str]:
+    """Call the command line in an empty folder; return its one sentence."""
+
+    def call(arguments: Sequence[str]) -> str:
+        monkeypatch.chdir(tmp_path)
+        try:
+            code = main(arguments)
+        except SystemExit as exit_:  # argparse's way out
+            code = exit_.code
+        out, err = capsys.readouterr()
+        assert code == 2, (code, out, err)
+        assert out == ""
+        sentence = err.strip().splitlines()[-1]
+        assert sentence.startswith("sunset")
+        assert sentence.endswith(".")
+        assert "Traceback" not in err
+        return sentence
+
+    return call
+
+
+@pytest.mark.parametrize("case", SCENARIOS)
+def test_a_bad_scenario_file(case: str, tmp_path: Path, complaint: Callable[[Sequence[str]], str]) -> None:
+    content, word = SCENARIOS[case]
+    written(tmp_path / "mine.yaml", content)
+
+    sentence = complaint(["run", "mine.yaml"])
+
+    assert word in sentence
+    assert "mine.yaml" in sentence or case in {"unknown fault"}
+
+
+@pytest.mark.parametrize("case", MANAGERS)
+def test_a_bad_managing_system(
+    case: str, tmp_path: Path, flight: Path, complaint: Callable[[Sequence[str]], str]
+) -> None:
+    del flight
+    source, word = MANAGERS[case]
+    written(tmp_path / "mine.py", source)
+
+    sentence = complaint(["run", "--manager", "mine.py:Mine", "--manager-limit", "1", "--out", "record"])
+
+    assert word in sentence
+    assert not (tmp_path / "record").exists()
+
+
+@pytest.mark.parametrize("case", ARGUMENTS)
+def test_a_bad_argument(case: str, flight: Path, complaint: Callable[[Sequence[str]], str]) -> None:
+    del flight
+    arguments, word = ARGUMENTS[case]
+
+    assert word in complaint(arguments)
+
+
+def _missing(folder: Path, name: str) -> None:
+    (folder / name).unlink()
+
+
+def _truncated(folder: Path, name: str) -> None:
+    content = (folder / name).read_bytes()
+    (folder / name).write_bytes(content[: len(content) // 2])
+
+
+@pytest.mark.parametrize("damage", [_missing, _truncated])
+@pytest.mark.parametrize("name", ["card.json", "fusion.onnx"])
+def test_damaged_weights(
+    name: str,
+    damage: Callable[[Path, str], None],
+    tmp_path: Path,
+    flight: Path,
+    complaint: Callable[[Sequence[str]], str],
+) -> None:
+    del flight
+    model = tmp_path / "model"
+    shutil.copytree(load_model("lite").folder, model)
+    damage(model, name)
+
+    assert name in complaint(["run", "--model", "model"])
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")  # rosbags leaves the file open
+def test_a_truncated_bag(tmp_path: Path, flight: Path, complaint: Callable[[Sequence[str]], str]) -> None:
+    bag = tmp_path / "bag"
+    shutil.copytree(flight, bag)
+    (mcap,) = bag.glob("*.mcap")
+    _truncated(bag, mcap.name)
+
+    assert "bag" in complaint(["run", "--bag", "bag"])
+    gc.collect()
+
+
+def test_a_bag_that_is_too_short(
+    tmp_path: Path, flight: Path, complaint: Callable[[Sequence[str]], str]
+) -> None:
+    reader = read_bag(flight)
+    write_bag(tmp_path / "bag", [reader.frame(index) for index in range(3)], list(reader.stamps_ns[:3]))
+
+    sentence = complaint(["run", "--bag", "bag"])
+
+    assert "3 frames" in sentence
+    assert "230" in sentence
+
+
+@pytest.mark.parametrize("where", ["/dev/null/record", "file/record"])
+def test_a_folder_that_cannot_be_made(
+    where: str, tmp_path: Path, flight: Path, complaint: Callable[[Sequence[str]], str]
+) -> None:
+    del flight
+    written(tmp_path / "file", "")
+
+    assert where in complaint(["run", "--out", where])
+
+
+def test_a_folder_that_holds_something(
+    tmp_path: Path, flight: Path, complaint: Callable[[Sequence[str]], str]
+) -> None:
+    del flight
+    kept = written(tmp_path / "record" / "thesis.tex", "dear reader")
+
+    assert "record" in complaint(["run", "--out", "record"])
+    assert kept.read_text() == "dear reader"
+
+
+def test_a_folder_of_another_campaign(
+    tmp_path: Path, flight: Path, complaint: Callable[[Sequence[str]], str]
+) -> None:
+    del flight
+    plan = {
+        "bag": None,
+        "managers": ["none"],
+        "model": "lite",
+        "repetitions": 1,
+        "seed": 1,
+        "suite": "degraded",
+    }
+    written(tmp_path / "results" / "bench.json", json.dumps(plan))
+
+    sentence = complaint(["bench", "--suite", "nofault", "--managers", "none", "--out", "results"])
+
+    assert "another campaign" in sentence
+
+
+def test_a_damaged_run(tmp_path: Path, complaint: Callable[[Sequence[str]], str]) -> None:
+    written(tmp_path / "results" / "run.json", "{")
+
+    assert "run.json" in complaint(["report", "results"])
+
+
+def test_a_cache_folder_that_cannot_be_made(
+    monkeypatch: pytest.MonkeyPatch, complaint: Callable[[Sequence[str]], str]
+) -> None:
+    monkeypatch.setenv("SUNSET_CACHE_DIR", "/dev/null/cache")
+
+    assert "/dev/null/cache" in complaint(["run"])
+
+
+def test_a_full_disk_costs_the_run_that_did_not_fit_and_no_other(tmp_path: Path, flight: Path) -> None:
+    del flight
+    assert main(["run", "nofault", "--manager", "none", "--out", str(tmp_path / "finished")]) == 0
+    finished = tmp_path / "finished" / "run.json"
+    before = finished.read_bytes()
+
+    def limit() -> None:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))
+
+    full = subprocess.run(
+        [sys.executable, "-m", "sunset", "run", "--no-cache", "--out", str(tmp_path / "full")],
+        preexec_fn=limit,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+    assert full.returncode == 2
+    assert "Traceback" not in full.stderr
+    assert str(tmp_path / "full") in full.stderr
+    assert not (tmp_path / "full").exists()
+    assert finished.read_bytes() == before

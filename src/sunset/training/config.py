@@ -28,7 +28,7 @@ class Schedule:
         log_every: steps between lines of the log.
     """
 
-    steps: int = 6000
+    steps: int = 4200
     batch: int = 16
     learning_rate: float = 2e-3
     weight_decay: float = 0.01

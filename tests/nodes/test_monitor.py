@@ -70,6 +70,28 @@ def test_numbers_are_means_of_the_last_five(world: "World") -> None:
 
 
 @pytest.mark.usefixtures("monitor")
+def test_no_verdict_is_made_of_less_than_five_numbers(world: "World") -> None:
+    for value in ("1", "2", "3", "4"):
+        assert "camera_sharpness" not in blackboard(world)
+        beat(world, "active", sharpness=value)
+    assert "camera_sharpness" not in blackboard(world)
+    beat(world, "active", sharpness="5")
+    assert blackboard(world)["camera_sharpness"] == 3.0
+
+
+@pytest.mark.usefixtures("monitor")
+def test_after_a_gap_numbers_from_before_it_do_not_count(world: "World") -> None:
+    for _ in range(5):
+        beat(world, "active", sharpness="100")
+    world.run(1.5)
+    for value in ("1", "2", "3", "4"):
+        beat(world, "active", sharpness=value)
+        assert blackboard(world)["camera_sharpness"] == 100.0
+    beat(world, "active", sharpness="5")
+    assert blackboard(world)["camera_sharpness"] == 3.0
+
+
+@pytest.mark.usefixtures("monitor")
 def test_flags_and_texts_are_the_last_ones(world: "World") -> None:
     beat(world, "active", autofocus_needed="true", mood="fine")
     assert blackboard(world)["camera_autofocus_needed"] is True

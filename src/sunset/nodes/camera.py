@@ -8,6 +8,7 @@ from sunset.interfaces.sensor_msgs.msg import Image
 from sunset.nodes.base import AdaptiveNode
 from sunset.nodes.images import array_of_bgr, image_of_bgr
 from sunset.nodes.parameters import FaultParameter, NodeParameter, action
+from sunset.ros.lifecycle import LifecycleState, TransitionCallbackReturn
 
 __all__ = ["Camera"]
 
@@ -18,9 +19,9 @@ _WINDOW: Final = 5
 class Camera(AdaptiveNode):
     """Publishes `rgb_camera` from `/rgb_raw`.
 
-    It measures how sharp its images are and reports that as `sharpness`; `autofocus_needed` says whether the
-    mean of the last five is below `sharpness_threshold`. Both are measured on the image, never read off
-    the fault.
+    It measures how sharp its images are and reports that as `sharpness`; from the fifth on
+    `autofocus_needed` says whether the mean of the last five is below `sharpness_threshold`. Both are
+    measured on the image, never read off the fault.
     """
 
     node_name = "camera"
@@ -58,6 +59,11 @@ class Camera(AdaptiveNode):
         self._images = self.create_lifecycle_publisher(Image, "rgb_camera", 10)
         self.create_active_subscription(Image, "/rgb_raw", self._on_image)
 
+    def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Forget how sharp the images were before."""
+        self._sharpness.clear()
+        return super().on_activate(state)
+
     @action
     def perform_autofocus(self) -> None:
         """Adaptation: focus the lens, which ends autofocus_needed."""
@@ -75,5 +81,5 @@ class Camera(AdaptiveNode):
     def _measure_sharpness(self, value: float) -> None:
         self._sharpness.append(value)
         self.report("sharpness", value)
-        mean = sum(self._sharpness) / len(self._sharpness)
-        self.report("autofocus_needed", mean < self.sharpness_threshold)
+        if len(self._sharpness) == _WINDOW:
+            self.report("autofocus_needed", sum(self._sharpness) / _WINDOW < self.sharpness_threshold)

@@ -22,6 +22,8 @@ _PERIOD_S: Final = 0.1
 _WINDOW_NS: Final = 10**9
 _MEAN_OF: Final = 5
 """Reported numbers over which the blackboard's value is the mean."""
+_STALE_NS: Final = 10**9
+"""Numbers before a gap longer than this say nothing about what comes after it."""
 
 _TOPICS: Final[tuple[tuple[str, type[Message]], ...]] = (
     ("/rgb_raw", Image),
@@ -51,6 +53,23 @@ class _Rate:
         return float(len(times))
 
 
+class _Mean:
+    """The mean of the last five numbers; after a gap, the one before it until there are five new ones."""
+
+    def __init__(self) -> None:
+        self._numbers: deque[float] = deque(maxlen=_MEAN_OF)
+        self._last_ns = 0
+        self.value: float | None = None
+
+    def note(self, number: float, now_ns: int) -> None:
+        if now_ns - self._last_ns > _STALE_NS:
+            self._numbers.clear()
+        self._last_ns = now_ns
+        self._numbers.append(number)
+        if len(self._numbers) == _MEAN_OF:
+            self.value = sum(self._numbers) / _MEAN_OF
+
+
 class Monitor(Node):
     """Publishes `/blackboard_group` ten times a second: everything that a managing system is shown.
 
@@ -58,7 +77,7 @@ class Monitor(Node):
 
     - `<topic>_freq`: messages of the last second on each topic of the pipeline, `_` in place of `/`;
     - `<node>_<key>`: what a node reports, such as `segmentation_entropy` and `camera_sharpness`; of numbers
-      the mean of the last five;
+      the mean of the last five, from the fifth on; after a gap of a second five new ones are needed;
     - `<node>_lc_state`: its lifecycle state, `unknown` after a second without a heartbeat;
     - `<node>_heartbeat_freq`: heartbeats of the last second.
     """
@@ -76,7 +95,7 @@ class Monitor(Node):
         self._topics = {_frequency_key(topic): _Rate() for topic, _ in _TOPICS}
         self._heartbeats: dict[str, _Rate] = {}
         self._states: dict[str, str] = {}
-        self._numbers: dict[str, deque[float]] = {}
+        self._means: dict[str, _Mean] = {}
         self._flags: dict[str, bool] = {}
         self._texts: dict[str, str] = {}
         for topic, message_type in _TOPICS:
@@ -98,9 +117,9 @@ class Monitor(Node):
         for status in message.status:
             self._heartbeats.setdefault(status.hardware_id, _Rate()).note(now)
             self._states[status.hardware_id] = status.message
-            self._take_values(status)
+            self._take_values(status, now)
 
-    def _take_values(self, status: DiagnosticStatus) -> None:
+    def _take_values(self, status: DiagnosticStatus, now_ns: int) -> None:
         for item in status.values:
             key = f"{status.hardware_id}_{item.key}"
             if item.value in {"true", "false"}:
@@ -111,7 +130,7 @@ class Monitor(Node):
             except ValueError:
                 self._texts[key] = item.value
             else:
-                self._numbers.setdefault(key, deque(maxlen=_MEAN_OF)).append(number)
+                self._means.setdefault(key, _Mean()).note(number, now_ns)
 
     def _publish(self) -> None:
         now = self.get_clock().now().nanoseconds
@@ -121,7 +140,7 @@ class Monitor(Node):
             frequency = rate.frequency(now)
             numbers[f"{node}_heartbeat_freq"] = frequency
             texts[f"{node}_lc_state"] = self._states[node] if frequency else "unknown"
-        numbers |= {key: sum(values) / len(values) for key, values in self._numbers.items()}
+        numbers |= {key: mean.value for key, mean in self._means.items() if mean.value is not None}
         group = [_double(name, value) for name, value in numbers.items()]
         group += [_bool(name, value) for name, value in self._flags.items()]
         group += [_string(name, value) for name, value in texts.items()]

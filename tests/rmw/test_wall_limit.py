@@ -15,10 +15,8 @@ def loop_for_ever() -> None:
 
 def loop_for_ever_swallowing_exceptions() -> None:
     while True:
-        try:
+        with suppress(Exception):
             loop_for_ever()
-        except Exception:  # noqa: BLE001, S110  what a bad callback does
-            pass
 
 
 def swallow_even_the_interrupt_once() -> None:

@@ -1,0 +1,91 @@
+"""What a test of conformance needs from a middleware: processes, and time that passes."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from sunset.interfaces import Message
+from sunset.rmw.sim import SimProcess, Simulation
+from sunset.ros import Context, Node, SingleThreadedExecutor
+from sunset.ros.client import Client
+from tests.conformance.nodes import NODES
+
+__all__ = ["Harness", "SimHarness"]
+
+
+class Harness(ABC):
+    """Runs nodes in processes of their own, and one, the tester, in the test's."""
+
+    def __init__(self) -> None:
+        self.node = Node("tester", context=self.make_context("tester"))
+        self.executor = SingleThreadedExecutor(context=self.node.context)
+        self.executor.add_node(self.node)
+
+    @abstractmethod
+    def make_context(self, name: str, arguments: Sequence[str] = ()) -> Context:
+        """Return the context of a new process on the network whose nodes live in the test."""
+
+    @abstractmethod
+    def start(self, node: str, *arguments: str) -> None:
+        """Start a process that runs the node class of `nodes.py` with this name and these ROS arguments."""
+
+    @abstractmethod
+    def kill(self, node: str) -> None:
+        """End the process of a node at once."""
+
+    @abstractmethod
+    def is_running(self, node: str) -> bool:
+        """Return whether the process of a node exists."""
+
+    @abstractmethod
+    def spin(self, until: Callable[[], bool], timeout_s: float = 10.0) -> bool:
+        """Run the tester's callbacks until a predicate holds; return whether it does."""
+
+    def pause(self, seconds: float) -> None:
+        """Run the tester's callbacks for some time."""
+        self.spin(lambda: False, seconds)
+
+    def call(self, client: Client[Any, Any], request: Message) -> Any:
+        """Ask a service as soon as it is there, and return its response."""
+        assert self.spin(client.service_is_ready), f"{client.service_name} did not appear"
+        future = client.call_async(request)
+        assert self.spin(future.done), f"{client.service_name} did not answer"
+        return future.result()
+
+    def collect(self, kind: type[Message], topic: str, qos: Any = 100) -> list[Any]:
+        """Return a list that fills with the messages on a topic."""
+        messages: list[Any] = []
+        self.node.create_subscription(kind, topic, messages.append, qos)
+        return messages
+
+
+class SimHarness(Harness):
+    """All processes in one simulation."""
+
+    def __init__(self) -> None:
+        self.simulation = Simulation(seed=1)
+        self._processes: dict[str, SimProcess] = {}
+        super().__init__()
+        self._processes["tester"].run()
+
+    def make_context(self, name: str, arguments: Sequence[str] = ()) -> Context:
+        context = Context()
+        self._processes[name] = self.simulation.create_process(name)
+        context.init(list(arguments), middleware=self._processes[name])
+        return context
+
+    def start(self, node: str, *arguments: str) -> None:
+        context = self.make_context(node, ["--ros-args", *arguments])
+        executor = SingleThreadedExecutor(context=context)
+        executor.add_node(NODES[node](context=context))
+        self._processes[node].run()
+
+    def kill(self, node: str) -> None:
+        self.simulation.kill(self._processes[node])
+
+    def is_running(self, node: str) -> bool:
+        return self._processes[node].alive
+
+    def spin(self, until: Callable[[], bool], timeout_s: float = 10.0) -> bool:
+        limit_ns = self.simulation.now + round(timeout_s * 1e9)
+        return self.simulation.run_while(lambda: not until(), limit_ns)

@@ -1,0 +1,69 @@
+from sunset.ros.qos import DurabilityPolicy, ReliabilityPolicy
+from tests.conformance.harness import Harness
+
+PARAMETER_SERVICES = {
+    "describe_parameters": "rcl_interfaces/srv/DescribeParameters",
+    "get_parameter_types": "rcl_interfaces/srv/GetParameterTypes",
+    "get_parameters": "rcl_interfaces/srv/GetParameters",
+    "list_parameters": "rcl_interfaces/srv/ListParameters",
+    "set_parameters": "rcl_interfaces/srv/SetParameters",
+    "set_parameters_atomically": "rcl_interfaces/srv/SetParametersAtomically",
+}
+LIFECYCLE_SERVICES = {
+    "change_state": "lifecycle_msgs/srv/ChangeState",
+    "get_available_states": "lifecycle_msgs/srv/GetAvailableStates",
+    "get_available_transitions": "lifecycle_msgs/srv/GetAvailableTransitions",
+    "get_state": "lifecycle_msgs/srv/GetState",
+    "get_transition_graph": "lifecycle_msgs/srv/GetAvailableTransitions",
+}
+
+
+def test_nodes_come_and_go(harness: Harness) -> None:
+    assert harness.node.get_node_names_and_namespaces() == [("tester", "/")]
+    harness.start("Talker", "-r", "__ns:=/uav")
+    assert harness.spin(lambda: ("talker", "/uav") in harness.node.get_node_names_and_namespaces())
+    harness.kill("Talker")
+    assert harness.spin(lambda: harness.node.get_node_names() == ["tester"], 20.0)
+    assert harness.spin(lambda: harness.node.count_publishers("/uav/chatter") == 0, 20.0)
+
+
+def test_topics_are_listed_with_their_types_and_endpoints(harness: Harness) -> None:
+    harness.start("Talker")
+    assert harness.spin(lambda: harness.node.count_publishers("/chatter") == 1)
+    topics = dict(harness.node.get_topic_names_and_types())
+    assert topics["/chatter"] == ["std_msgs/msg/String"]
+    assert topics["/parameter_events"] == ["rcl_interfaces/msg/ParameterEvent"]
+    assert topics["/rosout"] == ["rcl_interfaces/msg/Log"]
+    (info,) = harness.node.get_publishers_info_by_topic("/talker/name")
+    assert (info.node_name, info.node_namespace, info.topic_type) == ("talker", "/", "std_msgs/msg/String")
+    assert info.qos_profile.durability is DurabilityPolicy.TRANSIENT_LOCAL
+    assert info.qos_profile.reliability is ReliabilityPolicy.RELIABLE
+    assert len(info.endpoint_gid) == 16
+    assert harness.node.get_subscriptions_info_by_topic("/chatter") == []
+    assert harness.node.count_subscribers("/chatter") == 0
+
+
+def test_a_node_offers_the_parameter_services(harness: Harness) -> None:
+    harness.start("Talker")
+    expected = [(f"/talker/{name}", [kind]) for name, kind in PARAMETER_SERVICES.items()]
+    assert harness.spin(lambda: harness.node.get_service_names_and_types_by_node("talker", "/") == expected)
+
+
+def test_a_lifecycle_node_offers_the_lifecycle_services_too(harness: Harness) -> None:
+    harness.start("Managed")
+    both = {**PARAMETER_SERVICES, **LIFECYCLE_SERVICES}
+    expected = [(f"/managed/{name}", [both[name]]) for name in sorted(both)]
+    assert harness.spin(lambda: harness.node.get_service_names_and_types_by_node("managed", "/") == expected)
+    offered = harness.node.get_service_names_and_types()
+    assert set(map(str, expected)) <= set(map(str, offered))
+    published = dict(harness.node.get_publisher_names_and_types_by_node("managed", "/"))
+    assert published["/managed/transition_event"] == ["lifecycle_msgs/msg/TransitionEvent"]
+
+
+def test_clients_and_subscriptions_of_a_node_are_listed(harness: Harness) -> None:
+    harness.start("Server")
+    harness.start("Echo")
+    wanted = [("/server/set", ["std_srvs/srv/SetBool"])]
+    assert harness.spin(lambda: harness.node.get_client_names_and_types_by_node("server", "/") == wanted)
+    wanted = [("/images_in", ["sensor_msgs/msg/Image"])]
+    assert harness.spin(lambda: harness.node.get_subscriber_names_and_types_by_node("echo", "/") == wanted)

@@ -1,0 +1,50 @@
+from sunset.interfaces.builtin_interfaces.msg import Time
+from sunset.interfaces.rosgraph_msgs.msg import Clock
+from sunset.interfaces.std_msgs.msg import Header, String
+from sunset.ros.time import Time as RosTime
+from tests.conformance.harness import Harness
+
+
+def test_timers_follow_the_clock_topic(harness: Harness) -> None:
+    publisher = harness.node.create_publisher(Clock, "/clock", 10)
+    harness.start("Clocked", "-p", "use_sim_time:=true")
+    times = harness.collect(Header, "/clocked/times")
+    assert harness.spin(lambda: publisher.get_subscription_count() == 1)
+    assert harness.spin(lambda: harness.node.count_publishers("/clocked/times") == 1)
+    harness.pause(0.3)
+    for seconds in (100.0, 100.5, 101.0, 101.2, 104.5, 104.9, 105.0):
+        publisher.publish(Clock(clock=RosTime(seconds=seconds).to_msg()))
+        harness.pause(0.2)
+    assert [time.stamp for time in times] == [
+        Time(sec=100),  # the time went from 0 to 100, far past the first call
+        Time(sec=101),
+        Time(sec=104, nanosec=500_000_000),
+        Time(sec=105),
+    ]
+
+
+def test_without_it_timers_follow_the_system_clock(harness: Harness) -> None:
+    harness.start("Clocked")
+    times = harness.collect(Header, "/clocked/times")
+    assert harness.spin(lambda: len(times) == 2)
+    first, second = (RosTime.from_msg(time.stamp) for time in times)
+    assert 0.9e9 < (second - first).nanoseconds < 1.5e9
+
+
+def test_the_time_of_a_node_goes_on(harness: Harness) -> None:
+    clock = harness.node.get_clock()
+    before = clock.now()
+    harness.pause(0.2)
+    assert 0.15e9 < (clock.now() - before).nanoseconds < 2e9
+
+
+def test_a_timer_of_the_tester_calls_until_it_is_canceled(harness: Harness) -> None:
+    heard: list[String] = []
+    timer = harness.node.create_timer(0.05, lambda: heard.append(String()))
+    assert harness.spin(lambda: len(heard) == 3)
+    timer.cancel()
+    harness.pause(0.3)
+    assert len(heard) == 3
+    assert timer.is_canceled()
+    timer.reset()
+    assert harness.spin(lambda: len(heard) == 4)

@@ -8,7 +8,7 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
-from tests.conformance.harness import Harness, SimHarness  # noqa: E402  the path makes it importable
+from tests.conformance.harness import Harness, SimHarness
 
 HARNESSES = {"sim": SimHarness}
 

@@ -4,11 +4,12 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from tests.conformance.nodes import NODES
+
 from sunset.interfaces import Message
 from sunset.rmw.sim import SimProcess, Simulation
 from sunset.ros import Context, Node, SingleThreadedExecutor
 from sunset.ros.client import Client
-from tests.conformance.nodes import NODES
 
 __all__ = ["Harness", "SimHarness"]
 
@@ -77,7 +78,7 @@ class SimHarness(Harness):
     def start(self, node: str, *arguments: str) -> None:
         context = self.make_context(node, ["--ros-args", *arguments])
         executor = SingleThreadedExecutor(context=context)
-        executor.add_node(NODES[node](context=context))
+        executor.add_node(NODES[node](context))
         self._processes[node].run()
 
     def kill(self, node: str) -> None:

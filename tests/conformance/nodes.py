@@ -3,7 +3,7 @@
 They share nothing with the tests but the network.
 """
 
-from typing import Any
+from collections.abc import Callable
 
 from sunset.interfaces.diagnostic_msgs.msg import KeyValue
 from sunset.interfaces.rcl_interfaces.msg import (
@@ -15,6 +15,7 @@ from sunset.interfaces.rcl_interfaces.msg import (
 from sunset.interfaces.sensor_msgs.msg import Image
 from sunset.interfaces.std_msgs.msg import Header, String
 from sunset.interfaces.std_srvs.srv import SetBool, Trigger
+from sunset.ros.context import Context
 from sunset.ros.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from sunset.ros.node import Node
 from sunset.ros.parameter import Parameter
@@ -28,8 +29,8 @@ LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 class Talker(Node):
     """Publishes a counter ten times a second, and once, for late comers, its name."""
 
-    def __init__(self, **options: Any) -> None:
-        super().__init__("talker", **options)
+    def __init__(self, context: Context) -> None:
+        super().__init__("talker", context=context)
         self._count = 0
         self._publisher = self.create_publisher(String, "chatter", 10)
         self.create_publisher(String, "~/name", LATCHED).publish(String(data=self.get_fully_qualified_name()))
@@ -44,8 +45,8 @@ class Talker(Node):
 class Echo(Node):
     """Publishes on `images_out` what comes on `images_in`."""
 
-    def __init__(self, **options: Any) -> None:
-        super().__init__("echo", **options)
+    def __init__(self, context: Context) -> None:
+        super().__init__("echo", context=context)
         self._publisher = self.create_publisher(Image, "images_out", 10)
         self.create_subscription(Image, "images_in", self.on_image, 10)
 
@@ -57,8 +58,8 @@ class Echo(Node):
 class Server(Node):
     """Offers `~/set`, and `~/ask`, which asks `~/set` itself before it answers."""
 
-    def __init__(self, **options: Any) -> None:
-        super().__init__("server", **options)
+    def __init__(self, context: Context) -> None:
+        super().__init__("server", context=context)
         self.create_service(SetBool, "~/set", self.set)
         self.create_service(Trigger, "~/ask", self.ask)
         self.create_service(Trigger, "~/leave", self.leave)
@@ -84,8 +85,8 @@ class Server(Node):
 class Parametrised(Node):
     """Has parameters of all kinds."""
 
-    def __init__(self, **options: Any) -> None:
-        super().__init__("parametrised", **options)
+    def __init__(self, context: Context) -> None:
+        super().__init__("parametrised", context=context)
         self.declare_parameter("flag", False)
         self.declare_parameter("topic", "rgb_camera")
         self.declare_parameter("numbers", [1, 2, 3])
@@ -117,8 +118,8 @@ class Parametrised(Node):
 class Managed(LifecycleNode):
     """Publishes while it is active; its parameters say how its transitions end."""
 
-    def __init__(self, **options: Any) -> None:
-        super().__init__("managed", **options)
+    def __init__(self, context: Context) -> None:
+        super().__init__("managed", context=context)
         self.declare_parameter("activate", "success")
         self.declare_parameter("error", "success")
         self._work = self.create_lifecycle_publisher(String, "~/work", 10)
@@ -139,8 +140,8 @@ class Managed(LifecycleNode):
 class Clocked(Node):
     """Publishes its time whenever its timer of one second of it expires."""
 
-    def __init__(self, **options: Any) -> None:
-        super().__init__("clocked", **options)
+    def __init__(self, context: Context) -> None:
+        super().__init__("clocked", context=context)
         self._times = self.create_publisher(Header, "~/times", 10)
         self.create_timer(1.0, self.tick)
 
@@ -148,7 +149,7 @@ class Clocked(Node):
         self._times.publish(Header(stamp=self.get_clock().now().to_msg()))
 
 
-NODES: dict[str, type[Node]] = {
+NODES: dict[str, Callable[[Context], Node]] = {
     node.__name__: node for node in (Clocked, Echo, Managed, Parametrised, Server, Talker)
 }
 """By class name, so that a process of its own can be told which one to run."""

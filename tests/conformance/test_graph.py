@@ -1,5 +1,6 @@
-from sunset.ros.qos import DurabilityPolicy, ReliabilityPolicy
 from tests.conformance.harness import Harness
+
+from sunset.ros.qos import DurabilityPolicy, ReliabilityPolicy
 
 PARAMETER_SERVICES = {
     "describe_parameters": "rcl_interfaces/srv/DescribeParameters",

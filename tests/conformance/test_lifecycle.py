@@ -3,6 +3,7 @@
 from typing import Any
 
 import pytest
+from tests.conformance.harness import Harness
 
 from sunset.interfaces.lifecycle_msgs.msg import State, Transition, TransitionEvent
 from sunset.interfaces.lifecycle_msgs.srv import (
@@ -12,7 +13,6 @@ from sunset.interfaces.lifecycle_msgs.srv import (
     GetState,
 )
 from sunset.interfaces.std_msgs.msg import String
-from tests.conformance.harness import Harness
 
 GRAPH = [
     *[(1, "configure", 1, 10), (2, "cleanup", 2, 11), (3, "activate", 2, 13), (4, "deactivate", 3, 14)],

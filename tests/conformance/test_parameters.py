@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from tests.conformance.harness import Harness
 
 from sunset.interfaces.diagnostic_msgs.msg import KeyValue
 from sunset.interfaces.rcl_interfaces.msg import ParameterEvent, ParameterType
@@ -16,7 +17,6 @@ from sunset.interfaces.rcl_interfaces.srv import (
     SetParametersAtomically,
 )
 from sunset.ros.parameter import Parameter, parameter_value_to_python
-from tests.conformance.harness import Harness
 
 DECLARED = [
     "use_sim_time",

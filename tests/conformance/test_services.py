@@ -1,5 +1,13 @@
-from sunset.interfaces.std_srvs.srv import SetBool, Trigger
 from tests.conformance.harness import Harness
+
+from sunset.interfaces.std_srvs.srv import SetBool, Trigger
+from sunset.ros.task import Future
+
+
+def answered(future: Future[SetBool.Response]) -> SetBool.Response:
+    response = future.result()
+    assert response is not None
+    return response
 
 
 def test_a_service_answers(harness: Harness) -> None:
@@ -20,7 +28,7 @@ def test_answers_find_their_questions(harness: Harness) -> None:
         clients[number % 2].call_async(SetBool.Request(data=data)) for number, data in enumerate(questions)
     ]
     assert harness.spin(lambda: all(future.done() for future in futures))
-    assert [future.result().success for future in futures] == questions
+    assert [answered(future).success for future in futures] == questions
 
 
 def test_a_service_may_ask_another_before_it_answers(harness: Harness) -> None:

@@ -1,8 +1,9 @@
+from tests.conformance.harness import Harness
+
 from sunset.interfaces.builtin_interfaces.msg import Time
 from sunset.interfaces.rosgraph_msgs.msg import Clock
 from sunset.interfaces.std_msgs.msg import Header, String
 from sunset.ros.time import Time as RosTime
-from tests.conformance.harness import Harness
 
 
 def test_timers_follow_the_clock_topic(harness: Harness) -> None:

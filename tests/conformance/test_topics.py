@@ -1,4 +1,5 @@
 import numpy as np
+from tests.conformance.harness import Harness
 
 from sunset.interfaces.rcl_interfaces.msg import Log
 from sunset.interfaces.sensor_msgs.msg import Image
@@ -10,7 +11,6 @@ from sunset.ros.qos import (
     qos_profile_rosout_default,
     qos_profile_sensor_data,
 )
-from tests.conformance.harness import Harness
 
 
 def test_messages_arrive_in_order_and_as_sent(harness: Harness) -> None:

@@ -37,7 +37,9 @@ def test_names_expand(name: str, expanded: str) -> None:
     assert expand_name(name, "camera", "/uav/front") == expanded
 
 
-@pytest.mark.parametrize(("name", "expanded"), [("image", "/image"), ("~/image", "/camera/image"), ("{ns}/x", "/x")])
+@pytest.mark.parametrize(
+    ("name", "expanded"), [("image", "/image"), ("~/image", "/camera/image"), ("{ns}/x", "/x")]
+)
 def test_names_expand_in_the_root(name: str, expanded: str) -> None:
     assert expand_name(name, "camera", "/") == expanded
 
@@ -60,7 +62,9 @@ def test_names_expand_in_the_root(name: str, expanded: str) -> None:
         ("bild/größe", "must not contain 'ö'", 8),
     ],
 )
-def test_wrong_topic_names_are_refused_with_reason_and_position(name: str, reason: str, position: int) -> None:
+def test_wrong_topic_names_are_refused_with_reason_and_position(
+    name: str, reason: str, position: int
+) -> None:
     with pytest.raises(InvalidTopicNameException) as caught:
         validate_topic_name(name)
     assert reason in str(caught.value)

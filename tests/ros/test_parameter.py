@@ -61,13 +61,17 @@ def test_what_a_parameter_cannot_hold_is_refused(value: object) -> None:
 
 
 def test_a_value_must_be_of_the_type_given() -> None:
-    with pytest.raises(InvalidParameterTypeException, match="Parameter 'name' must be DOUBLE, got 1, which is INTEGER"):
+    with pytest.raises(
+        InvalidParameterTypeException, match="Parameter 'name' must be DOUBLE, got 1, which is INTEGER"
+    ):
         Parameter("name", Parameter.Type.DOUBLE, 1)
-    with pytest.raises(InvalidParameterTypeException, match="must be a Parameter.Type, got 3"):
+    with pytest.raises(InvalidParameterTypeException, match=r"must be a Parameter\.Type, got 3"):
         Parameter("name", 3, 1.0)  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize("kind", ["STRING_ARRAY", "DOUBLE_ARRAY", "BOOL_ARRAY", "INTEGER_ARRAY", "BYTE_ARRAY"])
+@pytest.mark.parametrize(
+    "kind", ["STRING_ARRAY", "DOUBLE_ARRAY", "BOOL_ARRAY", "INTEGER_ARRAY", "BYTE_ARRAY"]
+)
 def test_an_empty_list_is_of_any_list_type(kind: str) -> None:
     parameter = Parameter("name", Parameter.Type[kind], [])
     assert Parameter.from_parameter_msg(parameter.to_parameter_msg()) == parameter

@@ -42,7 +42,9 @@ def test_messages_are_as_ros_writes_them() -> None:
 def test_times_of_different_clocks_do_not_mix() -> None:
     ros, system = Time(clock_type=ClockType.ROS_TIME), Time(clock_type=ClockType.SYSTEM_TIME)
     for mix in (lambda: ros == system, lambda: ros < system, lambda: ros - system):
-        with pytest.raises(TypeError, match="Times of different clocks cannot be compared: ROS_TIME, SYSTEM_TIME"):
+        with pytest.raises(
+            TypeError, match="Times of different clocks cannot be compared: ROS_TIME, SYSTEM_TIME"
+        ):
             mix()
 
 

@@ -331,7 +331,10 @@ class Node(NodeParameters, NodeGraph):
             offered, requested = (qos, other.qos) if kind is EndpointKind.PUBLISHER else (other.qos, qos)
             policy = incompatibility(offered, requested)
             if policy is not None:
-                mine, theirs = f"the {kind.value} of this node", f"the {other.kind.value} of {other.node_name}"
+                mine, theirs = (
+                    f"the {kind.value} of this node",
+                    f"the {other.kind.value} of {other.node_name}",
+                )
                 self._logger.warning(
                     f"On {topic}, {mine} and {theirs} do not match: incompatible {policy}."  # noqa: G004  as in ROS
                 )

@@ -21,67 +21,6 @@ Value: TypeAlias = (
 _INT64 = range(-(2**63), 2**63)
 
 
-class _Type(IntEnum):
-    """What kind of value a parameter has; the numbers are those of rcl_interfaces/msg/ParameterType."""
-
-    NOT_SET = ParameterType.PARAMETER_NOT_SET
-    BOOL = ParameterType.PARAMETER_BOOL
-    INTEGER = ParameterType.PARAMETER_INTEGER
-    DOUBLE = ParameterType.PARAMETER_DOUBLE
-    STRING = ParameterType.PARAMETER_STRING
-    BYTE_ARRAY = ParameterType.PARAMETER_BYTE_ARRAY
-    BOOL_ARRAY = ParameterType.PARAMETER_BOOL_ARRAY
-    INTEGER_ARRAY = ParameterType.PARAMETER_INTEGER_ARRAY
-    DOUBLE_ARRAY = ParameterType.PARAMETER_DOUBLE_ARRAY
-    STRING_ARRAY = ParameterType.PARAMETER_STRING_ARRAY
-
-    @classmethod
-    def from_parameter_value(cls, value: object) -> "_Type":
-        """Return the type of a Python value.
-
-        Raises:
-            InvalidParameterTypeException: a parameter cannot hold it.
-
-        >>> Parameter.Type.from_parameter_value([1, 2]).name
-        'INTEGER_ARRAY'
-        """
-        if value is None:
-            return cls.NOT_SET
-        for kind, python in _SCALARS.items():
-            if type(value) is python:
-                return kind
-        if isinstance(value, (list, tuple, array, np.ndarray)):
-            return cls._of_sequence(value)
-        raise InvalidParameterTypeException(
-            f"A parameter cannot hold {value!r}: it must be a bool, int, float or str, or a list of one of these."
-        )
-
-    @classmethod
-    def _of_sequence(cls, values: Iterable[object]) -> "_Type":
-        items = [item.item() if isinstance(item, np.generic) else item for item in values]
-        for kind, python in _ELEMENTS.items():
-            if all(type(item) is python for item in items):
-                return kind
-        raise InvalidParameterTypeException(
-            f"A parameter cannot hold {values!r}: the elements of a list must all be of one type."
-        )
-
-    def check(self, value: object) -> bool:
-        """Return whether a Python value is of this type; an empty list is of any list type."""
-        actual = _Type.from_parameter_value(value)
-        return actual is self or (self in _ELEMENTS and actual in _ELEMENTS and len(_as_list(value)) == 0)
-
-
-_SCALARS = {_Type.BOOL: bool, _Type.INTEGER: int, _Type.DOUBLE: float, _Type.STRING: str}
-_ELEMENTS = {
-    _Type.BYTE_ARRAY: bytes,
-    _Type.BOOL_ARRAY: bool,
-    _Type.INTEGER_ARRAY: int,
-    _Type.DOUBLE_ARRAY: float,
-    _Type.STRING_ARRAY: str,
-}
-
-
 class Parameter:
     """A name with a value of a fixed set of types.
 
@@ -94,23 +33,71 @@ class Parameter:
         InvalidParameterTypeException: the value is not of the type, or a parameter cannot hold it.
     """
 
-    Type: TypeAlias = _Type
+    class Type(IntEnum):
+        """What kind of value a parameter has; the numbers are those of rcl_interfaces/msg/ParameterType."""
+
+        NOT_SET = ParameterType.PARAMETER_NOT_SET
+        BOOL = ParameterType.PARAMETER_BOOL
+        INTEGER = ParameterType.PARAMETER_INTEGER
+        DOUBLE = ParameterType.PARAMETER_DOUBLE
+        STRING = ParameterType.PARAMETER_STRING
+        BYTE_ARRAY = ParameterType.PARAMETER_BYTE_ARRAY
+        BOOL_ARRAY = ParameterType.PARAMETER_BOOL_ARRAY
+        INTEGER_ARRAY = ParameterType.PARAMETER_INTEGER_ARRAY
+        DOUBLE_ARRAY = ParameterType.PARAMETER_DOUBLE_ARRAY
+        STRING_ARRAY = ParameterType.PARAMETER_STRING_ARRAY
+
+        @classmethod
+        def from_parameter_value(cls, value: object) -> "Parameter.Type":
+            """Return the type of a Python value.
+
+            Raises:
+                InvalidParameterTypeException: a parameter cannot hold it.
+
+            >>> Parameter.Type.from_parameter_value([1, 2]).name
+            'INTEGER_ARRAY'
+            """
+            if value is None:
+                return cls.NOT_SET
+            for kind, python in _SCALARS.items():
+                if type(value) is python:
+                    return kind
+            if isinstance(value, (list, tuple, array, np.ndarray)):
+                return cls._of_sequence(value)
+            raise InvalidParameterTypeException(
+                f"A parameter cannot hold {value!r}: it must be a bool, int, float or str, or a list of one of these."
+            )
+
+        @classmethod
+        def _of_sequence(cls, values: Iterable[object]) -> "Parameter.Type":
+            items = [item.item() if isinstance(item, np.generic) else item for item in values]
+            for kind, python in _ELEMENTS.items():
+                if all(type(item) is python for item in items):
+                    return kind
+            raise InvalidParameterTypeException(
+                f"A parameter cannot hold {values!r}: the elements of a list must all be of one type."
+            )
+
+        def check(self, value: object) -> bool:
+            """Return whether a Python value is of this type; an empty list is of any list type."""
+            actual = type(self).from_parameter_value(value)
+            return actual is self or (self in _ELEMENTS and actual in _ELEMENTS and len(_as_list(value)) == 0)
 
     __slots__ = ("_name", "_type", "_value")
 
     def __init__(self, name: str, type_: Type | None = None, value: object = None) -> None:
         if type_ is None:
-            type_ = _Type.from_parameter_value(value)
-        elif not isinstance(type_, _Type):
+            type_ = Parameter.Type.from_parameter_value(value)
+        elif not isinstance(type_, Parameter.Type):
             raise InvalidParameterTypeException(
                 f"The type of parameter {name!r} must be a Parameter.Type, got {type_!r}."
             )
         elif not type_.check(value):
-            actual = _Type.from_parameter_value(value).name
+            actual = Parameter.Type.from_parameter_value(value).name
             raise InvalidParameterTypeException(
                 f"Parameter {name!r} must be {type_.name}, got {value!r}, which is {actual}."
             )
-        if type_ is _Type.INTEGER and value not in _INT64:
+        if type_ is Parameter.Type.INTEGER and value not in _INT64:
             raise InvalidParameterTypeException(f"Parameter {name!r} must fit into 64 bits, got {value!r}.")
         self._name = name
         self._type = type_
@@ -164,21 +151,34 @@ class Parameter:
             InvalidParameterTypeException: the message names no known type.
         """
         value = parameter_value_to_python(param_msg.value)
-        return cls(param_msg.name, _Type(param_msg.value.type), value)
+        return cls(param_msg.name, Parameter.Type(param_msg.value.type), value)
 
 
-_FIELDS = {
-    _Type.BOOL: "bool_value",
-    _Type.INTEGER: "integer_value",
-    _Type.DOUBLE: "double_value",
-    _Type.STRING: "string_value",
-    _Type.BYTE_ARRAY: "byte_array_value",
-    _Type.BOOL_ARRAY: "bool_array_value",
-    _Type.INTEGER_ARRAY: "integer_array_value",
-    _Type.DOUBLE_ARRAY: "double_array_value",
-    _Type.STRING_ARRAY: "string_array_value",
+_SCALARS = {
+    Parameter.Type.BOOL: bool,
+    Parameter.Type.INTEGER: int,
+    Parameter.Type.DOUBLE: float,
+    Parameter.Type.STRING: str,
 }
-_DTYPES = {_Type.INTEGER_ARRAY: np.int64, _Type.DOUBLE_ARRAY: np.float64}
+_ELEMENTS = {
+    Parameter.Type.BYTE_ARRAY: bytes,
+    Parameter.Type.BOOL_ARRAY: bool,
+    Parameter.Type.INTEGER_ARRAY: int,
+    Parameter.Type.DOUBLE_ARRAY: float,
+    Parameter.Type.STRING_ARRAY: str,
+}
+_FIELDS = {
+    Parameter.Type.BOOL: "bool_value",
+    Parameter.Type.INTEGER: "integer_value",
+    Parameter.Type.DOUBLE: "double_value",
+    Parameter.Type.STRING: "string_value",
+    Parameter.Type.BYTE_ARRAY: "byte_array_value",
+    Parameter.Type.BOOL_ARRAY: "bool_array_value",
+    Parameter.Type.INTEGER_ARRAY: "integer_array_value",
+    Parameter.Type.DOUBLE_ARRAY: "double_array_value",
+    Parameter.Type.STRING_ARRAY: "string_array_value",
+}
+_DTYPES = {Parameter.Type.INTEGER_ARRAY: np.int64, Parameter.Type.DOUBLE_ARRAY: np.float64}
 
 
 def parameter_value_to_python(parameter_value: ParameterValue) -> Value:
@@ -188,10 +188,10 @@ def parameter_value_to_python(parameter_value: ParameterValue) -> Value:
         InvalidParameterTypeException: the message names no known type.
     """
     try:
-        kind = _Type(parameter_value.type)
+        kind = Parameter.Type(parameter_value.type)
     except ValueError as error:
         raise InvalidParameterTypeException(f"Parameter type {parameter_value.type} is unknown.") from error
-    if kind is _Type.NOT_SET:
+    if kind is Parameter.Type.NOT_SET:
         return None
     value = getattr(parameter_value, _FIELDS[kind])
     if kind in _ELEMENTS:

@@ -1,7 +1,7 @@
 """Results that come later, as in `rclpy.task`."""
 
 from collections.abc import Callable, Generator
-from typing import Generic, TypeVar
+from typing import Generic, TypeVar, cast
 
 __all__ = ["Future"]
 
@@ -24,11 +24,11 @@ class Future(Generic[T]):
         state = "cancelled" if self._cancelled else "done" if self._done else "pending"
         return f"<Future {state}>"
 
-    def __await__(self) -> "Generator[Future[T], None, T | None]":
+    def __await__(self) -> "Generator[Future[T], None, T]":
         """Wait, inside a callback that is a coroutine, until the future is done."""
         while not self.done():
             yield self
-        return self.result()
+        return cast("T", self.result())
 
     def done(self) -> bool:
         """Return whether there is a result or an exception, or the future is cancelled."""

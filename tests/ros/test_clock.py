@@ -1,0 +1,90 @@
+from typing import TYPE_CHECKING
+
+from sunset.interfaces.rosgraph_msgs.msg import Clock as ClockMessage
+from sunset.ros import Node, Parameter
+from sunset.ros.clock import Clock, ROSClock
+from sunset.ros.publisher import Publisher
+from sunset.ros.time import ClockType, Time
+
+if TYPE_CHECKING:
+    from .conftest import World
+
+
+def follower(world: "World") -> tuple[Node, Publisher[ClockMessage], list[float]]:
+    publisher = world.node("player").create_publisher(ClockMessage, "/clock", 10)
+    node = world.node("follower", ["--ros-args", "-p", "use_sim_time:=true"])
+    calls: list[float] = []
+    node.create_timer(1.0, lambda: calls.append(node.get_clock().now().nanoseconds / 1e9))
+    return node, publisher, calls
+
+
+def set_time(world: "World", publisher: Publisher[ClockMessage], *seconds: float) -> None:
+    for each in seconds:
+        publisher.publish(ClockMessage(clock=Time(seconds=each).to_msg()))
+        world.pass_time(0.01)
+
+
+def test_time_starts_at_zero_and_goes_where_the_topic_says(world: "World") -> None:
+    node, publisher, calls = follower(world)
+    world.pass_time(5.0)
+    assert node.get_clock().now().nanoseconds == 0
+    set_time(world, publisher, 0.5, 1.0, 1.5, 2.25, 3.0)
+    assert node.get_clock().now() == Time(seconds=3, clock_type=ClockType.ROS_TIME)
+    assert calls == [1.0, 2.25, 3.0]
+
+
+def test_a_timer_may_use_another_clock_than_its_nodes(world: "World") -> None:
+    node, _, _ = follower(world)
+    calls: list[int] = []
+    steady = Clock(clock_type=ClockType.STEADY_TIME, context=node.context)
+    node.create_timer(0.1, lambda: calls.append(world.simulation.now), clock=steady)
+    world.pass_time(0.25)
+    assert len(calls) == 2
+
+
+def test_when_time_goes_back_timers_start_again(world: "World") -> None:
+    _, publisher, calls = follower(world)
+    set_time(world, publisher, 10.0, 11.0, 2.0, 2.5, 3.0)
+    assert calls == [10.0, 11.0, 3.0]
+
+
+def test_timers_can_be_canceled_and_reset_in_ros_time(world: "World") -> None:
+    node, publisher, calls = follower(world)
+    (timer,) = node.timers
+    timer.cancel()
+    set_time(world, publisher, 1.0, 2.0)
+    assert (calls, timer.is_ready(), timer.is_canceled()) == ([], False, True)
+    timer.reset()
+    assert timer.time_until_next_call() == 1_000_000_000
+    set_time(world, publisher, 2.9, 3.0)
+    assert calls == [3.0]
+    node.destroy_timer(timer)
+    set_time(world, publisher, 4.0, 5.0)
+    assert calls == [3.0]
+
+
+def test_the_parameter_switches_between_clocks(world: "World") -> None:
+    node, publisher, calls = follower(world)
+    clock = node.get_clock()
+    assert isinstance(clock, ROSClock)
+    set_time(world, publisher, 100.0)
+    node.set_parameters([Parameter("use_sim_time", value=False)])
+    assert not clock.ros_time_is_active
+    assert publisher.get_subscription_count() == 0
+    calls.clear()
+    world.pass_time(1.005)
+    assert len(calls) == 1
+    node.set_parameters([Parameter("use_sim_time", value=True)])
+    assert clock.now().nanoseconds == 0
+    world.pass_time(5.0)
+    assert len(calls) == 1
+
+
+def test_only_a_boolean_switches(world: "World") -> None:
+    node, _, _ = follower(world)
+    (result,) = node.set_parameters([Parameter("use_sim_time", value="yes")])
+    assert not result.successful
+
+
+def test_clocks_show_what_they_are(world: "World") -> None:
+    assert repr(world.node().get_clock()) == "Clock(clock_type=ROS_TIME)"

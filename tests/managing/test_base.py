@@ -12,6 +12,7 @@ from sunset.interfaces.system_interfaces.srv import Redeploy
 from sunset.managing import ManagingSystem, NoAdaptation, Symptoms
 from sunset.nodes import Camera, Fusion, ImageEnhancement, Monitor
 from sunset.ros import CallbackError, Future, Node
+from sunset.ros.exceptions import InvalidParameterValueException
 
 if TYPE_CHECKING:
     from tests.conftest import World
@@ -169,6 +170,30 @@ def test_a_redeploy_is_asked_of_the_launcher(world: "World", watcher: Watcher) -
 
 def test_what_is_not_answered_stays_open(world: "World", watcher: Watcher) -> None:
     assert outcome(world, watcher.activate("camera")) is None
+
+
+def test_adapt_may_be_a_coroutine_that_waits(world: "World") -> None:
+    class Patient(ManagingSystem):
+        def on_start(self) -> None:
+            self.answers: list[bool | None] = []
+
+        async def adapt(self, symptoms: Symptoms) -> None:  # type: ignore[override]
+            if symptoms.entropy > 0.5 and not self.answers:
+                self.answers.append(await self.activate("image_enhancement"))
+                self.answers.append(await self.set_parameter("sensor_fusion", "modality", 7))
+
+    manager = world.start(Patient)
+    world.start(ImageEnhancement)
+    world.start(Fusion)
+    show(world, segmentation_entropy=0.9)
+    world.run(0.3)
+    assert manager.answers == [True, False]
+
+
+@pytest.mark.parametrize("period", [0.0, -1.0, float("nan")])
+def test_a_period_that_is_none_is_refused(world: "World", period: float) -> None:
+    with pytest.raises(InvalidParameterValueException, match="period"):
+        world.start(Watcher, parameters={"period": period})
 
 
 # Errors

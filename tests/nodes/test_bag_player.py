@@ -1,5 +1,6 @@
 """The bag player: the bag's frames, with the bag's stamps, at the rate asked for."""
 
+import shutil
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -108,6 +109,18 @@ def test_a_bag_that_is_too_short_is_refused(
 ) -> None:
     with pytest.raises(ParameterError, match=said):
         world.start(BagPlayer, parameters={"bag": bag, **parameters})
+
+
+def test_a_bag_that_was_replaced_is_read_anew(world: "World", tmp_path: Path, frames: list[Frame]) -> None:
+    for part in (frames[:2], frames[2:5]):
+        shutil.rmtree(tmp_path / "bag", ignore_errors=True)
+        write_bag(tmp_path / "bag", part, STAMPS[: len(part)])
+        world.messages["/rgb_raw"].clear()
+        play(world, bag=str(tmp_path / "bag"))
+        world.run(2.0)
+        world.kill("bag_player")
+        made = [array_of_bgr(image) for image in world.messages["/rgb_raw"]]
+        np.testing.assert_array_equal(made, [frame.rgb for frame in part])
 
 
 def test_a_bag_must_be_named_and_be_there(world: "World", tmp_path: Path) -> None:

@@ -1,11 +1,12 @@
 """The base class of managing systems: it sees symptoms, and adapts the managed system."""
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any, ClassVar, TypeVar, cast
+from inspect import iscoroutine
+from typing import TYPE_CHECKING, Any, ClassVar, cast
 
 from sunset.interfaces.lifecycle_msgs.msg import Transition
 from sunset.interfaces.lifecycle_msgs.srv import ChangeState
-from sunset.interfaces.rcl_interfaces.msg import ParameterDescriptor
+from sunset.interfaces.rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor
 from sunset.interfaces.rcl_interfaces.srv import SetParameters
 from sunset.interfaces.system_interfaces.msg import SetBlackboardGroup
 from sunset.interfaces.system_interfaces.srv import Redeploy
@@ -19,8 +20,6 @@ if TYPE_CHECKING:
     from sunset.ros.client import Client
 
 __all__ = ["ManagingSystem"]
-
-ResponseT = TypeVar("ResponseT")
 
 
 class ManagingSystem(Node):
@@ -37,7 +36,8 @@ class ManagingSystem(Node):
 
     Nodes are `camera`, `depth`, `image_enhancement`, `sensor_fusion` and `segmentation`. All of these return
     at once; what they return is a future whose result says whether the managed system accepted it. Never
-    wait for it in a callback: look at it in a later call of `adapt`, or add a callback to it.
+    block on it: look at it in a later call of `adapt`, add a callback to it, or write `async def adapt` and
+    `await` it.
 
     Example:
         A managing system that focuses the camera when its images are blurred::
@@ -76,13 +76,20 @@ class ManagingSystem(Node):
             ParameterDescriptor(description="entropy above which the segmentation counts as unsure"),
         )
         self.declare_parameter(
-            "period", 0.2, ParameterDescriptor(description="seconds between two decisions", read_only=True)
+            "period",
+            0.2,
+            ParameterDescriptor(
+                description="seconds between two decisions",
+                read_only=True,
+                floating_point_range=[FloatingPointRange(from_value=0.01, to_value=60.0)],
+            ),
         )
-        self._blackboard: dict[str, Value] = {}
-        self._seen: set[str] = set()
-        self._callers: dict[str, Client[Any, Any]] = {}
-        self.create_subscription(SetBlackboardGroup, "/blackboard_group", self._on_blackboard, 10)
-        self.create_timer(cast("float", self.get_parameter("period").value), self._decide)
+        # Two underscores: a subclass may give its own attributes any name.
+        self.__blackboard: dict[str, Value] = {}
+        self.__seen: set[str] = set()
+        self.__callers: dict[str, Client[Any, Any]] = {}
+        self.create_subscription(SetBlackboardGroup, "/blackboard_group", self.__on_blackboard, 10)
+        self.create_timer(cast("float", self.get_parameter("period").value), self.__decide)
         self.on_start()
 
     def on_start(self) -> None:
@@ -121,7 +128,7 @@ class ManagingSystem(Node):
                 self.get_logger().warning(f"{node} refused {name} = {value!r}: {reason}")
             return not refusals
 
-        return self._call(SetParameters, f"{_full(node)}/set_parameters", request, accepted)
+        return self.__call(SetParameters, f"{_full(node)}/set_parameters", request, accepted)
 
     def change_topic(self, node: str, parameter: str, topic: str) -> Future[bool]:
         """Let a node subscribe to another topic.
@@ -142,7 +149,7 @@ class ManagingSystem(Node):
         Returns:
             A future: whether the node is active now.
         """
-        return self._transition(node, Transition.TRANSITION_ACTIVATE, "activate")
+        return self.__transition(node, Transition.TRANSITION_ACTIVATE, "activate")
 
     def deactivate(self, node: str) -> Future[bool]:
         """Remove a node from the running system, through its lifecycle; its process goes on.
@@ -150,7 +157,7 @@ class ManagingSystem(Node):
         Returns:
             A future: whether the node is inactive now.
         """
-        return self._transition(node, Transition.TRANSITION_DEACTIVATE, "deactivate")
+        return self.__transition(node, Transition.TRANSITION_DEACTIVATE, "deactivate")
 
     def restart(self, node: str) -> Future[bool]:
         """Deactivate a node, then activate it.
@@ -182,24 +189,28 @@ class ManagingSystem(Node):
                 self.get_logger().warning(f"{node} is not redeployed: {response.message}")
             return response.success
 
-        return self._call(Redeploy, "/launcher/redeploy", Redeploy.Request(node=_short(node)), accepted)
+        return self.__call(Redeploy, "/launcher/redeploy", Redeploy.Request(node=_short(node)), accepted)
 
-    def _on_blackboard(self, message: SetBlackboardGroup) -> None:
+    def __on_blackboard(self, message: SetBlackboardGroup) -> None:
         values = read_parameters(message.bb_params)
-        self._blackboard.update(values)
-        self._seen.update(key for key, value in values.items() if key.endswith("_freq") and value)
+        self.__blackboard.update(values)
+        self.__seen.update(key for key, value in values.items() if key.endswith("_freq") and value)
 
-    def _decide(self) -> None:
-        if self._blackboard:
-            self.adapt(Symptoms(self._blackboard, self._seen))
+    async def __decide(self) -> None:
+        """Call `adapt`, which may be a coroutine."""
+        if self.__blackboard:
+            adapt: Callable[[Symptoms], object] = self.adapt
+            outcome = adapt(Symptoms(self.__blackboard, self.__seen))
+            if iscoroutine(outcome):
+                await outcome
 
-    def _transition(self, node: str, transition: int, label: str) -> Future[bool]:
+    def __transition(self, node: str, transition: int, label: str) -> Future[bool]:
         request = ChangeState.Request(transition=Transition(id=transition, label=label))
-        return self._call(
+        return self.__call(
             ChangeState, f"{_full(node)}/change_state", request, lambda response: bool(response.success)
         )
 
-    def _call(
+    def __call(
         self,
         service: type[Any],
         name: str,
@@ -207,10 +218,10 @@ class ManagingSystem(Node):
         outcome: Callable[[Any], bool],
     ) -> Future[bool]:
         """Call a service; the future has the outcome of its response."""
-        if name not in self._callers:
-            self._callers[name] = self.create_client(service, name)
+        if name not in self.__callers:
+            self.__callers[name] = self.create_client(service, name)
         result: Future[bool] = Future()
-        answer = self._callers[name].call_async(request)
+        answer = self.__callers[name].call_async(request)
         answer.add_done_callback(lambda done: result.set_result(outcome(done.result())))
         return result
 

@@ -85,18 +85,19 @@ class AdaptiveNode(LifecycleNode):
             namespace=NAMESPACE,
             parameter_overrides=parameter_overrides,
         )
-        self._bound = MappingProxyType(bound_parameters(type(self)))
+        # Two underscores: a subclass may give its own attributes any name.
+        self.__bound = MappingProxyType(bound_parameters(type(self)))
         self.parameter_values: dict[str, Any] = {}
         """The present values of the bound parameters, by name."""
-        self._inputs: list[_Input] = []
-        self._news: list[KeyValue] = []
-        self._curing = False
-        self._declare_bound_parameters()
-        self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
-        self._heartbeat = self.create_timer(_HEARTBEAT_S, self._publish_heartbeat)
-        self._booted = self.lifecycle_activation_delay <= 0
+        self.__inputs: list[_Input] = []
+        self.__news: list[KeyValue] = []
+        self.__curing = False
+        self.__declare_bound_parameters()
+        self.__diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
+        self.__heartbeat = self.create_timer(_HEARTBEAT_S, self.__publish_heartbeat)
+        self.__booted = self.lifecycle_activation_delay <= 0
         self.set_up()
-        self.call_later(0.0, self._start)
+        self.call_later(0.0, self.__start)
 
     def set_up(self) -> None:
         """Name inputs and outputs, and prepare what callbacks need; called once, parameters have values."""
@@ -117,7 +118,7 @@ class AdaptiveNode(LifecycleNode):
             callback: called with every message.
             depth: how many messages wait while the node is busy; the oldest are dropped first.
         """
-        self._inputs.append(_Input(message_type, topic, "", callback, depth))
+        self.__inputs.append(_Input(message_type, topic, "", callback, depth))
 
     def create_switchable_subscription(
         self,
@@ -137,12 +138,12 @@ class AdaptiveNode(LifecycleNode):
             callback: called with every message.
             depth: how many messages wait while the node is busy; the oldest are dropped first.
         """
-        self._inputs.append(_Input(message_type, "", parameter, callback, depth))
+        self.__inputs.append(_Input(message_type, "", parameter, callback, depth))
 
     def report(self, key: str, value: float | bool) -> None:
         """Report a value with the next heartbeat; each value is reported once."""
         text = str(value).lower() if isinstance(value, bool) else repr(float(value))
-        self._news.append(KeyValue(key=key, value=text))
+        self.__news.append(KeyValue(key=key, value=text))
 
     def call_later(self, delay: float, function: Callable[[], None]) -> None:
         """Call a function once, after a delay in seconds and after the present callback."""
@@ -160,11 +161,11 @@ class AdaptiveNode(LifecycleNode):
         Raises:
             ParameterError: the value is refused.
         """
-        self._curing = True
+        self.__curing = True
         try:
             (result,) = self.set_parameters([Parameter(name, value=value)])
         finally:
-            self._curing = False
+            self.__curing = False
         if not result.successful:
             raise ParameterError(f"{self.node_name} refused {name} = {value!r}: {result.reason}")
 
@@ -174,102 +175,102 @@ class AdaptiveNode(LifecycleNode):
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """End the faults that a restart cures, and subscribe; refused while the hardware boots."""
-        if not self._booted:
+        if not self.__booted:
             self.get_logger().warning(f"{self.node_name} cannot be activated yet: it is still booting.")
             return TransitionCallbackReturn.FAILURE
-        for name, parameter in self._bound.items():
+        for name, parameter in self.__bound.items():
             if (
                 isinstance(parameter, FaultParameter)
                 and parameter.cured_by_restart
                 and self.parameter_values[name] != parameter.default
             ):
                 self.write_parameter(name, parameter.default)
-        for one in self._inputs:
-            self._open(one)
+        for one in self.__inputs:
+            self.__open(one)
         return super().on_activate(state)
 
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Unsubscribe."""
-        for one in self._inputs:
-            self._close(one)
+        for one in self.__inputs:
+            self.__close(one)
         return super().on_deactivate(state)
 
     def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
         """End the process, once the answer to this transition has left."""
-        self._heartbeat.cancel()
-        for one in self._inputs:
-            self._close(one)
+        self.__heartbeat.cancel()
+        for one in self.__inputs:
+            self.__close(one)
         self.call_later(0.0, self.context.try_shutdown)
         return super().on_shutdown(state)
 
-    def _start(self) -> None:
+    def __start(self) -> None:
         """Configure, and activate after the delay."""
         self.trigger_configure()
         if self.lifecycle_activation_delay >= 0:
-            self.call_later(self.lifecycle_activation_delay, self._finish_booting)
+            self.call_later(self.lifecycle_activation_delay, self.__finish_booting)
 
-    def _finish_booting(self) -> None:
-        self._booted = True
-        if self._state_label() == "inactive":
+    def __finish_booting(self) -> None:
+        self.__booted = True
+        if self.__state_label() == "inactive":
             self.trigger_activate()
 
-    def _state_label(self) -> str:
+    def __state_label(self) -> str:
         label: str = self._state_machine.current_state[1]
         return label
 
-    def _publish_heartbeat(self) -> None:
+    def __publish_heartbeat(self) -> None:
         status = DiagnosticStatus(
             level=_LEVEL,
             name=f"{self.node_name}: heartbeat",
-            message=self._state_label(),
+            message=self.__state_label(),
             hardware_id=self.node_name,
-            values=self._news,
+            values=self.__news,
         )
-        self._news = []
+        self.__news = []
         stamp = self.get_clock().now().to_msg()
-        self._diagnostics.publish(DiagnosticArray(header=Header(stamp=stamp), status=[status]))
+        self.__diagnostics.publish(DiagnosticArray(header=Header(stamp=stamp), status=[status]))
 
-    def _open(self, one: _Input) -> None:
+    def __open(self, one: _Input) -> None:
         topic = self.parameter_values[one.parameter] if one.parameter else one.topic
         one.subscription = self.create_subscription(one.message_type, topic, one.callback, one.depth)
 
-    def _close(self, one: _Input) -> None:
+    def __close(self, one: _Input) -> None:
         if one.subscription is not None:
             self.destroy_subscription(one.subscription)
             one.subscription = None
 
-    def _declare_bound_parameters(self) -> None:
-        self.parameter_values.update({name: bound.default for name, bound in self._bound.items()})
-        for name, bound in self._bound.items():
+    def __declare_bound_parameters(self) -> None:
+        self.parameter_values.update({name: bound.default for name, bound in self.__bound.items()})
+        for name, bound in self.__bound.items():
             value = self.declare_parameter(name, bound.default, bound.descriptor()).value
             refusal = bound.refusal(self, value)
             if refusal:
                 raise ParameterError(refusal)
             self.parameter_values[name] = value
-        self.add_on_set_parameters_callback(self._check_parameters)
-        self.add_post_set_parameters_callback(self._take_parameters)
+        self.add_on_set_parameters_callback(self.__check_parameters)
+        self.add_post_set_parameters_callback(self.__take_parameters)
 
-    def _check_parameters(self, parameters: Sequence[Parameter]) -> SetParametersResult:
+    def __check_parameters(self, parameters: Sequence[Parameter]) -> SetParametersResult:
         for parameter in parameters:
-            bound = self._bound.get(parameter.name)
-            refusal = bound.refusal(self, parameter.value) if bound and not self._curing else ""
+            bound = self.__bound.get(parameter.name)
+            refusal = bound.refusal(self, parameter.value) if bound and not self.__curing else ""
             if refusal:
                 return SetParametersResult(successful=False, reason=refusal)
         return SetParametersResult(successful=True)
 
-    def _take_parameters(self, parameters: Sequence[Parameter]) -> None:
+    def __take_parameters(self, parameters: Sequence[Parameter]) -> None:
         for parameter in parameters:
-            bound = self._bound.get(parameter.name)
+            bound = self.__bound.get(parameter.name)
             if bound is None:
                 continue
             changed = self.parameter_values[parameter.name] != parameter.value
             self.parameter_values[parameter.name] = parameter.value
             if changed:
-                self._switch_inputs(parameter.name)
+                self.__switch_inputs(parameter.name)
             bound.after_set(self, parameter.value)
 
-    def _switch_inputs(self, parameter: str) -> None:
-        for one in self._inputs:
+    def __switch_inputs(self, parameter: str) -> None:
+        for one in self.__inputs:
             if one.parameter == parameter and one.subscription is not None:
-                self._close(one)
-                self._open(one)
+                self.__close(one)
+                self.__open(one)

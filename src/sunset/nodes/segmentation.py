@@ -1,6 +1,6 @@
 """The segmentation: runs the network of the fused images' modality."""
 
-from functools import lru_cache
+from functools import cache
 
 from sunset.faults import FAULTS
 from sunset.interfaces.sensor_msgs.msg import Image
@@ -47,7 +47,8 @@ class SegmentationNode(AdaptiveNode):
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Load the model."""
-        self._segmenter = _segmenter(self.model, self.inference_cache)
+        answers = _answers(self.inference_cache) if self.inference_cache else None
+        self._segmenter = Segmenter(load_model(self.model), cache=answers)
         return super().on_configure(state)
 
     def _on_fused(self, message: SensorFusion) -> None:
@@ -63,7 +64,7 @@ class SegmentationNode(AdaptiveNode):
         self._labels.publish(image_of_labels(message.header, result.labels))
 
 
-@lru_cache(maxsize=4)
-def _segmenter(model: str, cache: str) -> Segmenter:
-    """Return the segmenter, made once a process: its answers do not depend on what came before."""
-    return Segmenter(load_model(model), cache=InferenceCache(cache) if cache else None)
+@cache
+def _answers(path: str) -> InferenceCache:
+    """Return the cache in a file, opened once a process: what it answers does not depend on when."""
+    return InferenceCache(path)

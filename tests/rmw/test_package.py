@@ -1,3 +1,4 @@
+import doctest
 import importlib
 import pkgutil
 
@@ -12,3 +13,13 @@ def test_every_module_exports_what_it_says() -> None:
         )
         for name in module.__all__:
             assert hasattr(module, name), f"{info.name}.{name}"
+
+
+def test_the_examples_in_docstrings_are_true() -> None:
+    modules = [
+        importlib.import_module(info.name)
+        for info in pkgutil.walk_packages(sunset.rmw.__path__, "sunset.rmw.")
+    ]
+    results = [doctest.testmod(module) for module in modules]
+    assert sum(result.failed for result in results) == 0
+    assert sum(result.attempted for result in results) > 0

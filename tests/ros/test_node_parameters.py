@@ -35,6 +35,7 @@ def test_parameters_are_declared_and_got(world: "World") -> None:
     assert {name: parameter.value for name, parameter in by_prefix.items()} == {"width": 256, "name": "rgb"}
     assert node.get_parameter_types(["speed", "image.name"]) == [Parameter.Type.DOUBLE, Parameter.Type.STRING]
     assert node.describe_parameter("image.name").read_only
+    assert node.list_parameters(["image"], 0).names == ["image.width", "image.name"]
     assert [descriptor.name for descriptor in node.describe_parameters(["speed"])] == ["speed"]
 
 
@@ -102,6 +103,12 @@ def test_overrides_win_over_defaults_unless_ignored(world: "World") -> None:
     with pytest.raises(InvalidParameterValueException, match="expected INTEGER, got STRING"):
         node.declare_parameter("c", 0)
     assert node.declare_parameter("c", 0, ignore_override=True).value == 0
+
+
+def test_an_empty_list_from_the_command_line_has_the_declared_type(world: "World") -> None:
+    node = world.node("node", ["--ros-args", "-p", "names:=[]"])
+    parameter = node.declare_parameter("names", ["a"])
+    assert (parameter.type_, parameter.value) == (Parameter.Type.STRING_ARRAY, [])
 
 
 def test_overrides_can_be_declared_all_at_once(world: "World") -> None:

@@ -1,3 +1,5 @@
+from enum import IntEnum
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -8,6 +10,11 @@ from sunset.interfaces.rcl_interfaces.msg import Parameter as ParameterMessage
 from sunset.interfaces.rcl_interfaces.msg import ParameterValue
 from sunset.ros.exceptions import InvalidParameterTypeException
 from sunset.ros.parameter import Parameter
+
+
+class Modality(IntEnum):
+    RGB = 1
+
 
 integers = st.integers(-(2**63), 2**63 - 1)
 doubles = st.floats(allow_nan=False)
@@ -48,6 +55,8 @@ def test_a_parameter_survives_the_wire(value: object) -> None:
         ([b"a"], "BYTE_ARRAY"),
         (np.array([1, 2]), "INTEGER_ARRAY"),
         (np.array([0.5]), "DOUBLE_ARRAY"),
+        (np.float64(0.5), "DOUBLE"),
+        (Modality.RGB, "INTEGER"),
     ],
 )
 def test_the_type_follows_from_the_value(value: object, kind: str) -> None:
@@ -80,6 +89,16 @@ def test_an_empty_list_is_of_any_list_type(kind: str) -> None:
 def test_an_integer_must_fit() -> None:
     with pytest.raises(InvalidParameterTypeException, match="must fit into 64 bits"):
         Parameter("name", value=2**63)
+    with pytest.raises(InvalidParameterTypeException, match="must fit into 64 bits"):
+        Parameter("name", value=[1, -(2**63) - 1])
+
+
+def test_a_value_becomes_one_of_pythons_own_types() -> None:
+    values = [
+        Parameter("name", value=value).value for value in (Modality.RGB, np.float64(0.5), [Modality.RGB])
+    ]
+    assert values == [1, 0.5, [1]]
+    assert [type(value) for value in values] == [int, float, list]
 
 
 def test_a_message_of_unknown_type_is_refused() -> None:

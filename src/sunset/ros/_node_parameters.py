@@ -3,7 +3,13 @@
 from collections.abc import Sequence
 from typing import Any
 
-from sunset.interfaces.rcl_interfaces.msg import ParameterDescriptor, ParameterValue, SetParametersResult
+from sunset.interfaces.rcl_interfaces.msg import (
+    ListParametersResult,
+    ParameterDescriptor,
+    ParameterValue,
+    SetParametersResult,
+)
+from sunset.ros._parameter_services import list_names
 from sunset.ros._parameter_store import ParameterStore, PostSetCallback, SetCallback
 from sunset.ros.parameter import Parameter
 
@@ -116,6 +122,15 @@ class NodeParameters:
             for name in self._parameters.names()
             if name.startswith(start)
         }
+
+    def list_parameters(self, prefixes: Sequence[str], depth: int) -> ListParametersResult:
+        """Return the names of parameters under some prefixes.
+
+        Args:
+            prefixes: only names that equal one of these or are below it; all names if empty.
+            depth: only names with so many parts at most, not counting the prefix; 0 for no limit.
+        """
+        return list_names(self._parameters.names(), prefixes, depth)
 
     def get_parameter_type(self, name: str) -> Parameter.Type:
         """Return the type of a parameter's value.

@@ -1,12 +1,12 @@
 """The six services through which others see and set a node's parameters."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any, TypeVar
 
 from sunset.errors import ParameterError
 from sunset.interfaces import Service
+from sunset.interfaces.rcl_interfaces.msg import ListParametersResult, SetParametersResult
 from sunset.interfaces.rcl_interfaces.msg import Parameter as ParameterMessage
-from sunset.interfaces.rcl_interfaces.msg import SetParametersResult
 from sunset.interfaces.rcl_interfaces.srv import (
     DescribeParameters,
     GetParameters,
@@ -18,7 +18,7 @@ from sunset.interfaces.rcl_interfaces.srv import (
 from sunset.ros._parameter_store import ParameterStore
 from sunset.ros.parameter import Parameter
 
-__all__ = ["ParameterServices"]
+__all__ = ["ParameterServices", "list_names"]
 
 _T = TypeVar("_T")
 
@@ -28,7 +28,8 @@ _SEPARATOR = "."
 class ParameterServices:
     """Answers for a node's parameters, as rclpy's nodes do.
 
-    Names that are not declared empty the whole answer of a query, and are refused one by one when set.
+    A name that is not declared, or has no value to get, empties the whole answer of a query; when set, each is
+    refused for itself.
     """
 
     def __init__(self, store: ParameterStore) -> None:
@@ -61,20 +62,14 @@ class ParameterServices:
 
     def get(self, request: GetParameters.Request, response: GetParameters.Response) -> GetParameters.Response:
         """Answer with one value a name."""
-        response.values = self._each(request.names, lambda name: self._parameter(name).get_parameter_value())
+        response.values = self._each(request.names, lambda name: self._store.get(name).get_parameter_value())
         return response
 
     def list_names(
         self, request: ListParameters.Request, response: ListParameters.Response
     ) -> ListParameters.Response:
         """Answer with the names under some prefixes, down to some depth, and their prefixes."""
-        prefixes: dict[str, None] = {}
-        for name in self._store.names():
-            if self._is_listed(name, request.prefixes, request.depth):
-                response.result.names.append(name)
-                if _SEPARATOR in name:
-                    prefixes[name.rpartition(_SEPARATOR)[0]] = None
-        response.result.prefixes = list(prefixes)
+        response.result = list_names(self._store.names(), request.prefixes, request.depth)
         return response
 
     def set_each(
@@ -105,19 +100,32 @@ class ParameterServices:
     def _each(self, names: list[str], function: Callable[[str], _T]) -> list[_T]:
         try:
             self._store.check_declared(names)
+            return [function(name) for name in names]
         except ParameterError:  # rclpy's nodes answer with nothing at all then
             return []
-        return [function(name) for name in names]
 
-    @staticmethod
-    def _is_listed(name: str, prefixes: list[str], depth: int) -> bool:
-        if not prefixes:
-            return depth == 0 or name.count(_SEPARATOR) < depth
-        for prefix in prefixes:
-            if name == prefix:
+
+def list_names(names: Iterable[str], prefixes: Sequence[str], depth: int) -> ListParametersResult:
+    """Return those of the names that are under some prefixes, and their own prefixes.
+
+    Args:
+        names: of parameters; their parts are separated by full stops.
+        prefixes: only names that equal one of these or are below it; all names if empty.
+        depth: only names with so many parts at most, not counting the prefix; 0 for no limit.
+    """
+    listed = [name for name in names if _is_listed(name, prefixes, depth)]
+    found = {name.rpartition(_SEPARATOR)[0]: None for name in listed if _SEPARATOR in name}
+    return ListParametersResult(names=listed, prefixes=list(found))
+
+
+def _is_listed(name: str, prefixes: Sequence[str], depth: int) -> bool:
+    if not prefixes:
+        return depth == 0 or name.count(_SEPARATOR) < depth
+    for prefix in prefixes:
+        if name == prefix:
+            return True
+        if name.startswith(f"{prefix}{_SEPARATOR}"):
+            rest = name[len(prefix) + 1 :]
+            if depth == 0 or rest.count(_SEPARATOR) < depth:
                 return True
-            if name.startswith(f"{prefix}{_SEPARATOR}"):
-                rest = name[len(prefix) + 1 :]
-                if depth == 0 or rest.count(_SEPARATOR) < depth:
-                    return True
-        return False
+    return False

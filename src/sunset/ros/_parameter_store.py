@@ -22,6 +22,9 @@ SetCallback = Callable[[list[Parameter]], SetParametersResult]
 PostSetCallback = Callable[[list[Parameter]], object]
 
 
+_LISTS = frozenset(kind.value for kind in Parameter.Type if kind.name.endswith("_ARRAY"))
+
+
 @dataclass(slots=True)
 class Changes:
     """What one set of parameters did."""
@@ -106,6 +109,8 @@ class ParameterStore:
             )
         if not ignore_override and name in self.overrides:
             parameter = self.overrides[name]
+            if parameter.value == [] and descriptor.type in _LISTS:  # which says nothing about the type
+                parameter = Parameter(name, Parameter.Type(descriptor.type), [])
         self._descriptors[name] = descriptor
         reason = self._store([parameter], declaring=True)
         if reason is not None:

@@ -3,7 +3,7 @@
 from array import array
 from collections.abc import Iterable, Sequence
 from enum import IntEnum
-from typing import TypeAlias
+from typing import TypeAlias, cast
 
 import numpy as np
 
@@ -60,7 +60,7 @@ class Parameter:
             if value is None:
                 return cls.NOT_SET
             for kind, python in _SCALARS.items():
-                if type(value) is python:
+                if isinstance(value, python):
                     return kind
             if isinstance(value, (list, tuple, array, np.ndarray)):
                 return cls._of_sequence(value)
@@ -72,7 +72,7 @@ class Parameter:
         def _of_sequence(cls, values: Iterable[object]) -> "Parameter.Type":
             items = [item.item() if isinstance(item, np.generic) else item for item in values]
             for kind, python in _ELEMENTS.items():
-                if all(type(item) is python for item in items):
+                if all(isinstance(item, python) for item in items):
                     return kind
             raise InvalidParameterTypeException(
                 f"A parameter cannot hold {values!r}: the elements of a list must all be of one type."
@@ -97,11 +97,12 @@ class Parameter:
             raise InvalidParameterTypeException(
                 f"Parameter {name!r} must be {type_.name}, got {value!r}, which is {actual}."
             )
-        if type_ is Parameter.Type.INTEGER and value not in _INT64:
-            raise InvalidParameterTypeException(f"Parameter {name!r} must fit into 64 bits, got {value!r}.")
         self._name = name
         self._type = type_
-        self._value: Value = _as_list(value) if type_ in _ELEMENTS else value  # type: ignore[assignment]  # checked
+        self._value = _normalised(type_, value)
+        integers = self._value if isinstance(self._value, list) else [self._value]
+        if any(isinstance(item, int) and item not in _INT64 for item in integers):
+            raise InvalidParameterTypeException(f"Parameter {name!r} must fit into 64 bits, got {value!r}.")
 
     @property
     def name(self) -> str:
@@ -194,8 +195,17 @@ def parameter_value_to_python(parameter_value: ParameterValue) -> Value:
     if kind is Parameter.Type.NOT_SET:
         return None
     value = getattr(parameter_value, _FIELDS[kind])
+    return _normalised(kind, value)
+
+
+def _normalised(kind: Parameter.Type, value: object) -> Value:
+    """Return a value of Python's own types, such as an int for an IntEnum."""
+    if kind is Parameter.Type.NOT_SET:
+        return None
     if kind in _ELEMENTS:
-        return _as_list(value)  # type: ignore[return-value]  # the field's type says what the elements are
+        python = _ELEMENTS[kind]
+        items = [item if type(item) is python else python(item) for item in _as_list(value)]
+        return cast("Value", items)
     scalar: Value = _SCALARS[kind](value)
     return scalar
 

@@ -1,9 +1,11 @@
 import numpy as np
+import pytest
 from tests.conformance.harness import Harness
 
 from sunset.interfaces.rcl_interfaces.msg import Log
 from sunset.interfaces.sensor_msgs.msg import Image
 from sunset.interfaces.std_msgs.msg import Header, String
+from sunset.ros import CallbackError
 from sunset.ros.qos import (
     DurabilityPolicy,
     QoSProfile,
@@ -81,6 +83,20 @@ def test_logs_reach_late_comers_on_rosout(harness: Harness) -> None:
     assert harness.spin(lambda: len(logs) >= 3)
     assert (logs[0].name, logs[0].level, logs[0].msg) == ("uav.talker", Log.INFO, "said 1")
     assert (logs[0].file, logs[0].function) == ("nodes.py", "tick")
+
+
+def test_what_a_callback_raises_comes_out_of_spin(harness: Harness) -> None:
+    harness.start("Talker")
+
+    def fail(message: String) -> None:
+        raise ValueError(message.data)
+
+    harness.node.create_subscription(String, "/chatter", fail, 10)
+    with pytest.raises(
+        CallbackError, match=r"subscription of /chatter\) of node /tester raised ValueError"
+    ) as caught:
+        harness.spin(lambda: False)
+    assert isinstance(caught.value.__cause__, ValueError)
 
 
 def test_a_killed_talker_falls_silent_and_a_new_one_is_heard(harness: Harness) -> None:

@@ -180,6 +180,23 @@ def test_a_destroyed_publisher_sends_nothing_more_but_what_it_sent_arrives() -> 
     assert seen == [String(data="x")]
 
 
+def test_what_a_callback_publishes_leaves_even_if_it_destroys_the_publisher() -> None:
+    sim = Simulation()
+    talker, listener = node_of(sim, "talker"), node_of(sim, "listener")
+    seen: list[Message] = []
+    listen(listener, seen, RELIABLE)
+    publisher = talker.create_publisher(String, "/chat", RELIABLE)
+
+    def say_and_leave() -> None:
+        publisher.publish(String(data="x"))
+        publisher.destroy()
+
+    talker.post(say_and_leave, label="say_and_leave")
+    sim.run_until(10 * MS)
+    assert seen == [String(data="x")]
+    assert publisher.matched == 0
+
+
 def test_a_destroyed_subscription_gets_nothing_more() -> None:
     sim = Simulation()
     talker, listener = node_of(sim, "talker"), node_of(sim, "listener")

@@ -141,7 +141,7 @@ class SimPublisher(Entity, PublisherHandle):
     @property
     def matched(self) -> int:
         """Number of subscriptions that get what is sent."""
-        return len(self.subscriptions)
+        return len(self.subscriptions) if self.alive else 0
 
     def ready(self) -> bool:
         """Return False: a publisher has no callbacks."""
@@ -156,4 +156,4 @@ class SimPublisher(Entity, PublisherHandle):
             self.node.network.publishers.remove(self)
             for subscription in self.subscriptions:
                 subscription.publishers.remove(self)
-            self.subscriptions.clear()
+            # It keeps its list: what the running callback has published is still to leave.

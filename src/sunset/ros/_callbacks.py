@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Coroutine
 from functools import partial
-from inspect import iscoroutine, iscoroutinefunction
+from inspect import iscoroutine
 from typing import Any
 
 from sunset.ros.task import Future
@@ -22,14 +22,14 @@ def callback_name(callback: object) -> str:
 
 
 def driven(callback: Callable[..., Any]) -> Callable[..., Any]:
-    """Return the callback, or one that runs the coroutine which it makes."""
-    if not iscoroutinefunction(callback):
-        return callback
+    """Return a function that calls the callback, and runs the coroutine if it makes one."""
 
-    def start(*arguments: object) -> None:
-        drive(callback(*arguments), lambda _: None)
+    def call(*arguments: object) -> None:
+        outcome = callback(*arguments)
+        if outcome is not None:
+            drive(outcome, _ignore)
 
-    return start
+    return call
 
 
 def drive(outcome: object, done: Callable[[Any], object]) -> None:
@@ -44,6 +44,10 @@ def drive(outcome: object, done: Callable[[Any], object]) -> None:
         _step(outcome, done)
     else:
         done(outcome)
+
+
+def _ignore(_: object) -> None:
+    """Do nothing with what a subscription or timer returned."""
 
 
 def _step(coroutine: Coroutine[Any, Any, Any], done: Callable[[Any], object]) -> None:

@@ -20,7 +20,8 @@ class Timer:
         self, node: NodeHandle, clock: Clock, callback: Callable[[], Any], period_ns: int, label: str
     ) -> None:
         self.clock = clock
-        self.callback = driven(callback)
+        self.callback = callback
+        self._driven = driven(callback)
         self._node = node
         self._label = label
         self._period_ns = period_ns
@@ -81,7 +82,7 @@ class Timer:
         self._handle.destroy()
 
     def _call(self) -> None:
-        self.callback()
+        self._driven()
 
     def _on_time_set(self) -> None:
         if not (isinstance(self.clock, ROSClock) and self.clock.ros_time_is_active):
@@ -105,4 +106,4 @@ class Timer:
         late = max(0, self.clock.now_ns() - self._due_ns)
         periods = late // self._period_ns if self._period_ns else 0
         self._due_ns += (periods + 1) * self._period_ns
-        self.callback()
+        self._driven()

@@ -47,23 +47,31 @@ MANAGERS: dict[str, tuple[str, str]] = {
     "no managing system": ("class Mine: pass", "subclass"),
     "no adapt": ("from sunset.managing import ManagingSystem\nclass Mine(ManagingSystem): pass", "adapt"),
     "raises at its start": (
-        "from sunset.managing import ManagingSystem\nclass Mine(ManagingSystem):\n"
-        "    def on_start(self): raise ValueError('no plan')\n    def adapt(self, symptoms): pass",
+        (
+            "from sunset.managing import ManagingSystem\nclass Mine(ManagingSystem):\n"
+            "    def on_start(self): raise ValueError('no plan')\n    def adapt(self, symptoms): pass"
+        ),
         "no plan",
     ),
     "raises in adapt": (
-        "from sunset.managing import ManagingSystem\nclass Mine(ManagingSystem):\n"
-        "    def adapt(self, symptoms): return symptoms['nothing like it']",
+        (
+            "from sunset.managing import ManagingSystem\nclass Mine(ManagingSystem):\n"
+            "    def adapt(self, symptoms): return symptoms['nothing like it']"
+        ),
         "nothing like it",
     ),
     "hangs": (
-        "from sunset.managing import ManagingSystem\nclass Mine(ManagingSystem):\n"
-        "    def adapt(self, symptoms):\n        while True: pass",
+        (
+            "from sunset.managing import ManagingSystem\nclass Mine(ManagingSystem):\n"
+            "    def adapt(self, symptoms):\n        while True: pass"
+        ),
         "1 s",
     ),
     "name of a node of the system": (
-        "from sunset.managing import ManagingSystem\nclass Mine(ManagingSystem):\n"
-        "    node_name = 'launcher'\n    def adapt(self, symptoms): pass",
+        (
+            "from sunset.managing import ManagingSystem\nclass Mine(ManagingSystem):\n"
+            "    node_name = 'launcher'\n    def adapt(self, symptoms): pass"
+        ),
         "launcher",
     ),
 }
@@ -106,10 +114,11 @@ def complaint(
 
     def call(arguments: Sequence[str]) -> str:
         monkeypatch.chdir(tmp_path)
+        code: object
         try:
             code = main(arguments)
-        except SystemExit as exit_:  # argparse's way out
-            code = exit_.code
+        except SystemExit as way_out:  # argparse's
+            code = way_out.code
         out, err = capsys.readouterr()
         assert code == 2, (code, out, err)
         assert out == ""
@@ -130,7 +139,7 @@ def test_a_bad_scenario_file(case: str, tmp_path: Path, complaint: Callable[[Seq
     sentence = complaint(["run", "mine.yaml"])
 
     assert word in sentence
-    assert "mine.yaml" in sentence or case in {"unknown fault"}
+    assert "mine.yaml" in sentence or case == "unknown fault"
 
 
 @pytest.mark.parametrize("case", MANAGERS)

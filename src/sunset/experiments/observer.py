@@ -93,7 +93,7 @@ class Observer(Tap):
         else:
             self._sink.write(topic, time_ns, message)
 
-    def on_request(
+    def on_request(  # noqa: PLR0917  as of Tap
         self, time_ns: int, service: str, client: str, server: str, request: Message, request_id: RequestId
     ) -> None:
         """Note a request that reached its server."""

@@ -2,14 +2,14 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache, lru_cache
 from pathlib import Path
 
-from sunset.data import cache_folder, default_flight, read_bag
+from sunset.data import BagReader, cache_folder, default_flight, read_bag
 from sunset.errors import DataError
 from sunset.experiments.files import make_folder
 from sunset.experiments.spec import RunSpec
-from sunset.perception import Model, load_model
+from sunset.perception import InferenceCache, Model, Segmenter, load_model
 
 __all__ = ["Resources", "find_resources"]
 
@@ -19,11 +19,8 @@ class Resources:
     """What a run is made with, loaded and checked."""
 
     model: Model
-    bag: Path
-    frames: int
-    """How many frames the bag holds."""
-    cache_file: Path | None
-    """Where results of inference are kept; None for nowhere."""
+    segmenter: Segmenter
+    bag: BagReader
 
 
 def find_resources(spec: RunSpec, *, progress: Callable[[int, int], None] | None = None) -> Resources:
@@ -39,18 +36,14 @@ def find_resources(spec: RunSpec, *, progress: Callable[[int, int], None] | None
         OutputError: the cache folder cannot be written.
     """
     model = load_model(spec.model)
-    bag = spec.bag if spec.bag is not None else _default_flight(progress)
-    frames = _frames(bag)
-    if frames < spec.timing.frames:
+    bag = _reader(spec.bag if spec.bag is not None else _default_flight(progress))
+    if len(bag) < spec.timing.frames:
         raise DataError(
-            f"The bag {bag} holds {frames} frames; an experiment needs {spec.timing.frames} "
+            f"The bag {bag.path} holds {len(bag)} frames; an experiment needs {spec.timing.frames} "
             f"({spec.timing.warm_up_s:g} s of warm-up and {spec.timing.duration_s:g} s that are measured)."
         )
-    cache_file = None
-    if spec.cache:
-        make_folder(cache_folder())
-        cache_file = cache_folder() / "inference.sqlite"
-    return Resources(model, bag, frames, cache_file)
+    cache = _inference_cache(cache_folder()) if spec.cache else None
+    return Resources(model, Segmenter(model, cache=cache), bag)
 
 
 _found_flights: dict[Path, Path] = {}
@@ -64,7 +57,20 @@ def _default_flight(progress: Callable[[int, int], None] | None) -> Path:
     return _found_flights[folder]
 
 
-@lru_cache(maxsize=4)
-def _frames(bag: Path) -> int:
-    with read_bag(bag) as reader:
-        return len(reader)
+def _reader(path: Path) -> BagReader:
+    """Return an open bag; it is opened and checked once, unless its files have changed since."""
+    files = sorted(path.iterdir()) if path.is_dir() else [path] if path.exists() else []
+    states = [(file.name, file.stat()) for file in files]
+    return _opened(path, tuple((name, state.st_size, state.st_mtime_ns) for name, state in states))
+
+
+@lru_cache(maxsize=2)
+def _opened(path: Path, state: tuple[tuple[str, int, int], ...]) -> BagReader:
+    del state
+    return read_bag(path)
+
+
+@cache
+def _inference_cache(folder: Path) -> InferenceCache:
+    make_folder(folder)
+    return InferenceCache(folder / "inference.sqlite")

@@ -116,7 +116,7 @@ def _describe(spec: RunSpec, resources: Resources) -> dict[str, Any]:
         "model": card.name,
         "model_checksums": {str(modality): network.sha256 for modality, network in card.networks.items()},
         "middleware": "sim",
-        "bag_frames": resources.frames,
+        "bag_frames": len(resources.bag),
         "compute_s": dict(DEFAULT_COMPUTE),
         "jitter": timing.jitter,
         "latency_s": timing.latency_s,

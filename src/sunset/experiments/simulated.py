@@ -1,6 +1,7 @@
 """The whole system in one simulated world: processes, the managing system, the observer."""
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import TypeVar
 
 from sunset.errors import ManagerError, SunsetError
@@ -11,7 +12,7 @@ from sunset.experiments.resources import Resources
 from sunset.experiments.spec import DEFAULT_COMPUTE, RunSpec
 from sunset.experiments.supervisor import Phase, Supervisor
 from sunset.managing import ManagingSystem, load_manager
-from sunset.nodes import NODES
+from sunset.nodes import NODES, BagPlayer, Camera, Depth, SegmentationNode
 from sunset.rmw.sim import SimProcess, Simulation
 from sunset.ros import CallbackError, Context, Node, Parameter, SingleThreadedExecutor
 from sunset.scenarios import ScenarioExecutor
@@ -146,19 +147,22 @@ def _factories(spec: RunSpec, resources: Resources) -> dict[str, NodeFactory]:
     """Return what makes the managed nodes, and the nodes that feed and watch them."""
     model, timing = resources.model, spec.timing
     start = generator(spec.seed, "flight", "start")
-    parameters: dict[str, dict[str, bool | int | float | str]] = {
-        "camera": {"sharpness_threshold": model.card.sharpness_threshold},
-        "depth": {"seed": spec.seed},
-        "segmentation": {"model": spec.model, "inference_cache": str(resources.cache_file or "")},
-        "bag_player": {
-            "bag": str(resources.bag),
-            "start_frame": int(start.integers(0, resources.frames - timing.frames + 1)),
-            "frames": timing.frames,
-            "rate": 1 / timing.period_s,
-            "phase": float(start.uniform(0, timing.period_s)),
-        },
+    player = {
+        "start_frame": int(start.integers(0, len(resources.bag) - timing.frames + 1)),
+        "frames": timing.frames,
+        "rate": 1 / timing.period_s,
+        "phase": float(start.uniform(0, timing.period_s)),
     }
-    return {name: _factory(NODES[name], parameters.get(name, {})) for name in NODES}
+    special = {
+        "camera": _factory(Camera, {"sharpness_threshold": model.card.sharpness_threshold}),
+        "depth": _factory(Depth, {"seed": spec.seed}),
+        # what is loaded already is handed over: neither the time it takes nor a path gets into the record
+        "segmentation": _factory(
+            partial(SegmentationNode, segmenter=resources.segmenter), {"model": model.card.name}
+        ),
+        "bag_player": _factory(partial(BagPlayer, reader=resources.bag), player),
+    }
+    return {name: special.get(name) or _factory(node, {}) for name, node in NODES.items()}
 
 
 def _factory(node: Callable[..., Node], parameters: Mapping[str, bool | int | float | str]) -> NodeFactory:

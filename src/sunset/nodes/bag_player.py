@@ -1,10 +1,9 @@
 """The bag player: publishes the recorded flight."""
 
-from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, cast
 
-from sunset.data import BagReader, Frame, read_bag
+from sunset.data import BagReader, read_bag
 from sunset.errors import ParameterError
 from sunset.interfaces.builtin_interfaces.msg import Time
 from sunset.interfaces.rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
@@ -37,6 +36,12 @@ class BagPlayer(Node):
         frames: how many are played; 0 for all that follow.
         rate: frames per second.
         phase: seconds from the start to the first frame.
+
+    Args:
+        reader: an open bag; None for the one that the parameter names.
+        context: the context of the process; the default one if None.
+        cli_args: ROS arguments.
+        parameter_overrides: initial values of parameters.
     """
 
     node_name: ClassVar[str] = "bag_player"
@@ -44,6 +49,7 @@ class BagPlayer(Node):
     def __init__(
         self,
         *,
+        reader: BagReader | None = None,
         context: Context | None = None,
         cli_args: list[str] | None = None,
         parameter_overrides: list[Parameter] | None = None,
@@ -52,8 +58,7 @@ class BagPlayer(Node):
             self.node_name, context=context, cli_args=cli_args, parameter_overrides=parameter_overrides
         )
         self._declare_parameters()
-        self._path, self._fingerprint = self._chosen_bag()
-        self._bag = _opened(self._path, self._fingerprint)
+        self._bag = reader or self._named_bag()
         self._range = self._chosen_frames()
         self._next = self._range.start
         self._timer: Timer | None = None
@@ -82,19 +87,19 @@ class BagPlayer(Node):
     def _value(self, name: str) -> Any:
         return self.get_parameter(name).value
 
-    def _chosen_bag(self) -> "tuple[Path, _Fingerprint]":
-        """Return where the bag is and what it is.
+    def _named_bag(self) -> BagReader:
+        """Return the bag that the parameter names.
 
         Raises:
             ParameterError: no bag is named.
+            DataError: the bag is missing or damaged.
         """
         name = self._value("bag")
         if not name:
             raise ParameterError(
                 "The bag player needs the parameter bag: the path of a rosbag2 folder or file."
             )
-        path = Path(name)
-        return path, _fingerprint(path)
+        return read_bag(Path(name))
 
     def _chosen_frames(self) -> range:
         """Return the numbers of the frames to play.
@@ -137,7 +142,7 @@ class BagPlayer(Node):
         if self._next not in self._range:
             self._stop()
             return
-        frame = _frame(self._path, self._fingerprint, self._next)
+        frame = self._bag.frame(self._next)
         stamp_ns = int(self._bag.stamps_ns[self._next])
         stamp = Time(sec=stamp_ns // _NS_PER_S, nanosec=stamp_ns % _NS_PER_S)
         header = Header(stamp=stamp, frame_id="camera")
@@ -146,30 +151,3 @@ class BagPlayer(Node):
         self._rgb.publish(image_of_bgr(header, frame.rgb))
         self._depth.publish(image_of_depth(header, frame.depth))
         self._next += 1
-
-
-_Fingerprint = tuple[tuple[str, int, int], ...]
-
-
-def _fingerprint(path: Path) -> _Fingerprint:
-    """Return names, sizes and times of a bag's files, by which a bag that was changed is told."""
-    files = sorted(path.iterdir()) if path.is_dir() else [path] if path.exists() else []
-    states = [(file.name, file.stat()) for file in files]
-    return tuple((name, state.st_size, state.st_mtime_ns) for name, state in states)
-
-
-@lru_cache(maxsize=2)
-def _opened(path: Path, fingerprint: _Fingerprint) -> BagReader:
-    """Return a bag's reader, made once a process.
-
-    Raises:
-        DataError: the bag is missing or damaged.
-    """
-    del fingerprint
-    return read_bag(path)
-
-
-@lru_cache(maxsize=256)
-def _frame(path: Path, fingerprint: _Fingerprint, number: int) -> Frame:
-    """Return a frame; those of one run are kept for the next run of the same process."""
-    return _opened(path, fingerprint).frame(number)

@@ -9,7 +9,9 @@ from sunset.nodes.base import AdaptiveNode
 from sunset.nodes.images import array_of_bgr, array_of_depth, image_of_labels
 from sunset.nodes.parameters import FaultParameter, NodeParameter
 from sunset.perception import InferenceCache, Modality, Segmenter, load_model
+from sunset.ros.context import Context
 from sunset.ros.lifecycle import LifecycleState, TransitionCallbackReturn
+from sunset.ros.parameter import Parameter
 
 __all__ = ["SegmentationNode"]
 
@@ -19,6 +21,12 @@ class SegmentationNode(AdaptiveNode):
 
     It reports the entropy of every frame. While it works on a frame only the newest of those that arrive is
     kept for it.
+
+    Args:
+        segmenter: what segments; None for one that the parameters describe.
+        context: as of `AdaptiveNode`.
+        cli_args: as of `AdaptiveNode`.
+        parameter_overrides: as of `AdaptiveNode`.
     """
 
     node_name = "segmentation"
@@ -40,6 +48,17 @@ class SegmentationNode(AdaptiveNode):
         FAULTS["gpu_failure"].description,
     )
 
+    def __init__(
+        self,
+        *,
+        segmenter: Segmenter | None = None,
+        context: Context | None = None,
+        cli_args: list[str] | None = None,
+        parameter_overrides: list[Parameter] | None = None,
+    ) -> None:
+        self._given = segmenter
+        super().__init__(context=context, cli_args=cli_args, parameter_overrides=parameter_overrides)
+
     def set_up(self) -> None:
         """Name the input and the output."""
         self._labels = self.create_lifecycle_publisher(Image, "segmentation", 10)
@@ -47,9 +66,12 @@ class SegmentationNode(AdaptiveNode):
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Load the model."""
-        answers = _answers(self.inference_cache) if self.inference_cache else None
-        self._segmenter = Segmenter(load_model(self.model), cache=answers)
+        self._segmenter = self._given or self._described()
         return super().on_configure(state)
+
+    def _described(self) -> Segmenter:
+        answers = _answers(self.inference_cache) if self.inference_cache else None
+        return Segmenter(load_model(self.model), cache=answers)
 
     def _on_fused(self, message: SensorFusion) -> None:
         if self.cuda_out_of_memory or self.gpu_failure:

@@ -1,0 +1,86 @@
+"""Campaigns: what is planned, and that killing one costs nothing that was finished."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from sunset.errors import InvalidInputError
+from sunset.evaluation import render_report
+from sunset.experiments import BenchSpec, plan, run_folder
+
+pytestmark = pytest.mark.usefixtures("flight")
+
+
+def test_the_papers_campaign() -> None:
+    runs = plan(BenchSpec())
+
+    assert len(runs) == 3 * (1 + 9 + 2 * 54)
+    assert len({run_folder(Path("out"), one) for one in runs}) == len(runs)
+    assert sorted({one.seed for one in runs}) == [1, 2, 3]
+
+
+def test_a_reference_row_is_not_flown_twice() -> None:
+    runs = plan(BenchSpec(suite="degraded", managers=("none", "baseline"), repetitions=1))
+
+    assert len(runs) == 1 + 9 + 9
+
+
+def test_managing_systems_with_similar_names_do_not_share_a_folder() -> None:
+    runs = plan(BenchSpec(suite="nofault", managers=("a/b.py:C", "a-b.py:C"), repetitions=1))
+
+    assert len({run_folder(Path("out"), one) for one in runs}) == len(runs)
+
+
+def test_the_last_seed_must_be_a_seed_too() -> None:
+    with pytest.raises(InvalidInputError, match="4294967296"):
+        BenchSpec(seed=2**32 - 1, repetitions=2)
+
+
+def _bench(out: Path, jobs: int) -> list[str]:
+    command = [sys.executable, "-m", "sunset", "bench", "--suite", "degraded", "--managers", "baseline"]
+    return [*command, "--repetitions", "1", "--jobs", str(jobs), "--out", str(out)]
+
+
+def _content(folder: Path) -> dict[str, bytes]:
+    return {
+        str(path.relative_to(folder)): path.read_bytes()
+        for path in sorted(folder.rglob("*"))
+        if path.is_file()
+    }
+
+
+def test_killing_a_campaign_loses_nothing_and_changes_nothing(tmp_path: Path) -> None:
+    undisturbed, disturbed = tmp_path / "undisturbed", tmp_path / "disturbed"
+    subprocess.run(_bench(undisturbed, jobs=1), check=True, capture_output=True)
+
+    process = subprocess.Popen(
+        _bench(disturbed, jobs=2),
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+        start_new_session=True,
+    )
+    while len(list(disturbed.rglob("run.json"))) < 4:
+        assert process.poll() is None, "the campaign ended before it could be killed"
+        time.sleep(0.02)  # noqa: TID251  the other process lives in wall time
+    os.killpg(process.pid, signal.SIGKILL)
+    process.wait()
+    finished = {path: path.stat().st_mtime_ns for path in disturbed.rglob("run.json")}
+    assert len(finished) < 19
+
+    again = subprocess.run(_bench(disturbed, jobs=2), check=True, capture_output=True, text=True)
+
+    assert f"{19 - len(finished)} runs flown, {len(finished)} were there already." in again.stderr
+    assert {path: path.stat().st_mtime_ns for path in finished} == finished
+    assert _content(disturbed) == _content(undisturbed)
+    assert render_report(disturbed, "json") == render_report(undisturbed, "json")
+
+
+def test_a_report_can_be_computed_from_the_records_again(tmp_path: Path) -> None:
+    subprocess.run(_bench(tmp_path / "out", jobs=2), check=True, capture_output=True)
+
+    assert render_report(tmp_path / "out", "json", recompute=True) == render_report(tmp_path / "out", "json")

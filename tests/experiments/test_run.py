@@ -1,0 +1,176 @@
+"""Whole experiments: what comes out, that it comes out again, and that nobody can flatter themselves."""
+
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from sunset.experiments import RunResult, RunSpec, Timing, run
+from sunset.faults import FAULTS
+from sunset.metrics import score
+from sunset.perception import Segmenter
+from sunset.recording import read_run, read_timeline
+from sunset.scenarios import load_scenario
+
+SHORT = Timing(duration_s=8.0, warm_up_s=1.0)
+OUTAGES = [fault.name for fault in FAULTS.values() if fault.failure in {"F1", "F2", "F3"}]
+RULE_BREAKERS = Path(__file__).with_name("rule_breakers.py")
+
+pytestmark = pytest.mark.usefixtures("flight")
+
+
+def fly(folder: Path, scenario: str, manager: str = "baseline", **options: Any) -> RunResult:
+    options.setdefault("timing", SHORT)
+    return run(RunSpec(scenario=load_scenario(scenario), manager=manager, **options), folder)
+
+
+def content(folder: Path) -> dict[str, bytes]:
+    """Return every file below a folder."""
+    return {
+        str(path.relative_to(folder)): path.read_bytes()
+        for path in sorted(folder.rglob("*"))
+        if path.is_file()
+    }
+
+
+def test_without_a_fault_nothing_happens(tmp_path: Path) -> None:
+    result = fly(tmp_path / "run", "nofault", "none")
+
+    assert result.score.episodes == 0
+    assert result.score.t_down_s == 0
+    assert result.score.iou is not None
+    assert result.score.iou == pytest.approx(result.score.iou_all)
+    assert len(result.timeline.frames.times) >= SHORT.expected_frames
+
+
+def test_the_metrics_are_those_of_the_stored_record(tmp_path: Path) -> None:
+    result = fly(tmp_path / "run", "hardware_disconnect+autofocus_needed")
+
+    assert read_run(tmp_path / "run")["metrics"] == score(read_timeline(tmp_path / "run")).to_json()
+    assert read_run(tmp_path / "run")["digest"] == result.digest
+
+
+def test_the_baseline_redeploys_what_is_silent_and_recalibrates_what_is_unsure(tmp_path: Path) -> None:
+    result = fly(tmp_path / "run", "hardware_disconnect+depth_degradation", timing=Timing())
+
+    assert sorted(str(adaptation) for adaptation in result.score.executed) == [
+        "redeploy camera",
+        "redeploy segmentation",
+        "redeploy sensor_fusion",
+        "set sensor_fusion.do_recalibration to true",
+    ]
+    assert result.score.redeploys_unnecessary == 2
+    assert result.score.episodes_resolved == 3
+
+
+@pytest.mark.parametrize("fault", OUTAGES)
+def test_never_repairing_is_worst(fault: str, tmp_path: Path) -> None:
+    idle = fly(tmp_path / "idle", fault, "none").score
+    baseline = fly(tmp_path / "baseline", fault, "baseline").score
+
+    assert idle.t_down_s == pytest.approx(SHORT.duration_s, abs=0.2)
+    assert idle.t_down_s > baseline.t_down_s + 1
+    assert idle.episodes_unresolved == idle.episodes
+    assert baseline.episodes_unresolved == 0
+
+
+def test_false_claims_of_success_change_no_metric(tmp_path: Path) -> None:
+    scenario = "camera_driver_issue+image_shift"
+    silent = fly(tmp_path / "silent", scenario, "none")
+    claiming = fly(tmp_path / "claiming", scenario, f"{RULE_BREAKERS}:Claimer")
+
+    assert claiming.valid
+    assert claiming.score == silent.score
+
+
+@pytest.mark.parametrize(
+    ("manager", "word"),
+    [
+        ("Forger", "publishes on /managed_subsystem/segmentation"),
+        ("Eavesdropper", "subscribes to /gt_segmentation"),
+        ("Peeper", "reads the fault parameter hardware_disconnect"),
+        ("Wizard", "sets the fault parameter hardware_disconnect"),
+    ],
+)
+def test_whoever_breaks_the_rules_is_not_scored(manager: str, word: str, tmp_path: Path) -> None:
+    result = fly(tmp_path / "run", "hardware_disconnect", f"{RULE_BREAKERS}:{manager}")
+
+    assert not result.valid
+    assert word in result.reason
+    assert read_run(tmp_path / "run")["valid"] is False
+
+
+def test_a_forged_segmentation_does_not_end_the_downtime(tmp_path: Path) -> None:
+    silent = fly(tmp_path / "silent", "gpu_failure", "none")
+    forged = fly(tmp_path / "forged", "gpu_failure", f"{RULE_BREAKERS}:Forger")
+
+    assert forged.score.t_down_s == silent.score.t_down_s
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_the_same_seed_gives_the_same_bytes(fault: str, tmp_path: Path) -> None:
+    timing = Timing(duration_s=3.0, warm_up_s=1.0)
+    fly(tmp_path / "cached", fault, timing=timing, seed=7)
+    fly(tmp_path / "computed", fault, timing=timing, seed=7, cache=False)
+
+    assert content(tmp_path / "cached") == content(tmp_path / "computed")
+
+
+def test_another_seed_gives_another_record(tmp_path: Path) -> None:
+    timing = Timing(duration_s=2.0, warm_up_s=1.0)
+
+    one, other = (fly(tmp_path / f"{seed}", "nofault", timing=timing, seed=seed) for seed in (1, 2))
+
+    assert one.digest != other.digest
+
+
+def test_another_process_another_hash_seed_and_a_busy_machine_give_the_same_bytes(tmp_path: Path) -> None:
+    scenario = "paper/sync_issue+image_degradation+depth_degradation"
+    fly(tmp_path / "here", scenario, timing=Timing(), seed=5)
+    busy = [
+        subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range(2 * (os.cpu_count() or 1))
+    ]
+    try:
+        command = [
+            sys.executable,
+            "-m",
+            "sunset",
+            "run",
+            scenario,
+            "--seed",
+            "5",
+            "--out",
+            str(tmp_path / "there"),
+        ]
+        environment = os.environ | {"PYTHONHASHSEED": "4711"}
+        subprocess.run(command, check=True, capture_output=True, env=environment)
+    finally:
+        for process in busy:
+            process.kill()
+            process.wait()
+
+    assert content(tmp_path / "here") == content(tmp_path / "there")
+
+
+def test_a_slower_computer_changes_no_byte(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    timing = Timing(duration_s=3.0, warm_up_s=1.0)
+    fly(tmp_path / "fast", "cuda_out_of_memory+image_shift", timing=timing, cache=False)
+    infer = Segmenter._run
+
+    def slowly(*arguments: Any) -> Any:
+        started = time.perf_counter()
+        result = infer(*arguments)
+        # busy for nine times as long again
+        end = time.perf_counter() + 9 * (time.perf_counter() - started)
+        while time.perf_counter() < end:
+            pass
+        return result
+
+    monkeypatch.setattr(Segmenter, "_run", slowly)
+    fly(tmp_path / "slow", "cuda_out_of_memory+image_shift", timing=timing, cache=False)
+
+    assert content(tmp_path / "fast") == content(tmp_path / "slow")

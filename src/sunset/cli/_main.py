@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import Final, NoReturn
 
 from sunset import __version__
-from sunset.cli import bench, data, faults, managers, models, report, run, scenarios
+from sunset.cli import bench, data, faults, managers, models, report, run, scenarios, train
 from sunset.errors import SunsetError
 
 __all__ = ["EXIT_BAD_INPUT", "EXIT_INTERRUPTED", "main"]
@@ -15,7 +15,7 @@ __all__ = ["EXIT_BAD_INPUT", "EXIT_INTERRUPTED", "main"]
 EXIT_BAD_INPUT: Final = 2
 EXIT_INTERRUPTED: Final = 130
 
-_VERBS = (run, bench, report, scenarios, faults, managers, data, models)
+_VERBS = (run, bench, report, scenarios, faults, managers, data, models, train)
 
 
 class _Parser(argparse.ArgumentParser):

@@ -1,12 +1,12 @@
 """Progress on stderr."""
 
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-__all__ = ["progress_bar", "rendering_progress"]
+__all__ = ["progress_bar", "rendering_progress", "stages_progress"]
 
 
 @contextmanager
@@ -49,4 +49,20 @@ def _lines(console: Console, text: str) -> Callable[[int, int], None]:
 def rendering_progress() -> Iterator[Callable[[int, int], None]]:
     """Give the progress of rendering the default flight, which happens once."""
     with progress_bar("Rendering the flight (once)") as update:
+        yield update
+
+
+@contextmanager
+def stages_progress() -> Iterator[Callable[[str, int, int], None]]:
+    """Give a function `(what, done, total)` that draws one bar after the other."""
+    with ExitStack() as bars:
+        current: dict[str, Callable[[int, int], None]] = {}
+
+        def update(what: str, done: int, total: int) -> None:
+            if what not in current:
+                bars.close()
+                current.clear()
+                current[what] = bars.enter_context(progress_bar(what))
+            current[what](done, total)
+
         yield update

@@ -6,9 +6,6 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-from rich.console import Console
-from rich.table import Table
-
 from sunset.cli._options import add_flight_options, flight_options
 from sunset.cli._progress import progress_bar, rendering_progress
 from sunset.evaluation import entropy_figure
@@ -47,10 +44,10 @@ def list_faults(arguments: argparse.Namespace) -> int:
     if arguments.json:
         print(json.dumps({"faults": [_described(fault) for fault in FAULTS.values()]}, sort_keys=True))
         return 0
-    table = Table("fault", "failure", "node", "kind", "cured by", title="The faults, and what cures them")
     for fault in FAULTS.values():
-        table.add_row(fault.name, fault.failure, fault.node, fault.kind, "\nor ".join(_cures(fault)))
-    Console().print(table)
+        print(
+            f"{fault.name:22}{fault.failure}  {fault.kind:15}{fault.node:15}cured by: {', or '.join(_cures(fault))}"
+        )
     return 0
 
 

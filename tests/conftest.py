@@ -1,11 +1,14 @@
 """A simulated world for tests: real nodes, real services, virtual time."""
 
+import fcntl
 from collections import defaultdict
 from collections.abc import Callable, Mapping
+from pathlib import Path
 from typing import Any, TypeVar
 
 import pytest
 
+from sunset.data import cache_folder, default_flight
 from sunset.interfaces import Message
 from sunset.interfaces.lifecycle_msgs.msg import Transition
 from sunset.interfaces.lifecycle_msgs.srv import ChangeState
@@ -103,3 +106,13 @@ class _Recorder(Tap):
 @pytest.fixture
 def world() -> World:
     return World()
+
+
+@pytest.fixture(scope="session")
+def flight() -> Path:
+    """The default flight, rendered by one of the test processes if it is not in the cache yet."""
+    folder = cache_folder()
+    folder.mkdir(parents=True, exist_ok=True)
+    with (folder / ".tests.lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        return default_flight()

@@ -133,7 +133,7 @@ def test_noise_depends_on_the_seed_alone(town: Town) -> None:
 def test_another_process_renders_the_same_bytes() -> None:
     digest = hashlib.sha256(b"".join(_bytes(frame) for frame in render_views(1, 3, 5, size=SMALL)))
     environment = {**os.environ, "PYTHONHASHSEED": "77"}
-    answer = subprocess.run(  # noqa: S603  our own interpreter and text
+    answer = subprocess.run(
         [sys.executable, "-c", PROBE], capture_output=True, check=True, text=True, env=environment
     )
     assert answer.stdout.strip() == digest.hexdigest()

@@ -92,7 +92,7 @@ with RecordWriter(Path(sys.argv[1])) as writer:
     for seed in ("0", "1", "4711"):
         folders.append(tmp_path / seed)
         environment = {**os.environ, "PYTHONHASHSEED": seed}
-        subprocess.run([sys.executable, "-c", code, folders[-1]], env=environment, check=True)  # noqa: S603
+        subprocess.run([sys.executable, "-c", code, folders[-1]], env=environment, check=True)
     assert contents(folders[0]) == contents(folders[1]) == contents(folders[2])
 
 
@@ -289,7 +289,7 @@ except OutputError as error:
     print(error)
 """
     command = [sys.executable, "-c", code, str(tmp_path / "r")]
-    done = subprocess.run(command, capture_output=True, text=True, check=True)  # noqa: S603
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
     assert "cannot be written: File too large; free some space" in done.stdout
     assert done.stderr == ""
     assert list(tmp_path.iterdir()) == []

@@ -56,7 +56,7 @@ def history(seed: int, hash_seed: str) -> str:
     program = PROGRAM.replace("SEED", str(seed))
     environment = {**os.environ, "PYTHONHASHSEED": hash_seed}
     command = [sys.executable, "-c", program]
-    return subprocess.run(command, env=environment, check=True, capture_output=True, text=True).stdout  # noqa: S603
+    return subprocess.run(command, env=environment, check=True, capture_output=True, text=True).stdout
 
 
 @pytest.mark.parametrize("hash_seed", ["1", "12345", "random"])

@@ -36,7 +36,7 @@ class Departures(Tap):
     def __init__(self) -> None:
         self.seen: list[tuple[float, str, str]] = []
 
-    def on_message(self, time_ns: int, topic: str, node: str, message: Message) -> None:  # noqa: ARG002  Tap's
+    def on_message(self, time_ns: int, topic: str, node: str, message: Message) -> None:
         assert isinstance(message, String)
         self.seen.append((time_ns / MS, topic, message.data))
 

@@ -109,7 +109,7 @@ def test_writer_and_readers_do_not_see_each_others_changes() -> None:
     kept: list[Message] = []
 
     class Keeper(Tap):
-        def on_message(self, time_ns: int, topic: str, node: str, message: Message) -> None:  # noqa: ARG002  Tap's
+        def on_message(self, time_ns: int, topic: str, node: str, message: Message) -> None:
             kept.append(message)
 
     sim.add_tap(Keeper())

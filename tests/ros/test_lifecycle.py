@@ -70,7 +70,7 @@ class Managed(LifecycleNode):
 
 
 class Forgetful(LifecycleNode):
-    def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:  # noqa: ARG002  ROS's
+    def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         return None  # type: ignore[return-value]
 
 
@@ -120,7 +120,7 @@ def test_a_request_whose_callback_raises_is_answered_before_that_comes_out(world
     events: list[tuple[int, int]] = []
 
     class Listener(Tap):
-        def on_message(self, time_ns: int, topic: str, name: str, message: Message) -> None:  # noqa: ARG002  Tap's
+        def on_message(self, time_ns: int, topic: str, name: str, message: Message) -> None:
             if isinstance(message, TransitionEvent):
                 events.append((message.start_state.id, message.goal_state.id))
 
@@ -162,7 +162,7 @@ def test_managed_entities_follow_and_may_refuse(world: "World") -> None:
             seen.append(state.label)
             return super().on_configure(state)
 
-        def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:  # noqa: ARG002  ROS's
+        def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
             return TransitionCallbackReturn.FAILURE
 
     node = world.make(Managed)

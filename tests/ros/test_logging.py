@@ -99,7 +99,7 @@ def test_a_node_logs_to_rosout(world: "World") -> None:
     seen: list[Message] = []
 
     class Listener(Tap):
-        def on_message(self, time_ns: int, topic: str, node: str, message: Message) -> None:  # noqa: ARG002  Tap's
+        def on_message(self, time_ns: int, topic: str, node: str, message: Message) -> None:
             if topic == "/rosout":
                 seen.append(message)
 

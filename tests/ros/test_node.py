@@ -33,7 +33,7 @@ class Failing(Node):
     def on_chat(self, message: String) -> None:
         raise ValueError(message.data)
 
-    def on_trigger(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:  # noqa: ARG002  ROS's
+    def on_trigger(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         return None  # type: ignore[return-value]
 
     def on_answer(self, _: Future[SetBool.Response]) -> None:
@@ -246,7 +246,7 @@ def test_endpoints_that_cannot_match_are_warned_of(world: "World") -> None:
     warnings: list[str] = []
 
     class Listener(Tap):
-        def on_message(self, time_ns: int, topic: str, node: str, message: Message) -> None:  # noqa: ARG002  Tap's
+        def on_message(self, time_ns: int, topic: str, node: str, message: Message) -> None:
             if isinstance(message, Log):
                 warnings.append(message.msg)
 

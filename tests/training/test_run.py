@@ -131,8 +131,6 @@ def test_without_torch_the_extra_is_named() -> None:
         "from sunset.training import TrainingConfig, train\n"
         "train(TrainingConfig(), Path('out'), work=Path('work'))\n"
     )
-    done = subprocess.run(  # noqa: S603  our own program
-        [sys.executable, "-c", program], capture_output=True, text=True, check=False
-    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
     assert done.returncode == 1
     assert "MissingExtraError: Training needs torch, not installed: pip install" in done.stderr

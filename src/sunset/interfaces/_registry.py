@@ -136,7 +136,7 @@ def _description(kind: type[Message]) -> dict[str, object]:
 
 
 def _field_type(field: FieldType) -> dict[str, object]:
-    if field.is_message:
+    if field.is_message:  # noqa: SIM108  two conditions in one line read badly
         type_id = _NESTED
     else:
         type_id = _BOUNDED_STRING if field.string_bound else _TYPE_IDS[field.base]

@@ -1,0 +1,73 @@
+"""What the documentation shows works as it says."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from sunset.cli import main
+from sunset.experiments import RunSpec, run
+from sunset.scenarios import load_scenario, parse_scenario
+
+ROOT = Path(__file__).parents[2]
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+
+
+def blocks(page: str, language: str) -> list[str]:
+    """Return the fenced blocks of a page in one language."""
+    text = (ROOT / page).read_text(encoding="utf-8")
+    return re.findall(rf"^```{language}\n(.*?)^```$", text, flags=re.MULTILINE | re.DOTALL)
+
+
+@pytest.mark.parametrize("page", ["README.md", "docs/managing-systems.md"])
+def test_the_managing_system_of_a_page_focuses_the_camera(page: str, flight: Path, tmp_path: Path) -> None:
+    del flight
+    (source,) = blocks(page, "python")
+    assert len(source.splitlines()) <= 30
+    (tmp_path / "mine.py").write_text(source, encoding="utf-8")
+    spec = RunSpec(scenario=load_scenario("autofocus_needed"), manager=f"{tmp_path / 'mine.py'}:Mine")
+
+    result = run(spec, tmp_path / "run")
+
+    (episode,) = [episode for episode in result.score.failures if episode.failure == "F5"]
+    assert episode.resolved
+    assert {str(adaptation) for adaptation in result.score.executed} == {
+        "set camera.perform_autofocus to true"
+    }
+
+
+def test_the_new_node_of_the_page_does_what_the_page_says(tmp_path: Path) -> None:
+    node, trial = blocks("docs/adding-a-node.md", "python")
+    (expected,) = blocks("docs/adding-a-node.md", "text")
+    (tmp_path / "brightness.py").write_text(node, encoding="utf-8")
+    (tmp_path / "try_it.py").write_text(trial, encoding="utf-8")
+
+    done = subprocess.run(
+        [sys.executable, "try_it.py"], cwd=tmp_path, capture_output=True, text=True, check=False
+    )
+
+    assert done.stderr == ""
+    assert done.stdout == expected
+
+
+@pytest.mark.parametrize("number", [0, 1])
+def test_the_scenarios_of_the_page_load(number: int) -> None:
+    assert parse_scenario(blocks("docs/scenarios.md", "yaml")[number], "page.yaml").faults
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_links_between_pages_lead_somewhere(page: Path) -> None:
+    for target in re.findall(r"\]\(([^)#:]+)(?:#[^)]*)?\)", page.read_text(encoding="utf-8")):
+        assert (page.parent / target).exists(), target
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_commands_of_the_pages_are_understood(page: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    text = page.read_text(encoding="utf-8")
+    for verb in sorted(set(re.findall(r"(?:^|`)sunset ([a-z]+)", text, flags=re.MULTILINE))):
+        with pytest.raises(SystemExit) as way_out:
+            main([verb, "--help"])
+        assert way_out.value.code == 0
+        capsys.readouterr()

@@ -1,12 +1,8 @@
 """Runs every test of this folder over every middleware: add yours to `HARNESSES`."""
 
-import sys
 from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
-
-sys.path.insert(0, str(Path(__file__).parents[2]))
 
 from tests.conformance.harness import Harness, SimHarness
 

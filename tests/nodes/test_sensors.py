@@ -177,7 +177,7 @@ def test_the_enhancement_is_inactive_until_activated_and_undoes_the_degradation(
 ) -> None:
     world.start(ImageEnhancement)
     world.run(1.0)
-    degraded = image_of_bgr(rgb(1.0).header, degrade_image(array_of_bgr(rgb(1.0)), 1.5))
+    degraded = image_of_bgr(rgb(1.0).header, degrade_image(array_of_bgr(rgb(1.0)), 1.0))
     assert feed(world, RGB_OUT, ENHANCED_OUT, degraded) == []
     assert world.transition("image_enhancement", "activate")
     (out,) = feed(world, RGB_OUT, ENHANCED_OUT, degraded)
@@ -189,6 +189,6 @@ def test_the_enhancement_of_a_good_image_saturates_and_never_wraps(world: "World
     world.run(0.1)
     assert world.transition("image_enhancement", "activate")
     (out,) = feed(world, RGB_OUT, ENHANCED_OUT, rgb(1.0))
-    np.testing.assert_array_equal(array_of_bgr(out), enhance_image(array_of_bgr(rgb(1.0)), 1.5))
+    np.testing.assert_array_equal(array_of_bgr(out), enhance_image(array_of_bgr(rgb(1.0)), 1.0))
     bright = array_of_bgr(rgb(1.0)).min(axis=2) > 128
     assert (array_of_bgr(out)[bright].max(axis=1) == 255).all()

@@ -128,7 +128,7 @@ def test_the_weather_does_not_change_by_a_parameter(world: "World", nodes: dict[
     inject(world, "image_degradation")
     assert world.set("camera", "image_degradation", 0.0).successful
     world.run(0.05)
-    assert nodes["camera"].parameter_values["image_degradation"] == 1.5
+    assert nodes["camera"].parameter_values["image_degradation"] == FAULTS["image_degradation"].value
 
 
 def test_an_internal_fault_ends_with_the_process(world: "World", nodes: dict[str, AdaptiveNode]) -> None:

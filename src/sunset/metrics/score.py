@@ -1,4 +1,4 @@
-"""One run's figures (DESIGN's metrics): what the table is made of."""
+"""One run's figures (paper, section 4; `docs/metrics.md`): what the table is made of."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields

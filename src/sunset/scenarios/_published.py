@@ -51,13 +51,13 @@ def translate(name: str, target_node: str, kind: str, value: Value) -> tuple[str
     """Return (fault, value) of one entry of a published file.
 
     Strengths are scaled such that the published suite's become the strengths of ours, since image size,
-    noise and network differ: the published 300 px of 1920 are our 40 px of 256.
+    noise and network differ.
 
     Raises:
         ScenarioError: the entry is of another type, sets no fault, or sets it at another node.
 
     >>> translate("image_shift", "/managed_subsystem/sensor_fusion", "parameter_adaptation", 150)
-    ('image_shift', 20)
+    ('image_shift', 10)
     """
     if kind != "parameter_adaptation":
         raise ScenarioError(f"The type of {name} must be parameter_adaptation, got {kind!r}.")

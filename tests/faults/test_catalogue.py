@@ -14,7 +14,7 @@ from sunset.faults import (
 
 NODES = {"camera", "depth", "image_enhancement", "sensor_fusion", "segmentation"}
 
-# The table of docs/scenarios.md, written out by hand: (failure, node, kind, cures in words)
+# The table of faults and their cures, written out by hand: (failure, node, kind, cures in words)
 TABLE = {
     "camera_driver_issue": ("F1", "camera", "internal", [["restart camera"], ["redeploy camera"]]),
     "hardware_disconnect": ("F1", "camera", "internal", [["redeploy camera"]]),

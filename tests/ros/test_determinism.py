@@ -3,11 +3,9 @@
 import os
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parents[2]
 PROGRAM = """
 import hashlib
 
@@ -40,7 +38,7 @@ print(digest.hexdigest(), hashlib.sha256(repr(graph).encode()).hexdigest(), harn
 
 
 def history(hash_seed: str) -> str:
-    environment = {**os.environ, "PYTHONHASHSEED": hash_seed, "PYTHONPATH": str(ROOT)}
+    environment = {**os.environ, "PYTHONHASHSEED": hash_seed, "PYTHONPATH": os.pathsep.join(sys.path)}
     command = [sys.executable, "-c", PROGRAM]
     return subprocess.run(command, env=environment, check=True, capture_output=True, text=True).stdout
 

@@ -95,6 +95,24 @@ def test_the_first_can_be_skipped(sink: Sink) -> None:
     assert sink.texts == ["1", "2"]
 
 
+def test_once_is_the_first_time_that_is_not_skipped_or_throttled(sink: Sink) -> None:
+    logger = Logger("a", sink)
+    for second in range(4):
+        sink.now = second * 10**9
+        text = str(second)
+        logger.info(text, once=True, skip_first=True)
+        logger.warning(text, once=True, throttle_duration_sec=0.5)
+    assert [(record.severity.name, record.text) for record in sink.records] == [("WARN", "0"), ("INFO", "1")]
+
+
+def test_a_clock_of_ones_own_can_throttle(sink: Sink) -> None:
+    logger, clock = Logger("a", sink), Sink()
+    for second in range(3):
+        clock.now = second * 10**9
+        logger.info(str(second), throttle_duration_sec=2.0, throttle_time_source_type=clock)
+    assert sink.texts == ["0", "2"]
+
+
 def test_a_node_logs_to_rosout(world: "World") -> None:
     seen: list[Message] = []
 

@@ -1,14 +1,13 @@
 """Loggers, as in `rclpy.logging`: to /rosout, and to stderr if the context says so."""
 
 import sys
-from collections.abc import Callable
 from dataclasses import dataclass
 from enum import IntEnum
 from pathlib import PurePath
 from types import FrameType
-from typing import Protocol
+from typing import Protocol, TypedDict, Unpack
 
-__all__ = ["LogRecord", "LogSink", "Logger", "LoggingSeverity"]
+__all__ = ["LogOptions", "LogRecord", "LogSink", "Logger", "LoggingSeverity"]
 
 
 class LoggingSeverity(IntEnum):
@@ -57,6 +56,22 @@ class _ClockLike(Protocol):
     def now_ns(self) -> int: ...
 
 
+class LogOptions(TypedDict, total=False):
+    """When a line of source that logs is passed over; each line is told apart by file and number.
+
+    Attributes:
+        throttle_duration_sec: log from it at most once in so many seconds.
+        throttle_time_source_type: the clock for that; the node's if it is left out.
+        skip_first: do not log from it the first time.
+        once: log from it only once.
+    """
+
+    throttle_duration_sec: float | None
+    throttle_time_source_type: _ClockLike | None
+    skip_first: bool
+    once: bool
+
+
 class Logger:
     """Logs messages of one name.
 
@@ -78,7 +93,7 @@ class Logger:
         self._sink = sink
         self._level = level
         self._parent = parent
-        self._last_ns: dict[tuple[str, int], int] = {}
+        self._lines: dict[tuple[str, int], tuple[int, bool]] = {}  # when last due, whether ever logged
 
     def __repr__(self) -> str:
         return f"<Logger {self.name} {self.get_effective_level().name}>"
@@ -107,151 +122,46 @@ class Logger:
         """Return whether messages of a severity are logged."""
         return severity >= self.get_effective_level()
 
-    def debug(
-        self,
-        message: str,
-        *,
-        throttle_duration_sec: float | None = None,
-        throttle_time_source_type: _ClockLike | None = None,
-        skip_first: bool = False,
-        once: bool = False,
-    ) -> bool:
+    def debug(self, message: str, **options: Unpack[LogOptions]) -> bool:
         """Log with severity DEBUG; see `log`."""
-        return self._log(
-            message,
-            LoggingSeverity.DEBUG,
-            throttle_duration_sec,
-            throttle_time_source_type,
-            skip_first=skip_first,
-            once=once,
-        )
+        return self._log(message, LoggingSeverity.DEBUG, options)
 
-    def info(
-        self,
-        message: str,
-        *,
-        throttle_duration_sec: float | None = None,
-        throttle_time_source_type: _ClockLike | None = None,
-        skip_first: bool = False,
-        once: bool = False,
-    ) -> bool:
+    def info(self, message: str, **options: Unpack[LogOptions]) -> bool:
         """Log with severity INFO; see `log`."""
-        return self._log(
-            message,
-            LoggingSeverity.INFO,
-            throttle_duration_sec,
-            throttle_time_source_type,
-            skip_first=skip_first,
-            once=once,
-        )
+        return self._log(message, LoggingSeverity.INFO, options)
 
-    def warning(
-        self,
-        message: str,
-        *,
-        throttle_duration_sec: float | None = None,
-        throttle_time_source_type: _ClockLike | None = None,
-        skip_first: bool = False,
-        once: bool = False,
-    ) -> bool:
+    def warning(self, message: str, **options: Unpack[LogOptions]) -> bool:
         """Log with severity WARN; see `log`."""
-        return self._log(
-            message,
-            LoggingSeverity.WARN,
-            throttle_duration_sec,
-            throttle_time_source_type,
-            skip_first=skip_first,
-            once=once,
-        )
+        return self._log(message, LoggingSeverity.WARN, options)
 
     warn = warning
 
-    def error(
-        self,
-        message: str,
-        *,
-        throttle_duration_sec: float | None = None,
-        throttle_time_source_type: _ClockLike | None = None,
-        skip_first: bool = False,
-        once: bool = False,
-    ) -> bool:
+    def error(self, message: str, **options: Unpack[LogOptions]) -> bool:
         """Log with severity ERROR; see `log`."""
-        return self._log(
-            message,
-            LoggingSeverity.ERROR,
-            throttle_duration_sec,
-            throttle_time_source_type,
-            skip_first=skip_first,
-            once=once,
-        )
+        return self._log(message, LoggingSeverity.ERROR, options)
 
-    def fatal(
-        self,
-        message: str,
-        *,
-        throttle_duration_sec: float | None = None,
-        throttle_time_source_type: _ClockLike | None = None,
-        skip_first: bool = False,
-        once: bool = False,
-    ) -> bool:
+    def fatal(self, message: str, **options: Unpack[LogOptions]) -> bool:
         """Log with severity FATAL; see `log`."""
-        return self._log(
-            message,
-            LoggingSeverity.FATAL,
-            throttle_duration_sec,
-            throttle_time_source_type,
-            skip_first=skip_first,
-            once=once,
-        )
+        return self._log(message, LoggingSeverity.FATAL, options)
 
-    def log(
-        self,
-        message: str,
-        severity: LoggingSeverity,
-        *,
-        throttle_duration_sec: float | None = None,
-        throttle_time_source_type: _ClockLike | None = None,
-        skip_first: bool = False,
-        once: bool = False,
-    ) -> bool:
+    def log(self, message: str, severity: LoggingSeverity, **options: Unpack[LogOptions]) -> bool:
         """Log a message.
 
         Args:
             message: the text.
             severity: how severe it is.
-            throttle_duration_sec: log from this line of source at most once in so many seconds.
-            throttle_time_source_type: the clock for that; the node's if None.
-            skip_first: do not log from this line the first time.
-            once: log from this line only once.
+            options: when the line of source that logs is to be passed over, see `LogOptions`.
 
         Returns:
             Whether it was logged.
         """
-        return self._log(
-            message,
-            severity,
-            throttle_duration_sec,
-            throttle_time_source_type,
-            skip_first=skip_first,
-            once=once,
-        )
+        return self._log(message, severity, options)
 
-    def _log(
-        self,
-        message: str,
-        severity: LoggingSeverity,
-        throttle_s: float | None,
-        clock: _ClockLike | None,
-        *,
-        skip_first: bool,
-        once: bool,
-    ) -> bool:
+    def _log(self, message: str, severity: LoggingSeverity, options: LogOptions) -> bool:
         if not self.is_enabled_for(severity):
             return False
         frame = sys._getframe(2)  # noqa: SLF001  the only way to learn who logs
-        if (once or skip_first or throttle_s is not None) and not self._is_due(
-            frame, throttle_s, (clock or self._sink).now_ns, skip_first=skip_first, once=once
-        ):
+        if options and not self._is_due(frame, options):
             return False
         code = frame.f_code
         self._sink.write(
@@ -266,24 +176,15 @@ class Logger:
         )
         return True
 
-    def _is_due(
-        self,
-        frame: FrameType,
-        throttle_s: float | None,
-        now_ns: Callable[[], int],
-        *,
-        skip_first: bool,
-        once: bool,
-    ) -> bool:
+    def _is_due(self, frame: FrameType, options: LogOptions) -> bool:
         line = (frame.f_code.co_filename, frame.f_lineno)
-        last_ns = self._last_ns.get(line)
-        now = now_ns()
-        if last_ns is None:
-            self._last_ns[line] = now
-            return not skip_first
-        if once and (throttle_s is None):
+        last_ns, logged = self._lines.get(line, (None, False))
+        if logged and options.get("once"):
             return False
-        if throttle_s is not None and now - last_ns < throttle_s * 1e9:
+        now = (options.get("throttle_time_source_type") or self._sink).now_ns()
+        throttle_s = options.get("throttle_duration_sec")
+        if throttle_s is not None and last_ns is not None and now - last_ns < throttle_s * 1e9:
             return False
-        self._last_ns[line] = now
-        return True
+        due = last_ns is not None or not options.get("skip_first")
+        self._lines[line] = (now, logged or due)
+        return due

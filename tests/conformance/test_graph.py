@@ -1,5 +1,7 @@
+import pytest
 from tests.conformance.harness import Harness
 
+from sunset.ros.exceptions import NodeNameNonExistentError
 from sunset.ros.qos import DurabilityPolicy, ReliabilityPolicy
 
 PARAMETER_SERVICES = {
@@ -44,14 +46,25 @@ def test_topics_are_listed_with_their_types_and_endpoints(harness: Harness) -> N
     assert harness.node.count_subscribers("/chatter") == 0
 
 
+def start(harness: Harness, node: str) -> None:
+    """Start a node, and wait until it is known: rclpy raises when asked about one that is not."""
+    harness.start(node)
+    assert harness.spin(lambda: node.lower() in harness.node.get_node_names())
+
+
+def test_a_node_that_is_not_there_cannot_be_asked_about(harness: Harness) -> None:
+    with pytest.raises(NodeNameNonExistentError, match="no node 'nobody' in the namespace '/uav'"):
+        harness.node.get_publisher_names_and_types_by_node("nobody", "/uav")
+
+
 def test_a_node_offers_the_parameter_services(harness: Harness) -> None:
-    harness.start("Talker")
+    start(harness, "Talker")
     expected = [(f"/talker/{name}", [kind]) for name, kind in PARAMETER_SERVICES.items()]
     assert harness.spin(lambda: harness.node.get_service_names_and_types_by_node("talker", "/") == expected)
 
 
 def test_a_lifecycle_node_offers_the_lifecycle_services_too(harness: Harness) -> None:
-    harness.start("Managed")
+    start(harness, "Managed")
     both = {**PARAMETER_SERVICES, **LIFECYCLE_SERVICES}
     expected = [(f"/managed/{name}", [both[name]]) for name in sorted(both)]
     assert harness.spin(lambda: harness.node.get_service_names_and_types_by_node("managed", "/") == expected)
@@ -62,8 +75,8 @@ def test_a_lifecycle_node_offers_the_lifecycle_services_too(harness: Harness) ->
 
 
 def test_clients_and_subscriptions_of_a_node_are_listed(harness: Harness) -> None:
-    harness.start("Server")
-    harness.start("Echo")
+    start(harness, "Server")
+    start(harness, "Echo")
     wanted = [("/server/set", ["std_srvs/srv/SetBool"])]
     assert harness.spin(lambda: harness.node.get_client_names_and_types_by_node("server", "/") == wanted)
     wanted = [("/images_in", ["sensor_msgs/msg/Image"])]

@@ -117,6 +117,23 @@ def test_a_task_is_called_as_a_callback(world: "World") -> None:
     assert future.result() == 3
 
 
+def test_a_task_may_be_a_coroutine(world: "World") -> None:
+    node, _ = counter(world)
+    executor = SingleThreadedExecutor(context=node.context)
+    executor.add_node(node)
+    awaited: Future[int] = Future()
+
+    async def add(first: int) -> int:
+        return first + await awaited
+
+    tasks = [executor.create_task(add, 1), executor.create_task(add(2))]
+    executor.spin_once(timeout_sec=0.01)
+    executor.spin_once(timeout_sec=0.01)
+    assert not any(task.done() for task in tasks)
+    awaited.set_result(10)
+    assert [task.result() for task in tasks] == [11, 12]
+
+
 def test_the_functions_of_the_package_use_the_default_context(world: "World") -> None:
     with pytest.raises(MiddlewareError, match="No middleware was chosen"):
         ros.init(args=[])

@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 from sunset.rmw.port import EndpointInfo, EndpointKind, Middleware, QoSProfile
+from sunset.ros.exceptions import NodeNameNonExistentError
 
 __all__ = ["NodeGraph", "TopicEndpointInfo"]
 
@@ -54,25 +55,41 @@ class NodeGraph:
     def get_publisher_names_and_types_by_node(
         self, node_name: str, node_namespace: str
     ) -> list[tuple[str, list[str]]]:
-        """Return (topic, types) of a node's publishers."""
+        """Return (topic, types) of a node's publishers.
+
+        Raises:
+            NodeNameNonExistentError: there is no such node.
+        """
         return self._of_node(EndpointKind.PUBLISHER, node_name, node_namespace)
 
     def get_subscriber_names_and_types_by_node(
         self, node_name: str, node_namespace: str
     ) -> list[tuple[str, list[str]]]:
-        """Return (topic, types) of a node's subscriptions."""
+        """Return (topic, types) of a node's subscriptions.
+
+        Raises:
+            NodeNameNonExistentError: there is no such node.
+        """
         return self._of_node(EndpointKind.SUBSCRIPTION, node_name, node_namespace)
 
     def get_service_names_and_types_by_node(
         self, node_name: str, node_namespace: str
     ) -> list[tuple[str, list[str]]]:
-        """Return (service, types) of the services that a node offers."""
+        """Return (service, types) of the services that a node offers.
+
+        Raises:
+            NodeNameNonExistentError: there is no such node.
+        """
         return self._of_node(EndpointKind.SERVICE, node_name, node_namespace)
 
     def get_client_names_and_types_by_node(
         self, node_name: str, node_namespace: str
     ) -> list[tuple[str, list[str]]]:
-        """Return (service, types) of a node's clients."""
+        """Return (service, types) of a node's clients.
+
+        Raises:
+            NodeNameNonExistentError: there is no such node.
+        """
         return self._of_node(EndpointKind.CLIENT, node_name, node_namespace)
 
     def get_publishers_info_by_topic(self, topic_name: str) -> list[TopicEndpointInfo]:
@@ -104,6 +121,10 @@ class NodeGraph:
     def _of_node(
         self, kind: EndpointKind, node_name: str, node_namespace: str
     ) -> list[tuple[str, list[str]]]:
+        if (node_name, node_namespace) not in self._middleware.nodes():
+            raise NodeNameNonExistentError(
+                f"There is no node {node_name!r} in the namespace {node_namespace!r} now."
+            )
         return self._names_and_types(
             lambda info: (info.kind, info.node_name, info.node_namespace) == (kind, node_name, node_namespace)
         )

@@ -14,6 +14,7 @@ __all__ = [
     "InvalidServiceNameException",
     "InvalidTopicNameException",
     "NameValidationException",
+    "NodeNameNonExistentError",
     "NotInitializedException",
     "ParameterAlreadyDeclaredException",
     "ParameterException",
@@ -73,6 +74,10 @@ class InvalidTopicNameException(NameValidationException):
 
 class InvalidServiceNameException(NameValidationException):
     """A service name breaks the rules."""
+
+
+class NodeNameNonExistentError(MiddlewareError):
+    """A node is asked about that is not there."""
 
 
 class ParameterException(ParameterError):

@@ -1,11 +1,11 @@
 """Executors, as in `rclpy.executors`."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Coroutine
 from types import TracebackType
 from typing import Any, Self
 
 from sunset.errors import MiddlewareError
-from sunset.ros._callbacks import callback_name
+from sunset.ros._callbacks import callback_name, drive
 from sunset.ros.context import Context, get_default_context
 from sunset.ros.exceptions import NotInitializedException
 from sunset.ros.node import Node
@@ -63,8 +63,12 @@ class SingleThreadedExecutor:
         """Return the nodes whose callbacks it runs."""
         return list(self._nodes)
 
-    def create_task(self, callback: Callable[..., Any], *args: Any, **kwargs: Any) -> Future[Any]:
+    def create_task(
+        self, callback: Callable[..., Any] | Coroutine[Any, Any, Any], *args: Any, **kwargs: Any
+    ) -> Future[Any]:
         """Call a function soon, as a callback of the first node; the future is done with what it returns.
+
+        The function may be a coroutine function, and a coroutine may be given in its place.
 
         Raises:
             MiddlewareError: the executor has no node.
@@ -73,7 +77,8 @@ class SingleThreadedExecutor:
             raise MiddlewareError("An executor without nodes cannot run a task; add a node first.")
         future: Future[Any] = Future()
         self._nodes[0].handle.post(
-            lambda: future.set_result(callback(*args, **kwargs)), f"{callback_name(callback)} (task)"
+            lambda: drive(callback(*args, **kwargs) if callable(callback) else callback, future.set_result),
+            f"{callback_name(callback)} (task)",
         )
         return future
 

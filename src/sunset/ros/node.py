@@ -20,6 +20,7 @@ from sunset.ros.callback_groups import CallbackGroup
 from sunset.ros.client import Client
 from sunset.ros.clock import Clock, ROSClock
 from sunset.ros.context import Context, get_default_context
+from sunset.ros.exceptions import NodeNameNonExistentError
 from sunset.ros.logging import Logger, LoggingSeverity
 from sunset.ros.names import RemapRule, resolve_name, validate_namespace, validate_node_name
 from sunset.ros.parameter import Parameter
@@ -35,7 +36,7 @@ from sunset.ros.service import Service
 from sunset.ros.subscription import Subscription
 from sunset.ros.timer import Timer
 
-__all__ = ["Node"]
+__all__ = ["Node", "NodeNameNonExistentError"]
 
 MessageT = TypeVar("MessageT", bound=Message)
 
@@ -104,13 +105,9 @@ class Node(NodeParameters, NodeGraph):
         )
         self.declare_parameter("use_sim_time", False)
         if automatically_declare_parameters_from_overrides:
-            for parameter in self._parameters.overrides.values():
-                if not self.has_parameter(parameter.name):
-                    self.declare_parameter(parameter.name, parameter.value)
+            self._declare_overrides()
         if start_parameter_services:
-            services = ParameterServices(self._parameters)
-            for srv_type, service, callback in services.callbacks():
-                self.create_service(srv_type, f"~/{service}", callback, qos_profile=qos_profile_parameters)
+            self._offer_parameters()
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__} {self.get_fully_qualified_name()}>"
@@ -348,6 +345,15 @@ class Node(NodeParameters, NodeGraph):
             if matches(override.nodes, node)
         ]
         return {parameter.name: parameter for parameter in [*given, *own]}
+
+    def _declare_overrides(self) -> None:
+        for parameter in self._parameters.overrides.values():
+            if not self.has_parameter(parameter.name):
+                self.declare_parameter(parameter.name, parameter.value)
+
+    def _offer_parameters(self) -> None:
+        for srv_type, service, callback in ParameterServices(self._parameters).callbacks():
+            self.create_service(srv_type, f"~/{service}", callback, qos_profile=qos_profile_parameters)
 
     def _on_parameters_changed(self, changes: Changes) -> None:
         for parameter in [*changes.new, *changes.changed]:

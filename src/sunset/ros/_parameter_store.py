@@ -95,18 +95,7 @@ class ParameterStore:
             raise ParameterAlreadyDeclaredException(
                 f"Parameter {name!r} of {self._node} is declared already."
             )
-        descriptor = descriptor.copy()
-        descriptor.name = name
-        if isinstance(value, Parameter.Type):
-            descriptor.type = value.value
-            parameter = Parameter(name)
-        else:
-            parameter = Parameter(name, value=value)
-            descriptor.type = parameter.type_.value
-        if not descriptor.dynamic_typing and descriptor.type == Parameter.Type.NOT_SET:
-            raise InvalidParameterException(
-                f"Parameter {name!r} of {self._node} needs a default value, a type, or dynamic_typing=True."
-            )
+        parameter, descriptor = self._described(name, value, descriptor)
         if not ignore_override and name in self.overrides:
             parameter = self.overrides[name]
             if parameter.value == [] and descriptor.type in _LISTS:  # which says nothing about the type
@@ -120,6 +109,24 @@ class ParameterStore:
                 f"Parameter {name!r} of {self._node} cannot be declared with {parameter.value!r}: {reason}"
             )
         return self._parameters[name]
+
+    def _described(
+        self, name: str, value: object, descriptor: ParameterDescriptor
+    ) -> tuple[Parameter, ParameterDescriptor]:
+        """Return a new parameter, and its descriptor with name and type filled in."""
+        descriptor = descriptor.copy()
+        descriptor.name = name
+        if isinstance(value, Parameter.Type):
+            descriptor.type = value.value
+            parameter = Parameter(name)
+        else:
+            parameter = Parameter(name, value=value)
+            descriptor.type = parameter.type_.value
+        if not descriptor.dynamic_typing and descriptor.type == Parameter.Type.NOT_SET:
+            raise InvalidParameterException(
+                f"Parameter {name!r} of {self._node} needs a default value, a type, or dynamic_typing=True."
+            )
+        return parameter, descriptor
 
     def undeclare(self, name: str) -> None:
         """Remove a parameter.

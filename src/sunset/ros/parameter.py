@@ -6,6 +6,7 @@ from enum import IntEnum
 from typing import TypeAlias, cast
 
 import numpy as np
+import numpy.typing as npt
 
 from sunset.interfaces.rcl_interfaces.msg import Parameter as ParameterMessage
 from sunset.interfaces.rcl_interfaces.msg import ParameterType, ParameterValue
@@ -18,6 +19,7 @@ Value: TypeAlias = (
 )
 """What a parameter can hold."""
 
+_Items: TypeAlias = Sequence[object] | npt.NDArray[np.generic]
 _INT64 = range(-(2**63), 2**63)
 
 
@@ -81,7 +83,9 @@ class Parameter:
         def check(self, value: object) -> bool:
             """Return whether a Python value is of this type; an empty list is of any list type."""
             actual = type(self).from_parameter_value(value)
-            return actual is self or (self in _ELEMENTS and actual in _ELEMENTS and len(_as_list(value)) == 0)
+            return actual is self or (
+                self in _ELEMENTS and actual in _ELEMENTS and len(cast("_Items", value)) == 0
+            )
 
     __slots__ = ("_name", "_type", "_value")
 
@@ -204,14 +208,11 @@ def _normalised(kind: Parameter.Type, value: object) -> Value:
         return None
     if kind in _ELEMENTS:
         python = _ELEMENTS[kind]
-        items = [item if type(item) is python else python(item) for item in _as_list(value)]
-        return cast("Value", items)
+        items = _as_list(cast("_Items", value))  # the type says that it is one
+        return cast("Value", [item if type(item) is python else python(item) for item in items])
     scalar: Value = _SCALARS[kind](value)
     return scalar
 
 
-def _as_list(values: object) -> list[object]:
-    if isinstance(values, (np.ndarray, array)):
-        return list(values.tolist())
-    assert isinstance(values, Sequence)  # noqa: S101  narrows for mypy; all callers checked
-    return list(values)
+def _as_list(values: "_Items") -> list[object]:
+    return list(values.tolist() if isinstance(values, (np.ndarray, array)) else values)

@@ -9,7 +9,18 @@ from typing import Final
 from sunset.evaluation.estimates import METHOD, Estimate
 from sunset.evaluation.summary import PUBLISHED, PUBLISHED_SOURCE, SystemRow
 
-__all__ = ["Block", "Cell", "Column", "Interval", "Line", "LineKind", "Quantity", "Report", "arrange"]
+__all__ = [
+    "Block",
+    "Cell",
+    "Column",
+    "Interval",
+    "Line",
+    "LineKind",
+    "Quantity",
+    "Report",
+    "arrange",
+    "plain",
+]
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,6 +41,24 @@ class Interval:
 
 Cell = Quantity | Interval | str | None
 """What stands in a cell; None is N/A, an empty string is nothing."""
+
+
+def plain(cell: Cell) -> str:
+    """Return a cell as text.
+
+    >>> plain(Quantity(0.4712, 0.02)), plain(Interval(0.1, 1.234)), plain(None)
+    ('0.47 ± 0.02', '[0.10, 1.23]', 'N/A')
+    """
+    match cell:
+        case None:
+            return "N/A"
+        case Quantity(mean, None):
+            return f"{mean:.2f}"
+        case Quantity(mean, std):
+            return f"{mean:.2f} ± {std:.2f}"
+        case Interval(low, high):
+            return f"[{low:.2f}, {high:.2f}]"
+    return cell
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,7 +4,7 @@ import textwrap
 from typing import Final
 from unicodedata import combining, east_asian_width
 
-from sunset.evaluation.layout import Block, Cell, Interval, Line, Quantity, Report
+from sunset.evaluation.layout import Block, Line, Report, plain
 
 __all__ = ["as_text"]
 
@@ -28,23 +28,10 @@ def _note(note: str) -> str:
     return textwrap.fill(note, WIDTH, subsequent_indent="  ", break_on_hyphens=False)
 
 
-def _cell(cell: Cell) -> str:
-    match cell:
-        case None:
-            return "N/A"
-        case Quantity(mean, None):
-            return f"{mean:.2f}"
-        case Quantity(mean, std):
-            return f"{mean:.2f} ± {std:.2f}"
-        case Interval(low, high):
-            return f"[{low:.2f}, {high:.2f}]"
-    return cell
-
-
 def _table(block: Block) -> str:
     lines = [line for group in block.groups for line in group]
     columns = [
-        [column.text, *(_cell(line.cells[place]) for line in lines)]
+        [column.text, *(plain(line.cells[place]) for line in lines)]
         for place, column in enumerate(block.columns)
     ]
     widths = [max(map(_width, column)) for column in columns]
@@ -68,7 +55,7 @@ def _table(block: Block) -> str:
 
 
 def _texts(line: Line) -> list[str]:
-    return [_cell(cell) for cell in line.cells]
+    return [plain(cell) for cell in line.cells]
 
 
 def _width(text: str) -> int:

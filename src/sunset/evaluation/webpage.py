@@ -3,7 +3,7 @@
 from html import escape
 from typing import Final
 
-from sunset.evaluation.layout import Block, Cell, Interval, Line, LineKind, Quantity, Report
+from sunset.evaluation.layout import Block, Line, LineKind, Report, plain
 
 __all__ = ["as_html"]
 
@@ -81,20 +81,7 @@ def _table(block: Block) -> str:
 
 
 def _line(line: Line) -> str:
-    cells = "".join(f"<td>{_cell(cell)}</td>" for cell in line.cells)
+    cells = "".join(f"<td>{escape(plain(cell))}</td>" for cell in line.cells)
     kind = "" if line.kind is LineKind.OURS else f' class="{line.kind.value}"'
     label = escape(line.label.strip())
     return f'<tr{kind}><th scope="row">{label}</th><td class="runs">{escape(line.runs)}</td>{cells}</tr>'
-
-
-def _cell(cell: Cell) -> str:
-    match cell:
-        case None:
-            return "N/A"
-        case Quantity(mean, None):
-            return f"{mean:.2f}"
-        case Quantity(mean, std):
-            return f"{mean:.2f} ± {std:.2f}"
-        case Interval(low, high):
-            return f"[{low:.2f}, {high:.2f}]"
-    return escape(cell)

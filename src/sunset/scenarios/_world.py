@@ -36,10 +36,6 @@ class World:
             step for step in self._lasting if step.node == node and (step.parameter or goal == "inactive")
         ]
 
-    def after_start_with(self, node: str, parameter: str, value: Value) -> list[Adaptation]:
-        """Return what to do after a new process declared a parameter with a value."""
-        return [step for step in self._of(node, parameter) if step.value != value]
-
     def after_change_to(self, node: str, parameter: str, value: Value) -> list[Adaptation]:
         """Return what to do after a parameter of a running node got a value."""
         changed = [step for step in self._of(node, parameter) if step.value != value]

@@ -122,10 +122,6 @@ class ScenarioExecutor(Node):
 
     def _on_parameter_event(self, event: ParameterEvent) -> None:
         node = event.node.removeprefix(f"{_NAMESPACE}/")
-        for message in event.new_parameters:
-            value = cast("Value", Parameter.from_parameter_msg(message).value)
-            for step in self._world.after_start_with(node, message.name, value):
-                self._restore(step)
         for message in event.changed_parameters:
             value = cast("Value", Parameter.from_parameter_msg(message).value)
             for step in self._world.after_change_to(node, message.name, value):
@@ -144,19 +140,15 @@ class ScenarioExecutor(Node):
         """Do a step of an injection; the future has why it was not confirmed, or an empty text."""
         outcome: Future[str] = Future()
 
-        def answered(future: Future[Any]) -> None:
-            timer.cancel()
-            self.destroy_timer(timer)
+        def finish(reason: str) -> None:
             if not outcome.done():
-                outcome.set_result(_refusal(step, future.result()))
+                self.destroy_timer(timer)
+                outcome.set_result(reason)
 
-        def expired() -> None:
-            timer.cancel()
-            if not outcome.done():
-                outcome.set_result(f"{step.node} did not answer within {_CONFIRMATION_S:g} s")
-
-        timer = self.create_timer(_CONFIRMATION_S, expired)
-        self._caller(step).call_async(_request(step)).add_done_callback(answered)
+        late = f"{step.node} did not answer within {_CONFIRMATION_S:g} s"
+        timer = self.create_timer(_CONFIRMATION_S, lambda: finish(late))
+        answer = self._caller(step).call_async(_request(step))
+        answer.add_done_callback(lambda future: finish(_refusal(step, future.result())))
         return outcome
 
     def _caller(self, step: Adaptation) -> Client[Any, Any]:

@@ -169,10 +169,6 @@ class AdaptiveNode(LifecycleNode):
         if not result.successful:
             raise ParameterError(f"{self.node_name} refused {name} = {value!r}: {result.reason}")
 
-    def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Get ready; a subclass loads here what takes long."""
-        return super().on_configure(state)
-
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """End the faults that a restart cures, and subscribe; refused while the hardware boots."""
         if not self.__booted:

@@ -7,8 +7,6 @@ from typing import Final
 
 from sunset.interfaces import Message
 from sunset.interfaces.diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from sunset.interfaces.rcl_interfaces.msg import Parameter as ParameterMessage
-from sunset.interfaces.rcl_interfaces.msg import ParameterType, ParameterValue
 from sunset.interfaces.sensor_msgs.msg import Image
 from sunset.interfaces.system_interfaces.msg import SensorFusion, SetBlackboardGroup
 from sunset.nodes.base import NAMESPACE
@@ -141,26 +139,10 @@ class Monitor(Node):
             numbers[f"{node}_heartbeat_freq"] = frequency
             texts[f"{node}_lc_state"] = self._states[node] if frequency else "unknown"
         numbers |= {key: mean.value for key, mean in self._means.items() if mean.value is not None}
-        group = [_double(name, value) for name, value in numbers.items()]
-        group += [_bool(name, value) for name, value in self._flags.items()]
-        group += [_string(name, value) for name, value in texts.items()]
+        values: dict[str, object] = {**numbers, **self._flags, **texts}
+        group = [Parameter(name, value=value).to_parameter_msg() for name, value in values.items()]
         self._blackboard.publish(SetBlackboardGroup(bb_params=group))
 
 
 def _frequency_key(topic: str) -> str:
     return f"{topic.strip('/').replace('/', '_')}_freq"
-
-
-def _double(name: str, value: float) -> ParameterMessage:
-    content = ParameterValue(type=ParameterType.PARAMETER_DOUBLE, double_value=value)
-    return ParameterMessage(name=name, value=content)
-
-
-def _bool(name: str, value: bool) -> ParameterMessage:
-    content = ParameterValue(type=ParameterType.PARAMETER_BOOL, bool_value=value)
-    return ParameterMessage(name=name, value=content)
-
-
-def _string(name: str, value: str) -> ParameterMessage:
-    content = ParameterValue(type=ParameterType.PARAMETER_STRING, string_value=value)
-    return ParameterMessage(name=name, value=content)

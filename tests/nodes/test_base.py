@@ -27,6 +27,7 @@ class Shouter(AdaptiveNode):
     topic_input = TopicParameter("quiet", "topic of the texts")
     mark = NodeParameter("!", "what is appended")
     gain = NodeParameter(1.0, "how loud", minimum=0.0, maximum=2.0)
+    pitch = NodeParameter(0.0, "how high")
     hoarse = FaultParameter(False, "nothing comes out until a restart", cured_by_restart=True)
     mute = FaultParameter(False, "nothing comes out until a redeploy")
     stutter = FaultParameter(0, "repetitions", minimum=0, maximum=9, ends_with="calm_down")
@@ -180,6 +181,8 @@ def test_a_bad_override_is_refused(world: "World") -> None:
         ("gain", 2.5, "gain"),
         ("gain", float("nan"), "gain"),
         ("gain", "loud", "gain"),
+        ("pitch", float("nan"), "pitch must be a finite number"),
+        ("pitch", float("-inf"), "pitch must be a finite number"),
         ("stutter", 10, "stutter"),
         ("stutter", -1, "stutter"),
         ("topic_input", "", "a topic's name"),

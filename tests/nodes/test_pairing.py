@@ -36,6 +36,7 @@ def test_an_item_is_used_once() -> None:
 
 def test_the_closest_partner_is_taken_and_of_two_the_newer() -> None:
     assert feed(("l", 0), ("l", 8), ("r", 6)) == [(8, 6)]
+    assert feed(("l", 0), ("l", 8), ("r", 2)) == [(0, 2)]
     assert feed(("l", 0), ("l", 8), ("r", 4)) == [(8, 4)]
 
 

@@ -184,6 +184,17 @@ def test_the_enhancement_is_inactive_until_activated_and_undoes_the_degradation(
     assert np.abs(pixels(out) - pixels(rgb(1.0))).max() <= 8
 
 
+@pytest.mark.parametrize("strength", [0.5, 1.5])
+def test_the_enhancement_undoes_the_strength_that_its_parameter_says(
+    world: "World", rgb: Make, strength: float
+) -> None:
+    world.start(ImageEnhancement, parameters={"image_degradation": strength})
+    world.run(0.1)
+    assert world.transition("image_enhancement", "activate")
+    (out,) = feed(world, RGB_OUT, ENHANCED_OUT, rgb(1.0))
+    np.testing.assert_array_equal(array_of_bgr(out), enhance_image(array_of_bgr(rgb(1.0)), strength))
+
+
 def test_the_enhancement_of_a_good_image_saturates_and_never_wraps(world: "World", rgb: Make) -> None:
     world.start(ImageEnhancement)
     world.run(0.1)

@@ -75,6 +75,19 @@ def test_what_a_callback_sends_leaves_when_its_modelled_time_is_over() -> None:
     assert [time for time, topic, _ in departures.seen if topic == "/answer"] == [40.5, 80.5]
 
 
+def test_the_clock_is_not_charged_as_the_nodes_own_work() -> None:
+    sim = Simulation(compute={"busy": 0.5}, jitter=0.0, latency_s=0.0)
+    _, busy = start(sim, "busy")
+    _, talker = start(sim, "talker")
+    heard: list[float] = []
+    listen(busy, lambda _: heard.append(sim.now / MS), "/clock")
+    clock = talk(talker, "/clock")
+    for time in (0, 10):
+        sim.call_at(time * MS, lambda: clock.publish(String()))
+    sim.run_until(1000 * MS)
+    assert heard == [0, 10]
+
+
 def test_timers_take_a_fifth_of_a_millisecond_whatever_the_node() -> None:
     sim = Simulation(compute={"slow": 0.040}, jitter=0.0)
     departures = Departures()
@@ -397,3 +410,12 @@ def test_the_graph_tells_what_a_node_consists_of() -> None:
     assert sim.subscriptions_of("/node") == [("/in", "std_msgs/msg/String")]
     assert sim.services_of("/node") == []
     assert sim.subscriptions_of("/nobody") == []
+
+
+def test_nodes_are_listed_by_name_however_they_came() -> None:
+    sim = Simulation()
+    process = sim.create_process("several")
+    for name, namespace in (("z", "/"), ("b", "/uav"), ("a", "/uav"), ("y", "/")):
+        process.create_node(name, namespace)
+    assert list(process.nodes()) == [("a", "/uav"), ("b", "/uav"), ("y", "/"), ("z", "/")]
+    assert sim.node_names() == ["/uav/a", "/uav/b", "/y", "/z"]

@@ -80,6 +80,18 @@ def test_a_late_reader_gets_what_a_transient_local_writer_keeps() -> None:
     assert volatile == [String(data="new")]
 
 
+def test_what_was_kept_for_a_late_reader_takes_the_latency_too() -> None:
+    sim = Simulation(latency_s=0.005)
+    node_of(sim, "talker").create_publisher(String, "/chat", LATCHED).publish(String(data="kept"))
+    sim.run_until(10 * MS)
+    seen: list[Message] = []
+    listen(node_of(sim, "late"), seen, LATCHED)
+    sim.run_until(15 * MS - 1)
+    assert seen == []
+    sim.run_until(15 * MS)
+    assert seen == [String(data="kept")]
+
+
 def test_a_late_reader_does_not_get_what_is_older_than_the_lifespan() -> None:
     sim = Simulation()
     qos = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL, lifespan_ns=100 * MS)

@@ -68,6 +68,7 @@ def test_an_unknown_name_is_answered_with_the_known_ones(spec: str) -> None:
         ("sunset.managing:ManagingSystem", "has no method adapt"),
         ("no/such/file.py:Mine", "There is no file no/such/file.py"),
         (".relative:Mine", "is no module name"),
+        ("a b:Mine", "is no module name"),
     ],
 )
 def test_what_cannot_be_found_is_named(spec: str, said: str) -> None:
@@ -78,8 +79,28 @@ def test_what_cannot_be_found_is_named(spec: str, said: str) -> None:
 @pytest.mark.parametrize(
     ("text", "said"),
     [
+        ("int('ten')", "raised ValueError: invalid literal"),
+        ("len(10)", "raised TypeError: object of type 'int' has no len"),
+        ("raise SystemExit(3)", "raised SystemExit: 3"),
+        ("import no_such_module", "raised ModuleNotFoundError: No module named 'no_such_module'"),
+    ],
+)
+def test_what_a_module_raises_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, text: str, said: str
+) -> None:
+    name = "module_that_raises"
+    (tmp_path / f"{name}.py").write_text(text, encoding="utf-8")
+    monkeypatch.syspath_prepend(tmp_path)
+    with pytest.raises(ManagerError, match=f"Importing {name} {said}"):
+        load_manager(f"{name}:Mine")
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
         ("def broken(:\n", "mine.py, line 1: this is no valid Python"),
         ("import no_such_module\n", "raised ModuleNotFoundError: No module named 'no_such_module'"),
+        ("raise SystemExit(3)\n", "raised SystemExit: 3"),
         ("1 / 0\n", "raised ZeroDivisionError: division by zero"),
         ("\x00", "no valid Python|raised"),
         (MINE.replace("(ManagingSystem)", ""), "must be a subclass of ManagingSystem"),

@@ -47,6 +47,8 @@ def load_manager(spec: str) -> type[ManagingSystem]:
 
 
 def _load_module(name: str) -> ModuleType:
+    if not all(part.isidentifier() for part in name.split(".")):
+        raise ManagerError(f"{name!r} is no module name, such as package.module.")
     try:
         return importlib.import_module(name)
     except ModuleNotFoundError as error:
@@ -57,9 +59,7 @@ def _load_module(name: str) -> ModuleType:
                 f"such as {name}.py:Class."
             ) from error
         raise _import_error(name, error) from error
-    except (TypeError, ValueError) as error:  # a relative or empty name
-        raise ManagerError(f"{name!r} is no module name: {error}.") from error
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         raise _import_error(name, error) from error
 
 
@@ -76,13 +76,13 @@ def _load_file(path: Path) -> ModuleType:
     sys.modules[name] = module  # dataclasses and pickle look a class's module up
     try:
         spec.loader.exec_module(module)
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         del sys.modules[name]
         raise _import_error(str(path), error) from error
     return module
 
 
-def _import_error(where: str, error: Exception) -> ManagerError:
+def _import_error(where: str, error: BaseException) -> ManagerError:
     if isinstance(error, SyntaxError):
         return ManagerError(f"{where}, line {error.lineno}: this is no valid Python: {error.msg}.")
     return ManagerError(f"Importing {where} raised {type(error).__name__}: {error}.")

@@ -59,6 +59,16 @@ def test_messages_are_stored_in_order_of_time_and_then_of_writing(tmp_path: Path
     assert found == [String(data=text) for text in ("first", "second", "third", "middle", "late")]
 
 
+def test_messages_of_equal_time_keep_their_order_across_topics(tmp_path: Path) -> None:
+    topics = ["/b", "/a", "/c", "/a"]
+    with RecordWriter(tmp_path / "r") as writer:
+        writer.write("/late", 5, String())
+        for topic in topics:
+            writer.write(topic, 1, String())
+        writer.close({})
+    assert [recorded.topic for recorded in read_messages(tmp_path / "r")] == [*topics, "/late"]
+
+
 def test_messages_of_equal_time_keep_their_order_in_a_long_record(tmp_path: Path) -> None:
     texts = [f"{number:06}" + "x" * 1000 for number in range(3000)]  # several chunks
     found = written(tmp_path / "r", *(String(data=text) for text in texts))

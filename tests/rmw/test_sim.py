@@ -399,23 +399,3 @@ def test_a_seed_must_be_valid() -> None:
 def test_a_wall_limit_must_be_positive(limit: float) -> None:
     with pytest.raises(MiddlewareError, match="wall time limit of process node must be above 0 s"):
         Simulation().create_process("node", wall_limit_s=limit)
-
-
-def test_the_graph_tells_what_a_node_consists_of() -> None:
-    sim = Simulation()
-    _, node = start(sim, "node")
-    talk(node, "/out")
-    listen(node, lambda _: None, "/in")
-    assert sim.publishers_of("/node") == [("/out", "std_msgs/msg/String")]
-    assert sim.subscriptions_of("/node") == [("/in", "std_msgs/msg/String")]
-    assert sim.services_of("/node") == []
-    assert sim.subscriptions_of("/nobody") == []
-
-
-def test_nodes_are_listed_by_name_however_they_came() -> None:
-    sim = Simulation()
-    process = sim.create_process("several")
-    for name, namespace in (("z", "/"), ("b", "/uav"), ("a", "/uav"), ("y", "/")):
-        process.create_node(name, namespace)
-    assert list(process.nodes()) == [("a", "/uav"), ("b", "/uav"), ("y", "/"), ("z", "/")]
-    assert sim.node_names() == ["/uav/a", "/uav/b", "/y", "/z"]

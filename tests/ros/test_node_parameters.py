@@ -5,7 +5,12 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from sunset.errors import ParameterError
-from sunset.interfaces.rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor, SetParametersResult
+from sunset.interfaces.rcl_interfaces.msg import (
+    FloatingPointRange,
+    IntegerRange,
+    ParameterDescriptor,
+    SetParametersResult,
+)
 from sunset.ros import CallbackError, Parameter
 from sunset.ros.exceptions import (
     InvalidParameterException,
@@ -196,6 +201,28 @@ def test_a_range_of_doubles_may_have_steps(world: "World", value: float, admitte
     )
     node.declare_parameter("share", 0.5, steps)
     assert node.set_parameters([Parameter("share", value=value)])[0].successful is admitted
+
+
+@pytest.mark.parametrize(
+    ("value", "admitted"), [(2, True), (5, True), (8, True), (9, True), (6, False), (1, False), (10, False)]
+)
+def test_a_range_of_integers_may_have_steps_and_holds_both_ends(
+    world: "World", value: int, admitted: bool
+) -> None:
+    node = world.node()
+    allowed = ParameterDescriptor(integer_range=[IntegerRange(from_value=2, to_value=9, step=3)])
+    node.declare_parameter("p", 2, allowed)
+    assert node.set_parameters([Parameter("p", value=value)])[0].successful is admitted
+
+
+def test_callbacks_that_are_told_are_told_the_latest_first(world: "World") -> None:
+    node = world.node()
+    node.declare_parameter("p", 1)
+    told: list[str] = []
+    node.add_post_set_parameters_callback(lambda _: told.append("first"))
+    node.add_post_set_parameters_callback(lambda _: told.append("second"))
+    node.set_parameters([Parameter("p", value=2)])
+    assert told == ["second", "first"]
 
 
 def test_callbacks_decide_the_latest_first_and_are_told_afterwards(world: "World") -> None:

@@ -36,6 +36,12 @@ def test_no_building_is_in_the_way() -> None:
     assert all(_is_free(town, pose) for pose in DEFAULT_FLIGHT.poses()[::10])
 
 
+def test_every_frame_has_noise_of_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("sunset.data.flight.render", lambda _, view, **__: view.seed)
+    seeds = {number for seed in (0, 1) for number in render_frames(FlightPlan(seed=seed))}
+    assert len(seeds) == 2 * DEFAULT_FLIGHT.frames
+
+
 def test_chosen_frames_equal_those_of_the_whole_flight() -> None:
     plan = FlightPlan(frames=4, size=(36, 64))
     whole = list(render_frames(plan))

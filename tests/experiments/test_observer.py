@@ -1,0 +1,146 @@
+"""What the outside observer makes of the traffic that it sees."""
+
+from typing import Any
+
+import pytest
+
+from sunset.experiments.observer import COMMANDS_TOPIC, Observer
+from sunset.interfaces import Message
+from sunset.interfaces.lifecycle_msgs.msg import Transition
+from sunset.interfaces.lifecycle_msgs.srv import ChangeState
+from sunset.interfaces.rcl_interfaces.msg import SetParametersResult
+from sunset.interfaces.rcl_interfaces.srv import GetParameters, SetParameters, SetParametersAtomically
+from sunset.interfaces.std_msgs.msg import String
+from sunset.interfaces.system_interfaces.msg import Command
+from sunset.interfaces.system_interfaces.srv import Redeploy
+from sunset.rmw.port import RequestId
+from sunset.ros import Parameter
+
+MANAGER, CAMERA = "/managing_system", "/managed_subsystem/camera"
+NUMBER = RequestId(1, 1)
+
+
+class Sink:
+    def __init__(self) -> None:
+        self.written: list[tuple[str, int, Any]] = []
+
+    def write(self, topic: str, time_ns: int, message: Message) -> None:
+        self.written.append((topic, time_ns, message))
+
+
+@pytest.fixture
+def sink() -> Sink:
+    return Sink()
+
+
+def exchange(
+    observer: Observer, request: Message, response: Message, *, client: str = MANAGER, server: str = CAMERA
+) -> None:
+    observer.on_request(2_500_000_000, "/service", client, server, request, NUMBER)
+    observer.on_response(2_600_000_000, "/service", server, response, NUMBER)
+
+
+def setting(*names: str) -> SetParameters.Request:
+    return SetParameters.Request(
+        parameters=[Parameter(name, value=True).to_parameter_msg() for name in names]
+    )
+
+
+def change(label: str = "", number: int = 0) -> ChangeState.Request:
+    return ChangeState.Request(transition=Transition(id=number, label=label))
+
+
+ACCEPTED, REFUSED = SetParametersResult(successful=True), SetParametersResult(reason="no")
+
+
+@pytest.mark.parametrize(
+    ("request_", "response", "outcome"),
+    [
+        (setting("a", "b"), SetParameters.Response(results=[ACCEPTED] * 2), ("set_parameters", True, "")),
+        (
+            setting("a", "b"),
+            SetParameters.Response(results=[ACCEPTED, REFUSED]),
+            ("set_parameters", False, "no"),
+        ),
+        (setting(), SetParameters.Response(), ("set_parameters", False, "")),
+        (
+            SetParametersAtomically.Request(parameters=setting("a").parameters),
+            SetParametersAtomically.Response(result=REFUSED),
+            ("set_parameters", False, "no"),
+        ),
+        (change("activate"), ChangeState.Response(success=True), ("activate", True, "")),
+        (change(number=4), ChangeState.Response(), ("deactivate", False, "transition refused")),
+    ],
+)
+def test_a_request_and_its_answer_are_a_command(
+    sink: Sink, request_: Message, response: Message, outcome: tuple[str, bool, str]
+) -> None:
+    exchange(Observer(sink), request_, response)
+    ((topic, time_ns, command),) = sink.written
+    assert (topic, time_ns) == (COMMANDS_TOPIC, 2_600_000_000)
+    assert (command.stamp.sec, command.stamp.nanosec) == (2, 500_000_000)  # when the request arrived
+    assert (command.client, command.node, command.service) == (MANAGER, CAMERA, "/service")
+    assert (command.kind, command.successful, command.reason) == outcome
+
+
+def test_a_redeploy_is_a_command_to_the_node_and_not_to_the_launcher(sink: Sink) -> None:
+    exchange(
+        Observer(sink), Redeploy.Request(node="depth"), Redeploy.Response(success=True), server="/launcher"
+    )
+    (command,) = [written[2] for written in sink.written]
+    assert (command.node, command.kind, command.successful) == ("/managed_subsystem/depth", "redeploy", True)
+
+
+def test_what_is_set_is_kept_as_text(sink: Sink) -> None:
+    values = {"flag": True, "whole": 3, "share": 0.5, "name": "rgb"}
+    parameters = [Parameter(name, value=value).to_parameter_msg() for name, value in values.items()]
+    request = SetParameters.Request(parameters=parameters)
+    exchange(Observer(sink), request, SetParameters.Response(results=[ACCEPTED] * 4))
+    (command,) = [written[2] for written in sink.written]
+    assert (command.parameters, command.values) == (list(values), ["true", "3", "0.5", "rgb"])
+
+
+@pytest.mark.parametrize(
+    ("client", "server"), [("/scenario_executor", CAMERA), (MANAGER, "/monitor"), (MANAGER, MANAGER)]
+)
+def test_requests_of_the_experiment_or_to_others_are_no_commands(
+    sink: Sink, client: str, server: str
+) -> None:
+    answer = SetParameters.Response(results=[ACCEPTED])
+    exchange(Observer(sink), setting("a"), answer, client=client, server=server)
+    assert sink.written == []
+
+
+def test_a_command_that_was_never_answered_is_unsuccessful(sink: Sink) -> None:
+    observer = Observer(sink)
+    observer.on_request(1, "/service", MANAGER, CAMERA, change("shutdown"), NUMBER)
+    assert sink.written == []
+    observer.finish(9)
+    observer.finish(10)
+    ((topic, time_ns, command),) = sink.written
+    assert (topic, time_ns) == (COMMANDS_TOPIC, 9)
+    assert isinstance(command, Command)
+    assert (command.successful, command.reason) == (False, "never answered")
+
+
+def test_messages_of_the_system_on_its_topics_are_recorded_and_forged_ones_are_not(sink: Sink) -> None:
+    observer = Observer(sink)
+    observer.on_message(1, "/managed_subsystem/rgb_camera", CAMERA, String())
+    observer.on_message(2, "/managed_subsystem/rgb_camera", MANAGER, String())
+    observer.on_message(3, "/my_own_topic", MANAGER, String())
+    assert [time_ns for _, time_ns, _ in sink.written] == [1, 3]
+    assert [MANAGER in violation for violation in observer.violations] == [True]
+
+
+def test_whoever_reads_or_sets_the_truth_is_noted_once(sink: Sink) -> None:
+    observer = Observer(sink)
+    for _ in range(2):
+        exchange(observer, setting("hardware_disconnect"), SetParameters.Response(results=[REFUSED]))
+        exchange(observer, GetParameters.Request(names=["autofocus_needed"]), GetParameters.Response())
+        exchange(observer, setting("perform_autofocus"), SetParameters.Response(results=[ACCEPTED]))
+        observer.note_subscriptions(MANAGER, ["/gt_segmentation", "/blackboard_group"])
+    assert list(observer.violations) == [
+        f"{MANAGER} sets the fault parameter hardware_disconnect of {CAMERA}",
+        f"{MANAGER} reads the fault parameter autofocus_needed of {CAMERA}",
+        f"{MANAGER} subscribes to /gt_segmentation, which carries the truth",
+    ]

@@ -42,10 +42,15 @@ def load_scenario(name: str | Path) -> Scenario:
     faults = text.split("+")
     if isinstance(name, str) and any(part.split("=", 1)[0] in FAULTS for part in faults):
         return generate(faults)
+    if text in suite_names():
+        raise ScenarioError(
+            f"{text!r} is a suite: name one of its scenarios ('sunset scenarios list --suite {text}'), or fly all "
+            f"of them with 'sunset bench --suite {text}'."
+        )
     near = difflib.get_close_matches(text, [*scenario_names(), *FAULTS], n=1, cutoff=0.7)
     hint = f"did you mean {near[0]!r}, or " if near else ""
     raise ScenarioError(
-        f"There is no scenario {text!r}: {hint}name one of the suites {', '.join(suite_names())} "
+        f"There is no scenario {text!r}: {hint}name a scenario of the suites {', '.join(suite_names())} "
         "('sunset scenarios list'), a YAML file, or faults joined by +."
     )
 
@@ -102,19 +107,22 @@ def _from_file(path: Path) -> Scenario:
 def _ours(root: Item) -> Scenario:
     fields = root.mapping(required=("name", "faults"), optional=("description",))
     faults = tuple(_fault(item) for item in fields["faults"].items())
+    name = fields["name"].text()
     description = fields["description"].text() if "description" in fields else ""
     with root.located():
-        return Scenario(name=fields["name"].text(), faults=faults, description=description)
+        return Scenario(name=name, faults=faults, description=description)
 
 
 def _fault(item: Item) -> ScenarioFault:
     if item.is_scalar:
+        name = item.text()
         with item.located():
-            return ScenarioFault(item.text())
+            return ScenarioFault(name)
     fields = item.mapping(required=("name",), optional=("value",))
+    name = fields["name"].text()
     value = fields["value"].value() if "value" in fields else None
     with item.located():
-        return ScenarioFault(fields["name"].text(), value)
+        return ScenarioFault(name, value)
 
 
 def _published(root: Item, source: str) -> Scenario:

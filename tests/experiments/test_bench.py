@@ -80,6 +80,37 @@ def test_killing_a_campaign_loses_nothing_and_changes_nothing(tmp_path: Path) ->
     assert render_report(disturbed, "json") == render_report(undisturbed, "json")
 
 
+def _processes_of(group: int) -> list[str]:
+    """Return the commands that still run in a process group."""
+    command = ["ps", "-eo", "pgid=,stat=,args="]
+    listed = subprocess.run(command, check=True, capture_output=True, text=True).stdout
+    lines = [line.split(maxsplit=2) for line in listed.splitlines()]
+    return [line[2] for line in lines if line[0] == str(group) and not line[1].startswith("Z")]
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL])
+def test_an_interrupted_campaign_leaves_no_process_behind(number: signal.Signals, tmp_path: Path) -> None:
+    process = subprocess.Popen(
+        _bench(tmp_path, jobs=2),
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        start_new_session=True,
+        text=True,
+    )
+    while not list(tmp_path.rglob("run.json")):
+        assert process.poll() is None, "the campaign ended before it could be interrupted"
+        time.sleep(0.02)  # noqa: TID251  the other process lives in wall time
+    process.send_signal(number)
+    error = process.communicate()[1]
+
+    assert process.returncode == (130 if number is signal.SIGINT else -signal.SIGKILL)
+    assert "Traceback" not in error
+    deadline = time.monotonic() + 10
+    while _processes_of(process.pid) and time.monotonic() < deadline:
+        time.sleep(0.05)  # noqa: TID251  the other processes live in wall time
+    assert not _processes_of(process.pid)
+
+
 def test_a_report_can_be_computed_from_the_records_again(tmp_path: Path) -> None:
     subprocess.run(_bench(tmp_path / "out", jobs=2), check=True, capture_output=True)
 

@@ -6,9 +6,12 @@ import multiprocessing
 import os
 import re
 import signal
+import sys
+import threading
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
@@ -140,12 +143,10 @@ def _run_all(todo: Sequence[RunSpec], out: Path, jobs: int) -> Iterator[int]:
             run(one, run_folder(out, one))
             yield count
         return
-    context = multiprocessing.get_context("spawn")
-    pool = ProcessPoolExecutor(jobs, mp_context=context, initializer=_leave_interrupts_to_the_parent)
     waiting = iter(todo)
     pending: set[Future[None]] = set()
     finished = 0
-    try:
+    with _workers(jobs) as pool:
         while True:
             for one in waiting:
                 pending.add(pool.submit(_fly, one, run_folder(out, one)))
@@ -158,10 +159,26 @@ def _run_all(todo: Sequence[RunSpec], out: Path, jobs: int) -> Iterator[int]:
                 future.result()
                 finished += 1
                 yield finished
-    except BrokenProcessPool as error:
+
+
+@contextmanager
+def _workers(jobs: int) -> Iterator[ProcessPoolExecutor]:
+    """Give worker processes, which end with the context: at once if it ends with an exception."""
+    others = multiprocessing.active_children()
+    context = multiprocessing.get_context("spawn")
+    pool = ProcessPoolExecutor(jobs, mp_context=context, initializer=_set_up_worker)
+    try:
+        yield pool
+    except BaseException as error:
+        # nobody waits for runs that are not wanted any more; a run leaves nothing before it is complete
+        for worker in multiprocessing.active_children():
+            if worker not in others:
+                worker.terminate()
+        if not isinstance(error, BrokenProcessPool):
+            raise
         raise SunsetError(
-            "A worker process was killed from outside, for instance for want of memory; finished runs are "
-            "kept: run the same command again, with fewer --jobs."
+            "A worker process ended in the middle of a run: it was killed, for instance for want of memory, or the "
+            "managing system ended it; finished runs are kept: run the same command again, with fewer --jobs."
         ) from error
     finally:
         pool.shutdown(wait=True, cancel_futures=True)
@@ -171,8 +188,18 @@ def _fly(spec: RunSpec, folder: Path) -> None:
     run(spec, folder)
 
 
-def _leave_interrupts_to_the_parent() -> None:
+def _set_up_worker() -> None:
+    """Leave interrupts and stdout to the parent, and end when it ends, however it does."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    sys.stdout = sys.stderr
+    threading.Thread(target=_end_with_the_parent, daemon=True).start()
+
+
+def _end_with_the_parent() -> None:
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
 
 
 def _claim(out: Path, spec: BenchSpec) -> None:

@@ -1,9 +1,11 @@
 """Managing systems that try to look better than they are."""
 
-from sunset.interfaces.rcl_interfaces.srv import GetParameters
+from sunset.interfaces.rcl_interfaces.srv import GetParameters, SetParameters
 from sunset.interfaces.sensor_msgs.msg import Image
+from sunset.interfaces.std_srvs.srv import Trigger
 from sunset.interfaces.system_interfaces.msg import ExperimentLogging
 from sunset.managing import ManagingSystem, NoAdaptation, Symptoms
+from sunset.ros import Node
 
 
 class Claimer(ManagingSystem):
@@ -54,3 +56,35 @@ class Wizard(ManagingSystem):
 
     def adapt(self, symptoms: Symptoms) -> None:
         self.set_parameter("camera", "hardware_disconnect", False)
+
+
+class Spy(NoAdaptation):
+    """Lets a second node look at the truth, for a moment."""
+
+    def on_start(self) -> None:
+        spy = Node("spy", context=self.context)
+        subscription = spy.create_subscription(Image, "/gt_segmentation", lambda _: None, 10)
+        spy.destroy_subscription(subscription)
+
+
+class Impostor(NoAdaptation):
+    """Has a node whose requests would count as the experiment's own."""
+
+    def on_start(self) -> None:
+        Node("launcher", context=self.context)
+
+
+class Stand(NoAdaptation):
+    """Answers in place of the camera, so that a fault need not be injected."""
+
+    def on_start(self) -> None:
+        self.create_service(
+            SetParameters, "/managed_subsystem/camera/set_parameters", lambda _, response: response
+        )
+
+
+class Conductor(NoAdaptation):
+    """Has the faults injected before anything is measured."""
+
+    def on_start(self) -> None:
+        self.create_client(Trigger, "/scenario_executor/inject").call_async(Trigger.Request())

@@ -94,6 +94,10 @@ def test_false_claims_of_success_change_no_metric(tmp_path: Path) -> None:
         ("Eavesdropper", "subscribes to /gt_segmentation"),
         ("Peeper", "reads the fault parameter hardware_disconnect"),
         ("Wizard", "sets the fault parameter hardware_disconnect"),
+        ("Spy", "/spy subscribes to /gt_segmentation"),
+        ("Impostor", "has a node /launcher"),
+        ("Stand", "offers /managed_subsystem/camera/set_parameters"),
+        ("Conductor", "calls /scenario_executor/inject"),
     ],
 )
 def test_whoever_breaks_the_rules_is_not_scored(manager: str, word: str, tmp_path: Path) -> None:

@@ -3,7 +3,10 @@
 from types import MappingProxyType
 from typing import Final
 
-__all__ = ["INFRASTRUCTURE", "INITIAL_STATES", "MANAGED_NODES", "SYSTEM_NODES"]
+__all__ = ["INFRASTRUCTURE", "INITIAL_STATES", "MANAGED_NODES", "MANAGER_PROCESS", "SYSTEM_NODES"]
+
+MANAGER_PROCESS: Final = "manager"
+"""The name of the process that the managing system's nodes are in."""
 
 INITIAL_STATES: Final = MappingProxyType(
     {

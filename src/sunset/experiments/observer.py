@@ -3,11 +3,11 @@
 It listens at the middleware, not at any node: what a managing system says of itself has no weight.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Final, Protocol
 
-from sunset.experiments.graph import INFRASTRUCTURE, MANAGED_NODES, SYSTEM_NODES
+from sunset.experiments.graph import INFRASTRUCTURE, MANAGED_NODES, MANAGER_PROCESS, SYSTEM_NODES
 from sunset.faults import FAULTS
 from sunset.interfaces import Message
 from sunset.interfaces.builtin_interfaces.msg import Time
@@ -21,7 +21,7 @@ from sunset.interfaces.rcl_interfaces.srv import (
 )
 from sunset.interfaces.system_interfaces.msg import Command
 from sunset.interfaces.system_interfaces.srv import Redeploy
-from sunset.rmw.port import RequestId
+from sunset.rmw.port import EndpointKind, RequestId
 from sunset.rmw.sim import Tap
 
 __all__ = ["COMMANDS_TOPIC", "OFF_LIMITS_TOPICS", "Observer", "Sink"]
@@ -39,6 +39,10 @@ OFF_LIMITS_TOPICS: Final = (
 """Topics that carry the truth: a managing system that reads them is not scored."""
 
 _OWN_PREFIXES: Final = ("/managed_subsystem/", "/experiment/")
+_OFF_LIMITS_SERVERS: Final = frozenset({"/bag_player", "/evaluator", "/experiment", "/scenario_executor"})
+"""Nodes that a managing system must not call."""
+
+_OWN_SERVICES: Final = tuple(f"{node}/" for node in sorted(SYSTEM_NODES))
 _OWN_TOPICS: Final = frozenset(
     {
         "/blackboard_group",
@@ -86,6 +90,20 @@ class Observer(Tap):
         self.violations: dict[str, None] = {}
         """What the managing system did that it must not, in words; in order, each once."""
 
+    def on_node(self, process: str, node: str) -> None:
+        """Note a node of the managing system that goes by the name of another."""
+        if process == MANAGER_PROCESS and node in SYSTEM_NODES:
+            self.violations[f"the managing system has a node {node}, which is a name of the system's"] = None
+
+    def on_endpoint(self, node: str, kind: EndpointKind, name: str) -> None:
+        """Note who of the managing system listens to the truth, or answers in place of the system."""
+        if node in SYSTEM_NODES:
+            return
+        if kind is EndpointKind.SUBSCRIPTION and name in OFF_LIMITS_TOPICS:
+            self.violations[f"{node} subscribes to {name}, which carries the truth"] = None
+        if kind is EndpointKind.SERVICE and name.startswith(_OWN_SERVICES):
+            self.violations[f"{node} offers {name}, which belongs to the system"] = None
+
     def on_message(self, time_ns: int, topic: str, node: str, message: Message) -> None:
         """Record a message that leaves its publisher, unless it is forged."""
         if node not in SYSTEM_NODES and (topic in _OWN_TOPICS or topic.startswith(_OWN_PREFIXES)):
@@ -97,7 +115,11 @@ class Observer(Tap):
         self, time_ns: int, service: str, client: str, server: str, request: Message, request_id: RequestId
     ) -> None:
         """Note a request that reached its server."""
-        if client in INFRASTRUCTURE or (server not in MANAGED_NODES and server != "/launcher"):
+        if client in INFRASTRUCTURE:
+            return
+        if server in _OFF_LIMITS_SERVERS and client not in SYSTEM_NODES:
+            self.violations[f"{client} calls {service}, which belongs to the experiment"] = None
+        if server not in MANAGED_NODES and server != "/launcher":
             return
         command = _command_of(server, request)
         self._note_violations(client, server, request)
@@ -124,12 +146,6 @@ class Observer(Tap):
             command.reason = "never answered"
             self._sink.write(COMMANDS_TOPIC, time_ns, command)
         self._pending.clear()
-
-    def note_subscriptions(self, node: str, topics: Iterable[str]) -> None:
-        """Note which of the topics that carry the truth a managing node subscribes to."""
-        for topic in topics:
-            if topic in OFF_LIMITS_TOPICS:
-                self.violations[f"{node} subscribes to {topic}, which carries the truth"] = None
 
     def _note_violations(self, client: str, server: str, request: Message) -> None:
         if isinstance(request, SetParameters.Request | SetParametersAtomically.Request):

@@ -69,11 +69,16 @@ def prepare(spec: RunSpec, *, progress: Callable[[int, int], None] | None = None
     find_resources(spec, progress=progress)
 
 
-def run(spec: RunSpec, folder: Path) -> RunResult:
+def run(spec: RunSpec, folder: Path, *, log: bool = False) -> RunResult:
     """Fly one experiment, write its record to a new folder, and score it.
 
     The folder appears when the run is complete, under its final name; what is measured is read from the
     recorded messages and from nothing else.
+
+    Args:
+        spec: what is flown.
+        folder: the record's folder, which must not exist, or be empty.
+        log: whether what the managing system logs goes to stderr as well as to the record.
 
     Raises:
         ManagerError: the managing system could not be loaded, raised, or did not return.
@@ -84,7 +89,7 @@ def run(spec: RunSpec, folder: Path) -> RunResult:
     resources = find_resources(spec)
     with RecordWriter(folder) as writer:
         observer = Observer(writer)
-        start_ns = fly(spec, resources, observer)
+        start_ns = fly(spec, resources, observer, log=log)
         timeline = writer.timeline(
             entropy_threshold=resources.model.card.entropy_threshold,
             sharpness_threshold=resources.model.card.sharpness_threshold,

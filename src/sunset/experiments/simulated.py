@@ -4,14 +4,14 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from typing import TypeVar
 
-from sunset.errors import ManagerError, SunsetError
-from sunset.experiments.graph import INITIAL_STATES, SYSTEM_NODES
+from sunset.errors import SunsetError
+from sunset.experiments.graph import INITIAL_STATES, MANAGER_PROCESS, SYSTEM_NODES
 from sunset.experiments.launcher import Launcher
+from sunset.experiments.manager import failure, manager_factory
 from sunset.experiments.observer import Observer
 from sunset.experiments.resources import Resources
 from sunset.experiments.spec import DEFAULT_COMPUTE, RunSpec
 from sunset.experiments.supervisor import Phase, Supervisor
-from sunset.managing import ManagingSystem, load_manager
 from sunset.nodes import NODES, BagPlayer, Camera, Depth, SegmentationNode
 from sunset.rmw.sim import SimProcess, Simulation
 from sunset.ros import CallbackError, Context, Node, Parameter, SingleThreadedExecutor
@@ -59,10 +59,10 @@ class SimulatedProcesses:
             handler(node)
 
 
-def bring_up(process: SimProcess, factory: Callable[[Context], NodeT]) -> NodeT:
-    """Make a node in a new process, and let its callbacks run."""
+def bring_up(process: SimProcess, factory: Callable[[Context], NodeT], *, log: bool = False) -> NodeT:
+    """Make a node in a new process, and let its callbacks run; `log` lets it log to stderr too."""
     context = Context()
-    context.init([], middleware=process)
+    context.init([], middleware=process, log_to_stderr=log)
     node = factory(context)
     executor = SingleThreadedExecutor(context=context)
     executor.add_node(node)
@@ -70,8 +70,14 @@ def bring_up(process: SimProcess, factory: Callable[[Context], NodeT]) -> NodeT:
     return node
 
 
-def fly(spec: RunSpec, resources: Resources, observer: Observer) -> int:
+def fly(spec: RunSpec, resources: Resources, observer: Observer, *, log: bool = False) -> int:
     """Fly one experiment in a simulated world.
+
+    Args:
+        spec: what is flown.
+        resources: what it is flown with.
+        observer: sees everything that happens.
+        log: whether what the managing system logs goes to stderr too.
 
     Returns:
         The time of the injection, nanoseconds of the simulated clock.
@@ -89,48 +95,28 @@ def fly(spec: RunSpec, resources: Resources, observer: Observer) -> int:
     for name in NODES:
         processes.start(name)
 
-    def started(name: str, factory: Callable[[Context], NodeT], limit: float | None = None) -> NodeT:
-        return bring_up(simulation.create_process(name, wall_limit_s=limit), factory)
+    def started(name: str, factory: Callable[[Context], NodeT]) -> NodeT:
+        return bring_up(simulation.create_process(name), factory)
 
     started("launcher", lambda context: Launcher(processes, tuple(INITIAL_STATES), context=context))
     started("scenario_executor", lambda context: ScenarioExecutor(spec.scenario, context=context))
     supervisor = started(
         "experiment", lambda context: Supervisor(spec.scenario.name, spec.timing, context=context)
     )
-    manager = started("manager", _manager_factory(spec, resources), spec.manager_limit_s)
-    name = manager.get_fully_qualified_name()
+    process = simulation.create_process(MANAGER_PROCESS, wall_limit_s=spec.manager_limit_s)
+    factory = manager_factory(spec, resources.model.card.entropy_threshold)
+    manager = bring_up(process, factory, log=log)
     try:
         _conduct(simulation, supervisor, round(timing.bring_up_limit_s * _S))
     except CallbackError as error:
         if error.node in SYSTEM_NODES:
             raise
-        raise ManagerError(f"The managing system {spec.manager} failed: {error}") from error
+        raise failure(spec, manager, error) from error
+    except (SystemExit, GeneratorExit) as error:
+        raise failure(spec, manager, error) from error
     observer.finish(simulation.now)
-    observer.note_subscriptions(name, [topic for topic, _ in simulation.subscriptions_of(name)])
     assert supervisor.start_ns is not None  # noqa: S101  it is set when the phase is OVER
     return supervisor.start_ns
-
-
-def _manager_factory(spec: RunSpec, resources: Resources) -> Callable[[Context], ManagingSystem]:
-    """Return what makes the managing system; whatever goes wrong in its constructor is its own error."""
-    made = load_manager(spec.manager)
-    overrides = [Parameter("entropy_threshold", value=resources.model.card.entropy_threshold)]
-
-    def make(context: Context) -> ManagingSystem:
-        try:
-            manager = made(context=context, parameter_overrides=overrides)
-        except Exception as error:
-            raise ManagerError(
-                f"The managing system {spec.manager} cannot be made: it raised {type(error).__name__}: {error}"
-            ) from error
-        if manager.get_fully_qualified_name() in SYSTEM_NODES:
-            raise ManagerError(
-                f"The managing system {spec.manager} has the name {manager.get_fully_qualified_name()}, which is a "
-                "node of the system; give its class another node_name."
-            )
-        return manager
-
-    return make
 
 
 def _conduct(simulation: Simulation, supervisor: Supervisor, limit_ns: int) -> None:

@@ -50,6 +50,8 @@ class SimNode(NodeHandle):
         self._waiting: list[Entity] = []
         self.network.nodes[self] = None
         process.nodes_here[self] = None
+        for tap in self.network.taps:
+            tap.on_node(process.name, self.fqn)
 
     @property
     def fully_qualified_name(self) -> str:

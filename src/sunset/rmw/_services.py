@@ -8,7 +8,7 @@ from sunset.errors import MiddlewareError
 from sunset.interfaces import Message, Service, type_name
 from sunset.rmw._entity import Entity
 from sunset.rmw._scheduler import Priority
-from sunset.rmw.port import ClientHandle, QoSProfile, RequestId, ServiceHandle
+from sunset.rmw.port import ClientHandle, EndpointKind, QoSProfile, RequestId, ServiceHandle
 
 if TYPE_CHECKING:
     from sunset.rmw._process import SimNode
@@ -112,6 +112,8 @@ class SimService(Entity, ServiceHandle):
         self._requests: deque[tuple[RequestId, SimClient, Message]] = deque()
         self._asking: dict[RequestId, SimClient] = {}
         node.network.services.add(self)
+        for tap in node.network.taps:
+            tap.on_endpoint(node.fqn, EndpointKind.SERVICE, name)
 
     def deliver(self, asked: tuple[RequestId, SimClient, Message]) -> None:
         """Take in a request that arrives."""

@@ -7,7 +7,14 @@ from typing import TYPE_CHECKING
 from sunset.interfaces import Message, type_name
 from sunset.rmw._entity import Entity
 from sunset.rmw._scheduler import Priority
-from sunset.rmw.port import DurabilityPolicy, PublisherHandle, QoSProfile, SubscriptionHandle, incompatibility
+from sunset.rmw.port import (
+    DurabilityPolicy,
+    EndpointKind,
+    PublisherHandle,
+    QoSProfile,
+    SubscriptionHandle,
+    incompatibility,
+)
 
 if TYPE_CHECKING:
     from sunset.rmw._process import SimNode
@@ -44,6 +51,8 @@ class SimSubscription(Entity, SubscriptionHandle):
         self._limit = qos.limit
         self._samples: deque[Message] = deque()
         node.network.subscriptions.add(self)
+        for tap in node.network.taps:
+            tap.on_endpoint(node.fqn, EndpointKind.SUBSCRIPTION, topic)
         for publisher in node.network.publishers.named(topic):
             publisher.match(self)
 

@@ -1,7 +1,7 @@
 """What an outside observer of the simulated network may see."""
 
 from sunset.interfaces import Message
-from sunset.rmw.port import RequestId
+from sunset.rmw.port import EndpointKind, RequestId
 
 __all__ = ["Tap"]
 
@@ -12,6 +12,23 @@ class Tap:
     A tap sees every sample, whether or not anybody subscribes, takes no time and cannot be lost. It may keep
     the messages that it is given but must not change them.
     """
+
+    def on_node(self, process: str, node: str) -> None:
+        """Note that a node joins the network.
+
+        Args:
+            process: the name of its process.
+            node: its fully qualified name.
+        """
+
+    def on_endpoint(self, node: str, kind: EndpointKind, name: str) -> None:
+        """Note that a node subscribes to a topic or offers a service.
+
+        Args:
+            node: its fully qualified name.
+            kind: `EndpointKind.SUBSCRIPTION` or `EndpointKind.SERVICE`.
+            name: the fully qualified name of the topic or service.
+        """
 
     def on_message(self, time_ns: int, topic: str, node: str, message: Message) -> None:
         """Note that a sample left its process.

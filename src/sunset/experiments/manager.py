@@ -1,0 +1,68 @@
+"""The managing system as part of an experiment: how it is made, and what is said if it fails."""
+
+import inspect
+import traceback
+from collections.abc import Callable
+from pathlib import Path
+
+from sunset.errors import ManagerError
+from sunset.experiments.graph import SYSTEM_NODES
+from sunset.experiments.spec import RunSpec
+from sunset.managing import ManagingSystem, load_manager
+from sunset.ros import CallbackError, CallbackTimeoutError, Context, Parameter
+
+__all__ = ["failure", "manager_factory"]
+
+
+def manager_factory(spec: RunSpec, entropy_threshold: float) -> Callable[[Context], ManagingSystem]:
+    """Return what makes the managing system; whatever goes wrong in its constructor is its own error.
+
+    Raises:
+        ManagerError: there is no such managing system.
+    """
+    made = load_manager(spec.manager)
+    overrides = [Parameter("entropy_threshold", value=entropy_threshold)]
+
+    def make(context: Context) -> ManagingSystem:
+        try:
+            manager = made(context=context, parameter_overrides=overrides)
+        except (Exception, SystemExit) as error:
+            raise ManagerError(
+                f"The managing system {spec.manager} cannot be made: it raised "
+                f"{_described(error)}{_place(made, error)}."
+            ) from error
+        if manager.get_fully_qualified_name() in SYSTEM_NODES:
+            raise ManagerError(
+                f"The managing system {spec.manager} has the name {manager.get_fully_qualified_name()}, which is a "
+                "node of the system; give its class another node_name."
+            )
+        return manager
+
+    return make
+
+
+def failure(spec: RunSpec, manager: ManagingSystem, error: BaseException) -> ManagerError:
+    """Return what a user is told when a callback of the managing system raised or did not return."""
+    cause = error.__cause__ if isinstance(error, CallbackError) and error.__cause__ else error
+    what = (
+        str(error).rstrip(".")
+        if isinstance(error, CallbackTimeoutError)
+        else f"it raised {_described(cause)}"
+    )
+    return ManagerError(
+        f"The managing system {spec.manager} failed in {spec.scenario.name}, seed {spec.seed}: {what}"
+        f"{_place(type(manager), cause)}."
+    )
+
+
+def _described(error: BaseException) -> str:
+    return ": ".join(filter(None, (type(error).__name__, str(error).rstrip("."))))
+
+
+def _place(manager: type[ManagingSystem], error: BaseException) -> str:
+    """Return which line of the managing system's file was the last to run: ` (mine.py, line 7, in adapt)`."""
+    source = inspect.getsourcefile(manager)
+    frames = [frame for frame in traceback.extract_tb(error.__traceback__) if frame.filename == source]
+    if source is None or not frames:
+        return ""
+    return f" ({Path(source).name}, line {frames[-1].lineno}, in {frames[-1].name})"

@@ -53,7 +53,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parsed = _parser().parse_args(arguments)
     try:
         code = parsed.execute(parsed)
-        sys.stdout.flush()
+        print(end="", flush=True)
     except SunsetError as error:
         return _complain(str(error))
     except BrokenPipeError:
@@ -61,8 +61,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     except OSError as error:
-        where = f" {error.filename}" if error.filename else ""
-        return _complain(f"The operating system refused to use{where}: {error.strerror or error}.")
+        where = error.filename or "the output"
+        return _complain(f"The operating system refused to use {where}: {error.strerror or error}.")
     except KeyboardInterrupt:
         print("Interrupted; what was finished is kept.", file=sys.stderr)
         return EXIT_INTERRUPTED

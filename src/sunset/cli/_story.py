@@ -1,6 +1,7 @@
 """What happened in a run, in words."""
 
 from collections.abc import Iterator
+from typing import NoReturn
 
 from rich.console import Console
 from rich.table import Table
@@ -35,13 +36,15 @@ _OUTAGES = frozenset({"F1", "F2", "F3"})
 
 def print_story(result: RunResult) -> None:
     """Print the time line of a run and its metrics on stdout."""
-    console = Console(highlight=False)
+    # no markup: names and values are the user's, brackets included
+    console = _Console(highlight=False, markup=False)
     spec = result.spec
     faults = ", ".join(fault.name for fault in spec.scenario.faults) or "none"
-    console.print(
-        f"\n[bold]{spec.scenario.name}[/bold]  managing system [bold]{spec.manager}[/bold], seed {spec.seed}, "
-        f"model {result.described['model']}\nfaults: {faults}\n"
-    )
+    console.print()
+    console.print(spec.scenario.name, style="bold", soft_wrap=True)
+    described = f"managing system {spec.manager}, seed {spec.seed}, model {result.described['model']}"
+    console.print(described, soft_wrap=True)
+    console.print(f"faults: {faults}\n", soft_wrap=True)
     table = Table(box=None, padding=(0, 1), show_header=False)
     table.add_column(justify="right")
     table.add_column()
@@ -55,7 +58,15 @@ def print_story(result: RunResult) -> None:
         figures.add_row(name, Text(value, style="bold"), Text(remark, style="dim"))
     console.print(figures)
     if not result.valid:
-        console.print(f"\n[bold red]This run does not count:[/bold red] {result.reason}.")
+        console.print(f"\nThis run does not count: {result.reason}.", style="bold red")
+
+
+class _Console(Console):
+    """A console that leaves a closed pipe to the entry point, as `print` does."""
+
+    def on_broken_pipe(self) -> NoReturn:
+        """Raise on; rich would exit with code 1."""
+        raise  # noqa: PLE0704  rich calls this while it handles the BrokenPipeError
 
 
 def _events(result: RunResult) -> Iterator[tuple[float, str, str]]:

@@ -2,6 +2,7 @@
 
 import argparse
 import sys
+from contextlib import redirect_stdout
 from pathlib import Path
 
 from sunset.cli._options import add_flight_options, at_least_one, flight_options
@@ -61,7 +62,8 @@ def execute(arguments: argparse.Namespace) -> int:
     runs = plan(spec)
     with rendering_progress() as progress:
         prepare(runs[0], progress=progress)
-    with progress_bar(f"Flying {len(runs)} runs") as progress:
+    # what a managing system prints must not get into the table
+    with progress_bar(f"Flying {len(runs)} runs") as progress, redirect_stdout(sys.stderr):
         flown = bench(spec, arguments.out, jobs=arguments.jobs, progress=progress)
     print(f"{flown} runs flown, {len(runs) - flown} were there already.", file=sys.stderr)
     print_report(arguments.out, arguments.format)

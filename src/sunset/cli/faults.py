@@ -2,13 +2,14 @@
 
 import argparse
 import json
+import sys
 import tempfile
 from pathlib import Path
 from typing import Any
 
 from sunset.cli._options import add_flight_options, flight_options
 from sunset.cli._progress import progress_bar, rendering_progress
-from sunset.evaluation import entropy_figure
+from sunset.evaluation import check_figure, entropy_figure
 from sunset.experiments import RunSpec, prepare, run
 from sunset.faults import FAULTS, Fault, get_fault
 from sunset.metrics import Samples
@@ -62,13 +63,16 @@ def show(arguments: argparse.Namespace) -> int:
     print(f"  kind       {fault.kind}, in {fault.node}")
     print(f"  injection  {', then '.join(str(step) for step in fault.injection)}")
     if fault.limits is not None:
-        print(f"  strength   {fault.value} in the suites, from {fault.limits[0]} to {fault.limits[1]}")
+        print(
+            f"  strength   {fault.value} in the suites; above {fault.limits[0]:g} and at most {fault.limits[1]:g}"
+        )
     print(f"  cured by   {', or '.join(_cures(fault))}; by nothing else")
     return 0
 
 
 def draw(arguments: argparse.Namespace) -> int:
     """Fly without and with each fault of F4, and draw the figure."""
+    check_figure(arguments.out)
     names = ["nofault", *(fault.name for fault in FAULTS.values() if fault.failure == "F4")]
     series, iou = {}, {}
     threshold = 0.0
@@ -90,7 +94,7 @@ def draw(arguments: argparse.Namespace) -> int:
             threshold = result.timeline.entropy_threshold
             progress(done + 1, len(names))
     entropy_figure(series, threshold, arguments.out, iou=iou)
-    print(f"The figure is in {arguments.out}.")
+    print(f"The figure is in {arguments.out}.", file=sys.stderr)
     return 0
 
 

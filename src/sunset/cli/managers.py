@@ -1,7 +1,10 @@
 """`sunset managers`: list the managing systems, and check one's own."""
 
 import argparse
+import json
+import sys
 import tempfile
+from contextlib import redirect_stdout
 from pathlib import Path
 
 from sunset.cli._options import add_flight_options, flight_options
@@ -18,6 +21,7 @@ def add_parser(verbs: "argparse._SubParsersAction[argparse.ArgumentParser]") -> 
     parser = verbs.add_parser("managers", help="list managing systems, check your own")
     actions = parser.add_subparsers(title="actions", metavar="ACTION", required=True)
     listing = actions.add_parser("list", help="list those that come with SUNSET")
+    listing.add_argument("--json", action="store_true", help="print one JSON object")
     listing.set_defaults(execute=list_managers)
     checking = actions.add_parser(
         "check",
@@ -34,15 +38,20 @@ def add_parser(verbs: "argparse._SubParsersAction[argparse.ArgumentParser]") -> 
 
 def list_managers(arguments: argparse.Namespace) -> int:
     """Print the registered managing systems."""
-    del arguments
-    for name, manager in MANAGERS.items():
-        print(f"{name:10}{(manager.__doc__ or '').splitlines()[0]}")
+    described = {name: (manager.__doc__ or "").splitlines()[0] for name, manager in MANAGERS.items()}
+    if arguments.json:
+        managers = [{"name": name, "description": text} for name, text in described.items()]
+        print(json.dumps({"managers": managers}, sort_keys=True))
+        return 0
+    for name, text in described.items():
+        print(f"{name:10}{text}")
     return 0
 
 
 def check(arguments: argparse.Namespace) -> int:
     """Fly twice and judge."""
-    load_manager(arguments.manager)
+    with redirect_stdout(sys.stderr):
+        load_manager(arguments.manager)
     spec = RunSpec(
         scenario=load_scenario(arguments.scenario),
         manager=arguments.manager,
@@ -51,8 +60,9 @@ def check(arguments: argparse.Namespace) -> int:
     )
     with rendering_progress() as progress:
         prepare(spec, progress=progress)
-    with tempfile.TemporaryDirectory(prefix="sunset-") as folder:
-        first, second = (run(spec, Path(folder) / name) for name in ("first", "second"))
+    with tempfile.TemporaryDirectory(prefix="sunset-") as folder, redirect_stdout(sys.stderr):
+        first = run(spec, Path(folder) / "first", log=True)
+        second = run(spec, Path(folder) / "second")
     print(f"loads            yes: {arguments.manager}")
     print(f"flies            yes: {first.score.adaptations} adaptations in {spec.scenario.name}")
     print(f"keeps the rules  {'yes' if first.valid else f'no: {first.reason}'}")

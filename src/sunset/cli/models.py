@@ -14,6 +14,7 @@ def add_parser(verbs: "argparse._SubParsersAction[argparse.ArgumentParser]") -> 
     parser = verbs.add_parser("models", help="list segmentation models, show their cards")
     actions = parser.add_subparsers(title="actions", metavar="ACTION", required=True)
     listing = actions.add_parser("list", help="list the models that come with SUNSET")
+    listing.add_argument("--json", action="store_true", help="print one JSON object")
     listing.set_defaults(execute=list_models)
     showing = actions.add_parser("show", help="print a model's card")
     showing.add_argument("model", help="a model's name or folder")
@@ -23,7 +24,9 @@ def add_parser(verbs: "argparse._SubParsersAction[argparse.ArgumentParser]") -> 
 
 def list_models(arguments: argparse.Namespace) -> int:
     """Print the names."""
-    del arguments
+    if arguments.json:
+        print(json.dumps({"models": list(shipped_models())}))
+        return 0
     for name in shipped_models():
         print(name)
     return 0

@@ -4,6 +4,7 @@ import argparse
 import json
 import sys
 import tempfile
+from contextlib import redirect_stdout
 from pathlib import Path
 
 from sunset.cli._options import add_flight_options, flight_options
@@ -57,11 +58,8 @@ def execute(arguments: argparse.Namespace) -> int:
     )
     with rendering_progress() as progress:
         prepare(spec, progress=progress)
-    if arguments.out is not None:
-        result = run(spec, arguments.out)
-    else:
-        with tempfile.TemporaryDirectory(prefix="sunset-") as folder:
-            result = run(spec, Path(folder) / "run")
+    with tempfile.TemporaryDirectory(prefix="sunset-") as folder, redirect_stdout(sys.stderr):
+        result = run(spec, arguments.out or Path(folder) / "run", log=True)
     if arguments.json:
         print(json.dumps(result.summary(), sort_keys=True))
     else:

@@ -58,4 +58,5 @@ def generate_scenario(arguments: argparse.Namespace) -> int:
         sys.stdout.write(text)
     else:
         write_text(arguments.out, text)
+        print(f"The scenario is in {arguments.out}.", file=sys.stderr)
     return 0

@@ -14,7 +14,7 @@ from sunset.metrics import SAMPLES, Samples
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["entropy_figure"]
+__all__ = ["check_figure", "entropy_figure"]
 
 SUFFIXES: Final = (".pdf", ".png", ".svg")
 
@@ -45,6 +45,21 @@ _PRINT: Final = {
 }
 
 
+def check_figure(path: Path) -> None:
+    """Check what can be checked before there is anything to draw.
+
+    Raises:
+        MissingExtraError: matplotlib is not installed.
+        InvalidInputError: the path has none of the suffixes `.pdf`, `.png`, `.svg`.
+    """
+    if importlib.util.find_spec("matplotlib") is None:
+        raise MissingExtraError(
+            'Figures need matplotlib, which is not installed; run: pip install "sunset-exemplar[plots]".'
+        )
+    if path.suffix.lower() not in SUFFIXES:
+        raise InvalidInputError(f"A figure's file must end in {', '.join(SUFFIXES)}, got {path}.")
+
+
 def entropy_figure(
     series: Mapping[str, Samples],
     threshold: float,
@@ -71,12 +86,7 @@ def entropy_figure(
 
     Source: the paper, figure 2a.
     """
-    if importlib.util.find_spec("matplotlib") is None:
-        raise MissingExtraError(
-            'Figures need matplotlib, which is not installed; run: pip install "sunset-exemplar[plots]".'
-        )
-    if path.suffix.lower() not in SUFFIXES:
-        raise InvalidInputError(f"A figure's file must end in {', '.join(SUFFIXES)}, got {path}.")
+    check_figure(path)
     if not series:
         raise InvalidInputError("There is nothing to draw: no series of samples was given.")
     unknown = sorted(set(iou or {}) - set(series))

@@ -35,5 +35,5 @@ def write_text(file: Path, text: str) -> None:
     except OSError as error:
         temporary.unlink(missing_ok=True)
         raise OutputError(
-            f"The file {file} cannot be written: {error.strerror}; free some space or name another folder."
+            f"The file {file} cannot be written: {error.strerror}; free some space or write elsewhere."
         ) from error

@@ -220,6 +220,8 @@ class ManagingSystem(Node):
         """Call a service; the future has the outcome of its response."""
         if name not in self.__callers:
             self.__callers[name] = self.create_client(service, name)
+        if not self.__callers[name].service_is_ready():
+            self.get_logger().warning(f"No node offers {name} now, so the request is lost.")
         result: Future[bool] = Future()
         answer = self.__callers[name].call_async(request)
         answer.add_done_callback(lambda done: result.set_result(outcome(done.result())))

@@ -13,7 +13,7 @@ from sunset.interfaces.rcl_interfaces.srv import GetParameters, SetParameters, S
 from sunset.interfaces.std_msgs.msg import String
 from sunset.interfaces.system_interfaces.msg import Command
 from sunset.interfaces.system_interfaces.srv import Redeploy
-from sunset.rmw.port import RequestId
+from sunset.rmw.port import EndpointKind, RequestId
 from sunset.ros import Parameter
 
 MANAGER, CAMERA = "/managing_system", "/managed_subsystem/camera"
@@ -138,7 +138,8 @@ def test_whoever_reads_or_sets_the_truth_is_noted_once(sink: Sink) -> None:
         exchange(observer, setting("hardware_disconnect"), SetParameters.Response(results=[REFUSED]))
         exchange(observer, GetParameters.Request(names=["autofocus_needed"]), GetParameters.Response())
         exchange(observer, setting("perform_autofocus"), SetParameters.Response(results=[ACCEPTED]))
-        observer.note_subscriptions(MANAGER, ["/gt_segmentation", "/blackboard_group"])
+        for topic in ("/gt_segmentation", "/blackboard_group"):
+            observer.on_endpoint(MANAGER, EndpointKind.SUBSCRIPTION, topic)
     assert list(observer.violations) == [
         f"{MANAGER} sets the fault parameter hardware_disconnect of {CAMERA}",
         f"{MANAGER} reads the fault parameter autofocus_needed of {CAMERA}",

@@ -124,7 +124,7 @@ def _faults(segmenter: Segmenter, flight: FrameSet, threshold: float) -> dict[st
     cases: list[tuple[str, Modality, tuple[Degradation, ...], object]] = [
         (f"nominal, {modality.key}", modality, (), "") for modality in segmenter.model.card.networks
     ]
-    cases += [(name, main, (degradation,), FAULTS[name].value) for name, degradation in DEGRADATIONS.items()]
+    cases += [(name, main, (degradation,), _strength(name)) for name, degradation in DEGRADATIONS.items()]
     cases.append(("image_degradation, enhanced again", main, (_restored,), _strength("image_degradation")))
     rows: dict[str, dict[str, object]] = {}
     for name, modality, degradations, strength in cases:

@@ -78,7 +78,7 @@ def test_a_card_of_another_size_than_the_network_is_refused(edit_card: Callable[
     model = load_model(edit_card(height=288, width=512))
     model_card_size = "must take depth tensor(uint16) [288, 512], but takes depth tensor(uint16) [144, 256]"
     with pytest.raises(ModelError) as caught:
-        model.session(Modality.DEPTH, threads=3)
+        model.session(Modality.DEPTH)
     assert model_card_size in str(caught.value)
 
 

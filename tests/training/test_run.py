@@ -18,6 +18,8 @@ from sunset.training.loop import fit  # noqa: E402  needs torch
 from sunset.training.network import build, depth_input, folded_weights, forward, rgb_input  # noqa: E402
 from sunset.training.onnx_graph import export  # noqa: E402  needs onnx
 
+torch.set_num_threads(1)  # the networks are tiny, and other tests run beside
+
 TINY = TrainingConfig(
     name="tiny",
     shape=NetworkShape(16, (16, 16, 16), (1, 1, 1), pyramid=16, rates=(2,), skips=(16, 16), decoder=16),

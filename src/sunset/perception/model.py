@@ -34,7 +34,7 @@ RUNTIME_ERRORS: Final = tuple(
 )
 """What ONNX Runtime raises; the classes have no base of their own."""
 
-_sessions: dict[tuple[str, Modality, int], Any] = {}
+_sessions: dict[tuple[str, Modality, int, int, int], Any] = {}
 _sessions_lock = threading.Lock()
 
 
@@ -60,7 +60,7 @@ class Model:
             raise ModelError(f"The model {self.card.name!r} has no network {modality.key!r}, only {has}.")
         network = self.card.networks[modality]
         with _sessions_lock:
-            key = (network.sha256, modality, threads)
+            key = (network.sha256, modality, self.card.height, self.card.width, threads)
             if key not in _sessions:
                 session = _open(self.folder / network.file, threads)
                 _check_signature(session, self.card, modality, self.folder / network.file)

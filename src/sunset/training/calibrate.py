@@ -34,18 +34,20 @@ class Separation:
     misses: float
 
 
+def _sampled(low: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
+    """Return every third row and column of interpolated logits (28, h, w)."""
+    rows = upsampling(low.shape[1], _STRIDE)[::_EVERY]
+    columns = upsampling(low.shape[2], _STRIDE)[::_EVERY]
+    full: npt.NDArray[np.float32] = np.einsum("ih,chw,jw->cij", rows, low, columns, optimize=True)
+    return full
+
+
 def _mean_entropy(logits: list[npt.NDArray[np.float32]], temperature: float) -> float:
-    """Return the mean normalised entropy over frames, on every third row and column."""
-    means = []
-    for low in logits:
-        rows = upsampling(low.shape[1], _STRIDE)[::_EVERY]
-        columns = upsampling(low.shape[2], _STRIDE)[::_EVERY].T
-        means.append(normalised_entropy(rows @ (low @ columns) / np.float32(temperature)))
-    return float(np.mean(means))
+    return float(np.mean([normalised_entropy(frame, temperature=temperature) for frame in logits]))
 
 
 def temperature_for(logits: list[npt.NDArray[np.float32]], entropy: float) -> float:
-    """Return the temperature at which the mean entropy of frames is as wanted.
+    """Return the temperature, to four digits, at which the mean entropy of frames is as wanted.
 
     Args:
         logits: per frame (28, h, w).
@@ -54,6 +56,7 @@ def temperature_for(logits: list[npt.NDArray[np.float32]], entropy: float) -> fl
     Raises:
         DataError: no temperature from 0.05 to 20 reaches it.
     """
+    logits = [_sampled(frame) for frame in logits]
     low, high = _LIMITS
     if not _mean_entropy(logits, low) < entropy < _mean_entropy(logits, high):
         raise DataError(
@@ -62,7 +65,7 @@ def temperature_for(logits: list[npt.NDArray[np.float32]], entropy: float) -> fl
     for _ in range(_HALVINGS):  # entropy rises with temperature
         middle = float(np.sqrt(low * high))
         low, high = (middle, high) if _mean_entropy(logits, middle) < entropy else (low, middle)
-    return float(np.sqrt(low * high))
+    return round(float(np.sqrt(low * high)), 4)
 
 
 def separate(low: list[npt.NDArray[np.float64]], high: list[npt.NDArray[np.float64]]) -> Separation:

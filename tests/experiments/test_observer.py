@@ -92,12 +92,15 @@ def test_a_redeploy_is_a_command_to_the_node_and_not_to_the_launcher(sink: Sink)
 
 
 def test_what_is_set_is_kept_as_text(sink: Sink) -> None:
-    values = {"flag": True, "whole": 3, "share": 0.5, "name": "rgb"}
+    values = {"flag": True, "whole": 3, "share": 0.5, "name": "rgb", "wholes": [1, 2], "shares": [0.5]}
     parameters = [Parameter(name, value=value).to_parameter_msg() for name, value in values.items()]
     request = SetParameters.Request(parameters=parameters)
-    exchange(Observer(sink), request, SetParameters.Response(results=[ACCEPTED] * 4))
+    exchange(Observer(sink), request, SetParameters.Response(results=[ACCEPTED] * 6))
     (command,) = [written[2] for written in sink.written]
-    assert (command.parameters, command.values) == (list(values), ["true", "3", "0.5", "rgb"])
+    assert (command.parameters, command.values) == (
+        list(values),
+        ["true", "3", "0.5", "rgb", "[1, 2]", "[0.5]"],
+    )
 
 
 @pytest.mark.parametrize(

@@ -3,7 +3,9 @@
 from types import MappingProxyType
 from typing import Final
 
-__all__ = ["INFRASTRUCTURE", "INITIAL_STATES", "MANAGED_NODES", "MANAGER_PROCESS", "SYSTEM_NODES"]
+from sunset.metrics import INFRASTRUCTURE
+
+__all__ = ["INITIAL_STATES", "MANAGED_NODES", "MANAGER_PROCESS", "SYSTEM_NODES"]
 
 MANAGER_PROCESS: Final = "manager"
 """The name of the process that the managing system's nodes are in."""
@@ -21,9 +23,6 @@ INITIAL_STATES: Final = MappingProxyType(
 
 MANAGED_NODES: Final = frozenset(f"/managed_subsystem/{name}" for name in INITIAL_STATES)
 """The full names of the managed nodes."""
-
-INFRASTRUCTURE: Final = frozenset({"/experiment", "/launcher", "/scenario_executor"})
-"""Nodes that conduct the experiment: their requests are no commands of the managing system."""
 
 SYSTEM_NODES: Final = MANAGED_NODES | INFRASTRUCTURE | {"/bag_player", "/evaluator", "/monitor"}
 """The full names of all nodes that are not the managing system's."""

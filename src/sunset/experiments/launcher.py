@@ -9,6 +9,7 @@ from sunset.interfaces.system_interfaces.srv import Redeploy
 from sunset.ros.client import Client
 from sunset.ros.context import Context
 from sunset.ros.node import Node
+from sunset.ros.timer import Timer
 
 __all__ = ["Launcher", "ProcessHost"]
 
@@ -44,7 +45,7 @@ class Launcher(Node):
         super().__init__("launcher", context=context)
         self._host = host
         self._nodes = tuple(nodes)
-        self._redeploying: dict[str, None] = {}
+        self._redeploying: dict[str, Timer] = {}
         self._shutdown_clients: dict[str, Client[Any, Any]] = {
             node: self.create_client(ChangeState, f"/managed_subsystem/{node}/change_state") for node in nodes
         }
@@ -69,19 +70,12 @@ class Launcher(Node):
         return response
 
     def _shut_down(self, node: str) -> None:
-        self._redeploying[node] = None
+        # the end of the process cancels the timer, so it is still there when this happens
+        self._redeploying[node] = self.create_timer(_GRACE_S, lambda: self._host.kill(node))
         request = ChangeState.Request(transition=Transition(label="shutdown"))
         self._shutdown_clients[node].call_async(request)
 
-        def kill_if_still_there() -> None:
-            timer.cancel()
-            self.destroy_timer(timer)
-            if node in self._redeploying and self._host.is_running(node):
-                self._host.kill(node)
-
-        timer = self.create_timer(_GRACE_S, kill_if_still_there)
-
     def _restart_if_asked(self, node: str) -> None:
         if node in self._redeploying:
-            del self._redeploying[node]
+            self.destroy_timer(self._redeploying.pop(node))
             self._host.start(node)

@@ -3,16 +3,15 @@
 It listens at the middleware, not at any node: what a managing system says of itself has no weight.
 """
 
-from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Final, Protocol
 
-from sunset.experiments.graph import INFRASTRUCTURE, MANAGED_NODES, MANAGER_PROCESS, SYSTEM_NODES
+from sunset.experiments.graph import MANAGED_NODES, MANAGER_PROCESS, SYSTEM_NODES
 from sunset.faults import FAULTS
 from sunset.interfaces import Message
 from sunset.interfaces.builtin_interfaces.msg import Time
 from sunset.interfaces.lifecycle_msgs.srv import ChangeState
-from sunset.interfaces.rcl_interfaces.msg import ParameterType, ParameterValue
+from sunset.interfaces.rcl_interfaces.msg import ParameterValue
 from sunset.interfaces.rcl_interfaces.srv import (
     DescribeParameters,
     GetParameters,
@@ -21,8 +20,11 @@ from sunset.interfaces.rcl_interfaces.srv import (
 )
 from sunset.interfaces.system_interfaces.msg import Command
 from sunset.interfaces.system_interfaces.srv import Redeploy
+from sunset.metrics import INFRASTRUCTURE
 from sunset.rmw.port import EndpointKind, RequestId
 from sunset.rmw.sim import Tap
+from sunset.ros.exceptions import InvalidParameterTypeException
+from sunset.ros.parameter import parameter_value_to_python
 
 __all__ = ["COMMANDS_TOPIC", "OFF_LIMITS_TOPICS", "Observer", "Sink"]
 
@@ -204,29 +206,12 @@ def _outcome(response: Message) -> tuple[bool, str]:
     raise TypeError(f"A command was answered with {type(response).__name__}.")
 
 
-_VALUE_FIELDS: Final[Mapping[int, str]] = MappingProxyType(
-    {
-        ParameterType.PARAMETER_BOOL: "bool_value",
-        ParameterType.PARAMETER_INTEGER: "integer_value",
-        ParameterType.PARAMETER_DOUBLE: "double_value",
-        ParameterType.PARAMETER_STRING: "string_value",
-        ParameterType.PARAMETER_BYTE_ARRAY: "byte_array_value",
-        ParameterType.PARAMETER_BOOL_ARRAY: "bool_array_value",
-        ParameterType.PARAMETER_INTEGER_ARRAY: "integer_array_value",
-        ParameterType.PARAMETER_DOUBLE_ARRAY: "double_array_value",
-        ParameterType.PARAMETER_STRING_ARRAY: "string_array_value",
-    }
-)
-
-
-def _text(value: ParameterValue) -> str:
-    """Return a parameter's value as YAML writes it; `unset` for one without a type."""
-    field = _VALUE_FIELDS.get(value.type)
-    if field is None:
+def _text(message: ParameterValue) -> str:
+    """Return a parameter's value as text, as in YAML; `unset` for one without a type that ROS knows."""
+    try:
+        value = parameter_value_to_python(message)
+    except InvalidParameterTypeException:  # the node refuses it too; here it is only described
+        value = None
+    if value is None:
         return "unset"
-    content = getattr(value, field)
-    if isinstance(content, bool):
-        return str(content).lower()
-    if isinstance(content, int | float | str):
-        return str(content)
-    return str(list(content))
+    return str(value).lower() if isinstance(value, bool) else str(value)

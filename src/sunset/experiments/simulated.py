@@ -107,7 +107,7 @@ def fly(spec: RunSpec, resources: Resources, observer: Observer, *, log: bool = 
     factory = manager_factory(spec, resources.model.card.entropy_threshold)
     manager = bring_up(process, factory, log=log)
     try:
-        _conduct(simulation, supervisor, round(timing.bring_up_limit_s * _S))
+        start_ns = _conduct(simulation, supervisor, round(timing.bring_up_limit_s * _S))
     except CallbackError as error:
         if error.node in SYSTEM_NODES:
             raise
@@ -115,18 +115,24 @@ def fly(spec: RunSpec, resources: Resources, observer: Observer, *, log: bool = 
     except (SystemExit, GeneratorExit) as error:
         raise failure(spec, manager, error) from error
     observer.finish(simulation.now)
-    assert supervisor.start_ns is not None  # noqa: S101  it is set when the phase is OVER
-    return supervisor.start_ns
+    return start_ns
 
 
-def _conduct(simulation: Simulation, supervisor: Supervisor, limit_ns: int) -> None:
+def _conduct(simulation: Simulation, supervisor: Supervisor, limit_ns: int) -> int:
+    """Let the experiment happen; return the time of the injection."""
     simulation.run_while(lambda: supervisor.phase is Phase.BRING_UP, limit_ns)
     if supervisor.phase is Phase.BRING_UP:
         states = ", ".join(f"{node} is {state}" for node, state in supervisor.missing.items())
         raise SunsetError(f"The managed system did not come up within {limit_ns / _S:g} s: {states}.")
-    simulation.run_while(lambda: supervisor.phase is not Phase.OVER, simulation.now + 10 * limit_ns)
+    duration_ns = round((supervisor.timing.warm_up_s + supervisor.timing.duration_s) * _S)
+    simulation.run_while(lambda: supervisor.phase is not Phase.OVER, simulation.now + duration_ns + _S)
+    if supervisor.start_ns is None or supervisor.phase is not Phase.OVER:
+        raise SunsetError(
+            f"The experiment did not end in time: it is still in its phase {supervisor.phase.value}."
+        )
     # what left the bag before the end is still on its way through the pipeline
     simulation.run_until(simulation.now + _S // 2)
+    return supervisor.start_ns
 
 
 def _factories(spec: RunSpec, resources: Resources) -> dict[str, NodeFactory]:

@@ -37,7 +37,8 @@ class Supervisor(Node):
         self.start_ns: int | None = None
         """The time of the injection, nanoseconds of the node's clock; None before it."""
         self._scenario = scenario
-        self._timing = timing
+        self.timing = timing
+        """The clockwork of the experiment."""
         self._states: dict[str, str] = {}
         self._log = self.create_publisher(ExperimentLogging, "/experiment/log", 10)
         self._player = self.create_client(Trigger, "/bag_player/start")
@@ -69,14 +70,14 @@ class Supervisor(Node):
             raise ScenarioError(
                 f"The bag player did not start: {response.message if response else 'no reply'}."
             )
-        self._after(self._timing.warm_up_s, self._inject)
+        self._after(self.timing.warm_up_s, self._inject)
 
     def _inject(self) -> None:
         self.phase = Phase.MEASURED
         self.start_ns = self.get_clock().now().nanoseconds
         self._publish("start")
         self._injector.call_async(Trigger.Request()).add_done_callback(self._on_injected)
-        self._after(self._timing.duration_s, self._end)
+        self._after(self.timing.duration_s, self._end)
 
     def _on_injected(self, future: Future[Trigger.Response]) -> None:
         response = future.result()

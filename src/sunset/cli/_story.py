@@ -107,7 +107,7 @@ def _figures(score: RunMetrics) -> Iterator[tuple[str, str, str]]:
         return "N/A" if value is None else f"{value:.{digits}f}{unit}"
 
     yield (
-        "failures resolved per adaptation",
+        "resolved per adaptation",
         shown(score.f_resolved_per_adaptation),
         (f"{score.episodes_resolved} of {score.episodes} failure episodes, {score.adaptations} adaptations"),
     )
@@ -121,7 +121,7 @@ def _figures(score: RunMetrics) -> Iterator[tuple[str, str, str]]:
     yield "unnecessary redeploys", str(score.redeploys_unnecessary), "of nodes that did not need one"
     yield "downtime", shown(score.t_down_s, " s"), f"availability {score.availability:.0%}"
     yield (
-        "segmentation quality (IoU)",
+        "segmentation IoU",
         shown(score.iou),
         f"{shown(score.iou_all)} if a lost frame counts as 0",
     )

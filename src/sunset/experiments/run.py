@@ -11,9 +11,10 @@ from sunset import __version__
 from sunset.experiments.observer import Observer
 from sunset.experiments.resources import Resources, find_resources
 from sunset.experiments.simulated import fly
-from sunset.experiments.spec import DEFAULT_COMPUTE, RunSpec
+from sunset.experiments.spec import RunSpec
 from sunset.metrics import RunMetrics, Timeline, score
 from sunset.recording import RecordWriter
+from sunset.rmw.sim import DEFAULT_COMPUTE
 
 __all__ = ["RUN_FILE", "RunResult", "prepare", "run"]
 

@@ -10,10 +10,10 @@ from sunset.experiments.launcher import Launcher
 from sunset.experiments.manager import failure, manager_factory
 from sunset.experiments.observer import Observer
 from sunset.experiments.resources import Resources
-from sunset.experiments.spec import DEFAULT_COMPUTE, RunSpec
+from sunset.experiments.spec import RunSpec
 from sunset.experiments.supervisor import Phase, Supervisor
 from sunset.nodes import NODES, BagPlayer, Camera, Depth, SegmentationNode
-from sunset.rmw.sim import SimProcess, Simulation
+from sunset.rmw.sim import DEFAULT_COMPUTE, SimProcess, Simulation
 from sunset.ros import CallbackError, Context, Node, Parameter, SingleThreadedExecutor
 from sunset.scenarios import ScenarioExecutor
 from sunset.seeding import generator

@@ -2,28 +2,16 @@
 
 from dataclasses import dataclass, field
 from pathlib import Path
-from types import MappingProxyType
 from typing import Final
 
 from sunset.errors import InvalidInputError
 from sunset.scenarios import Scenario
 from sunset.seeding import check_seed
 
-__all__ = ["DEFAULT_COMPUTE", "DEFAULT_SCENARIO", "RunSpec", "Timing"]
+__all__ = ["DEFAULT_SCENARIO", "RunSpec", "Timing"]
 
 DEFAULT_SCENARIO: Final = "paper/cuda_out_of_memory+image_shift+autofocus_needed"
 """What is flown where no scenario is named: three failures at once, of which the baseline repairs two."""
-
-DEFAULT_COMPUTE: Final = MappingProxyType(
-    {
-        "camera": 0.002,
-        "depth": 0.002,
-        "image_enhancement": 0.003,
-        "sensor_fusion": 0.003,
-        "segmentation": 0.040,
-    }
-)
-"""Modelled seconds per message callback, by node name; see `sunset.rmw.sim`."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,6 +1,7 @@
 """Campaigns: what is planned, and that killing one costs nothing that was finished."""
 
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -11,7 +12,7 @@ import pytest
 
 from sunset.errors import InvalidInputError
 from sunset.evaluation import render_report
-from sunset.experiments import BenchSpec, plan, run_folder
+from sunset.experiments import BenchSpec, bench, plan, run_folder
 
 pytestmark = pytest.mark.usefixtures("flight")
 
@@ -115,3 +116,33 @@ def test_a_report_can_be_computed_from_the_records_again(tmp_path: Path) -> None
     subprocess.run(_bench(tmp_path / "out", jobs=2), check=True, capture_output=True)
 
     assert render_report(tmp_path / "out", "json", recompute=True) == render_report(tmp_path / "out", "json")
+
+
+MANAGER = "from sunset.managing import NoAdaptation\n\n\nclass Mine(NoAdaptation):\n    pass\n"
+
+
+def test_a_campaign_is_not_continued_with_a_managing_system_that_was_rewritten(tmp_path: Path) -> None:
+    file = tmp_path / "mine.py"
+    file.write_text(MANAGER)
+    spec = BenchSpec(suite="nofault", managers=(f"{file}:Mine",), repetitions=1)
+    flown = bench(spec, tmp_path / "out", jobs=1)
+    assert flown == 10 + 1
+    assert bench(spec, tmp_path / "out", jobs=1) == 0
+
+    file.write_text(MANAGER + "\n# another one\n")
+
+    with pytest.raises(InvalidInputError, match=r"manager_checksums\..*mine\.py:Mine is"):
+        bench(spec, tmp_path / "out", jobs=1)
+
+
+def test_a_campaign_is_not_continued_with_another_bag(tmp_path: Path, flight: Path) -> None:
+    bag = tmp_path / "bag"
+    shutil.copytree(flight, bag)
+    spec = BenchSpec(suite="nofault", managers=("none",), repetitions=1, bag=bag)
+    bench(spec, tmp_path / "out", jobs=1)
+
+    metadata = bag / "metadata.yaml"
+    metadata.write_text(metadata.read_text() + "\n")
+
+    with pytest.raises(InvalidInputError, match="bag_checksum is"):
+        bench(spec, tmp_path / "out", jobs=1)

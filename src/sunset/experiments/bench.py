@@ -1,6 +1,7 @@
 """A campaign: every scenario of a suite, every managing system, several repetitions; resumable."""
 
 import hashlib
+import inspect
 import json
 import multiprocessing
 import os
@@ -18,9 +19,10 @@ from typing import Any, Final
 
 from sunset.errors import InvalidInputError, OutputError, SunsetError
 from sunset.experiments.files import make_folder, write_text
-from sunset.experiments.run import RUN_FILE, prepare, run
+from sunset.experiments.resources import Resources
+from sunset.experiments.run import RUN_FILE, prepare, run, versions
 from sunset.experiments.spec import RunSpec, Timing
-from sunset.managing import load_manager
+from sunset.managing import ManagingSystem, load_manager
 from sunset.scenarios import suite
 from sunset.seeding import check_seed
 
@@ -120,16 +122,13 @@ def bench(spec: BenchSpec, out: Path, *, jobs: int | None = None, progress: Prog
     if jobs is not None and jobs < 1:
         raise InvalidInputError(f"There must be at least 1 job, got {jobs}.")
     runs = plan(spec)
-    for manager in spec.managers:
-        load_manager(manager)
-    _claim(out, spec)
+    # rendering a flight and loading a model are done once, before the workers need them
+    _claim(out, describe(spec, prepare(runs[0])))
     todo = [one for one in runs if not (run_folder(out, one) / RUN_FILE).is_file()]
     done = len(runs) - len(todo)
     if progress is not None:
         progress(done, len(runs))
     if todo:
-        # rendering a flight and loading a model are done once, before the workers need them
-        prepare(todo[0])
         for count in _run_all(todo, out, min(jobs or os.cpu_count() or 1, len(todo))):
             if progress is not None:
                 progress(done + count, len(runs))
@@ -202,9 +201,8 @@ def _end_with_the_parent() -> None:
         os._exit(1)
 
 
-def _claim(out: Path, spec: BenchSpec) -> None:
+def _claim(out: Path, described: dict[str, Any]) -> None:
     """Write the campaign's plan into its folder, or check that it is the one that stands there."""
-    described = describe(spec)
     file = out / _PLAN_FILE
     if not file.exists():
         make_folder(out)
@@ -213,30 +211,60 @@ def _claim(out: Path, spec: BenchSpec) -> None:
         write_text(file, json.dumps(described, indent=2, sort_keys=True) + "\n")
         return
     try:
-        found = json.loads(file.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
+        found = dict(json.loads(file.read_text(encoding="utf-8")))
+    except (OSError, TypeError, ValueError) as error:
         raise InvalidInputError(
             f"The campaign's plan {file} cannot be read ({error}); name a new folder."
         ) from error
-    differing = sorted(key for key in described | found if found.get(key) != described.get(key))
+    theirs, ours = _flat(found), _flat(described)
+    differing = sorted(key for key in ours | theirs if theirs.get(key) != ours.get(key))
     if differing:
-        key = differing[0]
+        # a name that differs says more than the checksum that differs with it
+        key = min(differing, key=lambda name: "checksum" in name)
         raise InvalidInputError(
-            f"The folder {out} holds another campaign: its {key} is {found.get(key)!r}, this one's is "
-            f"{described.get(key)!r}; name a new folder."
+            f"The folder {out} holds another campaign: its {key} is {theirs.get(key)!r}, this one's is "
+            f"{ours.get(key)!r}; name a new folder."
         )
 
 
-def describe(spec: BenchSpec) -> dict[str, Any]:
-    """Return a campaign's plan as it is stored."""
+def _flat(described: dict[str, Any]) -> dict[str, Any]:
+    """Return a plan with the entries of its dictionaries as entries of its own: `versions.numpy`."""
+    flat: dict[str, Any] = {}
+    for key, value in described.items():
+        inner = {f"{key}.{name}": one for name, one in value.items()} if isinstance(value, dict) else {}
+        flat |= inner or {key: value}
+    return flat
+
+
+def describe(spec: BenchSpec, resources: Resources) -> dict[str, Any]:
+    """Return a campaign's plan as it is stored: whatever its results may depend on, by name and by content.
+
+    Raises:
+        ManagerError: a managing system cannot be loaded.
+    """
     return {
         "bag": str(spec.bag) if spec.bag else None,
+        "bag_checksum": resources.bag_checksum,
+        "manager_checksums": {name: _source_checksum(load_manager(name)) for name in spec.managers},
         "managers": list(spec.managers),
         "model": spec.model,
+        "model_checksum": _checksum(json.dumps(resources.model.card.to_json(), sort_keys=True)),
         "repetitions": spec.repetitions,
+        "scenarios_checksum": _checksum(repr([one.scenario for one in plan(spec)])),
         "seed": spec.seed,
         "suite": spec.suite,
+        "versions": versions(),
     }
+
+
+def _source_checksum(manager: type[ManagingSystem]) -> str:
+    """Return the SHA-256 of the file in which a managing system is written."""
+    source = inspect.getsourcefile(manager)
+    return _checksum(Path(source).read_text(encoding="utf-8")) if source else ""
+
+
+def _checksum(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()
 
 
 def _slug(text: str) -> str:

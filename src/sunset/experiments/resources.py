@@ -1,6 +1,7 @@
 """What a run needs besides its specification: the model, the bag, the cache of inferences."""
 
-from collections.abc import Callable
+import hashlib
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache, lru_cache
 from pathlib import Path
@@ -16,11 +17,19 @@ __all__ = ["Resources", "find_resources"]
 
 @dataclass(frozen=True)
 class Resources:
-    """What a run is made with, loaded and checked."""
+    """What a run is made with, loaded and checked.
+
+    Attributes:
+        model: the model.
+        segmenter: runs it.
+        bag: the frames.
+        bag_checksum: SHA-256 over the bag's files, in hexadecimal.
+    """
 
     model: Model
     segmenter: Segmenter
     bag: BagReader
+    bag_checksum: str
 
 
 def find_resources(spec: RunSpec, *, progress: Callable[[int, int], None] | None = None) -> Resources:
@@ -36,14 +45,14 @@ def find_resources(spec: RunSpec, *, progress: Callable[[int, int], None] | None
         OutputError: the cache folder cannot be written.
     """
     model = load_model(spec.model)
-    bag = _reader(spec.bag if spec.bag is not None else _default_flight(progress))
+    bag, checksum = _reader(spec.bag if spec.bag is not None else _default_flight(progress))
     if len(bag) < spec.timing.frames:
         raise DataError(
             f"The bag {bag.path} holds {len(bag)} frames; an experiment needs {spec.timing.frames} "
             f"({spec.timing.warm_up_s:g} s of warm-up and {spec.timing.duration_s:g} s that are measured)."
         )
     cache = _inference_cache(cache_folder()) if spec.cache else None
-    return Resources(model, Segmenter(model, cache=cache), bag)
+    return Resources(model, Segmenter(model, cache=cache), bag, checksum)
 
 
 _found_flights: dict[Path, Path] = {}
@@ -57,17 +66,25 @@ def _default_flight(progress: Callable[[int, int], None] | None) -> Path:
     return _found_flights[folder]
 
 
-def _reader(path: Path) -> BagReader:
-    """Return an open bag; it is opened and checked once, unless its files have changed since."""
+def _reader(path: Path) -> tuple[BagReader, str]:
+    """Return an open bag and its checksum; it is opened and checked once, unless its files have changed since."""
     files = sorted(path.iterdir()) if path.is_dir() else [path] if path.exists() else []
-    states = [(file.name, file.stat()) for file in files]
-    return _opened(path, tuple((name, state.st_size, state.st_mtime_ns) for name, state in states))
+    states = [(file, file.stat()) for file in files]
+    return _opened(path, tuple((file, state.st_size, state.st_mtime_ns) for file, state in states))
 
 
 @lru_cache(maxsize=2)
-def _opened(path: Path, state: tuple[tuple[str, int, int], ...]) -> BagReader:
-    del state
-    return read_bag(path)
+def _opened(path: Path, state: tuple[tuple[Path, int, int], ...]) -> tuple[BagReader, str]:
+    return read_bag(path), _checksum([file for file, _, _ in state])
+
+
+def _checksum(files: Sequence[Path]) -> str:
+    """Return the SHA-256 of some files, one behind the other."""
+    digest = hashlib.sha256()
+    for path in files:
+        with path.open("rb") as file:
+            digest.update(hashlib.file_digest(file, "sha256").digest())
+    return digest.hexdigest()
 
 
 @cache

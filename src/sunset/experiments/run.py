@@ -16,7 +16,7 @@ from sunset.metrics import RunMetrics, Timeline, score
 from sunset.recording import RecordWriter
 from sunset.rmw.sim import DEFAULT_COMPUTE
 
-__all__ = ["RUN_FILE", "RunResult", "prepare", "run"]
+__all__ = ["RUN_FILE", "RunResult", "prepare", "run", "versions"]
 
 RUN_FILE: Final = "run.json"
 """The file of a run's folder that is there only when the run is complete."""
@@ -61,13 +61,13 @@ class RunResult:
         return {key: self.described[key] for key in keys}
 
 
-def prepare(spec: RunSpec, *, progress: Callable[[int, int], None] | None = None) -> None:
-    """Load and check everything that the run needs, and render the default flight if it is not there.
+def prepare(spec: RunSpec, *, progress: Callable[[int, int], None] | None = None) -> Resources:
+    """Load, check and return everything that the run needs; render the default flight if it is not there.
 
     Raises:
         SunsetError: as `run`.
     """
-    find_resources(spec, progress=progress)
+    return find_resources(spec, progress=progress)
 
 
 def run(spec: RunSpec, folder: Path, *, log: bool = False) -> RunResult:
@@ -123,6 +123,7 @@ def _describe(spec: RunSpec, resources: Resources) -> dict[str, Any]:
         "model_checksums": {str(modality): network.sha256 for modality, network in card.networks.items()},
         "middleware": "sim",
         "bag_frames": len(resources.bag),
+        "bag_checksum": resources.bag_checksum,
         "compute_s": dict(DEFAULT_COMPUTE),
         "jitter": timing.jitter,
         "latency_s": timing.latency_s,
@@ -132,10 +133,15 @@ def _describe(spec: RunSpec, resources: Resources) -> dict[str, Any]:
         "expected_frames": timing.expected_frames,
         "entropy_threshold": card.entropy_threshold,
         "sharpness_threshold": card.sharpness_threshold,
-        "versions": {
-            "sunset": __version__,
-            "python": platform.python_version(),
-            "machine": platform.machine(),
-            **{name: version(name) for name in ("numpy", "onnxruntime", "opencv-python-headless", "rosbags")},
-        },
+        "versions": versions(),
+    }
+
+
+def versions() -> dict[str, str]:
+    """Return the versions of everything that a record's bytes may depend on."""
+    return {
+        "sunset": __version__,
+        "python": platform.python_version(),
+        "machine": platform.machine(),
+        **{name: version(name) for name in ("numpy", "onnxruntime", "opencv-python-headless", "rosbags")},
     }

@@ -1,16 +1,37 @@
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from sunset.classes import CLASSES
 from sunset.errors import ModelError
-from sunset.perception import Modality, Model, ModelCard
+from sunset.perception import Modality, Model, ModelCard, NetworkCard
 
 
 def test_the_card_that_is_read_is_the_card_that_was_written(tmp_path: Path, lite: Model) -> None:
     lite.card.write(tmp_path)
     assert ModelCard.read(tmp_path / "card.json") == lite.card
+
+
+def test_what_a_card_may_say_besides_is_read_and_written(tmp_path: Path, lite: Model) -> None:
+    networks = {
+        modality: replace(network, data={"all.data": "0" * 64})
+        for modality, network in lite.card.networks.items()
+    }
+    card = replace(lite.card, networks=networks, architecture="lite", precision="float16 weights")
+    card.write(tmp_path)
+    assert ModelCard.read(tmp_path / "card.json") == card
+    assert "float16 weights" in (tmp_path / "card.md").read_text(encoding="utf-8")
+
+
+def test_a_networks_digest_tells_its_weights_files_apart() -> None:
+    plain = NetworkCard("rgb.onnx", "0" * 64, 1, 1.0)
+    assert plain.digest == plain.sha256
+    one = replace(plain, data={"a": "1" * 64, "b": "2" * 64})
+    other = replace(plain, data={"a": "2" * 64, "b": "1" * 64})
+    assert len({plain.digest, one.digest, other.digest}) == 3
+    assert one.files == {"rgb.onnx": "0" * 64, "a": "1" * 64, "b": "2" * 64}
 
 
 def test_the_card_for_reading_says_what_the_card_says(tmp_path: Path, lite: Model) -> None:
@@ -86,6 +107,17 @@ NETWORK = {"file": "rgb.onnx", "sha256": "0" * 64, "parameters": 1, "temperature
             {"networks": {"rgb": {**NETWORK, "temperature": 0}}},
             "a number from 0.001 to 1000 as 'temperature', got 0",
         ),
+        (
+            {"networks": {"rgb": {**NETWORK, "data": {"../all.data": "0" * 64}}}},
+            "plain file names with 64 hexadecimal digits each as 'data'",
+        ),
+        (
+            {"networks": {"rgb": {**NETWORK, "data": {"all.data": "abc"}}}},
+            "plain file names with 64 hexadecimal digits each as 'data'",
+        ),
+        ({"networks": {"rgb": {**NETWORK, "data": None}}}, "an object as 'data', got None"),
+        ({"architecture": 7}, "a text as 'architecture', got 7"),
+        ({"precision": ""}, "a text as 'precision', got ''"),
         ({"training": None}, "an object as 'training', got None"),
     ],
 )

@@ -26,16 +26,14 @@ def test_an_unknown_name_is_refused_with_the_known_ones() -> None:
 
 def test_a_missing_network_is_named(copied: Path) -> None:
     (copied / "depth.onnx").unlink()
-    with pytest.raises(
-        ModelError, match=r"The network .*depth\.onnx, named on .* No such file or directory\."
-    ):
+    with pytest.raises(ModelError, match=r"The file .*depth\.onnx, named on .* No such file or directory\."):
         load_model(copied)
 
 
 def test_a_truncated_network_is_told_from_the_card(copied: Path) -> None:
     path = copied / "rgb.onnx"
     path.write_bytes(path.read_bytes()[:1000])
-    with pytest.raises(ModelError, match=r"The network .*rgb\.onnx is not the one on the model's card"):
+    with pytest.raises(ModelError, match=r"The file .*rgb\.onnx is not the one on the model's card"):
         load_model(copied)
 
 

@@ -1,5 +1,6 @@
 """The model card: what a model is, what it was measured to do, and the thresholds that belong to it."""
 
+import hashlib
 import json
 import math
 from collections.abc import Mapping
@@ -30,12 +31,28 @@ class NetworkCard:
         sha256: checksum of the file, 64 hexadecimal digits.
         parameters: number of weights.
         temperature: its logits are divided by this before the entropy's softmax.
+        data: files beside it that hold its weights (ONNX's external data), with their checksums. Networks of
+            one model may share them.
     """
 
     file: str
     sha256: str
     parameters: int
     temperature: float
+    data: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def files(self) -> dict[str, str]:
+        """Checksums of all files that the network consists of, by name."""
+        return {self.file: self.sha256, **self.data}
+
+    @property
+    def digest(self) -> str:
+        """What tells this network from every other: a checksum over all its files, 64 hexadecimal digits."""
+        if not self.data:
+            return self.sha256
+        files = "".join(f"|{name}|{digest}" for name, digest in sorted(self.data.items()))
+        return hashlib.sha256(f"{self.sha256}{files}".encode()).hexdigest()
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,6 +71,8 @@ class ModelCard:
         networks: by modality.
         training: how it was trained (data, seeds, schedule, losses), as the training run wrote it.
         results: what it was measured to do on held-out data, as the training run wrote it.
+        architecture: of the networks, such as "deeplabv3_resnet50"; empty if the card does not say.
+        precision: of the stored weights, such as "float16 weights" or "int8"; empty if the card does not say.
     """
 
     name: str
@@ -67,6 +86,8 @@ class ModelCard:
     networks: Mapping[Modality, NetworkCard]
     training: Mapping[str, object] = field(default_factory=dict)
     results: Mapping[str, object] = field(default_factory=dict)
+    architecture: str = ""
+    precision: str = ""
 
     @classmethod
     def read(cls, path: Path) -> "ModelCard":
@@ -91,14 +112,17 @@ class ModelCard:
                 "sha256": network.sha256,
                 "parameters": network.parameters,
                 "temperature": network.temperature,
+                **({"data": dict(sorted(network.data.items()))} if network.data else {}),
             }
             for modality, network in sorted(self.networks.items())
         }
+        kind = {"architecture": self.architecture, "precision": self.precision}
         return {
             "format": CARD_FORMAT,
             "name": self.name,
             "version": self.version,
             "description": self.description,
+            **{key: value for key, value in kind.items() if value},
             "height": self.height,
             "width": self.width,
             "classes": list(self.classes),
@@ -139,6 +163,28 @@ class _Fields:
             raise self.wrong(key, "a text")
         return value
 
+    def optional_text(self, key: str) -> str:
+        return self.text(key) if key in self._raw else ""
+
+    def file_name(self, key: str) -> str:
+        value = self.text(key)
+        if not _is_file_name(value):
+            raise self.wrong(key, "a plain file name")
+        return value
+
+    def sha256(self, key: str) -> str:
+        value = self.text(key)
+        if not _is_sha256(value):
+            raise self.wrong(key, "64 hexadecimal digits")
+        return value
+
+    def checksums(self, key: str) -> dict[str, str]:
+        """Return an optional object of checksums by file name."""
+        value = self.object(key) if key in self._raw else {}
+        if not all(_is_file_name(name) and _is_sha256(digest) for name, digest in value.items()):
+            raise self.wrong(key, "plain file names with 64 hexadecimal digits each")
+        return {name: str(digest) for name, digest in value.items()}
+
     def whole(self, key: str) -> int:
         value = self._raw.get(key)
         if isinstance(value, bool) or not isinstance(value, int) or value < 1:
@@ -163,15 +209,25 @@ class _Fields:
         return CLASSES
 
 
+def _is_file_name(value: str) -> bool:
+    return value not in ("", ".", "..") and not set(value) & set("/\\\0")
+
+
+def _is_sha256(value: object) -> bool:
+    return (
+        isinstance(value, str) and len(value) == _SHA256_DIGITS and not set(value) - set("0123456789abcdef")
+    )
+
+
 def _network(raw: object, where: str) -> NetworkCard:
     fields = _Fields(raw, where)
-    file, sha256 = fields.text("file"), fields.text("sha256")
-    if Path(file).name != file:
-        raise fields.wrong("file", "a plain file name")
-    if len(sha256) != _SHA256_DIGITS or set(sha256) - set("0123456789abcdef"):
-        raise fields.wrong("sha256", "64 hexadecimal digits")
-    temperature = fields.number("temperature", 1e-3, 1e3)
-    return NetworkCard(file, sha256, fields.whole("parameters"), temperature)
+    return NetworkCard(
+        file=fields.file_name("file"),
+        sha256=fields.sha256("sha256"),
+        parameters=fields.whole("parameters"),
+        temperature=fields.number("temperature", 1e-3, 1e3),
+        data=MappingProxyType(fields.checksums("data")),
+    )
 
 
 def _parse(fields: _Fields) -> ModelCard:
@@ -197,4 +253,6 @@ def _parse(fields: _Fields) -> ModelCard:
         networks=MappingProxyType(networks),
         training=MappingProxyType(fields.object("training")),
         results=MappingProxyType(fields.object("results")),
+        architecture=fields.optional_text("architecture"),
+        precision=fields.optional_text("precision"),
     )

@@ -60,7 +60,7 @@ class Model:
             raise ModelError(f"The model {self.card.name!r} has no network {modality.key!r}, only {has}.")
         network = self.card.networks[modality]
         with _sessions_lock:
-            key = (network.sha256, modality, self.card.height, self.card.width, threads)
+            key = (network.digest, modality, self.card.height, self.card.width, threads)
             if key not in _sessions:
                 session = _open(self.folder / network.file, threads)
                 _check_signature(session, self.card, modality, self.folder / network.file)
@@ -93,23 +93,36 @@ def load_model(name_or_path: str | Path) -> Model:
             f"names {', '.join(list_models()) or '(none installed)'}."
         )
     card = ModelCard.read(folder / CARD_NAME)
-    for network in card.networks.values():
-        path = folder / network.file
+    for name, expected in _files(card).items():
+        path = folder / name
         digest = _sha256(path)
-        if digest != network.sha256:
+        if digest != expected:
             raise ModelError(
-                f"The network {path} is not the one on the model's card: expected SHA-256 "
-                f"{network.sha256[:12]}…, got {digest[:12]}…; it is damaged or was exchanged."
+                f"The file {path} is not the one on the model's card: expected SHA-256 "
+                f"{expected[:12]}…, got {digest[:12]}…; it is damaged or was exchanged."
             )
     return Model(folder, card)
 
 
+def _files(card: ModelCard) -> dict[str, str]:
+    """Return the checksums of all files of a model, by name: networks may share some."""
+    files: dict[str, str] = {}
+    for network in card.networks.values():
+        for name, digest in network.files.items():
+            if files.setdefault(name, digest) != digest:
+                raise ModelError(
+                    f"The model card of {card.name!r} gives two checksums for the file {name!r}."
+                )
+    return files
+
+
 def _sha256(path: Path) -> str:
     try:
-        return hashlib.sha256(path.read_bytes()).hexdigest()
+        with path.open("rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
     except OSError as error:
         raise ModelError(
-            f"The network {path}, named on the model's card, cannot be read: {error.strerror}."
+            f"The file {path}, named on the model's card, cannot be read: {error.strerror}."
         ) from error
 
 

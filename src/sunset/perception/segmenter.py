@@ -85,7 +85,7 @@ class Segmenter:
         if self._cache is None:
             return self._infer(modality, inputs)
         network = self._model.card.networks.get(modality)
-        key = self._cache.key(network.sha256 if network else "", modality, inputs.values())
+        key = self._cache.key(network.digest if network else "", modality, inputs.values())
         found = self._cache.get(key)
         if found is not None and found[0].size == self._model.card.height * self._model.card.width:
             labels = found[0].reshape(self._model.card.height, self._model.card.width)

@@ -11,7 +11,20 @@ import numpy.typing as npt
 from sunset.classes import CARLA_IDS
 from sunset.data.frame import Ids, Reals
 
-__all__ = ["Colour", "Finish", "Material", "Mesh", "blob", "box", "cylinder", "gable", "join", "place"]
+__all__ = [
+    "Colour",
+    "Finish",
+    "Material",
+    "Mesh",
+    "blob",
+    "box",
+    "cylinder",
+    "gable",
+    "hip",
+    "join",
+    "place",
+    "shell",
+]
 
 Colour = tuple[float, float, float]
 
@@ -27,6 +40,16 @@ class Material(IntEnum):
     FOLIAGE = 5
     PAINT = 6
     BRICK = 7
+    RIBBON = 8
+    BRICK_FACADE = 9
+    TIMBER = 10
+    SHOP = 11
+    GRAVEL = 12
+    METAL = 13
+    PLANTED = 14
+    SOLAR = 15
+    NEEDLES = 16
+    GLASS = 17
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,6 +62,7 @@ class Mesh:
         labels: CARLA ids (T,).
         materials: values of `Material` (T,).
         tinted: whether the colour is multiplied by that of the placed copy (T,).
+        anchors: the point (T, 3) in metres that textures start from: a building's origin, a crown's centre.
     """
 
     triangles: Reals
@@ -46,6 +70,7 @@ class Mesh:
     labels: Ids
     materials: Ids
     tinted: npt.NDArray[np.bool_]
+    anchors: Reals
 
     def __len__(self) -> int:
         """Return the number of triangles."""
@@ -62,7 +87,8 @@ class Finish:
     tinted: bool = False
 
 
-def _mesh(triangles: Reals, finish: Finish) -> Mesh:
+def shell(triangles: Reals, finish: Finish, anchor: Colour = (0.0, 0.0, 0.0)) -> Mesh:
+    """Return a mesh of triangles (T, 3, 3) in metres that all look the same."""
     count = len(triangles)
     return Mesh(
         np.ascontiguousarray(triangles, dtype=np.float32),
@@ -70,6 +96,7 @@ def _mesh(triangles: Reals, finish: Finish) -> Mesh:
         np.full(count, CARLA_IDS[finish.label], dtype=np.uint8),
         np.full(count, finish.material, dtype=np.uint8),
         np.full(count, finish.tinted, dtype=np.bool_),
+        np.tile(np.asarray(anchor, dtype=np.float32), (count, 1)),
     )
 
 
@@ -82,6 +109,7 @@ def join(meshes: Sequence[Mesh]) -> Mesh:
             np.zeros(0, np.uint8),
             np.zeros(0, np.uint8),
             np.zeros(0, np.bool_),
+            np.zeros((0, 3), np.float32),
         )
     return Mesh(
         np.concatenate([mesh.triangles for mesh in meshes]),
@@ -89,6 +117,7 @@ def join(meshes: Sequence[Mesh]) -> Mesh:
         np.concatenate([mesh.labels for mesh in meshes]),
         np.concatenate([mesh.materials for mesh in meshes]),
         np.concatenate([mesh.tinted for mesh in meshes]),
+        np.concatenate([mesh.anchors for mesh in meshes]),
     )
 
 
@@ -103,19 +132,24 @@ def place(mesh: Mesh, positions: Reals, yaws: Reals, scales: Reals, tints: Reals
         tints: colour (N, 3) that tinted triangles are multiplied by.
     """
     count = len(positions)
-    local = mesh.triangles[None] * scales[:, None, None, :]
-    cos, sin = np.cos(yaws)[:, None, None], np.sin(yaws)[:, None, None]
-    turned = np.empty_like(local)
-    turned[..., 0] = local[..., 0] * cos - local[..., 1] * sin + positions[:, None, None, 0]
-    turned[..., 1] = local[..., 0] * sin + local[..., 1] * cos + positions[:, None, None, 1]
-    turned[..., 2] = local[..., 2] + positions[:, None, None, 2]
+    cos, sin = np.cos(yaws)[:, None], np.sin(yaws)[:, None]
+
+    def move(points: Reals) -> Reals:
+        local = points.reshape(1, -1, 3) * scales[:, None, :]
+        turned = np.empty_like(local)
+        turned[..., 0] = local[..., 0] * cos - local[..., 1] * sin + positions[:, None, 0]
+        turned[..., 1] = local[..., 0] * sin + local[..., 1] * cos + positions[:, None, 1]
+        turned[..., 2] = local[..., 2] + positions[:, None, 2]
+        return turned
+
     factors = np.where(mesh.tinted[None, :, None], tints[:, None, :], np.float32(1))
     return Mesh(
-        turned.reshape(-1, 3, 3),
+        move(mesh.triangles).reshape(-1, 3, 3),
         (mesh.colours[None] * factors).reshape(-1, 3).astype(np.float32),
         np.tile(mesh.labels, count),
         np.tile(mesh.materials, count),
         np.tile(mesh.tinted, count),
+        move(mesh.anchors).reshape(-1, 3),
     )
 
 
@@ -128,7 +162,7 @@ def box(low: Colour, high: Colour, finish: Finish, *, bottom: bool = False) -> M
     quads = [(0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7), (4, 5, 6, 7)]
     if bottom:
         quads.append((3, 2, 1, 0))
-    return _mesh(corners[_triangulate(quads)], finish)
+    return shell(corners[_triangulate(quads)], finish)
 
 
 def _triangulate(quads: Sequence[tuple[int, int, int, int]]) -> npt.NDArray[np.int64]:
@@ -151,7 +185,30 @@ def gable(size: tuple[float, float], base: float, rise: float, finish: Finish, e
     )
     slopes = corners[_triangulate([(0, 1, 5, 4), (2, 3, 4, 5)])]
     walls = corners[np.array([(1, 2, 5), (3, 0, 4)])]
-    return join([_mesh(slopes, finish), _mesh(walls, ends)])
+    return join([shell(slopes, finish), shell(walls, ends)])
+
+
+def hip(size: tuple[float, float], base: float, rise: float, finish: Finish) -> Mesh:
+    """Return a roof over a rectangle that slopes to all four sides alike, its ridge along the longer one."""
+    x, y = size[0] / 2, size[1] / 2
+    ridge = (max(x - y, 0.0), max(y - x, 0.0))
+    corners = np.array(
+        [
+            (-x, -y, base),
+            (x, -y, base),
+            (x, y, base),
+            (-x, y, base),
+            (-ridge[0], -ridge[1], base + rise),
+            (ridge[0], ridge[1], base + rise),
+        ],
+        dtype=np.float32,
+    )
+    faces = (
+        [(0, 1, 5), (0, 5, 4), (2, 3, 4), (2, 4, 5), (1, 2, 5), (3, 0, 4)]
+        if x >= y
+        else [(1, 2, 5), (1, 5, 4), (3, 0, 4), (3, 4, 5), (2, 3, 5), (0, 1, 4)]
+    )
+    return shell(corners[np.array(faces)], finish)
 
 
 def cylinder(
@@ -169,12 +226,12 @@ def cylinder(
         np.stack([low, top[following], top], axis=1),
         np.stack([top, top[following], lid], axis=1),
     ]
-    return _mesh(np.concatenate(parts), finish)
+    return shell(np.concatenate(parts), finish)
 
 
 @cache
-def _sphere() -> tuple[Reals, npt.NDArray[np.int64]]:
-    """Vertices (42, 3) and faces (80, 3) of an icosahedron subdivided once."""
+def _sphere(fine: bool) -> tuple[Reals, npt.NDArray[np.int64]]:
+    """Vertices and faces of an icosahedron, (12, 3) and (20, 3), subdivided once if fine: (42, 3) and (80, 3)."""
     golden = (1 + 5**0.5) / 2
     base = [
         point
@@ -192,6 +249,8 @@ def _sphere() -> tuple[Reals, npt.NDArray[np.int64]]:
         for c in range(b + 1, 12)
         if close[a][b] and close[b][c] and close[a][c]
     ]
+    if not fine:
+        return np.array(vertices, dtype=np.float32), np.array(faces)
     middles: dict[tuple[int, int], int] = {}
 
     def middle(a: int, b: int) -> int:
@@ -216,11 +275,10 @@ def blob(
     finish: Finish,
     *,
     roughness: float = 0.2,
+    fine: bool = True,
 ) -> Mesh:
-    """Return a dented ellipsoid; its triangles' brightness varies a little."""
-    vertices, faces = _sphere()
+    """Return a dented ellipsoid of 80 triangles, or of 20 if not `fine`, anchored at its centre."""
+    vertices, faces = _sphere(fine)
     dents = 1 + roughness * rng.uniform(-1, 1, (len(vertices), 1))
     corners = (vertices * dents * np.asarray(radii) + np.asarray(centre)).astype(np.float32)
-    mesh = _mesh(corners[faces], finish)
-    shades = rng.uniform(0.82, 1.12, (len(mesh), 1)).astype(np.float32)
-    return Mesh(mesh.triangles, mesh.colours * shades, mesh.labels, mesh.materials, mesh.tinted)
+    return shell(corners[faces], finish, centre)

@@ -46,6 +46,7 @@ class Solid:
         self.colours: Reals = mesh.colours * mesh.colours
         self.labels: Ids = mesh.labels
         self.materials: Ids = mesh.materials
+        self.anchors: Reals = mesh.anchors
 
     def meet(self, origins: Reals, directions: Reals) -> Hits:
         """Return where rays (N, 3) first meet the solid."""

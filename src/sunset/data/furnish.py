@@ -278,8 +278,12 @@ def _plaza(builder: Builder, block: Block) -> None:
 
 
 def _parking(builder: Builder, block: Block) -> None:
-    for stall in parking_stalls(block):
-        if builder.chance(0.62):
+    """Cars stand close together at one end and ever fewer towards the other; some rows are empty."""
+    stalls = parking_stalls(block)
+    nearness = np.abs(stalls - np.asarray(block.low if builder.chance(0.5) else block.high)).sum(axis=1)
+    share = float(builder.rng.uniform(0.4, 0.9)) * (1 - 0.85 * nearness / nearness.max())
+    for stall, filled in zip(stalls, share, strict=True):
+        if builder.chance(float(filled)):
             builder.car((float(stall[0]), float(stall[1])), 1)
     (u0, v0), (u1, v1) = block.low, block.high
     builder.line("rail guard", (u0 + 0.6, v0 + 2), (u0 + 0.6, v1 - 2), 0.8)

@@ -6,7 +6,6 @@ looks up under each ray.
 
 from dataclasses import dataclass
 from enum import IntEnum
-from itertools import pairwise
 from typing import Final
 
 import cv2
@@ -17,12 +16,13 @@ from sunset.classes import CARLA_IDS
 from sunset.data.frame import Ids
 from sunset.data.layout import EXTENT_M, PAVEMENT_M, Block, BlockKind, Street, TownPlan
 
-__all__ = ["CELLS_PER_M", "SURFACE_LABELS", "Ground", "Surface", "paint_ground", "parking_stalls"]
+__all__ = ["CELLS_PER_M", "SURFACE_LABELS", "Ground", "Surface", "has_zebra", "paint_ground", "parking_stalls"]
 
 CELLS: Final = 4096
 CELLS_PER_M: Final = CELLS / (2 * EXTENT_M)
 SUBPIXEL_BITS: Final = 4
-LINE_M: Final = 0.38
+NARROW_M: Final = 7.0
+"""A narrower carriageway has no centre line."""
 
 
 class Surface(IntEnum):
@@ -126,6 +126,12 @@ class _Painter:
         s, c = along, (street.at + across[0], street.at + across[1])
         low, high = ((s[0], c[0]), (s[1], c[1])) if street.axis == 0 else ((c[0], s[0]), (c[1], s[1]))
         self.quad(low, high, surface)
+
+    def line(self, street: Street, along: tuple[float, float], offset: float) -> None:
+        """Draw a marking as thin as the image allows, 0.15 m, along part of a street."""
+        at = np.linspace(along[0], along[1], 2 + int((along[1] - along[0]) / 6))
+        cells = self._pixels(street.points(at, offset))
+        cv2.polylines(self.image, [cells], False, int(Surface.MARKING), 1, cv2.LINE_8, SUBPIXEL_BITS)
 
     def ellipse(self, centre: tuple[float, float], radii: tuple[float, float], surface: Surface) -> None:
         angles = np.linspace(0, 2 * np.pi, 48, endpoint=False)
@@ -245,39 +251,55 @@ def _cell(painter: _Painter, corners: tuple[tuple[float, float], tuple[float, fl
 
 
 def _paint_streets(painter: _Painter) -> None:
-    ends = (-430.0, 430.0)
     layers = ((PAVEMENT_M, Surface.PAVING), (0.35, Surface.KERB), (0.0, Surface.ASPHALT))
     for margin, surface in layers:
         for street in painter.plan.streets:
             half = street.width / 2 + margin
-            painter.strip(street, ends, (-half, half), surface)
+            for before, after in painter.plan.stretches(street):
+                painter.strip(street, (before.at, after.at), (-half, half), surface)
 
 
 def _paint_markings(painter: _Painter, street: Street) -> None:
-    """Paint one street's lines between its crossings, and a zebra crossing at each."""
-    crossings = painter.plan.crossings(street)
-    for before, after in pairwise(crossings):
+    """Paint one street's lines between its crossings, and zebra crossings at some."""
+    for before, after in painter.plan.stretches(street):
         start, end = before.at + before.width / 2, after.at - after.width / 2
         half = street.width / 2
-        for zebra in (start + 0.8, end - 4.0):
-            for bar in np.arange(-half + 0.5, half - 0.6, 1.3):
-                painter.strip(street, (zebra, zebra + 3.2), (bar, bar + 0.65), Surface.MARKING)
-        lines = (start + 6.2, end - 6.2)
-        painter.strip(street, (start + 5.0, start + 5.5), (-half + 0.3, -0.2), Surface.MARKING)
-        painter.strip(street, (end - 5.5, end - 5.0), (0.2, half - 0.3), Surface.MARKING)
-        if street.avenue:
-            for offset in (-0.35, 0.35):
-                painter.strip(street, lines, (offset - LINE_M / 2, offset + LINE_M / 2), Surface.MARKING)
-            for offset in (-half / 2, half / 2):
-                _dashes(painter, street, lines, offset)
-        else:
-            _dashes(painter, street, lines, 0.0)
-        for offset in (-half + 0.45, half - 0.45):
-            painter.strip(street, lines, (offset - 0.15, offset + 0.15), Surface.MARKING)
+        lines = [start + 1.5, end - 1.5]
+        for side, other in enumerate((before, after)):
+            if not has_zebra(street, other):
+                continue
+            inward = 1 - 2 * side
+            zebra = sorted(((start, end)[side] + inward * 0.8, (start, end)[side] + inward * 4.0))
+            for bar in np.arange(-half + 0.5, half - 0.6, 1.1):
+                painter.strip(street, (zebra[0], zebra[1]), (bar, bar + 0.5), Surface.MARKING)
+            stop = sorted(((start, end)[side] + inward * 5.0, (start, end)[side] + inward * 5.35))
+            # Right-hand traffic: those who approach the end keep to one half, those who approach the start
+            # to the other.
+            right = (-1 if street.axis == 0 else 1) * (-inward)
+            across = sorted((right * 0.3, right * (half - 0.3)))
+            painter.strip(street, (stop[0], stop[1]), (across[0], across[1]), Surface.MARKING)
+            lines[side] = (start, end)[side] + inward * 6.2
+        _paint_lanes(painter, street, (lines[0], lines[1]))
+
+
+def has_zebra(street: Street, other: Street) -> bool:
+    """Say whether a street has a zebra crossing and stop lines where it meets another."""
+    return street.avenue or other.avenue or int(street.at * 7 + other.at * 11) % 3 == 0
+
+
+def _paint_lanes(painter: _Painter, street: Street, along: tuple[float, float]) -> None:
+    half = street.width / 2
+    if street.avenue:
+        for offset in (-0.25, 0.25):
+            painter.line(street, along, offset)
+        for offset in (-half / 2, half / 2):
+            _dashes(painter, street, along, offset)
+        for offset in (-half + 0.35, half - 0.35):
+            painter.line(street, along, offset)
+    elif street.width > NARROW_M:
+        _dashes(painter, street, along, 0.0)
 
 
 def _dashes(painter: _Painter, street: Street, along: tuple[float, float], offset: float) -> None:
-    for at in np.arange(along[0], along[1] - 3, 6.0):
-        painter.strip(
-            street, (float(at), float(at) + 3.0), (offset - LINE_M / 2, offset + LINE_M / 2), Surface.MARKING
-        )
+    for at in np.arange(along[0], along[1] - 3, 7.5):
+        painter.line(street, (float(at), float(at) + 3.0), offset)

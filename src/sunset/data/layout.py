@@ -1,11 +1,13 @@
 """The plan of a town: where streets, blocks, the river and the railway lie.
 
 A town is laid out on an uneven rectangular grid in its own coordinates (u, v) and bent into the world's
-(x, y) by a smooth `Warp`, so that streets curve and no two towns align.
+(x, y) by a smooth `Warp`, so that streets curve and no two towns align. Where a stretch of a side street is
+closed, the blocks beside it merge and its ends become T-junctions.
 """
 
 from dataclasses import dataclass
 from enum import Enum
+from itertools import pairwise
 from typing import Final
 
 import numpy as np
@@ -25,6 +27,14 @@ EXTENT_M: Final = 300.0
 REACH_M: Final = 430.0
 PAVEMENT_M: Final = 3.2
 """Width of the pavement on each side of a street, in metres."""
+
+AVENUE_M: Final = 12.0
+"""A carriageway wider than this has four lanes."""
+
+QUIET: Final = 0.62
+"""Share of the side streets that are closed here and there."""
+CLOSED: Final = 0.45
+"""Share of such a street's stretches that are closed, where their junctions allow it."""
 
 
 class BlockKind(Enum):
@@ -86,7 +96,7 @@ class Street:
     @property
     def avenue(self) -> bool:
         """Whether it has four lanes."""
-        return self.width > 12  # noqa: PLR2004  four lanes of 3.3 m
+        return self.width > AVENUE_M
 
     def points(self, along: npt.ArrayLike, offset: npt.ArrayLike = 0.0) -> npt.NDArray[np.float64]:
         """Return grid points (..., 2) at positions along the street, shifted sideways by `offset`."""
@@ -111,7 +121,20 @@ class Block:
 
 @dataclass(frozen=True, slots=True)
 class TownPlan:
-    """Everything about a town that is decided before anything is painted or built."""
+    """Everything about a town that is decided before anything is painted or built.
+
+    Attributes:
+        number: of the town.
+        warp: from the grid to the world.
+        streets: all of them.
+        blocks: between them.
+        river: v of the river's middle in metres.
+        river_width: of its water in metres.
+        river_bend: how far in metres it swings, and its phase.
+        rail: u of the railway's middle in metres.
+        closed: axis and position of a street, and position of the crossing from which it is closed to the
+            next.
+    """
 
     number: int
     warp: Warp
@@ -121,6 +144,7 @@ class TownPlan:
     river_width: float
     river_bend: tuple[float, float]
     rail: float
+    closed: frozenset[tuple[int, float, float]]
 
     def river_points(self, along: npt.ArrayLike) -> npt.NDArray[np.float64]:
         """Return grid points (..., 2) of the river's centre line at positions u."""
@@ -131,6 +155,15 @@ class TownPlan:
         """Return the streets that cross a street, in order along it."""
         return sorted((other for other in self.streets if other.axis != street.axis), key=lambda s: s.at)
 
+    def stretches(self, street: Street) -> list[tuple[Street, Street]]:
+        """Return the pairs of neighbouring crossings between which a street is open, in order along it."""
+        pairs = pairwise(self.crossings(street))
+        return [pair for pair in pairs if (street.axis, street.at, pair[0].at) not in self.closed]
+
+    def through(self, street: Street) -> bool:
+        """Say whether a street is open from one end of the town to the other."""
+        return not any((axis, at) == (street.axis, street.at) for axis, at, _ in self.closed)
+
 
 def _lines(
     rng: np.random.Generator, gaps: tuple[float, float], special: float
@@ -140,7 +173,7 @@ def _lines(
     at, chosen = -REACH_M, -1
     trigger = float(rng.uniform(-90, 60))
     while at < REACH_M:
-        width = 14.0 if rng.random() < 0.28 else float(rng.choice([7.5, 8.5, 9.5]))  # noqa: PLR2004  a share
+        width = 14.0 if rng.random() < 0.24 else float(rng.choice([6.2, 7.5, 9.0]))  # noqa: PLR2004  a share
         lines.append((at, width))
         if chosen < 0 and at > trigger:
             chosen = len(lines) - 1
@@ -171,26 +204,65 @@ def _kinds(rng: np.random.Generator, count: int) -> list[BlockKind]:
     return [kinds[i] for i in order[:count]]
 
 
-def _blocks(
-    rng: np.random.Generator,
-    columns: tuple[list[tuple[float, float]], int],
-    rows: tuple[list[tuple[float, float]], int],
-) -> tuple[Block, ...]:
-    (us, rail_gap), (vs, river_gap) = columns, rows
-    count = (len(us) - 1) * (len(vs) - 1)
-    kinds = _kinds(rng, count)
-    blocks = []
-    for index in range(count):
-        i, j = divmod(index, len(vs) - 1)
-        kind = kinds[index]
-        if i == rail_gap:
-            kind = BlockKind.RAILSIDE
-        if j == river_gap:
-            kind = BlockKind.RIVERBANK
-        low = (us[i][0] + us[i][1] / 2 + PAVEMENT_M, vs[j][0] + vs[j][1] / 2 + PAVEMENT_M)
-        high = (us[i + 1][0] - us[i + 1][1] / 2 - PAVEMENT_M, vs[j + 1][0] - vs[j + 1][1] / 2 - PAVEMENT_M)
-        blocks.append(Block(index, kind, low, high))
-    return tuple(blocks)
+class _Layout:
+    """The columns and rows of a town while it is planned."""
+
+    def __init__(self, rng: np.random.Generator) -> None:
+        self.rng = rng
+        shortest = float(rng.uniform(50, 60))
+        self.us, self.rail_gap = _lines(rng, (shortest, shortest + 36), 46.0)
+        self.vs, self.river_gap = _lines(rng, (shortest - 4, shortest + 26), 60.0)
+        self.merged: dict[tuple[int, int], tuple[int, int]] = {}
+        self.closed: set[tuple[int, float, float]] = set()
+
+    def close_stretches(self) -> None:
+        """Close stretches of some side streets; no junction loses more than one arm."""
+        junctions: set[tuple[int, int]] = set()
+        for axis, lines in ((1, self.us), (0, self.vs)):
+            for index in range(1, len(lines) - 1):
+                if lines[index][1] > AVENUE_M or self.rng.random() > QUIET:
+                    continue
+                for step in range(1, len(self.vs if axis else self.us) - 2):
+                    ends = [(index, step + k) if axis else (step + k, index) for k in (0, 1)]
+                    if self.rng.random() < CLOSED and not junctions & set(ends):
+                        self._close(axis, index, step, junctions, ends)
+
+    def _close(
+        self, axis: int, index: int, step: int, junctions: set[tuple[int, int]], ends: list[tuple[int, int]]
+    ) -> None:
+        pair = ((index - 1, step), (index, step)) if axis else ((step, index - 1), (step, index))
+        special = any(i == self.rail_gap or j == self.river_gap for i, j in pair)
+        if special or {*self.merged, *self.merged.values()} & set(pair):
+            return
+        self.merged[pair[0]] = pair[1]
+        junctions |= set(ends)
+        lines, crossings = (self.us, self.vs) if axis else (self.vs, self.us)
+        self.closed.add((axis, lines[index][0], crossings[step][0]))
+
+    def blocks(self) -> tuple[Block, ...]:
+        """Return the blocks, merged where a street between them is closed."""
+        count = (len(self.us) - 1) * (len(self.vs) - 1)
+        kinds = _kinds(self.rng, count)
+        blocks = []
+        for index in range(count):
+            i, j = divmod(index, len(self.vs) - 1)
+            if (i, j) in self.merged.values():
+                continue
+            kind = kinds[index]
+            if i == self.rail_gap:
+                kind = BlockKind.RAILSIDE
+            if j == self.river_gap:
+                kind = BlockKind.RIVERBANK
+            k, m = self.merged.get((i, j), (i, j))
+            low = _inside(self.us[i], 1), _inside(self.vs[j], 1)
+            high = _inside(self.us[k + 1], -1), _inside(self.vs[m + 1], -1)
+            blocks.append(Block(index, kind, low, high))
+        return tuple(blocks)
+
+
+def _inside(line: tuple[float, float], side: int) -> float:
+    """Return where blocks begin on one side of a street of a given position and width."""
+    return line[0] + side * (line[1] / 2 + PAVEMENT_M)
 
 
 def check_town(number: int) -> int:
@@ -211,24 +283,26 @@ def plan_town(number: int) -> TownPlan:
         InvalidInputError: there is no town of this number.
     """
     rng = generator(check_town(number), "town", "plan")
+    waves = [float(rng.uniform(65, 130)) for _ in range(2)]
     warp = Warp(
         float(rng.uniform(-0.6, 0.6)),
-        (float(rng.uniform(5, 15)), float(rng.uniform(5, 15))),
-        (float(rng.uniform(80, 130)), float(rng.uniform(80, 130))),
+        (waves[0] * float(rng.uniform(0.1, 0.25)), waves[1] * float(rng.uniform(0.1, 0.25))),
+        (waves[0], waves[1]),
         (float(rng.uniform(0, 6.28)), float(rng.uniform(0, 6.28))),
     )
-    shortest = float(rng.uniform(50, 60))
-    columns = _lines(rng, (shortest, shortest + 36), 36.0)
-    rows = _lines(rng, (shortest - 4, shortest + 26), 56.0)
-    streets = [Street(1, at, width) for at, width in columns[0]]
-    streets += [Street(0, at, width) for at, width in rows[0]]
+    layout = _Layout(rng)
+    layout.close_stretches()
+    us, vs = layout.us, layout.vs
+    streets = [Street(1, at, width) for at, width in us]
+    streets += [Street(0, at, width) for at, width in vs]
     return TownPlan(
         number=number,
         warp=warp,
         streets=tuple(streets),
-        blocks=_blocks(rng, columns, rows),
-        river=(rows[0][rows[1]][0] + rows[0][rows[1] + 1][0]) / 2,
+        blocks=layout.blocks(),
+        river=(vs[layout.river_gap][0] + vs[layout.river_gap + 1][0]) / 2,
         river_width=float(rng.uniform(15, 21)),
         river_bend=(float(rng.uniform(1, 3)), float(rng.uniform(0, 6.28))),
-        rail=(columns[0][columns[1]][0] + columns[0][columns[1] + 1][0]) / 2,
+        rail=(us[layout.rail_gap][0] + us[layout.rail_gap + 1][0]) / 2,
+        closed=frozenset(layout.closed),
     )

@@ -1,7 +1,5 @@
 """What stands along the streets: lamps, lights, signs, stops, trees, parked cars, bridge rails."""
 
-from itertools import pairwise
-
 import numpy as np
 
 from sunset.data.furnish import Builder
@@ -28,8 +26,7 @@ def _toward_road(side: int) -> float:
 def furnish_streets(builder: Builder) -> None:
     """Furnish every street between its crossings, and the crossings themselves."""
     for street in builder.plan.streets:
-        crossings = builder.plan.crossings(street)
-        for before, after in pairwise(crossings):
+        for before, after in builder.plan.stretches(street):
             stretch = (before.at + before.width / 2, after.at - after.width / 2)
             _lamps(builder, street, stretch)
             _planting(builder, street, stretch)

@@ -7,18 +7,25 @@ import numpy as np
 import numpy.typing as npt
 
 from sunset.data.frame import Reals
-from sunset.data.layout import PAVEMENT_M, Street, TownPlan
+from sunset.data.ground import has_zebra
+from sunset.data.layout import BlockKind, Street, TownPlan
 from sunset.data.meshes import Mesh, join, place
+from sunset.data.motion import Hops, Rounds, Trains
 from sunset.data.vehicles import MOVERS, mover
 from sunset.seeding import generator
 
-__all__ = ["Traffic", "make_traffic"]
+__all__ = ["KINDS", "Traffic", "make_traffic"]
 
-HALF_M: Final = 430.0
-LOOP_M: Final = 2 * HALF_M
 KINDS: Final = tuple(MOVERS)
 LANE_KINDS: Final = ("saloon", "hatchback", "van", "truck", "bus")
-LANE_SHARES: Final = (0.38, 0.29, 0.13, 0.11, 0.09)
+AVENUE_SHARES: Final = (0.38, 0.29, 0.12, 0.12, 0.09)
+SIDE_SHARES: Final = (0.44, 0.34, 0.14, 0.06, 0.02)
+LENGTHS_M: Final = {"truck": 9.2, "bus": 12.2, "van": 5.3}
+CAR_M: Final = 4.6
+STOP_M: Final = 6.2
+"""How far before a crossing's carriageway the first in a queue stops, in metres."""
+QUEUE_M: Final = 25.0
+TRAIN_SPEED: Final = 14.0
 PAINTS: Final = np.array(
     [
         (0.85, 0.85, 0.86), (0.1, 0.1, 0.12), (0.5, 0.52, 0.54), (0.62, 0.08, 0.08), (0.1, 0.2, 0.48),
@@ -45,40 +52,33 @@ LIVERIES: Final = {
 
 @dataclass(frozen=True, slots=True)
 class Traffic:
-    """Everything that moves, each along a straight line of the grid at constant speed, round and round.
+    """Everything that moves.
 
     Attributes:
         plan: the town.
+        hops: vehicles and those who cross the streets, the first of all movers.
+        rounds: those who walk round the blocks, the next.
+        trains: the last.
         kinds: index into the kinds of movers (N,).
-        axes: 0 along u, 1 along v (N,).
-        across: the fixed grid coordinate in metres (N,).
-        starts: position along the axis at time 0, in metres (N,).
-        speeds: signed, in metres a second (N,).
         tints: colours (N, 3).
     """
 
     plan: TownPlan
+    hops: Hops
+    rounds: Rounds
+    trains: Trains
     kinds: npt.NDArray[np.int64]
-    axes: npt.NDArray[np.int64]
-    across: npt.NDArray[np.float64]
-    starts: npt.NDArray[np.float64]
-    speeds: npt.NDArray[np.float64]
     tints: Reals
 
     def poses(self, time_s: float) -> tuple[Reals, Reals]:
         """Return the positions (N, 3) in metres and headings (N,) in radians at a time in seconds."""
-        along = (self.starts + self.speeds * time_s + HALF_M) % LOOP_M - HALF_M
-        grid = np.where(
-            self.axes[:, None] == 0,
-            np.stack([along, self.across], axis=1),
-            np.stack([self.across, along], axis=1),
-        )
-        headings = np.where(
-            self.axes == 0, self.plan.warp.headings(grid, 0), self.plan.warp.headings(grid, 1)
-        ) + np.where(self.speeds < 0, np.pi, 0.0)
-        world = self.plan.warp.points(grid)
+        parts = [motion.places(time_s) for motion in (self.hops, self.rounds, self.trains)]
+        grid, axes, signs = (np.concatenate(column) for column in zip(*parts, strict=True))
+        warp = self.plan.warp
+        headings = np.where(axes == 0, warp.headings(grid, 0), warp.headings(grid, 1))
+        world = warp.points(grid)
         positions = np.column_stack([world, np.zeros(len(world))])
-        return positions.astype(np.float32), headings.astype(np.float32)
+        return positions.astype(np.float32), (headings + np.where(signs < 0, np.pi, 0)).astype(np.float32)
 
     def mesh(self, positions: Reals, headings: Reals, seen: npt.NDArray[np.bool_]) -> Mesh:
         """Return one mesh of those that are `seen` (N,) at the given poses."""
@@ -93,69 +93,137 @@ class Traffic:
         return join(parts)
 
 
-Row = tuple[int, int, float, float, float]
+@dataclass(frozen=True, slots=True)
+class _Hop:
+    """One row of `Hops`, and what it is."""
+
+    kind: str
+    axis: int
+    across: float
+    stops: tuple[float, ...]
+    first: int
+    sign: int
+    back: float
+    delay: float
 
 
-def _lane(rng: np.random.Generator, street: Street, offset: float, speed: float) -> list[Row]:
-    rows: list[Row] = []
-    at = -HALF_M + float(rng.uniform(0, 20))
-    while at < HALF_M - 20:
-        kind = str(rng.choice(LANE_KINDS, p=LANE_SHARES))
-        rows.append((KINDS.index(kind), street.axis, street.at + offset, at, speed))
-        at += float(rng.uniform(14, 42)) + (8 if kind in ("bus", "truck") else 0)
-    return rows
+@dataclass(frozen=True, slots=True)
+class _Lane:
+    """One lane of a street, and where its queues stand.
+
+    Attributes:
+        street: the street.
+        direction: 1 or -1.
+        offset: of the lane from the street's middle, in metres.
+        stops: positions of the stop lines in the order of travel.
+    """
+
+    street: Street
+    direction: int
+    offset: float
+    stops: tuple[float, ...]
+
+    def hop(self, kind: str, first: int, back: float, delay: float, aside: float = 0.0) -> _Hop:
+        """Return a vehicle `back` metres behind one of the stops, and `aside` from the lane's middle."""
+        across = self.street.at + self.offset + aside
+        behind = self.direction * back
+        return _Hop(kind, self.street.axis, across, self.stops, first, self.direction, behind, delay)
 
 
-def _walkers(rng: np.random.Generator, street: Street) -> list[Row]:
-    person = KINDS.index("person")
-    rows: list[Row] = []
-    for side in (-1, 1):
-        for _ in range(int(rng.integers(5, 10))):
-            speed = float(rng.uniform(0.9, 1.6)) * (1 if rng.random() < 0.5 else -1)  # noqa: PLR2004  a coin
-            start = float(rng.uniform(-HALF_M, HALF_M))
-            for _ in range(int(rng.integers(3, 9))):
-                offset = side * (street.width / 2 + float(rng.uniform(2.0, PAVEMENT_M - 0.3)))
-                at = street.at + offset
-                rows.append((person, street.axis, at, start + float(rng.uniform(-2.2, 2.2)), speed))
-    return rows
-
-
-def _street(rng: np.random.Generator, street: Street) -> list[Row]:
-    rows: list[Row] = []
+def _lanes(plan: TownPlan, street: Street, offsets: tuple[float, ...]) -> list[_Lane]:
+    """Return a street's lanes; on one that is closed somewhere, every queue is a lane of its own and waits."""
     # Right-hand traffic: along u, growing positions keep to the smaller v; along v, to the larger u.
     right = -1 if street.axis == 0 else 1
-    offsets = (street.width / 8, street.width * 3 / 8) if street.avenue else (street.width / 4,)
+    lanes = []
     for direction in (1, -1):
-        for offset in offsets:
-            speed = direction * float(rng.uniform(6, 11))
-            rows += _lane(rng, street, direction * right * offset, speed)
-        rows += _pack(rng, street, direction, direction * right * (street.width / 2 - 0.7))
-    return rows + _walkers(rng, street)
+        ends = [pair[::direction][1] for pair in plan.stretches(street)[::direction]]
+        stops = tuple(other.at - direction * (other.width / 2 + STOP_M) for other in ends)
+        runs = [stops] if plan.through(street) else [(stop,) for stop in stops]
+        lanes += [_Lane(street, direction, direction * right * x, run) for x in offsets for run in runs]
+    return lanes
 
 
-def _pack(rng: np.random.Generator, street: Street, direction: int, offset: float) -> list[Row]:
-    """Two-wheelers ride in packs of four to seven along the kerb."""
-    rows: list[Row] = []
-    at = -HALF_M + float(rng.uniform(0, 500))
-    while at < HALF_M - 30:
-        kind = KINDS.index("bicycle" if rng.random() < 0.55 else "motorcycle")  # noqa: PLR2004  a share
-        for place_in_pack in range(int(rng.integers(4, 8))):
-            across = street.at + offset + (0.45 if place_in_pack % 2 else -0.45)
-            rows.append((kind, street.axis, across, at + 1.5 * place_in_pack, direction * 5.5))
-        at += float(rng.uniform(280, 620))
-    return rows
+def _queues(rng: np.random.Generator, lane: _Lane, cars: float) -> list[_Hop]:
+    """Fill a lane's queues with a mean number of vehicles: before some stop lines none, before some many."""
+    hops = []
+    shares = AVENUE_SHARES if lane.street.avenue else SIDE_SHARES
+    for first in range(len(lane.stops)):
+        back = 0.0
+        for index in range(int(rng.poisson(cars * rng.uniform(0.2, 1.8)))):
+            kind = str(rng.choice(LANE_KINDS, p=shares))
+            length = LENGTHS_M.get(kind, CAR_M)
+            if back + length > QUEUE_M:
+                break
+            hops.append(lane.hop(kind, first, back + length / 2, 1.1 * index))
+            back += length + float(rng.uniform(1.3, 3.5))
+    return hops
 
 
-def _trains(rng: np.random.Generator, plan: TownPlan) -> list[Row]:
-    carriage = KINDS.index("carriage")
-    rows: list[Row] = []
-    for track, direction in ((-2.3, -1), (2.3, 1)):
-        for start in (float(rng.uniform(-430, -150)), float(rng.uniform(0, 200))):
-            rows += [
-                (carriage, 1, plan.rail + track, start + 23.0 * place_in_train, direction * 14.0)
-                for place_in_train in range(5)
-            ]
-    return rows
+def _packs(rng: np.random.Generator, lane: _Lane, share: float) -> list[_Hop]:
+    """Two-wheelers wait by the kerb, in packs of two to five, before a share of the stop lines."""
+    hops = []
+    for first in range(len(lane.stops)):
+        if rng.random() < share:
+            kind = "bicycle" if rng.random() < 0.55 else "motorcycle"  # noqa: PLR2004  a share
+            for index in range(int(rng.integers(2, 6))):
+                aside = float(rng.uniform(0, 0.35)) * (1 if index % 2 else -1)
+                hops.append(lane.hop(kind, first, 1.2 + 2.3 * index, 0.5 * index, aside))
+    return hops
+
+
+def _crossers(rng: np.random.Generator, plan: TownPlan, street: Street) -> list[_Hop]:
+    """Groups on a street's zebra crossings, who cross while its vehicles stand."""
+    hops = []
+    ends = (street.at - street.width / 2 - 0.9, street.at + street.width / 2 + 0.9)
+    for before, after in plan.stretches(street):
+        for side, other in ((1, before), (-1, after)):
+            if not has_zebra(street, other) or rng.random() < 0.3:  # noqa: PLR2004  a share
+                continue
+            middle = other.at + side * (other.width / 2 + 2.4)
+            first = int(rng.integers(2))
+            for _ in range(int(rng.integers(1, 6))):
+                across, back = middle + float(rng.uniform(-1.3, 1.3)), float(rng.uniform(-0.5, 0.5))
+                delay = float(rng.uniform(0, 4))
+                hops.append(_Hop("person", 1 - street.axis, across, ends, first, 0, back, delay))
+    return hops
+
+
+def _street(rng: np.random.Generator, plan: TownPlan, street: Street) -> list[_Hop]:
+    offsets = (street.width / 8, street.width * 3 / 8 - 0.5) if street.avenue else (street.width / 4 - 0.2,)
+    cars = float(rng.uniform(0.9, 2.0)) if street.avenue else float(rng.uniform(0.15, 0.9))
+    hops = [hop for lane in _lanes(plan, street, offsets) for hop in _queues(rng, lane, cars)]
+    kerb = (street.width / 2 - 0.6,)
+    hops += [hop for lane in _lanes(plan, street, kerb) for hop in _packs(rng, lane, 0.3)]
+    return hops + _crossers(rng, plan, street)
+
+
+def _walkers(rng: np.random.Generator, plan: TownPlan) -> Rounds:
+    """Groups of one to four who walk round the blocks together."""
+    rows: list[tuple[float, ...]] = []
+    for block in plan.blocks:
+        busy = block.kind in (BlockKind.PLAZA, BlockKind.TOWERS, BlockKind.PERIMETER)
+        for _ in range(int(rng.poisson(10 if busy else 6))):
+            out, speed = float(rng.uniform(0.5, 0.9)), float(rng.uniform(0.9, 1.6))
+            direction = 1 - 2 * int(rng.integers(2))
+            start = float(rng.uniform(0, 2 * sum(block.size)))
+            for _ in range(min(4, int(rng.geometric(0.5)))):
+                aside = out + float(rng.uniform(-0.45, 0.45))
+                size = (block.size[0] + 2 * aside, block.size[1] + 2 * aside)
+                low = (block.low[0] - aside, block.low[1] - aside)
+                rows.append((*low, *size, start + float(rng.uniform(-0.9, 0.9)), direction * speed))
+    table = np.array(rows)
+    return Rounds(table[:, :2], table[:, 2:4], table[:, 4], table[:, 5])
+
+
+def _trains(rng: np.random.Generator, plan: TownPlan) -> Trains:
+    rows = [
+        (plan.rail + track, start + 23.0 * place_in_train, direction * TRAIN_SPEED)
+        for track, direction in ((-2.3, -1), (2.3, 1))
+        for start in (float(rng.uniform(-430, -150)), float(rng.uniform(0, 200)))
+        for place_in_train in range(5)
+    ]
+    table = np.array(rows)
+    return Trains(table[:, 0], table[:, 1], table[:, 2])
 
 
 def _tints(rng: np.random.Generator, kinds: npt.NDArray[np.int64]) -> Reals:
@@ -166,9 +234,25 @@ def _tints(rng: np.random.Generator, kinds: npt.NDArray[np.int64]) -> Reals:
     return np.clip(tints * rng.uniform(0.85, 1.1, (len(kinds), 1)), 0, 1).astype(np.float32)
 
 
+def _hops(rows: list[_Hop]) -> Hops:
+    longest = max(len(row.stops) for row in rows)
+    return Hops(
+        axes=np.array([row.axis for row in rows]),
+        across=np.array([row.across for row in rows]),
+        stops=np.array([row.stops + (0.0,) * (longest - len(row.stops)) for row in rows]),
+        counts=np.array([len(row.stops) for row in rows]),
+        first=np.array([row.first for row in rows]),
+        signs=np.array([row.sign for row in rows]),
+        back=np.array([row.back for row in rows]),
+        delays=np.array([row.delay for row in rows]),
+    )
+
+
 def make_traffic(plan: TownPlan) -> Traffic:
     """Return the traffic of a town; the same plan gives the same traffic."""
     rng = generator(plan.number, "town", "traffic")
-    rows = [row for street in plan.streets for row in _street(rng, street)] + _trains(rng, plan)
-    kinds, axes, across, starts, speeds = (np.array(column) for column in zip(*rows, strict=True))
-    return Traffic(plan, kinds, axes, across, starts, speeds, _tints(rng, kinds))
+    rows = [row for street in plan.streets for row in _street(rng, plan, street)]
+    rounds, trains = _walkers(rng, plan), _trains(rng, plan)
+    names = [row.kind for row in rows] + ["person"] * len(rounds.speeds) + ["carriage"] * len(trains.speeds)
+    kinds = np.array([KINDS.index(name) for name in names])
+    return Traffic(plan, _hops(rows), rounds, trains, kinds, _tints(rng, kinds))

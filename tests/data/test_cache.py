@@ -4,7 +4,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sunset.data import FlightPlan, cache_folder, flight_bag, read_bag, render_frames, render_parallel
+from sunset.data import (
+    FlightPlan,
+    Frame,
+    cache_folder,
+    flight_bag,
+    kept_bag,
+    read_bag,
+    render_frames,
+    render_parallel,
+)
 from sunset.errors import InvalidInputError, OutputError
 
 PLAN = FlightPlan(frames=12, size=(36, 64))
@@ -110,3 +119,21 @@ def test_an_interrupted_rendering_leaves_nothing_behind(cache: Path) -> None:
     with pytest.raises(KeyboardInterrupt):
         flight_bag(PLAN, jobs=1, progress=stop)
     assert list((cache / "flights").iterdir()) == []
+
+
+def test_frames_of_any_kind_are_kept_by_what_they_depend_on(cache: Path) -> None:
+    del cache
+    frames = list(render_frames(FlightPlan(frames=2, size=(18, 32))))
+    made: list[str] = []
+
+    def kept(name: str) -> Path:
+        def render() -> list[Frame]:
+            made.append(name)
+            return frames
+
+        return kept_bag("views", {"setting": name}, render, [0, 1])
+
+    assert kept("near") == kept("near") != kept("far")
+    assert made == ["near", "far"]
+    with read_bag(kept("far")) as bag:
+        np.testing.assert_array_equal(bag.frame(1).rgb, frames[1].rgb)

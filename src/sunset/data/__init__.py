@@ -1,7 +1,7 @@
 """Frames: the town renderer, flights, and flight bags (rosbag2) in and out."""
 
 from sunset.data.bag import TOPICS, BagReader, read_bag, write_bag
-from sunset.data.cache import cache_folder, default_flight, flight_bag, render_parallel
+from sunset.data.cache import cache_folder, default_flight, flight_bag, kept_bag, render_parallel
 from sunset.data.flight import DEFAULT_FLIGHT, FlightPlan, render_frames
 from sunset.data.frame import DEPTH_RANGE_M, FRAME_SIZE, Frame
 from sunset.data.light import TIMES, WEATHERS
@@ -23,6 +23,7 @@ __all__ = [
     "cache_folder",
     "default_flight",
     "flight_bag",
+    "kept_bag",
     "read_bag",
     "render_frames",
     "render_parallel",

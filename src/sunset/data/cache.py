@@ -6,7 +6,7 @@ import multiprocessing
 import os
 import shutil
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import BrokenExecutor, ProcessPoolExecutor
 from dataclasses import asdict
 from pathlib import Path
@@ -17,7 +17,7 @@ from sunset.data.flight import DEFAULT_FLIGHT, FlightPlan, render_frames
 from sunset.data.frame import Frame
 from sunset.errors import InvalidInputError, OutputError
 
-__all__ = ["RENDER_VERSION", "cache_folder", "default_flight", "flight_bag", "render_parallel"]
+__all__ = ["RENDER_VERSION", "cache_folder", "default_flight", "flight_bag", "kept_bag", "render_parallel"]
 
 RENDER_VERSION: Final = 1
 """Grows whenever a rendered byte changes, so that flights in users' caches are rendered anew."""
@@ -68,7 +68,34 @@ def flight_bag(plan: FlightPlan, *, progress: Progress | None = None, jobs: int 
         InvalidInputError: `jobs` is less than 1.
         OutputError: the cache folder cannot be written.
     """
-    home = cache_folder() / "flights" / _key(plan)
+    return kept_bag(
+        f"town{plan.town}",
+        asdict(plan),
+        lambda: render_parallel(plan, progress=progress, jobs=jobs),
+        plan.stamps_ns(),
+    )
+
+
+def kept_bag(
+    name: str,
+    facts: Mapping[str, object],
+    frames: Callable[[], Iterable[Frame]],
+    stamps_ns: Sequence[int],
+) -> Path:
+    """Return a bag of rendered frames, rendered on first use and kept in the cache folder.
+
+    The bag's checksum is verified on every later use; a bag that does not match is rendered anew.
+
+    Args:
+        name: of its folder, before a checksum of the facts.
+        facts: all that the frames depend on but the renderer; what `json` can write.
+        frames: renders them.
+        stamps_ns: the time of each in nanoseconds.
+
+    Raises:
+        OutputError: the cache folder cannot be written.
+    """
+    home = cache_folder() / "flights" / _key(name, facts)
     bag = home / "flight"
     try:
         if _is_intact(home):
@@ -76,20 +103,20 @@ def flight_bag(plan: FlightPlan, *, progress: Progress | None = None, jobs: int 
         home.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(prefix=".rendering-", dir=home.parent) as draft:
             made = Path(draft) / home.name
-            write_bag(made / bag.name, render_parallel(plan, progress=progress, jobs=jobs), plan.stamps_ns())
+            write_bag(made / bag.name, frames(), stamps_ns)
             (made / CHECKSUM_FILE).write_text(json.dumps(_checksums(made / bag.name), indent=1) + "\n")
             _move(made, home)
     except OSError as error:
         reason = error.strerror or str(error)
         raise OutputError(
-            f"The flight cannot be kept in {home.parent}: {reason}; set SUNSET_CACHE_DIR to another folder."
+            f"The frames cannot be kept in {home.parent}: {reason}; set SUNSET_CACHE_DIR to another folder."
         ) from error
     return bag
 
 
-def _key(plan: FlightPlan) -> str:
-    text = json.dumps({"version": RENDER_VERSION, **asdict(plan)}, sort_keys=True)
-    return f"town{plan.town}-{hashlib.sha256(text.encode()).hexdigest()[:16]}"
+def _key(name: str, facts: Mapping[str, object]) -> str:
+    text = json.dumps({"version": RENDER_VERSION, **facts}, sort_keys=True)
+    return f"{name}-{hashlib.sha256(text.encode()).hexdigest()[:16]}"
 
 
 def _checksums(bag: Path) -> dict[str, str]:

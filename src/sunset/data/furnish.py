@@ -47,6 +47,7 @@ STREET_SURFACES: Final = (
     Surface.DECK,
     Surface.BALLAST,
 )
+CARRIED: Final = (Surface.ASPHALT, Surface.MARKING, Surface.PAVING, Surface.KERB, Surface.DECK)
 NO_TREES: Final = (*STREET_SURFACES, Surface.PATH, Surface.RAIL, Surface.SLEEPER)
 
 
@@ -73,12 +74,19 @@ class Builder:
         turn: float = 0.0,
         scale: Colour = WHITE,
         tint: Colour = WHITE,
+        lift: float = 0.0,
     ) -> None:
-        """Stand a prop, tree or parked vehicle at a grid point, facing along a grid axis plus `turn`."""
+        """Stand a prop, tree or parked vehicle at a grid point, facing along a grid axis plus `turn`.
+
+        It stands `lift` metres above the ground or the street there.
+        """
         x, y = self.plan.warp.points(uv)
         if max(abs(x), abs(y)) < EXTENT_M:
             yaw = float(self.plan.warp.headings(uv, axis)) + turn
-            self._rows.setdefault(name, []).append((x, y, yaw, *scale, *tint))
+            relief = self.plan.relief
+            on_street = self.ground.at(x, y) in CARRIED
+            z = float(relief.streets(uv) if on_street else relief.ground(uv)) + lift
+            self._rows.setdefault(name, []).append((x, y, z, yaw, *scale, *tint))
 
     def tree(self, uv: tuple[float, float], height: float, kind: int | None = None) -> None:
         """Plant a tree of a height in metres where the ground is free."""
@@ -148,7 +156,9 @@ class Builder:
             return False
         cells = np.round((corners + EXTENT_M) / CELL_M).astype(np.int32)
         cv2.fillPoly(self._taken, [cells], 1)
-        position = np.array([[*centre, 0.0]], dtype=np.float32)
+        reach = np.array(size[::-1] if turned else size) / 2
+        around = np.asarray(uv) + reach * np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)])
+        position = np.array([[*centre, self.plan.relief.ground(around).min()]], dtype=np.float32)
         ones = np.ones((1, 3), dtype=np.float32)
         self.meshes.append(place(make(self.rng, size), position, np.array([yaw], np.float32), ones, ones))
         return True
@@ -175,7 +185,6 @@ class Builder:
         """Return the meshes of everything that was put up."""
         for name, rows in self._rows.items():
             table = np.array(rows, dtype=np.float32)
-            positions = np.column_stack([table[:, :2], np.zeros(len(table), np.float32)])
             mesh = (
                 prop_mesh(name)
                 if name in PROPS
@@ -183,7 +192,7 @@ class Builder:
                 if name[:4] == "tree"
                 else mover(name)
             )
-            self.meshes.append(place(mesh, positions, table[:, 2], table[:, 3:6], table[:, 6:9]))
+            self.meshes.append(place(mesh, table[:, :3], table[:, 3], table[:, 4:7], table[:, 7:10]))
         return self.meshes
 
 
@@ -343,7 +352,7 @@ def _railside(builder: Builder, block: Block) -> None:
     for u in (u0 + 0.5, u1 - 0.5):
         builder.line("wall", (u, v0), (u, v1), 2.2, (0.66, 0.62, 0.56))
     for v in np.arange(v0 + 6, v1, 24.0).tolist():
-        builder.put("mast", (builder.plan.rail - 5.6, v))
+        builder.put("mast", (builder.plan.relief.rail - 5.6, v))
     _scatter(builder, block, 0.7, (2.5, 6))
 
 

@@ -1,7 +1,7 @@
 """The ground of a town: an image of surfaces, painted from the plan.
 
-The ground is flat. What lies where, down to lane markings, is an image of `Surface` values that the renderer
-looks up under each ray.
+What lies where, down to lane markings, is an image of `Surface` values that the renderer looks up under each
+ray. A second image shows the ground without its streets: what lies below their bridges, and on the railway's.
 """
 
 from dataclasses import dataclass
@@ -79,16 +79,19 @@ class Ground:
 
     Attributes:
         surfaces: values of `Surface` (4096, 4096), row = y, column = x, covering the town's extent.
+        bare: the same without streets.
     """
 
     surfaces: Ids
+    bare: Ids
 
-    def at(self, x: npt.ArrayLike, y: npt.ArrayLike) -> Ids:
-        """Return the surface at world points; fields and crops lie outside the town."""
+    def at(self, x: npt.ArrayLike, y: npt.ArrayLike, bare: npt.ArrayLike = False) -> Ids:  # noqa: FBT002
+        """Return the surface at world points, without streets where `bare`; fields lie outside the town."""
         column = np.floor((np.asarray(x) + EXTENT_M) * CELLS_PER_M).astype(np.int64)
         row = np.floor((np.asarray(y) + EXTENT_M) * CELLS_PER_M).astype(np.int64)
         inside = (column >= 0) & (column < CELLS) & (row >= 0) & (row < CELLS)
-        found = self.surfaces[np.clip(row, 0, CELLS - 1), np.clip(column, 0, CELLS - 1)]
+        cell = np.clip(row, 0, CELLS - 1), np.clip(column, 0, CELLS - 1)
+        found = np.where(bare, self.bare[cell], self.surfaces[cell])
         return np.where(inside, found, np.uint8(Surface.FIELD))
 
 
@@ -153,17 +156,18 @@ def paint_ground(plan: TownPlan) -> Ground:
     for block in plan.blocks:
         _paint_block(painter, block)
     along = np.arange(-430.0, 431.0, 4.0)
-    painter.curve(plan.river_points(along), plan.river_width + 5, Surface.EARTH)
-    painter.curve(plan.river_points(along), plan.river_width, Surface.WATER)
+    painter.curve(plan.river_points(along), plan.relief.river_width + 2.5, Surface.EARTH)
+    painter.curve(plan.river_points(along), plan.relief.river_width, Surface.WATER)
     _paint_railway(painter)
+    bare = painter.image.copy()
     wet = np.isin(painter.image, (Surface.WATER, Surface.EARTH))
     _paint_streets(painter)
     painter.image[wet & np.isin(painter.image, (Surface.PAVING, Surface.KERB))] = Surface.DECK
     for street in plan.streets:
         _paint_markings(painter, street)
-    _paint_rails(painter)
-    painter.image.flags.writeable = False
-    return Ground(painter.image)
+    for image in (painter.image, bare):
+        image.flags.writeable = False
+    return Ground(painter.image, bare)
 
 
 _BASE: Final = {
@@ -228,26 +232,15 @@ def parking_stalls(block: Block) -> npt.NDArray[np.float64]:
 
 def _paint_railway(painter: _Painter) -> None:
     along = np.arange(-430.0, 431.0, 4.0)
-    painter.curve(np.column_stack([np.full(len(along), painter.plan.rail), along]), 9.5, Surface.BALLAST)
-
-
-def _paint_rails(painter: _Painter) -> None:
-    rail = painter.plan.rail
+    rail = painter.plan.relief.rail
+    painter.curve(np.column_stack([np.full(len(along), rail), along]), 9.5, Surface.BALLAST)
     for track in (-2.3, 2.3):
         for at in np.arange(-430.0, 430.0, 0.9):
             low, high = (rail + track - 1.15, float(at)), (rail + track + 1.15, float(at) + 0.35)
-            if painter.image[_cell(painter, (low, high))] == Surface.BALLAST:
-                painter.quad(low, high, Surface.SLEEPER)
-        along = np.arange(-430.0, 431.0, 4.0)
+            painter.quad(low, high, Surface.SLEEPER)
         for side in (-0.72, 0.72):
             line = np.column_stack([np.full(len(along), rail + track + side), along])
             painter.curve(line, 0.26, Surface.RAIL)
-
-
-def _cell(painter: _Painter, corners: tuple[tuple[float, float], tuple[float, float]]) -> tuple[int, int]:
-    x, y = painter.plan.warp.points(np.mean(corners, axis=0))
-    cell = np.clip(((x + EXTENT_M) * CELLS_PER_M, (y + EXTENT_M) * CELLS_PER_M), 0, CELLS - 1)
-    return int(cell[1]), int(cell[0])
 
 
 def _paint_streets(painter: _Painter) -> None:

@@ -13,6 +13,7 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
+from sunset.data.relief import Relief, Wave
 from sunset.errors import InvalidInputError
 from sunset.seeding import generator
 
@@ -128,10 +129,7 @@ class TownPlan:
         warp: from the grid to the world.
         streets: all of them.
         blocks: between them.
-        river: v of the river's middle in metres.
-        river_width: of its water in metres.
-        river_bend: how far in metres it swings, and its phase.
-        rail: u of the railway's middle in metres.
+        relief: how high everything lies, with the courses of river and railway.
         closed: axis and position of a street, and position of the crossing from which it is closed to the
             next.
     """
@@ -140,16 +138,13 @@ class TownPlan:
     warp: Warp
     streets: tuple[Street, ...]
     blocks: tuple[Block, ...]
-    river: float
-    river_width: float
-    river_bend: tuple[float, float]
-    rail: float
+    relief: Relief
     closed: frozenset[tuple[int, float, float]]
 
     def river_points(self, along: npt.ArrayLike) -> npt.NDArray[np.float64]:
         """Return grid points (..., 2) of the river's centre line at positions u."""
         u = np.asarray(along, dtype=np.float64)
-        return np.stack([u, self.river + self.river_bend[0] * np.sin(u / 55 + self.river_bend[1])], axis=-1)
+        return np.stack([u, self.relief.river_v(u)], axis=-1)
 
     def crossings(self, street: Street) -> list[Street]:
         """Return the streets that cross a street, in order along it."""
@@ -265,6 +260,24 @@ def _inside(line: tuple[float, float], side: int) -> float:
     return line[0] + side * (line[1] / 2 + PAVEMENT_M)
 
 
+def _relief(rng: np.random.Generator, layout: _Layout) -> Relief:
+    us, vs = layout.us, layout.vs
+    waves = []
+    for length in (130.0, 180.0, 260.0, 400.0):
+        wavelength, direction = length * float(rng.uniform(0.85, 1.2)), float(rng.uniform(0, 6.28))
+        height = wavelength * float(rng.uniform(0.024, 0.04)) / 6.28
+        along = (6.28 / wavelength * float(np.cos(direction)), 6.28 / wavelength * float(np.sin(direction)))
+        waves.append(Wave(height, along, float(rng.uniform(0, 6.28))))
+    return Relief(
+        waves=tuple(waves),
+        river=(vs[layout.river_gap][0] + vs[layout.river_gap + 1][0]) / 2,
+        river_width=float(rng.uniform(15, 21)),
+        river_bend=(float(rng.uniform(1, 3)), float(rng.uniform(0, 6.28))),
+        rail=(us[layout.rail_gap][0] + us[layout.rail_gap + 1][0]) / 2,
+        underpasses=tuple((at, width / 2 + PAVEMENT_M + 0.5) for at, width in vs),
+    )
+
+
 def check_town(number: int) -> int:
     """Return `number` unchanged if there is such a town.
 
@@ -300,9 +313,6 @@ def plan_town(number: int) -> TownPlan:
         warp=warp,
         streets=tuple(streets),
         blocks=layout.blocks(),
-        river=(vs[layout.river_gap][0] + vs[layout.river_gap + 1][0]) / 2,
-        river_width=float(rng.uniform(15, 21)),
-        river_bend=(float(rng.uniform(1, 3)), float(rng.uniform(0, 6.28))),
-        rail=(us[layout.rail_gap][0] + us[layout.rail_gap + 1][0]) / 2,
+        relief=_relief(rng, layout),
         closed=frozenset(layout.closed),
     )

@@ -95,7 +95,7 @@ def _stop(builder: Builder, street: Street, stretch: tuple[float, float]) -> Non
 def _bridge(builder: Builder, street: Street) -> None:
     """Rails on both edges of the bridge that carries a street over the river."""
     _, river = builder.plan.river_points(street.at)
-    half = builder.plan.river_width / 2 + 5
+    half = builder.plan.relief.river_width / 2 + 5
     for side in (-1, 1):
         u = street.at + side * (street.width / 2 + PAVEMENT_M - 0.2)
         builder.line("rail guard", (u, float(river) - half), (u, float(river) + half), 1.1)

@@ -14,6 +14,7 @@ from sunset.data.ground import Ground, paint_ground
 from sunset.data.layout import TownPlan, plan_town
 from sunset.data.meshes import Mesh, join
 from sunset.data.roadside import furnish_streets
+from sunset.data.terrain import Terrain, make_terrain
 from sunset.data.traffic import Traffic, make_traffic
 
 __all__ = ["Hits", "Solid", "Town", "build_town"]
@@ -63,10 +64,19 @@ class Solid:
 
 @dataclass(frozen=True, slots=True)
 class Town:
-    """A town, ready to be rendered; it never changes."""
+    """A town, ready to be rendered; it never changes.
+
+    Attributes:
+        plan: what lies where.
+        ground: what the terrain is covered with.
+        terrain: the ground's shape; its triangles are the first of `solid`.
+        solid: everything that stands still.
+        traffic: everything that moves.
+    """
 
     plan: TownPlan
     ground: Ground
+    terrain: Terrain
     solid: Solid
     traffic: Traffic
 
@@ -83,4 +93,5 @@ def build_town(number: int) -> Town:
     builder = Builder(plan, ground)
     furnish_blocks(builder)
     furnish_streets(builder)
-    return Town(plan, ground, Solid(join(builder.finish())), make_traffic(plan))
+    terrain = make_terrain(plan)
+    return Town(plan, ground, terrain, Solid(join([terrain.mesh, *builder.finish()])), make_traffic(plan))

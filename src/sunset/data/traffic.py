@@ -77,7 +77,10 @@ class Traffic:
         warp = self.plan.warp
         headings = np.where(axes == 0, warp.headings(grid, 0), warp.headings(grid, 1))
         world = warp.points(grid)
-        positions = np.column_stack([world, np.zeros(len(world))])
+        heights = self.plan.relief.streets(grid)
+        railed = len(self.trains.speeds)
+        heights[-railed:] = self.plan.relief.railway(grid[-railed:, 1])
+        positions = np.column_stack([world, heights])
         return positions.astype(np.float32), (headings + np.where(signs < 0, np.pi, 0)).astype(np.float32)
 
     def mesh(self, positions: Reals, headings: Reals, seen: npt.NDArray[np.bool_]) -> Mesh:
@@ -217,7 +220,7 @@ def _walkers(rng: np.random.Generator, plan: TownPlan) -> Rounds:
 
 def _trains(rng: np.random.Generator, plan: TownPlan) -> Trains:
     rows = [
-        (plan.rail + track, start + 23.0 * place_in_train, direction * TRAIN_SPEED)
+        (plan.relief.rail + track, start + 23.0 * place_in_train, direction * TRAIN_SPEED)
         for track, direction in ((-2.3, -1), (2.3, 1))
         for start in (float(rng.uniform(-430, -150)), float(rng.uniform(0, 200)))
         for place_in_train in range(5)

@@ -29,6 +29,7 @@ class Light:
         haze: colour of distant air.
         haze_m: distance in metres over which haze takes 63 %.
         zenith: colour of the sky overhead.
+        sun_radius: apparent radius of what the direct light comes from, in radians.
     """
 
     sun_direction: Triple
@@ -38,6 +39,7 @@ class Light:
     haze: Triple
     haze_m: float
     zenith: Triple
+    sun_radius: float
 
 
 _SUNS: Final = {  # elevation and azimuth in degrees, colour
@@ -45,10 +47,10 @@ _SUNS: Final = {  # elevation and azimuth in degrees, colour
     "noon": (58.0, 250.0, (1.1, 1.04, 0.95)),
     "evening": (24.0, 160.0, (1.15, 0.82, 0.55)),
 }
-_AIR: Final = {  # share of direct sun, strength of sky light, haze distance
-    "clear": (1.0, 1.0, 1400.0),
-    "hazy": (0.75, 1.15, 420.0),
-    "overcast": (0.18, 1.75, 900.0),
+_AIR: Final = {  # share of direct sun, strength of sky light, haze distance, sun's radius
+    "clear": (1.0, 1.0, 1400.0, 0.012),
+    "hazy": (0.75, 1.15, 420.0, 0.03),
+    "overcast": (0.18, 1.75, 900.0, 0.12),
 }
 
 
@@ -63,7 +65,7 @@ def light(time: str, weather: str) -> Light:
     if weather not in _AIR:
         raise InvalidInputError(f"A weather must be one of {', '.join(WEATHERS)}, got {weather!r}.")
     elevation, azimuth, colour = _SUNS[time]
-    share, diffuse, distance = _AIR[weather]
+    share, diffuse, distance, radius = _AIR[weather]
     e, a = np.radians(elevation), np.radians(azimuth)
     grey = np.array([0.62, 0.66, 0.7])
     clear = np.array([0.42, 0.55, 0.76])
@@ -78,6 +80,7 @@ def light(time: str, weather: str) -> Light:
         haze=_triple(haze),
         haze_m=distance,
         zenith=_triple(tone * 0.6),
+        sun_radius=radius,
     )
 
 

@@ -8,16 +8,20 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Final
 
+import cv2
 import numpy as np
 import numpy.typing as npt
 
 from sunset.classes import CARLA_IDS
 from sunset.data.camera import Pose, rays
+from sunset.data.facades import Surfaces, finish_solids
 from sunset.data.frame import DEPTH_RANGE_M, FRAME_SIZE, Frame, Ids, Reals
-from sunset.data.ground import SURFACE_LABELS, Surface
+from sunset.data.ground import SURFACE_LABELS
 from sunset.data.layout import EXTENT_M
 from sunset.data.light import Light, light
-from sunset.data.shading import Seen, ground_colours, shade, solid_colours
+from sunset.data.meshes import Material
+from sunset.data.shading import Seen, dot, shade
+from sunset.data.textures import ground_look
 from sunset.data.town import Hits, Solid, Town
 from sunset.seeding import generator
 
@@ -26,8 +30,11 @@ __all__ = ["View", "render"]
 SKY: Final = CARLA_IDS["sky"]
 SENSOR_NOISE: Final = 1.6
 EXPOSURE: Final = 1.5
+HIDDEN_SKY: Final = 0.7
+"""How much of the sky's light is lost where every sampled direction is hidden."""
 MARGIN_M: Final = 30.0
 NO_HIT: Final = np.float32(np.inf)
+F: Final = np.float32
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,7 +89,7 @@ def render(town: Town, view: View, *, size: tuple[int, int] = FRAME_SIZE) -> Fra
     origin = np.array([view.pose.x, view.pose.y, view.pose.z], dtype=np.float32)
     scene = _Scene(town, _traffic(town, view, size), light(view.time, view.weather))
     met = _meet(scene, origin, directions)
-    seen, labels = _look(scene, met, origin, directions)
+    seen, labels = _look(scene, met, origin, directions, size)
     colours = shade(seen, directions, scene.light)
     pixels = size[0] * size[1]
     counts = np.minimum(met.depth[:pixels], DEPTH_RANGE_M) * np.float32(65535 / DEPTH_RANGE_M)
@@ -108,35 +115,37 @@ def _traffic(town: Town, view: View, size: tuple[int, int]) -> Solid | None:
 def _meet(scene: _Scene, origin: Reals, directions: Reals) -> _Met:
     origins = np.ascontiguousarray(np.broadcast_to(origin, directions.shape))
     hits = scene.town.solid.meet(origins, directions)
-    kind = np.where(hits.triangle >= 0, np.int8(1), np.int8(-1))
-    depth, triangle = hits.distance, hits.triangle
+    known = hits.distance < np.float32(DEPTH_RANGE_M)
+    kind = np.where(hits.triangle < len(scene.town.terrain.mesh), np.int8(0), np.int8(1))
+    kind[~known] = -1
+    depth, triangle = np.where(known, hits.distance, NO_HIT), hits.triangle
     if scene.moving is not None:
         other: Hits = scene.moving.meet(origins, directions)
         nearer = other.distance < depth
         kind[nearer] = 2
         depth = np.where(nearer, other.distance, depth)
         triangle = np.where(nearer, other.triangle, triangle)
-    falling = np.minimum(directions[:, 2], np.float32(-1e-6))
-    down = np.where(directions[:, 2] < 0, -origin[2] / falling, NO_HIT)
-    down = np.where(down < np.float32(DEPTH_RANGE_M), down, NO_HIT)
-    below = down < depth
-    kind[below] = 0
-    return _Met(kind, np.where(below, down, depth), triangle)
+    return _Met(kind, depth, triangle)
 
 
-def _look(scene: _Scene, met: _Met, origin: Reals, directions: Reals) -> tuple[Seen, Ids]:
+def _look(
+    scene: _Scene, met: _Met, origin: Reals, directions: Reals, size: tuple[int, int]
+) -> tuple[Seen, Ids]:
     """Return what the rays saw and its CARLA ids (N,)."""
     count = len(directions)
-    reach = np.where(met.kind < 0, np.float32(0), met.depth)
+    reach = np.where(met.kind < 0, F(0), met.depth)
     points = origin + directions * reach[:, None]
-    normals = np.zeros((count, 3), dtype=np.float32)
+    normals = np.zeros((count, 3), dtype=F)
     normals[:, 2] = 1
-    colours, gloss = np.zeros((count, 3), dtype=np.float32), np.zeros(count, dtype=np.float32)
+    colours, gloss = np.zeros((count, 3), dtype=F), np.zeros(count, dtype=F)
     labels = np.full(count, SKY, dtype=np.uint8)
+    lift = np.full(count, F(0.03))
     ground = np.flatnonzero(met.kind == 0)
-    surfaces = scene.town.ground.at(points[ground, 0], points[ground, 1])
-    colours[ground] = ground_colours(surfaces, points[ground])
-    gloss[ground] = np.where(surfaces == Surface.WATER, np.float32(0.35), np.float32(0))
+    land = met.triangle[ground]
+    surfaces = scene.town.ground.at(points[ground, 0], points[ground, 1], scene.town.terrain.bare[land])
+    rippled = scene.town.solid.normals[land]
+    colours[ground], gloss[ground] = ground_look(surfaces, points[ground], rippled)
+    normals[ground] = rippled
     labels[ground] = SURFACE_LABELS[surfaces]
     for kind, solid in ((1, scene.town.solid), (2, scene.moving)):
         rows = np.flatnonzero(met.kind == kind)
@@ -144,30 +153,67 @@ def _look(scene: _Scene, met: _Met, origin: Reals, directions: Reals) -> tuple[S
             continue
         triangles = met.triangle[rows]
         facing = solid.normals[triangles]
-        away = (facing * directions[rows]).sum(axis=1) > 0
-        facing = np.where(away[:, None], -facing, facing)
-        normals[rows] = facing
-        colours[rows], gloss[rows] = solid_colours(
-            solid.materials[triangles], solid.colours[triangles], points[rows], facing, met.depth[rows]
+        facing = np.where((dot(facing, directions[rows]) > 0)[:, None], -facing, facing)
+        materials = solid.materials[triangles]
+        surface = Surfaces(
+            materials,
+            points[rows],
+            solid.anchors[triangles],
+            met.depth[rows],
+            facing,
+            solid.colours[triangles],
+            np.zeros(len(rows), dtype=F),
         )
+        finish_solids(surface)
+        normals[rows], colours[rows], gloss[rows] = surface.normals, surface.colours, surface.gloss
         labels[rows] = solid.labels[triangles]
-    lit = _lit(scene, met, points, normals)
-    return Seen(points, normals, colours, gloss, lit, met.depth), labels
+        lift[rows] = np.where(materials == Material.FOLIAGE, F(0.3), F(0.03))
+    starts = points + normals * lift[:, None]
+    lit = _lit(scene, met, starts, normals)
+    return Seen(normals, colours, gloss, lit, _openness(scene, met, starts, normals, size), met.depth), labels
 
 
-def _lit(scene: _Scene, met: _Met, points: Reals, normals: Reals) -> npt.NDArray[np.bool_]:
-    """Return which points (N,) the sun reaches."""
-    towards = np.asarray(scene.light.sun_direction, dtype=np.float32)
-    facing = normals[:, 0] * towards[0] + normals[:, 1] * towards[1] + normals[:, 2] * towards[2]
-    rows = np.flatnonzero((met.kind >= 0) & (facing > 0))
-    origins = points[rows] + normals[rows] * np.float32(0.03)
-    directions = np.ascontiguousarray(np.broadcast_to(towards, origins.shape))
-    dark = scene.town.solid.blocks(origins, directions)
+@lru_cache(maxsize=4)
+def _jitter(count: int) -> Reals:
+    """Return points (N, 3) spread in the unit ball, the same for every frame."""
+    return generator(0, "penumbra").uniform(-1, 1, (count, 3)).astype(F) * F(0.6)
+
+
+def _lit(scene: _Scene, met: _Met, starts: Reals, normals: Reals) -> npt.NDArray[np.bool_]:
+    """Return which points (N,) a random point of the sun reaches, so that the mean has soft shadows."""
+    towards = np.asarray(scene.light.sun_direction, dtype=F)
+    rows = np.flatnonzero((met.kind >= 0) & (dot(normals, towards) > 0))
+    directions = towards + _jitter(len(normals))[rows] * F(scene.light.sun_radius)
+    dark = scene.town.solid.blocks(starts[rows], directions)
     if scene.moving is not None:
-        dark |= scene.moving.blocks(origins, directions)
-    lit = np.zeros(len(points), dtype=np.bool_)
+        dark |= scene.moving.blocks(starts[rows], directions)
+    lit = np.zeros(len(normals), dtype=np.bool_)
     lit[rows[~dark]] = True
     return lit
+
+
+@lru_cache(maxsize=4)
+def _skyward(size: tuple[int, int]) -> tuple[npt.NDArray[np.int64], Reals]:
+    """Return every second pixel (M,) of every second row and its direction (M, 3) into the sky, one of four."""
+    row, column = (axis[::2, ::2] for axis in np.indices(size))
+    azimuth = (column // 2 % 2 + row % 4) * (np.pi / 2) + 0.4
+    flat = np.stack([0.74 * np.cos(azimuth), 0.74 * np.sin(azimuth), np.full(row.shape, 0.67)], axis=-1)
+    return (row * size[1] + column).ravel(), flat.reshape(-1, 3).astype(F)
+
+
+def _openness(scene: _Scene, met: _Met, starts: Reals, normals: Reals, size: tuple[int, int]) -> Reals:
+    """Return the share of the sky (N,) that the town leaves open, averaged over neighbouring pixels."""
+    rows, directions = _skyward(size)
+    outward = normals[rows]
+    inward = np.minimum(dot(directions, outward), 0)
+    directions = directions - F(2) * inward[:, None] * outward
+    hidden = scene.town.solid.blocks(starts[rows], directions) & (met.kind[rows] >= 0)
+    coarse = hidden.reshape((size[0] + 1) // 2, -1).astype(F)
+    coarse = cv2.blur(coarse, (4, 4), borderType=cv2.BORDER_REFLECT)
+    image = cv2.resize(coarse, size[::-1], interpolation=cv2.INTER_LINEAR)
+    wide = np.pad(image, 1, mode="edge")
+    corners = (wide[:-1, :-1] + wide[1:, :-1] + wide[:-1, 1:] + wide[1:, 1:]) * F(0.25)
+    return 1 - F(HIDDEN_SKY) * np.concatenate([image.ravel(), corners.ravel()])
 
 
 @lru_cache(maxsize=4)

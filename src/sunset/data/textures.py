@@ -1,0 +1,179 @@
+"""Noise in space, and what covers the ground: colour, gloss and ripples at each point."""
+
+from functools import cache
+from typing import Final
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from sunset.data.frame import Ids, Reals
+from sunset.data.ground import Surface
+from sunset.seeding import generator
+
+__all__ = ["broad", "grain", "ground_look", "hashed", "look_up", "tangle"]
+
+NOISE_SIZE: Final = 1024
+NOISE_MASK: Final = NOISE_SIZE - 1
+Cells = npt.NDArray[np.int32]
+
+_GROUND: Final = {  # display colour; strength of broad patches; strength of grain
+    Surface.FIELD: ((0.45, 0.46, 0.29), 0.35, 0.1),
+    Surface.LAWN: ((0.37, 0.43, 0.25), 0.22, 0.12),
+    Surface.GRASS: ((0.39, 0.43, 0.26), 0.3, 0.14),
+    Surface.ASPHALT: ((0.39, 0.39, 0.39), 0.16, 0.06),
+    Surface.MARKING: ((0.8, 0.8, 0.78), 0.14, 0.05),
+    Surface.PAVING: ((0.57, 0.56, 0.53), 0.14, 0.06),
+    Surface.KERB: ((0.64, 0.63, 0.61), 0.1, 0.05),
+    Surface.PLAZA: ((0.61, 0.57, 0.52), 0.14, 0.06),
+    Surface.EARTH: ((0.5, 0.43, 0.34), 0.35, 0.14),
+    Surface.PATH: ((0.63, 0.57, 0.47), 0.16, 0.1),
+    Surface.WATER: ((0.17, 0.23, 0.22), 0.2, 0.0),
+    Surface.DECK: ((0.55, 0.54, 0.53), 0.12, 0.05),
+    Surface.BALLAST: ((0.44, 0.4, 0.37), 0.15, 0.2),
+    Surface.SLEEPER: ((0.35, 0.31, 0.28), 0.1, 0.1),
+    Surface.RAIL: ((0.52, 0.5, 0.49), 0.1, 0.05),
+    Surface.SHRUBS: ((0.27, 0.34, 0.2), 0.35, 0.3),
+    Surface.CROPS: ((0.48, 0.47, 0.3), 0.35, 0.12),
+    Surface.YARD: ((0.52, 0.51, 0.48), 0.22, 0.08),
+}
+_COLOURS: Final = np.array([np.square(_GROUND[surface][0]) for surface in Surface], dtype=np.float32)
+_PATCHES: Final = np.array([_GROUND[surface][1] for surface in Surface], dtype=np.float32)
+_GRAINS: Final = np.array([_GROUND[surface][2] for surface in Surface], dtype=np.float32)
+_WORN: Final = np.square(np.array((0.5, 0.46, 0.34), dtype=np.float32))
+_DRY: Final = np.array((1.35, 1.16, 1.0), dtype=np.float32)
+_WATER_GLOSS: Final = np.float32(0.04)
+
+
+@cache
+def broad() -> Reals:
+    """Return smooth patches (1024, 1024) in [-1.2, 1.2], repeating without a seam."""
+    rng = generator(0, "texture")
+    patches = np.zeros((NOISE_SIZE, NOISE_SIZE), dtype=np.float32)
+    for cells, weight in ((8, 0.5), (32, 0.35), (128, 0.3), (512, 0.2)):
+        coarse = rng.uniform(-1, 1, (cells, cells)).astype(np.float32)
+        wrapped = np.pad(coarse, 2, mode="wrap")
+        factor = NOISE_SIZE // cells
+        large = cv2.resize(wrapped, None, fx=factor, fy=factor, interpolation=cv2.INTER_CUBIC)
+        patches += weight * large[2 * factor : -2 * factor, 2 * factor : -2 * factor]
+    return np.clip(patches, -1.2, 1.2)
+
+
+@cache
+def grain() -> Reals:
+    """Return independent values (1024, 1024) in [-1, 1]."""
+    return generator(0, "texture", "grain").uniform(-1, 1, (NOISE_SIZE, NOISE_SIZE)).astype(np.float32)
+
+
+@cache
+def tangle() -> Reals:
+    """Return random directions (1024, 1024, 3), each component in [-1, 1], alike over some cells."""
+    rng = generator(0, "texture", "tangle")
+    coarse = rng.uniform(-1, 1, (NOISE_SIZE // 4, NOISE_SIZE // 4, 3)).astype(np.float32)
+    fine = rng.uniform(-1, 1, (NOISE_SIZE, NOISE_SIZE, 3)).astype(np.float32)
+    return np.float32(0.6) * np.repeat(np.repeat(coarse, 4, axis=0), 4, axis=1) + np.float32(0.4) * fine
+
+
+def look_up(table: Reals, a: Reals, b: Reals, cells_per_m: float) -> Reals:
+    """Return a table's values (N, ...) at coordinates (N,) in metres."""
+    i = np.floor(a * np.float32(cells_per_m)).astype(np.int32) & NOISE_MASK
+    j = np.floor(b * np.float32(cells_per_m)).astype(np.int32) & NOISE_MASK
+    found: Reals = table[i, j]
+    return found
+
+
+def hashed(a: Reals, b: Reals, salt: int = 0) -> Reals:
+    """Return a value in [0, 1) for each cell (N,) given by two whole numbers."""
+    mixed = np.floor(a).astype(np.int32).astype(np.uint32) * np.uint32(0x9E3779B1)
+    mixed += np.floor(b).astype(np.int32).astype(np.uint32) * np.uint32(0x85EBCA77)
+    mixed += np.uint32(salt * 0x27D4EB2F & 0xFFFFFFFF)
+    mixed ^= mixed >> np.uint32(15)
+    mixed *= np.uint32(0x2C1B3C6D)
+    mixed ^= mixed >> np.uint32(13)
+    mixed *= np.uint32(0x297A2D39)
+    result: Reals = (mixed >> np.uint32(8)).astype(np.float32) * np.float32(2.0**-24)
+    return result
+
+
+def ground_look(surfaces: Ids, points: Reals, normals: Reals) -> tuple[Reals, Reals]:
+    """Return the linear reflectance (N, 3) and gloss (N,) of surfaces (N,) at world points (N, 3).
+
+    Ripples are added in place to the normals (N, 3) of water.
+    """
+    x, y = points[:, 0], points[:, 1]
+    patches = look_up(broad(), x, y, 4.0)
+    factor = 1 + _PATCHES[surfaces] * patches + _GRAINS[surfaces] * look_up(grain(), x, y, 3.0)
+    colours = _COLOURS[surfaces] * factor[:, None]
+    _wear_roads(surfaces, points, colours)
+    _lay_slabs(surfaces, points, colours)
+    _mottle_green(surfaces, points, colours)
+    gloss = np.zeros(len(surfaces), dtype=np.float32)
+    water = np.flatnonzero(surfaces == Surface.WATER)
+    gloss[water] = _WATER_GLOSS
+    wind = look_up(broad(), x[water], y[water], 1.5)
+    ripple = look_up(tangle(), x[water] + y[water] * np.float32(0.4), y[water], 1.6)
+    normals[water, :2] += ripple[:, :2] * (np.float32(0.035) + np.float32(0.02) * wind)[:, None]
+    return colours, gloss
+
+
+def _wear_roads(surfaces: Ids, points: Reals, colours: Reals) -> None:
+    """Repairs and oil on asphalt; markings rubbed off here and there."""
+    road = np.flatnonzero((surfaces == Surface.ASPHALT) | (surfaces == Surface.YARD))
+    x, y = points[road, 0], points[road, 1]
+    skewed = x * np.float32(0.94) + y * np.float32(0.34), y * np.float32(0.94) - x * np.float32(0.34)
+    repaired = hashed(skewed[0] / np.float32(5.3), skewed[1] / np.float32(3.1), 1)
+    tone = np.where(repaired < np.float32(0.05), np.float32(0.72), np.float32(1))
+    tone += np.where(repaired > np.float32(0.965), np.float32(0.22), np.float32(0))
+    aged = look_up(broad(), x, y, 0.35)
+    spots = look_up(broad(), x + np.float32(71), y, 14.0)
+    tone *= (
+        1 + np.float32(0.16) * aged - np.float32(0.35) * np.clip(spots - np.float32(0.45), 0, np.float32(0.5))
+    )
+    colours[road] *= tone[:, None]
+    lines = np.flatnonzero(surfaces == Surface.MARKING)
+    x, y = points[lines, 0], points[lines, 1]
+    worn = np.clip(look_up(broad(), x, y, 9.0) + look_up(broad(), x, y, 0.5) * np.float32(0.6), 0, 1)
+    share = (np.float32(0.12) + np.float32(0.6) * worn)[:, None]
+    colours[lines] += (_COLOURS[Surface.ASPHALT] - colours[lines]) * share
+
+
+def _lay_slabs(surfaces: Ids, points: Reals, colours: Reals) -> None:
+    """Slabs of slightly differing tone on pavements and squares, bands of another stone across squares."""
+    slabs = np.flatnonzero(
+        (surfaces == Surface.PLAZA) | (surfaces == Surface.PAVING) | (surfaces == Surface.DECK)
+    )
+    x, y, square = points[slabs, 0], points[slabs, 1], surfaces[slabs] == Surface.PLAZA
+    size = np.where(square, np.float32(1.6), np.float32(0.9))
+    tone = np.float32(0.92) + np.float32(0.16) * hashed(x / size, y / size, 2)
+    band = (np.abs(x / 9 - np.round(x / 9)) < 0.05) | (np.abs(y / 9 - np.round(y / 9)) < 0.05)  # noqa: PLR2004
+    tone = np.where(square & band, tone * np.float32(0.76), tone)
+    dirt = np.clip(look_up(broad(), x, y, 1.3), 0, 1)
+    colours[slabs] *= (tone * (1 - np.float32(0.2) * dirt))[:, None]
+
+
+def _mottle_green(surfaces: Ids, points: Reals, colours: Reals) -> None:
+    """Lush, dry and worn spots in grass; furrows and varying growth in fields; stripes where it is mown."""
+    green = np.flatnonzero(
+        (surfaces == Surface.LAWN)
+        | (surfaces == Surface.GRASS)
+        | (surfaces == Surface.FIELD)
+        | (surfaces == Surface.CROPS)
+    )
+    kinds = surfaces[green]
+    x, y = points[green, 0], points[green, 1]
+    dryness = look_up(broad(), x, y, 0.6) * np.float32(0.5) + look_up(broad(), y, x, 0.15) * np.float32(0.5)
+    tone = 1 + (_DRY - 1) * (dryness * np.float32(1.1))[:, None]
+    field = (kinds == Surface.FIELD) | (kinds == Surface.CROPS)
+    plot = hashed(x / np.float32(97) + y / np.float32(310), y / np.float32(71) - x / np.float32(420), 3)
+    rows = np.sin((x + y * np.float32(0.6)) * np.float32(1.7))
+    tone *= np.where(
+        field, np.float32(0.72) + np.float32(0.5) * plot + np.float32(0.06) * rows, np.float32(1)
+    )[:, None]
+    mown = np.where(np.sin(x * np.float32(0.9) - y * np.float32(1.2)) > 0, np.float32(1.05), np.float32(0.95))
+    tone *= np.where(kinds == Surface.LAWN, mown, np.float32(1))[:, None]
+    base = colours[green] * tone
+    bare = look_up(broad(), x + np.float32(33), y, 2.2) + np.float32(0.5) * look_up(broad(), x, y, 7.0)
+    worn = np.where(
+        field, np.float32(0), np.clip(bare * np.float32(1.6) - np.float32(0.9), 0, np.float32(0.75))
+    )
+    colours[green] = base + (_WORN - base) * worn[:, None]

@@ -4,146 +4,217 @@ from typing import Final
 
 import numpy as np
 
-from sunset.data.meshes import Colour, Finish, Material, Mesh, box, gable, join
+from sunset.data.meshes import Colour, Finish, Material, Mesh, box, join
+from sunset.data.roofs import flat_roof, pitched_roof
 
 __all__ = ["apartment", "hall", "house", "tower"]
 
-WALLS: Final[tuple[Colour, ...]] = (
-    (0.78, 0.7, 0.58),
-    (0.7, 0.62, 0.55),
-    (0.62, 0.36, 0.28),
-    (0.83, 0.8, 0.74),
-    (0.74, 0.55, 0.4),
-    (0.6, 0.62, 0.6),
-    (0.8, 0.66, 0.6),
-    (0.72, 0.74, 0.66),
+FOUNDATION_M: Final = 3.0
+"""How far walls reach below the ground floor, for slopes."""
+STOREY_M: Final = 3.2
+SHOP_M: Final = 4.2
+Size = tuple[float, float]
+
+PLASTER: Final[tuple[Colour, ...]] = (
+    (0.78, 0.74, 0.66),
+    (0.82, 0.8, 0.75),
+    (0.72, 0.68, 0.6),
+    (0.76, 0.68, 0.54),
+    (0.68, 0.68, 0.66),
+    (0.74, 0.64, 0.56),
+    (0.66, 0.69, 0.64),
+    (0.84, 0.82, 0.8),
 )
-TILES: Final[tuple[Colour, ...]] = (
-    (0.52, 0.24, 0.17),
-    (0.43, 0.22, 0.18),
-    (0.34, 0.25, 0.22),
-    (0.58, 0.33, 0.22),
-    (0.28, 0.27, 0.29),
+BRICKS: Final[tuple[Colour, ...]] = (
+    (0.5, 0.33, 0.27),
+    (0.45, 0.32, 0.27),
+    (0.58, 0.46, 0.38),
+    (0.42, 0.36, 0.33),
 )
-FLATS: Final[tuple[Colour, ...]] = (
-    (0.48, 0.47, 0.46),
-    (0.58, 0.56, 0.52),
-    (0.4, 0.38, 0.38),
-    (0.66, 0.64, 0.6),
+CONCRETES: Final[tuple[Colour, ...]] = (
+    (0.6, 0.6, 0.58),
+    (0.68, 0.66, 0.62),
+    (0.55, 0.56, 0.57),
+    (0.74, 0.73, 0.71),
+)
+TIMBERS: Final[tuple[Colour, ...]] = (
+    (0.46, 0.36, 0.27),
+    (0.5, 0.45, 0.38),
+    (0.36, 0.3, 0.27),
+    (0.62, 0.6, 0.56),
 )
 GLAZING: Final[tuple[Colour, ...]] = (
-    (0.3, 0.42, 0.52),
-    (0.34, 0.4, 0.42),
-    (0.42, 0.36, 0.32),
-    (0.28, 0.34, 0.42),
+    (0.42, 0.46, 0.48),
+    (0.5, 0.52, 0.53),
+    (0.4, 0.4, 0.4),
+    (0.62, 0.62, 0.6),
 )
+SHEETS: Final[tuple[Colour, ...]] = (
+    (0.64, 0.66, 0.68),
+    (0.72, 0.71, 0.68),
+    (0.46, 0.5, 0.53),
+    (0.55, 0.52, 0.48),
+)
+AWNINGS: Final[tuple[Colour, ...]] = (
+    (0.5, 0.16, 0.14),
+    (0.18, 0.32, 0.24),
+    (0.72, 0.68, 0.58),
+    (0.2, 0.26, 0.38),
+)
+STONE: Final[Colour] = (0.62, 0.6, 0.56)
 
 
-def _pick(rng: np.random.Generator, colours: tuple[Colour, ...]) -> Colour:
-    base = np.asarray(colours[int(rng.integers(len(colours)))]) * rng.uniform(0.88, 1.1)
-    red, green, blue = np.clip(base + rng.uniform(-0.025, 0.025, 3), 0, 1)
+def pick(rng: np.random.Generator, colours: tuple[Colour, ...]) -> Colour:
+    """Draw one of some colours, a little changed."""
+    base = np.asarray(colours[int(rng.integers(len(colours)))]) * rng.uniform(0.88, 1.08)
+    red, green, blue = np.clip(base + rng.uniform(-0.02, 0.02, 3), 0, 1)
     return float(red), float(green), float(blue)
 
 
-def _flat_roof(
-    rng: np.random.Generator, size: tuple[float, float], height: float, wall: Finish
-) -> list[Mesh]:
-    """A roof surface within a parapet, with machines and a stair house on it."""
+def _facade(rng: np.random.Generator, shares: tuple[float, ...]) -> Finish:
+    """Draw a wall: plaster, brick, ribbon windows in concrete, glass, timber, in given shares."""
+    kinds = (
+        (PLASTER, Material.FACADE),
+        (BRICKS, Material.BRICK_FACADE),
+        (CONCRETES, Material.RIBBON),
+        (GLAZING, Material.GLASS_FACADE),
+        (TIMBERS, Material.TIMBER),
+    )
+    colours, material = kinds[int(rng.choice(len(kinds), p=shares))]
+    return Finish(pick(rng, colours), "building", material)
+
+
+def _plain(colour: Colour, material: Material = Material.PLAIN) -> Finish:
+    return Finish(colour, "building", material)
+
+
+def _balconies(rng: np.random.Generator, size: Size, low: float, high: float) -> list[Mesh]:
+    """Columns of balconies on both long sides, one for each storey."""
     x, y = size[0] / 2, size[1] / 2
-    roof = Finish(_pick(rng, FLATS), "building", Material.ROOF)
-    edge = Finish(wall.colour, "building")
-    unit = Finish((0.7, 0.71, 0.72), "building")
-    parts = [
-        box((-x, -y, height), (x, -y + 0.4, height + 0.7), edge),
-        box((-x, y - 0.4, height), (x, y, height + 0.7), edge),
-        box((-x, -y, height), (-x + 0.4, y, height + 0.7), edge),
-        box((x - 0.4, -y, height), (x, y, height + 0.7), edge),
-        box((-x + 0.4, -y + 0.4, height - 0.3), (x - 0.4, y - 0.4, height + 0.05), roof),
-    ]
-    for _ in range(int(rng.integers(2, 5))):
-        cx, cy = float(rng.uniform(-x + 2, x - 2)), float(rng.uniform(-y + 2, y - 2))
-        half = float(rng.uniform(0.6, 1.5))
-        parts.append(box((cx - half, cy - half, height), (cx + half, cy + half, height + half * 1.2), unit))
-    parts.append(box((-x * 0.5, -1.4, height), (-x * 0.5 + 3, 1.4, height + 2.6), edge))
+    rail = _plain(pick(rng, ((0.75, 0.75, 0.74), (0.35, 0.36, 0.38), (0.6, 0.62, 0.6))))
+    step = float(rng.uniform(4.5, 7))
+    parts = []
+    for at in np.arange(-x + 2.6, x - 2.5, step).tolist():
+        for floor in np.arange(low, high - 2.5, STOREY_M).tolist():
+            for side in (-1, 1):
+                near, far = sorted((side * y, side * (y + 1.2)))
+                parts.append(
+                    box((at - 1.4, near, floor - 0.15), (at + 1.4, far, floor + 1.0), rail, bottom=True)
+                )
     return parts
 
 
-def apartment(rng: np.random.Generator, size: tuple[float, float]) -> Mesh:
-    """Return a block of flats of a given footprint in metres, 3 to 6 floors, pitched or flat roof."""
+def _shops(rng: np.random.Generator, size: Size) -> list[Mesh]:
+    """A glazed ground floor, some awnings in front of it."""
     x, y = size[0] / 2, size[1] / 2
-    height = 3.2 * int(rng.integers(3, 7))
-    wall = Finish(_pick(rng, WALLS), "building", Material.FACADE)
-    body = box((-x, -y, 0), (x, y, height), wall)
-    if rng.random() < 0.55:  # noqa: PLR2004  a share
-        tiles = Finish(_pick(rng, TILES), "building", Material.TILES)
-        chimney = Finish((0.45, 0.3, 0.25), "building")
-        ridge = float(rng.uniform(-x * 0.6, x * 0.6))
-        return join(
-            [
-                body,
-                gable((size[0], size[1] + 0.8), height, y * 0.62, tiles, wall),
-                box((ridge - 0.6, 0.6, height), (ridge + 0.6, 1.6, height + y * 0.62 + 0.8), chimney),
-            ]
-        )
-    return join([body, *_flat_roof(rng, size, height, wall)])
+    front = _plain(pick(rng, CONCRETES), Material.SHOP)
+    parts = [box((-x - 0.1, -y - 0.1, -FOUNDATION_M), (x + 0.1, y + 0.1, SHOP_M), front)]
+    for at in np.arange(-x + 2.5, x - 2, 5.0).tolist():
+        if rng.random() < 0.45:  # noqa: PLR2004  a share
+            cloth = _plain(pick(rng, AWNINGS))
+            for side in (-1, 1):
+                near, far = sorted((side * y, side * (y + 1.5)))
+                parts.append(box((at - 1.7, near, 2.75), (at + 1.7, far, 2.95), cloth, bottom=True))
+    return parts
 
 
-def tower(rng: np.random.Generator, size: tuple[float, float]) -> Mesh:
-    """Return a high-rise of 20 to 38 m, glazed or with a facade, on a wider base."""
+def _wing(rng: np.random.Generator, size: Size, height: float, wall: Finish) -> list[Mesh]:
+    """Walls with a cornice, standing on a foundation."""
     x, y = size[0] / 2, size[1] / 2
-    height = float(rng.uniform(20, 38))
-    glazed = rng.random() < 0.5  # noqa: PLR2004  a share
-    wall = Finish(
-        _pick(rng, GLAZING if glazed else WALLS),
-        "building",
-        Material.GLASS_FACADE if glazed else Material.FACADE,
-    )
-    base = Finish(_pick(rng, WALLS), "building", Material.FACADE)
-    parts = [
-        box((-x - 2.5, -y - 2.5, 0), (x + 2.5, y + 2.5, 5), base),
-        box((-x, -y, 5), (x, y, height), wall),
-    ]
-    return join([*parts, *_flat_roof(rng, size, height, wall)])
+    parts = [box((-x, -y, -FOUNDATION_M), (x, y, height), wall)]
+    if rng.random() < 0.6:  # noqa: PLR2004  a share
+        trim = _plain(pick(rng, (STONE, wall.colour)))
+        parts.append(box((-x - 0.3, -y - 0.3, height - 0.45), (x + 0.3, y + 0.3, height), trim, bottom=True))
+    return parts
 
 
-def house(rng: np.random.Generator, size: tuple[float, float]) -> Mesh:
-    """Return a house of one or two floors under a pitched roof, with a chimney and a porch."""
+def apartment(rng: np.random.Generator, size: Size) -> Mesh:
+    """Return a block of flats of a given footprint in metres, 3 to 6 floors, of many shapes and roofs."""
+    height = STOREY_M * int(rng.integers(3, 7))
+    wall = _facade(rng, (0.58, 0.16, 0.16, 0.06, 0.04))
+    low = 0.0
+    parts = _wing(rng, size, height, wall)
+    if rng.random() < 0.4:  # noqa: PLR2004  a share
+        parts += _shops(rng, size)
+        low = SHOP_M
+    if rng.random() < 0.5:  # noqa: PLR2004  a share
+        parts += _balconies(rng, size, low + STOREY_M, height)
+    roof = float(rng.random())
+    if roof < 0.5:  # noqa: PLR2004  a share
+        return join([*parts, *pitched_roof(rng, size, height, wall, steep=0.62)])
+    if roof < 0.65 and min(size) > 9:  # noqa: PLR2004  a share; room for a terrace
+        inner = (size[0] - 4.0, size[1] - 4.0)
+        top = _facade(rng, (0.5, 0.0, 0.2, 0.2, 0.1))
+        x, y = inner[0] / 2, inner[1] / 2
+        parts += flat_roof(rng, size, height, wall, terrace=True)
+        parts.append(box((-x, -y, height), (x, y, height + STOREY_M), top))
+        return join([*parts, *flat_roof(rng, inner, height + STOREY_M, top)])
+    return join([*parts, *flat_roof(rng, size, height, wall)])
+
+
+def tower(rng: np.random.Generator, size: Size) -> Mesh:
+    """Return a high-rise of 20 to 38 m on a wider base, straight or set back."""
+    x, y = size[0] / 2, size[1] / 2
+    height = STOREY_M * int(rng.integers(6, 12))
+    wall = _facade(rng, (0.3, 0.06, 0.26, 0.38, 0.0))
+    wide = (size[0] + 5, size[1] + 5)
+    base = _plain(pick(rng, CONCRETES), Material.SHOP)
+    parts = [box((-x - 2.5, -y - 2.5, -FOUNDATION_M), (x + 2.5, y + 2.5, 5), base)]
+    parts += flat_roof(rng, wide, 5, base, terrace=True)
+    if rng.random() < 0.4 and height > 24:  # noqa: PLR2004  a share; room for a step
+        step = height * float(rng.uniform(0.6, 0.8))
+        inner = (size[0] - 4.5, size[1] - 4.5)
+        parts.append(box((-x, -y, 0), (x, y, step), wall))
+        parts += flat_roof(rng, size, step, wall, terrace=True)
+        parts.append(box((-x + 2.25, -y + 2.25, step), (x - 2.25, y - 2.25, height), wall))
+        return join([*parts, *flat_roof(rng, inner, height, wall)])
+    parts.append(box((-x, -y, 0), (x, y, height), wall))
+    if wall.material is Material.FACADE and rng.random() < 0.6:  # noqa: PLR2004  a share
+        parts += _balconies(rng, size, 5 + STOREY_M, height)
+    return join([*parts, *flat_roof(rng, size, height, wall)])
+
+
+def house(rng: np.random.Generator, size: Size) -> Mesh:
+    """Return a house of one or two floors: pitched or flat roof, some with a wing, a terrace, a porch."""
     x, y = size[0] / 2, size[1] / 2
     height = float(rng.choice([3.2, 5.8]))
-    wall = Finish(_pick(rng, WALLS), "building", Material.FACADE)
-    tiles = Finish(_pick(rng, TILES), "building", Material.TILES)
-    rise = float(rng.uniform(0.5, 0.8)) * y
-    return join(
-        [
-            box((-x, -y, 0), (x, y, height), wall),
-            gable((size[0] + 0.9, size[1] + 1.0), height, rise, tiles, wall),
-            box(
-                (x * 0.4, 0.4, height),
-                (x * 0.4 + 0.8, 1.2, height + rise + 0.7),
-                Finish((0.45, 0.3, 0.25), "building"),
-            ),
-            box((-x * 0.6, y, 0), (x * 0.2, y + 1.8, 2.5), wall),
-        ]
-    )
+    wall = _facade(rng, (0.66, 0.18, 0.0, 0.0, 0.16))
+    porch = _plain((0.56, 0.53, 0.5))
+    parts = [
+        box((-x, -y, -FOUNDATION_M), (x, y, height), wall),
+        box((-x * 0.6, y, -FOUNDATION_M), (x * 0.5, y + 2.4, 0.15), _plain((0.6, 0.57, 0.52))),
+    ]
+    kind = float(rng.random())
+    if kind < 0.14:  # noqa: PLR2004  a share
+        return join([*parts, *flat_roof(rng, size, height, wall)])
+    parts += pitched_roof(rng, size, height, wall, steep=float(rng.uniform(0.6, 0.85)))
+    if kind < 0.5:  # noqa: PLR2004  a share
+        parts.append(box((x * 0.1, y, -FOUNDATION_M), (x * 0.75, y + 1.7, 2.5), wall))
+        parts.append(box((x * 0.1 - 0.2, y, 2.5), (x * 0.75 + 0.2, y + 1.9, 2.65), porch, bottom=True))
+    elif kind < 0.75:  # noqa: PLR2004  a share
+        low = height - 0.5 if height < 4 else 3.0  # noqa: PLR2004  metres, below the eaves
+        parts.append(box((-x * 0.9, y, -FOUNDATION_M), (-x * 0.1, y + 2.6, low), wall))
+        parts.append(box((-x * 0.9 - 0.2, y, low), (-x * 0.1 + 0.2, y + 2.8, low + 0.2), porch, bottom=True))
+    return join(parts)
 
 
-def hall(rng: np.random.Generator, size: tuple[float, float]) -> Mesh:
-    """Return an industrial hall: low, wide, ribbed roof with skylights."""
+def hall(rng: np.random.Generator, size: Size) -> Mesh:
+    """Return an industrial hall: low, wide, sheet metal, with skylights, sheds or solar panels."""
     x, y = size[0] / 2, size[1] / 2
     height = float(rng.uniform(6, 10))
-    wall = Finish(_pick(rng, ((0.62, 0.66, 0.7), (0.72, 0.7, 0.66), (0.45, 0.52, 0.58))), "building")
-    roof = Finish(
-        _pick(rng, ((0.6, 0.62, 0.64), (0.5, 0.5, 0.5), (0.66, 0.5, 0.42))), "building", Material.ROOF
-    )
-    light = Finish((0.82, 0.88, 0.9), "building")
-    strips = [
-        box((at - 0.8, -y * 0.8, height), (at + 0.8, y * 0.8, height + 0.45), light)
-        for at in np.arange(-x + 4, x - 3, 7.0).tolist()
+    wall = _plain(pick(rng, SHEETS), Material.METAL)
+    roof = _plain(pick(rng, (*SHEETS, (0.5, 0.49, 0.47))), Material.METAL)
+    light = _plain((0.72, 0.77, 0.8), Material.GLASS)
+    door = _plain((0.36, 0.38, 0.4))
+    parts = [
+        box((-x, -y, -FOUNDATION_M), (x, y, height - 0.3), wall),
+        box((-x - 0.15, -y - 0.15, height - 0.3), (x + 0.15, y + 0.15, height), roof, bottom=True),
     ]
-    return join(
-        [
-            box((-x, -y, 0), (x, y, height - 0.3), wall),
-            box((-x, -y, height - 0.3), (x, y, height), roof),
-            *strips,
-        ]
-    )
+    for at in np.arange(-x + 4, x - 3, 7.0).tolist():
+        parts.append(box((at - 0.8, -y * 0.8, height), (at + 0.8, y * 0.8, height + 0.45), light))
+        parts.append(box((at - 1.8, y, 0), (at + 1.8, y + 0.1, 4), door))
+    unit = _plain((0.66, 0.67, 0.68))
+    for _ in range(int(rng.integers(2, 7))):
+        cx, cy = float(rng.uniform(-x + 2, x - 2)), float(rng.uniform(-y + 2, y - 2))
+        parts.append(box((cx - 1, cy - 0.8, height), (cx + 1, cy + 0.8, height + 1.3), unit))
+    return join(parts)

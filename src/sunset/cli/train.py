@@ -3,13 +3,21 @@
 import argparse
 import os
 import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
+from time import monotonic
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
 
 from sunset.cli._options import at_least_one
-from sunset.cli._progress import stages_progress
-from sunset.training import MODALITIES, Schedule, TrainingConfig, train
+from sunset.training import CONFIGS, MODALITIES, train
 
 __all__ = ["add_parser", "execute"]
+
+_LINE_EVERY_S = 30.0
 
 
 def add_parser(verbs: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
@@ -20,35 +28,38 @@ def add_parser(verbs: "argparse._SubParsersAction[argparse.ArgumentParser]") -> 
         description="Render frames of towns that the flight is not over, train the networks from scratch, calibrate "
         "their thresholds, and write a model folder with its card. Needs the extra 'train'.",
     )
-    parser.add_argument("--name", default="lite", help="the model's name in its card (default: lite)")
+    parser.add_argument(
+        "--model", choices=list(CONFIGS), default="lite", help="architecture and schedule (default: lite)"
+    )
+    parser.add_argument("--name", help="the model's name in its card (default: the same)")
     parser.add_argument(
         "--modality",
         default="all",
-        choices=["all", "rgb", "depth"],
-        help="which networks; the fusion is trained together with both branches (default: all)",
+        choices=["all", *MODALITIES],
+        help="which networks; the fusion contains both branches, so it means all (default: all)",
     )
     parser.add_argument(
         "--seed", type=int, default=1, metavar="N", help="of everything that is drawn (default: 1)"
     )
+    steps = ", ".join(f"{make().schedule.steps} for {name}" for name, make in CONFIGS.items())
     parser.add_argument(
         "--steps",
         type=at_least_one,
-        default=Schedule().steps,
         metavar="N",
-        help=f"optimiser steps (default: {Schedule().steps})",
+        help=f"optimiser steps, of each branch where they are trained one by one (default: {steps})",
     )
     parser.add_argument(
         "--jobs", type=at_least_one, metavar="N", help="processes that render (default: one a core)"
     )
     parser.add_argument(
-        "--resume", action="store_true", help="go on at the last checkpoint in the work folder"
+        "--resume", action="store_true", help="go on at the last checkpoints in the work folder"
     )
     parser.add_argument(
         "--work",
         type=Path,
         default=Path("training"),
         metavar="DIR",
-        help="keeps frames, checkpoints and the log",
+        help="keeps frames, checkpoints and logs (default: training)",
     )
     parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="the model's folder")
     parser.set_defaults(execute=execute)
@@ -56,11 +67,16 @@ def add_parser(verbs: "argparse._SubParsersAction[argparse.ArgumentParser]") -> 
 
 def execute(arguments: argparse.Namespace) -> int:
     """Train."""
-    modalities = MODALITIES if arguments.modality == "all" else (arguments.modality,)
-    config = TrainingConfig(name=arguments.name, modalities=modalities, seed=arguments.seed)
-    with stages_progress() as progress:
+    whole = arguments.modality in {"all", "fusion"}
+    config = replace(
+        CONFIGS[arguments.model](),
+        name=arguments.name or arguments.model,
+        modalities=MODALITIES if whole else (arguments.modality,),
+        seed=arguments.seed,
+    )
+    with _progress() as progress:
         train(
-            config.with_steps(arguments.steps),
+            config.with_steps(arguments.steps) if arguments.steps else config,
             arguments.out,
             work=arguments.work,
             resume=arguments.resume,
@@ -69,3 +85,57 @@ def execute(arguments: argparse.Namespace) -> int:
         )
     print(f"The model is in {arguments.out}; 'sunset run --model {arguments.out}' flies it.", file=sys.stderr)
     return 0
+
+
+@contextmanager
+def _progress() -> Iterator[Callable[..., None]]:
+    """Give a function `(what, done, total, note)` that draws bars, or lines where stderr is no terminal."""
+    console = Console(stderr=True)
+    if not console.is_terminal:
+        yield _lines(console)
+        return
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TextColumn("{task.fields[rate]}"),
+        TimeRemainingColumn(),
+        TextColumn("{task.fields[note]}"),
+    )
+    with Progress(*columns, console=console) as bars:
+        tasks: dict[str, TaskID] = {}
+
+        def update(what: str, done: int, total: int, note: str = "") -> None:
+            if what not in tasks:
+                tasks[what] = bars.add_task(what, total=total, completed=done, rate="", note=note)
+                return
+            speed = bars.tasks[tasks[what]].speed
+            rate = f"{speed:.2f}/s" if speed else ""
+            bars.update(tasks[what], completed=done, rate=rate, note=note)
+
+        yield update
+
+
+def _lines(console: Console) -> Callable[..., None]:
+    """Return a function that prints a line now and then, and when something is done."""
+    began: dict[str, tuple[float, int]] = {}
+    shown = -_LINE_EVERY_S
+
+    def update(what: str, done: int, total: int, note: str = "") -> None:
+        nonlocal shown
+        now = monotonic()
+        start, before = began.setdefault(what, (now, done))
+        if done < total and now - shown < _LINE_EVERY_S:
+            return
+        shown = now
+        speed = (done - before) / (now - start) if done > before else 0.0
+        left = f", {speed:.2f}/s, {_clock((total - done) / speed)} left" if speed else ""
+        remark = f", {note}" if note else ""
+        console.print(f"{what}: {done} of {total}{remark}{left}", highlight=False, soft_wrap=True)
+
+    return update
+
+
+def _clock(seconds: float) -> str:
+    minutes = round(seconds / 60)
+    return f"{minutes // 60}:{minutes % 60:02d} h"

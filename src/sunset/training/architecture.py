@@ -1,13 +1,7 @@
-"""The networks as plain data: one plan, run by torch in training and written as ONNX for inference.
+"""Networks as plain data: a plan of layers, run by torch in training and written as ONNX for inference.
 
-Every branch is a DeepLabV3: a light residual backbone down to stride 16, atrous spatial pyramid
-pooling with a global-pooling branch (Chen et al., "Rethinking Atrous Convolution for Semantic Image
-Segmentation", 2017), and a classifier. Cars are ten pixels long from 50 m, so the pyramid's output is
-refined by the backbone's features at strides 8 and 4 before the classifier, as DeepLabV3+ does (Chen et
-al., 2018), and the classifier gives each of its pixels four sets of logits, for stride 2 (Shi et al.,
-"Real-Time Single Image and Video Super-Resolution Using an Efficient Sub-Pixel Convolutional Neural
-Network", 2016). Late fusion concatenates the logits of both branches and merges them by three 1x1
-convolutions.
+A plan names every layer's result, and for layers with weights the torch modules that hold them. The same
+weights can be run by several plans: with strides instead of dilations, say, where a training begins.
 """
 
 from collections.abc import Iterator
@@ -18,44 +12,65 @@ from sunset.classes import CLASSES
 from sunset.errors import InvalidInputError
 
 __all__ = [
+    "LEAST_WIDTH",
     "Concat",
     "Conv",
     "Layer",
-    "NetworkShape",
+    "MaxPool",
     "Pool",
     "Resize",
     "Shuffle",
-    "branch",
+    "Spread",
+    "check_widths",
     "convolutions",
     "merge",
 ]
 
 _CLASSES: Final = len(CLASSES)
-_LEAST_WIDTH: Final = 16
+LEAST_WIDTH: Final = 16
+"""Below this many channels, torch 2.13's convolutions for CPUs were seen to write beyond their memory
+(1x1 kernels, stride 2)."""
 
 
 @dataclass(frozen=True, slots=True)
 class Conv:
-    """A convolution, then normalisation, then an addition, then ReLU; the last three if asked for.
+    """A convolution, then normalisation, an addition, ReLU, and in training dropout; the last four if asked for.
 
     Attributes:
         name: names the result.
         source: the result that is convolved.
         channels: channels in, channels out.
-        kernel: 1 or 3, padded with zeros to keep the size.
-        norm: batch normalisation instead of a bias.
+        weights: the module of the kernel, and of the bias if there is no normalisation.
+        norm: the module of the batch normalisation, or none.
+        kernel: odd; the source is padded with zeros to keep its size.
         add: a result that is added, of the same shape or of one pixel.
+        dropout: the share of values that training sets to 0.
     """
 
     name: str
     source: str
     channels: tuple[int, int]
+    weights: str
+    norm: str = ""
     kernel: int = 3
     stride: int = 1
     dilation: int = 1
-    norm: bool = True
     add: str = ""
     relu: bool = True
+    dropout: float = 0.0
+
+    @property
+    def padding(self) -> int:
+        """Rows and columns of zeros on each side."""
+        return self.dilation * (self.kernel // 2)
+
+
+@dataclass(frozen=True, slots=True)
+class MaxPool:
+    """The greatest of 3x3 pixels around every second one."""
+
+    name: str
+    source: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,6 +79,15 @@ class Pool:
 
     name: str
     source: str
+
+
+@dataclass(frozen=True, slots=True)
+class Spread:
+    """One pixel, repeated to the size of another result."""
+
+    name: str
+    source: str
+    like: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,114 +115,29 @@ class Shuffle:
     source: str
 
 
-Layer: TypeAlias = Conv | Pool | Resize | Concat | Shuffle
+Layer: TypeAlias = Conv | MaxPool | Pool | Spread | Resize | Concat | Shuffle
 
 
-@dataclass(frozen=True, slots=True)
-class NetworkShape:
-    """The widths of a branch, in channels; none may be less than 16.
+def check_widths(*widths: int) -> None:
+    """Refuse widths that cannot be trained.
 
-    Below that, torch 2.13's convolutions for CPUs were seen to write beyond their memory (1x1 kernels, stride 2).
-
-    Attributes:
-        stem: channels at stride 2.
-        widths: channels at strides 4, 8 and 16.
-        blocks: residual blocks at strides 4, 8 and 16.
-        pyramid: channels of each branch of the pyramid pooling.
-        rates: dilations of the pyramid's 3x3 convolutions.
-        skips: channels taken from strides 4 and 8 into the decoder.
-        decoder: channels of the decoder.
+    Raises:
+        InvalidInputError: one is less than `LEAST_WIDTH`.
     """
-
-    stem: int = 24
-    widths: tuple[int, int, int] = (48, 96, 160)
-    blocks: tuple[int, int, int] = (1, 2, 2)
-    pyramid: int = 64
-    rates: tuple[int, ...] = (2, 4, 6)
-    skips: tuple[int, int] = (24, 32)
-    decoder: int = 48
-
-    def __post_init__(self) -> None:
-        """Refuse widths that cannot be trained."""
-        least = min(self.stem, *self.widths, self.pyramid, *self.skips, self.decoder)
-        if least < _LEAST_WIDTH:
-            raise InvalidInputError(
-                f"A network must have at least {_LEAST_WIDTH} channels everywhere, got {least}."
-            )
+    if min(widths) < LEAST_WIDTH:
+        raise InvalidInputError(
+            f"A network must have at least {LEAST_WIDTH} channels everywhere, got {min(widths)}."
+        )
 
 
-def _block(name: str, source: str, channels: tuple[int, int], stride: int) -> Iterator[Layer]:
-    """A basic residual block: two 3x3 convolutions and a shortcut."""
-    shortcut = source
-    if stride != 1 or channels[0] != channels[1]:
-        shortcut = f"{name}.shortcut"
-        yield Conv(shortcut, source, channels, kernel=1, stride=stride, relu=False)
-    yield Conv(f"{name}.in", source, channels, stride=stride)
-    yield Conv(name, f"{name}.in", (channels[1], channels[1]), add=shortcut)
-
-
-def _backbone(p: str, shape: NetworkShape) -> Iterator[Layer]:
-    yield Conv(f"{p}stem", f"{p}input", (3, shape.stem), stride=2)
-    source, width = f"{p}stem", shape.stem
-    for stride, out, blocks in zip((4, 8, 16), shape.widths, shape.blocks, strict=True):
-        for index in range(blocks):
-            name = f"{p}stride{stride}" + ("" if index == blocks - 1 else f".block{index}")
-            yield from _block(name, source, (width, out), 2 if index == 0 else 1)
-            source, width = name, out
-
-
-def _pyramid(p: str, shape: NetworkShape) -> Iterator[Layer]:
-    source, channels = f"{p}stride16", (shape.widths[2], shape.pyramid)
-    yield Conv(f"{p}aspp.rate0", source, channels, kernel=1)
-    for rate in shape.rates:
-        yield Conv(f"{p}aspp.rate{rate}", source, channels, dilation=rate)
-    rates = (0, *shape.rates)
-    yield Concat(f"{p}aspp.all", tuple(f"{p}aspp.rate{rate}" for rate in rates))
-    yield Pool(f"{p}aspp.mean", source)
-    yield Conv(f"{p}aspp.global", f"{p}aspp.mean", channels, kernel=1, norm=False)
-    # The projection of concatenated maps is a sum of projections: the constant map is added, not tiled.
-    last = (shape.pyramid, shape.pyramid)
-    yield Conv(f"{p}aspp.context", f"{p}aspp.global", last, kernel=1, norm=False, relu=False)
-    wide = (shape.pyramid * len(rates), shape.pyramid)
-    yield Conv(f"{p}aspp", f"{p}aspp.all", wide, kernel=1, add=f"{p}aspp.context")
-
-
-def _decoder(p: str, shape: NetworkShape) -> Iterator[Layer]:
-    source, width = f"{p}aspp", shape.pyramid
-    levels = (
-        (8, shape.widths[1], shape.skips[1], shape.pyramid),
-        (4, shape.widths[0], shape.skips[0], shape.decoder),
-    )
-    for stride, channels, skip, out in levels:
-        yield Resize(f"{p}up{stride}", source, 2)
-        yield Conv(f"{p}skip{stride}", f"{p}stride{stride}", (channels, skip), kernel=1)
-        yield Concat(f"{p}both{stride}", (f"{p}up{stride}", f"{p}skip{stride}"))
-        source, width = f"{p}decoder{stride}", width + skip
-        yield Conv(source, f"{p}both{stride}", (width, out))
-        width = out
-    yield Conv(f"{p}classifier", source, (width, 4 * _CLASSES), kernel=1, norm=False, relu=False)
-    yield Shuffle(f"{p}logits", f"{p}classifier")
-
-
-def branch(name: str, shape: NetworkShape) -> tuple[Layer, ...]:
-    """Return the layers of one branch: `<name>.input` (3 channels) → `<name>.logits` at stride 2.
-
-    >>> layers = branch("rgb", NetworkShape())
-    >>> layers[0].name, layers[-1].name
-    ('rgb.stem', 'rgb.logits')
-    """
-    p = f"{name}."
-    return (*_backbone(p, shape), *_pyramid(p, shape), *_decoder(p, shape))
-
-
-def merge(sources: tuple[str, ...]) -> tuple[Layer, ...]:
-    """Return the layers of late fusion: 1x1 convolutions 56 → 56 → 56 → 28 over all branches' logits."""
-    wide = _CLASSES * len(sources)
+def merge(rgb: str, depth: str) -> tuple[Layer, ...]:
+    """Return the layers of late fusion: 1x1 convolutions 56 → 56 → 56 → 28 over two branches' logits."""
+    wide = 2 * _CLASSES
     return (
-        Concat("fusion.all", tuple(f"{source}.logits" for source in sources)),
-        Conv("fusion.first", "fusion.all", (wide, wide), kernel=1, norm=False),
-        Conv("fusion.second", "fusion.first", (wide, wide), kernel=1, norm=False),
-        Conv("fusion.logits", "fusion.second", (wide, _CLASSES), kernel=1, norm=False, relu=False),
+        Concat("fusion.both", (rgb, depth)),
+        Conv("fusion.first", "fusion.both", (wide, wide), weights="merge.0", kernel=1),
+        Conv("fusion.second", "fusion.first", (wide, wide), weights="merge.2", kernel=1),
+        Conv("fusion.logits", "fusion.second", (wide, _CLASSES), weights="merge.4", kernel=1, relu=False),
     )
 
 

@@ -8,11 +8,10 @@ import numpy.typing as npt
 
 from sunset.errors import DataError
 from sunset.metrics import normalised_entropy
-from sunset.training.inputs import upsampling
+from sunset.training.inputs import WIDTH, upsampling
 
 __all__ = ["Separation", "separate", "temperature_for"]
 
-_STRIDE: Final = 2
 _EVERY: Final = 3
 """Odd, so that pixels near to and far from a logit take part."""
 _LIMITS: Final = (0.05, 20.0)
@@ -36,8 +35,9 @@ class Separation:
 
 def _sampled(low: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
     """Return every third row and column of interpolated logits (28, h, w)."""
-    rows = upsampling(low.shape[1], _STRIDE)[::_EVERY]
-    columns = upsampling(low.shape[2], _STRIDE)[::_EVERY]
+    factor = WIDTH // low.shape[2]
+    rows = upsampling(low.shape[1], factor)[::_EVERY]
+    columns = upsampling(low.shape[2], factor)[::_EVERY]
     full: npt.NDArray[np.float32] = np.einsum("ih,chw,jw->cij", rows, low, columns, optimize=True)
     return full
 

@@ -1,15 +1,36 @@
 """What a training run is asked to do."""
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Final
 
 from sunset.errors import InvalidInputError
-from sunset.training.architecture import Layer, NetworkShape, branch, merge
+from sunset.training.architecture import Layer
+from sunset.training.lite import LiteShape
+from sunset.training.reference import ReferenceShape
 
-__all__ = ["MODALITIES", "Schedule", "TrainingConfig"]
+__all__ = ["CONFIGS", "MODALITIES", "Phase", "Schedule", "Stage", "TrainingConfig"]
 
 MODALITIES: Final = ("rgb", "depth", "fusion")
 """The networks of a model; the fusion needs the other two."""
+
+
+@dataclass(frozen=True, slots=True)
+class Phase:
+    """Consecutive steps of a kind.
+
+    Attributes:
+        steps: optimiser steps.
+        batch: frames a step.
+        output_stride: of the branches' logits; None for the networks' own. The same weights run several times
+            faster at a coarser one.
+        momentum: of batch normalisation's running statistics.
+    """
+
+    steps: int
+    batch: int
+    output_stride: int | None = None
+    momentum: float = 0.1
 
 
 @dataclass(frozen=True, slots=True)
@@ -17,26 +38,73 @@ class Schedule:
     """How weights are learned.
 
     Attributes:
-        steps: optimiser steps.
-        batch: frames a step.
-        learning_rate: greatest, of AdamW; falls to 0 along a cosine after `warm_up` steps.
+        phases: one after the other.
+        learning_rate: greatest, of AdamW; falls to 0 along a cosine over all phases, after `warm_up` steps.
         weight_decay: of AdamW.
-        momentum: of batch normalisation's running statistics.
         class_weight_range: least and greatest weight of a class; weights are the inverse square root of the
             class's share of pixels, so that small classes count, but are not seen where there are none.
         checkpoint_every: steps between checkpoints.
         log_every: steps between lines of the log.
+        validate_every: steps between lines of the log that tell the IoU on held-out frames.
     """
 
-    steps: int = 4200
-    batch: int = 16
+    phases: tuple[Phase, ...] = (Phase(steps=4200, batch=16),)
     learning_rate: float = 2e-3
     weight_decay: float = 0.01
     warm_up: int = 100
-    momentum: float = 0.1
     class_weight_range: tuple[float, float] = (0.5, 3.0)
     checkpoint_every: int = 200
     log_every: int = 20
+    validate_every: int = 400
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot be learned from."""
+        for phase in self.phases:
+            if phase.steps < 1 or phase.batch < 1:
+                raise InvalidInputError(
+                    f"A training needs at least one step and one frame a step, got {phase.steps} and {phase.batch}."
+                )
+
+    @property
+    def steps(self) -> int:
+        """Steps of all phases."""
+        return sum(phase.steps for phase in self.phases)
+
+    def phase(self, step: int) -> Phase:
+        """Return the phase of a step."""
+        for phase in self.phases:
+            if step < phase.steps:
+                return phase
+            step -= phase.steps
+        raise InvalidInputError(f"The schedule has {self.steps} steps, there is no step {step + self.steps}.")
+
+    def with_steps(self, steps: int) -> "Schedule":
+        """Return the same schedule with so many steps in all, at least one a phase."""
+        parts, left, rest = [], steps, self.steps
+        for phase in self.phases:
+            part = max(1, round(left * phase.steps / rest))
+            parts.append(replace(phase, steps=part))
+            left, rest = left - part, rest - phase.steps
+        return replace(self, phases=tuple(parts))
+
+
+@dataclass(frozen=True, slots=True)
+class Stage:
+    """Weights that are learned at once.
+
+    Attributes:
+        name: of the folder with its checkpoint and log.
+        learned: the networks with a loss: "rgb", "depth", "fusion".
+        frozen: branches that were learned before, and only run.
+        start: the branch, learned before, whose weights this one starts out with; empty for random ones.
+        schedule: how.
+    """
+
+    name: str
+    learned: tuple[str, ...]
+    schedule: Schedule
+    frozen: tuple[str, ...] = ()
+    start: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,15 +115,18 @@ class TrainingConfig:
         name: the model's.
         modalities: the networks that are trained: "rgb", "depth" and, with both, "fusion".
         seed: of everything that is drawn.
-        shape: the widths of each branch.
+        shape: what the networks are.
         schedule: how weights are learned.
+        merging: how the late fusion is learned on branches that were learned one by one before, the depth
+            branch from the weights of the colour branch on; None: all networks are learned at once.
     """
 
     name: str = "lite"
     modalities: tuple[str, ...] = MODALITIES
     seed: int = 1
-    shape: NetworkShape = field(default_factory=NetworkShape)
+    shape: LiteShape | ReferenceShape = field(default_factory=LiteShape)
     schedule: Schedule = field(default_factory=Schedule)
+    merging: Schedule | None = None
 
     def __post_init__(self) -> None:
         """Refuse what cannot be trained."""
@@ -69,30 +140,65 @@ class TrainingConfig:
             raise InvalidInputError(
                 "The fusion is trained together with both branches: ask for all modalities."
             )
-        if self.schedule.steps < 1 or self.schedule.batch < 1:
-            raise InvalidInputError(
-                f"A training needs at least one step and one frame a step, got {self.schedule.steps} "
-                f"and {self.schedule.batch}."
-            )
 
     @property
     def branches(self) -> tuple[str, ...]:
         """The modalities that are branches."""
         return tuple(name for name in MODALITIES if name in self.modalities and name != "fusion")
 
+    def stages(self) -> tuple[Stage, ...]:
+        """Return what is learned, in order."""
+        if self.merging is None:
+            return (Stage("networks", self.modalities, self.schedule),)
+        stages = [Stage(name, (name,), self.schedule) for name in self.branches]
+        if self.branches == MODALITIES[:2]:
+            stages[1] = replace(stages[1], start="rgb")
+        if "fusion" in self.modalities:
+            stages.append(Stage("fusion", ("fusion",), self.merging, frozen=self.branches))
+        return tuple(stages)
+
+    def plan(self, networks: tuple[str, ...], output_stride: int | None = None) -> tuple[Layer, ...]:
+        """Return the layers of some networks: branches, and only the merging layers of the fusion."""
+        plans = [self.shape.branch(name, output_stride) for name in networks if name != "fusion"]
+        if "fusion" in networks:
+            plans.append(self.shape.merge())
+        return tuple(layer for plan in plans for layer in plan)
+
     def layers(self, modality: str) -> tuple[Layer, ...]:
         """Return the plan of one network."""
-        if modality == "fusion":
-            plans = tuple(layer for name in self.branches for layer in branch(name, self.shape))
-            return plans + merge(self.branches)
-        return branch(modality, self.shape)
-
-    def all_layers(self) -> tuple[Layer, ...]:
-        """Return the plan of all networks at once: the fusion contains the branches."""
-        if "fusion" in self.modalities:
-            return self.layers("fusion")
-        return tuple(layer for name in self.branches for layer in branch(name, self.shape))
+        return self.plan(MODALITIES if modality == "fusion" else (modality,))
 
     def with_steps(self, steps: int) -> "TrainingConfig":
-        """Return the same run with another number of steps."""
-        return replace(self, schedule=replace(self.schedule, steps=steps))
+        """Return the same run with another number of steps; merging on learned branches keeps its own."""
+        return replace(self, schedule=self.schedule.with_steps(steps))
+
+
+def _reference() -> TrainingConfig:
+    return TrainingConfig(
+        name="reference",
+        shape=ReferenceShape(),
+        schedule=Schedule(
+            phases=(
+                Phase(6000, 16, output_stride=32),
+                Phase(2000, 12, output_stride=16),
+                Phase(1500, 8, momentum=0.05),
+                Phase(100, 8, momentum=0.02),
+            ),
+            learning_rate=1e-3,
+            weight_decay=0.02,
+            warm_up=300,
+            checkpoint_every=100,
+            validate_every=250,
+        ),
+        merging=Schedule(
+            phases=(Phase(600, 8),),
+            learning_rate=3e-3,
+            warm_up=30,
+            checkpoint_every=50,
+            validate_every=100,
+        ),
+    )
+
+
+CONFIGS: Final[Mapping[str, Callable[[], TrainingConfig]]] = {"lite": TrainingConfig, "reference": _reference}
+"""The trainings of the models that come with the package, by the model's name."""

@@ -1,78 +1,246 @@
-"""The training loop: all networks of a model at once, resumable, with a log that curves are drawn from."""
+"""The training loop: the networks of a stage at once, resumable, with a log that curves are drawn from."""
 
 import json
 import math
-from collections.abc import Callable
+import time
+from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
 import torch
+from torch import nn
 from torch.nn import functional
 
 from sunset.errors import InvalidInputError
-from sunset.training.architecture import Layer
+from sunset.metrics import count_classes, image_iou
 from sunset.training.batches import Batch, FrameSet, batches, class_weights
-from sunset.training.config import TrainingConfig
-from sunset.training.network import Weights, build, depth_input, folded_weights, forward, rgb_input, upsample
+from sunset.training.config import Schedule, Stage, TrainingConfig
+from sunset.training.inputs import HEIGHT, WIDTH
+from sunset.training.network import build, depth_input, forward, rgb_input, upsample
+from sunset.training.reference import BRANCH_PREFIXES
 
-__all__ = ["CHECKPOINT", "LOG", "Progress", "fit"]
-
-Progress = Callable[[int, int], None]
-"""Called with steps done and steps in all."""
+__all__ = ["CHECKPOINT", "LOG", "Progress", "Weights", "learn"]
 
 CHECKPOINT = "checkpoint.pt"
 LOG = "log.jsonl"
 
-_STRIDE = 2
+Weights = Mapping[str, Any]
+"""Tensors by name: a torch state dict."""
+
 _IGNORED = 255
+_VALIDATED = 48
+"""Held-out frames that the log's IoU is measured on."""
 
 
-def _learning_rate(config: TrainingConfig, step: int) -> float:
-    schedule = config.schedule
+class Progress(Protocol):
+    """Called now and then while something is being done."""
+
+    def __call__(self, what: str, done: int, total: int, note: str = "", /) -> None:
+        """Take what is being done, how much of it is done, how much there is, and a remark."""
+
+
+def learn(
+    config: TrainingConfig,
+    frames: FrameSet,
+    validation: FrameSet,
+    work: Path,
+    *,
+    resume: bool = False,
+    progress: Progress | None = None,
+) -> Any:
+    """Learn the weights of all networks of a model, stage by stage.
+
+    Args:
+        config: what to train.
+        frames: the training frames.
+        validation: held-out frames, which the log's IoU is measured on.
+        work: a folder a stage is kept there, with `checkpoint.pt` and `log.jsonl` (a line per `log_every`
+            steps: step, learning rate, loss per network, seconds, and now and then the IoU).
+        resume: go on at the folders' checkpoints where there are some; stages that are done are not repeated.
+        progress: called after every step.
+
+    Returns:
+        A torch module with the weights of all networks, in evaluation mode, on the CPU.
+
+    Raises:
+        InvalidInputError: a checkpoint to resume at is another training's.
+    """
+    weights: dict[str, Any] = {}
+    for stage in config.stages():
+        run = _Run(config, stage, work / stage.name, weights)
+        run.fit(frames, validation, resume=resume, progress=progress)
+        weights |= {name: value.cpu() for name, value in run.modules.state_dict().items()}
+    modules = build(config.plan(config.modalities))
+    modules.load_state_dict(weights)
+    return modules.eval()
+
+
+class _Run:
+    """A stage's modules, its optimiser, and how far it has come.
+
+    Args:
+        config: the training.
+        stage: the stage.
+        folder: keeps its checkpoint and log.
+        known: the weights of the stages before.
+    """
+
+    def __init__(self, config: TrainingConfig, stage: Stage, folder: Path, known: Weights) -> None:
+        torch.manual_seed(config.seed)
+        self._config, self._stage, self._folder = config, stage, folder
+        self._device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
+        self.modules = build(config.plan(stage.learned))
+        if stage.start:
+            self.modules.load_state_dict(_renamed(known, stage))
+        self.modules.to(self._device)
+        self._frozen = build(config.plan(stage.frozen)).to(self._device).eval()
+        self._frozen.load_state_dict({name: known[name] for name in self._frozen.state_dict()})
+        self._optimiser = torch.optim.AdamW(
+            _parameters(self.modules, stage.schedule.weight_decay), fused=True
+        )
+        self._description = f"{stage!r}, {config.shape!r}, seed {config.seed}"
+        self._step, self._seconds = 0, 0.0
+
+    def fit(self, frames: FrameSet, validation: FrameSet, *, resume: bool, progress: Progress | None) -> None:
+        """Take all steps that are left."""
+        self._folder.mkdir(parents=True, exist_ok=True)
+        if resume and (self._folder / CHECKPOINT).exists():
+            self._load()
+        _truncate_log(self._folder / LOG, self._step)
+        stage, schedule = self._stage, self._stage.schedule
+        self._weights = torch.from_numpy(_class_weights(frames, schedule)).to(self._device)
+        sums, note = dict.fromkeys(stage.learned, 0.0), ""
+        since = time.perf_counter()
+        for batch in self._batches(frames):
+            for name, loss in self._learn(batch).items():
+                sums[name] += loss
+            last = self._step == schedule.steps
+            if self._step % schedule.log_every == 0 or last:
+                self._seconds += time.perf_counter() - since
+                since = time.perf_counter()
+                note = self._log(sums, validation)
+                sums = dict.fromkeys(stage.learned, 0.0)
+            if self._step % schedule.checkpoint_every == 0 or last:
+                self._save()
+            if progress is not None:
+                progress(stage.name, self._step, schedule.steps, note)
+
+    def _batches(self, frames: FrameSet) -> Iterator[Batch]:
+        """Yield the batches of the steps that are left, phase by phase."""
+        begin = 0
+        for phase in self._stage.schedule.phases:
+            end = begin + phase.steps
+            yield from batches(frames, phase.batch, self._config.seed, max(begin, self._step), end)
+            begin = end
+
+    def _learn(self, batch: Batch) -> dict[str, float]:
+        """Take one step; returns the losses before it."""
+        phase = self._stage.schedule.phase(self._step)
+        self.modules.train()
+        for module in self.modules.modules():
+            if isinstance(module, nn.BatchNorm2d):
+                module.momentum = phase.momentum
+        for group in self._optimiser.param_groups:
+            group["lr"] = _learning_rate(self._stage.schedule, self._step)
+        results = self._logits(batch.bgr, batch.depth, phase.output_stride)
+        row, column = batch.phase
+        labels = torch.from_numpy(np.ascontiguousarray(batch.labels[:, row::2, column::2])).to(self._device)
+        losses = {}
+        for name in self._stage.learned:
+            logits = _full_size(results[f"{name}.logits"], batch.phase, 2)
+            losses[name] = functional.cross_entropy(logits, labels, self._weights, ignore_index=_IGNORED)
+        self._optimiser.zero_grad()
+        torch.stack(list(losses.values())).sum().backward()
+        self._optimiser.step()
+        self._step += 1
+        return {name: float(loss.detach()) for name, loss in losses.items()}
+
+    def _logits(
+        self, bgr: npt.NDArray[np.uint8], depth: npt.NDArray[np.generic], output_stride: int | None
+    ) -> dict[str, Any]:
+        """Run the stage's networks on frames."""
+        config, stage = self._config, self._stage
+        results: dict[str, Any] = {}
+        if "rgb" in (*stage.learned, *stage.frozen):
+            results["rgb.input"] = rgb_input(torch.from_numpy(bgr).to(self._device))
+        if "depth" in (*stage.learned, *stage.frozen):
+            results["depth.input"] = depth_input(torch.from_numpy(depth.astype(np.float32)).to(self._device))
+        for name, value in results.items():
+            results[name] = value.contiguous(memory_format=torch.channels_last)
+        with torch.autocast(self._device.type, torch.bfloat16):
+            with torch.no_grad():
+                forward(config.plan(stage.frozen), self._frozen, results)
+            forward(config.plan(stage.learned, output_stride), self.modules, results)
+        return results
+
+    def _iou(self, frames: FrameSet) -> dict[str, float]:
+        """Return the mean over held-out frames of each network's IoU, at the present phase's stride."""
+        self.modules.eval()
+        stride = self._stage.schedule.phase(self._step - 1).output_stride
+        chosen = np.linspace(0, len(frames) - 1, min(_VALIDATED, len(frames))).astype(int)
+        ious: dict[str, list[float]] = {name: [] for name in self._stage.learned}
+        for indices in np.array_split(chosen, math.ceil(len(chosen) / 8)):
+            with torch.no_grad():
+                results = self._logits(frames.bgr[indices], frames.depth[indices], stride)
+            for name, values in ious.items():
+                labels = _full_size(results[f"{name}.logits"]).argmax(1).to(torch.uint8).cpu().numpy()
+                pairs = zip(labels, frames.labels[indices], strict=True)
+                values.extend(image_iou(count_classes(*pair)) for pair in pairs)
+        return {name: round(float(np.mean(values)), 4) for name, values in ious.items()}
+
+    def _log(self, sums: Mapping[str, float], validation: FrameSet) -> str:
+        """Add a line to the log; returns it in words."""
+        schedule = self._stage.schedule
+        count = self._step % schedule.log_every or schedule.log_every
+        rate = _learning_rate(schedule, self._step - 1)
+        losses = {name: round(value / count, 5) for name, value in sums.items()}
+        line: dict[str, object] = {"step": self._step, "learning_rate": round(rate, 8), **losses}
+        line["seconds"] = round(self._seconds, 1)
+        note = "loss " + ", ".join(f"{name} {value:.3f}" for name, value in losses.items())
+        if self._step % schedule.validate_every < schedule.log_every or self._step == schedule.steps:
+            line["iou"] = self._iou(validation)
+        with (self._folder / LOG).open("a", encoding="utf-8") as file:
+            file.write(json.dumps(line) + "\n")
+        return note
+
+    def _save(self) -> None:
+        path = self._folder / CHECKPOINT
+        temporary = path.with_suffix(".tmp")
+        state = {"modules": self.modules.state_dict(), "optimiser": self._optimiser.state_dict()}
+        state |= {"step": self._step, "seconds": self._seconds, "config": self._description}
+        torch.save({**state, "random": torch.get_rng_state()}, temporary)
+        temporary.replace(path)
+
+    def _load(self) -> None:
+        path = self._folder / CHECKPOINT
+        state = torch.load(path, weights_only=True, map_location=self._device)
+        if state["config"] != self._description:
+            raise InvalidInputError(
+                f"The checkpoint {path} is of another training ({state['config']}), this one is "
+                f"{self._description}: choose another folder, or do not resume."
+            )
+        self.modules.load_state_dict(state["modules"])
+        self._optimiser.load_state_dict(state["optimiser"])
+        self._step, self._seconds = int(state["step"]), float(state["seconds"])
+        torch.set_rng_state(state["random"].cpu())
+
+
+def _renamed(known: Weights, stage: Stage) -> Weights:
+    """Return the weights of the branch that a stage starts from, under the names of its own branch."""
+    old, new = BRANCH_PREFIXES[stage.start], BRANCH_PREFIXES[stage.learned[0]]
+    return {new + name.removeprefix(old): value for name, value in known.items() if name.startswith(old)}
+
+
+def _full_size(maps: Any, phase: tuple[int, int] = (0, 0), step: int = 1) -> Any:
+    """Return logits (N, 28, h, w) of any stride at the frames' size, or of every so-manieth pixel of it."""
+    return upsample(maps.float(), WIDTH // maps.shape[3], phase, step, (HEIGHT, WIDTH))
+
+
+def _learning_rate(schedule: Schedule, step: int) -> float:
     warm = min(1.0, (step + 1) / schedule.warm_up)
     return warm * schedule.learning_rate * 0.5 * (1 + math.cos(math.pi * step / schedule.steps))
-
-
-def _losses(
-    config: TrainingConfig, layers: tuple[Layer, ...], modules: Any, batch: Batch, weights: Any
-) -> dict[str, Any]:
-    """Return the cross entropy of each network, on every second row and column of the full resolution."""
-    results: dict[str, Any] = {}
-    if "rgb" in config.branches:
-        results["rgb.input"] = rgb_input(torch.from_numpy(batch.bgr))
-    if "depth" in config.branches:
-        results["depth.input"] = depth_input(torch.from_numpy(batch.depth))
-    for name, value in results.items():
-        results[name] = value.contiguous(memory_format=torch.channels_last)
-    with torch.autocast("cpu", torch.bfloat16):
-        forward(layers, modules, results)
-    row, column = batch.phase
-    labels = torch.from_numpy(np.ascontiguousarray(batch.labels[:, row::2, column::2]))
-    losses = {}
-    for name in config.modalities:
-        logits = upsample(results[f"{name}.logits"].float(), _STRIDE, batch.phase, 2)
-        losses[name] = functional.cross_entropy(logits, labels, weights, ignore_index=_IGNORED)
-    return losses
-
-
-def _save(path: Path, state: dict[str, Any]) -> None:
-    temporary = path.with_suffix(".tmp")
-    torch.save(state, temporary)
-    temporary.replace(path)
-
-
-def _resume(path: Path, description: str, modules: Any, optimiser: Any) -> int:
-    state = torch.load(path, weights_only=True)
-    if state["config"] != description:
-        raise InvalidInputError(
-            f"The checkpoint {path} is of another training ({state['config']}), this one is {description}: "
-            f"choose another folder, or do not resume."
-        )
-    modules.load_state_dict(state["modules"])
-    optimiser.load_state_dict(state["optimiser"])
-    return int(state["step"])
 
 
 def _parameters(modules: Any, decay: float) -> list[dict[str, Any]]:
@@ -81,99 +249,13 @@ def _parameters(modules: Any, decay: float) -> list[dict[str, Any]]:
     return [{"params": kernels, "weight_decay": decay}, {"params": others, "weight_decay": 0.0}]
 
 
-def _truncate_log(path: Path, step: int) -> None:
-    """Drop lines at or after a step, which a resumed run writes again."""
-    lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
-    kept = [line for line in lines if json.loads(line)["step"] < step]
-    path.write_text("".join(f"{line}\n" for line in kept), encoding="utf-8")
-
-
-def fit(
-    config: TrainingConfig,
-    frames: FrameSet,
-    folder: Path,
-    *,
-    resume: bool = False,
-    progress: Progress | None = None,
-) -> Weights:
-    """Learn the weights of all networks of a model.
-
-    The branches learn from their own loss and, through it, from the fusion's. Every so many steps a
-    checkpoint is written; with `resume`, training goes on at the last one as if it had never stopped.
-
-    Args:
-        config: what to train.
-        frames: the training frames.
-        folder: where `checkpoint.pt` and `log.jsonl` (a line per `log_every` steps: step, learning rate,
-            loss per network) are kept.
-        resume: go on at the folder's checkpoint if there is one.
-        progress: called after every step.
-
-    Returns:
-        Kernels and biases by layer, normalisation folded in.
-
-    Raises:
-        InvalidInputError: the checkpoint to resume at is another training's.
-    """
-    folder.mkdir(parents=True, exist_ok=True)
-    torch.manual_seed(config.seed)
-    layers = config.all_layers()
-    modules = build(layers, config.schedule.momentum)
-    optimiser = torch.optim.AdamW(_parameters(modules, config.schedule.weight_decay))
-    checkpoint, description = folder / CHECKPOINT, repr(config)
-    first = _resume(checkpoint, description, modules, optimiser) if resume and checkpoint.exists() else 0
-    _truncate_log(folder / LOG, first)
-    weights = torch.from_numpy(_weights_of(frames, config))
-    schedule, sums = config.schedule, dict.fromkeys(config.modalities, 0.0)
-    coming = batches(frames, schedule.batch, config.seed, first, schedule.steps)
-    modules.train()
-    for done, batch in enumerate(coming, start=first + 1):
-        losses = _step(
-            config, layers, modules, optimiser=optimiser, batch=batch, weights=weights, step=done - 1
-        )
-        for name, loss in losses.items():
-            sums[name] += loss
-        last = done == schedule.steps
-        if done % schedule.log_every == 0 or last:
-            _log(folder / LOG, done, config, sums)
-            sums = dict.fromkeys(config.modalities, 0.0)
-        if done % schedule.checkpoint_every == 0 or last:
-            state = {"modules": modules.state_dict(), "optimiser": optimiser.state_dict()}
-            _save(checkpoint, {**state, "step": done, "config": description})
-        if progress is not None:
-            progress(done, schedule.steps)
-    modules.eval()
-    return folded_weights(layers, modules)
-
-
-def _step(
-    config: TrainingConfig,
-    layers: tuple[Layer, ...],
-    modules: Any,
-    *,
-    optimiser: Any,
-    batch: Batch,
-    weights: Any,
-    step: int,
-) -> dict[str, float]:
-    """Take one step; returns the losses before it."""
-    for group in optimiser.param_groups:
-        group["lr"] = _learning_rate(config, step)
-    losses = _losses(config, layers, modules, batch, weights)
-    optimiser.zero_grad()
-    torch.stack(list(losses.values())).sum().backward()
-    optimiser.step()
-    return {name: float(loss.detach()) for name, loss in losses.items()}
-
-
-def _weights_of(frames: FrameSet, config: TrainingConfig) -> npt.NDArray[np.float32]:
+def _class_weights(frames: FrameSet, schedule: Schedule) -> npt.NDArray[np.float32]:
     every = max(1, len(frames) // 500)
-    return class_weights(np.asarray(frames.labels[::every]), config.schedule.class_weight_range)
+    return class_weights(np.asarray(frames.labels[::every]), schedule.class_weight_range)
 
 
-def _log(path: Path, step: int, config: TrainingConfig, sums: dict[str, float]) -> None:
-    count = step % config.schedule.log_every or config.schedule.log_every
-    line = {"step": step, "learning_rate": round(_learning_rate(config, step - 1), 8)}
-    line |= {name: round(value / count, 5) for name, value in sums.items()}
-    with path.open("a", encoding="utf-8") as file:
-        file.write(json.dumps(line) + "\n")
+def _truncate_log(path: Path, step: int) -> None:
+    """Drop lines after a step, which a resumed run writes again."""
+    lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
+    kept = [line for line in lines if json.loads(line)["step"] <= step]
+    path.write_text("".join(f"{line}\n" for line in kept), encoding="utf-8")

@@ -9,7 +9,17 @@ import torch
 from torch import nn
 from torch.nn import functional
 
-from sunset.training.architecture import Concat, Conv, Layer, Pool, Resize, Shuffle, convolutions
+from sunset.training.architecture import (
+    Concat,
+    Conv,
+    Layer,
+    MaxPool,
+    Pool,
+    Resize,
+    Shuffle,
+    Spread,
+    convolutions,
+)
 from sunset.training.inputs import (
     CONTRASTS,
     DEPTH_LIMIT_M,
@@ -26,48 +36,49 @@ Weights: TypeAlias = Mapping[str, tuple[npt.NDArray[np.float32], npt.NDArray[np.
 """Per convolution its kernel (out, in, k, k) and bias (out,), normalisation folded in."""
 
 
-def _key(name: str) -> str:
-    return name.replace(".", "_")
+def build(layers: Sequence[Layer]) -> Any:
+    """Return a torch module with the weights of a plan, under the names that the plan gives them.
 
-
-def build(layers: Sequence[Layer], momentum: float = 0.1) -> Any:
-    """Return a torch `ModuleDict` with the weights of a plan, drawn from torch's global generator.
-
-    Args:
-        layers: the plan.
-        momentum: of the normalisation's running statistics; with 0.01 a short training is useless.
+    They are drawn from torch's global generator. The module only holds them; `forward` runs a plan.
     """
-    modules = nn.ModuleDict()
+    root = nn.Module()
     for layer in convolutions(tuple(layers)):
-        conv = nn.Conv2d(
-            *layer.channels,
-            layer.kernel,
-            layer.stride,
-            padding=layer.dilation * (layer.kernel // 2),
-            dilation=layer.dilation,
-            bias=not layer.norm,
-        )
+        conv = nn.Conv2d(*layer.channels, layer.kernel, bias=not layer.norm)
         nn.init.kaiming_normal_(conv.weight, mode="fan_out", nonlinearity="relu")
-        parts = [conv]
+        _place(root, layer.weights, conv)
         if layer.norm:
-            parts.append(nn.BatchNorm2d(layer.channels[1], momentum=momentum))
-        if layer.add and layer.norm:
-            nn.init.constant_(parts[1].weight, 0.5)  # a block starts out near its shortcut
-        modules[_key(layer.name)] = nn.Sequential(*parts)
-    return modules.to(memory_format=torch.channels_last)
+            norm = nn.BatchNorm2d(layer.channels[1])
+            if layer.add:
+                nn.init.constant_(norm.weight, 0.5)  # a block starts out near its shortcut
+            _place(root, layer.norm, norm)
+    return root.to(memory_format=torch.channels_last)
+
+
+def _place(root: Any, path: str, module: Any) -> None:
+    *parents, name = path.split(".")
+    for parent in parents:
+        if parent not in dict(root.named_children()):
+            root.add_module(parent, nn.Module())
+        root = root.get_submodule(parent)
+    root.add_module(name, module)
 
 
 def forward(layers: Sequence[Layer], modules: Any, results: dict[str, Any]) -> None:
-    """Run a plan; `results` holds the inputs by name and receives every layer's result (N, C, H, W)."""
+    """Run a plan; `results` holds the inputs by name and receives every layer's result (N, C, H, W).
+
+    Whether normalisation takes the batch's statistics, and whether there is dropout, depends on the mode of
+    `modules`.
+    """
     for layer in layers:
         match layer:
             case Conv():
-                y = modules[_key(layer.name)](results[layer.source])
-                if layer.add:
-                    y = y + results[layer.add]
-                results[layer.name] = functional.relu(y) if layer.relu else y
+                results[layer.name] = _convolve(layer, modules, results)
+            case MaxPool():
+                results[layer.name] = functional.max_pool2d(results[layer.source], 3, 2, 1)
             case Pool():
                 results[layer.name] = results[layer.source].mean((2, 3), keepdim=True)
+            case Spread():
+                results[layer.name] = results[layer.source].expand(-1, -1, *results[layer.like].shape[2:])
             case Resize():
                 results[layer.name] = functional.interpolate(
                     results[layer.source], scale_factor=layer.factor, mode="bilinear"
@@ -78,10 +89,24 @@ def forward(layers: Sequence[Layer], modules: Any, results: dict[str, Any]) -> N
                 results[layer.name] = torch.cat([results[source] for source in layer.sources], 1)
 
 
+def _convolve(layer: Conv, modules: Any, results: Mapping[str, Any]) -> Any:
+    conv = modules.get_submodule(layer.weights)
+    geometry = (layer.stride, layer.padding, layer.dilation)
+    y = functional.conv2d(results[layer.source], conv.weight, conv.bias, *geometry)
+    if layer.norm:
+        y = modules.get_submodule(layer.norm)(y)
+    if layer.add:
+        y = y + results[layer.add]
+    if layer.relu:
+        y = functional.relu(y)
+    return functional.dropout(y, layer.dropout, modules.training) if layer.dropout else y
+
+
 def rgb_input(bgr: Any) -> Any:
     """Return the RGB branch's input (N, 3, H, W) float32 from frames (N, H, W, 3) uint8 BGR."""
     rgb = bgr.permute(0, 3, 1, 2).flip(1).float() / 255
-    return (rgb - torch.tensor(RGB_MEAN).view(3, 1, 1)) / torch.tensor(RGB_STD).view(3, 1, 1)
+    mean, std = (torch.tensor(values, device=rgb.device).view(3, 1, 1) for values in (RGB_MEAN, RGB_STD))
+    return (rgb - mean) / std
 
 
 def depth_input(counts: Any) -> Any:
@@ -95,29 +120,36 @@ def depth_input(counts: Any) -> Any:
     return torch.cat(channels, 1)
 
 
-def upsample(maps: Any, factor: int, phase: tuple[int, int] = (0, 0), step: int = 1) -> Any:
+def upsample(
+    maps: Any,
+    factor: int,
+    phase: tuple[int, int] = (0, 0),
+    step: int = 1,
+    size: tuple[int, int] | None = None,
+) -> Any:
     """Return maps (N, C, H, W) interpolated to (N, C, H·factor/step, W·factor/step).
 
     With a `step`, only every so-manieth row and column of the full resolution is computed, from
-    `phase` on.
+    `phase` on. With a `size`, what reaches beyond it at full resolution is left out.
     """
-    rows = torch.from_numpy(upsampling(maps.shape[2], factor)[phase[0] :: step].copy())
-    columns = torch.from_numpy(upsampling(maps.shape[3], factor)[phase[1] :: step].T.copy())
-    return rows @ (maps @ columns)
+    height, width = size or (maps.shape[2] * factor, maps.shape[3] * factor)
+    rows = torch.from_numpy(upsampling(maps.shape[2], factor)[phase[0] : height : step].copy())
+    columns = torch.from_numpy(upsampling(maps.shape[3], factor)[phase[1] : width : step].T.copy())
+    return rows.to(maps.device) @ (maps @ columns.to(maps.device))
 
 
 def folded_weights(layers: Sequence[Layer], modules: Any) -> Weights:
     """Return kernels and biases with the normalisation's running statistics folded in, in float64."""
     weights = {}
     for layer in convolutions(tuple(layers)):
-        parts = modules[_key(layer.name)]
-        kernel = parts[0].weight.detach().double().contiguous().numpy()
+        conv = modules.get_submodule(layer.weights)
+        kernel = conv.weight.detach().double().contiguous().numpy()
         if layer.norm:
-            norm = parts[1]
+            norm = modules.get_submodule(layer.norm)
             scale = (norm.weight.detach().double() / (norm.running_var.double() + norm.eps).sqrt()).numpy()
             bias = norm.bias.detach().double().numpy() - norm.running_mean.double().numpy() * scale
             kernel = kernel * scale[:, None, None, None]
         else:
-            bias = parts[0].bias.detach().double().numpy()
+            bias = conv.bias.detach().double().numpy()
         weights[layer.name] = (kernel.astype(np.float32), bias.astype(np.float32))
     return weights

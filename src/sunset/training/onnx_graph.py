@@ -9,7 +9,7 @@ import numpy.typing as npt
 from onnx import TensorProto, checker, helper, numpy_helper
 
 from sunset.classes import CLASSES
-from sunset.training.architecture import Concat, Conv, Layer, Pool, Resize, Shuffle
+from sunset.training.architecture import Concat, Conv, Layer, MaxPool, Pool, Resize, Shuffle, Spread
 from sunset.training.inputs import (
     CONTRASTS,
     DEPTH_LIMIT_M,
@@ -27,8 +27,6 @@ __all__ = ["export"]
 
 _OPSET: Final = 18
 _IR_VERSION: Final = 9
-_STRIDE: Final = 2
-"""The stride of the logits."""
 
 
 class _Graph:
@@ -55,6 +53,8 @@ class _Graph:
 
 
 def _upsample(graph: _Graph, source: str, output: str, size: tuple[int, int], factor: int) -> str:
+    if factor == 1:
+        return graph.node("Identity", [source], output)
     rows = graph.constant(f"{output}.rows", upsampling(size[0], factor))
     columns = graph.constant(f"{output}.columns", upsampling(size[1], factor).T)
     graph.node("MatMul", [source, columns], f"{output}.wide")
@@ -110,7 +110,7 @@ def _convolution(graph: _Graph, layer: Conv, weights: Weights, dtype: type[np.fl
         kernel_shape=[layer.kernel] * 2,
         strides=[layer.stride] * 2,
         dilations=[layer.dilation] * 2,
-        pads=[layer.dilation * (layer.kernel // 2)] * 4,
+        pads=[layer.padding] * 4,
     )
     for index, (kind, more) in enumerate(steps, start=1):
         output = layer.name if index == len(steps) else f"{layer.name}.{kind.lower()}"
@@ -127,8 +127,17 @@ def _layer(
     match layer:
         case Conv():
             height, width = sizes[layer.source]
-            sizes[layer.name] = (height // layer.stride, width // layer.stride)
+            sizes[layer.name] = (-(-height // layer.stride), -(-width // layer.stride))
             _convolution(graph, layer, weights, dtype)
+        case MaxPool():
+            height, width = sizes[layer.source]
+            sizes[layer.name] = (-(-height // 2), -(-width // 2))
+            geometry = {"kernel_shape": [3, 3], "strides": [2, 2], "pads": [1] * 4}
+            graph.node("MaxPool", [layer.source], layer.name, **geometry)
+        case Spread():
+            sizes[layer.name] = sizes[layer.like]
+            size = graph.constant(f"{layer.name}.size", [1, 1, *sizes[layer.like]], np.int64)
+            graph.node("Expand", [layer.source, size], layer.name)
         case Pool():
             sizes[layer.name] = (1, 1)
             graph.node("GlobalAveragePool", [layer.source], layer.name)
@@ -145,7 +154,7 @@ def _layer(
             graph.node("Concat", layer.sources, layer.name, axis=1)
 
 
-def _outputs(graph: _Graph, logits: str, temperature: float) -> None:
+def _outputs(graph: _Graph, logits: str, size: tuple[int, int], temperature: float) -> None:
     """Add labels and entropy at full resolution.
 
     Softmax is blind to a constant added to all classes of a pixel, and interpolation is linear; so the
@@ -154,12 +163,11 @@ def _outputs(graph: _Graph, logits: str, temperature: float) -> None:
     faster than a reduction along that axis.
     """
     graph.node("Identity", [logits], "logits")
-    size = (HEIGHT // _STRIDE, WIDTH // _STRIDE)
     axis = graph.constant("classes.axis", [1], np.int64)
     graph.node("ReduceMax", [logits, axis], "greatest", keepdims=1)
     graph.node("Sub", [logits, "greatest"], "below")
     graph.node("Max", ["below", graph.constant("least", -60)], "bounded")
-    _upsample(graph, "bounded", "scores", size, _STRIDE)
+    _upsample(graph, "bounded", "scores", size, HEIGHT // size[0])
     graph.node("ArgMax", ["scores"], "labels.index", axis=1, keepdims=0)
     graph.node("Cast", ["labels.index"], "labels.batch", to=TensorProto.UINT8)
     shape = graph.constant("labels.shape", [HEIGHT, WIDTH], np.int64)
@@ -191,9 +199,10 @@ def export(
     """Write a network as ONNX.
 
     Its inputs are raw: `bgr` (144, 256, 3) uint8 and `depth` (144, 256) uint16, those of its `inputs`.
-    Its outputs are `logits` (1, 28, 72, 128) float32, before interpolation and without the temperature;
-    `labels` (144, 256) uint8, the class of the greatest interpolated logit; and `entropy`, the mean over
-    pixels of the normalised Shannon entropy of the softmax of the interpolated logits over the temperature.
+    Its outputs are `logits` (1, 28, h, w) float32 at the network's stride, before interpolation and without
+    the temperature; `labels` (144, 256) uint8, the class of the greatest interpolated logit; and `entropy`,
+    the mean over pixels of the normalised Shannon entropy of the softmax of the interpolated logits over the
+    temperature.
 
     Args:
         path: the file.
@@ -213,14 +222,14 @@ def export(
         sizes["depth.input"] = (HEIGHT, WIDTH)
     for layer in layers:
         _layer(graph, layer, weights, sizes, dtype)
-    _outputs(graph, layers[-1].name, temperature)
+    size = sizes[layers[-1].name]
+    _outputs(graph, layers[-1].name, size, temperature)
     raw = {
         "rgb": helper.make_tensor_value_info("bgr", TensorProto.UINT8, [HEIGHT, WIDTH, 3]),
         "depth": helper.make_tensor_value_info("depth", TensorProto.UINT16, [HEIGHT, WIDTH]),
     }
-    size = [1, len(CLASSES), HEIGHT // _STRIDE, WIDTH // _STRIDE]
     results = [
-        helper.make_tensor_value_info("logits", TensorProto.FLOAT, size),
+        helper.make_tensor_value_info("logits", TensorProto.FLOAT, [1, len(CLASSES), *size]),
         helper.make_tensor_value_info("labels", TensorProto.UINT8, [HEIGHT, WIDTH]),
         helper.make_tensor_value_info("entropy", TensorProto.FLOAT, []),
     ]

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict, dataclass
 from itertools import combinations
 from pathlib import Path
-from typing import Final, SupportsFloat
+from typing import Any, Final, SupportsFloat
 
 import numpy as np
 import numpy.typing as npt
@@ -16,7 +16,7 @@ from sunset.faults.degradations import BLUR_SIGMA
 from sunset.perception import Modality, Segmenter
 from sunset.training.batches import FrameSet
 from sunset.training.calibrate import Separation, separate
-from sunset.training.config import TrainingConfig
+from sunset.training.config import Stage, TrainingConfig
 from sunset.training.evaluate import DEGRADATIONS, Degradation, five_frame_means, measure, roc_auc
 from sunset.training.frames import FrameSets
 
@@ -170,11 +170,15 @@ def _rounded(values: Mapping[str, SupportsFloat]) -> dict[str, object]:
     return {name: round(float(value), 4) for name, value in values.items()}
 
 
-def training_facts(config: TrainingConfig, sets: FrameSets, log: Path) -> dict[str, object]:
+def training_facts(config: TrainingConfig, sets: FrameSets, work: Path) -> dict[str, object]:
     """Return how a model was trained: the card's `training`."""
-    lines = [json.loads(line) for line in log.read_text(encoding="utf-8").splitlines()]
-    tenth = max(1, len(lines) // 10)
-    chosen = lines[tenth - 1 :: tenth]
+    from sunset.training.loop import LOG  # noqa: PLC0415  torch is an optional dependency
+
+    stages = config.stages()
+    logs = {
+        stage.name: [json.loads(line) for line in (work / stage.name / LOG).read_text("utf-8").splitlines()]
+        for stage in stages
+    }
     return {
         "data": (
             "rendered towns 2 to 6; town 7 for temperatures and thresholds, town 8 for the test; the default "
@@ -187,16 +191,28 @@ def training_facts(config: TrainingConfig, sets: FrameSets, log: Path) -> dict[s
         },
         "seed": config.seed,
         "network": asdict(config.shape),
-        "schedule": asdict(config.schedule),
+        "stages": {stage.name: _stage_facts(stage, logs[stage.name]) for stage in stages},
         "loss": (
             "cross entropy at every second row and column, classes weighted by 1/sqrt(share of pixels) within "
-            "class_weight_range; the sum over the three networks, learned at once; AdamW, bfloat16"
+            "class_weight_range; the sum over the networks learned at once; AdamW, bfloat16"
         ),
         "left_out": (
-            "one run with one seed; no search over architectures or schedules, no frames of other renderers or "
+            "one run with one seed; no search over architectures, no frames of other renderers or "
             "cameras; classes of a few pixels (riders, motorcycles, bicycles) are hardly learned"
         ),
+    }
+
+
+def _stage_facts(stage: Stage, lines: list[dict[str, Any]]) -> dict[str, object]:
+    tenth = max(1, len(lines) // 10)
+    return {
+        "learned": list(stage.learned),
+        "started_from": f"the weights of {stage.start}" if stage.start else "random weights",
+        "schedule": asdict(stage.schedule) | {"steps": stage.schedule.steps},
+        "hours": round(lines[-1]["seconds"] / 3600, 2),
         "losses": {
-            f"step {line['step']}": {name: line[name] for name in config.modalities} for line in chosen
+            f"step {line['step']}": {name: line[name] for name in stage.learned}
+            for line in lines[tenth - 1 :: tenth]
         },
+        "iou_on_validation_frames": {f"step {line['step']}": line["iou"] for line in lines if "iou" in line},
     }

@@ -1,9 +1,8 @@
 """A training run, from nothing to a model's folder with its card."""
 
 import hashlib
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
-from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -22,12 +21,10 @@ from sunset.training.inputs import HEIGHT, WIDTH
 from sunset.training.report import results, thresholds, training_facts
 
 if TYPE_CHECKING:
+    from sunset.training.loop import Progress
     from sunset.training.network import Weights
 
-__all__ = ["Progress", "train", "train_on"]
-
-Progress = Callable[[str, int, int], None]
-"""Called with what is being done, how much of it is done, and how much there is."""
+__all__ = ["train", "train_on"]
 
 _CALIBRATION_FRAMES = 60
 
@@ -40,7 +37,7 @@ def train(
     counts: FrameCounts | None = None,
     resume: bool = False,
     jobs: int = 2,
-    progress: Progress | None = None,
+    progress: "Progress | None" = None,
 ) -> Model:
     """Render frames, learn weights, calibrate, measure, and write a model.
 
@@ -71,7 +68,7 @@ def train_on(
     *,
     work: Path,
     resume: bool = False,
-    progress: Progress | None = None,
+    progress: "Progress | None" = None,
 ) -> Model:
     """Do what `train` does with frames that are there already.
 
@@ -81,11 +78,12 @@ def train_on(
         InvalidInputError: the checkpoint to resume at is another training's.
     """
     _check_extra()
-    from sunset.training.loop import LOG, fit  # noqa: PLC0415  torch is an optional dependency
+    from sunset.training.loop import learn  # noqa: PLC0415  torch is an optional dependency
+    from sunset.training.network import folded_weights  # noqa: PLC0415
 
     try:
-        steps = partial(progress, "steps") if progress else None
-        weights = fit(config, sets.train, work, resume=resume, progress=steps)
+        modules = learn(config, sets.train, sets.validation, work, resume=resume, progress=progress)
+        weights = folded_weights(config.plan(config.modalities), modules)
         out.mkdir(parents=True, exist_ok=True)
         temperatures = _calibrate(config, weights, sets.validation_flight, out)
         card = _export(config, weights, out, temperatures)
@@ -95,7 +93,7 @@ def train_on(
             card,
             entropy_threshold=limits.entropy.threshold,
             sharpness_threshold=limits.sharpness.threshold,
-            training=training_facts(config, sets, work / LOG),
+            training=training_facts(config, sets, work),
             results=results(segmenter, sets, limits),
         )
         card.write(out)
@@ -137,7 +135,7 @@ def _export(
     card = ModelCard(
         name=config.name,
         version=hashlib.sha256(digests.encode()).hexdigest()[:12],
-        description=_DESCRIPTION,
+        description=config.shape.description + _DESCRIPTION,
         height=HEIGHT,
         width=WIDTH,
         classes=CLASSES,
@@ -150,12 +148,9 @@ def _export(
 
 
 _DESCRIPTION = (
-    "DeepLabV3 (atrous spatial pyramid pooling with global pooling) on a light residual backbone, with skips "
-    "from strides 8 and 4 and a sub-pixel classifier at stride 2. One network for the colour image, one for the "
-    "depth image, and both with their logits concatenated and merged by 1x1 convolutions. Trained from scratch "
-    "on rendered towns. The networks take raw frames: colours are normalised with ImageNet's mean and standard "
-    "deviation; depth enters as log(depth / 50 m) and as its difference to its mean over blocks of 16 and 8 "
-    "pixels, cut at 10 m and 2 m."
+    " Trained from scratch on rendered towns. The networks take raw frames: colours are normalised with "
+    "ImageNet's mean and standard deviation; depth enters as log(depth / 50 m) and as its difference to its "
+    "mean over blocks of 16 and 8 pixels, cut at 10 m and 2 m."
 )
 
 

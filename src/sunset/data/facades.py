@@ -208,8 +208,8 @@ def _draw_leaves(seen: Surfaces, rows: Rows) -> None:
     tone *= F(0.72) + F(0.28) * outward[:, 2]
     tone[clump + F(0.4) * speckle < F(-0.55)] *= F(0.5)
     hue = hashed(anchors[:, 0] * 2, anchors[:, 1] * 2, 5) - F(0.5)
-    tint = 1 + hue[:, None] * np.array((0.4, 0.1, -0.15), F)
-    seen.colours[rows] *= np.maximum(tone, F(0.2))[:, None] * tint
+    tint = 1 + hue[:, None] * np.array((0.3, 0.08, -0.1), F)
+    seen.colours[rows] = _muted(seen.colours[rows]) * np.maximum(tone, F(0.2))[:, None] * tint
 
 
 def _draw_needles(seen: Surfaces, rows: Rows) -> None:
@@ -219,7 +219,13 @@ def _draw_needles(seen: Surfaces, rows: Rows) -> None:
     normals[:, 2] = np.abs(normals[:, 2]) + F(0.1)
     seen.normals[rows] = normals / np.sqrt(dot(normals, normals))[:, None]
     speckle = look_up(grain(), points[:, 0] + points[:, 2], points[:, 1] - points[:, 2], 3.4)
-    seen.colours[rows] *= (F(0.9) + F(0.35) * speckle)[:, None]
+    seen.colours[rows] = _muted(seen.colours[rows]) * (F(0.9) + F(0.35) * speckle)[:, None]
+
+
+def _muted(leaves: Reals) -> Reals:
+    """Return colours of leaves (N, 3) as seen through air and gaps: less saturated."""
+    grey = dot(leaves, np.array((0.3, 0.6, 0.1), F))[:, None]
+    return grey + (leaves - grey) * F(0.72)
 
 
 def _polish(gloss: float) -> Drawing:

@@ -4,16 +4,19 @@ from collections.abc import Callable, Mapping
 from functools import cache
 from typing import Final
 
+import numpy as np
+
 from sunset.data.meshes import Colour, Finish, Material, Mesh, blob, box, cylinder, gable, join
 from sunset.seeding import generator
 
 __all__ = ["TREES", "prop", "tree"]
 
 TREES: Final = 8
-"""How many different trees there are: 0 to 4 broad-leaved, 5 and 6 conifers (alike), 7 a bush."""
+"""How many different trees there are: 0 to 3 broad-leaved, 4 a poplar, 5 and 6 conifers (alike), 7 a bush."""
 
 STEEL: Final[Colour] = (0.42, 0.44, 0.46)
 LEAF: Final[Colour] = (1.0, 1.0, 1.0)
+POPLAR: Final = 4
 CONIFERS: Final = (5, 6)
 BUSH: Final = 7
 
@@ -23,20 +26,46 @@ def tree(kind: int) -> Mesh:
     """Return a tree about 1 m high, to be scaled; its crown takes the tint."""
     rng = generator(kind, "tree")
     leaves = Finish(LEAF, "vegetation", Material.FOLIAGE, tinted=True)
-    trunk = Finish((0.3, 0.23, 0.17), "vegetation")
     if kind == BUSH:
-        return blob(rng, (0, 0, 0.35), (0.6, 0.6, 0.6), leaves)
+        clumps = [(0.0, 0.0, 0.3), (0.28, 0.1, 0.22), (-0.2, 0.22, 0.24)]
+        return join([blob(rng, at, (0.4, 0.38, 0.36), leaves, fine=False) for at in clumps])
+    trunk = Finish((0.3, 0.25, 0.2), "vegetation")
     if kind in CONIFERS:
-        layers = [(0.34, 0.12, 0.55), (0.26, 0.4, 0.8), (0.17, 0.65, 1.0)]
-        cones = [cylinder((radius, 0.03), (low, high), leaves, sides=7) for radius, low, high in layers]
+        needles = Finish((0.72, 0.82, 0.8), "vegetation", Material.NEEDLES, tinted=True)
+        tiers = [
+            (0.23, 0.1, 0.42),
+            (0.2, 0.26, 0.58),
+            (0.165, 0.42, 0.74),
+            (0.12, 0.58, 0.88),
+            (0.07, 0.76, 1.0),
+        ]
+        cones = [cylinder((radius, 0.01), (low, high), needles, sides=8) for radius, low, high in tiers]
         return join([cylinder((0.03, 0.03), (0, 0.2), trunk, sides=4), *cones])
-    crowns = [blob(rng, (0, 0, 0.66), (0.36, 0.36, 0.33), leaves)]
-    for _ in range(2):
-        x, y = rng.uniform(-0.22, 0.22, 2)
-        crowns.append(
-            blob(rng, (float(x), float(y), float(rng.uniform(0.5, 0.72))), (0.27, 0.27, 0.24), leaves)
-        )
-    return join([cylinder((0.045, 0.03), (0, 0.5), trunk, sides=5), *crowns])
+    if kind == POPLAR:
+        column = [
+            blob(rng, (0, 0, z), (r, r, 0.24), leaves) for z, r in ((0.32, 0.12), (0.55, 0.13), (0.8, 0.09))
+        ]
+        return join([cylinder((0.035, 0.03), (0, 0.2), trunk, sides=4), *column])
+    return join([cylinder((0.04, 0.025), (0, 0.5), trunk, sides=5), *_crown(rng, kind, leaves)])
+
+
+def _crown(rng: np.random.Generator, kind: int, leaves: Finish) -> list[Mesh]:
+    """A round, broad, tall or loose crown: a core with clumps of leaves around it."""
+    wide, high, middle, loose = (
+        (0.3, 0.3, 0.64, 0.3),
+        (0.38, 0.25, 0.66, 0.34),
+        (0.25, 0.34, 0.62, 0.28),
+        (0.3, 0.26, 0.66, 0.42),
+    )[kind]
+    parts = [blob(rng, (0, 0, middle), (wide, wide, high), leaves, roughness=0.14)]
+    for index in range(7):
+        angle = index * 2.4 + float(rng.uniform(-0.4, 0.4))
+        rise = float(rng.uniform(-0.45, 0.75))
+        out = wide * (1 - 0.4 * rise * rise) * float(rng.uniform(0.6, 0.95))
+        size = wide * loose / 0.3 * float(rng.uniform(0.38, 0.6))
+        at = (out * float(np.cos(angle)), out * float(np.sin(angle)), middle + rise * high)
+        parts.append(blob(rng, at, (size, size, size * 0.85), leaves, roughness=0.15, fine=False))
+    return parts
 
 
 def _lamp() -> Mesh:
@@ -63,7 +92,7 @@ def _mast() -> Mesh:
 
 def _traffic_light() -> Mesh:
     steel, case = Finish((0.3, 0.31, 0.33), "pole"), Finish((0.12, 0.12, 0.12), "traffic light")
-    yellow = Finish((0.85, 0.66, 0.12), "traffic light")
+    yellow = Finish((0.24, 0.24, 0.22), "traffic light")
     heads = [
         part
         for y in (3.2, 4.9)
@@ -172,7 +201,7 @@ PROPS: Final[Mapping[str, Callable[[], Mesh]]] = {
     "fence": lambda: box((-0.5, -0.07, 0), (0.5, 0.07, 1), Finish(LEAF, "fence", tinted=True)),
     "wall": lambda: box((-0.5, -0.22, 0), (0.5, 0.22, 1), Finish(LEAF, "wall", Material.BRICK, tinted=True)),
     "hedge": lambda: box(
-        (-0.5, -0.5, 0), (0.5, 0.5, 1), Finish((0.24, 0.36, 0.16), "vegetation", Material.FOLIAGE)
+        (-0.5, -0.5, 0), (0.5, 0.5, 1), Finish((0.26, 0.34, 0.2), "vegetation", Material.NEEDLES)
     ),
     "rail guard": lambda: box(
         (-0.5, -0.15, 0), (0.5, 0.15, 1), Finish((0.74, 0.76, 0.78), "guard rail", Material.PAINT)

@@ -24,6 +24,7 @@ __all__ = [
     "join",
     "place",
     "shell",
+    "taper",
 ]
 
 Colour = tuple[float, float, float]
@@ -155,10 +156,16 @@ def place(mesh: Mesh, positions: Reals, yaws: Reals, scales: Reals, tints: Reals
 
 def box(low: Colour, high: Colour, finish: Finish, *, bottom: bool = False) -> Mesh:
     """Return the box between two corners; its bottom is left out unless asked for."""
+    return taper(low, high, (0.0, 0.0, 0.0), finish, bottom=bottom)
+
+
+def taper(low: Colour, high: Colour, inset: Colour, finish: Finish, *, bottom: bool = False) -> Mesh:
+    """Return a box whose top is smaller than its bottom: by how much at its back, its front and either side."""
     (x0, y0, z0), (x1, y1, z1) = low, high
-    corners = np.array(
-        [(x, y, z) for z in (z0, z1) for x, y in ((x0, y0), (x1, y0), (x1, y1), (x0, y1))], dtype=np.float32
-    )
+    back, front, side = inset
+    ring = ((x0, y0), (x1, y0), (x1, y1), (x0, y1))
+    top = ((x0 + back, y0 + side), (x1 - front, y0 + side), (x1 - front, y1 - side), (x0 + back, y1 - side))
+    corners = np.array([*((x, y, z0) for x, y in ring), *((x, y, z1) for x, y in top)], dtype=np.float32)
     quads = [(0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7), (4, 5, 6, 7)]
     if bottom:
         quads.append((3, 2, 1, 0))

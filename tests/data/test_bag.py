@@ -1,20 +1,28 @@
 import hashlib
+import sqlite3
+import subprocess
+import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
+import cv2
 import numpy as np
 import numpy.typing as npt
 import pytest
+import yaml
 from rosbags.highlevel import AnyReader
-from rosbags.rosbag2 import StoragePlugin, Writer
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
+from sunset.classes import CARLA_IDS
 from sunset.data import Frame, read_bag, write_bag
 from sunset.errors import DataError, InvalidInputError, OutputError
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
 IMAGE = "sensor_msgs/msg/Image"
+COMPRESSED = "sensor_msgs/msg/CompressedImage"
+IDS = np.array([0, 4, 10, 255, *CARLA_IDS.values()], dtype=np.uint8)
 SIZE = (6, 10)
 STAMPS = [100_000_000, 200_000_000, 1_300_000_000]
 Rows = list[tuple[str, int, Any]]
@@ -26,7 +34,7 @@ def _frames(count: int = 3, size: tuple[int, int] = SIZE) -> list[Frame]:
         Frame(
             rng.integers(0, 256, (*size, 3), dtype=np.uint8),
             rng.integers(0, 65536, size, dtype=np.uint16),
-            rng.integers(0, 106, size, dtype=np.uint8),
+            rng.choice(IDS, size),
         )
         for _ in range(count)
     ]
@@ -37,12 +45,15 @@ def _equal(one: Frame, other: Frame) -> bool:
     return all(a.dtype == b.dtype and np.array_equal(a, b) for a, b in pairs)
 
 
-def _image(array: npt.NDArray[Any], encoding: str, stamp: int, **changes: Any) -> Any:
+def _header(stamp: int) -> Any:
     types = STORE.types
+    time = types["builtin_interfaces/msg/Time"](sec=stamp // 10**9, nanosec=stamp % 10**9)
+    return types["std_msgs/msg/Header"](stamp=time, frame_id="")
+
+
+def _image(array: npt.NDArray[Any], encoding: str, stamp: int, **changes: Any) -> Any:
     fields = {
-        "header": types["std_msgs/msg/Header"](
-            stamp=types["builtin_interfaces/msg/Time"](sec=stamp // 10**9, nanosec=stamp % 10**9), frame_id=""
-        ),
+        "header": _header(stamp),
         "height": array.shape[0],
         "width": array.shape[1],
         "encoding": encoding,
@@ -50,13 +61,19 @@ def _image(array: npt.NDArray[Any], encoding: str, stamp: int, **changes: Any) -
         "step": array.strides[0],
         "data": np.frombuffer(array.tobytes(), dtype=np.uint8),
     }
-    return types[IMAGE](**{**fields, **changes})
+    return STORE.types[IMAGE](**{**fields, **changes})
 
 
-def _rows(frames: Sequence[Frame]) -> Rows:
+def _compressed(data: bytes, text: str, stamp: int) -> Any:
+    return STORE.types[COMPRESSED](
+        header=_header(stamp), format=text, data=np.frombuffer(data, dtype=np.uint8)
+    )
+
+
+def _rows(frames: Sequence[Frame], stamps: Sequence[int] = STAMPS) -> Rows:
     return [
         row
-        for frame, stamp in zip(frames, STAMPS, strict=False)
+        for frame, stamp in zip(frames, stamps, strict=False)
         for row in (
             ("/rgb_raw", stamp, _image(frame.rgb, "bgr8", stamp)),
             ("/depth_raw", stamp, _image(frame.depth, "16UC1", stamp)),
@@ -65,12 +82,22 @@ def _rows(frames: Sequence[Frame]) -> Rows:
     ]
 
 
-def _write(folder: Path, rows: Rows, plugin: StoragePlugin = StoragePlugin.MCAP) -> Path:
-    with Writer(folder, version=9, storage_plugin=plugin) as writer:
-        topics = dict.fromkeys(topic for topic, _, _ in rows)
-        connections = {topic: writer.add_connection(topic, IMAGE, typestore=STORE) for topic in topics}
+def _write(
+    folder: Path,
+    rows: Rows,
+    plugin: StoragePlugin = StoragePlugin.MCAP,
+    mode: CompressionMode = CompressionMode.NONE,
+) -> Path:
+    writer = Writer(folder, version=9, storage_plugin=plugin)
+    if mode is not CompressionMode.NONE:
+        writer.set_compression(mode, CompressionFormat.ZSTD)
+    with writer:
+        kinds = {topic: message.__msgtype__ for topic, _, message in rows}
+        connections = {
+            topic: writer.add_connection(topic, kind, typestore=STORE) for topic, kind in kinds.items()
+        }
         for topic, time, message in rows:
-            writer.write(connections[topic], time, STORE.serialize_cdr(message, IMAGE))
+            writer.write(connections[topic], time, STORE.serialize_cdr(message, message.__msgtype__))
     return folder
 
 
@@ -137,16 +164,233 @@ def test_other_topics_are_passed_over(tmp_path: Path) -> None:
         assert len(bag) == 3
 
 
-def test_padded_rows_and_big_endian_depth_are_understood(tmp_path: Path) -> None:
+def _modes() -> Iterator[Any]:
+    for plugin in StoragePlugin:
+        for mode in CompressionMode:
+            if (plugin, mode) != (StoragePlugin.SQLITE3, CompressionMode.STORAGE):
+                yield pytest.param(plugin, mode, id=f"{plugin.name}-{mode.name}")
+
+
+@pytest.mark.parametrize(("plugin", "mode"), list(_modes()))
+def test_every_storage_and_compression_is_read(
+    tmp_path: Path, plugin: StoragePlugin, mode: CompressionMode
+) -> None:
+    frames = _frames()
+    with read_bag(_write(tmp_path / "bag", _rows(frames), plugin, mode)) as bag:
+        assert all(_equal(bag.frame(index), frames[index]) for index in range(3))
+
+
+@pytest.mark.parametrize("plugin", list(StoragePlugin))
+def test_a_recording_in_several_files_is_one_bag(tmp_path: Path, plugin: StoragePlugin) -> None:
+    frames = _frames()
+    rows = _rows(frames)
+    folder = _write(tmp_path / "bag_0", rows[:4], plugin)
+    second = _write(tmp_path / "bag_1", rows[4:], plugin)
+    (other,) = second.glob("bag_1.*")
+    other.rename(folder / other.name)
+    metadata = yaml.safe_load((folder / "metadata.yaml").read_text())
+    metadata["rosbag2_bagfile_information"]["relative_file_paths"].append(other.name)
+    (folder / "metadata.yaml").write_text(yaml.safe_dump(metadata))
+    with read_bag(folder) as bag:
+        assert all(_equal(bag.frame(index), frames[index]) for index in range(3))
+
+
+def test_a_recording_of_humble_is_read(tmp_path: Path) -> None:
+    frames = _frames()
+    folder = tmp_path / "flight.bag"
+    folder.mkdir()
+    qos = "- history: 3\n  depth: 0\n  reliability: 1\n  durability: 2\n  deadline:\n    sec: 9223372036\n"
+    qos += "    nsec: 854775807\n  lifespan:\n    sec: 9223372036\n    nsec: 854775807\n  liveliness: 1\n"
+    qos += "  liveliness_lease_duration:\n    sec: 9223372036\n    nsec: 854775807\n"
+    qos += "  avoid_ros_namespace_conventions: false"
+    topics = ["/rgb_raw", "/depth_raw", "/gt_segmentation"]
+    with sqlite3.connect(folder / "flight_0.db3") as base:
+        base.executescript(
+            "CREATE TABLE schema(schema_version INTEGER PRIMARY KEY, ros_distro TEXT NOT NULL);"
+            "CREATE TABLE metadata(id INTEGER PRIMARY KEY, metadata_version INTEGER NOT NULL,"
+            " metadata TEXT NOT NULL);"
+            "CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT NOT NULL, type TEXT NOT NULL,"
+            " serialization_format TEXT NOT NULL, offered_qos_profiles TEXT NOT NULL);"
+            "CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER NOT NULL,"
+            " timestamp INTEGER NOT NULL, data BLOB NOT NULL);"
+            "INSERT INTO schema VALUES (3, 'humble');"
+        )
+        for number, topic in enumerate(topics, 1):
+            base.execute("INSERT INTO topics VALUES (?, ?, ?, 'cdr', ?)", (number, topic, IMAGE, qos))
+        for topic, time, message in _rows(frames):
+            data = bytes(STORE.serialize_cdr(message, IMAGE))
+            base.execute(
+                "INSERT INTO messages (topic_id, timestamp, data) VALUES (?, ?, ?)",
+                (topics.index(topic) + 1, time, data),
+            )
+    base.close()
+    span = {
+        "starting_time": {"nanoseconds_since_epoch": STAMPS[0]},
+        "duration": {"nanoseconds": 1_200_000_000},
+    }
+    described = {"type": IMAGE, "serialization_format": "cdr", "offered_qos_profiles": qos}
+    metadata = {
+        "version": 5,
+        "storage_identifier": "sqlite3",
+        **span,
+        "message_count": 9,
+        "topics_with_message_count": [
+            {"topic_metadata": {"name": topic, **described}, "message_count": 3} for topic in topics
+        ],
+        "compression_format": "",
+        "compression_mode": "",
+        "relative_file_paths": ["flight_0.db3"],
+        "files": [{"path": "flight_0.db3", **span, "message_count": 9}],
+    }
+    (folder / "metadata.yaml").write_text(yaml.safe_dump({"rosbag2_bagfile_information": metadata}))
+    with read_bag(folder) as bag:
+        assert all(_equal(bag.frame(index), frames[index]) for index in range(3))
+    with read_bag(folder / "flight_0.db3") as bag:
+        assert _equal(bag.frame(2), frames[2])
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        ["--dst-storage", "sqlite3", "--dst-version", "8"],
+        ["--dst-storage", "mcap", "--compress", "zstd", "--compress-mode", "storage"],
+    ],
+)
+def test_what_another_tool_converted_is_read(tmp_path: Path, options: list[str]) -> None:
+    frames = _frames()
+    folder = write_bag(tmp_path / "bag", frames, STAMPS)
+    paths = ["--src", str(folder), "--dst", str(tmp_path / "other")]
+    call = [sys.executable, "-m", "rosbags.convert", *paths, *options]
+    subprocess.run(call, check=True)
+    with read_bag(tmp_path / "other") as bag:
+        assert all(_equal(bag.frame(index), frames[index]) for index in range(3))
+
+
+def _with_alpha(image: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    return np.dstack([image, np.full(image.shape[:2], 9, dtype=np.uint8)])
+
+
+@pytest.mark.parametrize(
+    ("topic", "encoding", "convert", "changes"),
+    [
+        ("/rgb_raw", "rgb8", lambda image: image[..., ::-1], {}),
+        ("/rgb_raw", "bgra8", _with_alpha, {}),
+        ("/rgb_raw", "rgba8", lambda image: _with_alpha(image[..., ::-1]), {}),
+        ("/rgb_raw", "bgr8", lambda image: image, {"step": 0}),
+        ("/rgb_raw", "bgr8", lambda image: image, {"is_bigendian": 1}),
+        ("/depth_raw", "mono16", lambda image: image, {}),
+        ("/depth_raw", "16UC1", lambda image: image.astype(">u2"), {"is_bigendian": 1}),
+        ("/depth_raw", "32FC1", lambda image: (image / 65.535).astype("<f4"), {}),
+        ("/depth_raw", "32FC1", lambda image: (image / 65.535).astype(">f4"), {"is_bigendian": 1}),
+        ("/gt_segmentation", "mono8", lambda image: image, {}),
+    ],
+)
+def test_every_encoding_gives_the_same_frame(
+    tmp_path: Path, topic: str, encoding: str, convert: Any, changes: dict[str, int]
+) -> None:
+    frames = _frames(1)
+    rows = _rows(frames)
+    place = [row[0] for row in rows].index(topic)
+    array = (frames[0].rgb, frames[0].depth, frames[0].labels)[place]
+    rows[place] = (
+        topic,
+        STAMPS[0],
+        _image(np.ascontiguousarray(convert(array)), encoding, STAMPS[0], **changes),
+    )
+    with read_bag(_write(tmp_path / "bag", rows)) as bag:
+        assert _equal(bag.frame(0), frames[0])
+        assert bag.encodings[topic] == encoding
+
+
+def test_padded_rows_are_understood(tmp_path: Path) -> None:
     frames = _frames(1)
     rows = _rows(frames)
     padded = np.zeros((SIZE[0], 32), dtype=np.uint8)
     padded[:, :30] = frames[0].rgb.reshape(SIZE[0], 30)
     rows[0][2].step, rows[0][2].data = 32, padded.reshape(-1)
-    rows[1][2].is_bigendian = 1
-    rows[1][2].data = np.frombuffer(frames[0].depth.astype(">u2").tobytes(), dtype=np.uint8)
     with read_bag(_write(tmp_path / "bag", rows)) as bag:
         assert _equal(bag.frame(0), frames[0])
+
+
+def test_depth_that_was_not_measured_is_far(tmp_path: Path) -> None:
+    frames = _frames(1)
+    metres = np.full(SIZE, 100, dtype=np.float32)
+    metres[0, :5] = np.nan, np.inf, -np.inf, 1500, -3
+    rows = _rows(frames)
+    rows[1] = ("/depth_raw", STAMPS[0], _image(metres, "32FC1", STAMPS[0]))
+    with read_bag(_write(tmp_path / "bag", rows)) as bag:
+        depth = bag.frame(0).depth
+    assert depth[0, :5].tolist() == [65535, 65535, 0, 65535, 0]
+    assert set(depth[1:].ravel().tolist()) == {6554}
+
+
+def _png(array: npt.NDArray[Any]) -> bytes:
+    return bytes(cv2.imencode(".png", array)[1])
+
+
+@pytest.mark.parametrize("suffixes", [("", "", ""), ("/compressed", "/compressedDepth", "/compressed")])
+def test_compressed_images_are_read(tmp_path: Path, suffixes: tuple[str, str, str]) -> None:
+    frames = _frames(2)
+    header = bytes(12) if suffixes[1] else b""
+    rows: Rows = []
+    for frame, stamp in zip(frames, STAMPS, strict=False):
+        colour, depth, labels = (_png(image) for image in (frame.rgb, frame.depth, frame.labels))
+        images = (
+            _compressed(colour, "rgb8; png compressed bgr8", stamp),
+            _compressed(header + depth, "16UC1; compressedDepth png", stamp),
+            _compressed(labels, "mono8; png compressed ", stamp),
+        )
+        topics = zip(("/rgb_raw", "/depth_raw", "/gt_segmentation"), suffixes, images, strict=True)
+        rows += [(topic + suffix, stamp, image) for topic, suffix, image in topics]
+    with read_bag(_write(tmp_path / "bag", rows)) as bag:
+        assert all(_equal(bag.frame(index), frames[index]) for index in range(2))
+        assert set(bag.topics) == {row[0] for row in rows}
+        assert bag.topics["/rgb_raw" + suffixes[0]] == (COMPRESSED, 2)
+
+
+def test_a_jpeg_is_nearly_its_picture(tmp_path: Path) -> None:
+    colour = np.zeros((64, 64, 3), dtype=np.uint8)
+    colour[:32], colour[32:] = (200, 100, 50), (10, 60, 110)
+    frame = Frame(colour, np.ones((64, 64), dtype=np.uint16), np.ones((64, 64), dtype=np.uint8))
+    rows = _rows([frame])
+    jpeg = bytes(cv2.imencode(".jpg", colour)[1])
+    rows[0] = ("/rgb_raw", STAMPS[0], _compressed(jpeg, "rgb8; jpeg compressed bgr8", STAMPS[0]))
+    with read_bag(_write(tmp_path / "bag", rows)) as bag:
+        error = np.abs(bag.frame(0).rgb.astype(int) - colour)
+    assert error[:30].max() < 4
+    assert error[34:].max() < 4
+
+
+def test_images_are_paired_by_the_nearest_stamp_and_the_rest_is_dropped(tmp_path: Path) -> None:
+    frames = _frames(5)
+    stamps = [10**18 + 10**8 * number for number in range(5)]
+    rows = _rows(frames, stamps)
+    for number, late in ((1, 20_000_000), (4, -30_000_000), (7, 70_000_000)):
+        stamp = rows[number][1] + late
+        rows[number][2].header = _header(stamp)
+    del rows[11]  # the labels of frame 3
+    rows += rows[11:13]  # colour and depth of frame 4 once more
+    with read_bag(
+        _write(tmp_path / "bag", [rows[index] for index in np.random.default_rng(2).permutation(16)])
+    ) as bag:
+        assert bag.stamps_ns == (stamps[0], stamps[1], stamps[4])
+        assert [_equal(bag.frame(at), frames[number]) for at, number in enumerate((0, 1, 4))] == [True] * 3
+        assert bag.dropped == {"/rgb_raw": 3, "/depth_raw": 3, "/gt_segmentation": 1}
+
+
+def test_frames_are_resampled_to_the_size_that_is_asked_for(tmp_path: Path) -> None:
+    frames = _frames(2, (60, 80))
+    folder = write_bag(tmp_path / "bag", frames, STAMPS[:2])
+    with read_bag(folder, size=(9, 16)) as bag:
+        assert (bag.size, bag.recorded_size) == ((9, 16), (60, 80))
+        frame = bag.frame(1)
+    # 16:9 of 80 x 60 is 80 x 45 in the middle: a factor of 5, from row 7
+    middle = frames[1].rgb[7:52].reshape(9, 5, 16, 5, 3).mean(axis=(1, 3))
+    np.testing.assert_allclose(frame.rgb, middle, atol=0.51)
+    np.testing.assert_array_equal(frame.depth, frames[1].depth[9:52:5, 2::5])
+    np.testing.assert_array_equal(frame.labels, frames[1].labels[9:52:5, 2::5])
+    with pytest.raises(ValueError, match="read-only"):
+        frame.depth[0] = 0
 
 
 def test_a_frame_that_is_not_there_is_an_index_error(tmp_path: Path) -> None:
@@ -168,21 +412,15 @@ def _no_depth(rows: Rows) -> Rows:
     return [row for row in rows if row[0] != "/depth_raw"]
 
 
-def _one_less(rows: Rows) -> Rows:
-    return rows[:-1]
-
-
-def _other_stamp(rows: Rows) -> Rows:
-    rows[4][2].header.stamp.nanosec += 1
+def _elsewhen(rows: Rows) -> Rows:
+    for topic, _, message in rows:
+        if topic == "/depth_raw":
+            message.header.stamp.sec += 100
     return rows
 
 
-def _twice(rows: Rows) -> Rows:
-    return [*rows[:3], *rows[:3]]
-
-
 def _other_encoding(rows: Rows) -> Rows:
-    rows[3][2].encoding = "rgb8"
+    rows[3][2].encoding = "mono8"
     return rows
 
 
@@ -203,17 +441,46 @@ def _zero_width(rows: Rows) -> Rows:
     return rows
 
 
+def _class_indices(rows: Rows) -> Rows:
+    rows[2][2].data = np.arange(60, dtype=np.uint8) % 28
+    return rows
+
+
+def _no_depth_measured(rows: Rows) -> Rows:
+    nothing = np.full(SIZE, np.nan, dtype=np.float32)
+    return [
+        (topic, time, _image(nothing, "32FC1", time) if topic == "/depth_raw" else message)
+        for topic, time, message in rows
+    ]
+
+
+def _jpeg_of_labels(rows: Rows) -> Rows:
+    jpeg = bytes(cv2.imencode(".jpg", np.zeros(SIZE, dtype=np.uint8))[1])
+    rows[2::3] = [
+        ("/gt_segmentation", row[1], _compressed(jpeg, "mono8; jpeg", row[1])) for row in rows[2::3]
+    ]
+    return rows
+
+
+def _reciprocal_depth(rows: Rows) -> Rows:
+    picture = _png(np.zeros(SIZE, dtype=np.uint16))
+    rows[1::3] = [("/depth_raw", row[1], _compressed(picture, "32FC1; png", row[1])) for row in rows[1::3]]
+    return rows
+
+
 @pytest.mark.parametrize(
     ("change", "message"),
     [
         (_no_depth, "must have the topic /depth_raw, got /gt_segmentation, /rgb_raw"),
-        (_one_less, "3 on /rgb_raw, 3 on /depth_raw, 2 on /gt_segmentation"),
-        (_other_stamp, "on /depth_raw, got 200000001 ns for 200000000 ns at frame 1"),
-        (_twice, "every stamp once, got 100000000 ns twice"),
-        (_other_encoding, "encoding bgr8 in message 1 on /rgb_raw, got 'rgb8'"),
-        (_other_size, "one size, 10x6, got 11x6 on /gt_segmentation at frame 1"),
-        (_short_data, "6 rows of at least 30 bytes in message 0 on /rgb_raw, got 179 bytes"),
-        (_zero_width, "rows of at least 0 bytes"),
+        (_elsewhen, "one moment on all three topics, got none"),
+        (_other_encoding, "image 1 on /rgb_raw of the bag .* encoding bgr8, rgb8, .* got 'mono8'"),
+        (_other_size, "size of those before it, 10x6, got 11x6"),
+        (_short_data, "6 rows of at least 30 bytes, got 179 bytes"),
+        (_zero_width, "at least one pixel"),
+        (_class_indices, "SynDrone's label ids .* got 23, 24, 25, 26, 27"),
+        (_no_depth_measured, "some depth below 1000 m on /depth_raw, got none"),
+        (_jpeg_of_labels, "of the kind 8-bit greyscale PNG, got 8-bit colour JPEG"),
+        (_reciprocal_depth, "depth as it was measured, got '32FC1; png'"),
     ],
 )
 @pytest.mark.parametrize("plugin", list(StoragePlugin))
@@ -232,29 +499,40 @@ def test_a_bag_without_messages_is_refused(tmp_path: Path) -> None:
         read_bag(write_bag(tmp_path / "bag", [], []))
 
 
+def test_a_message_that_only_its_folder_can_unpack_is_refused(tmp_path: Path) -> None:
+    folder = _write(tmp_path / "bag", _rows(_frames()), StoragePlugin.SQLITE3, CompressionMode.MESSAGE)
+    with pytest.raises(DataError, match="give the bag's folder"):
+        read_bag(folder / "bag.db3")
+
+
 def test_another_message_type_is_refused(tmp_path: Path) -> None:
     kind = "std_msgs/msg/Empty"
     with Writer(tmp_path / "bag", version=9, storage_plugin=StoragePlugin.MCAP) as writer:
         connection = writer.add_connection("/rgb_raw", kind, typestore=STORE)
         writer.write(connection, 1, STORE.serialize_cdr(STORE.types[kind](), kind))
-    with pytest.raises(DataError, match=rf"must have {IMAGE} on /rgb_raw, got {kind}"):
+    with pytest.raises(DataError, match=rf"must have {IMAGE} or {COMPRESSED} on /rgb_raw, got {kind}"):
         read_bag(tmp_path / "bag")
 
 
-def _broken(folder: Path) -> Iterator[tuple[str, Path]]:
-    yield "missing", folder.parent / "nowhere"
-    empty = folder.parent / "empty"
-    empty.mkdir()
-    yield "empty folder", empty
-    stray = folder.parent / "stray.txt"
-    stray.write_text("hello")
-    yield "no bag", stray
-
-
-def test_what_is_no_bag_is_refused(tmp_path: Path) -> None:
-    for _, path in _broken(tmp_path / "bag"):
-        with pytest.raises(DataError, match=str(path)):
-            read_bag(path)
+@pytest.mark.parametrize(
+    ("name", "remedy"),
+    [
+        ("missing", "give the folder"),
+        ("empty", "reindex"),
+        ("stray.txt", "got '.txt'"),
+        ("flight.mcap.zstd", "folder of a compressed bag"),
+        ("old.bag", "rosbags-convert"),
+    ],
+)
+def test_what_is_no_bag_is_refused(tmp_path: Path, name: str, remedy: str) -> None:
+    path = tmp_path / name
+    if name == "empty":
+        path.mkdir()
+    elif name != "missing":
+        path.write_text("hello")
+    with pytest.raises(DataError, match=remedy) as caught:
+        read_bag(path)
+    assert str(path) in str(caught.value)
 
 
 @pytest.mark.parametrize("storage", ["mcap", "sqlite3"])
@@ -296,6 +574,16 @@ def test_a_broken_metadata_file_is_refused(tmp_path: Path, text: str) -> None:
     (folder / "metadata.yaml").write_text(text)
     with pytest.raises(DataError, match="cannot be read as a rosbag2"):
         read_bag(folder)
+
+
+@pytest.mark.parametrize("name", ["flight.mcap", "flight.db3"])
+def test_a_file_alone_is_written(tmp_path: Path, name: str) -> None:
+    frames = _frames()
+    path = write_bag(tmp_path / "new" / name, frames, STAMPS)
+    assert path.is_file()
+    assert list(path.parent.iterdir()) == [path]
+    with read_bag(path) as bag:
+        assert all(_equal(bag.frame(index), frames[index]) for index in range(3))
 
 
 def test_writing_over_something_is_refused(tmp_path: Path) -> None:

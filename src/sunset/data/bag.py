@@ -1,11 +1,12 @@
 """Flight bags: rosbag2 recordings of colour, depth and labels, written and read.
 
-A bag holds `sensor_msgs/msg/Image` messages on three topics, one of each per frame, paired by the stamps of
-their headers: `/rgb_raw` (bgr8), `/depth_raw` (16UC1) and `/gt_segmentation` (8UC1).
+A bag holds images on three topics, `/rgb_raw`, `/depth_raw` and `/gt_segmentation`, that belong together by
+the stamps of their headers. `write_bag` writes them in one way; `read_bag` reads what ROS 2 tools record.
 """
 
 import tempfile
 import weakref
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -15,91 +16,81 @@ from typing import Any, Final, Self
 
 import numpy as np
 import numpy.typing as npt
-from rosbags.interfaces import Connection
 from rosbags.rosbag2 import Reader, StoragePlugin, Writer
-from rosbags.typesys import Stores, get_typestore
 
+from sunset.data.bag_images import (
+    COMPRESSED_IMAGE,
+    IMAGE,
+    SENSORS,
+    STORE,
+    TOPICS,
+    Recorded,
+    decoded,
+    serialized,
+)
 from sunset.data.frame import Frame
+from sunset.data.pairing import pair
+from sunset.data.pixels import FAR, check_ids, dimensions, resample
 from sunset.errors import DataError, InvalidInputError, OutputError
 
 __all__ = ["TOPICS", "BagReader", "read_bag", "write_bag"]
 
-TOPICS: Final = MappingProxyType({"/rgb_raw": "bgr8", "/depth_raw": "16UC1", "/gt_segmentation": "8UC1"})
-"""The topics of a bag and the encodings of their images."""
-
-IMAGE: Final = "sensor_msgs/msg/Image"
-REMEDY: Final = "record or render the bag again"
-NANO: Final = 1_000_000_000
-_DTYPES: Final = {"bgr8": ("<u1", 3), "16UC1": ("<u2", 1), "8UC1": ("<u1", 1)}
-_STORE: Final = get_typestore(Stores.ROS2_JAZZY)
+REMEDY: Final = "record, copy or import it again"
+_STORAGES: Final = {".mcap": "mcap", ".db3": "sqlite3"}
 
 
 def write_bag(
-    folder: Path, frames: Iterable[Frame], stamps_ns: Sequence[int], *, storage: str = "mcap"
+    path: Path, frames: Iterable[Frame], stamps_ns: Sequence[int], *, storage: str = "mcap"
 ) -> Path:
-    """Write a bag, all of it or nothing, and return its folder; the same frames give the same bytes.
+    """Write a bag, all of it or nothing, and return its path; the same frames give the same bytes.
 
     Args:
-        folder: to be made; its name becomes that of the file in it.
+        path: to be made: a rosbag2 folder, whose name becomes that of the file in it, or, if it ends in
+            `.mcap` or `.db3`, such a file alone.
         frames: in the order of their stamps, all of one size.
         stamps_ns: time of each frame in nanoseconds, from 0, strictly increasing.
-        storage: "mcap" or "sqlite3".
+        storage: "mcap" or "sqlite3"; a file's suffix overrules it.
 
     Raises:
         InvalidInputError: frames and stamps are not as many, a stamp is not later than the one before, or the
             storage is unknown.
-        OutputError: the folder exists or cannot be written.
+        OutputError: the path exists or cannot be written.
     """
-    if storage.upper() not in StoragePlugin.__members__:
+    alone = path.suffix in _STORAGES
+    plugin = _STORAGES.get(path.suffix, storage).upper()
+    if plugin not in StoragePlugin.__members__:
         raise InvalidInputError(f"A bag's storage must be mcap or sqlite3, got {storage!r}.")
     if any(stamp < 0 for stamp in stamps_ns) or any(np.diff(np.asarray(stamps_ns, dtype=np.int64)) <= 0):
         raise InvalidInputError("A bag's stamps must be from 0 on and strictly increasing, got others.")
-    if folder.exists():
-        raise OutputError(f"The bag {folder} cannot be written because it exists: choose another folder.")
+    if path.exists():
+        raise OutputError(f"The bag {path} cannot be written because it exists: choose another name.")
     try:
-        folder.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(prefix=".writing-", dir=folder.parent) as draft:
-            made = Path(draft) / folder.name
-            _write(made, frames, stamps_ns, StoragePlugin[storage.upper()])
-            made.rename(folder)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(prefix=".writing-", dir=path.parent) as draft:
+            made = Path(draft) / (path.stem if alone else path.name)
+            _write(made, frames, stamps_ns, StoragePlugin[plugin])
+            (made / path.name if alone else made).rename(path)
     except OSError as error:
         reason = error.strerror or str(error)
-        raise OutputError(f"The bag {folder} cannot be written: {reason}; choose another place.") from error
-    return folder
+        raise OutputError(f"The bag {path} cannot be written: {reason}; choose another place.") from error
+    return path
 
 
 def _write(folder: Path, frames: Iterable[Frame], stamps_ns: Sequence[int], plugin: StoragePlugin) -> None:
     written = 0
     with Writer(folder, version=9, storage_plugin=plugin) as writer:
-        connections = [writer.add_connection(topic, IMAGE, typestore=_STORE) for topic in TOPICS]
+        connections = [writer.add_connection(topic, IMAGE, typestore=STORE) for topic in TOPICS]
         for frame in frames:
             if written < len(stamps_ns):
                 images: tuple[npt.NDArray[Any], ...] = (frame.rgb, frame.depth, frame.labels)
                 for connection, image in zip(connections, images, strict=True):
                     stamp = int(stamps_ns[written])
-                    writer.write(connection, stamp, _serialized(image, TOPICS[connection.topic], stamp))
+                    writer.write(connection, stamp, serialized(image, TOPICS[connection.topic], stamp))
             written += 1
         if written != len(stamps_ns):
             raise InvalidInputError(
                 f"A bag needs one stamp per frame, got {len(stamps_ns)} for {written} frames."
             )
-
-
-def _serialized(image: npt.NDArray[Any], encoding: str, stamp_ns: int) -> memoryview:
-    types = _STORE.types
-    stamp = types["builtin_interfaces/msg/Time"](sec=stamp_ns // NANO, nanosec=stamp_ns % NANO)
-    dtype, channels = _DTYPES[encoding]
-    height, width = image.shape[:2]
-    message = types[IMAGE](
-        header=types["std_msgs/msg/Header"](stamp=stamp, frame_id="camera"),
-        height=height,
-        width=width,
-        encoding=encoding,
-        is_bigendian=0,
-        step=width * channels * np.dtype(dtype).itemsize,
-        data=np.ascontiguousarray(image, dtype=dtype).reshape(-1).view(np.uint8),
-    )
-    return _STORE.serialize_cdr(message, IMAGE)
 
 
 @contextmanager
@@ -116,11 +107,10 @@ def _translated(path: Path) -> Iterator[None]:
 
 @dataclass(frozen=True, slots=True)
 class _Entry:
-    """Where one message is: its time in the bag, and the stamp and size that it carries."""
+    """Where one image is: its time in the bag, and the stamp that it carries."""
 
     logged_ns: int
     stamp_ns: int
-    size: tuple[int, int]
 
 
 class BagReader:
@@ -129,19 +119,18 @@ class BagReader:
     Frames are read when they are asked for, none is kept. Use it as a context manager, or `close` it.
     """
 
-    def __init__(self, path: Path, reader: Reader, index: Mapping[str, Sequence[_Entry]]) -> None:
+    def __init__(self, path: Path, reader: Reader, survey: "_Survey", size: tuple[int, int] | None) -> None:
         self._path = path
         self._reader = reader
-        self._index = index
-        first = next(iter(index.values()))
-        self._stamps = tuple(entry.stamp_ns for entry in first)
-        self._size = first[0].size
+        self._survey = survey
+        self._moments = survey.moments()
+        self._size = size or survey.size
         # a reader that nobody closed gives its file back with its memory
         weakref.finalize(self, _close, reader)
 
     def __len__(self) -> int:
         """Return the number of frames."""
-        return len(self._stamps)
+        return len(self._moments)
 
     def __repr__(self) -> str:
         return f"BagReader({str(self._path)!r}, frames={len(self)}, size={self._size})"
@@ -163,13 +152,35 @@ class BagReader:
 
     @property
     def stamps_ns(self) -> tuple[int, ...]:
-        """The frames' times in nanoseconds, strictly increasing."""
-        return self._stamps
+        """The frames' times in nanoseconds, those of their colour images, strictly increasing."""
+        return tuple(rgb.stamp_ns for rgb, _, _ in self._moments)
 
     @property
     def size(self) -> tuple[int, int]:
-        """Height and width of every frame in pixels."""
+        """Height and width in pixels of every frame that is returned."""
         return self._size
+
+    @property
+    def recorded_size(self) -> tuple[int, int]:
+        """Height and width in pixels of every image that the bag holds."""
+        return self._survey.size
+
+    @property
+    def encodings(self) -> Mapping[str, str]:
+        """How the images are recorded, by the topic on which they are."""
+        found = self._survey.encodings
+        return MappingProxyType({topic: ", ".join(sorted(names)) for topic, names in found.items()})
+
+    @property
+    def dropped(self) -> Mapping[str, int]:
+        """How many images of each of `TOPICS` belong to no frame: they have no partner, or come twice."""
+        counts = self._survey.counts
+        return MappingProxyType({topic: count - len(self) for topic, count in counts.items()})
+
+    @property
+    def topics(self) -> Mapping[str, tuple[str, int]]:
+        """Type and number of messages of everything that the bag holds, by topic."""
+        return self._survey.topics
 
     def frame(self, index: int) -> Frame:
         """Return one frame; its arrays are read-only.
@@ -183,41 +194,21 @@ class BagReader:
         """
         if not 0 <= index < len(self):
             raise IndexError(f"The bag {self._path} has frames 0 to {len(self) - 1}, got {index}.")
-        images: dict[str, npt.NDArray[Any]] = {}
+        wanted = dict(zip(TOPICS, self._moments[index], strict=True))
+        images: dict[str, Recorded] = {}
         with _translated(self._path):
-            times = {entries[index].logged_ns for entries in self._index.values()}
-            for time in sorted(times):
-                for connection, _, raw in self._reader.messages(_connections(self._reader), time, time + 1):
-                    message = _STORE.deserialize_cdr(raw, IMAGE)
-                    if _stamp(message) == self._stamps[index]:
-                        images[connection.topic] = _array(message)
+            for time in sorted({entry.logged_ns for entry in wanted.values()}):
+                for topic, _, image in _images(self._path, self._reader, time, time + 1):
+                    if image.stamp_ns == wanted[topic].stamp_ns:
+                        images.setdefault(topic, image)
         if len(images) != len(TOPICS):
             raise DataError(
                 f"The bag {self._path} changed after it was opened: frame {index} is gone; open it again."
             )
-        rgb, depth, labels = (images[topic] for topic in TOPICS)
-        return Frame(rgb, depth, labels)
-
-
-def _connections(reader: Reader) -> list[Connection]:
-    return [connection for connection in reader.connections if connection.topic in TOPICS]
-
-
-def _stamp(message: Any) -> int:
-    return int(message.header.stamp.sec) * NANO + int(message.header.stamp.nanosec)
-
-
-def _array(message: Any) -> npt.NDArray[Any]:
-    """Return an image message's pixels, read-only: (H, W, 3) for bgr8, (H, W) else."""
-    dtype, channels = _DTYPES[message.encoding]
-    rows = message.data.reshape(message.height, message.step)
-    pixels = np.ascontiguousarray(rows[:, : message.width * channels * np.dtype(dtype).itemsize])
-    image = pixels.view(np.dtype(dtype).newbyteorder(">" if message.is_bigendian else "<"))
-    image = image.astype(dtype, copy=False)
-    if channels > 1:
-        image = image.reshape(message.height, message.width, channels)
-    image.flags.writeable = False
-    return image
+        frame = resample(Frame(*(images[topic].pixels for topic in TOPICS)), self._size)
+        for array in (frame.rgb, frame.depth, frame.labels):
+            array.flags.writeable = False
+        return frame
 
 
 def _close(reader: Reader) -> None:
@@ -225,94 +216,162 @@ def _close(reader: Reader) -> None:
         reader.close()
 
 
-def read_bag(path: Path) -> BagReader:
-    """Open a bag, in MCAP or sqlite3 storage, and check all of it.
+def _sources(reader: Reader) -> dict[str, str]:
+    """Return, by the topic in the bag, which of `TOPICS` it stands for."""
+    present = {connection.topic for connection in reader.connections}
+    return {sensor.topic(topic, present): topic for topic, sensor in SENSORS.items()}
+
+
+def _images(
+    path: Path, reader: Reader, start: int | None = None, stop: int | None = None
+) -> Iterator[tuple[str, int, Recorded]]:
+    """Yield (which of `TOPICS`, time in the bag, image) of all images in a span of time [start, stop)."""
+    sources = _sources(reader)
+    numbers: Counter[str] = Counter()
+    wanted = [connection for connection in reader.connections if connection.topic in sources]
+    for connection, logged_ns, raw in reader.messages(wanted, start, stop):
+        name = connection.topic
+        place = _place(numbers[name], name, path)
+        numbers[name] += 1
+        yield sources[name], logged_ns, decoded(raw, connection.msgtype, sources[name], place)
+
+
+def _place(number: int, name: str, path: Path) -> str:
+    return f"{number} on {name} of the bag {path}"
+
+
+class _Survey:
+    """What one pass over all of a bag finds."""
+
+    def __init__(self, path: Path, reader: Reader) -> None:
+        self._path = path
+        self.size = (0, 0)
+        self.topics = self._present(reader)
+        self.encodings: dict[str, set[str]] = {topic: set() for topic in _sources(reader)}
+        self._entries: dict[str, list[_Entry]] = {topic: [] for topic in TOPICS}
+        self._depth = False
+        recorded = {topic: name for name, topic in _sources(reader).items()}
+        for topic, logged_ns, image in _images(path, reader):
+            self._add(recorded[topic], topic, logged_ns, image)
+        if not all(self._entries.values()):
+            told = ", ".join(f"{count} on {topic}" for topic, count in self.counts.items())
+            raise DataError(f"The bag {path} must have at least one frame, got {told}; {REMEDY}.")
+        if not self._depth:
+            raise DataError(
+                f"The bag {path} must have some depth below 1000 m on {recorded['/depth_raw']}, got none in "
+                "any image; check the depth camera and its units."
+            )
+
+    def _present(self, reader: Reader) -> Mapping[str, tuple[str, int]]:
+        """Return all topics with their types and numbers of messages, when those that are needed fit."""
+        found: dict[str, tuple[str, int]] = {}
+        for one in sorted(reader.connections, key=lambda connection: connection.topic):
+            found[one.topic] = one.msgtype, found.get(one.topic, ("", 0))[1] + one.msgcount
+        for one in reader.connections:
+            if one.topic in _sources(reader) and one.msgtype not in {IMAGE, COMPRESSED_IMAGE}:
+                raise DataError(
+                    f"The bag {self._path} must have {IMAGE} or {COMPRESSED_IMAGE} on {one.topic}, "
+                    f"got {one.msgtype}; record the camera's images."
+                )
+        for name in _sources(reader):
+            if name not in found:
+                raise DataError(
+                    f"The bag {self._path} must have the topic {name}, got {', '.join(found) or 'none'}; "
+                    "record it, or remap what stands for it."
+                )
+        return MappingProxyType(found)
+
+    def _add(self, name: str, topic: str, logged_ns: int, image: Recorded) -> None:
+        size = image.pixels.shape[0], image.pixels.shape[1]
+        self.size = self.size if any(self.size) else size
+        place = _place(len(self._entries[topic]), name, self._path)
+        if size != self.size:
+            raise DataError(
+                f"The image {place} must have the size of those before it, {dimensions(self.size)}, got "
+                f"{dimensions(size)}; record colour, depth and labels aligned and of one size."
+            )
+        if topic == "/gt_segmentation":
+            check_ids(image.pixels, place)
+        elif topic == "/depth_raw":
+            self._depth = self._depth or bool((image.pixels < FAR).any())
+        self.encodings[name].add(image.encoding)
+        self._entries[topic].append(_Entry(logged_ns, image.stamp_ns))
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """How many images there are of each of `TOPICS`."""
+        return {topic: len(entries) for topic, entries in self._entries.items()}
+
+    def moments(self) -> list[tuple[_Entry, ...]]:
+        """Return where the images of each frame are, in the order of their stamps.
+
+        Raises:
+            DataError: no three images belong together.
+        """
+        # of images with the same stamp, the first that was recorded
+        firsts = [
+            sorted(
+                {entry.stamp_ns: entry for entry in reversed(self._entries[topic])}.values(),
+                key=lambda entry: entry.stamp_ns,
+            )
+            for topic in TOPICS
+        ]
+        stamps = [[entry.stamp_ns for entry in entries] for entries in firsts]
+        matches = pair(*stamps)
+        if not matches:
+            spans = "; ".join(
+                f"{topic} from {own[0]} to {own[-1]} ns" for topic, own in zip(TOPICS, stamps, strict=True)
+            )
+            raise DataError(
+                f"The bag {self._path} must have images of one moment on all three topics, got none "
+                f"({spans}); synchronise the cameras' clocks."
+            )
+        return [
+            tuple(entries[position] for entries, position in zip(firsts, match, strict=True))
+            for match in matches
+        ]
+
+
+def read_bag(path: Path, *, size: tuple[int, int] | None = None) -> BagReader:
+    """Open a bag and check all of it.
+
+    Any rosbag2 will do, in MCAP or sqlite3 storage, compressed or not, in one file or several, that holds
+    the three topics, or what image_transport made of them. Images are paired by their stamps (`pair`).
 
     Args:
         path: the bag's folder, or the `.mcap` or `.db3` file itself.
+        size: height and width in pixels that the frames shall have: they are resampled when they are read.
+            None for the size of the recording.
 
     Raises:
-        DataError: it is missing or unreadable, or is no recording of the three topics with the same number
-            of images, the same stamps, the right encodings, and one size.
+        DataError: it is missing or unreadable, or no recording of the three topics in encodings that are
+            understood and in one size, or none of their images belong together.
     """
-    if not path.exists():
-        raise DataError(f"There is no bag at {path}: give the folder of a rosbag2 recording.")
+    _check_kind(path)
     with _translated(path):
         reader = Reader(path)
         reader.open()
         try:
-            index = _index(path, reader)
-            _check_pairing(path, index)
+            return BagReader(path, reader, _Survey(path, reader), size)
         except BaseException:
             reader.close()
             raise
-    return BagReader(path, reader, index)
 
 
-def _index(path: Path, reader: Reader) -> dict[str, list[_Entry]]:
-    """Read every message once and return where each topic's are, by stamp."""
-    index: dict[str, list[_Entry]] = {topic: [] for topic in TOPICS}
-    for connection in _connections(reader):
-        if connection.msgtype != IMAGE:
+def _check_kind(path: Path) -> None:
+    """Check that a path looks like a bag."""
+    if not path.exists():
+        raise DataError(f"There is no bag at {path}: give the folder or the file of a rosbag2 recording.")
+    if path.is_dir():
+        if not (path / "metadata.yaml").exists():
             raise DataError(
-                f"The bag {path} must have {IMAGE} on {connection.topic}, got {connection.msgtype}; {REMEDY}."
+                f"The folder {path} must be a rosbag2 with a metadata.yaml, got none: "
+                f"'ros2 bag reindex {path}' writes it, 'sunset data import' makes a bag of SynDrone's folders."
             )
-    present = {connection.topic for connection in reader.connections}
-    for topic in TOPICS:
-        if topic not in present:
-            found = ", ".join(sorted(present)) or "none"
-            raise DataError(f"The bag {path} must have the topic {topic}, got {found}; {REMEDY}.")
-    for connection, logged_ns, raw in reader.messages(_connections(reader)):
-        message: Any = _STORE.deserialize_cdr(raw, IMAGE)
-        entry = _Entry(logged_ns, _stamp(message), (int(message.height), int(message.width)))
-        place = f"message {len(index[connection.topic])} on {connection.topic}"
-        _check_image(path, place, message, TOPICS[connection.topic])
-        index[connection.topic].append(entry)
-    return {topic: sorted(entries, key=lambda entry: entry.stamp_ns) for topic, entries in index.items()}
-
-
-def _check_image(path: Path, place: str, message: Any, encoding: str) -> None:
-    if message.encoding != encoding:
+    elif path.suffix == ".bag":
+        raise DataError(f"The bag {path} must be of ROS 2, got one of ROS 1: 'rosbags-convert' converts it.")
+    elif path.suffix not in _STORAGES:
         raise DataError(
-            f"The bag {path} must have encoding {encoding} in {place}, got {message.encoding!r}; {REMEDY}."
+            f"The bag {path} must be a rosbag2 folder or a file in .mcap or .db3, got {path.suffix!r}; "
+            "give the folder of a compressed bag."
         )
-    dtype, channels = _DTYPES[encoding]
-    row = message.width * channels * np.dtype(dtype).itemsize
-    expected = message.height * message.step
-    if not row or message.step < row or len(message.data) != expected:
-        raise DataError(
-            f"The bag {path} must have {message.height} rows of at least {row} bytes in {place}, "
-            f"got {len(message.data)} bytes in rows of {message.step}; {REMEDY}."
-        )
-
-
-def _check_pairing(path: Path, index: Mapping[str, Sequence[_Entry]]) -> None:
-    """Check that the three topics tell of the same moments in images of one size."""
-    counts = {topic: len(entries) for topic, entries in index.items()}
-    told = ", ".join(f"{count} on {topic}" for topic, count in counts.items())
-    if len(set(counts.values())) > 1:
-        raise DataError(f"The bag {path} must have as many images on every topic, got {told}; {REMEDY}.")
-    if not all(counts.values()):
-        raise DataError(f"The bag {path} must have at least one frame, got {told}; {REMEDY}.")
-    first = index["/rgb_raw"]
-    for topic, entries in index.items():
-        for number, (entry, other) in enumerate(zip(entries, first, strict=True)):
-            if entry.stamp_ns != other.stamp_ns:
-                raise DataError(
-                    f"The bag {path} must have the stamps of /rgb_raw on {topic}, got {entry.stamp_ns} ns "
-                    f"for {other.stamp_ns} ns at frame {number}; {REMEDY}."
-                )
-            if entry.size != first[0].size:
-                raise DataError(
-                    f"The bag {path} must have images of one size, {_pixels(first[0].size)}, got "
-                    f"{_pixels(entry.size)} on {topic} at frame {number}; {REMEDY}."
-                )
-            if number and entry.stamp_ns == entries[number - 1].stamp_ns:
-                raise DataError(
-                    f"The bag {path} must have every stamp once, got {entry.stamp_ns} ns twice "
-                    f"on {topic}; {REMEDY}."
-                )
-
-
-def _pixels(size: tuple[int, int]) -> str:
-    return f"{size[1]}x{size[0]}"

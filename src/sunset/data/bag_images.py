@@ -1,0 +1,163 @@
+"""Between the image messages of a bag and the arrays of a frame."""
+
+from collections.abc import Collection
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any, Final
+
+import numpy as np
+import numpy.typing as npt
+from rosbags.typesys import Stores, get_typestore
+
+from sunset.data.pixels import (
+    COLOUR_JPEG,
+    COLOUR_PNG,
+    DEPTH_PNG,
+    LABEL_PNG,
+    bgr_of,
+    counts_of,
+    picture,
+    raw_pixels,
+)
+from sunset.errors import DataError
+
+__all__ = [
+    "COMPRESSED_IMAGE",
+    "IMAGE",
+    "SENSORS",
+    "STORE",
+    "TOPICS",
+    "Recorded",
+    "Sensor",
+    "decoded",
+    "serialized",
+]
+
+TOPICS: Final = MappingProxyType({"/rgb_raw": "bgr8", "/depth_raw": "16UC1", "/gt_segmentation": "8UC1"})
+"""The topics of a bag and the encodings in which their images are written."""
+
+IMAGE: Final = "sensor_msgs/msg/Image"
+COMPRESSED_IMAGE: Final = "sensor_msgs/msg/CompressedImage"
+STORE: Final = get_typestore(Stores.ROS2_JAZZY)
+"""What knows the messages; those of images are the same in every ROS 2."""
+
+_NANO: Final = 1_000_000_000
+_ZSTD: Final = b"\x28\xb5\x2f\xfd"
+_PNG: Final = b"\x89PNG"
+
+
+@dataclass(frozen=True, slots=True)
+class Sensor:
+    """How images of one sensor may be recorded.
+
+    Attributes:
+        encodings: of a `sensor_msgs/msg/Image`.
+        pictures: of a `sensor_msgs/msg/CompressedImage`.
+        transports: what image_transport may append to the topic; the first that is there is read.
+    """
+
+    encodings: tuple[str, ...]
+    pictures: tuple[str, ...]
+    transports: tuple[str, ...] = ("", "/compressed")
+
+    def topic(self, topic: str, present: Collection[str]) -> str:
+        """Return the name under which the sensor's topic is recorded; `topic` itself if it is not at all."""
+        names = [topic + transport for transport in self.transports]
+        return next((name for name in names if name in present), topic)
+
+
+SENSORS: Final = MappingProxyType(
+    {
+        "/rgb_raw": Sensor(("bgr8", "rgb8", "bgra8", "rgba8"), (COLOUR_JPEG, COLOUR_PNG)),
+        "/depth_raw": Sensor(
+            ("16UC1", "mono16", "32FC1"), (DEPTH_PNG,), ("", "/compressed", "/compressedDepth")
+        ),
+        "/gt_segmentation": Sensor(("8UC1", "mono8"), (LABEL_PNG,)),
+    }
+)
+"""By topic, in the order of a frame's images."""
+
+
+@dataclass(frozen=True, slots=True)
+class Recorded:
+    """One message's image.
+
+    Attributes:
+        stamp_ns: when it was taken, in nanoseconds.
+        encoding: of its pixels, or the format of a compressed image.
+        pixels: as a `Frame` has them.
+    """
+
+    stamp_ns: int
+    encoding: str
+    pixels: npt.NDArray[Any]
+
+
+def decoded(raw: bytes | memoryview, kind: str, topic: str, place: str) -> Recorded:
+    """Return the image in a serialized message.
+
+    Args:
+        raw: the message.
+        kind: its type, `IMAGE` or `COMPRESSED_IMAGE`.
+        topic: which sensor's it is, one of `SENSORS`.
+        place: which image it is, for errors.
+
+    Raises:
+        DataError: it is not of an accepted encoding, or damaged.
+    """
+    if bytes(raw[:4]) == _ZSTD:
+        raise DataError(
+            f"The image {place} must be a plain message, got a compressed one: "
+            "give the bag's folder, whose metadata.yaml says how to read it."
+        )
+    message: Any = STORE.deserialize_cdr(raw, kind)
+    stamp = message.header.stamp
+    encoding = str(message.encoding if kind == IMAGE else message.format)
+    if kind == IMAGE:
+        pixels, order = raw_pixels(message, place, SENSORS[topic].encodings), encoding
+    else:
+        # a picture is in our order, whatever its format says was recorded
+        pixels, order = _unpacked(message, topic, place), "bgr8"
+    if topic == "/rgb_raw":
+        pixels = bgr_of(pixels, order)
+    elif topic == "/depth_raw":
+        pixels = counts_of(pixels)
+    pixels.flags.writeable = False
+    return Recorded(int(stamp.sec) * _NANO + int(stamp.nanosec), encoding, pixels)
+
+
+def _unpacked(message: Any, topic: str, place: str) -> npt.NDArray[Any]:
+    """Return the picture in a `CompressedImage`."""
+    data = message.data.tobytes()
+    if topic == "/depth_raw":
+        if message.format.startswith("32FC1"):
+            raise DataError(
+                f"The image {place} must hold depth as it was measured, got {message.format!r}, which holds "
+                "rounded reciprocals: record the uncompressed topic."
+            )
+        # compressedDepth puts a header of its own before the picture
+        data = data[max(data.find(_PNG), 0) :]
+    return picture(data, place, SENSORS[topic].pictures)
+
+
+def serialized(image: npt.NDArray[Any], encoding: str, stamp_ns: int) -> memoryview:
+    """Return a serialized `sensor_msgs/msg/Image`.
+
+    Args:
+        image: (H, W) or (H, W, channels), in the order and type that the encoding says.
+        encoding: of the image.
+        stamp_ns: time at which it was taken, in nanoseconds.
+    """
+    types = STORE.types
+    stamp = types["builtin_interfaces/msg/Time"](sec=stamp_ns // _NANO, nanosec=stamp_ns % _NANO)
+    little = np.ascontiguousarray(image, dtype=image.dtype.newbyteorder("<"))
+    message = types[IMAGE](
+        header=types["std_msgs/msg/Header"](stamp=stamp, frame_id="camera"),
+        height=image.shape[0],
+        width=image.shape[1],
+        encoding=encoding,
+        is_bigendian=0,
+        step=little[0].nbytes,
+        data=little.reshape(-1).view(np.uint8),
+    )
+    return STORE.serialize_cdr(message, IMAGE)

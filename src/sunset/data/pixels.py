@@ -1,0 +1,252 @@
+"""Other people's pixels made those of a frame: message encodings, picture files, ids, units, sizes.
+
+What is refused is refused with a `DataError` that names the image.
+"""
+
+import struct
+import zlib
+from collections.abc import Collection
+from types import MappingProxyType
+from typing import Any, Final
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from sunset.classes import CARLA_IDS
+from sunset.data.frame import DEPTH_RANGE_M, Frame
+from sunset.errors import DataError
+
+__all__ = [
+    "COLOUR_JPEG",
+    "COLOUR_PNG",
+    "DEPTH_PNG",
+    "FAR",
+    "IDS_OF_NO_CLASS",
+    "LABEL_PNG",
+    "bgr_of",
+    "check_ids",
+    "counts_of",
+    "counts_of_metres",
+    "dimensions",
+    "picture",
+    "raw_pixels",
+    "resample",
+]
+
+Pixels = npt.NDArray[Any]
+
+FAR: Final = 65535
+"""The depth count of what is 1000 m away or further, or of no measured depth."""
+
+IDS_OF_NO_CLASS: Final = MappingProxyType({"none": 0, "pedestrians": 4, "vehicles": 10, "any": 255})
+"""Ids that CARLA defines and SynDrone's classes leave out: such pixels are ignored, not refused."""
+
+COLOUR_JPEG: Final = "8-bit colour JPEG"
+COLOUR_PNG: Final = "8-bit colour PNG"
+DEPTH_PNG: Final = "16-bit greyscale PNG"
+LABEL_PNG: Final = "8-bit greyscale PNG"
+
+_ENCODINGS: Final = {
+    "bgr8": ("u1", 3),
+    "rgb8": ("u1", 3),
+    "bgra8": ("u1", 4),
+    "rgba8": ("u1", 4),
+    "16UC1": ("u2", 1),
+    "mono16": ("u2", 1),
+    "32FC1": ("f4", 1),
+    "8UC1": ("u1", 1),
+    "mono8": ("u1", 1),
+}
+"""Encoding of a `sensor_msgs/msg/Image` → type of a value, values a pixel."""
+
+_JPEG: Final = b"\xff\xd8\xff"
+_PNG: Final = b"\x89PNG\r\n\x1a\n"
+_PNG_COLOURS: Final = {0: "greyscale", 2: "colour", 3: "palette", 4: "greyscale-alpha", 6: "colour-alpha"}
+
+
+def _strange_ids() -> npt.NDArray[np.uint8]:
+    table = np.ones(256, dtype=np.uint8)
+    table[[*CARLA_IDS.values(), *IDS_OF_NO_CLASS.values()]] = 0
+    return table
+
+
+_STRANGE: Final = _strange_ids()
+
+
+def dimensions(size: tuple[int, int]) -> str:
+    """Return (height, width) as people write it.
+
+    >>> dimensions((144, 256))
+    '256x144'
+    """
+    return f"{size[1]}x{size[0]}"
+
+
+def raw_pixels(message: Any, place: str, encodings: Collection[str]) -> Pixels:
+    """Return the pixels of a `sensor_msgs/msg/Image`, (H, W) or (H, W, channels), in this machine's byte order.
+
+    Args:
+        message: the message; rows may be padded.
+        place: which image it is, for errors.
+        encodings: those that are accepted.
+
+    Raises:
+        DataError: it has another encoding, or not the data that its size needs.
+    """
+    if message.encoding not in encodings:
+        raise DataError(
+            f"The image {place} must have the encoding {_either(encodings)}, got {message.encoding!r}; "
+            "convert it while recording."
+        )
+    kind, channels = _ENCODINGS[message.encoding]
+    dtype = np.dtype(kind).newbyteorder(">" if message.is_bigendian else "<")
+    height, row = int(message.height), int(message.width) * channels * dtype.itemsize
+    step = int(message.step) or row
+    if not height * row or step < row or len(message.data) < height * step:
+        raise DataError(
+            f"The image {place} must have at least one pixel, and {height} rows of at least {row} bytes, got "
+            f"{len(message.data)} bytes in rows of {step}; record it again."
+        )
+    rows = message.data[: height * step].reshape(height, step)[:, :row]
+    pixels = np.ascontiguousarray(rows).view(dtype).astype(np.dtype(kind), copy=False)
+    return pixels.reshape(height, -1, channels) if channels > 1 else pixels
+
+
+def picture(data: bytes, place: str, kinds: Collection[str]) -> Pixels:
+    """Return the pixels of a JPEG or PNG file, (H, W) or (H, W, 3) in the order blue, green, red.
+
+    Args:
+        data: the whole file.
+        place: which image it is, for errors.
+        kinds: those that are accepted, of `COLOUR_JPEG`, `COLOUR_PNG`, `DEPTH_PNG`, `LABEL_PNG`.
+
+    Raises:
+        DataError: it is of another kind, truncated or damaged.
+    """
+    kind = _kind(data, place)
+    pixels = None
+    if kind in kinds:
+        try:
+            pixels = cv2.imdecode(np.frombuffer(data, dtype=np.uint8), cv2.IMREAD_UNCHANGED)
+        except cv2.error as error:
+            raise _damaged(place, "the decoder gives up") from error
+        if pixels is None:
+            raise _damaged(place, "the decoder gives up")
+        if kind == COLOUR_JPEG and pixels.ndim == 2:  # noqa: PLR2004
+            kind = "8-bit greyscale JPEG"
+    if kind not in kinds or pixels is None:
+        raise DataError(
+            f"The image {place} must be of the kind {_either(kinds)}, got {kind}; "
+            "take it from its source unconverted."
+        )
+    return np.asarray(pixels)
+
+
+def _kind(data: bytes, place: str) -> str:
+    """Return what a file is by its header, when it is whole."""
+    if data.startswith(_JPEG):
+        # a writer may have filled its last block with zeros
+        if not data.rstrip(b"\0").endswith(b"\xff\xd9"):
+            raise _damaged(place, "it ends before the picture does")
+        return COLOUR_JPEG
+    if data.startswith(_PNG):
+        _check_chunks(data, place)
+        return f"{data[24]}-bit {_PNG_COLOURS.get(data[25], 'unknown')} PNG"
+    return "neither JPEG nor PNG" if data else "no data"
+
+
+def _check_chunks(data: bytes, place: str) -> None:
+    """Check that a PNG file has all its chunks, each with its checksum."""
+    view, start, kind = memoryview(data), len(_PNG), b""
+    while kind != b"IEND":
+        try:
+            length, kind = struct.unpack_from(">I4s", data, start)
+            (checksum,) = struct.unpack_from(">I", data, start + 8 + length)
+        except struct.error:
+            raise _damaged(place, "it ends before the picture does") from None
+        if zlib.crc32(view[start + 4 : start + 8 + length]) != checksum:
+            raise _damaged(place, "a checksum does not match")
+        start += 12 + length
+
+
+def _damaged(place: str, what: str) -> DataError:
+    return DataError(f"The image {place} must be a whole picture, got a damaged one: {what}; copy it again.")
+
+
+def _either(names: Collection[str]) -> str:
+    *others, last = names
+    return f"{', '.join(others)} or {last}" if others else last
+
+
+def bgr_of(pixels: Pixels, encoding: str) -> npt.NDArray[np.uint8]:
+    """Return colour pixels (H, W, 3 or 4) of an encoding as (H, W, 3) in the order blue, green, red."""
+    ordered = pixels[..., 2::-1] if encoding.startswith("rgb") else pixels[..., :3]
+    return np.ascontiguousarray(ordered)
+
+
+def counts_of(pixels: Pixels) -> npt.NDArray[np.uint16]:
+    """Return depth pixels (H, W), counts already or float32 metres, as counts."""
+    return counts_of_metres(pixels) if pixels.dtype.kind == "f" else pixels
+
+
+def counts_of_metres(metres: npt.NDArray[np.float32]) -> npt.NDArray[np.uint16]:
+    """Return depths in metres as counts of 1000 / 65535 m.
+
+    What is further than 1000 m or was not measured (NaN, +inf) is `FAR`; what is too near to be measured
+    (-inf, REP 117) is 0.
+
+    >>> counts_of_metres(np.array([0, 500, 2000, np.nan, -np.inf], dtype=np.float32)).tolist()
+    [0, 32768, 65535, 65535, 0]
+    """
+    known = np.nan_to_num(metres, nan=DEPTH_RANGE_M, posinf=DEPTH_RANGE_M, neginf=0.0)
+    return np.rint(known.clip(0, DEPTH_RANGE_M) * (FAR / DEPTH_RANGE_M)).astype(np.uint16)
+
+
+def check_ids(labels: npt.NDArray[np.uint8], place: str) -> None:
+    """Check that labels (H, W) hold ids that SynDrone's CARLA can record.
+
+    Args:
+        labels: recorded ids.
+        place: which image it is, for errors.
+
+    Raises:
+        DataError: there is another id.
+    """
+    if cv2.LUT(labels, _STRANGE).any():
+        found = np.unique(labels)
+        strange = ", ".join(str(number) for number in found[_STRANGE[found] > 0])
+        raise DataError(
+            f"The image {place} must hold SynDrone's label ids (0 to 22, 40, 41, 100 to 105; 255 for none), "
+            f"got {strange}; map its labels to these."
+        )
+
+
+def resample(frame: Frame, size: tuple[int, int]) -> Frame:
+    """Return a frame in another size.
+
+    Where the shapes differ, the largest central part of the wanted shape is taken, so that nothing is
+    distorted. A colour pixel becomes the mean over its area; a depth and a label are those at the pixel's
+    centre, so that the three stay aligned and no depth or id arises that was not there.
+
+    Args:
+        frame: of any size.
+        size: height and width in pixels.
+    """
+    if frame.size == size:
+        return frame
+    top, left, height, width = _central(frame.size, size)
+    window = slice(top, top + height), slice(left, left + width)
+    # the source pixel under the centre of each wanted one, in whole numbers: 2i + 1 halves of one
+    rows = top + (2 * np.arange(size[0]) + 1) * height // (2 * size[0])
+    columns = left + (2 * np.arange(size[1]) + 1) * width // (2 * size[1])
+    chosen = np.ix_(rows, columns)
+    rgb = cv2.resize(frame.rgb[window], (size[1], size[0]), interpolation=cv2.INTER_AREA)
+    return Frame(np.asarray(rgb), frame.depth[chosen], frame.labels[chosen])
+
+
+def _central(size: tuple[int, int], shape: tuple[int, int]) -> tuple[int, int, int, int]:
+    """Return top, left, height and width of the largest central part of `size` with the shape of `shape`."""
+    height = min(size[0], max(1, round(size[1] * shape[0] / shape[1])))
+    width = min(size[1], max(1, round(size[0] * shape[1] / shape[0])))
+    return (size[0] - height) // 2, (size[1] - width) // 2, height, width

@@ -14,6 +14,11 @@ TIMES: Final = ("morning", "noon", "evening")
 WEATHERS: Final = ("clear", "hazy", "overcast")
 """The kinds of weather."""
 
+NOON_LEVEL: Final = 1.13
+"""Mean light on the ground at noon in clear weather, which the exposure is set for."""
+ADAPTATION: Final = 0.75
+"""How far the camera makes up for less light: 0 not, 1 entirely."""
+
 Triple = tuple[float, float, float]
 
 
@@ -30,6 +35,7 @@ class Light:
         haze_m: distance in metres over which haze takes 63 %.
         zenith: colour of the sky overhead.
         sun_radius: apparent radius of what the direct light comes from, in radians.
+        exposure: by which the camera multiplies what it sees.
     """
 
     sun_direction: Triple
@@ -40,6 +46,7 @@ class Light:
     haze_m: float
     zenith: Triple
     sun_radius: float
+    exposure: float
 
 
 _SUNS: Final = {  # elevation and azimuth in degrees, colour
@@ -47,10 +54,10 @@ _SUNS: Final = {  # elevation and azimuth in degrees, colour
     "noon": (58.0, 250.0, (1.1, 1.04, 0.95)),
     "evening": (24.0, 160.0, (1.15, 0.82, 0.55)),
 }
-_AIR: Final = {  # share of direct sun, strength of sky light, haze distance, sun's radius
-    "clear": (1.0, 1.0, 1400.0, 0.012),
-    "hazy": (0.75, 1.15, 420.0, 0.03),
-    "overcast": (0.18, 1.75, 900.0, 0.12),
+_AIR: Final = {  # share of direct sun, strength of sky light, sun's radius, haze distance, its brightness
+    "clear": (1.0, 1.0, 0.012, 1700.0, 0.7),
+    "hazy": (0.7, 1.25, 0.03, 480.0, 0.72),
+    "overcast": (0.16, 1.8, 0.12, 1100.0, 0.55),
 }
 
 
@@ -65,22 +72,25 @@ def light(time: str, weather: str) -> Light:
     if weather not in _AIR:
         raise InvalidInputError(f"A weather must be one of {', '.join(WEATHERS)}, got {weather!r}.")
     elevation, azimuth, colour = _SUNS[time]
-    share, diffuse, distance, radius = _AIR[weather]
+    share, diffuse, radius, distance, brightness = _AIR[weather]
     e, a = np.radians(elevation), np.radians(azimuth)
-    grey = np.array([0.62, 0.66, 0.7])
-    clear = np.array([0.42, 0.55, 0.76])
+    grey, clear = np.array([0.64, 0.67, 0.7]), np.array([0.42, 0.55, 0.76])
     tone = clear if weather == "clear" else grey
-    sky = tone * 0.46 * diffuse * (0.8 + 0.2 * np.sin(e))
-    haze = (0.55 * np.asarray(colour) * 0.7 + 0.45 * tone) * (0.62 + 0.25 * np.sin(e))
+    sun = np.asarray(colour) * share * (0.75 + 0.25 * np.sin(e))
+    sky = tone * 0.5 * diffuse * (0.8 + 0.2 * np.sin(e))
+    glow = np.asarray(colour) / max(colour)
+    haze = (0.4 * glow + 0.6 * np.array([0.78, 0.82, 0.87])) * brightness * (0.75 + 0.25 * np.sin(e))
+    level = float((sun * np.sin(e) + sky).mean())
     return Light(
         sun_direction=(float(np.cos(e) * np.cos(a)), float(np.cos(e) * np.sin(a)), float(np.sin(e))),
-        sun=_triple(np.asarray(colour) * share * (0.75 + 0.25 * np.sin(e))),
+        sun=_triple(sun),
         sky=_triple(sky),
-        bounce=_triple(np.array([0.11, 0.1, 0.08]) * (share + 0.4)),
+        bounce=_triple(np.array([0.13, 0.12, 0.1]) * (share + 0.4)),
         haze=_triple(haze),
         haze_m=distance,
-        zenith=_triple(tone * 0.6),
+        zenith=_triple(tone * 0.6 * brightness / 0.7),
         sun_radius=radius,
+        exposure=1.62 * (NOON_LEVEL / level) ** ADAPTATION,
     )
 
 

@@ -74,7 +74,7 @@ def _lamp() -> Mesh:
         [
             cylinder((0.2, 0.14), (0, 8.5), steel),
             box((-0.1, -0.1, 8.4), (2.4, 0.1, 8.6), steel, bottom=True),
-            box((1.5, -0.3, 8.35), (2.7, 0.3, 8.62), Finish((0.8, 0.8, 0.76), "pole"), bottom=True),
+            box((1.5, -0.3, 8.35), (2.7, 0.3, 8.62), Finish((0.55, 0.56, 0.56), "pole"), bottom=True),
         ]
     )
 

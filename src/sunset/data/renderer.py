@@ -29,10 +29,9 @@ __all__ = ["View", "render"]
 
 SKY: Final = CARLA_IDS["sky"]
 SENSOR_NOISE: Final = 1.6
-EXPOSURE: Final = 1.5
 HIDDEN_SKY: Final = 0.7
 """How much of the sky's light is lost where every sampled direction is hidden."""
-MARGIN_M: Final = 30.0
+MARGIN_M: Final = 14.0
 NO_HIT: Final = np.float32(np.inf)
 F: Final = np.float32
 
@@ -94,7 +93,9 @@ def render(town: Town, view: View, *, size: tuple[int, int] = FRAME_SIZE) -> Fra
     pixels = size[0] * size[1]
     counts = np.minimum(met.depth[:pixels], DEPTH_RANGE_M) * np.float32(65535 / DEPTH_RANGE_M)
     depth = np.round(counts).astype(np.uint16).reshape(size)
-    return Frame(_develop(colours, size, view.seed), depth, labels[:pixels].reshape(size))
+    return Frame(
+        _develop(colours * F(scene.light.exposure), size, view.seed), depth, labels[:pixels].reshape(size)
+    )
 
 
 def _traffic(town: Town, view: View, size: tuple[int, int]) -> Solid | None:
@@ -169,7 +170,7 @@ def _look(
         labels[rows] = solid.labels[triangles]
         lift[rows] = np.where(materials == Material.FOLIAGE, F(0.3), F(0.03))
     starts = points + normals * lift[:, None]
-    lit = _lit(scene, met, starts, normals)
+    lit = _lit(scene, met, starts, normals, size)
     return Seen(normals, colours, gloss, lit, _openness(scene, met, starts, normals, size), met.depth), labels
 
 
@@ -179,17 +180,29 @@ def _jitter(count: int) -> Reals:
     return generator(0, "penumbra").uniform(-1, 1, (count, 3)).astype(F) * F(0.6)
 
 
-def _lit(scene: _Scene, met: _Met, starts: Reals, normals: Reals) -> npt.NDArray[np.bool_]:
-    """Return which points (N,) a random point of the sun reaches, so that the mean has soft shadows."""
+def _lit(scene: _Scene, met: _Met, starts: Reals, normals: Reals, size: tuple[int, int]) -> Reals:
+    """Return the share of the sun (N,) that each point sees.
+
+    Rays to random points of the sun start from the pixels' corners; a pixel's centre takes the mean of those of its
+    corners that face the sun.
+    """
+    pixels = size[0] * size[1]
     towards = np.asarray(scene.light.sun_direction, dtype=F)
-    rows = np.flatnonzero((met.kind >= 0) & (dot(normals, towards) > 0))
+    rows = pixels + np.flatnonzero((met.kind[pixels:] >= 0) & (dot(normals[pixels:], towards) > 0))
     directions = towards + _jitter(len(normals))[rows] * F(scene.light.sun_radius)
-    dark = scene.town.solid.blocks(starts[rows], directions)
+    origins = starts[rows]
+    dark = scene.town.solid.blocks(origins, directions)
     if scene.moving is not None:
-        dark |= scene.moving.blocks(starts[rows], directions)
-    lit = np.zeros(len(normals), dtype=np.bool_)
-    lit[rows[~dark]] = True
-    return lit
+        dark |= scene.moving.blocks(origins, directions)
+    corners = np.zeros((2, len(normals) - pixels), dtype=F)
+    corners[0, rows - pixels] = ~dark
+    corners[1, rows - pixels] = 1
+    light, weight = corners.reshape(2, size[0] + 1, size[1] + 1)
+    light, weight = (
+        grid[:-1, :-1] + grid[1:, :-1] + grid[:-1, 1:] + grid[1:, 1:] for grid in (light, weight)
+    )
+    centres = np.where(weight > 0, light / np.maximum(weight, 1), F(1))
+    return np.concatenate([centres.ravel(), corners[0]])
 
 
 @lru_cache(maxsize=4)
@@ -228,7 +241,7 @@ def _develop(colours: Reals, size: tuple[int, int], seed: int) -> npt.NDArray[np
     centres = colours[: height * width].reshape(height, width, 3)
     corners = colours[height * width :].reshape(height + 1, width + 1, 3)
     around = corners[:-1, :-1] + corners[1:, :-1] + corners[:-1, 1:] + corners[1:, 1:]
-    linear = (centres * np.float32(0.5) + around * np.float32(0.125)) * _vignette(size) * np.float32(EXPOSURE)
+    linear = (centres * np.float32(0.5) + around * np.float32(0.125)) * _vignette(size)
     display = np.sqrt(linear / (1 + linear * np.float32(0.25))) * np.float32(255)
     display += generator(seed, "sensor").standard_normal(display.shape, dtype=np.float32) * np.float32(
         SENSOR_NOISE

@@ -4,7 +4,6 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-import numpy.typing as npt
 
 from sunset.data.frame import Reals
 from sunset.data.light import Light
@@ -25,7 +24,7 @@ class Seen:
         normals: unit vectors (N, 3) towards the ray's side.
         colours: linear reflectance (N, 3).
         gloss: share of light mirrored straight on, in [0, 1] (N,).
-        lit: whether the sun reaches the point (N,).
+        lit: share of the sun that the point sees, in [0, 1] (N,).
         open: share of the sky that is not hidden, in [0, 1] (N,).
         depth: planar depth in metres (N,); infinite for sky.
     """
@@ -33,7 +32,7 @@ class Seen:
     normals: Reals
     colours: Reals
     gloss: Reals
-    lit: npt.NDArray[np.bool_]
+    lit: Reals
     open: Reals
     depth: Reals
 
@@ -48,7 +47,7 @@ def shade(seen: Seen, directions: Reals, light: Light) -> Reals:
     """Return linear colours (N, 3) red, green, blue, of rays with given directions (N, 3)."""
     sun = np.asarray(light.sun_direction, dtype=F)
     n = seen.normals
-    direct = np.where(seen.lit, np.maximum(dot(n, sun), 0), F(0))
+    direct = seen.lit * np.maximum(dot(n, sun), 0)
     upward = (F(0.5) + F(0.5) * n[:, 2]) * seen.open
     below = (F(0.5) - F(0.5) * n[:, 2]) * (F(0.35) + F(0.65) * seen.open)
     length = np.sqrt(dot(directions, directions))
@@ -80,6 +79,6 @@ def _mirror(seen: Seen, directions: Reals, light: Light, colours: Reals) -> None
     sky = haze + (zenith - haze) * np.sqrt(np.clip(climb, 0, 1))[:, None]
     sky *= (GROUND_SHARE + (1 - GROUND_SHARE) * np.clip(climb * 4 + F(0.6), 0, 1))[:, None]
     glint = np.maximum(dot(mirrored, np.asarray(light.sun_direction, F)), 0) ** GLINT_POWER
-    glint *= np.where(seen.lit[rows], F(6), F(0))
+    glint *= seen.lit[rows] * F(6)
     reflection = sky * seen.open[rows, None] + glint[:, None] * np.asarray(light.sun, F)
     colours[rows] += (reflection - colours[rows]) * share[:, None]

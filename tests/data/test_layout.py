@@ -42,6 +42,27 @@ def test_headings_follow_the_bent_grid() -> None:
     np.testing.assert_allclose(stated, measured, atol=1e-4)
 
 
+def test_closed_stretches_make_junctions_of_three_arms() -> None:
+    for number in TOWNS:
+        plan = plan_town(number)
+        assert len(plan.closed) > 5
+        lost: list[tuple[float, float]] = []
+        for street in plan.streets:
+            crossings = [other.at for other in plan.crossings(street)]
+            for axis, at, start in plan.closed:
+                if (axis, at) == (street.axis, street.at):
+                    ends = start, crossings[crossings.index(start) + 1]
+                    lost += [(end, at) if axis == 0 else (at, end) for end in ends]
+        assert len(lost) == len(set(lost)) == 2 * len(plan.closed)
+
+
+def test_blocks_do_not_overlap() -> None:
+    for number in TOWNS:
+        for one, other in combinations(plan_town(number).blocks, 2):
+            apart = np.maximum(np.subtract(one.low, other.high), np.subtract(other.low, one.high))
+            assert apart.max() >= 0
+
+
 def test_warping_stretches_the_grid_by_little() -> None:
     for number in TOWNS:
         warp = plan_town(number).warp

@@ -51,6 +51,8 @@ class BlockKind(Enum):
     SITE = "site"
     RIVERBANK = "riverbank"
     RAILSIDE = "railside"
+    SPORT = "sport"
+    ALLOTMENTS = "allotments"
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,9 +153,22 @@ class TownPlan:
         return sorted((other for other in self.streets if other.axis != street.axis), key=lambda s: s.at)
 
     def stretches(self, street: Street) -> list[tuple[Street, Street]]:
-        """Return the pairs of neighbouring crossings between which a street is open, in order along it."""
+        """Return the neighbouring crossings between which a street is open, in the town, in order along it."""
         pairs = pairwise(self.crossings(street))
-        return [pair for pair in pairs if (street.axis, street.at, pair[0].at) not in self.closed]
+        return [
+            (before, after)
+            for before, after in pairs
+            if (street.axis, street.at, before.at) not in self.closed
+            and self._in_town(street.points([before.at, after.at]))
+        ]
+
+    def is_built(self, block: Block) -> bool:
+        """Say whether a block lies at least partly in the town."""
+        (u0, v0), (u1, v1) = block.low, block.high
+        return self._in_town([(u0, v0), (u1, v0), (u1, v1), (u0, v1)])
+
+    def _in_town(self, uv: npt.ArrayLike) -> bool:
+        return bool((np.abs(self.warp.points(uv)).max(axis=-1) < EXTENT_M).any())
 
     def through(self, street: Street) -> bool:
         """Say whether a street is open from one end of the town to the other."""
@@ -178,25 +193,50 @@ def _lines(
     return lines, chosen
 
 
-_SHARES: Final = {
-    BlockKind.PERIMETER: 0.30,
-    BlockKind.HOUSES: 0.22,
+_INNER: Final = {
+    BlockKind.PERIMETER: 0.31,
+    BlockKind.HOUSES: 0.24,
     BlockKind.TOWERS: 0.12,
-    BlockKind.PARK: 0.13,
-    BlockKind.PLAZA: 0.05,
-    BlockKind.PARKING: 0.06,
-    BlockKind.INDUSTRY: 0.07,
-    BlockKind.SITE: 0.05,
+    BlockKind.PARK: 0.11,
+    BlockKind.PLAZA: 0.035,
+    BlockKind.PARKING: 0.045,
+    BlockKind.INDUSTRY: 0.06,
+    BlockKind.SITE: 0.025,
+    BlockKind.SPORT: 0.05,
+    BlockKind.ALLOTMENTS: 0.03,
 }
+_OUTER: Final = {
+    BlockKind.HOUSES: 0.46,
+    BlockKind.ALLOTMENTS: 0.14,
+    BlockKind.INDUSTRY: 0.14,
+    BlockKind.PARK: 0.1,
+    BlockKind.SPORT: 0.1,
+    BlockKind.PERIMETER: 0.06,
+}
+_MERGING: Final = (BlockKind.PERIMETER, BlockKind.HOUSES, BlockKind.PARK, BlockKind.INDUSTRY, BlockKind.SPORT)
+"""What two blocks become one for; others keep their own halves of the ground between them."""
+INNER_M: Final = 215.0
+"""Blocks farther out than this are the town's edge."""
 
 
-def _kinds(rng: np.random.Generator, count: int) -> list[BlockKind]:
-    """Deal block kinds so that every town has them all, in its own proportions."""
-    shares = np.array(list(_SHARES.values())) * rng.uniform(0.75, 1.3, len(_SHARES))
-    exact = shares / shares.sum() * count
-    kinds = [kind for kind, share in zip(_SHARES, exact, strict=True) for _ in range(int(share) + 1)]
-    order = rng.permutation(len(kinds))
-    return [kinds[i] for i in order[:count]]
+class _Deal:
+    """Deals block kinds from two stacks, so that every town has them all and neighbours differ."""
+
+    def __init__(self, rng: np.random.Generator, counts: tuple[int, int]) -> None:
+        self._stacks = []
+        for shares, count in zip((_INNER, _OUTER), counts, strict=True):
+            weights = np.array(list(shares.values())) * rng.uniform(0.75, 1.3, len(shares))
+            exact = weights / weights.sum() * count
+            kinds = [kind for kind, share in zip(shares, exact, strict=True) for _ in range(int(share) + 1)]
+            while len(kinds) > count:
+                kinds.remove(max(shares, key=kinds.count))
+            self._stacks.append([kinds[i] for i in rng.permutation(len(kinds))])
+
+    def next(self, stack: int, beside: set[BlockKind]) -> BlockKind:
+        """Take the first kind of a stack that does not lie beside already."""
+        kinds = self._stacks[stack]
+        found = next((i for i, kind in enumerate(kinds) if kind not in beside), 0)
+        return kinds.pop(found)
 
 
 class _Layout:
@@ -234,25 +274,32 @@ class _Layout:
         lines, crossings = (self.us, self.vs) if axis else (self.vs, self.us)
         self.closed.add((axis, lines[index][0], crossings[step][0]))
 
-    def blocks(self) -> tuple[Block, ...]:
-        """Return the blocks, merged where a street between them is closed."""
-        count = (len(self.us) - 1) * (len(self.vs) - 1)
-        kinds = _kinds(self.rng, count)
-        blocks = []
-        for index in range(count):
-            i, j = divmod(index, len(self.vs) - 1)
-            if (i, j) in self.merged.values():
-                continue
-            kind = kinds[index]
-            if i == self.rail_gap:
-                kind = BlockKind.RAILSIDE
-            if j == self.river_gap:
-                kind = BlockKind.RIVERBANK
-            k, m = self.merged.get((i, j), (i, j))
-            low = _inside(self.us[i], 1), _inside(self.vs[j], 1)
-            high = _inside(self.us[k + 1], -1), _inside(self.vs[m + 1], -1)
-            blocks.append(Block(index, kind, low, high))
-        return tuple(blocks)
+    def blocks(self, warp: Warp) -> tuple[Block, ...]:
+        """Return the blocks, merged or touching where a street between them is closed."""
+        cells = [(i, j) for i in range(len(self.us) - 1) for j in range(len(self.vs) - 1)]
+        low = {(i, j): [_inside(self.us[i], 1), _inside(self.vs[j], 1)] for i, j in cells}
+        high = {(i, j): [_inside(self.us[i + 1], -1), _inside(self.vs[j + 1], -1)] for i, j in cells}
+        middles = warp.points([np.mean([low[cell], high[cell]], axis=0) for cell in cells])
+        outer = (np.abs(middles).max(axis=1) > INNER_M).astype(int).tolist()
+        kinds = dict.fromkeys([cell for cell in cells if cell[0] == self.rail_gap], BlockKind.RAILSIDE)
+        kinds |= dict.fromkeys([cell for cell in cells if cell[1] == self.river_gap], BlockKind.RIVERBANK)
+        free = [(cell, stack) for cell, stack in zip(cells, outer, strict=True) if cell not in kinds]
+        stacks = [stack for _, stack in free]
+        deal = _Deal(self.rng, (stacks.count(0), stacks.count(1)))
+        for (i, j), stack in free:
+            beside = {kinds[cell] for cell in ((i - 1, j), (i, j - 1)) if cell in kinds}
+            kinds[i, j] = deal.next(stack, beside)
+        for one, other in self.merged.items():
+            axis = 0 if other[0] > one[0] else 1
+            if kinds[one] in _MERGING and kinds[other] in _MERGING:
+                high[one] = high.pop(other)
+            else:
+                high[one][axis] = low[other][axis] = (self.us, self.vs)[axis][other[axis]][0]
+        return tuple(
+            Block(index, kinds[cell], (low[cell][0], low[cell][1]), (high[cell][0], high[cell][1]))
+            for index, cell in enumerate(cells)
+            if cell in high
+        )
 
 
 def _inside(line: tuple[float, float], side: int) -> float:
@@ -278,6 +325,10 @@ def _relief(rng: np.random.Generator, layout: _Layout) -> Relief:
     )
 
 
+_DRAW: Final = 0
+"""Which of the possible sets of plans the towns have."""
+
+
 def check_town(number: int) -> int:
     """Return `number` unchanged if there is such a town.
 
@@ -295,7 +346,7 @@ def plan_town(number: int) -> TownPlan:
     Raises:
         InvalidInputError: there is no town of this number.
     """
-    rng = generator(check_town(number), "town", "plan")
+    rng = generator(check_town(number), "town", "plan", _DRAW)
     waves = [float(rng.uniform(65, 130)) for _ in range(2)]
     warp = Warp(
         float(rng.uniform(-0.6, 0.6)),
@@ -312,7 +363,7 @@ def plan_town(number: int) -> TownPlan:
         number=number,
         warp=warp,
         streets=tuple(streets),
-        blocks=layout.blocks(),
+        blocks=layout.blocks(warp),
         relief=_relief(rng, layout),
         closed=frozenset(layout.closed),
     )

@@ -35,7 +35,9 @@ class Wave:
 
     def at(self, uv: Points) -> Points:
         """Return the height (...) at grid points (..., 2)."""
-        found: Points = self.height * np.sin(uv[..., 0] * self.along[0] + uv[..., 1] * self.along[1] + self.phase)
+        found: Points = self.height * np.sin(
+            uv[..., 0] * self.along[0] + uv[..., 1] * self.along[1] + self.phase
+        )
         return found
 
 
@@ -73,7 +75,9 @@ class Relief:
         rise = np.clip((away - HILLS_M[0]) / (HILLS_M[1] - HILLS_M[0]), 0, 1)
         hills = rise**2 * (3 - 2 * rise) * (62 + 4 * rolling)
         river = (grid[..., 1] - self.river_v(grid[..., 0])) / (55 + 0.12 * away)
-        calm = (1 - 0.93 * np.exp(-(river**2))) * (1 - 0.93 * np.exp(-(((grid[..., 0] - self.rail) / 50) ** 2)))
+        calm = (1 - 0.93 * np.exp(-(river**2))) * (
+            1 - 0.93 * np.exp(-(((grid[..., 0] - self.rail) / 50) ** 2))
+        )
         level: Points = (rolling + hills) * calm
         return level
 

@@ -4,8 +4,10 @@ import numpy as np
 
 from sunset.data.furnish import Builder
 from sunset.data.layout import PAVEMENT_M, Street
+from sunset.data.relief import CROWN_M
+from sunset.data.terrain import rail_spans
 
-__all__ = ["furnish_streets"]
+__all__ = ["furnish_railway", "furnish_streets"]
 
 
 def _point(street: Street, along: float, offset: float) -> tuple[float, float]:
@@ -36,6 +38,17 @@ def furnish_streets(builder: Builder) -> None:
                 _stop(builder, street, stretch)
         if street.axis == 1:
             _bridge(builder, street)
+
+
+def furnish_railway(builder: Builder) -> None:
+    """Girders and rails on both edges of the railway's bridges."""
+    relief = builder.plan.relief
+    for start, end in rail_spans(builder.plan):
+        for side in (-1, 1):
+            u = relief.rail + side * (CROWN_M - 0.2)
+            ends = (u, start), (u, end)
+            builder.line("pier", *ends, 1.7, level=lambda uv: float(relief.railway(uv[1])) - 1.1)
+            builder.line("rail guard", *ends, 0.6, level=lambda uv: float(relief.railway(uv[1])) + 0.6)
 
 
 def _lamps(builder: Builder, street: Street, stretch: tuple[float, float]) -> None:
@@ -95,9 +108,12 @@ def _stop(builder: Builder, street: Street, stretch: tuple[float, float]) -> Non
 def _bridge(builder: Builder, street: Street) -> None:
     """Rails on both edges of the bridge that carries a street over the river."""
     _, river = builder.plan.river_points(street.at)
-    half = builder.plan.relief.river_width / 2 + 5
+    half = builder.plan.relief.river_width / 2 + 7
+    relief = builder.plan.relief
     for side in (-1, 1):
         u = street.at + side * (street.width / 2 + PAVEMENT_M - 0.2)
+        ends = (u, float(river) - half), (u, float(river) + half)
+        builder.line("pier", *ends, 1.25, level=lambda uv: float(relief.streets(uv)) - 1.2)
         builder.line("rail guard", (u, float(river) - half), (u, float(river) + half), 1.1)
         for v in (float(river) - half, float(river) + half):
             builder.put("pier", (u, v), scale=(1.2, 1.2, 1.8))

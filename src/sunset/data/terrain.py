@@ -85,7 +85,10 @@ def _land(plan: TownPlan) -> npt.NDArray[np.float64]:
     reach = plan.relief.river_width / 2 + BANK_M + plan.relief.river_bend[0] + 1
     banks = np.arange(plan.relief.river - reach, plan.relief.river + reach, 1.0)
     abutments = [
-        at + side * edge for at, half in plan.relief.underpasses for side in (-1, 1) for edge in (half, half + 0.8)
+        at + side * edge
+        for at, half in plan.relief.underpasses
+        for side in (-1, 1)
+        for edge in (half, half + 0.8)
     ]
     return _sheet(np.concatenate([broad, embankment]), np.concatenate([broad, banks, np.array(abutments)]))
 

@@ -36,6 +36,12 @@ _GROUND: Final = {  # display colour; strength of broad patches; strength of gra
     Surface.SHRUBS: ((0.27, 0.34, 0.2), 0.35, 0.3),
     Surface.CROPS: ((0.48, 0.47, 0.3), 0.35, 0.12),
     Surface.YARD: ((0.52, 0.51, 0.48), 0.22, 0.08),
+    Surface.PITCH: ((0.33, 0.46, 0.22), 0.14, 0.08),
+    Surface.CHALK: ((0.74, 0.77, 0.7), 0.1, 0.05),
+    Surface.TARTAN: ((0.58, 0.31, 0.25), 0.12, 0.04),
+    Surface.POOL: ((0.3, 0.62, 0.68), 0.06, 0.02),
+    Surface.STUBBLE: ((0.62, 0.56, 0.36), 0.2, 0.1),
+    Surface.FALLOW: ((0.43, 0.36, 0.28), 0.25, 0.12),
 }
 _COLOURS: Final = np.array([np.square(_GROUND[surface][0]) for surface in Surface], dtype=np.float32)
 _PATCHES: Final = np.array([_GROUND[surface][1] for surface in Surface], dtype=np.float32)
@@ -122,8 +128,8 @@ def _wear_roads(surfaces: Ids, points: Reals, colours: Reals) -> None:
     x, y = points[road, 0], points[road, 1]
     skewed = x * np.float32(0.94) + y * np.float32(0.34), y * np.float32(0.94) - x * np.float32(0.34)
     repaired = hashed(skewed[0] / np.float32(5.3), skewed[1] / np.float32(3.1), 1)
-    tone = np.where(repaired < np.float32(0.05), np.float32(0.72), np.float32(1))
-    tone += np.where(repaired > np.float32(0.965), np.float32(0.22), np.float32(0))
+    tone = np.where(repaired < np.float32(0.045), np.float32(0.84), np.float32(1))
+    tone += np.where(repaired > np.float32(0.97), np.float32(0.1), np.float32(0))
     aged = look_up(broad(), x, y, 0.35)
     spots = look_up(broad(), x + np.float32(71), y, 14.0)
     tone *= (

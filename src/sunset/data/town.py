@@ -9,11 +9,13 @@ from embreex.mesh_construction import TriangleMesh
 from embreex.rtcore_scene import EmbreeScene
 
 from sunset.data.frame import Ids, Reals
-from sunset.data.furnish import Builder, furnish_blocks
-from sunset.data.ground import Ground, paint_ground
+from sunset.data.fill import fill_blocks, plant_country
+from sunset.data.furnish import Builder
+from sunset.data.ground import Ground
 from sunset.data.layout import TownPlan, plan_town
 from sunset.data.meshes import Mesh, join
-from sunset.data.roadside import furnish_streets
+from sunset.data.paving import paint_ground
+from sunset.data.roadside import furnish_railway, furnish_streets
 from sunset.data.terrain import Terrain, make_terrain
 from sunset.data.traffic import Traffic, make_traffic
 
@@ -91,7 +93,9 @@ def build_town(number: int) -> Town:
     plan = plan_town(number)
     ground = paint_ground(plan)
     builder = Builder(plan, ground)
-    furnish_blocks(builder)
+    fill_blocks(builder)
+    plant_country(builder)
     furnish_streets(builder)
+    furnish_railway(builder)
     terrain = make_terrain(plan)
     return Town(plan, ground, terrain, Solid(join([terrain.mesh, *builder.finish()])), make_traffic(plan))

@@ -7,10 +7,11 @@ import numpy as np
 import numpy.typing as npt
 
 from sunset.data.frame import Reals
-from sunset.data.ground import has_zebra
+from sunset.data.furnish import CAR_TINTS, CLOTHES
 from sunset.data.layout import BlockKind, Street, TownPlan
 from sunset.data.meshes import Mesh, join, place
 from sunset.data.motion import Hops, Rounds, Trains
+from sunset.data.paving import has_zebra
 from sunset.data.vehicles import MOVERS, mover
 from sunset.seeding import generator
 
@@ -26,27 +27,13 @@ STOP_M: Final = 6.2
 """How far before a crossing's carriageway the first in a queue stops, in metres."""
 QUEUE_M: Final = 25.0
 TRAIN_SPEED: Final = 14.0
-PAINTS: Final = np.array(
-    [
-        (0.85, 0.85, 0.86), (0.1, 0.1, 0.12), (0.5, 0.52, 0.54), (0.62, 0.08, 0.08), (0.1, 0.2, 0.48),
-        (0.25, 0.27, 0.3), (0.9, 0.9, 0.88), (0.12, 0.32, 0.2), (0.72, 0.55, 0.1), (0.38, 0.1, 0.14),
-    ]
-)  # fmt: skip
 LIVERIES: Final = {
-    "bus": np.array([(0.86, 0.2, 0.12), (0.9, 0.66, 0.1), (0.12, 0.42, 0.66)]),
-    "truck": np.array([(0.8, 0.2, 0.1), (0.15, 0.3, 0.6), (0.85, 0.85, 0.82), (0.2, 0.45, 0.25)]),
-    "carriage": np.array([(0.75, 0.12, 0.12), (0.15, 0.3, 0.55)]),
-    "person": np.array(
-        [
-            (0.85, 0.2, 0.2),
-            (0.9, 0.85, 0.3),
-            (0.2, 0.4, 0.85),
-            (0.9, 0.9, 0.9),
-            (0.3, 0.7, 0.4),
-            (0.8, 0.4, 0.7),
-        ]
-    ),
-    "bicycle": np.array([(0.9, 0.3, 0.15), (0.2, 0.75, 0.8), (0.9, 0.8, 0.2)]),
+    "bus": ((0.62, 0.22, 0.16), (0.72, 0.58, 0.24), (0.24, 0.38, 0.52), (0.8, 0.8, 0.78)),
+    "truck": ((0.55, 0.22, 0.16), (0.22, 0.3, 0.45), (0.85, 0.85, 0.82), (0.28, 0.38, 0.28), (0.8, 0.8, 0.8)),
+    "carriage": ((0.62, 0.16, 0.15),),
+    "person": CLOTHES,
+    "bicycle": ((0.7, 0.28, 0.18), (0.3, 0.55, 0.6), (0.12, 0.12, 0.13), (0.75, 0.75, 0.74)),
+    "motorcycle": ((0.1, 0.1, 0.11), (0.6, 0.12, 0.1), (0.3, 0.32, 0.34), (0.16, 0.24, 0.42)),
 }
 
 
@@ -232,7 +219,7 @@ def _trains(rng: np.random.Generator, plan: TownPlan) -> Trains:
 def _tints(rng: np.random.Generator, kinds: npt.NDArray[np.int64]) -> Reals:
     tints = np.empty((len(kinds), 3))
     for row, kind in enumerate(kinds):
-        palette = LIVERIES.get(KINDS[kind], PAINTS)
+        palette = LIVERIES.get(KINDS[kind], CAR_TINTS)
         tints[row] = palette[int(rng.integers(len(palette)))]
     return np.clip(tints * rng.uniform(0.85, 1.1, (len(kinds), 1)), 0, 1).astype(np.float32)
 

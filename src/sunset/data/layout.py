@@ -325,7 +325,7 @@ def _relief(rng: np.random.Generator, layout: _Layout) -> Relief:
     )
 
 
-_DRAW: Final = 0
+_DRAW: Final = 246
 """Which of the possible sets of plans the towns have."""
 
 

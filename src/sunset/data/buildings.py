@@ -204,7 +204,7 @@ def hall(rng: np.random.Generator, size: Size) -> Mesh:
     height = float(rng.uniform(6, 10))
     wall = _plain(pick(rng, SHEETS), Material.METAL)
     roof = _plain(pick(rng, (*SHEETS, (0.5, 0.49, 0.47))), Material.METAL)
-    light = _plain((0.72, 0.77, 0.8), Material.GLASS)
+    light = _plain((0.56, 0.6, 0.62), Material.GLASS)
     door = _plain((0.36, 0.38, 0.4))
     parts = [
         box((-x, -y, -FOUNDATION_M), (x, y, height - 0.3), wall),

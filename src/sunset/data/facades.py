@@ -199,11 +199,13 @@ def _draw_leaves(seen: Surfaces, rows: Rows) -> None:
     outward /= np.maximum(np.sqrt(dot(outward, outward))[:, None], F(1e-6))
     x, y, z = points[:, 0], points[:, 1], points[:, 2]
     a, b = x + z * F(0.7), y - z * F(0.6)
-    normals = outward + F(0.75) * look_up(tangle(), a, b, 5.0)
+    layer = np.floor(z * F(4))
+    leaf = x + layer * F(13.7), y + layer * F(7.3)
+    normals = outward + F(0.7) * look_up(tangle(), *leaf, 5.0)
     normals[:, 2] += F(0.25)
     normals /= np.maximum(np.sqrt(dot(normals, normals))[:, None], F(1e-6))
     seen.normals[rows] = normals
-    speckle, clump = look_up(grain(), a, b, 3.4), look_up(broad(), a, b, 14.0)
+    speckle, clump = look_up(grain(), *leaf, 4.0), look_up(broad(), a, b, 14.0)
     tone = 1 + F(0.22) * speckle + F(0.32) * clump
     tone *= F(0.72) + F(0.28) * outward[:, 2]
     tone[clump + F(0.4) * speckle < F(-0.55)] *= F(0.5)
@@ -215,10 +217,12 @@ def _draw_leaves(seen: Surfaces, rows: Rows) -> None:
 def _draw_needles(seen: Surfaces, rows: Rows) -> None:
     """Dark branches of a conifer around its axis."""
     points = seen.points[rows]
-    normals = seen.normals[rows] + F(0.6) * look_up(tangle(), points[:, 0] + points[:, 2], points[:, 1], 5.0)
+    layer = np.floor(points[:, 2] * F(4))
+    leaf = points[:, 0] + layer * F(13.7), points[:, 1] + layer * F(7.3)
+    normals = seen.normals[rows] + F(0.6) * look_up(tangle(), *leaf, 5.0)
     normals[:, 2] = np.abs(normals[:, 2]) + F(0.1)
     seen.normals[rows] = normals / np.sqrt(dot(normals, normals))[:, None]
-    speckle = look_up(grain(), points[:, 0] + points[:, 2], points[:, 1] - points[:, 2], 3.4)
+    speckle = look_up(grain(), *leaf, 4.0)
     seen.colours[rows] = _muted(seen.colours[rows]) * (F(0.9) + F(0.35) * speckle)[:, None]
 
 

@@ -31,6 +31,8 @@ SKY: Final = CARLA_IDS["sky"]
 SENSOR_NOISE: Final = 1.6
 HIDDEN_SKY: Final = 0.7
 """How much of the sky's light is lost where every sampled direction is hidden."""
+CONTRAST: Final = 0.4
+"""How much darker shadows and lighter highlights are recorded than they are."""
 MARGIN_M: Final = 14.0
 NO_HIT: Final = np.float32(np.inf)
 F: Final = np.float32
@@ -242,7 +244,9 @@ def _develop(colours: Reals, size: tuple[int, int], seed: int) -> npt.NDArray[np
     corners = colours[height * width :].reshape(height + 1, width + 1, 3)
     around = corners[:-1, :-1] + corners[1:, :-1] + corners[:-1, 1:] + corners[1:, 1:]
     linear = (centres * np.float32(0.5) + around * np.float32(0.125)) * _vignette(size)
-    display = np.sqrt(linear / (1 + linear * np.float32(0.25))) * np.float32(255)
+    display = np.sqrt(linear / (1 + linear * np.float32(0.3)))
+    display += np.float32(CONTRAST) * display * (1 - display) * (2 * display - 1)
+    display *= np.float32(255)
     display += generator(seed, "sensor").standard_normal(display.shape, dtype=np.float32) * np.float32(
         SENSOR_NOISE
     )

@@ -108,7 +108,7 @@ def ground_look(surfaces: Ids, points: Reals, normals: Reals) -> tuple[Reals, Re
     """
     x, y = points[:, 0], points[:, 1]
     patches = look_up(broad(), x, y, 4.0)
-    factor = 1 + _PATCHES[surfaces] * patches + _GRAINS[surfaces] * look_up(grain(), x, y, 3.0)
+    factor = 1 + _PATCHES[surfaces] * patches + _GRAINS[surfaces] * look_up(grain(), x, y, 5.0)
     colours = _COLOURS[surfaces] * factor[:, None]
     _wear_roads(surfaces, points, colours)
     _lay_slabs(surfaces, points, colours)

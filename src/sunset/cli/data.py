@@ -1,47 +1,142 @@
-"""`sunset data`: flights and what is in them."""
+"""`sunset data`: flights rendered, imported and looked into."""
 
 import argparse
 import json
+import re
 import sys
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
+from typing import Any, Final
 
 import numpy as np
 
 from sunset.classes import CLASS_OF_CARLA_ID, CLASSES
+from sunset.cli._options import at_least_one
 from sunset.cli._progress import progress_bar, rendering_progress
-from sunset.data import FlightPlan, Frame, default_flight, read_bag, render_frames, write_bag
+from sunset.data import (
+    DEPTH_RANGE_M,
+    FRAME_SIZE,
+    TIMES,
+    WEATHERS,
+    BagReader,
+    FlightPlan,
+    Frame,
+    default_flight,
+    find_syndrone,
+    is_syndrone,
+    read_bag,
+    render_frames,
+    survey_syndrone,
+    write_bag,
+)
+from sunset.errors import InvalidInputError
 
-__all__ = ["add_parser", "info", "render"]
+__all__ = ["add_parser", "import_flight", "info", "render"]
+
+_FAR: Final = 65535
+_RATES_HZ: Final = (0.1, 1000)
 
 
 def add_parser(verbs: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
     """Add the verb."""
-    parser = verbs.add_parser("data", help="render flights, look into bags")
+    parser = verbs.add_parser("data", help="render, import and look into flights")
     actions = parser.add_subparsers(title="actions", metavar="ACTION", required=True)
-    rendering = actions.add_parser(
+    _add_render(actions)
+    _add_import(actions)
+    looking = actions.add_parser("info", help="what a bag or a folder of SynDrone's holds")
+    looking.add_argument(
+        "path", nargs="?", type=Path, help="a rosbag2 or SynDrone's folder (default: the default flight)"
+    )
+    looking.add_argument("--json", action="store_true", help="print one JSON object")
+    looking.set_defaults(execute=info)
+
+
+def _add_render(actions: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    parser = actions.add_parser(
         "render",
         help="render a flight to a rosbag2",
         description="Render a flight over a procedural town and write it as a rosbag2 (MCAP).",
     )
-    rendering.add_argument("--town", type=int, default=1, metavar="N", help="1 to 8 (default: 1)")
-    rendering.add_argument("--height", type=float, default=50.0, metavar="M", help="metres (default: 50)")
-    rendering.add_argument(
+    parser.add_argument("--town", type=int, default=1, metavar="N", help="1 to 8 (default: 1)")
+    parser.add_argument("--height", type=float, default=50.0, metavar="M", help="metres (default: 50)")
+    parser.add_argument(
         "--angle", type=float, default=60.0, metavar="DEG", help="camera pitch down (default: 60)"
     )
-    rendering.add_argument("--time", default="noon", help="time of day (default: noon)")
-    rendering.add_argument("--weather", default="clear", help="weather (default: clear)")
-    rendering.add_argument("--frames", type=int, default=400, metavar="N", help="at 10 Hz (default: 400)")
-    rendering.add_argument(
-        "--seed", type=int, default=0, metavar="N", help="of the sensor noise (default: 0)"
+    parser.add_argument("--time", default="noon", help=f"one of {', '.join(TIMES)} (default: noon)")
+    parser.add_argument("--weather", default="clear", help=f"one of {', '.join(WEATHERS)} (default: clear)")
+    parser.add_argument("--frames", type=int, default=400, metavar="N", help="at 10 Hz (default: 400)")
+    parser.add_argument("--seed", type=int, default=0, metavar="N", help="of the sensor noise (default: 0)")
+    _add_out(parser)
+    parser.set_defaults(execute=render)
+
+
+def _add_import(actions: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    parser = actions.add_parser(
+        "import",
+        help="make a flight of SynDrone's folders or of another bag",
+        description="Read a flight of the SynDrone data set, or any rosbag2, check it, resample it, and write it as "
+        "a rosbag2 (MCAP) that 'sunset run --bag' flies.",
     )
-    rendering.add_argument("--out", type=Path, required=True, metavar="DIR", help="the new bag's folder")
-    rendering.set_defaults(execute=render)
-    looking = actions.add_parser("info", help="what a bag holds")
-    looking.add_argument("bag", nargs="?", type=Path, help="a rosbag2 (default: the default flight)")
-    looking.add_argument("--json", action="store_true", help="print one JSON object")
-    looking.set_defaults(execute=info)
+    source = parser.add_mutually_exclusive_group(required=True)
+    source.add_argument("--syndrone", type=Path, metavar="DIR", help="the folder that holds TownNN_Opt_120")
+    source.add_argument("--bag", type=Path, metavar="PATH", help="a rosbag2 folder or file")
+    parser.add_argument("--town", default="1", metavar="N", help="SynDrone's, 1 to 7 or 10HD (default: 1)")
+    parser.add_argument(
+        "--height", type=int, default=50, metavar="M", help="SynDrone's, 20, 50 or 80 (default: 50)"
+    )
+    parser.add_argument("--weather", metavar="NAME", help="SynDrone's, where a town has several")
+    parser.add_argument(
+        "--frames",
+        type=_span,
+        default=(None, None),
+        metavar="FIRST:LAST",
+        help="numbers of the first and the last frame (default: all)",
+    )
+    parser.add_argument(
+        "--rate", type=_rate, default=10.0, metavar="HZ", help="of SynDrone's frames (default: 10)"
+    )
+    parser.add_argument(
+        "--size", type=_size, default=FRAME_SIZE, metavar="WxH", help="in pixels (default: 256x144)"
+    )
+    parser.add_argument(
+        "--jobs", type=at_least_one, metavar="N", help="reading threads (default: one a core)"
+    )
+    _add_out(parser)
+    parser.set_defaults(execute=import_flight)
+
+
+def _add_out(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--out", type=Path, required=True, metavar="PATH", help="the new bag: a folder, or a file in .mcap"
+    )
+
+
+def _span(text: str) -> tuple[int | None, int | None]:
+    found = re.fullmatch(r"(\d*):(\d*)", text)
+    if not found:
+        raise argparse.ArgumentTypeError(f"expected FIRST:LAST such as 0:299, got {text!r}")
+    first, last = (int(number) if number else None for number in found.groups())
+    return first, last
+
+
+def _size(text: str) -> tuple[int, int]:
+    found = re.fullmatch(r"(\d{1,4})x(\d{1,4})", text)
+    width, height = (int(number) for number in found.groups()) if found else (0, 0)
+    if not (width and height):
+        raise argparse.ArgumentTypeError(f"expected WIDTHxHEIGHT such as 256x144, got {text!r}")
+    return height, width
+
+
+def _rate(text: str) -> float:
+    try:
+        rate = float(text)
+    except ValueError:
+        rate = 0.0
+    low, high = _RATES_HZ
+    if not low <= rate <= high:
+        raise argparse.ArgumentTypeError(f"expected frames a second from {low} to {high}, got {text!r}")
+    return rate
 
 
 def render(arguments: argparse.Namespace) -> int:
@@ -55,40 +150,128 @@ def render(arguments: argparse.Namespace) -> int:
         frames=arguments.frames,
         seed=arguments.seed,
     )
-    with progress_bar("Rendering") as progress:
-
-        def frames() -> Iterator[Frame]:
-            for done, frame in enumerate(render_frames(plan), 1):
-                yield frame
-                progress(done, plan.frames)
-
-        write_bag(arguments.out, frames(), plan.stamps_ns())
-    print(f"The flight is in {arguments.out}.", file=sys.stderr)
+    _write("Rendering", arguments.out, render_frames(plan), plan.stamps_ns())
     return 0
+
+
+def import_flight(arguments: argparse.Namespace) -> int:
+    """Make a bag of SynDrone's folders or of another bag."""
+    first, last = arguments.frames
+    if arguments.syndrone is not None:
+        flight = find_syndrone(
+            arguments.syndrone,
+            town=arguments.town,
+            height=arguments.height,
+            weather=arguments.weather,
+            first=first,
+            last=last,
+        )
+        stamps = [round((index + 1) * 1e9 / arguments.rate) for index in range(len(flight.numbers))]
+        _write("Importing", arguments.out, flight.frames(arguments.size, jobs=arguments.jobs), stamps)
+        return 0
+    with read_bag(arguments.bag, size=arguments.size) as reader:
+        chosen = range(len(reader))[first or 0 : None if last is None else last + 1]
+        if not chosen:
+            raise InvalidInputError(
+                f"The bag {reader.path} has frames 0 to {len(reader) - 1}, got --frames with none of them."
+            )
+        stamps = [reader.stamps_ns[index] for index in chosen]
+        _write("Importing", arguments.out, map(reader.frame, chosen), stamps)
+    return 0
+
+
+def _write(doing: str, out: Path, frames: Iterable[Frame], stamps_ns: Sequence[int]) -> None:
+    """Write a bag with a progress bar."""
+    with progress_bar(doing) as progress:
+
+        def told() -> Iterator[Frame]:
+            for done, frame in enumerate(frames, 1):
+                yield frame
+                progress(done, len(stamps_ns))
+
+        write_bag(out, told(), stamps_ns)
+    print(f"The flight of {len(stamps_ns)} frames is in {out}.", file=sys.stderr)
 
 
 def info(arguments: argparse.Namespace) -> int:
-    """Print what a bag holds."""
-    if arguments.bag is None:
+    """Print what a bag or a folder of SynDrone's holds."""
+    if arguments.path is None:
         with rendering_progress() as progress:
-            bag = default_flight(progress=progress)
+            path = default_flight(progress=progress)
     else:
-        bag = arguments.bag
-    with read_bag(bag) as reader:
-        pixels: Counter[str] = Counter()
-        for index in range(len(reader)):
-            counts = np.bincount(CLASS_OF_CARLA_ID[reader.frame(index).labels].ravel(), minlength=256)
-            pixels.update({name: int(counts[number]) for number, name in enumerate(CLASSES)})
-    total = sum(pixels.values())
+        path = arguments.path
+    if is_syndrone(path):
+        found, text = _syndrone(path)
+    else:
+        with read_bag(path) as reader, progress_bar("Looking") as progress:
+            found = _bag(reader, progress)
+        text = _bag_text(found)
+    print(json.dumps(found, sort_keys=True) if arguments.json else text)
+    return 0
+
+
+def _syndrone(root: Path) -> tuple[dict[str, Any], str]:
+    flights: list[dict[str, Any]] = [
+        {"town": town, "weather": weather, "height_m": height, "images": dict(counts)}
+        for (town, weather, height), counts in survey_syndrone(root).items()
+    ]
+    lines = [f"{root}\n  town  weather          height     rgb  depth  semantic"]
+    for flight in flights:
+        counts = flight["images"]
+        lines.append(
+            f"  {flight['town']:6}{flight['weather']:16}{flight['height_m']:4} m"
+            f"{counts['rgb']:10}{counts['depth']:7}{counts['semantic']:10}"
+        )
+    return {"syndrone": str(root), "flights": flights}, "\n".join(lines)
+
+
+def _bag(reader: BagReader, progress: Any) -> dict[str, Any]:
+    """Return what a bag holds, as it is printed in JSON."""
+    pixels, nearest, furthest, far = np.zeros(256, dtype=np.int64), _FAR, 0, 0
+    for index in range(len(reader)):
+        frame = reader.frame(index)
+        pixels += np.bincount(CLASS_OF_CARLA_ID[frame.labels].ravel(), minlength=256)
+        near = frame.depth[frame.depth < _FAR]
+        far += frame.depth.size - near.size
+        if near.size:
+            nearest, furthest = min(nearest, int(near.min())), max(furthest, int(near.max()))
+        progress(index + 1, len(reader))
     height, width = reader.size
+    total = len(reader) * height * width
     stamps = reader.stamps_ns
     seconds = (stamps[-1] - stamps[0]) / 1e9
-    shares = {name: count / total for name, count in pixels.most_common() if count}
-    if arguments.json:
-        found = {"bag": str(bag), "frames": len(reader), "width": width, "height": height, "seconds": seconds}
-        print(json.dumps(found | {"classes": shares}, sort_keys=True))
-        return 0
-    print(f"{bag}\n{len(reader)} frames of {width} x {height} pixels over {seconds:.1f} s")
-    for name, share in shares.items():
-        print(f"  {name:14}{share:8.3%}")
-    return 0
+    shares = Counter({name: int(pixels[number]) / total for number, name in enumerate(CLASSES)})
+    return {
+        "bag": str(reader.path),
+        "frames": len(reader),
+        "width": width,
+        "height": height,
+        "seconds": seconds,
+        "rate_hz": (len(stamps) - 1) / seconds if seconds else None,
+        "topics": {
+            topic: {"type": kind, "messages": count} for topic, (kind, count) in reader.topics.items()
+        },
+        "encodings": dict(reader.encodings),
+        "dropped": dict(reader.dropped),
+        "classes": {name: share for name, share in shares.most_common() if share},
+        "ignored": int(pixels[len(CLASSES) :].sum()) / total,
+        "depth_m": [nearest * DEPTH_RANGE_M / _FAR, furthest * DEPTH_RANGE_M / _FAR],
+        "depth_far": far / total,
+    }
+
+
+def _bag_text(found: dict[str, Any]) -> str:
+    """Return what `_bag` found for people."""
+    rate = f" at {found['rate_hz']:.4g} Hz" if found["rate_hz"] else ""
+    size = f"{found['width']} x {found['height']} pixels"
+    lines = [found["bag"], f"{found['frames']} frames of {size} over {found['seconds']:.1f} s{rate}"]
+    for topic, told in found["topics"].items():
+        encoding = f", {found['encodings'][topic]}" if topic in found["encodings"] else ""
+        lines.append(f"  {topic}: {told['messages']} x {told['type']}{encoding}")
+    if any(found["dropped"].values()):
+        told = ", ".join(f"{count} on {topic}" for topic, count in found["dropped"].items())
+        lines.append(f"images that belong to no frame: {told}")
+    near, far = found["depth_m"]
+    lines.append(f"depth from {near:.1f} to {far:.1f} m; {found['depth_far']:.1%} is further or not known")
+    lines += [f"  {name:14}{share:8.3%}" for name, share in found["classes"].items()]
+    return "\n".join([*lines, f"  {'(no class)':14}{found['ignored']:8.3%}"])

@@ -1,10 +1,11 @@
-"""Frames: the town renderer, flights, and flight bags (rosbag2) in and out."""
+"""Frames: the town renderer, flights, flight bags (rosbag2) in and out, and the import of SynDrone."""
 
 from sunset.data.bag import TOPICS, BagReader, read_bag, write_bag
 from sunset.data.cache import cache_folder, default_flight, flight_bag, kept_bag, render_parallel
 from sunset.data.flight import DEFAULT_FLIGHT, FlightPlan, render_frames
 from sunset.data.frame import DEPTH_RANGE_M, FRAME_SIZE, Frame
 from sunset.data.light import TIMES, WEATHERS
+from sunset.data.syndrone import SynDroneFlight, find_syndrone, is_syndrone, survey_syndrone
 from sunset.data.views import HEIGHTS_M, PITCHES_DEG, TrainingView, render_views, training_views
 
 __all__ = [
@@ -19,15 +20,19 @@ __all__ = [
     "BagReader",
     "FlightPlan",
     "Frame",
+    "SynDroneFlight",
     "TrainingView",
     "cache_folder",
     "default_flight",
+    "find_syndrone",
     "flight_bag",
+    "is_syndrone",
     "kept_bag",
     "read_bag",
     "render_frames",
     "render_parallel",
     "render_views",
+    "survey_syndrone",
     "training_views",
     "write_bag",
 ]

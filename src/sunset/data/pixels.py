@@ -133,7 +133,7 @@ def picture(data: bytes, place: str, kinds: Collection[str]) -> Pixels:
             raise _damaged(place, "the decoder gives up") from error
         if pixels is None:
             raise _damaged(place, "the decoder gives up")
-        if kind == COLOUR_JPEG and pixels.ndim == 2:  # noqa: PLR2004
+        if kind == COLOUR_JPEG and not pixels.shape[2:]:
             kind = "8-bit greyscale JPEG"
     if kind not in kinds or pixels is None:
         raise DataError(

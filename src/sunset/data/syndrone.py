@@ -1,0 +1,251 @@
+"""SynDrone's folders: what they hold, and the frames of one flight.
+
+Source: G. Rizzoli, F. Barbato, M. Caligiuri, P. Zanuttigh: SynDrone – Multi-modal UAV Dataset for Urban
+Scenarios, ICCV Workshops 2023. A flight is a folder `TownNN_Opt_120/<weather>/heightHm` with the folders
+`rgb`, `depth` and `semantic`, whose files have the frame's number for a name.
+"""
+
+import os
+import re
+from collections import deque
+from collections.abc import Collection, Iterator, Mapping
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any, Final, NoReturn
+
+import numpy.typing as npt
+
+from sunset.data.frame import FRAME_SIZE, Frame
+from sunset.data.pixels import COLOUR_JPEG, DEPTH_PNG, LABEL_PNG, check_ids, dimensions, picture, resample
+from sunset.errors import DataError
+
+__all__ = ["SynDroneFlight", "find_syndrone", "is_syndrone", "survey_syndrone"]
+
+TOWNS: Final = ("01", "02", "03", "04", "05", "06", "07", "10HD")
+SIZE: Final = (1080, 1920)
+
+_TOWN: Final = re.compile(r"Town(\d\d(?:HD)?)_Opt_120")
+_HEIGHT: Final = re.compile(r"height(\d+)m")
+_NUMBER: Final = re.compile(r"\d{5}")
+
+
+@dataclass(frozen=True, slots=True)
+class _Modality:
+    suffix: str
+    kind: str
+    archive: str
+    """What SynDrone publishes it in."""
+
+
+_MODALITIES: Final = {
+    "rgb": _Modality("jpg", COLOUR_JPEG, "color"),
+    "depth": _Modality("png", DEPTH_PNG, "depth"),
+    "semantic": _Modality("png", LABEL_PNG, "color"),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class SynDroneFlight:
+    """One flight over one of SynDrone's towns, or a part of it.
+
+    Attributes:
+        town: as SynDrone names it, such as "01" or "10HD".
+        weather: with the time of day, such as "ClearNoon".
+        height: above the ground in metres.
+        folder: that of `rgb`, `depth` and `semantic`.
+        numbers: those of its frames, in order.
+    """
+
+    town: str
+    weather: str
+    height: int
+    folder: Path
+    numbers: tuple[int, ...]
+
+    def frames(self, size: tuple[int, int] = FRAME_SIZE, *, jobs: int | None = None) -> Iterator[Frame]:
+        """Yield the frames in order; files are read ahead by several threads, a few frames at a time.
+
+        The number of threads changes no byte.
+
+        Args:
+            size: height and width in pixels to which they are resampled.
+            jobs: how many threads read; as many as there are processors if not given.
+
+        Raises:
+            DataError: a picture is missing, damaged, of another kind or size, or its ids are none of CARLA's.
+        """
+        workers = jobs or os.cpu_count() or 1
+        pool = ThreadPoolExecutor(workers)
+        pending: deque[Future[Frame]] = deque()
+        try:
+            for number in self.numbers:
+                pending.append(pool.submit(self._frame, number, size))
+                if len(pending) > 2 * workers:
+                    yield pending.popleft().result()
+            while pending:
+                yield pending.popleft().result()
+        finally:
+            pool.shutdown(cancel_futures=True)
+
+    def _frame(self, number: int, size: tuple[int, int]) -> Frame:
+        rgb, depth, labels = (self._pixels(name, number) for name in _MODALITIES)
+        check_ids(labels, str(self._file("semantic", number)))
+        return resample(Frame(rgb, depth, labels), size)
+
+    def _pixels(self, name: str, number: int) -> npt.NDArray[Any]:
+        path = self._file(name, number)
+        try:
+            data = path.read_bytes()
+        except OSError as error:
+            raise DataError(
+                f"The image {path} cannot be read: {error.strerror}; {_unpack(self.town, name)}."
+            ) from error
+        pixels = picture(data, str(path), [_MODALITIES[name].kind])
+        if pixels.shape[:2] != SIZE:
+            found = dimensions((pixels.shape[0], pixels.shape[1]))
+            raise DataError(
+                f"The image {path} must have SynDrone's size, {dimensions(SIZE)}, got {found}; "
+                f"{_unpack(self.town, name)}."
+            )
+        return pixels
+
+    def _file(self, name: str, number: int) -> Path:
+        return self.folder / name / f"{number:05}.{_MODALITIES[name].suffix}"
+
+
+def _unpack(town: str, *names: str) -> str:
+    """Return how to get the folders of some modalities, all of them if none is named."""
+    archives = sorted({_MODALITIES[name].archive for name in names or _MODALITIES})
+    return "unpack " + " and ".join(f"Town{town}_Opt_120_{archive}.zip" for archive in archives)
+
+
+def find_syndrone(
+    root: Path,
+    *,
+    town: str,
+    height: int,
+    weather: str | None = None,
+    first: int | None = None,
+    last: int | None = None,
+) -> SynDroneFlight:
+    """Find a flight in SynDrone's folders and check that its frames are complete.
+
+    Args:
+        root: the folder that holds `TownNN_Opt_120`.
+        town: "1" to "7" or "10HD".
+        height: above the ground in metres.
+        weather: as SynDrone names it; None where the town has only one.
+        first: number of the first frame that is wanted; from the beginning if None.
+        last: number of the last one; to the end if None.
+
+    Raises:
+        DataError: there is no such flight, it lacks a modality, the modalities have different frames, or no
+            frame has such a number.
+    """
+    name = town.zfill(2).upper()
+    name = "10HD" if name == "10" else name
+    if name not in TOWNS:
+        raise DataError(f"SynDrone has the towns 1 to 7 and 10HD, got {town!r}.")
+    if not root.is_dir():
+        raise DataError(f"There is no folder {root}: give the one that holds SynDrone's TownNN_Opt_120.")
+    home = root / f"Town{name}_Opt_120"
+    if not home.is_dir():
+        _lacks(root, home.name, [child.name for child in _folders(root, _TOWN)], _unpack(name))
+    chosen = weather or _only_weather(home)
+    if not (home / chosen).is_dir():
+        _lacks(home, f"the weather {chosen}", _weathers(home), "choose another --weather")
+    folder = home / chosen / f"height{height}m"
+    if not folder.is_dir():
+        there = [child.name for child in _folders(home / chosen, _HEIGHT)]
+        _lacks(home / chosen, folder.name, there, "choose another --height")
+    for modality in _MODALITIES:
+        if not (folder / modality).is_dir():
+            there = [other for other in _MODALITIES if (folder / other).is_dir()]
+            _lacks(folder, f"the folder {modality}", there, _unpack(name, modality))
+    return SynDroneFlight(name, chosen, height, folder, _numbers(folder, name, first, last))
+
+
+def _lacks(folder: Path, what: str, there: Collection[str], remedy: str) -> NoReturn:
+    found = ", ".join(there) or "nothing of SynDrone"
+    raise DataError(f"The folder {folder} must hold {what}, got {found}; {remedy}.")
+
+
+def _folders(folder: Path, pattern: re.Pattern[str]) -> list[Path]:
+    """Return the folders in a folder whose whole names match, by name."""
+    return sorted(path for path in folder.iterdir() if pattern.fullmatch(path.name) and path.is_dir())
+
+
+def _weathers(home: Path) -> list[str]:
+    return sorted(path.name for path in home.iterdir() if path.is_dir() and _folders(path, _HEIGHT))
+
+
+def _only_weather(home: Path) -> str:
+    names = _weathers(home)
+    if len(names) != 1:
+        found = f"{', '.join(names)}; name one with --weather" if names else "none; unpack its archives again"
+        raise DataError(f"The folder {home} must hold one weather where none is named, got {found}.")
+    return names[0]
+
+
+def _present(folder: Path, name: str) -> set[int]:
+    """Return the numbers of the frames that a modality has."""
+    suffix = f".{_MODALITIES[name].suffix}"
+    paths = (folder / name).iterdir() if (folder / name).is_dir() else ()
+    return {int(path.stem) for path in paths if path.suffix == suffix and _NUMBER.fullmatch(path.stem)}
+
+
+def _numbers(folder: Path, town: str, first: int | None, last: int | None) -> tuple[int, ...]:
+    """Return the numbers of the wanted frames, which every modality must have."""
+    found = {name: _present(folder, name) for name in _MODALITIES}
+    everything = sorted(set().union(*found.values()))
+    if not everything:
+        raise DataError(
+            f"The folder {folder} must hold frames such as rgb/00000.jpg, depth/00000.png and "
+            f"semantic/00000.png, got none; {_unpack(town)}."
+        )
+    low, high = everything[0] if first is None else first, everything[-1] if last is None else last
+    wanted = {number for number in everything if low <= number <= high}
+    if not wanted:
+        raise DataError(
+            f"The folder {folder} must hold frames from {low:05} to {high:05}, got {everything[0]:05} to "
+            f"{everything[-1]:05}; choose --frames among these."
+        )
+    for name, numbers in found.items():
+        if missing := sorted(wanted - numbers):
+            counts = ", ".join(f"{len(wanted & own)} in {one}" for one, own in found.items())
+            raise DataError(
+                f"The folder {folder} must hold the same frames in all three folders, got {counts}, and "
+                f"{name} lacks {missing[0]:05}; {_unpack(town, name)}, or choose complete ones with --frames."
+            )
+    return tuple(sorted(wanted))
+
+
+def is_syndrone(path: Path) -> bool:
+    """Say whether a path is a folder with towns of SynDrone."""
+    return path.is_dir() and bool(_folders(path, _TOWN))
+
+
+def survey_syndrone(root: Path) -> Mapping[tuple[str, str, int], Mapping[str, int]]:
+    """Return how many images each modality has, by town, weather and height in metres.
+
+    Args:
+        root: the folder that holds `TownNN_Opt_120`.
+    """
+    counts: dict[tuple[str, str, int], Mapping[str, int]] = {}
+    for home in _folders(root, _TOWN):
+        for weather in _weathers(home):
+            for folder in sorted(_folders(home / weather, _HEIGHT), key=_height):
+                found = {name: len(_present(folder, name)) for name in _MODALITIES}
+                counts[_match(_TOWN, home), weather, _height(folder)] = MappingProxyType(found)
+    return MappingProxyType(counts)
+
+
+def _height(folder: Path) -> int:
+    return int(_match(_HEIGHT, folder))
+
+
+def _match(pattern: re.Pattern[str], folder: Path) -> str:
+    found = pattern.fullmatch(folder.name)
+    return found.group(1) if found else ""

@@ -1,0 +1,33 @@
+"""What tests of the command line share."""
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import pytest
+
+from sunset.cli import main
+
+
+@pytest.fixture
+def complaint(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> Callable[[Sequence[str]], str]:
+    """Call the command line in an empty folder; return its one sentence."""
+
+    def call(arguments: Sequence[str]) -> str:
+        monkeypatch.chdir(tmp_path)
+        code: object
+        try:
+            code = main(arguments)
+        except SystemExit as way_out:  # argparse's
+            code = way_out.code
+        out, err = capfd.readouterr()
+        assert code == 2, (code, out, err)
+        assert out == ""
+        told = [line for line in err.strip().splitlines() if not line.startswith("Importing: ")]
+        (sentence,) = told
+        assert sentence.startswith("sunset")
+        assert sentence.endswith(".")
+        return sentence
+
+    return call

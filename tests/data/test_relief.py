@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from sunset.data.layout import TOWNS, TownPlan, plan_town
+from sunset.data.layout import TownPlan, plan_town
 from sunset.data.terrain import make_terrain
 
 
@@ -26,7 +26,7 @@ def test_the_river_is_level_below_its_banks_and_below_its_bridges(plan: TownPlan
     middle = plan.river_points(u)
     water = plan.relief.ground(middle[np.abs(u - plan.relief.rail) > 20])
     assert np.ptp(water) == 0
-    bank = middle + (0.0, plan.relief.river_width / 2 + 5)
+    bank = middle + np.array([0.0, plan.relief.river_width / 2 + 5])
     drop = plan.relief.streets(bank) - water[0]
     assert drop.min() > 1
     assert drop.max() < 4

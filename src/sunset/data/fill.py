@@ -62,6 +62,8 @@ def _towers(builder: Builder, block: Block) -> None:
     _scatter(builder, block, 0.9, (4, 8))
     for u in np.arange(u0 + 14, u1 - 12, 8.0).tolist():
         builder.put("planter", (u, v0 + 3.5))
+    builder.put("kiosk", ((u0 + u1) / 2, v1 - 4), turn=float(rng.uniform(0, 3)))
+    builder.crowd(((u0 + u1) / 2, v1 - 6), 4, 2.0)
 
 
 def _houses(builder: Builder, block: Block) -> None:
@@ -79,18 +81,20 @@ def _houses(builder: Builder, block: Block) -> None:
                 builder.car((u + plot / 2 - 2.2, front - row * 4), 1)
             edge = "hedge" if builder.chance(0.4) else "fence"
             tint = (0.9, 0.88, 0.84) if builder.chance(0.5) else (0.45, 0.32, 0.22)
-            builder.line(edge, (u + plot / 2, front - row * 7), (u + plot / 2, middle), 1.7, tint)
+            builder.line(edge, (u + plot / 2, front - row * 7), (u + plot / 2, middle), 1.7, tint=tint)
             builder.line(
-                edge, (u - plot / 2, front - row * 0.4), (u + plot / 2 - 4, front - row * 0.4), 1.1, tint
+                edge, (u - plot / 2, front - row * 0.4), (u + plot / 2 - 4, front - row * 0.4), 1.1, tint=tint
             )
-    builder.line("fence", (u0, middle), (u1, middle), 1.8, (0.5, 0.36, 0.25))
+    builder.line("fence", (u0, middle), (u1, middle), 1.8, tint=(0.5, 0.36, 0.25))
     _scatter(builder, block, 1.5, (3.5, 8))
 
 
 def _park(builder: Builder, block: Block) -> None:
     rng = builder.rng
-    _scatter(builder, block, 1.9, (5, 13))
     (u0, v0), (u1, v1) = block.low, block.high
+    builder.put("kiosk", (u0 + 7, v0 + 6), turn=float(rng.uniform(0, 3)))
+    builder.crowd((u0 + 8, v0 + 9), 3, 1.2)
+    _scatter(builder, block, 1.9, (5, 13))
     for _ in range(25):
         builder.tree(
             (float(rng.uniform(u0, u1)), float(rng.uniform(v0, v1))), float(rng.uniform(1, 2.2)), TREES - 1
@@ -149,7 +153,7 @@ def _industry(builder: Builder, block: Block) -> None:
         ((u0, v0), (u0, v1)),
         ((u1, v0), (u1, v1)),
     ):
-        builder.line("wall", start, end, 2.4, (0.62, 0.5, 0.42))
+        builder.line("wall", start, end, 2.4, tint=(0.62, 0.5, 0.42))
 
 
 def _site(builder: Builder, block: Block) -> None:
@@ -161,7 +165,7 @@ def _site(builder: Builder, block: Block) -> None:
         ((u0, v0), (u0, v1)),
         ((u1, v0), (u1, v1)),
     ):
-        builder.line("fence", start, end, 2.0, (0.75, 0.77, 0.8))
+        builder.line("fence", start, end, 2.0, tint=(0.75, 0.77, 0.8))
     shell = (min(24.0, u1 - u0 - 24), min(13.0, (v1 - v0) / 2 - 9))
     builder.build(apartment, ((u0 + u1) / 2, (v0 + v1) / 2 + 12.5), shell)
     for _ in range(int(block.size[0] * block.size[1] / 350)):
@@ -189,7 +193,7 @@ def _sport(builder: Builder, block: Block) -> None:
     builder.crowd(centre, 14, min(block.size) / 5)
     green = (0.3, 0.42, 0.34)
     for start, end in (((u0, v0), (u1, v0)), ((u0, v1), (u1, v1)), ((u0, v0), (u0, v1))):
-        builder.line("fence", start, end, 2.2, green)
+        builder.line("fence", start, end, 2.2, tint=green)
     builder.build(hall, (u1 - 5, v0 + 6), (7, 9))
     for u in np.arange(u0 + 3, u1 - 2, 9.0).tolist():
         for v in (v0 + 2, v1 - 2):
@@ -207,7 +211,7 @@ def _allotments(builder: Builder, block: Block) -> None:
                 builder.build(house, (u, v), (float(rng.uniform(3, 4.2)), float(rng.uniform(3, 4.5))))
             builder.tree((u + 4, v + 3), float(rng.uniform(1, 2)), TREES - 1)
             builder.crowd((u + 3, v), int(builder.chance(0.25)), 1.0)
-        builder.line("fence", (u + 5, v0), (u + 5, v1), 1.2, (0.5, 0.4, 0.3))
+        builder.line("fence", (u + 5, v0), (u + 5, v1), 1.2, tint=(0.5, 0.4, 0.3))
     builder.line("hedge", (u0, v0 + 0.5), (u1, v0 + 0.5), 1.5)
     builder.line("hedge", (u0, v1 - 0.5), (u1, v1 - 0.5), 1.5)
     _scatter(builder, block, 0.8, (2.5, 5))
@@ -217,7 +221,7 @@ def _railside(builder: Builder, block: Block) -> None:
     (u0, v0), (u1, v1) = block.low, block.high
     rail = builder.plan.relief.rail
     for u in (u0 + 0.5, u1 - 0.5):
-        builder.line("wall", (u, v0), (u, v1), 1.8, (0.66, 0.62, 0.56))
+        builder.line("wall", (u, v0), (u, v1), 1.8, tint=(0.66, 0.62, 0.56))
     for side in (-1, 1):
         builder.line("rail guard", (rail + side * 5.1, v0 + 1.5), (rail + side * 5.1, v1 - 1.5), 0.9)
     for v in np.arange(v0 + 6, v1 - 4, 24.0).tolist():

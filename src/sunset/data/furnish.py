@@ -162,6 +162,7 @@ class Builder:
         start: tuple[float, float],
         end: tuple[float, float],
         height: float,
+        *,
         tint: Colour = WHITE,
         level: Callable[[tuple[float, float]], float] | None = None,
     ) -> None:

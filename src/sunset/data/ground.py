@@ -113,7 +113,7 @@ class Ground:
     bare: Sheet
     country: Sheet
 
-    def at(self, x: npt.ArrayLike, y: npt.ArrayLike, bare: npt.ArrayLike = False) -> Ids:  # noqa: FBT002
+    def at(self, x: npt.ArrayLike, y: npt.ArrayLike, bare: npt.ArrayLike = False) -> Ids:
         """Return the surface at world points, without streets where `bare`."""
         inside = np.maximum(np.abs(x), np.abs(y)) < EXTENT_M
         built = np.where(bare, self.bare.at(x, y), self.town.at(x, y))

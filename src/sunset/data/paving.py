@@ -10,7 +10,7 @@ from sunset.data.lots import paint_block
 from sunset.data.painter import Painter
 from sunset.seeding import generator
 
-__all__ = ["has_zebra", "paint_ground"]
+__all__ = ["NARROW_M", "has_zebra", "paint_ground"]
 
 NARROW_M: Final = 7.0
 """A narrower carriageway has no centre line."""

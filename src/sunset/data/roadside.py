@@ -4,6 +4,7 @@ import numpy as np
 
 from sunset.data.furnish import Builder
 from sunset.data.layout import PAVEMENT_M, Street
+from sunset.data.paving import NARROW_M
 from sunset.data.relief import CROWN_M
 from sunset.data.terrain import rail_spans
 
@@ -34,7 +35,7 @@ def furnish_streets(builder: Builder) -> None:
             _planting(builder, street, stretch)
             _crossing_signs(builder, street, after, stretch[1], 1)
             _crossing_signs(builder, street, before, stretch[0], -1)
-            if street.avenue and builder.chance(0.5):
+            if street.width > NARROW_M and builder.chance(0.75 if street.avenue else 0.25):
                 _stop(builder, street, stretch)
         if street.axis == 1:
             _bridge(builder, street)

@@ -8,8 +8,8 @@ import numpy.typing as npt
 from embreex.mesh_construction import TriangleMesh
 from embreex.rtcore_scene import EmbreeScene
 
-from sunset.data.frame import Ids, Reals
 from sunset.data.fill import fill_blocks, plant_country
+from sunset.data.frame import Ids, Reals
 from sunset.data.furnish import Builder
 from sunset.data.ground import Ground
 from sunset.data.layout import TownPlan, plan_town

@@ -4,7 +4,7 @@ from typing import Final
 
 import numpy as np
 
-from sunset.data.meshes import Colour, Finish, Material, Mesh, box, join
+from sunset.data.meshes import Colour, Finish, Material, Mesh, box, gable, join, place
 from sunset.data.roofs import flat_roof, pitched_roof
 
 __all__ = ["apartment", "hall", "house", "tower"]
@@ -191,11 +191,26 @@ def house(rng: np.random.Generator, size: Size) -> Mesh:
     if kind < 0.5:  # noqa: PLR2004  a share
         parts.append(box((x * 0.1, y, -FOUNDATION_M), (x * 0.75, y + 1.7, 2.5), wall))
         parts.append(box((x * 0.1 - 0.2, y, 2.5), (x * 0.75 + 0.2, y + 1.9, 2.65), porch, bottom=True))
-    elif kind < 0.75:  # noqa: PLR2004  a share
-        low = height - 0.5 if height < 4 else 3.0  # noqa: PLR2004  metres, below the eaves
-        parts.append(box((-x * 0.9, y, -FOUNDATION_M), (-x * 0.1, y + 2.6, low), wall))
-        parts.append(box((-x * 0.9 - 0.2, y, low), (-x * 0.1 + 0.2, y + 2.8, low + 0.2), porch, bottom=True))
+    elif kind < 0.8:  # noqa: PLR2004  a share
+        parts += _cross_wing(size, height, wall, cover=parts[2])
     return join(parts)
+
+
+def _cross_wing(size: Size, height: float, wall: Finish, cover: Mesh) -> list[Mesh]:
+    """A gabled wing across the house, which makes it an L; its roof is like `cover`, the main one."""
+    wide, length = size[0] * 0.42, size[1] / 2 + 2.2
+    half = length / 2
+    red, green, blue = (float(value) for value in cover.colours[0])
+    tiles = _plain((red, green, blue), Material(int(cover.materials[0])))
+    wing = join(
+        [
+            box((-half, -wide / 2, -FOUNDATION_M), (half, wide / 2, height), wall),
+            gable((length + 0.4, wide + 0.7), height - 0.2, wide * 0.4, tiles, wall),
+        ]
+    )
+    ones = np.ones((1, 3), dtype=np.float32)
+    at = np.array([(-size[0] * 0.24, half, 0)], dtype=np.float32)
+    return [place(wing, at, np.array([np.pi / 2], dtype=np.float32), ones, ones)]
 
 
 def hall(rng: np.random.Generator, size: Size) -> Mesh:

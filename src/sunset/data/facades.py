@@ -59,7 +59,7 @@ _WINDOWS: Final = {
     Material.BRICK_FACADE: _Windows((2.4, 3.4), 3.2, 0.28, 0.78, (0.34, 0.46), 0.08),
     Material.TIMBER: _Windows((2.8, 3.8), 3.2, 0.32, 0.74, (0.3, 0.42), 0.08),
     Material.RIBBON: _Windows((1.4, 2.4), 3.2, 0.36, 0.8, (0.9, 0.95), 0.1),
-    Material.GLASS_FACADE: _Windows((1.4, 2.2), 3.6, 0.08, 0.93, (0.9, 0.94), 0.16),
+    Material.GLASS_FACADE: _Windows((1.4, 2.2), 3.6, 0.08, 0.93, (0.9, 0.94), 0.3),
     Material.SHOP: _Windows((2.6, 4.2), 4.2, 0.08, 0.66, (0.84, 0.92), 0.1),
 }
 _SIGNS: Final = np.square(

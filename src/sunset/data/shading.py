@@ -11,7 +11,7 @@ from sunset.data.light import Light
 __all__ = ["Seen", "dot", "shade"]
 
 F: Final = np.float32
-GROUND_SHARE: Final = F(0.1)
+GROUND_SHARE: Final = F(0.2)
 """How bright the surroundings are that a wall mirrors, as a share of the haze."""
 GLINT_POWER: Final = F(90)
 

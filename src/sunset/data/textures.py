@@ -104,7 +104,7 @@ def hashed(a: Reals, b: Reals, salt: int = 0) -> Reals:
 def ground_look(surfaces: Ids, points: Reals, normals: Reals) -> tuple[Reals, Reals]:
     """Return the linear reflectance (N, 3) and gloss (N,) of surfaces (N,) at world points (N, 3).
 
-    Ripples are added in place to the normals (N, 3) of water.
+    The normals (N, 3) of water become those of ripples, in place.
     """
     x, y = points[:, 0], points[:, 1]
     patches = look_up(broad(), x, y, 4.0)
@@ -118,6 +118,7 @@ def ground_look(surfaces: Ids, points: Reals, normals: Reals) -> tuple[Reals, Re
     gloss[water] = _WATER_GLOSS
     wind = look_up(broad(), x[water], y[water], 1.5)
     ripple = look_up(tangle(), x[water] + y[water] * np.float32(0.4), y[water], 1.6)
+    normals[water] = (0, 0, 1)
     normals[water, :2] += ripple[:, :2] * (np.float32(0.035) + np.float32(0.02) * wind)[:, None]
     return colours, gloss
 

@@ -45,10 +45,13 @@ def find_resources(spec: RunSpec, *, progress: Callable[[int, int], None] | None
         OutputError: the cache folder cannot be written.
     """
     model = load_model(spec.model)
-    bag, checksum = _reader(spec.bag if spec.bag is not None else _default_flight(progress))
+    path = spec.bag if spec.bag is not None else _default_flight(progress)
+    bag, checksum = _reader(path, (model.card.height, model.card.width))
     if len(bag) < spec.timing.frames:
+        dropped = sum(bag.dropped.values())
         raise DataError(
-            f"The bag {bag.path} holds {len(bag)} frames; an experiment needs {spec.timing.frames} "
+            f"The bag {bag.path} holds {len(bag)} complete frames ({dropped} images have no partner); "
+            f"an experiment needs {spec.timing.frames} "
             f"({spec.timing.warm_up_s:g} s of warm-up and {spec.timing.duration_s:g} s that are measured)."
         )
     cache = _inference_cache(cache_folder()) if spec.cache else None
@@ -66,16 +69,21 @@ def _default_flight(progress: Callable[[int, int], None] | None) -> Path:
     return _found_flights[folder]
 
 
-def _reader(path: Path) -> tuple[BagReader, str]:
-    """Return an open bag and its checksum; it is opened and checked once, unless its files have changed since."""
+def _reader(path: Path, size: tuple[int, int]) -> tuple[BagReader, str]:
+    """Return a bag, read at a size (height, width), and its checksum.
+
+    It is opened and checked once, unless its files have changed since.
+    """
     files = sorted(path.iterdir()) if path.is_dir() else [path] if path.exists() else []
     states = [(file, file.stat()) for file in files]
-    return _opened(path, tuple((file, state.st_size, state.st_mtime_ns) for file, state in states))
+    return _opened(path, size, tuple((file, state.st_size, state.st_mtime_ns) for file, state in states))
 
 
 @lru_cache(maxsize=2)
-def _opened(path: Path, state: tuple[tuple[Path, int, int], ...]) -> tuple[BagReader, str]:
-    return read_bag(path), _checksum([file for file, _, _ in state])
+def _opened(
+    path: Path, size: tuple[int, int], state: tuple[tuple[Path, int, int], ...]
+) -> tuple[BagReader, str]:
+    return read_bag(path, size=size), _checksum([file for file, _, _ in state])
 
 
 def _checksum(files: Sequence[Path]) -> str:

@@ -2,7 +2,7 @@ import hashlib
 import sqlite3
 import subprocess
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -12,32 +12,24 @@ import numpy.typing as npt
 import pytest
 import yaml
 from rosbags.highlevel import AnyReader
-from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
-from rosbags.typesys import Stores, get_typestore
+from rosbags.rosbag2 import CompressionMode, StoragePlugin, Writer
+from tests.data.material import (
+    COMPRESSED,
+    IMAGE,
+    SIZE,
+    STAMPS,
+    STORE,
+    Rows,
+    compressed_message,
+    header,
+    image_message,
+    make_frames,
+    record,
+    rows_of,
+)
 
-from sunset.classes import CARLA_IDS
 from sunset.data import Frame, read_bag, write_bag
 from sunset.errors import DataError, InvalidInputError, OutputError
-
-STORE = get_typestore(Stores.ROS2_JAZZY)
-IMAGE = "sensor_msgs/msg/Image"
-COMPRESSED = "sensor_msgs/msg/CompressedImage"
-IDS = np.array([0, 4, 10, 255, *CARLA_IDS.values()], dtype=np.uint8)
-SIZE = (6, 10)
-STAMPS = [100_000_000, 200_000_000, 1_300_000_000]
-Rows = list[tuple[str, int, Any]]
-
-
-def _frames(count: int = 3, size: tuple[int, int] = SIZE) -> list[Frame]:
-    rng = np.random.default_rng(0)
-    return [
-        Frame(
-            rng.integers(0, 256, (*size, 3), dtype=np.uint8),
-            rng.integers(0, 65536, size, dtype=np.uint16),
-            rng.choice(IDS, size),
-        )
-        for _ in range(count)
-    ]
 
 
 def _equal(one: Frame, other: Frame) -> bool:
@@ -45,65 +37,9 @@ def _equal(one: Frame, other: Frame) -> bool:
     return all(a.dtype == b.dtype and np.array_equal(a, b) for a, b in pairs)
 
 
-def _header(stamp: int) -> Any:
-    types = STORE.types
-    time = types["builtin_interfaces/msg/Time"](sec=stamp // 10**9, nanosec=stamp % 10**9)
-    return types["std_msgs/msg/Header"](stamp=time, frame_id="")
-
-
-def _image(array: npt.NDArray[Any], encoding: str, stamp: int, **changes: Any) -> Any:
-    fields = {
-        "header": _header(stamp),
-        "height": array.shape[0],
-        "width": array.shape[1],
-        "encoding": encoding,
-        "is_bigendian": 0,
-        "step": array.strides[0],
-        "data": np.frombuffer(array.tobytes(), dtype=np.uint8),
-    }
-    return STORE.types[IMAGE](**{**fields, **changes})
-
-
-def _compressed(data: bytes, text: str, stamp: int) -> Any:
-    return STORE.types[COMPRESSED](
-        header=_header(stamp), format=text, data=np.frombuffer(data, dtype=np.uint8)
-    )
-
-
-def _rows(frames: Sequence[Frame], stamps: Sequence[int] = STAMPS) -> Rows:
-    return [
-        row
-        for frame, stamp in zip(frames, stamps, strict=False)
-        for row in (
-            ("/rgb_raw", stamp, _image(frame.rgb, "bgr8", stamp)),
-            ("/depth_raw", stamp, _image(frame.depth, "16UC1", stamp)),
-            ("/gt_segmentation", stamp, _image(frame.labels, "8UC1", stamp)),
-        )
-    ]
-
-
-def _write(
-    folder: Path,
-    rows: Rows,
-    plugin: StoragePlugin = StoragePlugin.MCAP,
-    mode: CompressionMode = CompressionMode.NONE,
-) -> Path:
-    writer = Writer(folder, version=9, storage_plugin=plugin)
-    if mode is not CompressionMode.NONE:
-        writer.set_compression(mode, CompressionFormat.ZSTD)
-    with writer:
-        kinds = {topic: message.__msgtype__ for topic, _, message in rows}
-        connections = {
-            topic: writer.add_connection(topic, kind, typestore=STORE) for topic, kind in kinds.items()
-        }
-        for topic, time, message in rows:
-            writer.write(connections[topic], time, STORE.serialize_cdr(message, message.__msgtype__))
-    return folder
-
-
 @pytest.mark.parametrize("storage", ["mcap", "sqlite3"])
 def test_what_was_written_is_read(tmp_path: Path, storage: str) -> None:
-    frames = _frames()
+    frames = make_frames()
     with read_bag(write_bag(tmp_path / "bag", frames, STAMPS, storage=storage)) as bag:
         assert len(bag) == 3
         assert bag.size == SIZE
@@ -114,7 +50,7 @@ def test_what_was_written_is_read(tmp_path: Path, storage: str) -> None:
 
 
 def test_a_standard_reader_reads_it(tmp_path: Path) -> None:
-    frames = _frames()
+    frames = make_frames()
     folder = write_bag(tmp_path / "bag", frames, STAMPS)
     with AnyReader([folder], default_typestore=STORE) as reader:
         rows = [(c.topic, time, reader.deserialize(raw, c.msgtype)) for c, time, raw in reader.messages()]
@@ -127,13 +63,13 @@ def test_a_standard_reader_reads_it(tmp_path: Path) -> None:
 
 
 def test_the_file_itself_can_be_opened(tmp_path: Path) -> None:
-    folder = write_bag(tmp_path / "bag", _frames(), STAMPS)
+    folder = write_bag(tmp_path / "bag", make_frames(), STAMPS)
     with read_bag(folder / "bag.mcap") as bag:
         assert len(bag) == 3
 
 
 def test_frames_of_a_bag_cannot_be_changed(tmp_path: Path) -> None:
-    with read_bag(write_bag(tmp_path / "bag", _frames(), STAMPS)) as bag:
+    with read_bag(write_bag(tmp_path / "bag", make_frames(), STAMPS)) as bag:
         frame = bag.frame(0)
     for image in (frame.rgb, frame.depth, frame.labels):
         with pytest.raises(ValueError, match="read-only"):
@@ -143,24 +79,24 @@ def test_frames_of_a_bag_cannot_be_changed(tmp_path: Path) -> None:
 def test_the_same_frames_give_the_same_bytes(tmp_path: Path) -> None:
     digests = set()
     for parent in ("a", "b"):
-        folder = write_bag(tmp_path / parent / "bag", _frames(), STAMPS)
+        folder = write_bag(tmp_path / parent / "bag", make_frames(), STAMPS)
         files = sorted(folder.iterdir())
         digests.add(hashlib.sha256(b"".join(path.read_bytes() for path in files)).hexdigest())
     assert len(digests) == 1
 
 
 def test_messages_are_paired_by_their_own_stamps_not_by_the_time_of_recording(tmp_path: Path) -> None:
-    frames = _frames()
+    frames = make_frames()
     late = {"/rgb_raw": 0, "/depth_raw": 7, "/gt_segmentation": 150_000_000}
-    rows = [(topic, time + late[topic], message) for topic, time, message in _rows(frames)]
-    with read_bag(_write(tmp_path / "bag", rows)) as bag:
+    rows = [(topic, time + late[topic], message) for topic, time, message in rows_of(frames)]
+    with read_bag(record(tmp_path / "bag", rows)) as bag:
         assert all(_equal(bag.frame(index), frames[index]) for index in range(3))
 
 
 def test_other_topics_are_passed_over(tmp_path: Path) -> None:
-    frames = _frames()
-    rows = [*_rows(frames), ("/other", 5, _image(frames[0].rgb, "rgb8", 5))]
-    with read_bag(_write(tmp_path / "bag", rows)) as bag:
+    frames = make_frames()
+    rows = [*rows_of(frames), ("/other", 5, image_message(frames[0].rgb, "rgb8", 5))]
+    with read_bag(record(tmp_path / "bag", rows)) as bag:
         assert len(bag) == 3
 
 
@@ -175,17 +111,17 @@ def _modes() -> Iterator[Any]:
 def test_every_storage_and_compression_is_read(
     tmp_path: Path, plugin: StoragePlugin, mode: CompressionMode
 ) -> None:
-    frames = _frames()
-    with read_bag(_write(tmp_path / "bag", _rows(frames), plugin, mode)) as bag:
+    frames = make_frames()
+    with read_bag(record(tmp_path / "bag", rows_of(frames), plugin, mode)) as bag:
         assert all(_equal(bag.frame(index), frames[index]) for index in range(3))
 
 
 @pytest.mark.parametrize("plugin", list(StoragePlugin))
 def test_a_recording_in_several_files_is_one_bag(tmp_path: Path, plugin: StoragePlugin) -> None:
-    frames = _frames()
-    rows = _rows(frames)
-    folder = _write(tmp_path / "bag_0", rows[:4], plugin)
-    second = _write(tmp_path / "bag_1", rows[4:], plugin)
+    frames = make_frames()
+    rows = rows_of(frames)
+    folder = record(tmp_path / "bag_0", rows[:4], plugin)
+    second = record(tmp_path / "bag_1", rows[4:], plugin)
     (other,) = second.glob("bag_1.*")
     other.rename(folder / other.name)
     metadata = yaml.safe_load((folder / "metadata.yaml").read_text())
@@ -196,7 +132,7 @@ def test_a_recording_in_several_files_is_one_bag(tmp_path: Path, plugin: Storage
 
 
 def test_a_recording_of_humble_is_read(tmp_path: Path) -> None:
-    frames = _frames()
+    frames = make_frames()
     folder = tmp_path / "flight.bag"
     folder.mkdir()
     qos = "- history: 3\n  depth: 0\n  reliability: 1\n  durability: 2\n  deadline:\n    sec: 9223372036\n"
@@ -217,7 +153,7 @@ def test_a_recording_of_humble_is_read(tmp_path: Path) -> None:
         )
         for number, topic in enumerate(topics, 1):
             base.execute("INSERT INTO topics VALUES (?, ?, ?, 'cdr', ?)", (number, topic, IMAGE, qos))
-        for topic, time, message in _rows(frames):
+        for topic, time, message in rows_of(frames):
             data = bytes(STORE.serialize_cdr(message, IMAGE))
             base.execute(
                 "INSERT INTO messages (topic_id, timestamp, data) VALUES (?, ?, ?)",
@@ -257,7 +193,7 @@ def test_a_recording_of_humble_is_read(tmp_path: Path) -> None:
     ],
 )
 def test_what_another_tool_converted_is_read(tmp_path: Path, options: list[str]) -> None:
-    frames = _frames()
+    frames = make_frames()
     folder = write_bag(tmp_path / "bag", frames, STAMPS)
     paths = ["--src", str(folder), "--dst", str(tmp_path / "other")]
     call = [sys.executable, "-m", "rosbags.convert", *paths, *options]
@@ -288,37 +224,37 @@ def _with_alpha(image: npt.NDArray[Any]) -> npt.NDArray[Any]:
 def test_every_encoding_gives_the_same_frame(
     tmp_path: Path, topic: str, encoding: str, convert: Any, changes: dict[str, int]
 ) -> None:
-    frames = _frames(1)
-    rows = _rows(frames)
+    frames = make_frames(1)
+    rows = rows_of(frames)
     place = [row[0] for row in rows].index(topic)
     array = (frames[0].rgb, frames[0].depth, frames[0].labels)[place]
     rows[place] = (
         topic,
         STAMPS[0],
-        _image(np.ascontiguousarray(convert(array)), encoding, STAMPS[0], **changes),
+        image_message(np.ascontiguousarray(convert(array)), encoding, STAMPS[0], **changes),
     )
-    with read_bag(_write(tmp_path / "bag", rows)) as bag:
+    with read_bag(record(tmp_path / "bag", rows)) as bag:
         assert _equal(bag.frame(0), frames[0])
         assert bag.encodings[topic] == encoding
 
 
 def test_padded_rows_are_understood(tmp_path: Path) -> None:
-    frames = _frames(1)
-    rows = _rows(frames)
+    frames = make_frames(1)
+    rows = rows_of(frames)
     padded = np.zeros((SIZE[0], 32), dtype=np.uint8)
     padded[:, :30] = frames[0].rgb.reshape(SIZE[0], 30)
     rows[0][2].step, rows[0][2].data = 32, padded.reshape(-1)
-    with read_bag(_write(tmp_path / "bag", rows)) as bag:
+    with read_bag(record(tmp_path / "bag", rows)) as bag:
         assert _equal(bag.frame(0), frames[0])
 
 
 def test_depth_that_was_not_measured_is_far(tmp_path: Path) -> None:
-    frames = _frames(1)
+    frames = make_frames(1)
     metres = np.full(SIZE, 100, dtype=np.float32)
     metres[0, :5] = np.nan, np.inf, -np.inf, 1500, -3
-    rows = _rows(frames)
-    rows[1] = ("/depth_raw", STAMPS[0], _image(metres, "32FC1", STAMPS[0]))
-    with read_bag(_write(tmp_path / "bag", rows)) as bag:
+    rows = rows_of(frames)
+    rows[1] = ("/depth_raw", STAMPS[0], image_message(metres, "32FC1", STAMPS[0]))
+    with read_bag(record(tmp_path / "bag", rows)) as bag:
         depth = bag.frame(0).depth
     assert depth[0, :5].tolist() == [65535, 65535, 0, 65535, 0]
     assert set(depth[1:].ravel().tolist()) == {6554}
@@ -330,19 +266,19 @@ def _png(array: npt.NDArray[Any]) -> bytes:
 
 @pytest.mark.parametrize("suffixes", [("", "", ""), ("/compressed", "/compressedDepth", "/compressed")])
 def test_compressed_images_are_read(tmp_path: Path, suffixes: tuple[str, str, str]) -> None:
-    frames = _frames(2)
+    frames = make_frames(2)
     header = bytes(12) if suffixes[1] else b""
     rows: Rows = []
     for frame, stamp in zip(frames, STAMPS, strict=False):
         colour, depth, labels = (_png(image) for image in (frame.rgb, frame.depth, frame.labels))
         images = (
-            _compressed(colour, "rgb8; png compressed bgr8", stamp),
-            _compressed(header + depth, "16UC1; compressedDepth png", stamp),
-            _compressed(labels, "mono8; png compressed ", stamp),
+            compressed_message(colour, "rgb8; png compressed bgr8", stamp),
+            compressed_message(header + depth, "16UC1; compressedDepth png", stamp),
+            compressed_message(labels, "mono8; png compressed ", stamp),
         )
         topics = zip(("/rgb_raw", "/depth_raw", "/gt_segmentation"), suffixes, images, strict=True)
         rows += [(topic + suffix, stamp, image) for topic, suffix, image in topics]
-    with read_bag(_write(tmp_path / "bag", rows)) as bag:
+    with read_bag(record(tmp_path / "bag", rows)) as bag:
         assert all(_equal(bag.frame(index), frames[index]) for index in range(2))
         assert set(bag.topics) == {row[0] for row in rows}
         assert bag.topics["/rgb_raw" + suffixes[0]] == (COMPRESSED, 2)
@@ -352,26 +288,26 @@ def test_a_jpeg_is_nearly_its_picture(tmp_path: Path) -> None:
     colour = np.zeros((64, 64, 3), dtype=np.uint8)
     colour[:32], colour[32:] = (200, 100, 50), (10, 60, 110)
     frame = Frame(colour, np.ones((64, 64), dtype=np.uint16), np.ones((64, 64), dtype=np.uint8))
-    rows = _rows([frame])
+    rows = rows_of([frame])
     jpeg = bytes(cv2.imencode(".jpg", colour)[1])
-    rows[0] = ("/rgb_raw", STAMPS[0], _compressed(jpeg, "rgb8; jpeg compressed bgr8", STAMPS[0]))
-    with read_bag(_write(tmp_path / "bag", rows)) as bag:
+    rows[0] = ("/rgb_raw", STAMPS[0], compressed_message(jpeg, "rgb8; jpeg compressed bgr8", STAMPS[0]))
+    with read_bag(record(tmp_path / "bag", rows)) as bag:
         error = np.abs(bag.frame(0).rgb.astype(int) - colour)
     assert error[:30].max() < 4
     assert error[34:].max() < 4
 
 
 def test_images_are_paired_by_the_nearest_stamp_and_the_rest_is_dropped(tmp_path: Path) -> None:
-    frames = _frames(5)
+    frames = make_frames(5)
     stamps = [10**18 + 10**8 * number for number in range(5)]
-    rows = _rows(frames, stamps)
+    rows = rows_of(frames, stamps)
     for number, late in ((1, 20_000_000), (4, -30_000_000), (7, 70_000_000)):
         stamp = rows[number][1] + late
-        rows[number][2].header = _header(stamp)
+        rows[number][2].header = header(stamp)
     del rows[11]  # the labels of frame 3
     rows += rows[11:13]  # colour and depth of frame 4 once more
     with read_bag(
-        _write(tmp_path / "bag", [rows[index] for index in np.random.default_rng(2).permutation(16)])
+        record(tmp_path / "bag", [rows[index] for index in np.random.default_rng(2).permutation(16)])
     ) as bag:
         assert bag.stamps_ns == (stamps[0], stamps[1], stamps[4])
         assert [_equal(bag.frame(at), frames[number]) for at, number in enumerate((0, 1, 4))] == [True] * 3
@@ -379,7 +315,7 @@ def test_images_are_paired_by_the_nearest_stamp_and_the_rest_is_dropped(tmp_path
 
 
 def test_frames_are_resampled_to_the_size_that_is_asked_for(tmp_path: Path) -> None:
-    frames = _frames(2, (60, 80))
+    frames = make_frames(2, (60, 80))
     folder = write_bag(tmp_path / "bag", frames, STAMPS[:2])
     with read_bag(folder, size=(9, 16)) as bag:
         assert (bag.size, bag.recorded_size) == ((9, 16), (60, 80))
@@ -394,14 +330,14 @@ def test_frames_are_resampled_to_the_size_that_is_asked_for(tmp_path: Path) -> N
 
 
 def test_a_frame_that_is_not_there_is_an_index_error(tmp_path: Path) -> None:
-    with read_bag(write_bag(tmp_path / "bag", _frames(), STAMPS)) as bag:
+    with read_bag(write_bag(tmp_path / "bag", make_frames(), STAMPS)) as bag:
         for index in (3, -1):
             with pytest.raises(IndexError, match=f"frames 0 to 2, got {index}"):
                 bag.frame(index)
 
 
 def test_a_closed_bag_says_so(tmp_path: Path) -> None:
-    bag = read_bag(write_bag(tmp_path / "bag", _frames(), STAMPS))
+    bag = read_bag(write_bag(tmp_path / "bag", make_frames(), STAMPS))
     bag.close()
     bag.close()
     with pytest.raises(DataError, match="not open"):
@@ -426,7 +362,7 @@ def _other_encoding(rows: Rows) -> Rows:
 
 def _other_size(rows: Rows) -> Rows:
     wide = np.zeros((6, 11), dtype=np.uint8)
-    rows[5] = (rows[5][0], rows[5][1], _image(wide, "8UC1", rows[5][1]))
+    rows[5] = (rows[5][0], rows[5][1], image_message(wide, "8UC1", rows[5][1]))
     return rows
 
 
@@ -449,7 +385,7 @@ def _class_indices(rows: Rows) -> Rows:
 def _no_depth_measured(rows: Rows) -> Rows:
     nothing = np.full(SIZE, np.nan, dtype=np.float32)
     return [
-        (topic, time, _image(nothing, "32FC1", time) if topic == "/depth_raw" else message)
+        (topic, time, image_message(nothing, "32FC1", time) if topic == "/depth_raw" else message)
         for topic, time, message in rows
     ]
 
@@ -457,14 +393,16 @@ def _no_depth_measured(rows: Rows) -> Rows:
 def _jpeg_of_labels(rows: Rows) -> Rows:
     jpeg = bytes(cv2.imencode(".jpg", np.zeros(SIZE, dtype=np.uint8))[1])
     rows[2::3] = [
-        ("/gt_segmentation", row[1], _compressed(jpeg, "mono8; jpeg", row[1])) for row in rows[2::3]
+        ("/gt_segmentation", row[1], compressed_message(jpeg, "mono8; jpeg", row[1])) for row in rows[2::3]
     ]
     return rows
 
 
 def _reciprocal_depth(rows: Rows) -> Rows:
     picture = _png(np.zeros(SIZE, dtype=np.uint16))
-    rows[1::3] = [("/depth_raw", row[1], _compressed(picture, "32FC1; png", row[1])) for row in rows[1::3]]
+    rows[1::3] = [
+        ("/depth_raw", row[1], compressed_message(picture, "32FC1; png", row[1])) for row in rows[1::3]
+    ]
     return rows
 
 
@@ -487,7 +425,7 @@ def _reciprocal_depth(rows: Rows) -> Rows:
 def test_a_bag_of_other_content_is_refused(
     tmp_path: Path, change: Any, message: str, plugin: StoragePlugin
 ) -> None:
-    folder = _write(tmp_path / "bag", change(_rows(_frames())), plugin)
+    folder = record(tmp_path / "bag", change(rows_of(make_frames())), plugin)
     with pytest.raises(DataError, match=message) as caught:
         read_bag(folder)
     assert str(folder) in str(caught.value)
@@ -500,7 +438,7 @@ def test_a_bag_without_messages_is_refused(tmp_path: Path) -> None:
 
 
 def test_a_message_that_only_its_folder_can_unpack_is_refused(tmp_path: Path) -> None:
-    folder = _write(tmp_path / "bag", _rows(_frames()), StoragePlugin.SQLITE3, CompressionMode.MESSAGE)
+    folder = record(tmp_path / "bag", rows_of(make_frames()), StoragePlugin.SQLITE3, CompressionMode.MESSAGE)
     with pytest.raises(DataError, match="give the bag's folder"):
         read_bag(folder / "bag.db3")
 
@@ -538,7 +476,7 @@ def test_what_is_no_bag_is_refused(tmp_path: Path, name: str, remedy: str) -> No
 @pytest.mark.parametrize("storage", ["mcap", "sqlite3"])
 @pytest.mark.parametrize("share", [0.0, 0.001, 0.3, 0.7, 0.99])
 def test_a_truncated_file_is_refused(tmp_path: Path, storage: str, share: float) -> None:
-    folder = write_bag(tmp_path / "bag", _frames(3, (60, 100)), STAMPS, storage=storage)
+    folder = write_bag(tmp_path / "bag", make_frames(3, (60, 100)), STAMPS, storage=storage)
     path = next(path for path in folder.iterdir() if path.suffix in {".mcap", ".db3"})
     path.write_bytes(path.read_bytes()[: int(path.stat().st_size * share)])
     with pytest.raises(DataError, match=r"cannot be read|must have") as caught:
@@ -548,7 +486,7 @@ def test_a_truncated_file_is_refused(tmp_path: Path, storage: str, share: float)
 
 @pytest.mark.parametrize("storage", ["mcap", "sqlite3"])
 def test_garbage_anywhere_is_refused_or_harmless(tmp_path: Path, storage: str) -> None:
-    folder = write_bag(tmp_path / "bag", _frames(), STAMPS, storage=storage)
+    folder = write_bag(tmp_path / "bag", make_frames(), STAMPS, storage=storage)
     path = next(path for path in folder.iterdir() if path.suffix in {".mcap", ".db3"})
     good, rng = path.read_bytes(), np.random.default_rng(1)
     refused = 0
@@ -570,7 +508,7 @@ def test_garbage_anywhere_is_refused_or_harmless(tmp_path: Path, storage: str) -
     "text", ["", "{", "rosbag2_bagfile_information: 7", "rosbag2_bagfile_information: {version: 99}"]
 )
 def test_a_broken_metadata_file_is_refused(tmp_path: Path, text: str) -> None:
-    folder = write_bag(tmp_path / "bag", _frames(), STAMPS)
+    folder = write_bag(tmp_path / "bag", make_frames(), STAMPS)
     (folder / "metadata.yaml").write_text(text)
     with pytest.raises(DataError, match="cannot be read as a rosbag2"):
         read_bag(folder)
@@ -578,7 +516,7 @@ def test_a_broken_metadata_file_is_refused(tmp_path: Path, text: str) -> None:
 
 @pytest.mark.parametrize("name", ["flight.mcap", "flight.db3"])
 def test_a_file_alone_is_written(tmp_path: Path, name: str) -> None:
-    frames = _frames()
+    frames = make_frames()
     path = write_bag(tmp_path / "new" / name, frames, STAMPS)
     assert path.is_file()
     assert list(path.parent.iterdir()) == [path]
@@ -587,24 +525,24 @@ def test_a_file_alone_is_written(tmp_path: Path, name: str) -> None:
 
 
 def test_writing_over_something_is_refused(tmp_path: Path) -> None:
-    write_bag(tmp_path / "bag", _frames(), STAMPS)
+    write_bag(tmp_path / "bag", make_frames(), STAMPS)
     with pytest.raises(OutputError, match="exists"):
-        write_bag(tmp_path / "bag", _frames(), STAMPS)
+        write_bag(tmp_path / "bag", make_frames(), STAMPS)
 
 
 def test_writing_where_nothing_can_be_written_is_refused(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(OutputError, match="cannot be written"):
-        write_bag(tmp_path / "file" / "bag", _frames(), STAMPS)
+        write_bag(tmp_path / "file" / "bag", make_frames(), STAMPS)
 
 
 @pytest.mark.parametrize("stamps", [STAMPS[:2], [*STAMPS, 2_000_000_000], [1, 1, 2], [-1, 2, 3], [3, 2, 1]])
 def test_stamps_that_do_not_fit_leave_nothing_behind(tmp_path: Path, stamps: list[int]) -> None:
     with pytest.raises(InvalidInputError, match="stamp"):
-        write_bag(tmp_path / "bag", _frames(), stamps)
+        write_bag(tmp_path / "bag", make_frames(), stamps)
     assert list(tmp_path.iterdir()) == []
 
 
 def test_an_unknown_storage_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InvalidInputError, match="mcap or sqlite3, got 'zip'"):
-        write_bag(tmp_path / "bag", _frames(), STAMPS, storage="zip")
+        write_bag(tmp_path / "bag", make_frames(), STAMPS, storage="zip")

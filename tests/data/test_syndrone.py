@@ -4,46 +4,22 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import cv2
 import numpy as np
 import numpy.typing as npt
 import pytest
+from tests.data.material import FLIGHT, blocks, picture_file, put_frame
 
 from sunset.data import find_syndrone, is_syndrone, survey_syndrone
 from sunset.errors import DataError
-from sunset.seeding import generator
 
-FLIGHT = Path("Town01_Opt_120", "ClearNoon", "height50m")
 COUNT = 3
-BLOCK = 15
-"""Pixels of SynDrone's that are alike in these pictures: 128 x 72 blocks a frame."""
-
-
-def _blocks(number: int) -> tuple[npt.NDArray[Any], npt.NDArray[Any], npt.NDArray[Any]]:
-    rng = generator(7, "syndrone", number)
-    colour = rng.integers(60, 120, (72, 128, 3), dtype=np.uint8)
-    depth = rng.integers(0, 65536, (72, 128), dtype=np.uint16)
-    return colour, depth, rng.choice(np.array([0, 1, 7, 9, 22, 100], dtype=np.uint8), (72, 128))
-
-
-def _file(image: npt.NDArray[Any], suffix: str) -> bytes:
-    return bytes(cv2.imencode(suffix, image, [cv2.IMWRITE_PNG_COMPRESSION, 1])[1])
-
-
-def _put(folder: Path, number: int) -> None:
-    for name, suffix, image in zip(
-        ("rgb", "depth", "semantic"), (".jpg", ".png", ".png"), _blocks(number), strict=True
-    ):
-        path = folder / name / f"{number:05}{suffix}"
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(_file(np.repeat(np.repeat(image, BLOCK, axis=0), BLOCK, axis=1), suffix))
 
 
 @pytest.fixture(scope="module")
 def kept(tmp_path_factory: pytest.TempPathFactory) -> Path:
     root = tmp_path_factory.mktemp("syndrone")
     for number in range(COUNT):
-        _put(root / FLIGHT, number)
+        put_frame(root / FLIGHT, number)
     return root
 
 
@@ -59,7 +35,7 @@ def test_frames_are_those_of_the_pictures(kept: Path) -> None:
     assert flight.numbers == (0, 1, 2)
     assert (flight.town, flight.weather, flight.height) == ("01", "ClearNoon", 50)
     for number, frame in enumerate(flight.frames((72, 128))):
-        colour, depth, labels = _blocks(number)
+        colour, depth, labels = blocks(number)
         np.testing.assert_array_equal(frame.depth, depth)
         np.testing.assert_array_equal(frame.labels, labels)
         # a block's mean survives the JPEG but for what leaks in from its neighbours
@@ -70,7 +46,7 @@ def test_frames_have_the_models_size_by_default(kept: Path) -> None:
     frame = next(find_syndrone(kept, town="1", height=50).frames())
     assert frame.size == (144, 256)
     # centres of the first four rows of 7.5 pixels: 3.75, 11.25, 18.75, 26.25, in blocks of 15
-    _, _, labels = _blocks(0)
+    _, _, labels = blocks(0)
     np.testing.assert_array_equal(frame.labels[:4, 0], labels[[0, 0, 1, 1], 0])
 
 
@@ -200,42 +176,42 @@ def _plain(shape: tuple[int, ...], kind: type[np.generic], value: int = 7) -> np
 PICTURES: dict[str, tuple[str, bytes, str]] = {
     "depth of 8 bits": (
         "depth/00001.png",
-        _file(_plain((1080, 1920), np.uint8), ".png"),
+        picture_file(_plain((1080, 1920), np.uint8), ".png"),
         "of the kind 16-bit greyscale PNG, got 8-bit greyscale PNG",
     ),
     "labels of 16 bits": (
         "semantic/00001.png",
-        _file(_plain((1080, 1920), np.uint16), ".png"),
+        picture_file(_plain((1080, 1920), np.uint16), ".png"),
         "of the kind 8-bit greyscale PNG, got 16-bit greyscale PNG",
     ),
     "labels in colour": (
         "semantic/00001.png",
-        _file(_plain((1080, 1920, 3), np.uint8), ".png"),
+        picture_file(_plain((1080, 1920, 3), np.uint8), ".png"),
         "got 8-bit colour PNG",
     ),
     "grey picture": (
         "rgb/00001.jpg",
-        _file(_plain((1080, 1920), np.uint8), ".jpg"),
+        picture_file(_plain((1080, 1920), np.uint8), ".jpg"),
         "got 8-bit greyscale JPEG",
     ),
     "PNG for JPEG": (
         "rgb/00001.jpg",
-        _file(_plain((1080, 1920, 3), np.uint8), ".png"),
+        picture_file(_plain((1080, 1920, 3), np.uint8), ".png"),
         "got 8-bit colour PNG",
     ),
     "impossible ids": (
         "semantic/00001.png",
-        _file(_plain((1080, 1920), np.uint8, 57), ".png"),
+        picture_file(_plain((1080, 1920), np.uint8, 57), ".png"),
         "label ids .* got 57",
     ),
     "small": (
         "rgb/00001.jpg",
-        _file(_plain((720, 1280, 3), np.uint8), ".jpg"),
+        picture_file(_plain((720, 1280, 3), np.uint8), ".jpg"),
         "size, 1920x1080, got 1280x720",
     ),
     "small labels": (
         "semantic/00001.png",
-        _file(_plain((720, 1280), np.uint8), ".png"),
+        picture_file(_plain((720, 1280), np.uint8), ".png"),
         "size, 1920x1080, got 1280x720",
     ),
     "empty": ("depth/00001.png", b"", "got no data"),

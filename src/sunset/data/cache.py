@@ -19,7 +19,7 @@ from sunset.errors import InvalidInputError, OutputError
 
 __all__ = ["RENDER_VERSION", "cache_folder", "default_flight", "flight_bag", "kept_bag", "render_parallel"]
 
-RENDER_VERSION: Final = 1
+RENDER_VERSION: Final = 2
 """Grows whenever a rendered byte changes, so that flights in users' caches are rendered anew."""
 
 CHECKSUM_FILE: Final = "checksum.json"

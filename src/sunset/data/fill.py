@@ -47,7 +47,7 @@ def _perimeter(builder: Builder, block: Block) -> None:
         for u in (u0 + depth / 2 + 0.8, u1 - depth / 2 - 0.8):
             if builder.chance(0.6):
                 builder.build(apartment, (u, (v0 + v1) / 2), (inner, depth), turned=True)
-    _scatter(builder, block, 1.3, (5, 10))
+    _scatter(builder, block, 1.1, (5, 10))
     builder.skip(((u0 + u1) / 2, (v0 + v1) / 2 + 4), "container")
 
 
@@ -86,7 +86,7 @@ def _houses(builder: Builder, block: Block) -> None:
                 edge, (u - plot / 2, front - row * 0.4), (u + plot / 2 - 4, front - row * 0.4), 1.1, tint=tint
             )
     builder.line("fence", (u0, middle), (u1, middle), 1.8, tint=(0.5, 0.36, 0.25))
-    _scatter(builder, block, 1.5, (3.5, 8))
+    _scatter(builder, block, 1.2, (3.5, 8))
 
 
 def _park(builder: Builder, block: Block) -> None:
@@ -94,7 +94,7 @@ def _park(builder: Builder, block: Block) -> None:
     (u0, v0), (u1, v1) = block.low, block.high
     builder.put("kiosk", (u0 + 7, v0 + 6), turn=float(rng.uniform(0, 3)))
     builder.crowd((u0 + 8, v0 + 9), 3, 1.2)
-    _scatter(builder, block, 1.9, (5, 13))
+    _scatter(builder, block, 1.6, (5, 13))
     for _ in range(25):
         builder.tree(
             (float(rng.uniform(u0, u1)), float(rng.uniform(v0, v1))), float(rng.uniform(1, 2.2)), TREES - 1
@@ -140,7 +140,16 @@ def _industry(builder: Builder, block: Block) -> None:
     rng = builder.rng
     (u0, v0), (u1, v1) = block.low, block.high
     depth = (v1 - v0) * 0.5
-    builder.build(hall, ((u0 + u1) / 2, v0 + depth / 2 + 4), (u1 - u0 - 9, depth))
+    halls = 2 if u1 - u0 > 75 else 1  # noqa: PLR2004  metres for two halls
+    width = (u1 - u0) / halls
+    for index in range(halls):
+        for share in (1.0, 0.85, 0.7, 0.5):  # the largest that fits between bent streets
+            middle = (u0 + width * (index + 0.5), v0 + depth / 2 + 4)
+            if builder.build(hall, middle, ((width - 9) * share, depth * share)):
+                break
+    for _ in range(int(block.size[0] * block.size[1] / 500)):
+        spot = float(rng.uniform(u0 + 6, u1 - 6)), v0 + depth + float(rng.uniform(6, max(7, depth - 15)))
+        builder.skip(spot, "container", int(rng.integers(2)))
     for u in np.arange(u0 + 6, u1 - 5, 4.2).tolist():
         chance = float(rng.random())
         if chance < 0.4:  # noqa: PLR2004  a share

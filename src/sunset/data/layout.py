@@ -164,8 +164,11 @@ class TownPlan:
 
     def is_built(self, block: Block) -> bool:
         """Say whether a block lies at least partly in the town."""
-        (u0, v0), (u1, v1) = block.low, block.high
-        return self._in_town([(u0, v0), (u1, v0), (u1, v1), (u0, v1)])
+        return self._in_town(_corners(block))
+
+    def is_edge(self, block: Block) -> bool:
+        """Say whether a block lies at least partly outside the town."""
+        return bool((np.abs(self.warp.points(_corners(block))) > EXTENT_M - 10).any())
 
     def _in_town(self, uv: npt.ArrayLike) -> bool:
         return bool((np.abs(self.warp.points(uv)).max(axis=-1) < EXTENT_M).any())
@@ -173,6 +176,11 @@ class TownPlan:
     def through(self, street: Street) -> bool:
         """Say whether a street is open from one end of the town to the other."""
         return not any((axis, at) == (street.axis, street.at) for axis, at, _ in self.closed)
+
+
+def _corners(block: Block) -> list[tuple[float, float]]:
+    (u0, v0), (u1, v1) = block.low, block.high
+    return [(u0, v0), (u1, v0), (u1, v1), (u0, v1)]
 
 
 def _lines(
@@ -223,7 +231,7 @@ class _Deal:
     """Deals block kinds from two stacks, so that every town has them all and neighbours differ."""
 
     def __init__(self, rng: np.random.Generator, counts: tuple[int, int]) -> None:
-        self._stacks = []
+        self._stacks: list[list[BlockKind]] = []
         for shares, count in zip((_INNER, _OUTER), counts, strict=True):
             weights = np.array(list(shares.values())) * rng.uniform(0.75, 1.3, len(shares))
             exact = weights / weights.sum() * count

@@ -33,7 +33,7 @@ def paint_ground(plan: TownPlan) -> Ground:
     for painter in (town, country):
         _paint_fields(painter)
         for block in plan.blocks:
-            if plan.is_built(block):
+            if plan.is_built(block) and (painter is town or plan.is_edge(block)):
                 paint_block(painter, block)
         along = np.arange(-COUNTRY_M, COUNTRY_M, 4.0)
         painter.curve(plan.river_points(along), plan.relief.river_width + 2.5, Surface.EARTH)
@@ -63,7 +63,7 @@ def _paint_fields(painter: Painter) -> None:
     hedged = rng.random(kinds.shape) < 0.5  # noqa: PLR2004  a share
     for i, j in np.ndindex(*kinds.shape):
         ring = np.stack([corners[i, j], corners[i + 1, j], corners[i + 1, j + 1], corners[i, j + 1]])
-        painter.polygon(ring, Surface(kinds[i, j]))
+        painter.polygon(ring, Surface(int(kinds[i, j])))
     for i, j in np.argwhere(hedged):
         painter.curve(np.stack([corners[i, j], corners[i + 1, j]]), 5.0, Surface.SHRUBS)
 

@@ -101,7 +101,7 @@ def _draw_windows(seen: Surfaces, rows: Rows, windows: _Windows, *, shop: bool) 
     mean = wide * F(windows.lintel - windows.sill)
     share = (inside * near + mean * (1 - near))[:, None]
     drawn = hashed(column + house[0], storey + house[1], 2)
-    pane = F(0.018) + F(0.03) * drawn + F(0.22) * (drawn > F(0.86)) + F(0.04) * (1 - z)
+    pane = F(0.018 + 0.25 * windows.gloss) + F(0.03) * drawn + F(0.22) * (drawn > F(0.86)) + F(0.04) * (1 - z)
     glass = pane[:, None] * np.array((0.94, 1.0, 1.08), F)
     wall = seen.colours[rows] * _weathered(local, along)[:, None]
     if shop:

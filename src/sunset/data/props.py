@@ -58,11 +58,11 @@ def _crown(rng: np.random.Generator, kind: int, leaves: Finish) -> list[Mesh]:
         (0.3, 0.26, 0.66, 0.42),
     )[kind]
     parts = [blob(rng, (0, 0, middle), (wide, wide, high), leaves, roughness=0.14)]
-    for index in range(7):
+    for index in range(5):
         angle = index * 2.4 + float(rng.uniform(-0.4, 0.4))
         rise = float(rng.uniform(-0.45, 0.75))
         out = wide * (1 - 0.4 * rise * rise) * float(rng.uniform(0.6, 0.95))
-        size = wide * loose / 0.3 * float(rng.uniform(0.38, 0.6))
+        size = wide * loose / 0.3 * float(rng.uniform(0.45, 0.66))
         at = (out * float(np.cos(angle)), out * float(np.sin(angle)), middle + rise * high)
         parts.append(blob(rng, at, (size, size, size * 0.85), leaves, roughness=0.15, fine=False))
     return parts

@@ -13,7 +13,7 @@ __all__ = ["Seen", "dot", "shade"]
 F: Final = np.float32
 GROUND_SHARE: Final = F(0.2)
 """How bright the surroundings are that a wall mirrors, as a share of the haze."""
-GLINT_POWER: Final = F(90)
+GLINT_POWER: Final = F(200)
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,14 +50,15 @@ def shade(seen: Seen, directions: Reals, light: Light) -> Reals:
     direct = seen.lit * np.maximum(dot(n, sun), 0)
     upward = (F(0.5) + F(0.5) * n[:, 2]) * seen.open
     below = (F(0.5) - F(0.5) * n[:, 2]) * (F(0.35) + F(0.65) * seen.open)
-    length = np.sqrt(dot(directions, directions))
+    length: Reals = np.sqrt(dot(directions, directions))
+    unit: Reals = directions / length[:, None]
     clear = np.exp(-seen.depth * length / F(light.haze_m))
-    sky_share = np.sqrt(np.clip(directions[:, 2] / length, 0, 1))
+    sky_share = np.sqrt(np.clip(unit[:, 2], 0, 1))
     colours = direct[:, None] * np.asarray(light.sun, F)
     colours += upward[:, None] * np.asarray(light.sky, F)
     colours += below[:, None] * np.asarray(light.bounce, F)
     colours *= seen.colours
-    _mirror(seen, directions / length[:, None], light, colours)
+    _mirror(seen, unit, light, colours)
     haze, zenith = np.asarray(light.haze, F), np.asarray(light.zenith, F)
     far = haze + (zenith - haze) * sky_share[:, None]
     colours -= far
@@ -79,6 +80,6 @@ def _mirror(seen: Seen, directions: Reals, light: Light, colours: Reals) -> None
     sky = haze + (zenith - haze) * np.sqrt(np.clip(climb, 0, 1))[:, None]
     sky *= (GROUND_SHARE + (1 - GROUND_SHARE) * np.clip(climb * 4 + F(0.6), 0, 1))[:, None]
     glint = np.maximum(dot(mirrored, np.asarray(light.sun_direction, F)), 0) ** GLINT_POWER
-    glint *= seen.lit[rows] * F(6)
+    glint *= seen.lit[rows] * F(4)
     reflection = sky * seen.open[rows, None] + glint[:, None] * np.asarray(light.sun, F)
     colours[rows] += (reflection - colours[rows]) * share[:, None]

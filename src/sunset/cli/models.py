@@ -1,17 +1,32 @@
-"""`sunset models`: list the segmentation models and show their cards."""
+"""`sunset models`: what segmentation models there are, what they can do, and how to bring one's own."""
 
 import argparse
 import json
+import sys
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
 
+from sunset.cli._options import at_least_one
+from sunset.cli._progress import progress_bar, rendering_progress, stages_progress
+from sunset.data import DEFAULT_FLIGHT, flight_bag
+from sunset.errors import MissingExtraError
+from sunset.experiments.files import make_folder, write_text
+from sunset.perception import Model, load_model
 from sunset.perception import list_models as shipped_models
-from sunset.perception import load_model
+from sunset.training.curves import measure_curves
+from sunset.training.curves_text import as_csv, as_json, as_text
+from sunset.training.plots import draw
+from sunset.training.recalibrate import calibrate_model, frames_of_bag, validation_flight
+from sunset.training.tables import VIEWS, measure_iou
+from sunset.training.tables_text import iou_csv, iou_json, iou_markdown
 
-__all__ = ["add_parser", "list_models", "show"]
+__all__ = ["add_parser", "calibrate", "curves", "import_model", "iou", "list_models", "show"]
 
 
 def add_parser(verbs: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
     """Add the verb."""
-    parser = verbs.add_parser("models", help="list segmentation models, show their cards")
+    parser = verbs.add_parser("models", help="list, show, import, calibrate and measure segmentation models")
     actions = parser.add_subparsers(title="actions", metavar="ACTION", required=True)
     listing = actions.add_parser("list", help="list the models that come with SUNSET")
     listing.add_argument("--json", action="store_true", help="print one JSON object")
@@ -20,6 +35,132 @@ def add_parser(verbs: "argparse._SubParsersAction[argparse.ArgumentParser]") -> 
     showing.add_argument("model", help="a model's name or folder")
     showing.add_argument("--json", action="store_true", help="print the card as one JSON object")
     showing.set_defaults(execute=show)
+    _add_import(actions)
+    _add_calibrate(actions)
+    _add_curves(actions)
+    _add_iou(actions)
+
+
+def _add_import(actions: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    parser = actions.add_parser(
+        "import",
+        help="make a model of the published checkpoints",
+        description="Read rgb.pth, depth.pth and fusion.pth, those that are there, without executing code from them, "
+        "and write a model folder. Needs the extra 'train'.",
+    )
+    parser.add_argument("checkpoints", type=Path, metavar="DIR", help="the folder of the checkpoints")
+    parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="the new model's folder")
+    parser.add_argument("--name", metavar="NAME", help="the model's name (default: its folder's)")
+    parser.add_argument(
+        "--size",
+        type=_size,
+        default=(256, 144),
+        metavar="WxH",
+        help="of the images it takes (default: 256x144)",
+    )
+    parser.set_defaults(execute=import_model)
+
+
+def _add_calibrate(actions: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    parser = actions.add_parser(
+        "calibrate",
+        help="give a model its temperatures, thresholds and card",
+        description="Give all networks of a model the same entropy on good frames, choose its two thresholds, measure "
+        "it, and write its card. Nothing is trained. Needs onnx, which the extra 'train' installs.",
+    )
+    parser.add_argument("model", help="a model's name or folder")
+    parser.add_argument(
+        "--bag",
+        type=Path,
+        metavar="PATH",
+        help="a rosbag2 of good frames (default: rendered flights over town 7)",
+    )
+    parser.add_argument(
+        "--out",
+        type=Path,
+        metavar="DIR",
+        help="a new folder for a calibrated copy (default: change the model)",
+    )
+    parser.set_defaults(execute=calibrate)
+
+
+def _add_curves(actions: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    parser = actions.add_parser(
+        "curves",
+        help="measure what each fault does to a model, by its strength, and what its cure brings back",
+        description="Measure IoU, entropy and sharpness for every fault of F4 and F5 at many strengths, after each "
+        "cure, and for every two of these faults at once. Strengths of the suites are marked with *.",
+    )
+    parser.add_argument("model", nargs="?", default="lite", help="a model's name or folder (default: lite)")
+    parser.add_argument("--bag", type=Path, metavar="PATH", help="a rosbag2 (default: the default flight)")
+    parser.add_argument(
+        "--out", type=Path, metavar="DIR", help="receives curves.csv, curves.json and figures (PNG)"
+    )
+    parser.add_argument(
+        "--every",
+        type=at_least_one,
+        default=1,
+        metavar="K",
+        help="look at one of K groups of five consecutive frames only (default: 1)",
+    )
+    parser.add_argument(
+        "--at",
+        type=_strength,
+        action="append",
+        default=[],
+        metavar="FAULT=STRENGTH",
+        help="take this for the strength of the suites; can be given several times",
+    )
+    _add_measuring_options(parser)
+    parser.set_defaults(execute=curves)
+
+
+def _add_iou(actions: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    parser = actions.add_parser(
+        "iou",
+        help="tabulate the IoU of models on towns that they were not trained on",
+        description="Measure the IoU of every network on views of towns 7 and 8 and on the default flight: mean, by "
+        "class, height, angle, time of day and weather. Prints Markdown.",
+    )
+    parser.add_argument(
+        "models", nargs="*", metavar="MODEL", help="names or folders (default: all that come along)"
+    )
+    parser.add_argument(
+        "--frames",
+        type=at_least_one,
+        metavar="N",
+        help=f"views of each town and frames of the flight (default: {VIEWS}, and the whole flight)",
+    )
+    parser.add_argument("--out", type=Path, metavar="DIR", help="receives iou.md and iou.csv")
+    _add_measuring_options(parser)
+    parser.set_defaults(execute=iou)
+
+
+def _add_measuring_options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--jobs",
+        type=at_least_one,
+        metavar="N",
+        help="processes; no influence on results (default: one a core)",
+    )
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+
+
+def _size(text: str) -> tuple[int, int]:
+    width, _, height = text.partition("x")
+    if not (width.isdecimal() and height.isdecimal() and int(width) and int(height)):
+        raise argparse.ArgumentTypeError(f"expected width and height in pixels such as 256x144, got {text!r}")
+    return int(width), int(height)
+
+
+def _strength(text: str) -> tuple[str, float]:
+    fault, _, number = text.partition("=")
+    try:
+        return fault, float(number)
+    except ValueError:
+        raise argparse.ArgumentTypeError(
+            f"expected a fault and its strength such as image_shift=8, got {text!r}"
+        ) from None
 
 
 def list_models(arguments: argparse.Namespace) -> int:
@@ -37,3 +178,110 @@ def show(arguments: argparse.Namespace) -> int:
     model = load_model(arguments.model)
     print(json.dumps(model.card.to_json(), sort_keys=True) if arguments.json else model.card.to_text())
     return 0
+
+
+def import_model(arguments: argparse.Namespace) -> int:
+    """Make a model of checkpoints."""
+    from sunset.training import import_checkpoints
+
+    width, height = arguments.size
+    with stages_progress() as progress:
+        import_checkpoints(
+            arguments.checkpoints,
+            arguments.out,
+            name=arguments.name or arguments.out.resolve().name,
+            height=height,
+            width=width,
+            progress=progress,
+        )
+    print(
+        f"The model is in {arguments.out}; its thresholds are not known yet: run 'sunset models calibrate "
+        f"{arguments.out}' next, with --bag if it is meant for frames of your own.",
+        file=sys.stderr,
+    )
+    return 0
+
+
+def calibrate(arguments: argparse.Namespace) -> int:
+    """Calibrate a model."""
+    model = load_model(arguments.model)
+    size = (model.card.height, model.card.width)
+    with stages_progress() as progress:
+        if arguments.bag is None:
+            source = "flights over town 7"
+            frames = validation_flight(size, progress=progress)
+        else:
+            source = f"the bag {arguments.bag.resolve().name}"
+            frames = frames_of_bag(arguments.bag, size)
+        calibrated = calibrate_model(model, frames, arguments.out, source=source, progress=progress)
+    card = calibrated.card
+    for modality, network in sorted(card.networks.items()):
+        print(f"{modality.key + ' temperature':22}{network.temperature:.4f}")
+    print(f"{'entropy threshold':22}{card.entropy_threshold:.4f}")
+    print(f"{'sharpness threshold':22}{card.sharpness_threshold:.4f}")
+    print(
+        f"The model in {calibrated.folder} is calibrated; 'sunset run --model {calibrated.folder}' flies it.",
+        file=sys.stderr,
+    )
+    return 0
+
+
+def curves(arguments: argparse.Namespace) -> int:
+    """Measure a model by fault and strength."""
+    model = load_model(arguments.model)
+    bag = arguments.bag or _default_flight(model)
+    _prepare(arguments.out)
+    with progress_bar("Measuring") as progress:
+        found = measure_curves(
+            model,
+            bag,
+            every=arguments.every,
+            strengths=dict(arguments.at),
+            jobs=arguments.jobs,
+            progress=progress,
+        )
+    print(json.dumps(as_json(found), sort_keys=True) + "\n" if arguments.json else as_text(found), end="")
+    if arguments.out is not None:
+        write_text(arguments.out / "curves.csv", as_csv(found))
+        write_text(arguments.out / "curves.json", json.dumps(as_json(found), indent=2) + "\n")
+        try:
+            draw(found, arguments.out)
+        except MissingExtraError as error:
+            print(error, file=sys.stderr)
+    return 0
+
+
+def _default_flight(model: Model) -> Path:
+    plan = replace(DEFAULT_FLIGHT, size=(model.card.height, model.card.width))
+    with rendering_progress() as progress:
+        return flight_bag(plan, progress=progress)
+
+
+def _prepare(out: Path | None) -> None:
+    """Find out whether results can be written before they are computed."""
+    if out is not None:
+        make_folder(out)
+
+
+def iou(arguments: argparse.Namespace) -> int:
+    """Measure models on held-out towns."""
+    models = [load_model(name) for name in dict.fromkeys(arguments.models or shipped_models())]
+    _prepare(arguments.out)
+    with stages_progress() as stage:
+        found = measure_iou(
+            models,
+            frames=arguments.frames,
+            jobs=arguments.jobs,
+            progress=_named(stage, "Measuring"),
+            rendering=_named(stage, "Rendering (once)"),
+        )
+    text = iou_markdown(found)
+    print(json.dumps(iou_json(found), sort_keys=True) + "\n" if arguments.json else text, end="")
+    if arguments.out is not None:
+        write_text(arguments.out / "iou.md", text)
+        write_text(arguments.out / "iou.csv", iou_csv(found))
+    return 0
+
+
+def _named(stage: Callable[[str, int, int], None], name: str) -> Callable[[int, int], None]:
+    return lambda done, total: stage(name, done, total)

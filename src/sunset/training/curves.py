@@ -1,0 +1,312 @@
+"""Curves: what every fault of F4 and F5 does to the segmentation by its strength, and what its cure brings back."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache, partial
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from sunset.classes import CLASS_OF_CARLA_ID
+from sunset.data import BagReader, read_bag
+from sunset.errors import DataError
+from sunset.metrics import count_classes, image_iou
+from sunset.perception import Modality, Model, ModelCard, Segmenter, load_model
+from sunset.seeding import generator
+from sunset.training.conditions import BLURRED, GRID, Condition, CurvesPlan, plan_curves
+from sunset.training.evaluate import roc_auc
+from sunset.training.spread import Progress, spread
+
+__all__ = [
+    "BAND",
+    "SAMPLES",
+    "Case",
+    "Curves",
+    "Figures",
+    "chosen_frames",
+    "curves_of",
+    "look",
+    "measure_curves",
+    "window_means",
+]
+
+SAMPLES: Final = 5
+"""So many consecutive frames make a symptom."""
+
+BAND: Final = (0.5, 0.75)
+"""A fault at suite strength should leave this share of the nominal IoU."""
+
+_DROP: Final = 0.03
+_AUC: Final = 0.95
+_SHARPNESS_AUC: Final = 0.99
+_CURED: Final = 0.02
+
+Values = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Figures:
+    """What was measured in one condition.
+
+    Attributes:
+        iou: mean over frames of the image's mean IoU over the classes in it.
+        entropy: mean over frames.
+        auc: chance that the mean entropy of five frames exceeds one without a fault.
+        over: share of such means over the model's threshold.
+        sharpness: mean over frames of the camera image's.
+        sharpness_auc: chance that the mean sharpness of five frames is below one without a fault.
+        under: share of such means under the model's threshold.
+    """
+
+    iou: float
+    entropy: float
+    auc: float
+    over: float
+    sharpness: float
+    sharpness_auc: float
+    under: float
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """One fault at one strength, or several at once, before and after the cure.
+
+    Attributes:
+        strengths: by fault.
+        suite: whether these are the strengths of the suites.
+        before: with the faults.
+        after: after the cheapest cure; None where the model cannot, or where there are several faults.
+        goal: the IoU without a fault of the network that segments after the cure.
+    """
+
+    strengths: Mapping[str, float]
+    suite: bool
+    before: Figures
+    after: Figures | None
+    goal: float
+
+    @property
+    def name(self) -> str:
+        """The faults."""
+        return " + ".join(self.strengths)
+
+    def shortfalls(self, nominal: float) -> tuple[str, ...]:
+        """Return what is missing for one fault to be of a strength for suites, in words; nothing if it fits.
+
+        Args:
+            nominal: the IoU without a fault.
+        """
+        low, high = BAND
+        blurred = BLURRED in self.strengths
+        auc, least = (self.before.sharpness_auc, _SHARPNESS_AUC) if blurred else (self.before.auc, _AUC)
+        share = self.before.iou / nominal if nominal else 0.0
+        found = (
+            (share < low and not blurred, f"IoU only {share:.0%} of nominal"),
+            (share > high and not blurred, f"IoU still {share:.0%} of nominal"),
+            (nominal - self.before.iou < _DROP, f"IoU falls by less than {_DROP}"),
+            (auc < least, f"{'sharpness' if blurred else 'entropy'} AUC {auc:.3f}, less than {least}"),
+            (
+                self.after is not None and self.goal - self.after.iou > _CURED,
+                f"IoU after the cure more than {_CURED} below {self.goal:.3f}",
+            ),
+        )
+        return tuple(text for missing, text in found if missing)
+
+
+@dataclass(frozen=True, slots=True)
+class Curves:
+    """Everything that `measure_curves` found.
+
+    Attributes:
+        model: its name and version.
+        frames: how many were looked at.
+        entropy_threshold: the model's.
+        sharpness_threshold: the model's.
+        nominal: without a fault, by network; the first is the one that flies.
+        points: single faults by strength.
+        pairs: two faults at once at suite strength.
+    """
+
+    model: tuple[str, str]
+    frames: int
+    entropy_threshold: float
+    sharpness_threshold: float
+    nominal: Mapping[Modality, Figures]
+    points: tuple[Case, ...]
+    pairs: tuple[Case, ...]
+
+    @property
+    def main(self) -> Figures:
+        """The figures without a fault of the network that flies."""
+        return next(iter(self.nominal.values()))
+
+    def of(self, fault: str) -> tuple[Case, ...]:
+        """Return the points of one fault, by strength."""
+        return tuple(case for case in self.points if fault in case.strengths)
+
+    def share(self, figures: Figures) -> float:
+        """Return an IoU over the nominal one."""
+        return figures.iou / self.main.iou if self.main.iou else 0.0
+
+
+def chosen_frames(count: int, every: int) -> list[int]:
+    """Return the frames to look at: all, or of every so many groups of five the first.
+
+    >>> chosen_frames(23, 2)
+    [0, 1, 2, 3, 4, 10, 11, 12, 13, 14]
+    """
+    whole = count if every == 1 else count - count % SAMPLES
+    return [index for index in range(whole) if index // SAMPLES % every == 0]
+
+
+def window_means(values: Values, every: int) -> Values:
+    """Return the means over five consecutive frames of those that `chosen_frames` chose.
+
+    >>> window_means(np.arange(10.0), 1).tolist(), window_means(np.arange(10.0), 2).tolist()
+    ([2.0, 3.0, 4.0, 5.0, 6.0, 7.0], [2.0, 7.0])
+    """
+    step = 1 if every == 1 else SAMPLES
+    windows = np.lib.stride_tricks.sliding_window_view(values, SAMPLES)[::step]
+    means: Values = windows.mean(axis=1)
+    return means
+
+
+def look(
+    segmenter: Segmenter,
+    conditions: Sequence[Condition],
+    index: int,
+    images: tuple[npt.NDArray[np.uint8], npt.NDArray[np.uint16], npt.NDArray[np.uint8]],
+) -> Values:
+    """Segment one frame in every condition; the noise depends on the frame's number only.
+
+    Args:
+        segmenter: runs the model.
+        conditions: of which each is one look.
+        index: the frame's number.
+        images: (H, W, 3) colour, (H, W) depth, and (H, W) true class indices.
+
+    Returns:
+        (conditions, 3): IoU, entropy and sharpness.
+    """
+    bgr, depth, truth = images
+    rows = []
+    for condition in conditions:
+        seen = condition.seen(bgr, depth, generator(0, "conditions", index))
+        found = segmenter.segment(condition.modality, seen.bgr, seen.depth)
+        rows.append((image_iou(count_classes(found.labels, truth)), found.entropy, seen.sharpness))
+    return np.array(rows)
+
+
+def measure_curves(
+    model: Model,
+    bag: Path,
+    *,
+    every: int = 1,
+    strengths: Mapping[str, float] | None = None,
+    grid: Mapping[str, Sequence[float]] = GRID,
+    jobs: int | None = None,
+    progress: Progress | None = None,
+) -> Curves:
+    """Measure a model on the frames of a bag, in every condition.
+
+    Args:
+        model: what segments.
+        bag: of at least five frames; those of another size are resampled to the model's.
+        every: look at the first five of every 5 · `every` frames only.
+        strengths: to take for the suites' instead, by fault.
+        grid: further strengths, by fault.
+        jobs: processes; as many as there are processors if None. It has no influence on the result.
+        progress: called with frames done and frames in all.
+
+    Raises:
+        DataError: the bag is unusable or too short.
+        InvalidInputError: a strength or number is out of range.
+    """
+    plan = plan_curves(model.card, strengths, grid)
+    size = (model.card.height, model.card.width)
+    with read_bag(bag, size=size) as reader:
+        frames = chosen_frames(len(reader), every)
+    if len(frames) < SAMPLES:
+        raise DataError(f"The bag {bag} must have at least {SAMPLES} frames, got {len(frames)}.")
+    work = partial(_look_at, model.folder, bag, plan.conditions())
+    parts = list(spread(work, [(index,) for index in frames], jobs=jobs, progress=progress))
+    return curves_of(plan, model.card, np.concatenate(parts), partial(window_means, every=every))
+
+
+def _look_at(
+    folder: Path, bag: Path, conditions: Sequence[Condition], frames: Sequence[int]
+) -> npt.NDArray[np.float64]:
+    segmenter, reader = _opened(folder, bag)
+    looks = []
+    for index in frames:
+        frame = reader.frame(index)
+        images = (frame.rgb, frame.depth, CLASS_OF_CARLA_ID[frame.labels])
+        looks.append(look(segmenter, conditions, index, images))
+    return np.stack(looks)
+
+
+@lru_cache(maxsize=1)
+def _opened(folder: Path, bag: Path) -> tuple[Segmenter, BagReader]:
+    """Return model and bag, opened once a process."""
+    model = load_model(folder)
+    return Segmenter(model), read_bag(bag, size=(model.card.height, model.card.width))
+
+
+def curves_of(plan: CurvesPlan, card: ModelCard, values: Values, means: Callable[[Values], Values]) -> Curves:
+    """Return the figures of what was measured.
+
+    Args:
+        plan: whose `conditions` were measured.
+        card: of the model.
+        values: (frames, conditions, 3) as `look` returns them.
+        means: the means over five consecutive frames.
+    """
+    places = {condition: place for place, condition in enumerate(plan.conditions())}
+    nominal = values[:, places[Condition(plan.networks[0])]]
+    quiet, sharp = means(nominal[:, 1]), means(nominal[:, 2])
+
+    def figures(condition: Condition) -> Figures:
+        iou, entropy, sharpness = values[:, places[condition]].T
+        unsure, focus = means(entropy), means(sharpness)
+        return Figures(
+            iou=float(iou.mean()),
+            entropy=float(entropy.mean()),
+            auc=roc_auc(quiet, unsure),
+            over=float((unsure > card.entropy_threshold).mean()),
+            sharpness=float(sharpness.mean()),
+            sharpness_auc=roc_auc(focus, sharp),
+            under=float((focus < card.sharpness_threshold).mean()),
+        )
+
+    def point(fault: str, strength: float) -> Case:
+        after = plan.after(fault, strength)
+        return Case(
+            strengths={fault: strength},
+            suite=strength == plan.strengths[fault],
+            before=figures(plan.before(fault, strength=strength)),
+            after=None if after is None else figures(after),
+            goal=networks[after.modality if after else plan.networks[0]].iou,
+        )
+
+    networks = {network: figures(Condition(network)) for network in plan.networks}
+    main = networks[plan.networks[0]].iou
+    return Curves(
+        model=(card.name, card.version),
+        frames=len(values),
+        entropy_threshold=card.entropy_threshold,
+        sharpness_threshold=card.sharpness_threshold,
+        nominal=networks,
+        points=tuple(point(fault, strength) for fault, strength in plan.points),
+        pairs=tuple(
+            Case(
+                {fault: plan.strengths[fault] for fault in pair},
+                True,
+                figures(plan.before(*pair)),
+                None,
+                main,
+            )
+            for pair in plan.pairs
+        ),
+    )

@@ -1,0 +1,132 @@
+"""Curves as a table for reading, as rows, and as one JSON object."""
+
+import csv
+import io
+from collections.abc import Iterator
+from dataclasses import asdict, fields
+from typing import Final
+
+from sunset.training.conditions import BLURRED, UNSURE, cure_of
+from sunset.training.curves import BAND, Case, Curves, Figures
+
+__all__ = ["as_csv", "as_json", "as_text"]
+
+_HEAD: Final = (
+    f"{'IoU':>7}{'of nom.':>9}{'entropy':>9}{'AUC':>7}{'over':>6}{'sharpness':>11}{'AUC':>7}{'under':>7}"
+)
+_CURED: Final = f"{'cured: IoU':>13}{'entropy':>9}"
+_FIGURES: Final = tuple(field.name for field in fields(Figures))
+
+
+def as_text(curves: Curves) -> str:
+    """Return tables of all figures, and what they say about the strengths of the suites."""
+    name, version = curves.model
+    lines = [
+        f"{name}, version {version}: {curves.frames} frames",
+        f"thresholds: entropy {curves.entropy_threshold:.4f}, sharpness {curves.sharpness_threshold:.3f}",
+        "",
+        f"{'fault':21}{'strength':>8} {_HEAD}{_CURED}",
+    ]
+    for network, figures in curves.nominal.items():
+        lines.append(f"{f'none, {network.key}':29} {_figures(curves, figures)}")
+    for case in curves.points:
+        cured = "" if case.after is None else f"{case.after.iou:>13.3f}{case.after.entropy:>9.4f}"
+        (strength,) = case.strengths.values()
+        mark = "*" if case.suite else " "
+        lines.append(f"{case.name:21}{strength:>8g}{mark}{_figures(curves, case.before)}{cured}")
+    if curves.pairs:
+        lines += ["", f"{'two faults at suite strength':43}{_HEAD}"]
+        lines += [f"{case.name:43}{_figures(curves, case.before)}" for case in curves.pairs]
+    return "\n".join([*lines, "", *_cures(curves), "", *_advice(curves)]) + "\n"
+
+
+def _figures(curves: Curves, figures: Figures) -> str:
+    return (
+        f"{figures.iou:>7.3f}{curves.share(figures):>9.0%}{figures.entropy:>9.4f}{figures.auc:>7.3f}"
+        f"{figures.over:>6.2f}{figures.sharpness:>11.3f}{figures.sharpness_auc:>7.3f}{figures.under:>7.2f}"
+    )
+
+
+def _cures(curves: Curves) -> Iterator[str]:
+    for fault in (*UNSURE, BLURRED):
+        if any(case.after is not None for case in curves.of(fault)):
+            yield f"cure of {fault}: {' and '.join(map(str, cure_of(fault)))}"
+
+
+def _advice(curves: Curves) -> Iterator[str]:
+    """Yield what the strengths of the suites do, and which others would do it."""
+    for fault in (*UNSURE, BLURRED):
+        others = (
+            ", ".join(f"{strength:g}" for strength in _fitting(curves, fault)) or "none that was measured"
+        )
+        for case in curves.of(fault):
+            if case.suite:
+                found = "; ".join(case.shortfalls(curves.main.iou)) or "fits"
+                yield f"{fault} at {case.strengths[fault]:g}: {found} (strengths that fit: {others})"
+    both = [_fitting(curves, fault) for fault in ("image_degradation", "unneeded_enhancement")]
+    if all(curves.of(fault) for fault in ("image_degradation", "unneeded_enhancement")):
+        common = ", ".join(f"{strength:g}" for strength in both[0] if strength in both[1])
+        yield f"image_degradation and unneeded_enhancement have one strength: both fit at {common or 'none'}"
+    if curves.pairs:
+        shares = [curves.share(case.before) for case in curves.pairs]
+        mean = sum(shares) / len(shares)
+        yield (
+            f"pairs at suite strength: {min(shares):.0%} to {max(shares):.0%} of the nominal IoU, {mean:.0%} on average"
+        )
+    yield (
+        f"A strength fits if the IoU falls by 0.03 or more, to {BAND[0]:.0%}-{BAND[1]:.0%} of nominal (blur: by "
+        "0.03), the AUC of the symptom is 0.95 or more (blur: 0.99), and the cure brings the IoU back to within 0.02."
+    )
+
+
+def _fitting(curves: Curves, fault: str) -> list[float]:
+    cases = curves.of(fault)
+    return [case.strengths[fault] for case in cases if not case.shortfalls(curves.main.iou)]
+
+
+def as_csv(curves: Curves) -> str:
+    """Return one line a measurement, with a line of names."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(["faults", "strengths", "suite", "state", "share_of_nominal_iou", *_FIGURES])
+    for network, figures in curves.nominal.items():
+        writer.writerow(["", "", "", network.key, *_cells(curves, figures)])
+    for case in (*curves.points, *curves.pairs):
+        what = [case.name, " + ".join(f"{value:g}" for value in case.strengths.values()), int(case.suite)]
+        writer.writerow([*what, "faulty", *_cells(curves, case.before)])
+        if case.after is not None:
+            writer.writerow([*what, "cured", *_cells(curves, case.after)])
+    return text.getvalue()
+
+
+def _cells(curves: Curves, figures: Figures) -> list[str]:
+    values = [curves.share(figures), *(getattr(figures, name) for name in _FIGURES)]
+    return [f"{value:.6g}" for value in values]
+
+
+def as_json(curves: Curves) -> dict[str, object]:
+    """Return everything as an object that `json` writes."""
+    name, version = curves.model
+    return {
+        "model": name,
+        "version": version,
+        "frames": curves.frames,
+        "entropy_threshold": curves.entropy_threshold,
+        "sharpness_threshold": curves.sharpness_threshold,
+        "nominal": {network.key: asdict(figures) for network, figures in curves.nominal.items()},
+        "faults": [_object(curves, case) for case in curves.points],
+        "pairs": [_object(curves, case) for case in curves.pairs],
+    }
+
+
+def _object(curves: Curves, case: Case) -> dict[str, object]:
+    found: dict[str, object] = {
+        "strengths": dict(case.strengths),
+        "suite": case.suite,
+        "share_of_nominal_iou": curves.share(case.before),
+        "faulty": asdict(case.before),
+    }
+    if len(case.strengths) == 1:
+        found["cured"] = None if case.after is None else asdict(case.after)
+        found["shortfalls"] = list(case.shortfalls(curves.main.iou))
+    return found

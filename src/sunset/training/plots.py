@@ -1,0 +1,174 @@
+"""Figures of what faults do to a model's segmentation by their strength, and of what cures bring back."""
+
+from collections.abc import Callable, Sequence
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from sunset.errors import MissingExtraError, OutputError
+from sunset.training.conditions import BLURRED, UNSURE
+from sunset.training.curves import BAND, Case, Curves, Figures
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+__all__ = ["draw"]
+
+_FAULTY: Final = "#D55E00"  # Okabe and Ito's colours, told apart by dashes and hatching as well
+_CURED: Final = "#0072B2"
+_GREY: Final = "#555555"
+_STYLE: Final = {
+    "font.size": 7,
+    "axes.titlesize": 7,
+    "axes.linewidth": 0.6,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "xtick.major.width": 0.6,
+    "ytick.major.width": 0.6,
+    "lines.linewidth": 1.2,
+    "lines.markersize": 2.5,
+}
+_AXES: Final = {
+    "image_degradation": "strength",
+    "unneeded_enhancement": "strength",
+    "image_shift": "pixels of 256",
+    "depth_degradation": "noise [m]",
+    BLURRED: "blur [pixels of 256]",
+}
+
+
+def draw(curves: Curves, folder: Path) -> tuple[Path, ...]:
+    """Draw `curves.png`, `sharpness.png` and `cures.png` into a folder and return those that there is data for.
+
+    Args:
+        curves: what was measured.
+        folder: exists.
+
+    Raises:
+        MissingExtraError: matplotlib is not installed.
+        OutputError: a file cannot be written.
+    """
+    if find_spec("matplotlib") is None:
+        raise MissingExtraError(
+            "The figures were left out because matplotlib is not installed; "
+            "run: pip install 'sunset-exemplar[plots]'."
+        )
+    from matplotlib import rc_context  # noqa: PLC0415  an optional extra
+    from matplotlib.figure import Figure  # noqa: PLC0415  an optional extra
+
+    drawn = []
+    with rc_context(_STYLE):
+        for name, fill in (("curves", _by_strength), ("sharpness", _sharpness), ("cures", _cures)):
+            figure = Figure(dpi=200, layout="constrained")
+            if fill(figure, curves):
+                drawn.append(_saved(figure, folder / f"{name}.png"))
+    return tuple(drawn)
+
+
+def _saved(figure: "Figure", path: Path) -> Path:
+    draft = path.with_name(f".{path.name}.part")
+    try:
+        figure.savefig(draft, format="png", metadata={"Software": None})  # the same data, the same bytes
+        draft.replace(path)
+    except OSError as error:
+        draft.unlink(missing_ok=True)
+        raise OutputError(f"The figure {path} cannot be written: {error.strerror}.") from error
+    return path
+
+
+def _by_strength(figure: "Figure", curves: Curves) -> bool:
+    """Draw IoU above, entropy below, a column a fault."""
+    faults = [fault for fault in (*UNSURE, BLURRED) if curves.of(fault)]
+    if not faults:
+        return False
+    figure.set_size_inches(1.5 * len(faults) + 0.7, 3.6)
+    rows = figure.subplots(2, len(faults), squeeze=False, sharex="col", sharey="row")
+    for place, fault in enumerate(faults):
+        upper, lower = rows[0][place], rows[1][place]
+        _lines(upper, curves.of(fault), fault, lambda figures: figures.iou)
+        _lines(lower, curves.of(fault), fault, lambda figures: figures.entropy)
+        _band(upper, curves)
+        lower.axhline(curves.entropy_threshold, color=_GREY, linewidth=0.8, linestyle=":")
+        upper.set_title(fault.replace("_", " "))
+        lower.set_xlabel(_AXES[fault])
+    rows[0][0].set(ylabel="IoU", ylim=(0, None))
+    rows[1][0].set(ylabel="entropy (dotted: threshold)", ylim=(0, None))
+    handles, labels = rows[0][0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside upper center", ncols=len(labels), frameon=False)
+    return True
+
+
+def _lines(axes: "Axes", cases: Sequence[Case], fault: str, value: Callable[[Figures], float]) -> None:
+    strengths = [case.strengths[fault] for case in cases]
+    cured = [
+        (strength, value(case.after)) for strength, case in zip(strengths, cases, strict=True) if case.after
+    ]
+    axes.plot(strengths, [value(case.before) for case in cases], "o-", color=_FAULTY, label="with the fault")
+    if cured:
+        axes.plot(*zip(*cured, strict=True), "--", color=_CURED, label="after its cure")
+    for case in cases:
+        if case.suite:
+            axes.axvline(
+                case.strengths[fault], color=_GREY, linewidth=0.8, linestyle="-.", label="suite strength"
+            )
+    if strengths[-1] > 10 * strengths[0]:
+        axes.set_xscale("log")
+        axes.xaxis.set_major_formatter("{x:g}")
+
+
+def _band(axes: "Axes", curves: Curves) -> None:
+    low, high = (share * curves.main.iou for share in BAND)
+    label = f"{BAND[0]:.0%}–{BAND[1]:.0%} of nominal"
+    axes.axhspan(low, high, color="#009E73", alpha=0.15, linewidth=0, label=label)
+
+
+def _sharpness(figure: "Figure", curves: Curves) -> bool:
+    """Draw the camera image's sharpness by the blur's strength."""
+    cases = curves.of(BLURRED)
+    if not cases:
+        return False
+    figure.set_size_inches(3.2, 2.4)
+    axes = figure.subplots()
+    _lines(axes, cases, BLURRED, lambda figures: figures.sharpness)
+    axes.set(yscale="log", xlabel=_AXES[BLURRED], ylabel="sharpness (dotted: threshold)")
+    if curves.sharpness_threshold > 0:
+        axes.axhline(curves.sharpness_threshold, color=_GREY, linewidth=0.8, linestyle=":")
+    axes.legend(frameon=False)
+    return True
+
+
+def _cures(figure: "Figure", curves: Curves) -> bool:
+    """Draw IoU and entropy at suite strength before and after each cure, and the IoU of two faults at once."""
+    cases = [case for case in curves.points if case.suite]
+    if not cases:
+        return False
+    figure.set_size_inches(7.4, 3.2)
+    first, second, third = figure.subplots(1, 3)
+    for axes, name in ((first, "iou"), (second, "entropy")):
+        for shift, color, hatch, label, side in (
+            (-0.2, _FAULTY, "///", "with the fault", [case.before for case in cases]),
+            (0.2, _CURED, "", "after its cure", [case.after for case in cases]),
+        ):
+            bars = [(place + shift, getattr(found, name)) for place, found in enumerate(side) if found]
+            if bars:
+                axes.barh(*zip(*bars, strict=True), height=0.4, color=color, hatch=hatch, label=label)
+        axes.axvline(getattr(curves.main, name), color="black", linewidth=0.8, label="nominal")
+        axes.set(xlabel=name.replace("iou", "IoU"))
+        _names(axes, cases if axes is first else [""] * len(cases))
+    second.axvline(curves.entropy_threshold, color=_GREY, linewidth=0.8, linestyle=":", label="threshold")
+    pairs = curves.pairs
+    third.barh(range(len(pairs)), [case.before.iou for case in pairs], color=_FAULTY, hatch="///")
+    third.axvline(curves.main.iou, color="black", linewidth=0.8)
+    third.axvspan(*(share * curves.main.iou for share in BAND), color="#009E73", alpha=0.15, linewidth=0)
+    third.set(xlabel="IoU with two faults")
+    _names(third, pairs)
+    handles, labels = second.get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside upper center", ncols=len(labels), frameon=False)
+    return True
+
+
+def _names(axes: "Axes", cases: Sequence[Case | str]) -> None:
+    texts = [case if isinstance(case, str) else case.name for case in cases]
+    axes.set_yticks(range(len(texts)), [text.replace("_", " ").replace(" + ", "\n+ ") for text in texts])
+    axes.invert_yaxis()

@@ -1,0 +1,323 @@
+"""Giving a model that is there its temperatures, thresholds and card, without training."""
+
+import hashlib
+import shutil
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, replace
+from functools import partial
+from importlib.util import find_spec
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from sunset import perception
+from sunset.classes import CLASS_OF_CARLA_ID
+from sunset.data import FlightPlan, flight_bag, read_bag
+from sunset.errors import DataError, InvalidInputError, MissingExtraError, ModelError, OutputError
+from sunset.perception import Modality, Model, Segmenter, load_model
+from sunset.training.batches import FrameSet
+from sunset.training.calibrate import Separation, separate, temperature_for
+from sunset.training.conditions import BLURRED, UNSURE, Condition, CurvesPlan, plan_curves
+from sunset.training.curves import SAMPLES, Case, Curves, curves_of, look, window_means
+from sunset.training.frames import COURSES_DEG, VALIDATION_TOWN, FrameCounts
+from sunset.training.spread import processors
+
+__all__ = ["calibrate_model", "frames_of_bag", "set_temperature", "validation_flight"]
+
+Progress = Callable[[str, int, int], None]
+"""Called with what is being done, how much of it is done, and how much there is."""
+
+TEMPERATURE: Final = "temperature"
+"""The name of the constant in a network's graph that the logits are divided by before the entropy."""
+
+_CALIBRATION_FRAMES: Final = 60
+_SMALLEST: Final = 1e-6
+
+Values = npt.NDArray[np.float64]
+
+
+def frames_of_bag(path: Path, size: tuple[int, int] | None = None) -> FrameSet:
+    """Return the frames of a bag, in memory.
+
+    Args:
+        path: of the bag.
+        size: height and width that frames of another size are resampled to; None: they stay as they are.
+
+    Raises:
+        DataError: there is no such bag, or it is unusable.
+    """
+    with read_bag(path, size=size) as reader:
+        frames = [reader.frame(index) for index in range(len(reader))]
+    return FrameSet(
+        np.stack([frame.rgb for frame in frames]),
+        np.stack([frame.depth for frame in frames]),
+        CLASS_OF_CARLA_ID[np.stack([frame.labels for frame in frames])],
+    )
+
+
+def validation_flight(
+    size: tuple[int, int],
+    *,
+    count: int = FrameCounts().passage,
+    jobs: int | None = None,
+    progress: Progress | None = None,
+) -> FrameSet:
+    """Return the flights over the town that thresholds are chosen on, rendered once and kept in the cache folder.
+
+    Args:
+        size: height and width of a frame in pixels.
+        count: frames of each of the two flights.
+        jobs: processes that render; as many as there are processors, at most 8, if None.
+        progress: called while frames are rendered.
+
+    Raises:
+        OutputError: the cache folder cannot be written.
+    """
+    rendering = partial(progress, "Rendering the validation flights (once)") if progress else None
+    parts = []
+    for course in COURSES_DEG:
+        plan = FlightPlan(town=VALIDATION_TOWN, frames=count, course_deg=course, size=size)
+        parts.append(frames_of_bag(flight_bag(plan, progress=rendering, jobs=jobs)))
+    return FrameSet(
+        np.concatenate([part.bgr for part in parts]),
+        np.concatenate([part.depth for part in parts]),
+        np.concatenate([part.labels for part in parts]),
+    )
+
+
+def calibrate_model(
+    model: Model,
+    frames: FrameSet,
+    out: Path | None = None,
+    *,
+    source: str = "frames of the caller's",
+    progress: Progress | None = None,
+) -> Model:
+    """Give a model its temperatures, its two thresholds, measured results, and a card that says so.
+
+    All networks get the entropy that the main one has on average without a temperature. The thresholds part
+    healthy from faulty best. Files are changed when all is measured, so that an interrupted call changes none.
+
+    Args:
+        model: of which nothing but the networks is used; a model of the package is not changed.
+        frames: consecutive ones, of the model's size, at least five.
+        out: a folder that is to be made and receives the calibrated model; if None, the model's own is changed.
+        source: where the frames are from, for the card.
+        progress: called now and then.
+
+    Raises:
+        MissingExtraError: onnx is not installed.
+        InvalidInputError: the model comes with the package, and no other folder is given.
+        DataError: the frames are too few or of another size, or nothing can be told from them.
+        ModelError: a network has no temperature to set.
+        OutputError: a folder cannot be written, or exists.
+    """
+    _check(model, frames, out)
+    target = out or model.folder
+    try:
+        home = model.folder if out is None else out.parent
+        home.mkdir(parents=True, exist_ok=True)
+        with TemporaryDirectory(prefix=".calibrating-", dir=home) as name:
+            draft = Path(name) / target.name
+            _calibrated(_copied(model, draft), frames, source, progress)
+            _publish(draft, target, whole=out is not None)
+    except OSError as error:
+        raise OutputError(f"The model {target} cannot be written: {error.strerror}.") from error
+    return load_model(target)
+
+
+def _check(model: Model, frames: FrameSet, out: Path | None) -> None:
+    if find_spec("onnx") is None:
+        raise MissingExtraError(
+            "Calibrating needs onnx, which is not installed; run: pip install 'sunset-exemplar[train]'."
+        )
+    package = Path(perception.__file__).resolve().parent
+    if out is None and package in model.folder.resolve().parents:
+        raise InvalidInputError(
+            f"The model {model.card.name!r} comes with SUNSET and is not changed: name a folder for a calibrated "
+            "copy with --out."
+        )
+    if out is not None and out.exists():
+        raise OutputError(f"The folder {out} exists: name a new one for the calibrated model.")
+    size = (model.card.height, model.card.width)
+    if frames.bgr.shape[1:3] != size or len(frames) < SAMPLES:
+        found = "x".join(map(str, frames.bgr.shape[2:0:-1]))
+        raise DataError(
+            f"Calibrating {model.card.name!r} needs at least {SAMPLES} frames of {size[1]}x{size[0]} pixels, got "
+            f"{len(frames)} of {found}."
+        )
+
+
+def _copied(model: Model, draft: Path) -> Model:
+    """Return a copy of a model whose networks have no temperature."""
+    draft.mkdir()
+    for network in model.card.networks.values():
+        for file in network.files:
+            shutil.copyfile(model.folder / file, draft / file)
+    return _with_temperatures(Model(draft, model.card), dict.fromkeys(model.card.networks, 1.0))
+
+
+def _calibrated(model: Model, frames: FrameSet, source: str, progress: Progress | None) -> None:
+    """Write the calibrated card and networks over those of a copy."""
+    temperatures = _temperatures(Segmenter(model, threads=processors()), frames, progress)
+    model = _with_temperatures(model, temperatures)
+    plan = plan_curves(model.card, grid={})
+    values = _looks(Segmenter(model, threads=processors()), plan, frames, progress)
+    entropy, sharpness = _thresholds(plan, values)
+    card = replace(model.card, entropy_threshold=entropy.threshold, sharpness_threshold=sharpness.threshold)
+    curves = curves_of(plan, card, values, partial(window_means, every=1))
+    limits = {"entropy": _rounded(asdict(entropy)), "sharpness": _rounded(asdict(sharpness))}
+    results: dict[str, object] = {"measured_on": f"{len(frames)} frames: {source}", **_results(curves)}
+    replace(card, results=results | {"thresholds": limits}).write(model.folder)
+
+
+def _temperatures(segmenter: Segmenter, frames: FrameSet, progress: Progress | None) -> dict[Modality, float]:
+    """Return the temperatures that give every network the mean entropy that the main one has without."""
+    main, *others = sorted(segmenter.model.card.networks)
+    chosen = np.linspace(0, len(frames) - 1, min(_CALIBRATION_FRAMES, len(frames))).astype(int)
+    pairs = [(np.asarray(frames.bgr[index]), np.asarray(frames.depth[index])) for index in chosen]
+    target = float(np.mean([segmenter.segment(main, *pair).entropy for pair in pairs]))
+    found = {main: 1.0}
+    for modality in others:
+        found[modality] = temperature_for([segmenter.logits(modality, *pair) for pair in pairs], target)
+        if progress is not None:
+            progress("Temperatures", len(found) - 1, len(others))
+    return found
+
+
+def _looks(segmenter: Segmenter, plan: CurvesPlan, frames: FrameSet, progress: Progress | None) -> Values:
+    """Return IoU, entropy and sharpness of every frame in every condition (frames, conditions, 3)."""
+    conditions, rows = plan.conditions(), []
+    for index in range(len(frames)):
+        images = (
+            np.asarray(frames.bgr[index]),
+            np.asarray(frames.depth[index]),
+            np.asarray(frames.labels[index]),
+        )
+        rows.append(look(segmenter, conditions, index, images))
+        if progress is not None:
+            progress("Frames", index + 1, len(frames))
+    return np.stack(rows)
+
+
+def _thresholds(plan: CurvesPlan, values: Values) -> tuple[Separation, Separation]:
+    """Return the thresholds of entropy and sharpness that part healthy from faulty best, on 5-frame means.
+
+    Healthy are, for entropy, the frames without a fault with every network, and degraded ones enhanced again;
+    faulty are those with each fault of F4. For sharpness, healthy are frames without a fault and darkened ones;
+    faulty are blurred ones. Sharpness is compared by its logarithm, since it spans decades.
+    """
+    places = {condition: place for place, condition in enumerate(plan.conditions())}
+
+    def means(condition: Condition, column: int) -> Values:
+        return window_means(values[:, places[condition], column], 1)
+
+    nominal = [Condition(network) for network in plan.networks]
+    degraded = [plan.before(fault) for fault, _ in plan.points if fault == "image_degradation"]
+    healthy = [*nominal, *(condition.cured_of("image_degradation") for condition in degraded)]
+    faulty = [plan.before(fault) for fault, _ in plan.points if fault in UNSURE]
+    entropy = _parted(
+        "entropy",
+        [means(condition, 1) for condition in healthy],
+        [means(condition, 1) for condition in faulty],
+    )
+    blurred = [plan.before(fault) for fault, _ in plan.points if fault == BLURRED]
+    if not blurred:  # the model does not look at colour images
+        return entropy, Separation(0.0, 0.0, 0.0)
+    low, high = (
+        [np.log(np.maximum(means(condition, 2), _SMALLEST)) for condition in conditions]
+        for conditions in (blurred, [nominal[0], *degraded])
+    )
+    logs = _parted("sharpness", low, high)  # the faulty ones are the low ones here
+    return entropy, Separation(float(np.exp(logs.threshold)), logs.misses, logs.false_alarms)
+
+
+def _parted(what: str, low: list[Values], high: list[Values]) -> Separation:
+    if len(np.unique(np.concatenate([*low, *high]))) == 1:
+        raise DataError(
+            f"These frames tell nothing about a threshold of the {what}, which is the same in all of them, faulty or "
+            "not: give others."
+        )
+    return separate(low, high)
+
+
+def _results(curves: Curves) -> dict[str, object]:
+    """Return the card's tables."""
+    faults: dict[str, object] = {
+        f"nominal, {network.key}": {"strength": "", **_rounded(asdict(figures))}
+        for network, figures in curves.nominal.items()
+    }
+    for case in curves.points:
+        faults[case.name] = _row(case) | _rounded(asdict(case.before))
+        if case.after is not None:
+            faults[f"{case.name}, cured"] = _row(case) | _rounded(asdict(case.after))
+    pairs = {case.name: _rounded(asdict(case.before)) for case in curves.pairs}
+    return {"faults_at_suite_strength": faults, "pairs_of_faults_at_suite_strength": pairs}
+
+
+def _row(case: Case) -> dict[str, object]:
+    return {"strength": next(iter(case.strengths.values()))}
+
+
+def _rounded(values: Mapping[str, float]) -> dict[str, object]:
+    return {name: round(value, 4) for name, value in values.items()}
+
+
+def _with_temperatures(model: Model, temperatures: Mapping[Modality, float]) -> Model:
+    """Set the temperatures of a model's networks, write its card, and return it as it is then."""
+    networks = {}
+    for modality, network in sorted(model.card.networks.items()):
+        path = model.folder / network.file
+        set_temperature(path, temperatures[modality])
+        digest = hashlib.sha256(path.read_bytes()).hexdigest()
+        networks[modality] = replace(network, sha256=digest, temperature=temperatures[modality])
+    card = replace(model.card, version=_version(networks), networks=networks, entropy_threshold=1.0)
+    card.write(model.folder)
+    return load_model(model.folder)
+
+
+def _version(networks: Mapping[Modality, perception.NetworkCard]) -> str:
+    return hashlib.sha256("".join(network.digest for network in networks.values()).encode()).hexdigest()[:12]
+
+
+def set_temperature(path: Path, temperature: float) -> None:
+    """Write another temperature into a network's file; files that hold its weights beside it are not touched.
+
+    Args:
+        path: of the ONNX file.
+        temperature: greater than 0.
+
+    Raises:
+        ModelError: the file is no network, or has no constant of the name.
+    """
+    import onnx  # noqa: PLC0415  an optional dependency
+    from google.protobuf.message import (  # type: ignore[import-untyped]  # noqa: PLC0415  comes with onnx
+        DecodeError,
+    )
+
+    try:
+        network = onnx.load(path, load_external_data=False)
+    except DecodeError as error:
+        raise ModelError(f"The network {path} is no ONNX model: {error}.") from error
+    for constant in network.graph.initializer:
+        if constant.name == TEMPERATURE:
+            value = np.full(tuple(constant.dims), temperature, dtype=np.float32)
+            constant.CopyFrom(onnx.numpy_helper.from_array(value, TEMPERATURE))
+            path.write_bytes(network.SerializeToString(deterministic=True))
+            return
+    raise ModelError(
+        f"The network {path} has no constant {TEMPERATURE!r} that its logits are divided by; export or import it "
+        "with this version."
+    )
+
+
+def _publish(draft: Path, target: Path, *, whole: bool) -> None:
+    """Put finished files in their place: a new folder, or one file after the other, the card last."""
+    if whole:
+        draft.rename(target)
+        return
+    for path in sorted(draft.iterdir(), key=lambda path: path.name.startswith("card")):
+        path.replace(target / path.name)

@@ -1,0 +1,328 @@
+"""Tables: the IoU of models on towns that they were not trained on, by class, height, angle and light."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from functools import lru_cache, partial
+from itertools import product
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from sunset.classes import CLASS_OF_CARLA_ID
+from sunset.data import (
+    DEFAULT_FLIGHT,
+    HEIGHTS_M,
+    PITCHES_DEG,
+    TIMES,
+    WEATHERS,
+    BagReader,
+    Frame,
+    flight_bag,
+    kept_bag,
+    read_bag,
+    render_views,
+)
+from sunset.errors import InvalidInputError
+from sunset.metrics import ClassCounts, class_iou, count_classes
+from sunset.perception import Modality, Model, Segmenter, load_model
+from sunset.seeding import generator
+from sunset.training.frames import TEST_TOWN, VALIDATION_TOWN
+from sunset.training.spread import Progress, spread
+
+__all__ = [
+    "AXES",
+    "HELD_OUT",
+    "VIEWS",
+    "Entry",
+    "IouTables",
+    "Measured",
+    "Setting",
+    "measure_iou",
+    "settings",
+]
+
+HELD_OUT: Final = (VALIDATION_TOWN, TEST_TOWN)
+"""The towns that no network was trained on, beside the default flight's."""
+
+AXES: Final = ("height", "angle", "time", "weather")
+"""What views differ in; the fields of `Setting`."""
+
+_SEED: Final = 7
+_BATCH: Final = 10
+_PERIOD_NS: Final = 100_000_000
+
+Counts = npt.NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True)
+class Setting:
+    """How a view is taken.
+
+    Attributes:
+        height: above the ground in metres, to 10 %.
+        angle: below the horizon in degrees, to 3.
+        time: of day.
+        weather: of `WEATHERS`.
+    """
+
+    height: float
+    angle: float
+    time: str
+    weather: str
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """A column of the tables: one network.
+
+    Attributes:
+        model: the model's name, with its version where two have the same.
+        modality: of the network.
+    """
+
+    model: str
+    modality: Modality
+
+    def __str__(self) -> str:
+        """Return it as a heading."""
+        return f"{self.model} {self.modality.key}"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Measured:
+    """What networks made of some frames.
+
+    Attributes:
+        counts: (N, networks, 3, 28): pixels of each class in both prediction and truth, in the prediction, and
+            in the truth, of every frame.
+    """
+
+    counts: Counts
+
+    def __len__(self) -> int:
+        """Return the number of frames."""
+        return len(self.counts)
+
+    def chosen(self, rows: npt.NDArray[np.bool_]) -> "Measured":
+        """Return some of the frames; `rows` is (N,)."""
+        return Measured(self.counts[rows])
+
+    def per_image(self) -> npt.NDArray[np.float64]:
+        """Return the mean over frames of the mean IoU over the classes in the frame, by network."""
+        iou, present = class_iou(_counts(self.counts))
+        means = iou.sum(axis=2) / np.maximum(present.sum(axis=2), 1)  # the IoU of what is absent is 0
+        result: npt.NDArray[np.float64] = means.mean(axis=0)
+        return result
+
+    def by_class(self) -> npt.NDArray[np.float64]:
+        """Return the IoU of every class over all frames (networks, 28); NaN where it is absent."""
+        iou, present = class_iou(_counts(self.counts.sum(axis=0)))
+        return np.where(present, iou, np.nan)
+
+    def dataset(self) -> npt.NDArray[np.float64]:
+        """Return the mIoU of all frames together, by network."""
+        mean: npt.NDArray[np.float64] = np.nanmean(self.by_class(), axis=1)
+        return mean
+
+    def shares(self) -> npt.NDArray[np.float64]:
+        """Return every class's share of the pixels (28,)."""
+        truth = self.counts[:, 0, 2].sum(axis=0)
+        shares: npt.NDArray[np.float64] = truth / max(int(truth.sum()), 1)
+        return shares
+
+
+def _counts(counts: Counts) -> ClassCounts:
+    return ClassCounts(counts[..., 0, :], counts[..., 1, :], counts[..., 2, :])
+
+
+@dataclass(frozen=True, slots=True)
+class IouTables:
+    """Everything that `measure_iou` found.
+
+    Attributes:
+        networks: the columns.
+        views: of each held-out town, by its number; frames are those of `settings`.
+        flight: the default flight.
+        settings: of the views.
+    """
+
+    networks: tuple[Entry, ...]
+    views: Mapping[int, Measured]
+    flight: Measured
+    settings: tuple[Setting, ...]
+
+    def places(self) -> dict[str, Measured]:
+        """Return the sets of frames by name."""
+        return {f"town {town}": measured for town, measured in self.views.items()} | {
+            "default flight": self.flight
+        }
+
+    def along(self, axis: str) -> dict[str, Measured]:
+        """Return the views of all held-out towns, by the values of one of `AXES`."""
+        together = Measured(np.concatenate([measured.counts for measured in self.views.values()]))
+        values = [getattr(setting, axis) for setting in self.settings] * len(self.views)
+        units = {"height": " m", "angle": "°"}
+        return {
+            f"{value:g}{units[axis]}" if axis in units else value: together.chosen(
+                np.array([other == value for other in values])
+            )
+            for value in sorted(set(values), key=_order(axis).index)
+        }
+
+
+def _order(axis: str) -> Sequence[object]:
+    return {"height": HEIGHTS_M, "angle": PITCHES_DEG, "time": TIMES, "weather": WEATHERS}[axis]
+
+
+_SETTINGS: Final = tuple(Setting(*values) for values in product(HEIGHTS_M, PITCHES_DEG, TIMES, WEATHERS))
+VIEWS: Final = 2 * len(_SETTINGS)
+"""So many views of each held-out town are taken."""
+
+
+def settings(count: int) -> tuple[Setting, ...]:
+    """Return the settings of so many views: all combinations in a mixed order, again and again.
+
+    Args:
+        count: at least 1.
+    """
+    mixed = generator(_SEED, "iou", "settings").permutation(len(_SETTINGS))
+    return tuple(_SETTINGS[mixed[index % len(mixed)]] for index in range(count))
+
+
+def measure_iou(
+    models: Sequence[Model],
+    *,
+    frames: int | None = None,
+    jobs: int | None = None,
+    progress: Progress | None = None,
+    rendering: Progress | None = None,
+) -> IouTables:
+    """Measure models on views of the held-out towns, and on the default flight.
+
+    Frames are rendered once and kept in the cache folder.
+
+    Args:
+        models: of one size; at least one.
+        frames: views of each held-out town, and frames of the default flight, at regular distances, at least 1;
+            if None, two views of every setting and the whole flight.
+        jobs: processes; as many as there are processors if None. It has no influence on the result.
+        progress: called with frames done and frames in all.
+        rendering: called likewise while frames are rendered.
+
+    Raises:
+        InvalidInputError: models differ in size.
+        OutputError: the cache folder cannot be written.
+    """
+    size = _common_size(models)
+    taken = settings(frames or VIEWS)
+    bags = [_views_bag(town, taken, size, jobs, rendering) for town in HELD_OUT]
+    bags.append(flight_bag(replace(DEFAULT_FLIGHT, size=size), progress=rendering, jobs=jobs))
+    flown = np.unique(np.linspace(0, DEFAULT_FLIGHT.frames - 1, frames or DEFAULT_FLIGHT.frames).astype(int))
+    chosen = [*(range(len(taken)) for _ in HELD_OUT), flown.tolist()]
+    looks = [(place, index) for place, indices in enumerate(chosen) for index in indices]
+    work = partial(_count, tuple(model.folder for model in models), tuple(bags), looks)
+    numbers = [(number,) for number in range(len(looks))]
+    counts = np.concatenate(list(spread(work, numbers, jobs=jobs, progress=progress)))
+    *held_out, flight = np.split(counts, np.cumsum([len(indices) for indices in chosen])[:-1])
+    return IouTables(
+        networks=tuple(
+            Entry(name, modality)
+            for name, model in zip(_names(models), models, strict=True)
+            for modality in sorted(model.card.networks)
+        ),
+        views={town: Measured(part) for town, part in zip(HELD_OUT, held_out, strict=True)},
+        flight=Measured(flight),
+        settings=taken,
+    )
+
+
+def _common_size(models: Sequence[Model]) -> tuple[int, int]:
+    sizes = {(model.card.height, model.card.width) for model in models}
+    if len(sizes) != 1:
+        found = ", ".join(f"{model.card.name} {model.card.width}x{model.card.height}" for model in models)
+        raise InvalidInputError(
+            f"The models of one table must take images of one size, got {found or 'none'}."
+        )
+    return sizes.pop()
+
+
+def _names(models: Sequence[Model]) -> list[str]:
+    names = [model.card.name for model in models]
+    return [
+        name if names.count(name) == 1 else f"{name} ({model.card.version})"
+        for name, model in zip(names, models, strict=True)
+    ]
+
+
+def _views_bag(
+    town: int,
+    taken: tuple[Setting, ...],
+    size: tuple[int, int],
+    jobs: int | None,
+    progress: Progress | None,
+) -> Path:
+    chunks = [range(start, min(start + _BATCH, len(taken))) for start in range(0, len(taken), _BATCH)]
+    facts = {"town": town, "seed": _SEED, "size": size, "settings": [asdict(setting) for setting in taken]}
+    work = partial(_render, town, taken, size)
+    return kept_bag(
+        f"views-town{town}",
+        facts,
+        lambda: (frame for batch in spread(work, chunks, jobs=jobs, progress=progress) for frame in batch),
+        [index * _PERIOD_NS for index in range(len(taken))],
+    )
+
+
+def _render(
+    town: int, taken: Sequence[Setting], size: tuple[int, int], indices: Sequence[int]
+) -> list[Frame]:
+    frames: list[Frame] = []
+    for index in indices:
+        setting = taken[index]
+        frames += render_views(
+            town,
+            1,
+            _SEED,
+            heights=(setting.height,),
+            pitches=(setting.angle,),
+            times=(setting.time,),
+            weathers=(setting.weather,),
+            start=index,
+            size=size,
+        )
+    return frames
+
+
+def _count(
+    folders: tuple[Path, ...],
+    bags: tuple[Path, ...],
+    looks: Sequence[tuple[int, int]],
+    numbers: Sequence[int],
+) -> Counts:
+    """Return the counts (N, networks, 3, 28) of some looks, each a bag's place and a frame's index there."""
+    segmenters, readers = _opened(folders, bags)
+    rows = []
+    for place, index in (looks[number] for number in numbers):
+        frame = readers[place].frame(index)
+        truth = CLASS_OF_CARLA_ID[frame.labels]
+        rows.append(
+            [
+                _as_rows(count_classes(segmenter.segment(modality, frame.rgb, frame.depth).labels, truth))
+                for segmenter in segmenters
+                for modality in sorted(segmenter.model.card.networks)
+            ]
+        )
+    return np.array(rows)
+
+
+def _as_rows(counts: ClassCounts) -> Counts:
+    return np.stack([counts.intersection, counts.predicted, counts.truth])
+
+
+@lru_cache(maxsize=1)
+def _opened(
+    folders: tuple[Path, ...], bags: tuple[Path, ...]
+) -> tuple[tuple[Segmenter, ...], tuple[BagReader, ...]]:
+    """Return models and bags, opened once a process."""
+    return tuple(Segmenter(load_model(folder)) for folder in folders), tuple(read_bag(bag) for bag in bags)

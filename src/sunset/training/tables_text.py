@@ -1,0 +1,178 @@
+"""Tables of IoU as Markdown and as rows, and whether they bear out what the project claims."""
+
+import csv
+import io
+from collections.abc import Iterator, Sequence
+from typing import Final
+
+import numpy as np
+
+from sunset.classes import CLASSES
+from sunset.perception import Modality
+from sunset.training.tables import AXES, Entry, IouTables, Measured
+
+__all__ = ["claims", "iou_csv", "iou_json", "iou_markdown"]
+
+_OVER_RGB: Final = 0.01
+_OVER_DEPTH: Final = 0.05
+_COMMON: Final = 0.005
+_LEARNED: Final = 0.3
+
+
+def iou_markdown(tables: IouTables) -> str:
+    """Return all tables, and the claims, as Markdown."""
+    frames = ", ".join(f"{len(measured)} of {name}" for name, measured in tables.places().items())
+    parts = [
+        f"# IoU on frames that no network was trained on\n\nFrames: {frames}.",
+        "## Mean over frames\n\nOf each frame, the mean IoU over the classes in its prediction or truth.\n\n"
+        + _means(tables, tables.places(), per_image=True),
+        "## Of all frames together\n\nThe mean over classes of the IoU of all frames' pixels (mIoU).\n\n"
+        + _means(tables, tables.places(), per_image=False),
+    ]
+    for axis in AXES:
+        text = f"## By {axis}\n\nViews of the held-out towns, mean over frames.\n\n"
+        parts.append(text + _means(tables, tables.along(axis), per_image=True))
+    for name, measured in tables.places().items():
+        parts.append(f"## By class: {name}\n\n" + _classes(tables, measured))
+    parts.append("## Claims\n\n" + "\n".join(f"- {line}" for line in claims(tables)))
+    return "\n\n".join(parts) + "\n"
+
+
+def _means(tables: IouTables, rows: dict[str, Measured], *, per_image: bool) -> str:
+    lines = {
+        name: measured.per_image() if per_image else measured.dataset() for name, measured in rows.items()
+    }
+    return _table(
+        ["", "frames", *map(str, tables.networks)],
+        [[name, str(len(rows[name])), *map(_cell, values)] for name, values in lines.items()],
+    )
+
+
+def _classes(tables: IouTables, measured: Measured) -> str:
+    iou, shares = measured.by_class(), measured.shares()
+    return _table(
+        ["class", "share of pixels", *map(str, tables.networks)],
+        [
+            [CLASSES[index], f"{shares[index]:.2%}", *map(_cell, iou[:, index])]
+            for index in range(len(CLASSES))
+            if not np.isnan(iou[:, index]).all()
+        ],
+    )
+
+
+def _cell(value: float) -> str:
+    return "–" if np.isnan(value) else f"{value:.3f}"
+
+
+def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    widths = [max(len(row[place]) for row in (head, *rows)) for place in range(len(head))]
+
+    def line(cells: Sequence[str]) -> str:
+        padded = [
+            f"{cell:>{width}}" if place else f"{cell:{width}}"
+            for place, (cell, width) in enumerate(zip(cells, widths, strict=True))
+        ]
+        return f"| {' | '.join(padded)} |"
+
+    rule = "|".join("-" * (width + 1) + (":" if place else "-") for place, width in enumerate(widths))
+    return "\n".join([line(head), f"|{rule}|", *map(line, rows)])
+
+
+def claims(tables: IouTables) -> Iterator[str]:
+    """Yield a sentence for everything that the project claims of its models: that it holds, or that it does not."""
+    for name, measured in tables.places().items():
+        means = dict(zip(tables.networks, measured.per_image(), strict=True))
+        for entry, value in means.items():
+            if entry.modality is Modality.FUSION:
+                for modality, least in ((Modality.RGB, _OVER_RGB), (Modality.DEPTH, _OVER_DEPTH)):
+                    other = means.get(Entry(entry.model, modality))
+                    if other is not None:
+                        yield (
+                            f"{_verdict(value >= other + least)}: {name}, {entry.model}: fusion {value:.3f} ≥ "
+                            f"{modality.key} {other:.3f} + {least}"
+                        )
+        yield from _weak_classes(tables, name, measured)
+        yield from _order(tables, name, means)
+
+
+def _verdict(holds: bool) -> str:
+    return "holds" if holds else "does not hold"
+
+
+def _flying(tables: IouTables) -> dict[str, Entry]:
+    """Return the network that flies, by model: the fusion, if there is one."""
+    found: dict[str, Entry] = {}
+    for entry in tables.networks:
+        found.setdefault(entry.model, entry)
+    return found
+
+
+def _weak_classes(tables: IouTables, name: str, measured: Measured) -> Iterator[str]:
+    shares, iou = measured.shares(), measured.by_class()
+    for entry in _flying(tables).values():
+        row = iou[tables.networks.index(entry)]
+        weak = [
+            f"{CLASSES[index]} {row[index]:.3f}"
+            for index in np.flatnonzero((shares >= _COMMON) & (np.nan_to_num(row) < _LEARNED))
+        ]
+        yield (
+            f"{_verdict(not weak)}: {name}, {entry}: every class with {_COMMON:.1%} of the pixels or more has an IoU "
+            f"of {_LEARNED} or more{': not ' + ', '.join(weak) if weak else ''}"
+        )
+
+
+def _order(tables: IouTables, name: str, means: dict[Entry, float]) -> Iterator[str]:
+    flying = sorted(_flying(tables).values(), key=lambda entry: -means[entry])
+    if len(flying) > 1:
+        yield f"best on {name}: " + ", then ".join(f"{entry} {means[entry]:.3f}" for entry in flying)
+
+
+def iou_csv(tables: IouTables) -> str:
+    """Return one line a figure, with a line of names."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(["frames", "count", "measure", "class", "share_of_pixels", "model", "modality", "iou"])
+    for name, measured in _groups(tables).items():
+        shares, by_class = measured.shares(), measured.by_class()
+        means = (("mean over frames", measured.per_image()), ("mIoU", measured.dataset()))
+        for place, entry in enumerate(tables.networks):
+            network = [entry.model, entry.modality.key]
+            for measure, values in means:
+                writer.writerow([name, len(measured), measure, "", "", *network, f"{values[place]:.6g}"])
+            for index in np.flatnonzero(~np.isnan(by_class[place])):
+                row = [name, len(measured), "class IoU", CLASSES[index], f"{shares[index]:.6g}", *network]
+                writer.writerow([*row, f"{by_class[place, index]:.6g}"])
+    return text.getvalue()
+
+
+def _groups(tables: IouTables) -> dict[str, Measured]:
+    """Return all sets of frames that something is said about, by name."""
+    along = {f"{axis} {value}": measured for axis in AXES for value, measured in tables.along(axis).items()}
+    return tables.places() | along
+
+
+def iou_json(tables: IouTables) -> dict[str, object]:
+    """Return everything as an object that `json` writes."""
+    return {
+        "frames": {name: _object(tables, measured) for name, measured in _groups(tables).items()},
+        "claims": list(claims(tables)),
+    }
+
+
+def _object(tables: IouTables, measured: Measured) -> dict[str, object]:
+    by_class = measured.by_class()
+    return {
+        "count": len(measured),
+        "share_of_pixels": dict(zip(CLASSES, measured.shares().tolist(), strict=True)),
+        "networks": {
+            str(entry): {
+                "mean_over_frames": float(measured.per_image()[place]),
+                "miou": float(measured.dataset()[place]),
+                "classes": {
+                    CLASSES[index]: float(by_class[place, index])
+                    for index in np.flatnonzero(~np.isnan(by_class[place]))
+                },
+            }
+            for place, entry in enumerate(tables.networks)
+        },
+    }

@@ -4,7 +4,7 @@ import argparse
 import statistics
 import tempfile
 from pathlib import Path
-from time import perf_counter
+from time import perf_counter, process_time
 
 from sunset.data import DEFAULT_FLIGHT, Frame, read_bag, render_frames, write_bag
 from sunset.data.town import build_town
@@ -20,12 +20,15 @@ def main() -> None:
     print(f"town built            {perf_counter() - start:7.2f} s")
     next(render_frames(DEFAULT_FLIGHT, [0]))
     frames: list[Frame] = []
-    times = []
+    times: list[float] = []
+    busy: list[float] = []
     for index in range(0, DEFAULT_FLIGHT.frames, every):
-        start = perf_counter()
+        start, worked = perf_counter(), process_time()
         frames += render_frames(DEFAULT_FLIGHT, [index])
         times.append(1000 * (perf_counter() - start))
+        busy.append(1000 * (process_time() - worked))
     print(f"frame, median         {statistics.median(times):7.1f} ms")
+    print(f"frame, median of CPU  {statistics.median(busy):7.1f} ms")
     print(f"frame, slowest        {max(times):7.1f} ms")
     with tempfile.TemporaryDirectory() as folder:
         path = write_bag(Path(folder) / "bag", frames, DEFAULT_FLIGHT.stamps_ns()[: len(frames)])

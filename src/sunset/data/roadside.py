@@ -1,5 +1,7 @@
 """What stands along the streets: lamps, lights, signs, stops, trees, parked cars, bridge rails."""
 
+from typing import Final
+
 import numpy as np
 
 from sunset.data.furnish import Builder
@@ -9,6 +11,9 @@ from sunset.data.relief import CROWN_M
 from sunset.data.terrain import rail_spans
 
 __all__ = ["furnish_railway", "furnish_streets"]
+
+BRIDGE_M: Final = 12.0
+"""So near the river's water, no bus stops."""
 
 
 def _point(street: Street, along: float, offset: float) -> tuple[float, float]:
@@ -98,10 +103,12 @@ def _crossing_signs(builder: Builder, street: Street, other: Street, at: float, 
 
 
 def _stop(builder: Builder, street: Street, stretch: tuple[float, float]) -> None:
-    """A bus stop in the middle of a stretch, facing the carriageway."""
+    """A bus stop in the middle of a stretch, facing the carriageway, unless that is a bridge."""
     middle = (stretch[0] + stretch[1]) / 2 + 3
     side = 1 if builder.chance(0.5) else -1
     uv = _point(street, middle, side * (street.width / 2 + 1.9))
+    if builder.plan.relief.off_water(np.asarray(uv)) < BRIDGE_M:
+        return
     facing = 0.0 if (side > 0) == (street.axis == 0) else np.pi
     builder.put("bus stop", uv, axis=street.axis, turn=facing)
 

@@ -59,10 +59,19 @@ class Conv:
     relu: bool = True
     dropout: float = 0.0
 
-    @property
-    def padding(self) -> int:
-        """Rows and columns of zeros on each side."""
-        return self.dilation * (self.kernel // 2)
+    def taps(self, size: int) -> slice:
+        """Return which rows of the kernel see more than padding in a source of so many rows; or columns.
+
+        >>> Conv("y", "x", (8, 8), "w", dilation=24).taps(18)
+        slice(1, 2, None)
+        """
+        centre = self.kernel // 2
+        reach = min(centre, (size - 1) // self.dilation)
+        return slice(centre - reach, centre + reach + 1)
+
+    def padding(self, size: int) -> int:
+        """Return how many rows of zeros those rows of the kernel need on each side; or columns."""
+        return self.dilation * (self.kernel // 2 - int(self.taps(size).start))
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,11 +101,12 @@ class Spread:
 
 @dataclass(frozen=True, slots=True)
 class Resize:
-    """Bilinear interpolation by a whole factor."""
+    """Bilinear interpolation by a whole factor, then ReLU if asked for."""
 
     name: str
     source: str
     factor: int
+    relu: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,14 +140,19 @@ def check_widths(*widths: int) -> None:
         )
 
 
-def merge(rgb: str, depth: str) -> tuple[Layer, ...]:
-    """Return the layers of late fusion: 1x1 convolutions 56 → 56 → 56 → 28 over two branches' logits."""
-    wide = 2 * _CLASSES
+def merge(factor: int) -> tuple[Layer, ...]:
+    """Return the layers of late fusion: 1x1 convolutions 56 → 56 → 56 → 28 over both branches' logits.
+
+    The first is linear and interpolation is, too: interpolating what it gives, by a factor, instead of what it
+    takes gives the same, and takes less.
+    """
+    wide = (2 * _CLASSES, 2 * _CLASSES)
     return (
-        Concat("fusion.both", (rgb, depth)),
-        Conv("fusion.first", "fusion.both", (wide, wide), weights="merge.0", kernel=1),
-        Conv("fusion.second", "fusion.first", (wide, wide), weights="merge.2", kernel=1),
-        Conv("fusion.logits", "fusion.second", (wide, _CLASSES), weights="merge.4", kernel=1, relu=False),
+        Concat("fusion.both", ("rgb.logits", "depth.logits")),
+        Conv("fusion.first.coarse", "fusion.both", wide, "merge.0", kernel=1, relu=False),
+        Resize("fusion.first", "fusion.first.coarse", factor, relu=True),
+        Conv("fusion.second", "fusion.first", wide, "merge.2", kernel=1),
+        Conv("fusion.logits", "fusion.second", (wide[0], _CLASSES), "merge.4", kernel=1, relu=False),
     )
 
 

@@ -27,9 +27,9 @@ class FrameSet:
     """Frames in arrays, in memory or mapped from files.
 
     Attributes:
-        bgr: (N, 144, 256, 3) uint8.
-        depth: (N, 144, 256) uint16.
-        labels: (N, 144, 256) uint8, class indices; `IGNORED` takes no part.
+        bgr: (N, H, W, 3) uint8.
+        depth: (N, H, W) uint16.
+        labels: (N, H, W) uint8, class indices; `IGNORED` takes no part.
     """
 
     bgr: npt.NDArray[np.uint8]
@@ -38,11 +38,12 @@ class FrameSet:
 
     def __post_init__(self) -> None:
         """Refuse arrays that do not belong together."""
-        frame = (len(self.bgr), HEIGHT, WIDTH)
-        shapes = (self.bgr.shape, self.depth.shape, self.labels.shape)
-        if shapes != ((*frame, 3), frame, frame):
+        frame = self.labels.shape
+        shapes = (self.bgr.shape, self.depth.shape, frame)
+        if len(frame) != 3 or shapes != ((*frame, 3), frame, frame):  # noqa: PLR2004  N, H, W
             raise DataError(
-                f"Training frames must be {HEIGHT}x{WIDTH} pixels in three arrays, got shapes {shapes}."
+                "A set of frames consists of three arrays of shapes (N, H, W, 3), (N, H, W) and (N, H, W), got "
+                f"shapes {shapes}."
             )
 
     def __len__(self) -> int:

@@ -43,6 +43,9 @@ class Schedule:
         weight_decay: of AdamW.
         class_weight_range: least and greatest weight of a class; weights are the inverse square root of the
             class's share of pixels, so that small classes count, but are not seen where there are none.
+        misaligned_weight: of the fusion's loss on misaligned pairs, colour picture against depth picture; the
+            merging layers learn to be unsure where the two contradict each other.
+        misaligned_smoothing: share of a target there that is spread over all classes, in [0, 1].
         checkpoint_every: steps between checkpoints.
         log_every: steps between lines of the log.
         validate_every: steps between lines of the log that tell the IoU on held-out frames.
@@ -53,6 +56,8 @@ class Schedule:
     weight_decay: float = 0.01
     warm_up: int = 100
     class_weight_range: tuple[float, float] = (0.5, 3.0)
+    misaligned_weight: float = 0.4
+    misaligned_smoothing: float = 0.3
     checkpoint_every: int = 200
     log_every: int = 20
     validate_every: int = 400
@@ -96,7 +101,6 @@ class Stage:
         name: of the folder with its checkpoint and log.
         learned: the networks with a loss: "rgb", "depth", "fusion".
         frozen: branches that were learned before, and only run.
-        start: the branch, learned before, whose weights this one starts out with; empty for random ones.
         schedule: how.
     """
 
@@ -104,7 +108,6 @@ class Stage:
     learned: tuple[str, ...]
     schedule: Schedule
     frozen: tuple[str, ...] = ()
-    start: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,8 +120,9 @@ class TrainingConfig:
         seed: of everything that is drawn.
         shape: what the networks are.
         schedule: how weights are learned.
-        merging: how the late fusion is learned on branches that were learned one by one before, the depth
-            branch from the weights of the colour branch on; None: all networks are learned at once.
+        merging: how the late fusion is learned on branches that were learned one by one before; None: all
+            networks are learned at once.
+        eight_bits: whether the networks are stored and computed in 8 bits.
     """
 
     name: str = "lite"
@@ -127,6 +131,7 @@ class TrainingConfig:
     shape: LiteShape | ReferenceShape = field(default_factory=LiteShape)
     schedule: Schedule = field(default_factory=Schedule)
     merging: Schedule | None = None
+    eight_bits: bool = False
 
     def __post_init__(self) -> None:
         """Refuse what cannot be trained."""
@@ -151,8 +156,6 @@ class TrainingConfig:
         if self.merging is None:
             return (Stage("networks", self.modalities, self.schedule),)
         stages = [Stage(name, (name,), self.schedule) for name in self.branches]
-        if self.branches == MODALITIES[:2]:
-            stages[1] = replace(stages[1], start="rgb")
         if "fusion" in self.modalities:
             stages.append(Stage("fusion", ("fusion",), self.merging, frozen=self.branches))
         return tuple(stages)
@@ -177,11 +180,11 @@ def _reference() -> TrainingConfig:
     return TrainingConfig(
         name="reference",
         shape=ReferenceShape(),
+        eight_bits=True,
         schedule=Schedule(
             phases=(
-                Phase(6000, 16, output_stride=32),
-                Phase(2000, 12, output_stride=16),
-                Phase(1500, 8, momentum=0.05),
+                Phase(6000, 8, output_stride=16),
+                Phase(1400, 8, momentum=0.05),
                 Phase(100, 8, momentum=0.02),
             ),
             learning_rate=1e-3,

@@ -24,6 +24,7 @@ from sunset.data import (
     render_frames,
     render_views,
 )
+from sunset.data.cache import RENDER_VERSION
 from sunset.errors import OutputError
 from sunset.training.batches import FrameSet
 
@@ -196,7 +197,8 @@ def render_set(
     Raises:
         OutputError: the folder cannot be written.
     """
-    text = json.dumps([asdict(views) for views in plan.views], indent=1)
+    views = [asdict(views) for views in plan.views]
+    text = json.dumps({"renderer": RENDER_VERSION, "views": views}, indent=1)
     try:
         if (folder / _PLAN).exists() and (folder / _PLAN).read_text(encoding="utf-8") == text:
             return FrameSet.load(folder)

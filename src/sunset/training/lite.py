@@ -85,7 +85,7 @@ class LiteShape:
 
     def merge(self) -> tuple[Layer, ...]:
         """Return the layers of late fusion, at stride 2."""
-        return merge("rgb.logits", "depth.logits")
+        return merge(1)
 
 
 def _conv(

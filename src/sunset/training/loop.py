@@ -19,7 +19,6 @@ from sunset.training.batches import Batch, FrameSet, batches, class_weights
 from sunset.training.config import Schedule, Stage, TrainingConfig
 from sunset.training.inputs import HEIGHT, WIDTH
 from sunset.training.network import build, depth_input, forward, rgb_input, upsample
-from sunset.training.reference import BRANCH_PREFIXES
 
 __all__ = ["CHECKPOINT", "LOG", "Progress", "Weights", "learn"]
 
@@ -32,6 +31,8 @@ Weights = Mapping[str, Any]
 _IGNORED = 255
 _VALIDATED = 48
 """Held-out frames that the log's IoU is measured on."""
+_SHIFT_PX = ((2, 20), (0, 6))
+"""How far the colour camera's picture is moved in a misaligned pair, least and most: across, down."""
 
 
 class Progress(Protocol):
@@ -92,8 +93,6 @@ class _Run:
         self._config, self._stage, self._folder = config, stage, folder
         self._device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
         self.modules = build(config.plan(stage.learned))
-        if stage.start:
-            self.modules.load_state_dict(_renamed(known, stage))
         self.modules.to(self._device)
         self._frozen = build(config.plan(stage.frozen)).to(self._device).eval()
         self._frozen.load_state_dict({name: known[name] for name in self._frozen.state_dict()})
@@ -115,7 +114,7 @@ class _Run:
         since = time.perf_counter()
         for batch in self._batches(frames):
             for name, loss in self._learn(batch).items():
-                sums[name] += loss
+                sums[name] = sums.get(name, 0.0) + loss
             last = self._step == schedule.steps
             if self._step % schedule.log_every == 0 or last:
                 self._seconds += time.perf_counter() - since
@@ -151,11 +150,41 @@ class _Run:
         for name in self._stage.learned:
             logits = _full_size(results[f"{name}.logits"], batch.phase, 2)
             losses[name] = functional.cross_entropy(logits, labels, self._weights, ignore_index=_IGNORED)
+        if "fusion" in losses and self._stage.schedule.misaligned_weight:
+            logits = _full_size(self._misaligned(results), batch.phase, 2)
+            losses["misaligned"] = self._stage.schedule.misaligned_weight * functional.cross_entropy(
+                logits,
+                labels,
+                self._weights,
+                ignore_index=_IGNORED,
+                label_smoothing=self._stage.schedule.misaligned_smoothing,
+            )
         self._optimiser.zero_grad()
         torch.stack(list(losses.values())).sum().backward()
         self._optimiser.step()
         self._step += 1
         return {name: float(loss.detach()) for name, loss in losses.items()}
+
+    def _misaligned(self, results: Mapping[str, Any]) -> Any:
+        """Return the merged logits of a colour picture that is moved against the depth picture.
+
+        Only the merging layers learn from it: the branches' logits are moved, which is their picture's movement
+        but for the borders.
+        """
+        stride = WIDTH // results["rgb.logits"].shape[3]
+        cells = []
+        for least, most in _SHIFT_PX:
+            distance = int(torch.randint(least, most + 1, ()))
+            cells.append(
+                max(round(distance / stride), 1 if least else 0) * (1 - 2 * int(torch.randint(2, ())))
+            )
+        moved = {
+            "rgb.logits": results["rgb.logits"].detach().roll((cells[1], cells[0]), (2, 3)),
+            "depth.logits": results["depth.logits"].detach(),
+        }
+        with torch.autocast(self._device.type, torch.bfloat16):
+            forward(self._config.plan(("fusion",)), self.modules, moved)
+        return moved["fusion.logits"]
 
     def _logits(
         self, bgr: npt.NDArray[np.uint8], depth: npt.NDArray[np.generic], output_stride: int | None
@@ -225,12 +254,6 @@ class _Run:
         self._optimiser.load_state_dict(state["optimiser"])
         self._step, self._seconds = int(state["step"]), float(state["seconds"])
         torch.set_rng_state(state["random"].cpu())
-
-
-def _renamed(known: Weights, stage: Stage) -> Weights:
-    """Return the weights of the branch that a stage starts from, under the names of its own branch."""
-    old, new = BRANCH_PREFIXES[stage.start], BRANCH_PREFIXES[stage.learned[0]]
-    return {new + name.removeprefix(old): value for name, value in known.items() if name.startswith(old)}
 
 
 def _full_size(maps: Any, phase: tuple[int, int] = (0, 0), step: int = 1) -> Any:

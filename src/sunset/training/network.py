@@ -1,6 +1,6 @@
 """The torch side of the networks: runs a plan of `architecture`, and gives its weights as arrays."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -30,10 +30,9 @@ from sunset.training.inputs import (
     upsampling,
 )
 
-__all__ = ["Weights", "build", "depth_input", "folded_weights", "forward", "rgb_input", "upsample"]
+__all__ = ["build", "depth_input", "folded_weights", "forward", "rgb_input", "upsample"]
 
-Weights: TypeAlias = Mapping[str, tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]]
-"""Per convolution its kernel (out, in, k, k) and bias (out,), normalisation folded in."""
+_Array: TypeAlias = npt.NDArray[np.float32]
 
 
 def build(layers: Sequence[Layer]) -> Any:
@@ -44,7 +43,10 @@ def build(layers: Sequence[Layer]) -> Any:
     root = nn.Module()
     for layer in convolutions(tuple(layers)):
         conv = nn.Conv2d(*layer.channels, layer.kernel, bias=not layer.norm)
-        nn.init.kaiming_normal_(conv.weight, mode="fan_out", nonlinearity="relu")
+        if layer.norm or layer.relu:
+            nn.init.kaiming_normal_(conv.weight, mode="fan_out", nonlinearity="relu")
+        else:
+            nn.init.normal_(conv.weight, std=0.01)  # logits start out near zero
         _place(root, layer.weights, conv)
         if layer.norm:
             norm = nn.BatchNorm2d(layer.channels[1])
@@ -66,6 +68,8 @@ def _place(root: Any, path: str, module: Any) -> None:
 def forward(layers: Sequence[Layer], modules: Any, results: dict[str, Any]) -> None:
     """Run a plan; `results` holds the inputs by name and receives every layer's result (N, C, H, W).
 
+    What a convolution gives before an addition is there as `<name>.conv`.
+
     Whether normalisation takes the batch's statistics, and whether there is dropout, depends on the mode of
     `modules`.
     """
@@ -80,22 +84,24 @@ def forward(layers: Sequence[Layer], modules: Any, results: dict[str, Any]) -> N
             case Spread():
                 results[layer.name] = results[layer.source].expand(-1, -1, *results[layer.like].shape[2:])
             case Resize():
-                results[layer.name] = functional.interpolate(
-                    results[layer.source], scale_factor=layer.factor, mode="bilinear"
-                )
+                y = functional.interpolate(results[layer.source], scale_factor=layer.factor, mode="bilinear")
+                results[layer.name] = functional.relu(y) if layer.relu else y
             case Shuffle():
                 results[layer.name] = functional.pixel_shuffle(results[layer.source], 2)
             case Concat():
                 results[layer.name] = torch.cat([results[source] for source in layer.sources], 1)
 
 
-def _convolve(layer: Conv, modules: Any, results: Mapping[str, Any]) -> Any:
-    conv = modules.get_submodule(layer.weights)
-    geometry = (layer.stride, layer.padding, layer.dilation)
-    y = functional.conv2d(results[layer.source], conv.weight, conv.bias, *geometry)
+def _convolve(layer: Conv, modules: Any, results: dict[str, Any]) -> Any:
+    conv, source = modules.get_submodule(layer.weights), results[layer.source]
+    height, width = source.shape[2:]
+    kernel = conv.weight[:, :, layer.taps(height), layer.taps(width)]
+    padding = (layer.padding(height), layer.padding(width))
+    y = functional.conv2d(source, kernel, conv.bias, layer.stride, padding, layer.dilation)
     if layer.norm:
         y = modules.get_submodule(layer.norm)(y)
     if layer.add:
+        results[f"{layer.name}.conv"] = y
         y = y + results[layer.add]
     if layer.relu:
         y = functional.relu(y)
@@ -138,8 +144,8 @@ def upsample(
     return rows.to(maps.device) @ (maps @ columns.to(maps.device))
 
 
-def folded_weights(layers: Sequence[Layer], modules: Any) -> Weights:
-    """Return kernels and biases with the normalisation's running statistics folded in, in float64."""
+def folded_weights(layers: Sequence[Layer], modules: Any) -> dict[str, tuple[_Array, _Array]]:
+    """Return per convolution its kernel (out, in, k, k) and bias (out,), normalisation folded in."""
     weights = {}
     for layer in convolutions(tuple(layers)):
         conv = modules.get_submodule(layer.weights)

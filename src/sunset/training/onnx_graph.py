@@ -1,241 +1,314 @@
-"""Writes a plan of `architecture` with its weights as an ONNX model, from raw frames to labels and entropy."""
+"""Writes plans of `architecture` with their weights as ONNX models, from raw frames to labels and entropy."""
 
-from collections.abc import Sequence
+import hashlib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
-from onnx import TensorProto, checker, helper, numpy_helper
+from onnx import TensorProto
 
 from sunset.classes import CLASSES
-from sunset.training.architecture import Concat, Conv, Layer, MaxPool, Pool, Resize, Shuffle, Spread
-from sunset.training.inputs import (
-    CONTRASTS,
-    DEPTH_LIMIT_M,
-    FAR_PLANE_M,
-    HEIGHT,
-    REFERENCE_DEPTH_M,
-    RGB_MEAN,
-    RGB_STD,
-    WIDTH,
-    upsampling,
+from sunset.perception import Modality, NetworkCard
+from sunset.training.architecture import (
+    Concat,
+    Conv,
+    Layer,
+    MaxPool,
+    Pool,
+    Resize,
+    Shuffle,
+    Spread,
+    convolutions,
 )
-from sunset.training.network import Weights
+from sunset.training.inputs import HEIGHT, WIDTH
+from sunset.training.onnx_inputs import depth_input, published_depth_input, rgb_input
+from sunset.training.onnx_writer import Graph, Store, tensor_info
 
-__all__ = ["export"]
+__all__ = ["Format", "Ranges", "Weights", "export"]
 
-_OPSET: Final = 18
-_IR_VERSION: Final = 9
+Weights: TypeAlias = Mapping[str, tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]]
+"""Per convolution its kernel (out, in, k, k) and bias (out,), normalisation folded in."""
 
+Ranges: TypeAlias = Mapping[str, tuple[float, float]]
+"""Least and greatest value of the results that are stored in 8 bits."""
 
-class _Graph:
-    """Collects nodes and constants."""
+_GROUP: Final = 8
+"""So many sums are multiplied: 28 to the eighth power is far below float32's greatest number."""
 
-    def __init__(self) -> None:
-        self.nodes: list[Any] = []
-        self.constants: list[Any] = []
-
-    def constant(self, name: str, value: npt.ArrayLike, dtype: npt.DTypeLike = np.float32) -> str:
-        self.constants.append(numpy_helper.from_array(np.asarray(value, dtype=dtype), name))
-        return name
-
-    def kernel(self, name: str, value: npt.NDArray[np.float32], dtype: type[np.floating[Any]]) -> str:
-        """Store weights as a type; the runtime makes float32 of them once, when it loads the model."""
-        if dtype is np.float32:
-            return self.constant(name, value)
-        self.constant(f"{name}.stored", value, dtype)
-        return self.node("Cast", [f"{name}.stored"], name, to=TensorProto.FLOAT)
-
-    def node(self, kind: str, inputs: Sequence[str], output: str, **attributes: object) -> str:
-        self.nodes.append(helper.make_node(kind, list(inputs), [output], **attributes))
-        return output
+_KERNEL_LIMIT: Final = 63
+"""Kernels take 7 bits: processors without instructions for 8-bit products add two of them in 16 bits."""
 
 
-def _upsample(graph: _Graph, source: str, output: str, size: tuple[int, int], factor: int) -> str:
-    if factor == 1:
-        return graph.node("Identity", [source], output)
-    rows = graph.constant(f"{output}.rows", upsampling(size[0], factor))
-    columns = graph.constant(f"{output}.columns", upsampling(size[1], factor).T)
-    graph.node("MatMul", [source, columns], f"{output}.wide")
-    return graph.node("MatMul", [rows, f"{output}.wide"], output)
+@dataclass(frozen=True, slots=True)
+class Format:
+    """What an exported network takes, and how its numbers are stored.
 
-
-def _rgb_input(graph: _Graph) -> None:
-    graph.node("Transpose", ["bgr"], "bgr.planes", perm=[2, 0, 1])
-    graph.node("Cast", ["bgr.planes"], "bgr.float", to=TensorProto.FLOAT)
-    graph.node(
-        "Gather", ["bgr.float", graph.constant("rgb.order", [2, 1, 0], np.int64)], "rgb.planes", axis=0
-    )
-    scale = 1 / (255 * np.asarray(RGB_STD)).reshape(1, 3, 1, 1)
-    shift = -(np.asarray(RGB_MEAN) / np.asarray(RGB_STD)).reshape(1, 3, 1, 1)
-    graph.node("Mul", ["rgb.planes", graph.constant("rgb.scale", scale)], "rgb.scaled")
-    graph.node("Add", ["rgb.scaled", graph.constant("rgb.shift", shift)], "rgb.input")
-
-
-def _depth_input(graph: _Graph) -> None:
-    shape = graph.constant("depth.shape", [1, 1, HEIGHT, WIDTH], np.int64)
-    graph.node("Cast", ["depth"], "depth.counts", to=TensorProto.FLOAT)
-    graph.node("Reshape", ["depth.counts", shape], "depth.plane")
-    graph.node("Mul", ["depth.plane", graph.constant("depth.unit", FAR_PLANE_M / 65535)], "depth.metres")
-    graph.node("Max", ["depth.metres", graph.constant("depth.nearest", 1)], "depth.positive")
-    reference = graph.constant("depth.reference", 1 / REFERENCE_DEPTH_M)
-    graph.node("Mul", ["depth.positive", reference], "depth.relative")
-    channels = [graph.node("Log", ["depth.relative"], "depth.log")]
-    graph.node("Min", ["depth.metres", graph.constant("depth.limit", DEPTH_LIMIT_M)], "depth.near")
-    for block, unit, limit in CONTRASTS:
-        name = f"depth.contrast{block}"
-        mean = f"{name}.blocks"
-        graph.node("AveragePool", ["depth.near"], mean, kernel_shape=[block, block], strides=[block, block])
-        _upsample(graph, mean, f"{name}.mean", (HEIGHT // block, WIDTH // block), block)
-        graph.node("Sub", ["depth.near", f"{name}.mean"], f"{name}.metres")
-        graph.node("Mul", [f"{name}.metres", graph.constant(f"{name}.unit", 1 / unit)], f"{name}.units")
-        low, high = graph.constant(f"{name}.low", -limit), graph.constant(f"{name}.high", limit)
-        channels.append(graph.node("Clip", [f"{name}.units", low, high], name))
-    graph.node("Concat", channels, "depth.input", axis=1)
-
-
-def _convolution(graph: _Graph, layer: Conv, weights: Weights, dtype: type[np.floating[Any]]) -> None:
-    kernel, bias = weights[layer.name]
-    names = [
-        graph.kernel(f"{layer.name}.kernel", kernel, dtype),
-        graph.constant(f"{layer.name}.bias", bias),
-    ]
-    steps = [("Add", [layer.add])] * bool(layer.add) + [("Relu", [])] * layer.relu
-    result = f"{layer.name}.conv" if steps else layer.name
-    graph.node(
-        "Conv",
-        [layer.source, *names],
-        result,
-        kernel_shape=[layer.kernel] * 2,
-        strides=[layer.stride] * 2,
-        dilations=[layer.dilation] * 2,
-        pads=[layer.padding] * 4,
-    )
-    for index, (kind, more) in enumerate(steps, start=1):
-        output = layer.name if index == len(steps) else f"{layer.name}.{kind.lower()}"
-        result = graph.node(kind, [result, *more], output)
-
-
-def _layer(
-    graph: _Graph,
-    layer: Layer,
-    weights: Weights,
-    sizes: dict[str, tuple[int, int]],
-    dtype: type[np.floating[Any]],
-) -> None:
-    match layer:
-        case Conv():
-            height, width = sizes[layer.source]
-            sizes[layer.name] = (-(-height // layer.stride), -(-width // layer.stride))
-            _convolution(graph, layer, weights, dtype)
-        case MaxPool():
-            height, width = sizes[layer.source]
-            sizes[layer.name] = (-(-height // 2), -(-width // 2))
-            geometry = {"kernel_shape": [3, 3], "strides": [2, 2], "pads": [1] * 4}
-            graph.node("MaxPool", [layer.source], layer.name, **geometry)
-        case Spread():
-            sizes[layer.name] = sizes[layer.like]
-            size = graph.constant(f"{layer.name}.size", [1, 1, *sizes[layer.like]], np.int64)
-            graph.node("Expand", [layer.source, size], layer.name)
-        case Pool():
-            sizes[layer.name] = (1, 1)
-            graph.node("GlobalAveragePool", [layer.source], layer.name)
-        case Resize():
-            height, width = sizes[layer.source]
-            sizes[layer.name] = (height * layer.factor, width * layer.factor)
-            _upsample(graph, layer.source, layer.name, (height, width), layer.factor)
-        case Shuffle():
-            height, width = sizes[layer.source]
-            sizes[layer.name] = (height * 2, width * 2)
-            graph.node("DepthToSpace", [layer.source], layer.name, blocksize=2, mode="CRD")
-        case Concat():
-            sizes[layer.name] = sizes[layer.sources[0]]
-            graph.node("Concat", layer.sources, layer.name, axis=1)
-
-
-def _outputs(graph: _Graph, logits: str, size: tuple[int, int], temperature: float) -> None:
-    """Add labels and entropy at full resolution.
-
-    Softmax is blind to a constant added to all classes of a pixel, and interpolation is linear; so the
-    greatest logit of each coarse pixel is taken off before interpolating, and the exponentials at full
-    resolution cannot overflow. Sums over classes are products with a row of ones, which is five times
-    faster than a reduction along that axis.
+    Attributes:
+        size: height and width of the frames, multiples of 16.
+        published_depth: depth enters as in SynDrone's benchmark, not as logarithm and contrasts.
+        dtype: of the kernels in the file, where they are not in 8 bits; inference is in float32 then.
+        ranges: of the results that are computed in 8 bits; a convolution is, if its source has a range.
     """
-    graph.node("Identity", [logits], "logits")
-    axis = graph.constant("classes.axis", [1], np.int64)
-    graph.node("ReduceMax", [logits, axis], "greatest", keepdims=1)
-    graph.node("Sub", [logits, "greatest"], "below")
-    graph.node("Max", ["below", graph.constant("least", -60)], "bounded")
-    _upsample(graph, "bounded", "scores", size, HEIGHT // size[0])
-    graph.node("ArgMax", ["scores"], "labels.index", axis=1, keepdims=0)
-    graph.node("Cast", ["labels.index"], "labels.batch", to=TensorProto.UINT8)
-    shape = graph.constant("labels.shape", [HEIGHT, WIDTH], np.int64)
-    graph.node("Reshape", ["labels.batch", shape], "labels")
-    flat = graph.constant("scores.shape", [len(CLASSES), HEIGHT * WIDTH], np.int64)
-    ones = graph.constant("ones", np.ones((1, len(CLASSES))))
-    graph.node("Reshape", ["scores", flat], "scores.flat")
-    graph.node("Mul", ["scores.flat", graph.constant("temperature.inverse", 1 / temperature)], "x")
-    graph.node("Exp", ["x"], "exp")
-    graph.node("MatMul", [ones, "exp"], "sum")
-    graph.node("Mul", ["exp", "x"], "weighted")
-    graph.node("MatMul", [ones, "weighted"], "weighted.sum")
-    graph.node("Log", ["sum"], "log.sum")
-    graph.node("Div", ["weighted.sum", "sum"], "mean.x")
-    graph.node("Sub", ["log.sum", "mean.x"], "entropy.nats")
-    graph.node("ReduceMean", ["entropy.nats"], "entropy.mean", keepdims=0)
-    graph.node("Mul", ["entropy.mean", graph.constant("nats", 1 / np.log(len(CLASSES)))], "entropy")
+
+    size: tuple[int, int] = (HEIGHT, WIDTH)
+    published_depth: bool = False
+    dtype: type[np.floating[Any]] = np.float32
+    ranges: Ranges | None = None
+
+    @property
+    def precision(self) -> str:
+        """How the numbers are stored, for the model's card."""
+        return "int8" if self.ranges else "float32" if self.dtype is np.float32 else "float16 weights"
 
 
 def export(
-    path: Path,
-    layers: Sequence[Layer],
+    folder: Path,
+    plans: Mapping[Modality, tuple[Layer, ...]],
     weights: Weights,
-    *,
-    inputs: Sequence[str],
-    temperature: float,
-    dtype: type[np.floating[Any]] = np.float16,
-) -> None:
-    """Write a network as ONNX.
+    temperatures: Mapping[Modality, float],
+    form: Format,
+) -> dict[Modality, NetworkCard]:
+    """Write a model's networks as ONNX; what they share is stored once, in files beside them.
 
-    Its inputs are raw: `bgr` (144, 256, 3) uint8 and `depth` (144, 256) uint16, those of its `inputs`.
-    Its outputs are `logits` (1, 28, h, w) float32 at the network's stride, before interpolation and without
-    the temperature; `labels` (144, 256) uint8, the class of the greatest interpolated logit; and `entropy`,
-    the mean over pixels of the normalised Shannon entropy of the softmax of the interpolated logits over the
-    temperature.
+    Their inputs are raw: `bgr` (H, W, 3) uint8 and `depth` (H, W) uint16, those that they need. Their outputs
+    are `logits` (1, 28, h, w) float32 at the network's stride, before interpolation and without the
+    temperature; `labels` (H, W) uint8, the class of the greatest interpolated logit; and `entropy`, the mean
+    over pixels of the normalised Shannon entropy of the softmax of the interpolated logits over the
+    constant `temperature`.
 
     Args:
-        path: the file.
-        layers: the plan; its last layer is the logits.
+        folder: receives the files.
+        plans: by network; the last layer of each is its logits.
         weights: kernels and biases by layer, as `folded_weights` gives them.
-        inputs: "rgb", "depth" or both.
-        temperature: greater than 0.
-        dtype: of the kernels in the file; inference is in float32 in any case.
+        temperatures: by network, greater than 0.
+        form: what they take, and how they are stored.
+
+    Returns:
+        The networks' entries on the model's card.
     """
-    graph = _Graph()
-    sizes = {}
-    if "rgb" in inputs:
-        _rgb_input(graph)
-        sizes["rgb.input"] = (HEIGHT, WIDTH)
-    if "depth" in inputs:
-        _depth_input(graph)
-        sizes["depth.input"] = (HEIGHT, WIDTH)
-    for layer in layers:
-        _layer(graph, layer, weights, sizes, dtype)
-    size = sizes[layers[-1].name]
-    _outputs(graph, layers[-1].name, size, temperature)
-    raw = {
-        "rgb": helper.make_tensor_value_info("bgr", TensorProto.UINT8, [HEIGHT, WIDTH, 3]),
-        "depth": helper.make_tensor_value_info("depth", TensorProto.UINT16, [HEIGHT, WIDTH]),
+    folder.mkdir(parents=True, exist_ok=True)
+    store = Store(folder)
+    writers = {
+        modality: _Writer(Graph(modality.key, store), layers, weights, form)
+        for modality, layers in sorted(
+            plans.items(), reverse=True
+        )  # what the fusion shares is in branches' files
     }
-    results = [
-        helper.make_tensor_value_info("logits", TensorProto.FLOAT, [1, len(CLASSES), *size]),
-        helper.make_tensor_value_info("labels", TensorProto.UINT8, [HEIGHT, WIDTH]),
-        helper.make_tensor_value_info("entropy", TensorProto.FLOAT, []),
-    ]
-    body = helper.make_graph(graph.nodes, path.stem, [raw[name] for name in inputs], results, graph.constants)
-    model = helper.make_model(
-        body, opset_imports=[helper.make_opsetid("", _OPSET)], ir_version=_IR_VERSION, producer_name="sunset"
-    )
-    checker.check_model(model)
-    path.write_bytes(model.SerializeToString(deterministic=True))
+    for modality, writer in writers.items():
+        writer.put_together(modality, temperatures[modality])
+    store.write()
+    cards = {}
+    for modality, writer in sorted(writers.items()):
+        path = folder / f"{modality.key}.onnx"
+        writer.write(path, modality)
+        used = [weights[layer.name] for layer in convolutions(plans[modality])]
+        parameters = sum(kernel.size + bias.size for kernel, bias in used)
+        data = {name: _sha256(folder / name) for name in sorted(writer.graph.data)}
+        cards[modality] = NetworkCard(path.name, _sha256(path), parameters, temperatures[modality], data)
+    return cards
+
+
+def _sha256(path: Path) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+class _Writer:
+    """Writes one network."""
+
+    def __init__(self, graph: Graph, layers: Sequence[Layer], weights: Weights, form: Format) -> None:
+        self.graph = graph
+        self._layers = layers
+        self._weights = weights
+        self._form = form
+        self._ranges = form.ranges or {}
+        self._sizes: dict[str, tuple[int, int]] = {}
+
+    def put_together(self, modality: Modality, temperature: float) -> None:
+        size = self._form.size
+        if modality.needs_rgb:
+            rgb_input(self.graph)
+            self._sizes["rgb.input"] = size
+        if modality.needs_depth:
+            (published_depth_input if self._form.published_depth else depth_input)(self.graph, size)
+            self._sizes["depth.input"] = size
+        for layer in self._layers:
+            self._layer(layer)
+        self._outputs(self._layers[-1].name, temperature)
+
+    def write(self, path: Path, modality: Modality) -> None:
+        height, width = self._form.size
+        inputs = []
+        if modality.needs_rgb:
+            inputs.append(tensor_info("bgr", TensorProto.UINT8, [height, width, 3]))
+        if modality.needs_depth:
+            inputs.append(tensor_info("depth", TensorProto.UINT16, [height, width]))
+        logits = [1, len(CLASSES), *self._sizes[self._layers[-1].name]]
+        outputs = [
+            tensor_info("logits", TensorProto.FLOAT, logits),
+            tensor_info("labels", TensorProto.UINT8, [height, width]),
+            tensor_info("entropy", TensorProto.FLOAT, []),
+        ]
+        self.graph.write(path, inputs, outputs)
+
+    def _result(self, kind: str, inputs: Sequence[str], name: str, **attributes: object) -> None:
+        """Add a node whose result is rounded to 8 bits if it has a range."""
+        if name not in self._ranges:
+            self.graph.node(kind, inputs, name, **attributes)
+            return
+        self.graph.node(kind, inputs, f"{name}.exact", **attributes)
+        scale, zero = _grid(self._ranges[name])
+        grid = (
+            self.graph.constant(f"{name}.scale", scale),
+            self.graph.constant(f"{name}.zero", zero, np.uint8),
+        )
+        self.graph.node("QuantizeLinear", [f"{name}.exact", *grid], f"{name}.8bit")
+        self.graph.node("DequantizeLinear", [f"{name}.8bit", *grid], name)
+
+    def _layer(self, layer: Layer) -> None:
+        graph, sizes = self.graph, self._sizes
+        match layer:
+            case Conv():
+                height, width = sizes[layer.source]
+                sizes[layer.name] = (-(-height // layer.stride), -(-width // layer.stride))
+                self._convolution(layer)
+            case MaxPool():
+                height, width = sizes[layer.source]
+                sizes[layer.name] = (-(-height // 2), -(-width // 2))
+                geometry = {"kernel_shape": [3, 3], "strides": [2, 2], "pads": [1] * 4}
+                self._result("MaxPool", [layer.source], layer.name, **geometry)
+            case Pool():
+                sizes[layer.name] = (1, 1)
+                self._result("GlobalAveragePool", [layer.source], layer.name)
+            case Spread():
+                sizes[layer.name] = sizes[layer.like]
+                size = graph.constant(f"{layer.name}.size", [1, 1, *sizes[layer.like]], np.int64)
+                self._result("Expand", [layer.source, size], layer.name)
+            case Resize():
+                height, width = sizes[layer.source]
+                sizes[layer.name] = (height * layer.factor, width * layer.factor)
+                result = f"{layer.name}.linear" if layer.relu else layer.name
+                graph.upsample(layer.source, result, (height, width), layer.factor)
+                if layer.relu:
+                    self._result("Relu", [result], layer.name)
+            case Shuffle():
+                height, width = sizes[layer.source]
+                sizes[layer.name] = (height * 2, width * 2)
+                self._result("DepthToSpace", [layer.source], layer.name, blocksize=2, mode="CRD")
+            case Concat():
+                sizes[layer.name] = sizes[layer.sources[0]]
+                self._result("Concat", layer.sources, layer.name, axis=1)
+
+    def _convolution(self, layer: Conv) -> None:
+        height, width = self._sizes[layer.source]
+        kernel, bias = self._weights[layer.name]
+        kernel = kernel[:, :, layer.taps(height), layer.taps(width)]
+        attributes = {
+            "kernel_shape": kernel.shape[2:],
+            "strides": [layer.stride] * 2,
+            "dilations": [layer.dilation] * 2,
+            "pads": [layer.padding(height), layer.padding(width)] * 2,
+        }
+        steps = [("Add", [layer.add])] * bool(layer.add) + [("Relu", [])] * layer.relu
+        result = f"{layer.name}.conv" if steps else layer.name
+        self._result(
+            "Conv", [layer.source, *self._kernel_and_bias(layer, kernel, bias)], result, **attributes
+        )
+        for index, (kind, more) in enumerate(steps, start=1):
+            output = layer.name if index == len(steps) else f"{layer.name}.{kind.lower()}"
+            self._result(kind, [result, *more], output)
+            result = output
+
+    def _kernel_and_bias(
+        self, layer: Conv, kernel: npt.NDArray[np.float32], bias: npt.NDArray[np.float32]
+    ) -> tuple[str, str]:
+        graph, name = self.graph, layer.name
+        if layer.source in self._ranges:
+            return self._in_8_bits(layer, kernel, bias)
+        dtype = self._form.dtype
+        if dtype is np.float32:
+            stored = graph.constant(f"{name}.kernel", kernel)
+        else:  # the runtime makes float32 of them once, when it loads the model
+            graph.constant(f"{name}.kernel.stored", kernel, dtype)
+            stored = graph.node("Cast", [f"{name}.kernel.stored"], f"{name}.kernel", to=TensorProto.FLOAT)
+        return stored, graph.constant(f"{name}.bias", bias)
+
+    def _in_8_bits(
+        self, layer: Conv, kernel: npt.NDArray[np.float32], bias: npt.NDArray[np.float32]
+    ) -> tuple[str, str]:
+        """Store a kernel in 7 bits, with a scale per output channel, and the bias on the products' grid."""
+        graph, name = self.graph, layer.name
+        greatest = np.abs(kernel).max(axis=(1, 2, 3))
+        scales = np.maximum(greatest, 1e-8).astype(np.float32) / _KERNEL_LIMIT
+        rounded = np.rint(kernel / scales[:, None, None, None])
+        graph.constant(f"{name}.kernel.8bit", rounded, np.int8)
+        graph.constant(f"{name}.kernel.scale", scales)
+        graph.constant(f"{name}.kernel.zero", np.zeros(len(scales)), np.int8)
+        stored = [f"{name}.kernel.{part}" for part in ("8bit", "scale", "zero")]
+        products = scales * np.float32(_grid(self._ranges[layer.source])[0])
+        graph.constant(f"{name}.bias.32bit", np.rint(bias / products), np.int32)
+        graph.constant(f"{name}.bias.scale", products)
+        return (
+            graph.node("DequantizeLinear", stored, f"{name}.kernel", axis=0),
+            graph.node(
+                "DequantizeLinear", [f"{name}.bias.32bit", f"{name}.bias.scale"], f"{name}.bias", axis=0
+            ),
+        )
+
+    def _outputs(self, logits: str, temperature: float) -> None:
+        """Add labels and entropy at full resolution.
+
+        Softmax is blind to a constant added to all classes of a pixel, and interpolation is linear; so the
+        greatest logit of each coarse pixel is taken off before interpolating, and the exponentials at full
+        resolution cannot overflow. Sums over classes are products with a row of ones, which is five times
+        faster than a reduction along that axis.
+        """
+        graph, size = self.graph, self._sizes[logits]
+        height, width = self._form.size
+        graph.node("Identity", [logits], "logits")
+        axis = graph.constant("classes.axis", [1], np.int64)
+        graph.node("ReduceMax", [logits, axis], "greatest", keepdims=1)
+        graph.node("Sub", [logits, "greatest"], "below")
+        graph.node("Max", ["below", graph.constant("least", -60)], "bounded")
+        graph.upsample("bounded", "scores", size, height // size[0])
+        graph.node("ArgMax", ["scores"], "labels.index", axis=1, keepdims=0)
+        graph.node("Cast", ["labels.index"], "labels.batch", to=TensorProto.UINT8)
+        shape = graph.constant("labels.shape", [height, width], np.int64)
+        graph.node("Reshape", ["labels.batch", shape], "labels")
+        flat = graph.constant("scores.shape", [len(CLASSES), height * width], np.int64)
+        ones = graph.constant("ones", np.ones((1, len(CLASSES))))
+        graph.node("Reshape", ["scores", flat], "scores.flat")
+        graph.node("Div", ["scores.flat", graph.constant("temperature", temperature)], "x")
+        graph.node("Exp", ["x"], "exp")
+        graph.node("MatMul", [ones, "exp"], "sum")
+        graph.node("Mul", ["exp", "x"], "weighted")
+        graph.node("MatMul", [ones, "weighted"], "weighted.sum")
+        graph.node("Div", ["weighted.sum", "sum"], "mean.x")
+        graph.node("ReduceMean", ["mean.x"], "mean.x.mean", keepdims=0)
+        self._mean_log()
+        graph.node("Sub", ["log.sum.mean", "mean.x.mean"], "entropy.mean")
+        graph.node("Mul", ["entropy.mean", graph.constant("nats", 1 / np.log(len(CLASSES)))], "entropy")
+
+    def _mean_log(self) -> None:
+        """Add the mean of the logarithms of the sums, 1 to 28 each, as the logarithms of products of eight.
+
+        There are too few of them for the runtime to split: its logarithm rounds otherwise at the edges of what a
+        thread gets, and results must not depend on the number of threads.
+        """
+        height, width = self._form.size
+        shape = self.graph.constant("groups.shape", [1, height * width // _GROUP, _GROUP], np.int64)
+        axis = self.graph.constant("groups.axis", [2], np.int64)
+        self.graph.node("Reshape", ["sum", shape], "sum.groups")
+        self.graph.node("ReduceProd", ["sum.groups", axis], "sum.products", keepdims=0)
+        self.graph.node("Log", ["sum.products"], "log.products")
+        self.graph.node("ReduceMean", ["log.products"], "log.mean", keepdims=0)
+        self.graph.node("Mul", ["log.mean", self.graph.constant("group", 1 / _GROUP)], "log.sum.mean")
+
+
+def _grid(limits: tuple[float, float]) -> tuple[float, int]:
+    """Return scale and zero point of the 8-bit numbers that cover a range and 0."""
+    low, high = min(limits[0], 0.0), max(limits[1], 0.0)
+    scale = max(high - low, 1e-8) / 255
+    return scale, round(-low / scale)

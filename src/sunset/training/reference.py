@@ -20,7 +20,6 @@ from sunset.training.architecture import (
     Layer,
     MaxPool,
     Pool,
-    Resize,
     Spread,
     check_widths,
     merge,
@@ -104,8 +103,7 @@ class ReferenceShape:
 
     def merge(self) -> tuple[Layer, ...]:
         """Return the layers of late fusion, at full size."""
-        ups = tuple(Resize(f"{name}.full", f"{name}.logits", self.stride) for name in BRANCH_PREFIXES)
-        return (*ups, *merge(ups[0].name, ups[1].name))
+        return merge(self.stride)
 
 
 def _backbone(p: str, source: str, shape: ReferenceShape, output_stride: int) -> Iterator[Layer]:

@@ -5,24 +5,25 @@ from collections.abc import Mapping
 from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sunset.classes import CLASSES
 from sunset.errors import MissingExtraError, OutputError
-from sunset.perception import Modality, Model, ModelCard, NetworkCard, Segmenter, load_model
-from sunset.training.architecture import convolutions
+from sunset.perception import Modality, Model, ModelCard, Segmenter, load_model
 from sunset.training.batches import FrameSet
 from sunset.training.calibrate import temperature_for
 from sunset.training.config import TrainingConfig
+from sunset.training.evaluate import measure
 from sunset.training.frames import FrameCounts, FrameSets, render_sets
 from sunset.training.inputs import HEIGHT, WIDTH
 from sunset.training.report import results, thresholds, training_facts
 
 if TYPE_CHECKING:
     from sunset.training.loop import Progress
-    from sunset.training.network import Weights
+    from sunset.training.onnx_graph import Format, Weights
 
 __all__ = ["train", "train_on"]
 
@@ -79,14 +80,10 @@ def train_on(
     """
     _check_extra()
     from sunset.training.loop import learn  # noqa: PLC0415  torch is an optional dependency
-    from sunset.training.network import folded_weights  # noqa: PLC0415
 
     try:
         modules = learn(config, sets.train, sets.validation, work, resume=resume, progress=progress)
-        weights = folded_weights(config.plan(config.modalities), modules)
-        out.mkdir(parents=True, exist_ok=True)
-        temperatures = _calibrate(config, weights, sets.validation_flight, out)
-        card = _export(config, weights, out, temperatures)
+        card = _export(config, modules, sets, out, work)
         segmenter = Segmenter(load_model(out))
         limits = thresholds(segmenter, sets.validation_flight)
         card = replace(
@@ -94,7 +91,7 @@ def train_on(
             entropy_threshold=limits.entropy.threshold,
             sharpness_threshold=limits.sharpness.threshold,
             training=training_facts(config, sets, work),
-            results=results(segmenter, sets, limits),
+            results={**results(segmenter, sets, limits), **card.results},
         )
         card.write(out)
     except OSError as error:
@@ -114,24 +111,64 @@ def _modalities(config: TrainingConfig) -> list[Modality]:
     return [modality for modality in Modality if modality.key in config.modalities]
 
 
-def _export(
-    config: TrainingConfig, weights: "Weights", out: Path, temperatures: Mapping[Modality, float]
+def _export(config: TrainingConfig, modules: Any, sets: FrameSets, out: Path, work: Path) -> ModelCard:
+    """Write the networks and a card that does not know its thresholds yet.
+
+    Networks in 8 bits are also written in float32, for a while, and compared.
+    """
+    from sunset.training.network import folded_weights  # noqa: PLC0415  torch is an optional dependency
+    from sunset.training.onnx_graph import Format  # noqa: PLC0415  onnx is one, too
+    from sunset.training.quantise import ranges  # noqa: PLC0415
+
+    weights = folded_weights(config.plan(config.modalities), modules)
+    if not config.eight_bits:
+        return _tempered(config, weights, Format(dtype=np.float16), sets.validation_flight, out)
+    limits = ranges(config.plan(config.branches), modules, sets.train)
+    card = _tempered(config, weights, Format(ranges=limits), sets.validation_flight, out)
+    with TemporaryDirectory(dir=work) as exact:
+        _write(config, weights, Format(), Path(exact))
+        pair = {"float32": Segmenter(load_model(exact)), "int8": Segmenter(load_model(out))}
+        iou = {
+            modality.key: {
+                name: round(float(measure(segmenter, modality, sets.validation).iou.mean()), 4)
+                for name, segmenter in pair.items()
+            }
+            for modality in card.networks
+        }
+    return replace(card, results={"iou_by_precision_on_the_validation_town": iou})
+
+
+def _tempered(
+    config: TrainingConfig, weights: "Weights", form: "Format", frames: FrameSet, out: Path
 ) -> ModelCard:
-    """Write the networks and a card that does not know its thresholds yet."""
+    """Write networks that all have the nominal entropy that the main one has untempered."""
+    modalities = list(_write(config, weights, form, out).networks)
+    segmenter = Segmenter(load_model(out))
+    chosen = np.linspace(0, len(frames) - 1, min(_CALIBRATION_FRAMES, len(frames))).astype(int)
+    pairs = [(np.asarray(frames.bgr[i]), np.asarray(frames.depth[i])) for i in chosen]
+    target = float(np.mean([segmenter.segment(modalities[0], *pair).entropy for pair in pairs]))
+    temperatures = {
+        modality: temperature_for([segmenter.logits(modality, *pair) for pair in pairs], target)
+        for modality in modalities[1:]
+    }
+    return _write(config, weights, form, out, temperatures)
+
+
+def _write(
+    config: TrainingConfig,
+    weights: "Weights",
+    form: "Format",
+    out: Path,
+    temperatures: Mapping[Modality, float] | None = None,
+) -> ModelCard:
+    """Write networks, with temperature 1 where none is given, and a card without results."""
     from sunset.training.onnx_graph import export  # noqa: PLC0415  onnx is an optional dependency
 
-    networks = {}
-    for modality in _modalities(config):
-        layers, path = config.layers(modality.key), out / f"{modality.key}.onnx"
-        inputs = config.branches if modality is Modality.FUSION else (modality.key,)
-        temperature = temperatures[modality]
-        export(path, layers, weights, inputs=inputs, temperature=temperature)
-        parameters = sum(
-            weights[layer.name][0].size + weights[layer.name][1].size for layer in convolutions(layers)
-        )
-        digest = hashlib.sha256(path.read_bytes()).hexdigest()
-        networks[modality] = NetworkCard(path.name, digest, parameters, temperature)
-    digests = "".join(network.sha256 for network in networks.values())
+    plans = {
+        modality: config.layers(modality.key) for modality in Modality if modality.key in config.modalities
+    }
+    networks = export(out, plans, weights, {**dict.fromkeys(plans, 1.0), **(temperatures or {})}, form)
+    digests = "".join(network.digest for network in networks.values())
     card = ModelCard(
         name=config.name,
         version=hashlib.sha256(digests.encode()).hexdigest()[:12],
@@ -142,6 +179,8 @@ def _export(
         entropy_threshold=1.0,
         sharpness_threshold=0.0,
         networks=networks,
+        architecture=config.shape.name,
+        precision=form.precision,
     )
     card.write(out)
     return card
@@ -152,22 +191,3 @@ _DESCRIPTION = (
     "ImageNet's mean and standard deviation; depth enters as log(depth / 50 m) and as its difference to its "
     "mean over blocks of 16 and 8 pixels, cut at 10 m and 2 m."
 )
-
-
-def _calibrate(
-    config: TrainingConfig, weights: "Weights", frames: FrameSet, out: Path
-) -> dict[Modality, float]:
-    """Return the temperatures that give every network the nominal entropy that the main one has untempered."""
-    modalities = _modalities(config)
-    plain = dict.fromkeys(modalities, 1.0)
-    _export(config, weights, out, plain)
-    segmenter = Segmenter(load_model(out))
-    chosen = np.linspace(0, len(frames) - 1, min(_CALIBRATION_FRAMES, len(frames))).astype(int)
-    pairs = [(np.asarray(frames.bgr[i]), np.asarray(frames.depth[i])) for i in chosen]
-    target = float(np.mean([segmenter.segment(modalities[0], *pair).entropy for pair in pairs]))
-    return {
-        modality: 1.0
-        if modality is modalities[0]
-        else temperature_for([segmenter.logits(modality, *pair) for pair in pairs], target)
-        for modality in modalities
-    }

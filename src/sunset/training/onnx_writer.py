@@ -1,0 +1,111 @@
+"""Collects the nodes and constants of ONNX graphs; large constants go into files that graphs share."""
+
+import hashlib
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+import numpy.typing as npt
+from onnx import checker, external_data_helper, helper, numpy_helper
+
+from sunset.training.inputs import upsampling
+
+__all__ = ["Graph", "Store", "tensor_info"]
+
+_OPSET: Final = 18
+_IR_VERSION: Final = 9
+_LARGE: Final = 16384
+"""Constants of at least this many bytes are kept outside the graph's own file."""
+
+_ALIGNMENT: Final = 64
+
+
+class Store:
+    """Constants by content, in files beside the graphs: what several graphs share is there once.
+
+    Args:
+        folder: of the files.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self._files: dict[str, bytearray] = {}
+        self._known: dict[bytes, tuple[str, int]] = {}
+
+    def place(self, data: bytes, file: str) -> tuple[str, int]:
+        """Return the file and the offset of some bytes, which are appended to a file if they are new."""
+        digest = hashlib.sha256(data).digest()
+        if digest not in self._known:
+            content = self._files.setdefault(file, bytearray())
+            content.extend(bytes(-len(content) % _ALIGNMENT))
+            self._known[digest] = (file, len(content))
+            content.extend(data)
+        return self._known[digest]
+
+    def write(self) -> None:
+        """Write the files."""
+        for name, content in self._files.items():
+            _write(self._folder / name, content)
+
+
+class Graph:
+    """A graph that is being put together.
+
+    Args:
+        name: of the graph, and of the files that it begins.
+        store: takes large constants.
+    """
+
+    def __init__(self, name: str, store: Store) -> None:
+        self._name = name
+        self._store = store
+        self._nodes: list[Any] = []
+        self._constants: list[Any] = []
+        self.data: set[str] = set()
+        """The files beside the graph's own that it needs."""
+
+    def constant(self, name: str, value: npt.ArrayLike, dtype: npt.DTypeLike = np.float32) -> str:
+        """Add a constant; returns its name."""
+        tensor = numpy_helper.from_array(np.asarray(value, dtype=dtype), name)
+        if len(tensor.raw_data) >= _LARGE:
+            file, offset = self._store.place(tensor.raw_data, f"{self._name}.bin")
+            external_data_helper.set_external_data(tensor, file, offset, len(tensor.raw_data))
+            tensor.ClearField("raw_data")
+            self.data.add(file)
+        self._constants.append(tensor)
+        return name
+
+    def node(self, kind: str, inputs: Sequence[str], output: str, *more: str, **attributes: object) -> str:
+        """Add a node, which is named after its first output; returns that name."""
+        self._nodes.append(helper.make_node(kind, list(inputs), [output, *more], output, **attributes))
+        return output
+
+    def upsample(self, source: str, output: str, size: tuple[int, int], factor: int) -> str:
+        """Add the bilinear interpolation of maps of a size by a whole factor; returns the result's name."""
+        if factor == 1:
+            return self.node("Identity", [source], output)
+        rows = self.constant(f"{output}.rows", upsampling(size[0], factor))
+        columns = self.constant(f"{output}.columns", upsampling(size[1], factor).T)
+        self.node("MatMul", [source, columns], f"{output}.wide")
+        return self.node("MatMul", [rows, f"{output}.wide"], output)
+
+    def write(self, path: Path, inputs: Sequence[Any], outputs: Sequence[Any]) -> None:
+        """Write the graph; the store's files must be there already, since the result is checked."""
+        body = helper.make_graph(self._nodes, self._name, list(inputs), list(outputs), self._constants)
+        opset = helper.make_opsetid("", _OPSET)
+        model = helper.make_model(body, opset_imports=[opset], ir_version=_IR_VERSION, producer_name="sunset")
+        _write(path, model.SerializeToString(deterministic=True))
+        checker.check_model(os.fspath(path))
+
+
+def tensor_info(name: str, dtype: int, shape: Sequence[int]) -> Any:
+    """Return the description of an input or output."""
+    return helper.make_tensor_value_info(name, dtype, list(shape))
+
+
+def _write(path: Path, data: bytes | bytearray) -> None:
+    temporary = path.with_name(f"{path.name}.tmp")
+    temporary.write_bytes(data)
+    temporary.replace(path)

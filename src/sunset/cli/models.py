@@ -17,7 +17,7 @@ from sunset.perception import list_models as shipped_models
 from sunset.training.curves import measure_curves
 from sunset.training.curves_text import as_csv, as_json, as_text
 from sunset.training.plots import draw
-from sunset.training.recalibrate import calibrate_model, frames_of_bag, validation_flight
+from sunset.training.recalibrate import calibrate_model, check_target, frames_of_bag, validation_flight
 from sunset.training.tables import VIEWS, measure_iou
 from sunset.training.tables_text import iou_csv, iou_json, iou_markdown
 
@@ -205,6 +205,7 @@ def import_model(arguments: argparse.Namespace) -> int:
 def calibrate(arguments: argparse.Namespace) -> int:
     """Calibrate a model."""
     model = load_model(arguments.model)
+    check_target(model, arguments.out)
     size = (model.card.height, model.card.width)
     with stages_progress() as progress:
         if arguments.bag is None:

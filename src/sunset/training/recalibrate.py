@@ -25,7 +25,7 @@ from sunset.training.curves import SAMPLES, Case, Curves, curves_of, look, windo
 from sunset.training.frames import COURSES_DEG, VALIDATION_TOWN, FrameCounts
 from sunset.training.spread import processors
 
-__all__ = ["calibrate_model", "frames_of_bag", "set_temperature", "validation_flight"]
+__all__ = ["calibrate_model", "check_target", "frames_of_bag", "set_temperature", "validation_flight"]
 
 Progress = Callable[[str, int, int], None]
 """Called with what is being done, how much of it is done, and how much there is."""
@@ -115,7 +115,8 @@ def calibrate_model(
         ModelError: a network has no temperature to set.
         OutputError: a folder cannot be written, or exists.
     """
-    _check(model, frames, out)
+    check_target(model, out)
+    _check_frames(model, frames)
     target = out or model.folder
     try:
         home = model.folder if out is None else out.parent
@@ -129,7 +130,18 @@ def calibrate_model(
     return load_model(target)
 
 
-def _check(model: Model, frames: FrameSet, out: Path | None) -> None:
+def check_target(model: Model, out: Path | None) -> None:
+    """Find out whether a model can be calibrated into a folder, before frames are looked at.
+
+    Args:
+        model: the model.
+        out: as `calibrate_model` takes it.
+
+    Raises:
+        MissingExtraError: onnx is not installed.
+        InvalidInputError: the model comes with the package, and no other folder is given.
+        OutputError: the folder exists.
+    """
     if find_spec("onnx") is None:
         raise MissingExtraError(
             "Calibrating needs onnx, which is not installed; run: pip install 'sunset-exemplar[train]'."
@@ -142,12 +154,15 @@ def _check(model: Model, frames: FrameSet, out: Path | None) -> None:
         )
     if out is not None and out.exists():
         raise OutputError(f"The folder {out} exists: name a new one for the calibrated model.")
+
+
+def _check_frames(model: Model, frames: FrameSet) -> None:
     size = (model.card.height, model.card.width)
     if frames.bgr.shape[1:3] != size or len(frames) < SAMPLES:
-        found = "x".join(map(str, frames.bgr.shape[2:0:-1]))
+        height, width = frames.bgr.shape[1:3]
         raise DataError(
             f"Calibrating {model.card.name!r} needs at least {SAMPLES} frames of {size[1]}x{size[0]} pixels, got "
-            f"{len(frames)} of {found}."
+            f"{len(frames)} of {width}x{height}."
         )
 
 

@@ -1,12 +1,18 @@
 import hashlib
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+import numpy.typing as npt
+import onnxruntime
 import pytest
 
 from sunset.errors import ModelError
-from sunset.perception import Modality, Model, list_models, load_model
+from sunset.perception import Modality, Model, ModelCard, Segmenter, list_models, load_model
+
+Frame = tuple[npt.NDArray[np.uint8], npt.NDArray[np.uint16]]
 
 
 def test_the_shipped_model_is_listed_and_loads_by_name(lite: Model) -> None:
@@ -50,6 +56,88 @@ def with_network(copied: Path) -> Callable[[bytes], Path]:
         return copied
 
     return exchange
+
+
+@pytest.fixture
+def with_data(copied: Path) -> Path:
+    """A model with the weights of its rgb.onnx in a file beside it, rgb.bin."""
+    options = onnxruntime.SessionOptions()
+    options.graph_optimization_level = onnxruntime.GraphOptimizationLevel.ORT_DISABLE_ALL
+    options.optimized_model_filepath = str(copied / "new.onnx")
+    options.add_session_config_entry("session.optimized_model_external_initializers_file_name", "rgb.bin")
+    options.add_session_config_entry(
+        "session.optimized_model_external_initializers_min_size_in_bytes", "1024"
+    )
+    onnxruntime.InferenceSession(copied / "rgb.onnx", options, providers=["CPUExecutionProvider"])
+    (copied / "new.onnx").replace(copied / "rgb.onnx")
+    card = ModelCard.read(copied / "card.json")
+    network = replace(
+        card.networks[Modality.RGB],
+        sha256=checksum(copied / "rgb.onnx"),
+        data={"rgb.bin": checksum(copied / "rgb.bin")},
+    )
+    replace(card, networks={**card.networks, Modality.RGB: network}).write(copied)
+    return copied
+
+
+def checksum(path: Path) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def test_weights_in_a_file_beside_a_network_answer_the_same(
+    with_data: Path, lite: Model, frame: Frame
+) -> None:
+    assert (with_data / "rgb.onnx").stat().st_size < 100_000
+    answer = Segmenter(load_model(with_data)).segment(Modality.RGB, *frame)
+    expected = Segmenter(lite).segment(Modality.RGB, *frame)
+    assert answer.entropy == expected.entropy
+    assert np.array_equal(answer.labels, expected.labels)
+
+
+def test_damaged_weights_beside_a_network_are_told_from_the_card(with_data: Path) -> None:
+    content = bytearray((with_data / "rgb.bin").read_bytes())
+    content[1000] ^= 1
+    (with_data / "rgb.bin").write_bytes(content)
+    with pytest.raises(
+        ModelError, match=r"The file .*rgb\.bin is not the one on .*; it is damaged or was exchanged\."
+    ):
+        load_model(with_data)
+
+
+def test_missing_weights_beside_a_network_are_named(with_data: Path) -> None:
+    (with_data / "rgb.bin").unlink()
+    with pytest.raises(ModelError, match=r"The file .*rgb\.bin, named on .* No such file or directory\."):
+        load_model(with_data)
+
+
+def test_weights_that_the_card_does_not_name_are_refused(with_data: Path) -> None:
+    card = ModelCard.read(with_data / "card.json")
+    network = replace(card.networks[Modality.RGB], data={})
+    replace(card, networks={Modality.RGB: network}).write(with_data)
+    with pytest.raises(
+        ModelError, match=r"rgb\.onnx keeps weights in the file 'rgb\.bin', whose checksum is not on"
+    ):
+        load_model(with_data)
+
+
+def test_a_shared_file_has_one_checksum(with_data: Path) -> None:
+    card = ModelCard.read(with_data / "card.json")
+    network = replace(card.networks[Modality.DEPTH], data={"rgb.bin": "0" * 64})
+    replace(card, networks={**card.networks, Modality.DEPTH: network}).write(with_data)
+    with pytest.raises(
+        ModelError, match=r"The card of the model 'lite' gives two checksums for the file 'rgb\.bin'\."
+    ):
+        load_model(with_data)
+
+
+def test_weights_cut_short_are_refused_though_the_card_has_their_checksum(with_data: Path) -> None:
+    path = with_data / "rgb.bin"
+    path.write_bytes(path.read_bytes()[:1000])
+    card = ModelCard.read(with_data / "card.json")
+    network = replace(card.networks[Modality.RGB], data={"rgb.bin": checksum(path)})
+    replace(card, networks={Modality.RGB: network}).write(with_data)
+    with pytest.raises(ModelError, match=r"The network .*rgb\.onnx is no ONNX model that can be run: .*\.$"):
+        load_model(with_data).session(Modality.RGB)
 
 
 @pytest.mark.parametrize("content", [b"", b"no network", b"\x08\x09" * 50])

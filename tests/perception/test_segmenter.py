@@ -1,10 +1,17 @@
+import subprocess
+import sys
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
 import numpy as np
 import numpy.typing as npt
+import onnxruntime
 import pytest
 
-from sunset.errors import ModelError
+from sunset.errors import InvalidInputError, MissingExtraError, ModelError
 from sunset.metrics import normalised_entropy
-from sunset.perception import Modality, Model, Segmenter
+from sunset.perception import InferenceCache, Modality, Model, Segmenter, list_models, load_model
 
 Frame = tuple[npt.NDArray[np.uint8], npt.NDArray[np.uint16]]
 
@@ -38,21 +45,76 @@ def test_labels_and_entropy_are_those_of_the_interpolated_logits(
     assert (result.labels == full.argmax(axis=0)).mean() > 0.9999
 
 
-@pytest.mark.parametrize("modality", list(Modality))
-def test_the_bits_do_not_depend_on_threads(lite: Model, frame: Frame, modality: Modality) -> None:
-    one = Segmenter(lite, threads=1)
-    two = Segmenter(lite, threads=2)
-    assert one.segment(modality, *frame).entropy == two.segment(modality, *frame).entropy
-    assert np.array_equal(one.logits(modality, *frame), two.logits(modality, *frame))
+ANSWERS = """
+import sys
+from pathlib import Path
+import numpy as np
+from sunset.perception import Modality, Segmenter, load_model
+segmenter = Segmenter(load_model(sys.argv[1]))
+with np.load(sys.argv[2]) as frames:
+    bgr, depth = frames["bgr"], frames["depth"]
+for index in map(int, sys.argv[3:]):
+    for modality in Modality:
+        result = segmenter.segment(modality, bgr[index], depth[index])
+        print(index, modality.key, result.entropy.hex(), result.labels.tobytes().hex())
+"""
 
 
-def test_the_answer_does_not_depend_on_what_came_before(lite: Model, frame: Frame) -> None:
-    segmenter = Segmenter(lite)
-    first = segmenter.segment(Modality.FUSION, *frame)
-    segmenter.segment(Modality.FUSION, 255 - frame[0], frame[1])
-    again = segmenter.segment(Modality.FUSION, *frame)
-    assert again.entropy == first.entropy
-    assert np.array_equal(again.labels, first.labels)
+def bits(segmenter: Segmenter, bgr: npt.NDArray[np.uint8], depth: npt.NDArray[np.uint16]) -> list[bytes]:
+    """Return everything that a segmenter answers to a frame, of all networks of its model."""
+    results = [segmenter.segment(modality, bgr, depth) for modality in segmenter.model.card.networks]
+    logits = [segmenter.logits(modality, bgr, depth) for modality in segmenter.model.card.networks]
+    answers = [values.tobytes() for values in logits] + [result.labels.tobytes() for result in results]
+    return answers + [result.entropy.hex().encode() for result in results]
+
+
+def frames(frame: Frame, count: int) -> Iterator[Frame]:
+    """Yield frames that differ in every part."""
+    bgr, depth = frame
+    for index in range(count):
+        shifted = np.roll(bgr, 31 * index, axis=1) // (1 + index % 3)
+        yield shifted.astype(np.uint8), (depth + 977 * index).astype(np.uint16)
+
+
+@pytest.mark.parametrize("name", list_models())
+def test_the_bits_of_an_answer_do_not_depend_on_what_came_before(name: str, frame: Frame) -> None:
+    segmenter = Segmenter(load_model(name))
+    material = list(frames(frame, 4))
+    first = [bits(segmenter, *one) for one in material]
+    assert [bits(segmenter, *one) for one in reversed(material)] == first[::-1]
+    assert len({answers[0] for answers in first}) == len(material)
+
+
+@pytest.mark.parametrize("name", list_models())
+def test_the_bits_of_an_answer_do_not_depend_on_what_runs_beside(name: str, frame: Frame) -> None:
+    segmenter = Segmenter(load_model(name))
+    material = list(frames(frame, 6))
+    alone = [bits(segmenter, *one) for one in material]
+    with ThreadPoolExecutor(4) as pool:
+        assert list(pool.map(lambda one: bits(segmenter, *one), material)) == alone
+
+
+def test_the_bits_of_an_answer_do_not_depend_on_the_process(tmp_path: Path, frame: Frame) -> None:
+    bgr, depth = zip(*frames(frame, 3), strict=True)
+    np.savez(tmp_path / "frames.npz", bgr=bgr, depth=depth)
+    for name in list_models():
+        command = [sys.executable, "-c", ANSWERS, name, str(tmp_path / "frames.npz")]
+        orders = (("0", "1", "2"), ("2", "0", "1"))
+        runs = [subprocess.Popen([*command, *order], stdout=subprocess.PIPE, text=True) for order in orders]
+        answers = [run.communicate()[0].splitlines() for run in runs]
+        assert [run.returncode for run in runs] == [0, 0]
+        assert len(set(answers[0])) == 9
+        assert sorted(answers[0]) == sorted(answers[1])
+
+
+@pytest.mark.parametrize("name", list_models())
+def test_several_threads_answer_nearly_as_one_does(name: str, frame: Frame) -> None:
+    model = load_model(name)
+    one, four = Segmenter(model), Segmenter(model, threads=4)
+    for modality in model.card.networks:
+        answers = one.segment(modality, *frame), four.segment(modality, *frame)
+        assert (answers[0].labels == answers[1].labels).mean() > 0.999
+        assert answers[0].entropy == pytest.approx(answers[1].entropy, abs=1e-4)
 
 
 def test_labels_are_read_only_class_indices(lite: Model, frame: Frame) -> None:
@@ -114,3 +176,28 @@ def test_a_depth_of_another_type_is_refused(lite: Model, frame: Frame) -> None:
 def test_no_threads_are_refused(lite: Model) -> None:
     with pytest.raises(ModelError, match="must be at least 1, got 0"):
         Segmenter(lite, threads=0)
+
+
+def test_an_unknown_device_is_refused(lite: Model) -> None:
+    with pytest.raises(InvalidInputError, match=r"must be one of cpu, cuda, auto, got 'gpu'\."):
+        Segmenter(lite, device="gpu")
+
+
+OFFERED = "CUDAExecutionProvider" in onnxruntime.get_available_providers()
+
+
+@pytest.mark.skipif(OFFERED, reason="this ONNX Runtime offers CUDA")
+def test_a_device_that_is_not_there_is_refused_and_auto_does_without(lite: Model, frame: Frame) -> None:
+    with pytest.raises(
+        MissingExtraError, match=r"needs the package onnxruntime-gpu .* or choose the device cpu\."
+    ):
+        Segmenter(lite, device="cuda")
+    chosen = Segmenter(lite, device="auto")
+    assert chosen.device == "cpu"
+    assert bits(chosen, *frame) == bits(Segmenter(lite), *frame)
+
+
+def test_answers_of_several_threads_are_not_kept(tmp_path: Path, lite: Model, frame: Frame) -> None:
+    cache = InferenceCache(tmp_path / "cache.sqlite")
+    Segmenter(lite, threads=2, cache=cache).segment(Modality.RGB, *frame)
+    assert len(cache) == 0

@@ -6,11 +6,13 @@ it, a `Segmenter` runs it, and an `InferenceCache` remembers what it answered.
 
 from sunset.perception.cache import InferenceCache
 from sunset.perception.card import ModelCard, NetworkCard
+from sunset.perception.engine import DEVICES
 from sunset.perception.modality import Modality
 from sunset.perception.model import Model, list_models, load_model
 from sunset.perception.segmenter import Segmentation, Segmenter
 
 __all__ = [
+    "DEVICES",
     "InferenceCache",
     "Modality",
     "Model",

@@ -6,35 +6,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
-import onnxruntime
-from onnxruntime.capi import onnxruntime_pybind11_state as _runtime_errors
-
 from sunset.errors import ModelError
 from sunset.perception.card import CARD_NAME, ModelCard
+from sunset.perception.engine import external_files, open_session
 from sunset.perception.modality import Modality
 
 __all__ = ["Model", "list_models", "load_model"]
 
 _MODELS: Final = Path(__file__).parent / "models"
 
-RUNTIME_ERRORS: Final = tuple(
-    getattr(_runtime_errors, name)
-    for name in (
-        "EPFail",
-        "EngineError",
-        "Fail",
-        "InvalidArgument",
-        "InvalidGraph",
-        "InvalidProtobuf",
-        "NoModel",
-        "NoSuchFile",
-        "NotImplemented",
-        "RuntimeException",
-    )
-)
-"""What ONNX Runtime raises; the classes have no base of their own."""
-
-_sessions: dict[tuple[str, Modality, int, int, int], Any] = {}
+_sessions: dict[tuple[object, ...], Any] = {}
 _sessions_lock = threading.Lock()
 
 
@@ -49,8 +30,13 @@ class Model:
         """Return name, version and folder."""
         return f"Model({self.card.name!r}, version {self.card.version!r}, in {str(self.folder)!r})"
 
-    def session(self, modality: Modality, threads: int = 1) -> Any:
-        """Return the network's ONNX Runtime session, made once per process and number of threads.
+    def session(self, modality: Modality, *, threads: int = 1, device: str = "cpu") -> Any:
+        """Return the network's ONNX Runtime session, made once per process, number of threads and device.
+
+        Args:
+            modality: which network.
+            threads: of the engine; only with one are the bits always the same.
+            device: "cpu" or "cuda".
 
         Raises:
             ModelError: the model has no such network, or its file is not one that can be run.
@@ -60,10 +46,11 @@ class Model:
             raise ModelError(f"The model {self.card.name!r} has no network {modality.key!r}, only {has}.")
         network = self.card.networks[modality]
         with _sessions_lock:
-            key = (network.digest, modality, self.card.height, self.card.width, threads)
+            key = (network.digest, modality, self.card.height, self.card.width, threads, device)
             if key not in _sessions:
-                session = _open(self.folder / network.file, threads)
-                _check_signature(session, self.card, modality, self.folder / network.file)
+                path = self.folder / network.file
+                session = open_session(path, threads=threads, device=device)
+                _check_signature(session, self.card, modality, path)
                 _sessions[key] = session
             return _sessions[key]
 
@@ -94,12 +81,13 @@ def load_model(name_or_path: str | Path) -> Model:
         )
     card = ModelCard.read(folder / CARD_NAME)
     for name, expected in _files(card).items():
-        path = folder / name
-        digest = _sha256(path)
-        if digest != expected:
+        _check(folder / name, expected)
+    for network in card.networks.values():
+        unknown = external_files((folder / network.file).read_bytes()) - set(network.data)
+        if unknown:
             raise ModelError(
-                f"The file {path} is not the one on the model's card: expected SHA-256 "
-                f"{expected[:12]}…, got {digest[:12]}…; it is damaged or was exchanged."
+                f"The network {folder / network.file} keeps weights in the file {min(unknown)!r}, whose checksum "
+                f"is not on the model's card: add it to the network's 'data'."
             )
     return Model(folder, card)
 
@@ -111,36 +99,24 @@ def _files(card: ModelCard) -> dict[str, str]:
         for name, digest in network.files.items():
             if files.setdefault(name, digest) != digest:
                 raise ModelError(
-                    f"The model card of {card.name!r} gives two checksums for the file {name!r}."
+                    f"The card of the model {card.name!r} gives two checksums for the file {name!r}."
                 )
     return files
 
 
-def _sha256(path: Path) -> str:
+def _check(path: Path, expected: str) -> None:
     try:
         with path.open("rb") as file:
-            return hashlib.file_digest(file, "sha256").hexdigest()
+            digest = hashlib.file_digest(file, "sha256").hexdigest()
     except OSError as error:
         raise ModelError(
             f"The file {path}, named on the model's card, cannot be read: {error.strerror}."
         ) from error
-
-
-def _open(path: Path, threads: int) -> Any:
-    options = onnxruntime.SessionOptions()
-    options.intra_op_num_threads = threads
-    options.inter_op_num_threads = 1
-    options.execution_mode = onnxruntime.ExecutionMode.ORT_SEQUENTIAL
-    options.use_deterministic_compute = True
-    options.log_severity_level = 4  # what goes wrong is raised, and must not be printed as well
-    # Idle threads would spin, and take a core from the other workers of a bench.
-    options.add_session_config_entry("session.intra_op.allow_spinning", "0")
-    try:
-        return onnxruntime.InferenceSession(path, options, providers=["CPUExecutionProvider"])
-    except RUNTIME_ERRORS as error:
+    if digest != expected:
         raise ModelError(
-            f"The network {path} is no ONNX model that can be run: {_one_line(error)}."
-        ) from error
+            f"The file {path} is not the one on the model's card: expected SHA-256 {expected[:12]}…, got "
+            f"{digest[:12]}…; it is damaged or was exchanged."
+        )
 
 
 def _check_signature(session: Any, card: ModelCard, modality: Modality, path: Path) -> None:
@@ -159,7 +135,3 @@ def _check_signature(session: Any, card: ModelCard, modality: Modality, path: Pa
 
 def _words(signature: dict[str, tuple[str, list[int]]]) -> str:
     return " and ".join(f"{name} {kind} {shape}" for name, (kind, shape) in signature.items()) or "nothing"
-
-
-def _one_line(error: BaseException) -> str:
-    return " ".join(str(error).split()).rstrip(".")

@@ -7,8 +7,9 @@ import numpy.typing as npt
 
 from sunset.errors import ModelError
 from sunset.perception.cache import InferenceCache
+from sunset.perception.engine import RUNTIME_ERRORS, find_device, one_line
 from sunset.perception.modality import Modality
-from sunset.perception.model import RUNTIME_ERRORS, Model
+from sunset.perception.model import Model
 
 __all__ = ["Segmentation", "Segmenter"]
 
@@ -33,29 +34,47 @@ class Segmentation:
 class Segmenter:
     """Segments frames with the networks of a model.
 
-    The answer to a frame does not depend on what came before, nor on the number of threads: frames go
-    through one at a time, and the runtime splits work between threads along axes that it does not sum
-    over (a test compares the bits). Between processors with other instructions, last bits may differ.
+    On one thread of the processor, the answer to a frame does not depend on what came before, on the number of
+    cores, nor on what else the computer does; frames go through one at a time. To use several cores, segment in
+    several processes. Between processors with other instructions, last bits may differ.
 
     Args:
         model: whose networks.
-        threads: of the runtime, at least 1.
-        cache: answers frames that were seen before, or None.
+        threads: of the engine. With more than one, last bits may differ from those of one thread.
+        device: "cpu"; "cuda", with the package onnxruntime-gpu (this project has not tried it on a graphics
+            card); or "auto", which is "cuda" where it is offered, else "cpu". With "cuda" bits may differ.
+        cache: answers frames that were seen before, or None. It is used with one thread and the device "cpu"
+            only: it must not mix their answers with others.
 
     Raises:
         ModelError: the number of threads is less than 1.
+        InvalidInputError: there is no such device.
+        MissingExtraError: the device needs a package that is not installed.
     """
 
-    def __init__(self, model: Model, *, threads: int = 1, cache: InferenceCache | None = None) -> None:
+    def __init__(
+        self,
+        model: Model,
+        *,
+        threads: int = 1,
+        device: str = "cpu",
+        cache: InferenceCache | None = None,
+    ) -> None:
         if threads < 1:
             raise ModelError(f"The number of inference threads must be at least 1, got {threads}.")
         self._model = model
         self._threads = threads
-        self._cache = cache
+        self._device = find_device(device)
+        self._cache = cache if (threads, self._device) == (1, "cpu") else None
 
     def __repr__(self) -> str:
-        """Return the model and the cache."""
-        return f"Segmenter({self._model!r}, threads={self._threads}, cache={self._cache!r})"
+        """Return the model and how it is run."""
+        return f"Segmenter({self._model!r}, threads={self._threads}, device={self._device!r}, cache={self._cache!r})"
+
+    @property
+    def device(self) -> str:
+        """What the networks run on: "cpu" or "cuda"."""
+        return self._device
 
     @property
     def model(self) -> Model:
@@ -131,11 +150,13 @@ class Segmenter:
     def _run(
         self, modality: Modality, outputs: list[str], inputs: dict[str, npt.NDArray[np.generic]]
     ) -> list[npt.NDArray[np.generic]]:
-        session = self._model.session(modality, self._threads)
+        session = self._model.session(modality, threads=self._threads, device=self._device)
         try:
             results: list[npt.NDArray[np.generic]] = session.run(outputs, inputs)
         except RUNTIME_ERRORS as error:
-            raise ModelError(f"The network {modality.key!r} of {self._model!r} failed: {error}.") from error
+            raise ModelError(
+                f"The network {modality.key!r} of {self._model!r} failed: {one_line(error)}."
+            ) from error
         return results
 
 

@@ -1,0 +1,109 @@
+"""The engine that runs networks, ONNX Runtime, set up so that its answers repeat bit by bit."""
+
+import re
+from pathlib import Path
+from typing import Any, Final
+
+import onnxruntime
+from onnxruntime.capi import onnxruntime_pybind11_state as _runtime_errors
+
+from sunset.errors import InvalidInputError, MissingExtraError, ModelError
+
+__all__ = ["DEVICES", "RUNTIME_ERRORS", "external_files", "find_device", "one_line", "open_session"]
+
+DEVICES: Final = ("cpu", "cuda", "auto")
+"""What may be asked for; "auto" is "cuda" where the engine offers it, else "cpu"."""
+
+RUNTIME_ERRORS: Final = tuple(
+    getattr(_runtime_errors, name)
+    for name in (
+        "EPFail",
+        "EngineError",
+        "Fail",
+        "InvalidArgument",
+        "InvalidGraph",
+        "InvalidProtobuf",
+        "NoModel",
+        "NoSuchFile",
+        "NotImplemented",
+        "RuntimeException",
+    )
+)
+"""What ONNX Runtime raises; the classes have no base of their own."""
+
+_CUDA: Final = "CUDAExecutionProvider"
+_PROVIDERS: Final[dict[str, list[Any]]] = {
+    "cpu": ["CPUExecutionProvider"],
+    # Neither rounding to 19 bits nor algorithms that are chosen by timing them.
+    "cuda": [(_CUDA, {"use_tf32": "0", "cudnn_conv_algo_search": "DEFAULT"}), "CPUExecutionProvider"],
+}
+
+_LOCATION: Final = re.compile(rb"\x0a\x08location\x12([\x01-\x7f])")
+"""How a tensor in an ONNX file names the file of its values: an entry "location" and a text, with its length."""
+
+
+def find_device(wanted: str) -> str:
+    """Return "cpu" or "cuda" for what was asked for.
+
+    Raises:
+        InvalidInputError: it is none of `DEVICES`.
+        MissingExtraError: "cuda" is asked for and the installed engine does not offer it.
+    """
+    if wanted not in DEVICES:
+        raise InvalidInputError(f"The device must be one of {', '.join(DEVICES)}, got {wanted!r}.")
+    offered = _CUDA in onnxruntime.get_available_providers()
+    if wanted == "cuda" and not offered:
+        raise MissingExtraError(
+            "Inference on CUDA needs the package onnxruntime-gpu in the place of onnxruntime: the one that is "
+            "installed does not offer it; or choose the device cpu."
+        )
+    return "cuda" if wanted != "cpu" and offered else "cpu"
+
+
+def open_session(path: Path, *, threads: int = 1, device: str = "cpu") -> Any:
+    """Open a network.
+
+    Args:
+        path: the ONNX file.
+        threads: for each operator. One thread gives the same bits always; with more, float sums may be
+            blocked differently (seen from 4 threads on).
+        device: "cpu" or "cuda". CUDA has not been tried on a graphics card by this project.
+
+    Raises:
+        ModelError: the file is no network that can be run, or the device does not work.
+    """
+    options = onnxruntime.SessionOptions()
+    options.intra_op_num_threads = threads
+    options.inter_op_num_threads = 1
+    options.execution_mode = onnxruntime.ExecutionMode.ORT_SEQUENTIAL
+    options.use_deterministic_compute = True
+    options.log_severity_level = 4  # what goes wrong is raised, and must not be printed as well
+    # Idle threads would spin, and take a core from others.
+    options.add_session_config_entry("session.intra_op.allow_spinning", "0")
+    try:
+        session = onnxruntime.InferenceSession(path, options, providers=_PROVIDERS[device])
+    except RUNTIME_ERRORS as error:
+        raise ModelError(
+            f"The network {path} is no ONNX model that can be run: {one_line(error)}."
+        ) from error
+    if device == "cuda" and session.get_providers()[0] != _CUDA:
+        raise ModelError(
+            f"The network {path} cannot be run with CUDA: ONNX Runtime offers it, but could not start it; "
+            f"check the driver and the CUDA and cuDNN libraries, or choose the device cpu."
+        )
+    return session
+
+
+def external_files(network: bytes) -> set[str]:
+    r"""Return the names of the files in which an ONNX file keeps tensors (ONNX's external data).
+
+    >>> sorted(external_files(b"...\n\x08location\x12\x05a.bin..."))
+    ['a.bin']
+    """
+    found = (network[at.end() : at.end() + at[1][0]] for at in _LOCATION.finditer(network))
+    return {name.decode("utf-8", "replace") for name in found}
+
+
+def one_line(error: BaseException) -> str:
+    """Return an error of the engine as part of a sentence."""
+    return " ".join(str(error).split()).rstrip(".")

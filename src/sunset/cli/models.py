@@ -81,6 +81,7 @@ def _add_calibrate(actions: "argparse._SubParsersAction[argparse.ArgumentParser]
         metavar="DIR",
         help="a new folder for a calibrated copy (default: change the model)",
     )
+    _add_jobs(parser)
     parser.set_defaults(execute=calibrate)
 
 
@@ -136,13 +137,17 @@ def _add_iou(actions: "argparse._SubParsersAction[argparse.ArgumentParser]") -> 
     parser.set_defaults(execute=iou)
 
 
-def _add_measuring_options(parser: argparse.ArgumentParser) -> None:
+def _add_jobs(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--jobs",
         type=at_least_one,
         metavar="N",
         help="processes; no influence on results (default: one a core)",
     )
+
+
+def _add_measuring_options(parser: argparse.ArgumentParser) -> None:
+    _add_jobs(parser)
     parser.add_argument("--json", action="store_true", help="print one JSON object")
 
 
@@ -210,11 +215,13 @@ def calibrate(arguments: argparse.Namespace) -> int:
     with stages_progress() as progress:
         if arguments.bag is None:
             source = "flights over town 7"
-            frames = validation_flight(size, progress=progress)
+            frames = validation_flight(size, jobs=arguments.jobs, progress=progress)
         else:
             source = f"the bag {arguments.bag.resolve().name}"
             frames = frames_of_bag(arguments.bag, size)
-        calibrated = calibrate_model(model, frames, arguments.out, source=source, progress=progress)
+        calibrated = calibrate_model(
+            model, frames, arguments.out, source=source, jobs=arguments.jobs, progress=progress
+        )
     card = calibrated.card
     for modality, network in sorted(card.networks.items()):
         print(f"{modality.key + ' temperature':22}{network.temperature:.4f}")

@@ -2,9 +2,9 @@
 
 import hashlib
 import shutil
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, replace
-from functools import partial
+from functools import lru_cache, partial
 from importlib.util import find_spec
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -23,7 +23,7 @@ from sunset.training.calibrate import Separation, separate, temperature_for
 from sunset.training.conditions import BLURRED, UNSURE, Condition, CurvesPlan, plan_curves
 from sunset.training.curves import SAMPLES, Case, Curves, curves_of, look, window_means
 from sunset.training.frames import COURSES_DEG, VALIDATION_TOWN, FrameCounts
-from sunset.training.spread import processors
+from sunset.training.spread import spread
 
 __all__ = ["calibrate_model", "check_target", "frames_of_bag", "set_temperature", "validation_flight"]
 
@@ -94,6 +94,7 @@ def calibrate_model(
     out: Path | None = None,
     *,
     source: str = "frames of the caller's",
+    jobs: int | None = None,
     progress: Progress | None = None,
 ) -> Model:
     """Give a model its temperatures, its two thresholds, measured results, and a card that says so.
@@ -106,6 +107,7 @@ def calibrate_model(
         frames: consecutive ones, of the model's size, at least five.
         out: a folder that is to be made and receives the calibrated model; if None, the model's own is changed.
         source: where the frames are from, for the card.
+        jobs: processes; as many as there are processors if None. It has no influence on the result.
         progress: called now and then.
 
     Raises:
@@ -123,7 +125,10 @@ def calibrate_model(
         home.mkdir(parents=True, exist_ok=True)
         with TemporaryDirectory(prefix=".calibrating-", dir=home) as name:
             draft = Path(name) / target.name
-            _calibrated(_copied(model, draft), frames, source, progress)
+            tempered = _tempered(_copied(model, draft), frames, progress)
+            plan = plan_curves(tempered.card, grid={})
+            values = _looks(tempered, plan, frames, jobs, progress)
+            _write_card(tempered, plan, values, source)
             _publish(draft, target, whole=out is not None)
     except OSError as error:
         raise OutputError(f"The model {target} cannot be written: {error.strerror}.") from error
@@ -175,23 +180,27 @@ def _copied(model: Model, draft: Path) -> Model:
     return _with_temperatures(Model(draft, model.card), dict.fromkeys(model.card.networks, 1.0))
 
 
-def _calibrated(model: Model, frames: FrameSet, source: str, progress: Progress | None) -> None:
-    """Write the calibrated card and networks over those of a copy."""
-    temperatures = _temperatures(Segmenter(model, threads=processors()), frames, progress)
-    model = _with_temperatures(model, temperatures)
-    plan = plan_curves(model.card, grid={})
-    values = _looks(Segmenter(model, threads=processors()), plan, frames, progress)
+def _write_card(model: Model, plan: CurvesPlan, values: Values, source: str) -> None:
+    """Write the card of a model that has its temperatures.
+
+    Args:
+        model: in a folder of its own.
+        plan: whose conditions were measured.
+        values: (frames, conditions, 3): IoU, entropy and sharpness.
+        source: where the frames are from.
+    """
     entropy, sharpness = _thresholds(plan, values)
     card = replace(model.card, entropy_threshold=entropy.threshold, sharpness_threshold=sharpness.threshold)
     curves = curves_of(plan, card, values, partial(window_means, every=1))
     limits = {"entropy": _rounded(asdict(entropy)), "sharpness": _rounded(asdict(sharpness))}
-    results: dict[str, object] = {"measured_on": f"{len(frames)} frames: {source}", **_results(curves)}
+    results: dict[str, object] = {"measured_on": f"{len(values)} frames: {source}", **_results(curves)}
     replace(card, results=results | {"thresholds": limits}).write(model.folder)
 
 
-def _temperatures(segmenter: Segmenter, frames: FrameSet, progress: Progress | None) -> dict[Modality, float]:
-    """Return the temperatures that give every network the mean entropy that the main one has without."""
-    main, *others = sorted(segmenter.model.card.networks)
+def _tempered(model: Model, frames: FrameSet, progress: Progress | None) -> Model:
+    """Give every network the mean entropy that the main one has without a temperature; return the model then."""
+    segmenter = Segmenter(model)
+    main, *others = sorted(model.card.networks)
     chosen = np.linspace(0, len(frames) - 1, min(_CALIBRATION_FRAMES, len(frames))).astype(int)
     pairs = [(np.asarray(frames.bgr[index]), np.asarray(frames.depth[index])) for index in chosen]
     target = float(np.mean([segmenter.segment(main, *pair).entropy for pair in pairs]))
@@ -200,22 +209,34 @@ def _temperatures(segmenter: Segmenter, frames: FrameSet, progress: Progress | N
         found[modality] = temperature_for([segmenter.logits(modality, *pair) for pair in pairs], target)
         if progress is not None:
             progress("Temperatures", len(found) - 1, len(others))
-    return found
+    return _with_temperatures(model, found)
 
 
-def _looks(segmenter: Segmenter, plan: CurvesPlan, frames: FrameSet, progress: Progress | None) -> Values:
+def _looks(
+    model: Model, plan: CurvesPlan, frames: FrameSet, jobs: int | None, progress: Progress | None
+) -> Values:
     """Return IoU, entropy and sharpness of every frame in every condition (frames, conditions, 3)."""
-    conditions, rows = plan.conditions(), []
-    for index in range(len(frames)):
-        images = (
-            np.asarray(frames.bgr[index]),
-            np.asarray(frames.depth[index]),
-            np.asarray(frames.labels[index]),
-        )
-        rows.append(look(segmenter, conditions, index, images))
-        if progress is not None:
-            progress("Frames", index + 1, len(frames))
-    return np.stack(rows)
+    with TemporaryDirectory(prefix="sunset-") as name:
+        frames.save(Path(name))  # where other processes find them
+        work = partial(_look_at, model.folder, Path(name), plan.conditions())
+        numbers = [(index,) for index in range(len(frames))]
+        measuring = partial(progress, "Measuring") if progress else None
+        return np.concatenate(list(spread(work, numbers, jobs=jobs, progress=measuring)))
+
+
+def _look_at(folder: Path, saved: Path, conditions: Sequence[Condition], indices: Sequence[int]) -> Values:
+    segmenter, frames = _opened(folder, saved)
+    looks = []
+    for index in indices:
+        images = (frames.bgr[index], frames.depth[index], frames.labels[index])
+        looks.append(look(segmenter, conditions, index, images))
+    return np.stack(looks)
+
+
+@lru_cache(maxsize=1)
+def _opened(folder: Path, saved: Path) -> tuple[Segmenter, FrameSet]:
+    """Return model and frames, opened once a process."""
+    return Segmenter(load_model(folder)), FrameSet.load(saved)
 
 
 def _thresholds(plan: CurvesPlan, values: Values) -> tuple[Separation, Separation]:

@@ -1,9 +1,10 @@
 import numpy as np
 import pytest
 
+from sunset.classes import CARLA_IDS
 from sunset.data import DEFAULT_FLIGHT, FlightPlan, render_frames
 from sunset.data.town import build_town
-from sunset.data.views import _is_free
+from sunset.data.views import is_free
 from sunset.errors import InvalidInputError
 
 
@@ -33,7 +34,37 @@ def test_the_camera_looks_where_it_flies() -> None:
 
 def test_no_building_is_in_the_way() -> None:
     town = build_town(1)
-    assert all(_is_free(town, pose) for pose in DEFAULT_FLIGHT.poses()[::10])
+    assert all(is_free(town, pose) for pose in DEFAULT_FLIGHT.poses()[::10])
+
+
+def test_the_poses_of_the_default_flight_do_not_change() -> None:
+    first, last = DEFAULT_FLIGHT.poses()[0], DEFAULT_FLIGHT.poses()[-1]
+    assert (first.x, first.y, first.z) == pytest.approx((-150.982736, -71.674365, 50.0), abs=1e-5)
+    assert (last.x, last.y, last.heading) == pytest.approx((89.019036, 122.507996, 0.702621), abs=1e-5)
+
+
+@pytest.mark.parametrize("course", [0.0, 120.0, 210.0])
+def test_a_low_flight_follows_a_street_in_its_direction(course: float) -> None:
+    plan = FlightPlan(height=20, course_deg=course, frames=200)
+    town, poses = build_town(1), plan.poses()
+    assert all(is_free(town, pose) for pose in poses)
+    points = np.array([(pose.x, pose.y, pose.z) for pose in poses])
+    below = town.solid.meet(points.astype(np.float32), np.tile([[0, 0, -1]], (200, 1)).astype(np.float32))
+    # the street, but for a bridge, a lamp or a tree here and there
+    assert np.median(below.distance) == pytest.approx(20, abs=0.1)
+    np.testing.assert_allclose(np.linalg.norm(np.diff(points[:, :2], axis=0), axis=1), 0.9, rtol=0.01)
+    way = points[-1] - points[0]
+    assert np.cos(np.arctan2(way[1], way[0]) - np.radians(course)) > 0.6
+    along = np.arctan2(*np.diff(points[:, :2], axis=0).T[::-1])
+    headings = np.array([pose.heading for pose in poses][:-1])
+    np.testing.assert_allclose(np.cos(along - headings), 1, atol=1e-3)
+
+
+def test_a_street_is_what_a_low_flight_sees() -> None:
+    plan = FlightPlan(height=20, pitch_deg=90, frames=50, size=(36, 64))
+    streets = [CARLA_IDS[name] for name in ("road", "road line", "sidewalk", "car", "truck", "bus")]
+    middles = [frame.labels[15:21, 28:36] for frame in render_frames(plan, [0, 20, 40])]
+    assert np.isin(middles, streets).mean() > 0.8
 
 
 def test_every_frame_has_noise_of_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -56,7 +87,8 @@ def test_chosen_frames_equal_those_of_the_whole_flight() -> None:
     ("change", "message"),
     [
         ({"frames": 0}, "frames must be from 1"),
-        ({"height": 20}, "height must be from 45"),
+        ({"height": 19.9}, "height must be from 20"),
+        ({"frames": 1400}, "at most 1200 m long, got 1400 frames over 1260 m"),
         ({"pitch_deg": 91}, "pitch_deg must be"),
         ({"speed": float("nan")}, "speed must be"),
         ({"time": "night"}, "time of day"),

@@ -59,9 +59,15 @@ def _add_render(actions: "argparse._SubParsersAction[argparse.ArgumentParser]") 
         description="Render a flight over a procedural town and write it as a rosbag2 (MCAP).",
     )
     parser.add_argument("--town", type=int, default=1, metavar="N", help="1 to 8 (default: 1)")
-    parser.add_argument("--height", type=float, default=50.0, metavar="M", help="metres (default: 50)")
     parser.add_argument(
-        "--angle", type=float, default=60.0, metavar="DEG", help="camera pitch down (default: 60)"
+        "--height",
+        type=float,
+        default=50.0,
+        metavar="M",
+        help="20 to 300 m; below 45 it follows a street (default: 50)",
+    )
+    parser.add_argument(
+        "--angle", type=float, default=60.0, metavar="DEG", help="camera pitch down, 0 to 90 (default: 60)"
     )
     parser.add_argument("--time", default="noon", help=f"one of {', '.join(TIMES)} (default: noon)")
     parser.add_argument("--weather", default="clear", help=f"one of {', '.join(WEATHERS)} (default: clear)")

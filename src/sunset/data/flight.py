@@ -2,40 +2,50 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, TypeAlias
 
 import numpy as np
+import numpy.typing as npt
 
 from sunset.data.camera import Pose
 from sunset.data.frame import FRAME_SIZE, Frame
-from sunset.data.layout import check_town
+from sunset.data.layout import Street, TownPlan, check_town
 from sunset.data.light import light
 from sunset.data.renderer import View, render
 from sunset.data.town import build_town
+from sunset.data.views import is_free
 from sunset.errors import InvalidInputError
 from sunset.seeding import check_seed
 
 __all__ = ["DEFAULT_FLIGHT", "FlightPlan", "render_frames"]
 
 SAMPLES: Final = 4001
+ROOFS_M: Final = 45.0
+"""From this height on, a flight is clear of every roof."""
+LENGTH_M: Final = 1200.0
+"""How long a flight may be; the hills around a town begin further out."""
+
+Reals: TypeAlias = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FlightPlan:
     """A flight along a winding course across a town, at constant speed and height.
 
-    The course follows a straight line through the town's centre and swings to both sides of it.
+    The course follows a straight line through the town's centre and swings to both sides of it. A flight below
+    45 m follows a street instead: of those that run in the line's direction, the nearest one above which
+    nothing is in the way.
 
     Attributes:
         town: its number, 1 to 8.
         frames: how many are taken, at least 1.
         rate_hz: frames a second.
         speed: in metres a second.
-        height: above the ground in metres, in [45, 300], clear of every roof.
+        height: in metres, in [20, 300], above the town's centre, or above the street that is followed.
         pitch_deg: of the camera below the horizon in degrees, in [0, 90].
         course_deg: direction of the course's straight line in degrees, anticlockwise from east.
         offset: of the line to the left of the town's centre in metres.
-        swing: of the course to either side of the line in metres.
+        swing: of the course to either side of the line in metres; a street has its own.
         wave: length of one swing in metres.
         time: time of day, one of `TIMES`.
         weather: one of `WEATHERS`.
@@ -71,7 +81,7 @@ class FlightPlan:
             ("frames", 1, 100_000),
             ("rate_hz", 0.1, 1000),
             ("speed", 0, 100),
-            ("height", 45, 300),
+            ("height", 20, 300),
             ("pitch_deg", 0, 90),
             ("wave", 50, 2000),
             ("swing", 0, 200),
@@ -80,23 +90,83 @@ class FlightPlan:
             if not low <= value <= high:
                 raise InvalidInputError(f"A flight's {name} must be from {low} to {high}, got {value!r}.")
 
+        if self.length > LENGTH_M:
+            raise InvalidInputError(
+                f"A flight must be at most {LENGTH_M:g} m long, got {self.frames} frames over {self.length:g} m."
+            )
+
+    @property
+    def length(self) -> float:
+        """How far it flies, in metres."""
+        return self.speed * self.frames / self.rate_hz
+
     def poses(self) -> list[Pose]:
-        """Return the camera's pose at every frame."""
-        length = self.speed * self.frames / self.rate_hz
-        along = np.linspace(-length, length, SAMPLES)
+        """Return the camera's pose at every frame.
+
+        Raises:
+            InvalidInputError: something is in the way above every street in the flight's direction.
+        """
+        if self.height < ROOFS_M:
+            return self._above_a_street()
+        along = np.linspace(-self.length, self.length, SAMPLES)
         across = self.offset + self.swing * np.sin(2 * np.pi * along / self.wave)
         angle = np.radians(self.course_deg)
         x = along * np.cos(angle) - across * np.sin(angle)
         y = along * np.sin(angle) + across * np.cos(angle)
-        travelled = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(x), np.diff(y)))])
         slope = np.arctan(self.swing * 2 * np.pi / self.wave * np.cos(2 * np.pi * along / self.wave))
+        return self._evenly(x, y, np.full(SAMPLES, self.height), angle, slope)
+
+    def _evenly(self, x: Reals, y: Reals, z: Reals, angle: float, turn: Reals) -> list[Pose]:
+        """Return the poses of the frames, evenly spaced in the middle of a course.
+
+        The course is given by as many points, all in metres, and directions `angle + turn` in radians.
+        """
+        travelled = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(x), np.diff(y)))])
         middle = travelled[-1] / 2
-        at = middle + self.speed * (np.arange(self.frames) / self.rate_hz) - length / 2
-        columns = (np.interp(at, travelled, values) for values in (x, y, slope))
+        at = middle + self.speed * (np.arange(self.frames) / self.rate_hz) - self.length / 2
+        columns = (np.interp(at, travelled, values) for values in (x, y, z, turn))
+        pitch = float(np.radians(self.pitch_deg))
         return [
-            Pose(float(px), float(py), self.height, float(angle + turn), float(np.radians(self.pitch_deg)))
-            for px, py, turn in zip(*columns, strict=True)
+            Pose(float(px), float(py), float(pz), float(angle + change), pitch)
+            for px, py, pz, change in zip(*columns, strict=True)
         ]
+
+    def _above_a_street(self) -> list[Pose]:
+        town = build_town(self.town)
+        plan = town.plan
+        for street, middle, sign in self._streets(plan):
+            along = middle + sign * np.linspace(-self.length, self.length, SAMPLES)
+            grid = street.points(along)
+            x, y = plan.warp.points(grid).T
+            heading = np.unwrap(plan.warp.headings(grid, street.axis))
+            poses = self._evenly(
+                x, y, self.height + plan.relief.streets(grid), 0.0 if sign > 0 else np.pi, heading
+            )
+            if all(is_free(town, pose) for pose in poses):
+                return poses
+        raise InvalidInputError(
+            f"No street of town {self.town} in the direction of {self.course_deg:g} degrees is free at "
+            f"{self.height:g} m for {self.length:g} m: choose another height, direction or number of frames."
+        )
+
+    def _streets(self, plan: TownPlan) -> list[tuple[Street, float, int]]:
+        """Return the streets in the course's direction, the nearest first.
+
+        With each come the position along it that is nearest to the middle of the course, and whether the
+        course follows it forwards (1) or backwards (-1).
+        """
+        angle = np.radians(self.course_deg)
+        middle = self.offset * np.array([-np.sin(angle), np.cos(angle)])
+        along = np.arange(-300.0, 300.0)
+        found = []
+        for street in filter(plan.through, plan.streets):
+            grid = street.points(along)
+            distance = np.hypot(*(plan.warp.points(grid) - middle).T)
+            nearest = int(distance.argmin())
+            same = np.cos(plan.warp.headings(grid[nearest], street.axis) - angle)
+            if abs(same) > np.sqrt(0.5):
+                found.append((float(distance[nearest]), street, float(along[nearest]), 1 if same > 0 else -1))
+        return [entry[1:] for entry in sorted(found, key=lambda entry: entry[0])]
 
     def stamps_ns(self) -> list[int]:
         """Return the frames' times in nanoseconds, the first at one period."""

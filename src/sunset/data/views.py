@@ -13,7 +13,7 @@ from sunset.data.town import Town, build_town
 from sunset.errors import InvalidInputError
 from sunset.seeding import check_seed, generator
 
-__all__ = ["HEIGHTS_M", "PITCHES_DEG", "TrainingView", "render_views", "training_views"]
+__all__ = ["HEIGHTS_M", "PITCHES_DEG", "TrainingView", "is_free", "render_views", "training_views"]
 
 HEIGHTS_M: Final = (20.0, 50.0, 80.0)
 """SynDrone's flight heights in metres."""
@@ -98,12 +98,18 @@ def _pose(town: Town, rng: np.random.Generator, height: float, pitch: float) -> 
             float(np.radians(tilt)),
             float(rng.normal(0, 0.015)),
         )
-        if _is_free(town, pose):
+        if is_free(town, pose):
             return pose
     raise InvalidInputError(f"No free air was found at a height of {height} m: choose a greater one.")
 
 
-def _is_free(town: Town, pose: Pose) -> bool:
+def is_free(town: Town, pose: Pose) -> bool:
+    """Say whether nothing that stands still is near a camera, around it or in its view.
+
+    Args:
+        town: in which it is.
+        pose: of the camera.
+    """
     grid = np.linspace(-1, 1, 5)
     axes = pose.axes()
     ahead = axes[2] + grid[:, None, None] * axes[0] + 0.57 * grid[None, :, None] * axes[1]

@@ -1,0 +1,219 @@
+"""How fast networks run, against what the processor could do.
+
+For every network of the models that are named, prints its multiply-adds (a million a Mmac), and by engine and number of
+threads: the time of a frame in a bare session, as the median and the least of several rounds, and which share of the
+processor's peak the least is, at its measured rates of float32 and int8 products. Then the time of a frame when two
+processes of one thread share the frames, and what the `Segmenter` takes, its checks and copies included.
+
+The processor should have nothing else to do. Needs the extra `train` (for onnx); OpenVINO is measured where it is
+installed, with float32 asked for.
+"""
+
+import argparse
+import math
+import statistics
+import time
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from importlib import import_module
+from importlib.util import find_spec
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+import numpy.typing as npt
+import onnx
+import onnxruntime
+from onnx import TensorProto, helper, numpy_helper
+
+from sunset.perception import Modality, Model, Segmenter, load_model
+
+Arrays = dict[str, npt.NDArray[Any]]
+
+_SIZES: Final = (576, 1024, 2048)
+"""Sides of the square matrices that the peak is measured with; the fastest counts."""
+
+
+@dataclass(frozen=True)
+class Work:
+    """Multiply-adds by the type that they are done in."""
+
+    float32: int = 0
+    int8: int = 0
+
+    def seconds(self, rates: "Work") -> float:
+        """Return how long this takes at rates a second."""
+        return self.float32 / rates.float32 + self.int8 / rates.int8
+
+
+def work(path: Path) -> Work:
+    """Count the multiply-adds of a network's convolutions and matrix products, from its graph.
+
+    Those between dequantised tensors are int8, in the engines that are compared here.
+    """
+    model = onnx.shape_inference.infer_shapes(onnx.load(path, load_external_data=False), data_prop=True)
+    graph = model.graph
+    shapes = {tensor.name: tuple(tensor.dims) for tensor in graph.initializer}
+    for value in (*graph.input, *graph.output, *graph.value_info):
+        shapes[value.name] = tuple(size.dim_value for size in value.type.tensor_type.shape.dim)
+    dequantised = {node.output[0] for node in graph.node if node.op_type == "DequantizeLinear"}
+    counts = {True: 0, False: 0}
+    for node in graph.node:
+        if node.op_type == "Conv":
+            each = math.prod(shapes[node.input[1]][1:])
+        elif node.op_type == "MatMul":
+            each = shapes[node.input[0]][-1]
+        else:
+            continue
+        counts[dequantised.issuperset(node.input[:2])] += each * math.prod(shapes[node.output[0]])
+    return Work(float32=counts[False], int8=counts[True])
+
+
+def seconds(function: Callable[[], object], rounds: int) -> list[float]:
+    """Return the wall times of calls, after one that is not counted."""
+    function()
+    times = []
+    for _ in range(rounds):
+        started = time.perf_counter()
+        function()
+        times.append(time.perf_counter() - started)
+    return times
+
+
+def session(network: Path | bytes, threads: int) -> Any:
+    """Open a network as the project does, with any number of threads."""
+    options = onnxruntime.SessionOptions()
+    options.intra_op_num_threads = threads
+    options.add_session_config_entry("session.intra_op.allow_spinning", "0")
+    return onnxruntime.InferenceSession(network, options, providers=["CPUExecutionProvider"])
+
+
+def product(size: int, *, quantised: bool) -> bytes:
+    """Return a network that multiplies two square matrices; `quantised` gives one that engines do in int8."""
+    rng = np.random.default_rng(0)
+    kind = TensorProto.UINT8 if quantised else TensorProto.FLOAT
+    weights = rng.integers(-64, 64, (size, size)).astype(np.int8 if quantised else np.float32)
+    constants = [numpy_helper.from_array(weights, "b")]
+    nodes = [helper.make_node("MatMul", ["a", "b"], ["c"])]
+    if quantised:
+        scale, zero = np.float32(0.01), np.uint8(128)
+        scales = {"s": np.array(scale), "z": np.array(zero), "bz": np.array(np.int8(0))}
+        constants += [numpy_helper.from_array(value, name) for name, value in scales.items()]
+        nodes = [
+            helper.make_node("DequantizeLinear", ["a", "s", "z"], ["a.real"]),
+            helper.make_node("DequantizeLinear", ["b", "s", "bz"], ["b.real"]),
+            helper.make_node("MatMul", ["a.real", "b.real"], ["c.real"]),
+            helper.make_node("QuantizeLinear", ["c.real", "s", "z"], ["c"]),
+        ]
+    values = [helper.make_tensor_value_info(name, kind, [size, size]) for name in "ac"]
+    graph = helper.make_graph(nodes, "product", values[:1], values[1:], constants)
+    model = helper.make_model(graph, opset_imports=[helper.make_opsetid("", 18)], ir_version=9)
+    return bytes(model.SerializeToString())
+
+
+def peak(threads: int) -> Work:
+    """Return the multiply-adds a second of the fastest product of two square matrices."""
+    rates = {}
+    for quantised in (False, True):
+        best = 0.0
+        for size in _SIZES:
+            a = np.ones((size, size), dtype=np.uint8 if quantised else np.float32)
+            opened = session(product(size, quantised=quantised), threads)
+            best = max(best, size**3 / min(seconds(lambda: opened.run(None, {"a": a}), 10)))  # noqa: B023
+        rates[quantised] = round(best)
+    return Work(float32=rates[False], int8=rates[True])
+
+
+def frame(model: Model) -> Arrays:
+    """Return a frame of noise: the time does not depend on the content."""
+    rng, size = np.random.default_rng(0), (model.card.height, model.card.width)
+    return {
+        "bgr": rng.integers(0, 256, (*size, 3), dtype=np.uint8),
+        "depth": rng.integers(0, 65536, size, dtype=np.uint16),
+    }
+
+
+def with_onnxruntime(path: Path, inputs: Arrays, threads: int) -> Callable[[], object]:
+    """Return a call of a bare session."""
+    opened = session(path, threads)
+    return lambda: opened.run(["labels", "entropy"], inputs)
+
+
+def with_openvino(path: Path, inputs: Arrays, threads: int) -> Callable[[], object]:
+    """Return a call of OpenVINO, with one stream and no rounding of float32."""
+    openvino = import_module("openvino")  # an engine that the project does not need
+    hints = {"INFERENCE_NUM_THREADS": threads, "NUM_STREAMS": 1, "INFERENCE_PRECISION_HINT": "f32"}
+    request = openvino.Core().compile_model(path, "CPU", hints).create_infer_request()
+    return lambda: request.infer(inputs, share_inputs=True)
+
+
+ENGINES: Final = {"ONNX Runtime": with_onnxruntime} | (
+    {"OpenVINO": with_openvino} if find_spec("openvino") else {}
+)
+
+
+def worker(engine: str, path: Path, inputs: Arrays, rounds: int) -> list[float]:
+    """Return the seconds of frames in a process of its own, with one thread."""
+    return seconds(ENGINES[engine](path, inputs, 1), rounds)
+
+
+def together(engine: str, path: Path, inputs: Arrays, rounds: int) -> list[float]:
+    """Return the seconds of a frame when two processes share the frames; the slower of the two counts."""
+    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
+        both = [pool.submit(worker, engine, path, inputs, rounds) for _ in range(2)]
+        times = max((one.result() for one in both), key=statistics.median)
+    return [each / 2 for each in times]
+
+
+def rows(model: Model, modality: Modality, peaks: dict[int, Work], rounds: int) -> Iterator[str]:
+    """Yield a line of figures for every way to run a network."""
+    path = model.folder / model.card.networks[modality].file
+    inputs = {name: value for name, value in frame(model).items() if _needs(modality, name)}
+    todo = work(path)
+
+    def line(engine: str, how: str, times: list[float], rates: Work) -> str:
+        median, least = 1e3 * statistics.median(times), 1e3 * min(times)
+        share = 1e5 * todo.seconds(rates) / least
+        return f"  {engine:<13}{how:<15}{median:7.1f} ms{least:7.1f} ms{share:6.0f} %"
+
+    yield f"{model.card.name} {modality.key}: {todo.float32 / 1e6:.0f} Mmac float32, {todo.int8 / 1e6:.0f} int8"
+    for engine, opened in ENGINES.items():
+        for threads, rates in peaks.items():
+            yield line(engine, f"{threads} thread(s)", seconds(opened(path, inputs, threads), rounds), rates)
+        yield line(engine, "2 processes", together(engine, path, inputs, rounds), peaks[2])
+    segmenter = Segmenter(model)
+    bgr, depth = inputs.get("bgr"), inputs.get("depth")
+    times = seconds(lambda: segmenter.segment(modality, bgr, depth), rounds)
+    yield line("Segmenter", "1 thread", times, peaks[1])
+
+
+def _needs(modality: Modality, name: str) -> bool:
+    return modality.needs_rgb if name == "bgr" else modality.needs_depth
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Measure and print."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("models", nargs="*", default=["lite"], help="names or folders (default: lite)")
+    parser.add_argument("--rounds", type=int, default=20, help="of each measurement (default: %(default)s)")
+    parser.add_argument("--threads", type=int, nargs="+", default=[1, 2], help="(default: 1 2)")
+    given = parser.parse_args(arguments)
+    peaks = {threads: peak(threads) for threads in sorted({1, 2, *given.threads})}
+    for threads, rates in peaks.items():
+        print(
+            f"peak of {threads} thread(s): {rates.float32 / 1e9:.0f} Gmac/s float32, {rates.int8 / 1e9:.0f} int8"
+        )
+    print(f"  {'':28}{'median':>7}{'least':>10}{'of peak':>11}")
+    for name in given.models:
+        model = load_model(name)
+        for modality in sorted(model.card.networks):
+            for row in rows(model, modality, peaks, given.rounds):
+                print(row, flush=True)
+
+
+if __name__ == "__main__":
+    main()

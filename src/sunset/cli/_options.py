@@ -4,6 +4,8 @@ import argparse
 from pathlib import Path
 from typing import Any
 
+from sunset.perception import DEVICES
+
 __all__ = ["add_flight_options", "at_least_one", "flight_options"]
 
 
@@ -22,6 +24,12 @@ def add_flight_options(parser: argparse.ArgumentParser) -> None:
     """Add what says how a mission is flown, whoever manages it."""
     parser.add_argument(
         "--model", default="lite", metavar="NAME|DIR", help="segmentation model (default: lite)"
+    )
+    parser.add_argument(
+        "--device",
+        default="cpu",
+        choices=DEVICES,
+        help="what networks run on; between devices, last digits may differ (default: cpu)",
     )
     parser.add_argument("--bag", metavar="PATH", help="a rosbag2 to fly instead of the default flight")
     parser.add_argument(
@@ -47,6 +55,7 @@ def flight_options(arguments: argparse.Namespace) -> dict[str, Any]:
     return {
         "model": arguments.model,
         "bag": Path(arguments.bag) if arguments.bag else None,
+        "device": arguments.device,
         "cache": not arguments.no_cache,
         "manager_limit_s": arguments.manager_limit,
     }

@@ -51,6 +51,7 @@ class BenchSpec:
     seed: int = 1
     model: str = "lite"
     bag: Path | None = None
+    device: str = "cpu"
     timing: Timing = field(default_factory=Timing)
     cache: bool = True
     manager_limit_s: float = 30.0
@@ -82,6 +83,7 @@ def plan(spec: BenchSpec) -> tuple[RunSpec, ...]:
             seed=spec.seed + repetition,
             model=spec.model,
             bag=spec.bag,
+            device=spec.device,
             timing=spec.timing,
             cache=spec.cache,
             manager_limit_s=spec.manager_limit_s,
@@ -245,6 +247,7 @@ def describe(spec: BenchSpec, resources: Resources) -> dict[str, Any]:
     return {
         "bag": str(spec.bag) if spec.bag else None,
         "bag_checksum": resources.bag_checksum,
+        "device": resources.segmenter.device,
         "manager_checksums": {name: _source_checksum(load_manager(name)) for name in spec.managers},
         "managers": list(spec.managers),
         "model": spec.model,

@@ -41,6 +41,8 @@ def find_resources(spec: RunSpec, *, progress: Callable[[int, int], None] | None
 
     Raises:
         ModelError: there is no such model, or it is corrupt.
+        InvalidInputError: there is no such device.
+        MissingExtraError: the device needs a package that is not installed.
         DataError: there is no such bag, it is corrupt, or too short.
         OutputError: the cache folder cannot be written.
     """
@@ -55,7 +57,7 @@ def find_resources(spec: RunSpec, *, progress: Callable[[int, int], None] | None
             f"({spec.timing.warm_up_s:g} s of warm-up and {spec.timing.duration_s:g} s that are measured)."
         )
     cache = _inference_cache(cache_folder()) if spec.cache else None
-    return Resources(model, Segmenter(model, cache=cache), bag, checksum)
+    return Resources(model, Segmenter(model, device=spec.device, cache=cache), bag, checksum)
 
 
 _found_flights: dict[Path, Path] = {}

@@ -121,6 +121,7 @@ def _describe(spec: RunSpec, resources: Resources) -> dict[str, Any]:
         "seed": spec.seed,
         "model": card.name,
         "model_checksums": {str(modality): network.digest for modality, network in card.networks.items()},
+        "device": resources.segmenter.device,
         "middleware": "sim",
         "bag_frames": len(resources.bag),
         "bag_checksum": resources.bag_checksum,

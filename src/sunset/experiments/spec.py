@@ -65,6 +65,8 @@ class RunSpec:
     bag: Path | None = None
     """A rosbag2 folder or file; the default flight if it is None."""
     timing: Timing = field(default_factory=Timing)
+    device: str = "cpu"
+    """What networks run on: `cpu`, `cuda` or `auto`. Records of different devices may differ."""
     cache: bool = True
     """Whether results of inference are looked up and kept in the user's cache folder."""
     manager_limit_s: float = 30.0

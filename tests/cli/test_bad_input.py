@@ -104,6 +104,7 @@ ARGUMENTS: dict[str, tuple[Sequence[str], str]] = {
     "no job": (["bench", "--jobs", "0", "--out", "o"], "0"),
     "no time": (["run", "--manager-limit", "0"], "0"),
     "unknown model": (["run", "--model", "huge"], "huge"),
+    "unknown device": (["run", "--device", "tpu"], "tpu"),
     "unknown middleware": (["run", "--middleware", "telepathy"], "telepathy"),
     "missing bag": (["run", "--bag", "nowhere.mcap"], "nowhere.mcap"),
     "unknown verb": (["fly"], "fly"),
@@ -114,31 +115,6 @@ ARGUMENTS: dict[str, tuple[Sequence[str], str]] = {
     "unknown town": (["data", "render", "--town", "99", "--out", "o"], "99"),
     "figure of no known kind": (["faults", "figure", "--out", "figure.txt"], ".txt"),
 }
-
-
-@pytest.fixture
-def complaint(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> Callable[[Sequence[str]], str]:
-    """Call the command line in an empty folder; return its one sentence."""
-
-    def call(arguments: Sequence[str]) -> str:
-        monkeypatch.chdir(tmp_path)
-        code: object
-        try:
-            code = main(arguments)
-        except SystemExit as way_out:  # argparse's
-            code = way_out.code
-        out, err = capsys.readouterr()
-        assert code == 2, (code, out, err)
-        assert out == ""
-        sentence = err.strip().splitlines()[-1]
-        assert sentence.startswith("sunset")
-        assert sentence.endswith(".")
-        assert "Traceback" not in err
-        return sentence
-
-    return call
 
 
 @pytest.mark.parametrize("case", SCENARIOS)

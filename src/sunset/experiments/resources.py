@@ -51,9 +51,9 @@ def find_resources(spec: RunSpec, *, progress: Callable[[int, int], None] | None
     bag, checksum = _reader(path, (model.card.height, model.card.width))
     if len(bag) < spec.timing.frames:
         dropped = sum(bag.dropped.values())
+        lacking = f" ({dropped} images have no partner)" if dropped else ""
         raise DataError(
-            f"The bag {bag.path} holds {len(bag)} complete frames ({dropped} images have no partner); "
-            f"an experiment needs {spec.timing.frames} "
+            f"The bag {bag.path} holds {len(bag)} frames{lacking}; an experiment needs {spec.timing.frames} "
             f"({spec.timing.warm_up_s:g} s of warm-up and {spec.timing.duration_s:g} s that are measured)."
         )
     cache = _inference_cache(cache_folder()) if spec.cache else None

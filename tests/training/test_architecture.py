@@ -1,15 +1,16 @@
 import pytest
 
 from sunset.errors import InvalidInputError
-from sunset.training import NetworkShape
+from sunset.training import MODALITIES, LiteShape, ReferenceShape, TrainingConfig
 from sunset.training.architecture import (
     Concat,
     Conv,
     Layer,
+    MaxPool,
     Pool,
     Resize,
     Shuffle,
-    branch,
+    Spread,
     convolutions,
     merge,
 )
@@ -21,7 +22,9 @@ def sources(layer: Layer) -> tuple[str, ...]:
             return layer.sources
         case Conv():
             return (layer.source, layer.add) if layer.add else (layer.source,)
-        case Pool() | Resize() | Shuffle():
+        case Spread():
+            return (layer.source, layer.like)
+        case MaxPool() | Pool() | Resize() | Shuffle():
             return (layer.source,)
 
 
@@ -35,31 +38,54 @@ def channels(layer: Layer, known: dict[str, int]) -> int:
             return layer.channels[1]
         case Shuffle():
             return known[layer.source] // 4
-        case Pool() | Resize():
+        case MaxPool() | Pool() | Resize() | Spread():
             return known[layer.source]
 
 
 @pytest.mark.parametrize(
-    "shape", [NetworkShape(), NetworkShape(stem=16, widths=(16, 24, 40), blocks=(2, 1, 3), rates=(3,))]
+    "shape",
+    [
+        LiteShape(),
+        LiteShape(stem=16, widths=(16, 24, 40), blocks=(2, 1, 3), rates=(3,)),
+        ReferenceShape(),
+        ReferenceShape(width=16, blocks=(1, 2, 1, 1), pyramid=24),
+    ],
 )
-def test_every_layer_has_sources_before_it_whose_channels_fit(shape: NetworkShape) -> None:
-    layers = branch("rgb", shape) + branch("depth", shape) + merge(("rgb", "depth"))
+def test_every_layer_has_sources_before_it_whose_channels_fit(shape: LiteShape | ReferenceShape) -> None:
     known = {"rgb.input": 3, "depth.input": 3}
-    for layer in layers:
+    for layer in TrainingConfig(shape=shape).plan(MODALITIES):
         assert set(sources(layer)) <= set(known), layer
         assert layer.name not in known
         known[layer.name] = channels(layer, known)
-    assert [known[f"{name}.logits"] for name in ("rgb", "depth", "fusion")] == [28, 28, 28]
+    assert [known[f"{name}.logits"] for name in MODALITIES] == [28, 28, 28]
 
 
 def test_late_fusion_is_56_56_56_28() -> None:
-    assert [layer.channels for layer in convolutions(merge(("rgb", "depth")))] == [
-        (56, 56),
-        (56, 56),
-        (56, 28),
-    ]
+    found = [layer.channels for layer in convolutions(merge(8))]
+    assert found == [(56, 56), (56, 56), (56, 28)]
+
+
+@pytest.mark.parametrize(
+    ("dilation", "size", "rows", "padding"),
+    [(1, 18, slice(0, 3), 1), (17, 18, slice(0, 3), 17), (18, 18, slice(1, 2), 0), (1, 1, slice(1, 2), 0)],
+)
+def test_rows_of_a_kernel_that_only_ever_see_padding_are_left_out(
+    dilation: int, size: int, rows: slice, padding: int
+) -> None:
+    layer = Conv("y", "x", (16, 16), "w", dilation=dilation)
+    assert layer.taps(size) == rows
+    assert layer.padding(size) == padding
 
 
 def test_widths_that_torch_cannot_train_are_refused() -> None:
     with pytest.raises(InvalidInputError, match="at least 16 channels everywhere, got 8"):
-        NetworkShape(skips=(8, 16))
+        LiteShape(skips=(8, 16))
+    with pytest.raises(InvalidInputError, match="at least 16 channels everywhere, got 12"):
+        ReferenceShape(width=12)
+
+
+def test_an_output_stride_that_the_weights_cannot_run_at_is_refused() -> None:
+    with pytest.raises(InvalidInputError, match="must be 8, 16 or 32, got 4"):
+        ReferenceShape().branch("rgb", 4)
+    with pytest.raises(InvalidInputError, match="of 'lite' is 2, got 8"):
+        LiteShape().branch("rgb", 8)

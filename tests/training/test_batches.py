@@ -80,5 +80,5 @@ def test_missing_frames_are_named(tmp_path: Path) -> None:
 
 
 def test_arrays_that_do_not_belong_together_are_refused(sets: FrameSets) -> None:
-    with pytest.raises(DataError, match="must be 144x256 pixels in three arrays"):
+    with pytest.raises(DataError, match="consists of three arrays of shapes"):
         FrameSet(sets.train.bgr, sets.train.depth[:3], sets.train.labels)

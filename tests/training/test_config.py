@@ -1,19 +1,57 @@
 import pytest
 
 from sunset.errors import InvalidInputError
-from sunset.training import Schedule, TrainingConfig
+from sunset.training import CONFIGS, MODALITIES, Phase, Schedule, TrainingConfig
 
 
 def test_all_modalities_share_one_plan_that_contains_both_branches() -> None:
     config = TrainingConfig()
-    names = {layer.name for layer in config.all_layers()}
+    names = {layer.name for layer in config.layers("fusion")}
     assert {"rgb.logits", "depth.logits", "fusion.logits"} <= names
     assert {layer.name for layer in config.layers("rgb")} < names
 
 
-def test_one_branch_alone_can_be_trained() -> None:
-    config = TrainingConfig(modalities=("depth",))
-    assert config.all_layers() == config.layers("depth")
+def test_lite_learns_all_networks_at_once() -> None:
+    (stage,) = CONFIGS["lite"]().stages()
+    assert stage.learned == MODALITIES
+    assert stage.frozen == ()
+
+
+def test_the_reference_learns_each_branch_and_then_merges_them_as_they_are() -> None:
+    rgb, depth, fusion = CONFIGS["reference"]().stages()
+    assert (rgb.learned, depth.learned, fusion.learned) == (("rgb",), ("depth",), ("fusion",))
+    assert (rgb.frozen, depth.frozen, fusion.frozen) == ((), (), ("rgb", "depth"))
+
+
+def test_a_branch_is_learned_alike_with_or_without_the_others() -> None:
+    config = CONFIGS["reference"]()
+    alone = TrainingConfig(
+        modalities=("depth",), shape=config.shape, schedule=config.schedule, merging=config.merging
+    )
+    assert alone.stages() == (config.stages()[1],)
+
+
+def test_a_step_belongs_to_the_phase_that_it_falls_into() -> None:
+    schedule = Schedule(phases=(Phase(3, 8, 16), Phase(2, 4)))
+    assert [schedule.phase(step).batch for step in range(5)] == [8, 8, 8, 4, 4]
+    with pytest.raises(InvalidInputError, match="has 5 steps, there is no step 5"):
+        schedule.phase(5)
+
+
+@pytest.mark.parametrize("steps", [75, 1000, 9001])
+def test_another_number_of_steps_shortens_all_phases_alike(steps: int) -> None:
+    schedule = CONFIGS["reference"]().schedule
+    shorter = schedule.with_steps(steps)
+    assert shorter.steps == steps
+    for old, new in zip(schedule.phases, shorter.phases, strict=True):
+        assert new.steps == pytest.approx(old.steps * steps / schedule.steps, abs=1)
+    assert CONFIGS["reference"]().with_steps(steps).schedule == shorter
+
+
+def test_phases_that_are_left_without_a_step_are_dropped() -> None:
+    schedule = Schedule(phases=(Phase(6, 8, 16), Phase(1, 4)))
+    assert schedule.with_steps(2).phases == (Phase(2, 8, 16),)
+    assert schedule.with_steps(7) == schedule
 
 
 def test_an_unknown_modality_is_refused() -> None:
@@ -33,5 +71,4 @@ def test_fusion_without_its_branches_is_refused() -> None:
 
 def test_no_steps_are_refused() -> None:
     with pytest.raises(InvalidInputError, match="at least one step and one frame a step, got 0 and 16"):
-        TrainingConfig(schedule=Schedule(steps=0))
-    assert TrainingConfig().with_steps(7).schedule == Schedule(steps=7)
+        Schedule(phases=(Phase(0, 16),))

@@ -6,7 +6,10 @@ It needs the `train` extra (torch and onnx), but can be imported without.
 from sunset.training.batches import FrameSet
 from sunset.training.config import CONFIGS, MODALITIES, Phase, Schedule, TrainingConfig
 from sunset.training.frames import FrameCounts, FrameSets, render_sets
+from sunset.training.importing import import_checkpoints
 from sunset.training.lite import LiteShape
+from sunset.training.log_figure import draw_log
+from sunset.training.recalibrate import calibrate_model, frames_of_bag
 from sunset.training.reference import ReferenceShape
 from sunset.training.run import train, train_on
 
@@ -21,6 +24,10 @@ __all__ = [
     "ReferenceShape",
     "Schedule",
     "TrainingConfig",
+    "calibrate_model",
+    "draw_log",
+    "frames_of_bag",
+    "import_checkpoints",
     "render_sets",
     "train",
     "train_on",

@@ -64,6 +64,8 @@ class Schedule:
 
     def __post_init__(self) -> None:
         """Refuse what cannot be learned from."""
+        if not self.phases:
+            raise InvalidInputError("A training needs at least one step.")
         for phase in self.phases:
             if phase.steps < 1 or phase.batch < 1:
                 raise InvalidInputError(
@@ -84,13 +86,15 @@ class Schedule:
         raise InvalidInputError(f"The schedule has {self.steps} steps, there is no step {step + self.steps}.")
 
     def with_steps(self, steps: int) -> "Schedule":
-        """Return the same schedule with so many steps in all, at least one a phase."""
-        parts, left, rest = [], steps, self.steps
+        """Return the same schedule with so many steps in all; phases that are left with none are dropped."""
+        phases, old, new = [], 0, 0
         for phase in self.phases:
-            part = max(1, round(left * phase.steps / rest))
-            parts.append(replace(phase, steps=part))
-            left, rest = left - part, rest - phase.steps
-        return replace(self, phases=tuple(parts))
+            old += phase.steps
+            end = round(steps * old / self.steps)
+            if end > new:
+                phases.append(replace(phase, steps=end - new))
+            new = end
+        return replace(self, phases=tuple(phases))
 
 
 @dataclass(frozen=True, slots=True)

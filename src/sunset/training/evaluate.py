@@ -1,52 +1,16 @@
 """Measuring an exported model, through the same inference that runs use."""
 
-from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from types import MappingProxyType
-from typing import Final
 
 import numpy as np
 import numpy.typing as npt
 
-from sunset.faults import FAULTS, blur, degrade_depth, degrade_image, enhance_image, shift_image
-from sunset.faults.degradations import BLUR_SIGMA
+from sunset.classes import CLASSES
 from sunset.metrics import ClassCounts, class_iou, count_classes, image_iou
 from sunset.perception import Modality, Segmenter
-from sunset.seeding import generator
 from sunset.training.batches import FrameSet
 
-__all__ = ["DEGRADATIONS", "Degradation", "Measured", "five_frame_means", "measure", "roc_auc"]
-
-Degradation = Callable[
-    [npt.NDArray[np.uint8], npt.NDArray[np.uint16], np.random.Generator],
-    tuple[npt.NDArray[np.uint8], npt.NDArray[np.uint16]],
-]
-"""What a fault does to a colour and a depth image."""
-
-
-def _strength(fault: str) -> float:
-    return float(FAULTS[fault].value)
-
-
-DEGRADATIONS: Final[Mapping[str, Degradation]] = MappingProxyType(
-    {
-        "autofocus_needed": lambda bgr, depth, _: (blur(bgr, BLUR_SIGMA), depth),
-        "image_degradation": lambda bgr, depth, _: (
-            degrade_image(bgr, _strength("image_degradation")),
-            depth,
-        ),
-        "unneeded_enhancement": lambda bgr, depth, _: (
-            enhance_image(bgr, _strength("image_degradation")),
-            depth,
-        ),
-        "image_shift": lambda bgr, depth, _: (shift_image(bgr, int(_strength("image_shift"))), depth),
-        "depth_degradation": lambda bgr, depth, rng: (
-            bgr,
-            degrade_depth(depth, _strength("depth_degradation"), rng),
-        ),
-    }
-)
-"""The F4 and F5 faults at the strengths of the paper's suite, in the order in which frames pass them."""
+__all__ = ["Measured", "five_frame_means", "measure", "roc_auc"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -69,29 +33,17 @@ class Measured:
         return {int(index): float(iou[index]) for index in np.flatnonzero(present)}
 
 
-def measure(
-    segmenter: Segmenter,
-    modality: Modality,
-    frames: FrameSet,
-    degradations: tuple[Degradation, ...] = (),
-    *,
-    seed: int = 0,
-) -> Measured:
-    """Segment frames, degraded or not, and compare with the truth.
+def measure(segmenter: Segmenter, modality: Modality, frames: FrameSet) -> Measured:
+    """Segment frames and compare with the truth.
 
     Args:
         segmenter: runs the model.
         modality: which network.
         frames: with their truth.
-        degradations: applied one after the other.
-        seed: of the degradations' noise.
     """
-    ious, entropies, totals = [], [], np.zeros((3, 28), dtype=np.int64)
+    ious, entropies, totals = [], [], np.zeros((3, len(CLASSES)), dtype=np.int64)
     for index in range(len(frames)):
-        bgr, depth = np.asarray(frames.bgr[index]), np.asarray(frames.depth[index])
-        for degradation in degradations:
-            bgr, depth = degradation(bgr, depth, generator(seed, "training", "noise", index))
-        result = segmenter.segment(modality, bgr, depth)
+        result = segmenter.segment(modality, np.asarray(frames.bgr[index]), np.asarray(frames.depth[index]))
         counts = count_classes(result.labels, np.asarray(frames.labels[index]))
         ious.append(image_iou(counts))
         entropies.append(result.entropy)

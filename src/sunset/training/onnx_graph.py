@@ -27,16 +27,13 @@ from sunset.training.inputs import HEIGHT, WIDTH
 from sunset.training.onnx_inputs import depth_input, published_depth_input, rgb_input
 from sunset.training.onnx_writer import Graph, Store, tensor_info
 
-__all__ = ["Format", "Ranges", "Weights", "export"]
+__all__ = ["Format", "Network", "Ranges", "Weights", "export"]
 
 Weights: TypeAlias = Mapping[str, tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]]
 """Per convolution its kernel (out, in, k, k) and bias (out,), normalisation folded in."""
 
 Ranges: TypeAlias = Mapping[str, tuple[float, float]]
 """Least and greatest value of the results that are stored in 8 bits."""
-
-_GROUP: Final = 8
-"""So many sums are multiplied: 28 to the eighth power is far below float32's greatest number."""
 
 _KERNEL_LIMIT: Final = 63
 """Kernels take 7 bits: processors without instructions for 8-bit products add two of them in 16 bits."""
@@ -47,7 +44,7 @@ class Format:
     """What an exported network takes, and how its numbers are stored.
 
     Attributes:
-        size: height and width of the frames, multiples of 16.
+        size: height and width of the frames; multiples of 8, and of 16 unless depth is as published.
         published_depth: depth enters as in SynDrone's benchmark, not as logarithm and contrasts.
         dtype: of the kernels in the file, where they are not in 8 bits; inference is in float32 then.
         ranges: of the results that are computed in 8 bits; a convolution is, if its source has a range.
@@ -64,13 +61,28 @@ class Format:
         return "int8" if self.ranges else "float32" if self.dtype is np.float32 else "float16 weights"
 
 
-def export(
-    folder: Path,
-    plans: Mapping[Modality, tuple[Layer, ...]],
-    weights: Weights,
-    temperatures: Mapping[Modality, float],
-    form: Format,
-) -> dict[Modality, NetworkCard]:
+@dataclass(frozen=True, slots=True)
+class Network:
+    """One network of a model.
+
+    Attributes:
+        layers: its plan; the last layer is the logits.
+        weights: kernels and biases by layer, as `folded_weights` gives them.
+        temperature: greater than 0.
+    """
+
+    layers: tuple[Layer, ...]
+    weights: Weights
+    temperature: float = 1.0
+
+    @property
+    def parameters(self) -> int:
+        """The number of weights, normalisation folded in."""
+        used = [self.weights[layer.name] for layer in convolutions(self.layers)]
+        return sum(kernel.size + bias.size for kernel, bias in used)
+
+
+def export(folder: Path, networks: Mapping[Modality, Network], form: Format) -> dict[Modality, NetworkCard]:
     """Write a model's networks as ONNX; what they share is stored once, in files beside them.
 
     Their inputs are raw: `bgr` (H, W, 3) uint8 and `depth` (H, W) uint16, those that they need. Their outputs
@@ -81,9 +93,7 @@ def export(
 
     Args:
         folder: receives the files.
-        plans: by network; the last layer of each is its logits.
-        weights: kernels and biases by layer, as `folded_weights` gives them.
-        temperatures: by network, greater than 0.
+        networks: what is written.
         form: what they take, and how they are stored.
 
     Returns:
@@ -92,22 +102,18 @@ def export(
     folder.mkdir(parents=True, exist_ok=True)
     store = Store(folder)
     writers = {
-        modality: _Writer(Graph(modality.key, store), layers, weights, form)
-        for modality, layers in sorted(
-            plans.items(), reverse=True
-        )  # what the fusion shares is in branches' files
+        modality: _Writer(modality, networks[modality], form, store)
+        for modality in sorted(
+            networks, reverse=True
+        )  # branches first: what the fusion shares is in their files
     }
-    for modality, writer in writers.items():
-        writer.put_together(modality, temperatures[modality])
     store.write()
     cards = {}
     for modality, writer in sorted(writers.items()):
-        path = folder / f"{modality.key}.onnx"
-        writer.write(path, modality)
-        used = [weights[layer.name] for layer in convolutions(plans[modality])]
-        parameters = sum(kernel.size + bias.size for kernel, bias in used)
+        path, network = folder / f"{modality.key}.onnx", networks[modality]
+        writer.write(path)
         data = {name: _sha256(folder / name) for name in sorted(writer.graph.data)}
-        cards[modality] = NetworkCard(path.name, _sha256(path), parameters, temperatures[modality], data)
+        cards[modality] = NetworkCard(path.name, _sha256(path), network.parameters, network.temperature, data)
     return cards
 
 
@@ -116,38 +122,35 @@ def _sha256(path: Path) -> str:
 
 
 class _Writer:
-    """Writes one network."""
+    """Puts one network together, and writes it."""
 
-    def __init__(self, graph: Graph, layers: Sequence[Layer], weights: Weights, form: Format) -> None:
-        self.graph = graph
-        self._layers = layers
-        self._weights = weights
+    def __init__(self, modality: Modality, network: Network, form: Format, store: Store) -> None:
+        self.graph = Graph(modality.key, store)
+        self._modality = modality
+        self._weights = network.weights
         self._form = form
         self._ranges = form.ranges or {}
         self._sizes: dict[str, tuple[int, int]] = {}
-
-    def put_together(self, modality: Modality, temperature: float) -> None:
-        size = self._form.size
         if modality.needs_rgb:
             rgb_input(self.graph)
-            self._sizes["rgb.input"] = size
+            self._sizes["rgb.input"] = form.size
         if modality.needs_depth:
-            (published_depth_input if self._form.published_depth else depth_input)(self.graph, size)
-            self._sizes["depth.input"] = size
-        for layer in self._layers:
+            (published_depth_input if form.published_depth else depth_input)(self.graph, form.size)
+            self._sizes["depth.input"] = form.size
+        for layer in network.layers:
             self._layer(layer)
-        self._outputs(self._layers[-1].name, temperature)
+        self._logits = network.layers[-1].name
+        self._outputs(self._logits, network.temperature)
 
-    def write(self, path: Path, modality: Modality) -> None:
+    def write(self, path: Path) -> None:
         height, width = self._form.size
         inputs = []
-        if modality.needs_rgb:
+        if self._modality.needs_rgb:
             inputs.append(tensor_info("bgr", TensorProto.UINT8, [height, width, 3]))
-        if modality.needs_depth:
+        if self._modality.needs_depth:
             inputs.append(tensor_info("depth", TensorProto.UINT16, [height, width]))
-        logits = [1, len(CLASSES), *self._sizes[self._layers[-1].name]]
         outputs = [
-            tensor_info("logits", TensorProto.FLOAT, logits),
+            tensor_info("logits", TensorProto.FLOAT, [1, len(CLASSES), *self._sizes[self._logits]]),
             tensor_info("labels", TensorProto.UINT8, [height, width]),
             tensor_info("entropy", TensorProto.FLOAT, []),
         ]
@@ -229,9 +232,9 @@ class _Writer:
             return self._in_8_bits(layer, kernel, bias)
         dtype = self._form.dtype
         if dtype is np.float32:
-            stored = graph.constant(f"{name}.kernel", kernel)
+            stored = graph.weights(f"{name}.kernel", kernel)
         else:  # the runtime makes float32 of them once, when it loads the model
-            graph.constant(f"{name}.kernel.stored", kernel, dtype)
+            graph.weights(f"{name}.kernel.stored", kernel, dtype)
             stored = graph.node("Cast", [f"{name}.kernel.stored"], f"{name}.kernel", to=TensorProto.FLOAT)
         return stored, graph.constant(f"{name}.bias", bias)
 
@@ -243,7 +246,7 @@ class _Writer:
         greatest = np.abs(kernel).max(axis=(1, 2, 3))
         scales = np.maximum(greatest, 1e-8).astype(np.float32) / _KERNEL_LIMIT
         rounded = np.rint(kernel / scales[:, None, None, None])
-        graph.constant(f"{name}.kernel.8bit", rounded, np.int8)
+        graph.weights(f"{name}.kernel.8bit", rounded, np.int8)
         graph.constant(f"{name}.kernel.scale", scales)
         graph.constant(f"{name}.kernel.zero", np.zeros(len(scales)), np.int8)
         stored = [f"{name}.kernel.{part}" for part in ("8bit", "scale", "zero")]
@@ -285,26 +288,11 @@ class _Writer:
         graph.node("MatMul", [ones, "exp"], "sum")
         graph.node("Mul", ["exp", "x"], "weighted")
         graph.node("MatMul", [ones, "weighted"], "weighted.sum")
+        graph.node("Log", ["sum"], "log.sum")
         graph.node("Div", ["weighted.sum", "sum"], "mean.x")
-        graph.node("ReduceMean", ["mean.x"], "mean.x.mean", keepdims=0)
-        self._mean_log()
-        graph.node("Sub", ["log.sum.mean", "mean.x.mean"], "entropy.mean")
+        graph.node("Sub", ["log.sum", "mean.x"], "entropy.nats")
+        graph.node("ReduceMean", ["entropy.nats"], "entropy.mean", keepdims=0)
         graph.node("Mul", ["entropy.mean", graph.constant("nats", 1 / np.log(len(CLASSES)))], "entropy")
-
-    def _mean_log(self) -> None:
-        """Add the mean of the logarithms of the sums, 1 to 28 each, as the logarithms of products of eight.
-
-        There are too few of them for the runtime to split: its logarithm rounds otherwise at the edges of what a
-        thread gets, and results must not depend on the number of threads.
-        """
-        height, width = self._form.size
-        shape = self.graph.constant("groups.shape", [1, height * width // _GROUP, _GROUP], np.int64)
-        axis = self.graph.constant("groups.axis", [2], np.int64)
-        self.graph.node("Reshape", ["sum", shape], "sum.groups")
-        self.graph.node("ReduceProd", ["sum.groups", axis], "sum.products", keepdims=0)
-        self.graph.node("Log", ["sum.products"], "log.products")
-        self.graph.node("ReduceMean", ["log.products"], "log.mean", keepdims=0)
-        self.graph.node("Mul", ["log.mean", self.graph.constant("group", 1 / _GROUP)], "log.sum.mean")
 
 
 def _grid(limits: tuple[float, float]) -> tuple[float, int]:

@@ -18,7 +18,6 @@ from sunset.training.onnx_writer import Graph
 __all__ = ["depth_input", "published_depth_input", "rgb_input"]
 
 _COUNTS: Final = 65535
-_PARTS: Final = 8
 
 
 def rgb_input(graph: Graph) -> None:
@@ -47,11 +46,7 @@ def depth_input(graph: Graph, size: tuple[int, int]) -> None:
     graph.node("Max", ["depth.metres", graph.constant("depth.nearest", 1)], "depth.positive")
     reference = graph.constant("depth.reference", 1 / REFERENCE_DEPTH_M)
     graph.node("Mul", ["depth.positive", reference], "depth.relative")
-    # The runtime's logarithm rounds otherwise where threads' shares end: parts are too small to be shared.
-    parts = [f"depth.part{index}" for index in range(_PARTS)]
-    graph.node("Split", ["depth.relative"], *parts, axis=2, num_outputs=_PARTS)
-    logs = [graph.node("Log", [part], f"{part}.log") for part in parts]
-    channels = [graph.node("Concat", logs, "depth.log", axis=2)]
+    channels = [graph.node("Log", ["depth.relative"], "depth.log")]
     graph.node("Min", ["depth.metres", graph.constant("depth.limit", DEPTH_LIMIT_M)], "depth.near")
     for block, unit, limit in CONTRASTS:
         name = f"depth.contrast{block}"

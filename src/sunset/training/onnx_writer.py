@@ -1,4 +1,4 @@
-"""Collects the nodes and constants of ONNX graphs; large constants go into files that graphs share."""
+"""Collects the nodes and constants of ONNX graphs; large weights go into files that graphs share."""
 
 import hashlib
 import os
@@ -17,13 +17,13 @@ __all__ = ["Graph", "Store", "tensor_info"]
 _OPSET: Final = 18
 _IR_VERSION: Final = 9
 _LARGE: Final = 16384
-"""Constants of at least this many bytes are kept outside the graph's own file."""
+"""Weights of at least this many bytes are kept outside the graph's own file."""
 
 _ALIGNMENT: Final = 64
 
 
 class Store:
-    """Constants by content, in files beside the graphs: what several graphs share is there once.
+    """Weights by content, in files beside the graphs: what several graphs share is there once.
 
     Args:
         folder: of the files.
@@ -55,7 +55,7 @@ class Graph:
 
     Args:
         name: of the graph, and of the files that it begins.
-        store: takes large constants.
+        store: takes large weights.
     """
 
     def __init__(self, name: str, store: Store) -> None:
@@ -68,18 +68,23 @@ class Graph:
 
     def constant(self, name: str, value: npt.ArrayLike, dtype: npt.DTypeLike = np.float32) -> str:
         """Add a constant; returns its name."""
-        tensor = numpy_helper.from_array(np.asarray(value, dtype=dtype), name)
+        self._constants.append(numpy_helper.from_array(np.asarray(value, dtype=dtype), name))
+        return name
+
+    def weights(self, name: str, value: npt.ArrayLike, dtype: npt.DTypeLike = np.float32) -> str:
+        """Add a constant that other graphs may share, outside the graph's own file if it is large."""
+        self.constant(name, value, dtype)
+        tensor = self._constants[-1]
         if len(tensor.raw_data) >= _LARGE:
             file, offset = self._store.place(tensor.raw_data, f"{self._name}.bin")
             external_data_helper.set_external_data(tensor, file, offset, len(tensor.raw_data))
             tensor.ClearField("raw_data")
             self.data.add(file)
-        self._constants.append(tensor)
         return name
 
-    def node(self, kind: str, inputs: Sequence[str], output: str, *more: str, **attributes: object) -> str:
-        """Add a node, which is named after its first output; returns that name."""
-        self._nodes.append(helper.make_node(kind, list(inputs), [output, *more], output, **attributes))
+    def node(self, kind: str, inputs: Sequence[str], output: str, **attributes: object) -> str:
+        """Add a node, which is named after its output; returns that name."""
+        self._nodes.append(helper.make_node(kind, list(inputs), [output], output, **attributes))
         return output
 
     def upsample(self, source: str, output: str, size: tuple[int, int], factor: int) -> str:

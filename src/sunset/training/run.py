@@ -1,7 +1,7 @@
 """A training run, from nothing to a model's folder with its card."""
 
 import hashlib
-from collections.abc import Mapping
+import shutil
 from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
@@ -13,21 +13,19 @@ import numpy as np
 from sunset.classes import CLASSES
 from sunset.errors import MissingExtraError, OutputError
 from sunset.perception import Modality, Model, ModelCard, Segmenter, load_model
-from sunset.training.batches import FrameSet
-from sunset.training.calibrate import temperature_for
 from sunset.training.config import TrainingConfig
 from sunset.training.evaluate import measure
-from sunset.training.frames import FrameCounts, FrameSets, render_sets
+from sunset.training.frames import VALIDATION_TOWN, FrameCounts, FrameSets, render_sets
 from sunset.training.inputs import HEIGHT, WIDTH
-from sunset.training.report import results, thresholds, training_facts
+from sunset.training.log_figure import draw_log
+from sunset.training.recalibrate import calibrate_model
+from sunset.training.report import held_out_results, training_facts
 
 if TYPE_CHECKING:
     from sunset.training.loop import Progress
     from sunset.training.onnx_graph import Format, Weights
 
 __all__ = ["train", "train_on"]
-
-_CALIBRATION_FRAMES = 60
 
 
 def train(
@@ -48,7 +46,7 @@ def train(
         work: keeps frames, checkpoints and the log; what is there already is used again.
         counts: how many frames to render.
         resume: go on at the last checkpoint in `work`, if there is one.
-        jobs: processes that render.
+        jobs: processes that render and measure.
         progress: called now and then.
 
     Raises:
@@ -59,7 +57,7 @@ def train(
     _check_extra()
     counts = counts or FrameCounts()
     sets = render_sets(counts, work / "frames", jobs=jobs, progress=progress)
-    return train_on(config, sets, out, work=work, resume=resume, progress=progress)
+    return train_on(config, sets, out, work=work, resume=resume, jobs=jobs, progress=progress)
 
 
 def train_on(
@@ -69,6 +67,7 @@ def train_on(
     *,
     work: Path,
     resume: bool = False,
+    jobs: int = 1,
     progress: "Progress | None" = None,
 ) -> Model:
     """Do what `train` does with frames that are there already.
@@ -79,40 +78,45 @@ def train_on(
         InvalidInputError: the checkpoint to resume at is another training's.
     """
     _check_extra()
-    from sunset.training.loop import learn  # noqa: PLC0415  torch is an optional dependency
+    from sunset.training.loop import LOG, learn  # noqa: PLC0415  torch is an optional dependency
 
+    logs = {stage.name: work / stage.name / LOG for stage in config.stages()}
     try:
         modules = learn(config, sets.train, sets.validation, work, resume=resume, progress=progress)
-        card = _export(config, modules, sets, out, work)
-        segmenter = Segmenter(load_model(out))
-        limits = thresholds(segmenter, sets.validation_flight)
-        card = replace(
-            card,
-            entropy_threshold=limits.entropy.threshold,
-            sharpness_threshold=limits.sharpness.threshold,
-            training=training_facts(config, sets, work),
-            results={**results(segmenter, sets, limits), **card.results},
-        )
-        card.write(out)
+        for log in logs.values():
+            draw_log(log, log.with_suffix(".png"))
+        with TemporaryDirectory(dir=work) as name:
+            draft = Path(name)
+            measured = _export(config, modules, sets, draft)
+            model = calibrate_model(
+                load_model(draft),
+                sets.validation_flight,
+                source=f"two flights over town {VALIDATION_TOWN}",
+                jobs=jobs,
+                progress=progress,
+            )
+            measured |= held_out_results(Segmenter(model), sets)
+            facts = training_facts(config, sets, logs)
+            replace(model.card, training=facts, results={**measured, **model.card.results}).write(draft)
+            out.mkdir(parents=True, exist_ok=True)
+            for path in sorted(draft.iterdir(), reverse=True):  # the card last
+                shutil.copyfile(path, out / f"{path.name}.tmp")
+                (out / f"{path.name}.tmp").replace(out / path.name)
     except OSError as error:
         raise OutputError(f"The training cannot write to {out} or {work}: {error.strerror}.") from error
     return load_model(out)
 
 
 def _check_extra() -> None:
-    missing = [name for name in ("torch", "onnx") if find_spec(name) is None]
+    missing = [name for name in ("torch", "onnx", "matplotlib") if find_spec(name) is None]
     if missing:
         raise MissingExtraError(
             f"Training needs {' and '.join(missing)}, not installed: pip install 'sunset-exemplar[train]'."
         )
 
 
-def _modalities(config: TrainingConfig) -> list[Modality]:
-    return [modality for modality in Modality if modality.key in config.modalities]
-
-
-def _export(config: TrainingConfig, modules: Any, sets: FrameSets, out: Path, work: Path) -> ModelCard:
-    """Write the networks and a card that does not know its thresholds yet.
+def _export(config: TrainingConfig, modules: Any, sets: FrameSets, draft: Path) -> dict[str, object]:
+    """Write the networks and a card without temperatures and thresholds; returns what 8 bits cost.
 
     Networks in 8 bits are also written in float32, for a while, and compared.
     """
@@ -122,54 +126,38 @@ def _export(config: TrainingConfig, modules: Any, sets: FrameSets, out: Path, wo
 
     weights = folded_weights(config.plan(config.modalities), modules)
     if not config.eight_bits:
-        return _tempered(config, weights, Format(dtype=np.float16), sets.validation_flight, out)
+        _write(config, weights, Format(dtype=np.float16), draft)
+        return {}
     limits = ranges(config.plan(config.branches), modules, sets.train)
-    card = _tempered(config, weights, Format(ranges=limits), sets.validation_flight, out)
-    with TemporaryDirectory(dir=work) as exact:
+    _write(config, weights, Format(ranges=limits), draft)
+    with TemporaryDirectory(dir=draft.parent) as exact:
         _write(config, weights, Format(), Path(exact))
-        pair = {"float32": Segmenter(load_model(exact)), "int8": Segmenter(load_model(out))}
+        pair = {"float32": Segmenter(load_model(exact)), "int8": Segmenter(load_model(draft))}
         iou = {
             modality.key: {
                 name: round(float(measure(segmenter, modality, sets.validation).iou.mean()), 4)
                 for name, segmenter in pair.items()
             }
-            for modality in card.networks
+            for modality in pair["int8"].model.card.networks
         }
-    return replace(card, results={"iou_by_precision_on_the_validation_town": iou})
+    return {"iou_by_precision_on_the_validation_town": iou}
 
 
-def _tempered(
-    config: TrainingConfig, weights: "Weights", form: "Format", frames: FrameSet, out: Path
-) -> ModelCard:
-    """Write networks that all have the nominal entropy that the main one has untempered."""
-    modalities = list(_write(config, weights, form, out).networks)
-    segmenter = Segmenter(load_model(out))
-    chosen = np.linspace(0, len(frames) - 1, min(_CALIBRATION_FRAMES, len(frames))).astype(int)
-    pairs = [(np.asarray(frames.bgr[i]), np.asarray(frames.depth[i])) for i in chosen]
-    target = float(np.mean([segmenter.segment(modalities[0], *pair).entropy for pair in pairs]))
-    temperatures = {
-        modality: temperature_for([segmenter.logits(modality, *pair) for pair in pairs], target)
-        for modality in modalities[1:]
-    }
-    return _write(config, weights, form, out, temperatures)
+def _write(config: TrainingConfig, weights: "Weights", form: "Format", out: Path) -> None:
+    """Write networks and a card."""
+    from sunset.training.onnx_graph import Network, export  # noqa: PLC0415  onnx is an optional dependency
 
-
-def _write(
-    config: TrainingConfig,
-    weights: "Weights",
-    form: "Format",
-    out: Path,
-    temperatures: Mapping[Modality, float] | None = None,
-) -> ModelCard:
-    """Write networks, with temperature 1 where none is given, and a card without results."""
-    from sunset.training.onnx_graph import export  # noqa: PLC0415  onnx is an optional dependency
-
-    plans = {
-        modality: config.layers(modality.key) for modality in Modality if modality.key in config.modalities
-    }
-    networks = export(out, plans, weights, {**dict.fromkeys(plans, 1.0), **(temperatures or {})}, form)
+    networks = export(
+        out,
+        {
+            modality: Network(config.layers(modality.key), weights)
+            for modality in Modality
+            if modality.key in config.modalities
+        },
+        form,
+    )
     digests = "".join(network.digest for network in networks.values())
-    card = ModelCard(
+    ModelCard(
         name=config.name,
         version=hashlib.sha256(digests.encode()).hexdigest()[:12],
         description=config.shape.description + _DESCRIPTION,
@@ -181,9 +169,7 @@ def _write(
         networks=networks,
         architecture=config.shape.name,
         precision=form.precision,
-    )
-    card.write(out)
-    return card
+    ).write(out)
 
 
 _DESCRIPTION = (

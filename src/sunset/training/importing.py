@@ -1,0 +1,229 @@
+"""Turning the published networks' checkpoints into a model.
+
+SynDrone's benchmark (LTTM/Syndrone) saves `model.state_dict()` of torchvision's `deeplabv3_resnet50`, and the
+exemplar that this project follows loads three of them, `rgb.pth`, `depth.pth` and `fusion.pth`, strictly. State
+dicts that were wrapped in a training's checkpoint or saved from a parallel model are understood, too.
+"""
+
+import hashlib
+from collections.abc import Callable, Mapping
+from importlib.util import find_spec
+from pathlib import Path
+from pickle import UnpicklingError
+from typing import Any, Final
+from warnings import catch_warnings
+
+from sunset.classes import CLASSES
+from sunset.errors import InvalidInputError, MissingExtraError, ModelError, OutputError
+from sunset.perception import Modality, Model, ModelCard, load_model
+from sunset.training.architecture import Layer
+from sunset.training.config import MODALITIES, TrainingConfig
+from sunset.training.inputs import HEIGHT, WIDTH
+from sunset.training.reference import ReferenceShape
+
+__all__ = ["import_checkpoints"]
+
+_WRAPPERS: Final = ("state_dict", "model_state_dict", "model")
+_PARALLEL: Final = "module."
+_REFUSED: Final = ("Unsupported global", "unrecognized function", "Unsupported class")
+"""How torch says that a file refers to other code than that of tensors."""
+
+_STRIDE: Final = 8
+_SHOWN: Final = 3
+
+
+def import_checkpoints(
+    folder: Path,
+    out: Path,
+    *,
+    name: str,
+    height: int = HEIGHT,
+    width: int = WIDTH,
+    progress: Callable[[str, int, int], None] | None = None,
+) -> Model:
+    """Make a model of `rgb.pth`, `depth.pth` and `fusion.pth`, those that are there.
+
+    Each must hold exactly the entries of torchvision's `deeplabv3_resnet50` with 28 classes and without auxiliary
+    classifier, the fusion `rgb.*` and `dth.*` of them and `merge.0`, `merge.2` and `merge.4`. Loading executes
+    nothing. The networks take frames as the published ones do, and compute in float32. Temperatures and
+    thresholds are not known: calibrate the model next.
+
+    Args:
+        folder: with the checkpoints.
+        out: the model's folder.
+        name: the model's name on its card.
+        height: of the frames that it will take, a multiple of 8.
+        width: of the frames, likewise.
+        progress: called with what is being done, how much of it is done, and how much there is.
+
+    Raises:
+        MissingExtraError: torch or onnx is not installed.
+        InvalidInputError: the size is none that the networks can take.
+        ModelError: no checkpoint is there, or one is unusable.
+        OutputError: the model's folder cannot be written.
+    """
+    if find_spec("torch") is None or find_spec("onnx") is None:
+        raise MissingExtraError(
+            "Importing checkpoints needs torch and onnx, not installed: pip install 'sunset-exemplar[train]'."
+        )
+    if min(height, width) < _STRIDE or height % _STRIDE or width % _STRIDE:
+        raise InvalidInputError(
+            f"The networks take frames whose width and height are multiples of {_STRIDE}, got {width}x{height}."
+        )
+    paths = {name: folder / f"{name}.pth" for name in MODALITIES if (folder / f"{name}.pth").is_file()}
+    if not paths:
+        raise ModelError(
+            f"The folder {folder} has none of the checkpoints rgb.pth, depth.pth and fusion.pth: give the folder "
+            "with at least one of them."
+        )
+    from sunset.training.onnx_graph import Format, Network, export  # noqa: PLC0415  onnx is optional
+
+    networks = {}
+    for done, (modality, path) in enumerate(paths.items()):
+        if progress is not None:
+            progress("Importing checkpoints", done, len(paths))
+        networks[_modality(modality)] = Network(*_layers_and_weights(modality, path))
+    try:
+        cards = export(out, networks, Format(size=(height, width), published_depth=True))
+        digests = "".join(card.digest for card in cards.values())
+        ModelCard(
+            name=name,
+            version=hashlib.sha256(digests.encode()).hexdigest()[:12],
+            description=_DESCRIPTION,
+            height=height,
+            width=width,
+            classes=CLASSES,
+            entropy_threshold=1.0,
+            sharpness_threshold=0.0,
+            networks=cards,
+            training={
+                "source": "imported checkpoints",
+                "sha256": {
+                    path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in paths.values()
+                },
+                "left_out": _LEFT_OUT,
+            },
+            architecture=ReferenceShape().name,
+            precision="float32",
+        ).write(out)
+    except OSError as error:
+        raise OutputError(f"The model cannot be written to {out}: {error.strerror}.") from error
+    if progress is not None:
+        progress("Importing checkpoints", len(paths), len(paths))
+    return load_model(out)
+
+
+_DESCRIPTION: Final = (
+    f"{ReferenceShape().description} The weights were imported. The networks take raw frames: colours are "
+    "normalised with ImageNet's mean and standard deviation; depth enters as its share of 1000 m in all three "
+    "channels."
+)
+
+_LEFT_OUT: Final = (
+    "temperatures and thresholds: they are 1, 1 and 0 until 'sunset models calibrate' finds those of this model. "
+    "SynDrone's own training code also normalises depth like a colour, which the exemplar's checkpoints do not "
+    "expect: depth is not normalised here"
+)
+
+
+def _modality(name: str) -> Modality:
+    return next(modality for modality in Modality if modality.key == name)
+
+
+def _layers_and_weights(modality: str, path: Path) -> tuple[tuple[Layer, ...], Mapping[str, Any]]:
+    """Return a network's plan, and its weights out of a checkpoint."""
+    import torch  # noqa: PLC0415  an optional extra
+
+    from sunset.training.network import build, folded_weights  # noqa: PLC0415
+
+    shape = ReferenceShape()
+    whole = modality == "fusion"
+    layers = TrainingConfig(shape=shape).layers(modality) if whole else shape.network(f"{modality}.", "")
+    with torch.device("meta"):
+        modules = build(layers)
+    entries = _checked(_entries(path), modules.state_dict(), path)
+    modules.load_state_dict(entries, strict=True, assign=True)
+    return layers, folded_weights(layers, modules.eval())
+
+
+def _entries(path: Path) -> Mapping[str, Any]:
+    """Return the state dict in a checkpoint."""
+    import torch  # noqa: PLC0415  an optional extra
+
+    try:
+        with catch_warnings(action="ignore"):  # on what the file is like: what is wrong is said below
+            content = torch.load(path, map_location="cpu", weights_only=True)
+    except UnpicklingError as error:
+        if not any(words in str(error) for words in _REFUSED):
+            raise _unreadable(path) from error
+        raise ModelError(
+            f"The checkpoint {path} refers to code that loading it would execute, which is refused: save its "
+            "state dict, tensors by name, and nothing else."
+        ) from error
+    except Exception as error:  # a damaged pickle or archive can raise anything
+        raise _unreadable(path) from error
+    if isinstance(content, dict):
+        wrapped = [content[key] for key in _WRAPPERS if isinstance(content.get(key), dict)]
+        content = wrapped[0] if wrapped else content
+    if not isinstance(content, dict) or not content or not all(isinstance(key, str) for key in content):
+        raise ModelError(
+            f"The checkpoint {path} must hold a state dict, tensors by name, but holds {_kind(content)}."
+        )
+    if all(key.startswith(_PARALLEL) for key in content):
+        return {key.removeprefix(_PARALLEL): value for key, value in content.items()}
+    return content
+
+
+def _kind(content: object) -> str:
+    if not isinstance(content, dict):
+        return f"a {type(content).__name__}"
+    return "a dict whose keys are no names" if content else "nothing"
+
+
+def _unreadable(path: Path) -> ModelError:
+    return ModelError(
+        f"The file {path} cannot be read as a PyTorch checkpoint: it is damaged, incomplete, or something else."
+    )
+
+
+def _checked(entries: Mapping[str, Any], expected: Mapping[str, Any], path: Path) -> dict[str, Any]:
+    """Return the entries as float32, if they are exactly those of the network."""
+    import torch  # noqa: PLC0415  an optional extra
+
+    network = f"{ReferenceShape().name} with {len(CLASSES)} classes"
+    for names, verb in (
+        (sorted(set(expected) - set(entries)), f"lacks {{}} of the {len(expected)} entries of a {network}"),
+        (sorted(set(entries) - set(expected)), f"has {{}} entries that a {network} has not"),
+    ):
+        if names:
+            more = ", …" if len(names) > _SHOWN else ""
+            raise ModelError(
+                f"The checkpoint {path} {verb.format(len(names))}: {', '.join(names[:_SHOWN])}{more}."
+            )
+    checked = {}
+    for name, like in expected.items():
+        value = entries[name]
+        if not isinstance(value, torch.Tensor) or value.layout is not torch.strided:
+            raise ModelError(
+                f"The entry {name!r} of the checkpoint {path} must be a tensor, got {type(value).__name__}."
+            )
+        if value.shape != like.shape:
+            raise ModelError(
+                f"The entry {name!r} of the checkpoint {path} must have shape {tuple(like.shape)}, got "
+                f"{tuple(value.shape)}."
+            )
+        if value.is_floating_point() != like.is_floating_point():
+            raise ModelError(
+                f"The entry {name!r} of the checkpoint {path} must hold {_numbers(like)}, got {value.dtype}."
+            )
+        if not bool(torch.isfinite(value).all()):
+            raise ModelError(
+                f"The entry {name!r} of the checkpoint {path} has values that are not finite: it is damaged, or "
+                "its training failed."
+            )
+        checked[name] = value.to(like.dtype)
+    return checked
+
+
+def _numbers(like: Any) -> str:
+    return "floating-point numbers" if like.is_floating_point() else "whole numbers"

@@ -227,9 +227,10 @@ def measure_curves(
     plan = plan_curves(model.card, strengths, grid)
     size = (model.card.height, model.card.width)
     with read_bag(bag, size=size) as reader:
-        frames = chosen_frames(len(reader), every)
-    if len(frames) < SAMPLES:
-        raise DataError(f"The bag {bag} must have at least {SAMPLES} frames, got {len(frames)}.")
+        count = len(reader)
+    if count < SAMPLES:
+        raise DataError(f"The bag {bag} must have at least {SAMPLES} frames, got {count}.")
+    frames = chosen_frames(count, every)
     work = partial(_look_at, model.folder, bag, plan.conditions())
     parts = list(spread(work, [(index,) for index in frames], jobs=jobs, progress=progress))
     return curves_of(plan, model.card, np.concatenate(parts), partial(window_means, every=every))

@@ -1,3 +1,4 @@
+import numpy as np
 import pytest
 
 from sunset.errors import InvalidInputError
@@ -75,6 +76,28 @@ def test_rows_of_a_kernel_that_only_ever_see_padding_are_left_out(
     layer = Conv("y", "x", (16, 16), "w", dilation=dilation)
     assert layer.taps(size) == rows
     assert layer.padding(size) == padding
+
+
+@pytest.mark.parametrize(("size", "dilation"), [(18, 12), (18, 9), (18, 4), (32, 24), (7, 6)])
+def test_regions_cover_a_result_and_see_what_its_kernel_sees(size: int, dilation: int) -> None:
+    rng = np.random.default_rng(0)
+    source, kernel = rng.normal(size=size), rng.normal(size=3)
+    padded = np.pad(source, dilation)
+    whole = sum(kernel[tap] * padded[tap * dilation : tap * dilation + size] for tap in range(3))
+    layer = Conv("y", "x", (16, 16), "w", dilation=dilation)
+    parts = []
+    for region in layer.regions(size):
+        values, taps = source[region.source], kernel[region.taps]
+        length = len(values) - dilation * (len(taps) - 1)
+        parts.append(sum(tap * values[i * dilation :][:length] for i, tap in enumerate(taps)))
+    assert np.allclose(np.concatenate(parts), whole)
+
+
+@pytest.mark.parametrize(
+    ("size", "dilation", "expected"), [(18, 12, True), (32, 12, False), (18, 4, False), (18, 24, False)]
+)
+def test_regions_are_worth_it_where_padding_is_wide(size: int, dilation: int, expected: bool) -> None:
+    assert Conv("y", "x", (16, 16), "w", dilation=dilation).worth_cutting(size) is expected
 
 
 def test_widths_that_torch_cannot_train_are_refused() -> None:

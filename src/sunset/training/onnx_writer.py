@@ -82,10 +82,15 @@ class Graph:
             self.data.add(file)
         return name
 
-    def node(self, kind: str, inputs: Sequence[str], output: str, **attributes: object) -> str:
-        """Add a node, which is named after its output; returns that name."""
-        self._nodes.append(helper.make_node(kind, list(inputs), [output], output, **attributes))
+    def node(self, kind: str, inputs: Sequence[str], output: str, *more: str, **attributes: object) -> str:
+        """Add a node, which is named after its first output; returns that name."""
+        self._nodes.append(helper.make_node(kind, list(inputs), [output, *more], output, **attributes))
         return output
+
+    def bounds(self, name: str, axis: int, part: slice) -> tuple[str, ...]:
+        """Add the constants that `Slice` takes for a part along an axis; returns their names."""
+        values = {"start": part.start, "stop": part.stop, "axis": axis}
+        return tuple(self.constant(f"{name}.{key}", [value], np.int64) for key, value in values.items())
 
     def upsample(self, source: str, output: str, size: tuple[int, int], factor: int) -> str:
         """Add the bilinear interpolation of maps of a size by a whole factor; returns the result's name."""

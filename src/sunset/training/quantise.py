@@ -9,7 +9,7 @@ import torch
 from sunset.training.architecture import Concat, Conv, Layer, MaxPool, Pool, Spread
 from sunset.training.batches import FrameSet
 from sunset.training.network import depth_input, forward, rgb_input
-from sunset.training.onnx_graph import Ranges
+from sunset.training.onnx_layers import Ranges
 
 __all__ = ["ranges"]
 
@@ -21,8 +21,7 @@ _OUTLIERS: Final = 1e-4
 def ranges(layers: Sequence[Layer], modules: Any, frames: FrameSet) -> Ranges:
     """Return the ranges of the results that can do with 8 bits, on evenly chosen frames.
 
-    The rest stays in float: a branch's input and first convolution, what is one pixel large, the logits, and
-    the late fusion.
+    The rest stays in float: a branch's input and first convolution, the logits, and the late fusion.
 
     Args:
         layers: a branch's plan.
@@ -50,14 +49,13 @@ def ranges(layers: Sequence[Layer], modules: Any, frames: FrameSet) -> Ranges:
 
 def _rounded(layers: Sequence[Layer]) -> Iterator[str]:
     """Yield the names of the results that are rounded."""
-    single = {layer.name for layer in layers if isinstance(layer, Pool)}
     for layer in layers:
         match layer:
-            case Conv() if layer.norm and layer.source not in single:
+            case Conv() if layer.norm:
                 yield layer.name
                 if layer.add:
                     yield f"{layer.name}.conv"
-            case MaxPool() | Spread() | Concat():
+            case MaxPool() | Pool() | Spread() | Concat():
                 yield layer.name
             case _:
                 pass

@@ -23,7 +23,8 @@ from sunset.training.report import held_out_results, training_facts
 
 if TYPE_CHECKING:
     from sunset.training.loop import Progress
-    from sunset.training.onnx_graph import Format, Weights
+    from sunset.training.onnx_graph import Format
+    from sunset.training.onnx_layers import Weights
 
 __all__ = ["train", "train_on"]
 

@@ -116,14 +116,14 @@ def _progress() -> Iterator[Callable[..., None]]:
         yield update
 
 
-def _lines(console: Console) -> Callable[..., None]:
+def _lines(console: Console, clock: Callable[[], float] = monotonic) -> Callable[..., None]:
     """Return a function that prints a line now and then, and when something is done."""
     began: dict[str, tuple[float, int]] = {}
     shown = -_LINE_EVERY_S
 
     def update(what: str, done: int, total: int, note: str = "") -> None:
         nonlocal shown
-        now = monotonic()
+        now = clock()
         start, before = began.setdefault(what, (now, done))
         if done < total and now - shown < _LINE_EVERY_S:
             return

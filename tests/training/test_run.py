@@ -46,7 +46,6 @@ NARROW = TrainingConfig(
     shape=ReferenceShape(16, (1, 1, 1, 1), pyramid=16),
     schedule=PHASES,
     merging=TINY.schedule,
-    eight_bits=True,
 )
 
 
@@ -69,7 +68,7 @@ def test_a_run_writes_a_model_with_its_card_log_and_figure(sets: FrameSets, tmp_
     )
     assert calls[:6] == [("networks", step, 6) for step in range(1, 7)]
     assert model.card.name == "tiny"
-    assert model.card.architecture == "lite"
+    assert (model.card.architecture, model.card.precision) == ("lite", "int8")
     assert set(model.card.networks) == set(Modality)
     assert 0 < model.card.entropy_threshold < 1
     assert (tmp_path / "tiny" / "card.md").read_text(encoding="utf-8").startswith("# tiny, version ")
@@ -88,9 +87,7 @@ def test_a_run_writes_a_model_with_its_card_log_and_figure(sets: FrameSets, tmp_
     assert means == pytest.approx([means[0]] * 3, abs=2e-3)  # one threshold serves all networks
 
 
-def test_branches_learned_one_by_one_are_merged_as_they_are_and_stored_in_8_bits(
-    sets: FrameSets, tmp_path: Path
-) -> None:
+def test_branches_learned_one_by_one_are_merged_as_they_are(sets: FrameSets, tmp_path: Path) -> None:
     small = FrameSets(
         sets.train,
         few(sets.validation),
@@ -111,7 +108,6 @@ def test_branches_learned_one_by_one_are_merged_as_they_are_and_stored_in_8_bits
     whole = learn(NARROW, small.train, small.validation, work, resume=True).state_dict()
     for name, value in rgb.state_dict().items():
         assert torch.equal(whole[name], value)
-    assert model.card.precision == "int8"
     assert set(model.card.networks) == set(Modality)
     stages: Any = model.card.training["stages"]
     assert stages["fusion"]["started_from"] == "rgb and depth, frozen"

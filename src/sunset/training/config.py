@@ -126,7 +126,6 @@ class TrainingConfig:
         schedule: how weights are learned.
         merging: how the late fusion is learned on branches that were learned one by one before; None: all
             networks are learned at once.
-        eight_bits: whether the networks are stored and computed in 8 bits.
     """
 
     name: str = "lite"
@@ -135,7 +134,6 @@ class TrainingConfig:
     shape: LiteShape | ReferenceShape = field(default_factory=LiteShape)
     schedule: Schedule = field(default_factory=Schedule)
     merging: Schedule | None = None
-    eight_bits: bool = False
 
     def __post_init__(self) -> None:
         """Refuse what cannot be trained."""
@@ -184,7 +182,6 @@ def _reference() -> TrainingConfig:
     return TrainingConfig(
         name="reference",
         shape=ReferenceShape(),
-        eight_bits=True,
         schedule=Schedule(
             phases=(
                 Phase(6000, 8, output_stride=16),

@@ -4,9 +4,7 @@ import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
-import numpy as np
 from onnx import TensorProto
 
 from sunset.classes import CLASSES
@@ -28,19 +26,17 @@ class Format:
     Attributes:
         size: height and width of the frames; multiples of 8, and of 16 unless depth is as published.
         published_depth: depth enters as in SynDrone's benchmark, not as logarithm and contrasts.
-        dtype: of the kernels in the file, where they are not in 8 bits; inference is in float32 then.
         ranges: of the results that are computed in 8 bits; a convolution is, if its source has a range.
     """
 
     size: tuple[int, int] = (HEIGHT, WIDTH)
     published_depth: bool = False
-    dtype: type[np.floating[Any]] = np.float32
     ranges: Ranges | None = None
 
     @property
     def precision(self) -> str:
         """How the numbers are stored, for the model's card."""
-        return "int8" if self.ranges else "float32" if self.dtype is np.float32 else "float16 weights"
+        return "int8" if self.ranges else "float32"
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,7 +113,7 @@ class _Writer:
         if modality.needs_depth:
             inputs["depth.input"] = form.size
             (published_depth_input if form.published_depth else depth_input)(self.graph, form.size)
-        layers = Layers(self.graph, network.weights, inputs, form.dtype, form.ranges or {})
+        layers = Layers(self.graph, network.weights, inputs, form.ranges or {})
         for layer in network.layers:
             layers.write(layer)
         logits = network.layers[-1].name

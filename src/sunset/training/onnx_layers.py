@@ -1,11 +1,10 @@
 """The part of an exported network that is its plan: every layer as nodes of ONNX."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any, Final, TypeAlias
+from typing import Final, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
-from onnx import TensorProto
 
 from sunset.training.architecture import (
     Concat,
@@ -44,7 +43,6 @@ class Layers:
         graph: receives them.
         weights: of the convolutions.
         inputs: height and width of the values that are there already, by name.
-        dtype: of the kernels in the file, where they are not in 8 bits.
         ranges: of the results in 8 bits; a convolution is computed in 8 bits if its source has a range.
     """
 
@@ -53,7 +51,6 @@ class Layers:
         graph: Graph,
         weights: Weights,
         inputs: Mapping[str, tuple[int, int]],
-        dtype: type[np.floating[Any]],
         ranges: Ranges,
     ) -> None:
         self.sizes = dict(inputs)
@@ -61,7 +58,6 @@ class Layers:
         self._graph = graph
         self._weights = weights
         self._full = max(inputs.values())
-        self._dtype = dtype
         self._ranges = dict(ranges)
 
     def write(self, layer: Layer) -> None:
@@ -122,11 +118,7 @@ class Layers:
 
     def _in_float(self, layer: Conv, kernel: _Array, bias: _Array) -> None:
         graph, name = self._graph, layer.name
-        if self._dtype is np.float32:
-            graph.weights(f"{name}.kernel", kernel)
-        else:  # the runtime makes float32 of them once, when it loads the model
-            graph.weights(f"{name}.kernel.stored", kernel, self._dtype)
-            graph.node("Cast", [f"{name}.kernel.stored"], f"{name}.kernel", to=TensorProto.FLOAT)
+        graph.weights(f"{name}.kernel", kernel)
         graph.constant(f"{name}.bias", bias)
         height, width = self.sizes[layer.source]
         pads = [layer.padding(height), layer.padding(width)]

@@ -8,8 +8,6 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from sunset.classes import CLASSES
 from sunset.errors import MissingExtraError, OutputError
 from sunset.perception import Modality, Model, ModelCard, Segmenter, load_model
@@ -117,18 +115,15 @@ def _check_extra() -> None:
 
 
 def _export(config: TrainingConfig, modules: Any, sets: FrameSets, draft: Path) -> dict[str, object]:
-    """Write the networks and a card without temperatures and thresholds; returns what 8 bits cost.
+    """Write the networks in 8 bits and a card without temperatures and thresholds; returns what 8 bits cost.
 
-    Networks in 8 bits are also written in float32, for a while, and compared.
+    For that, the networks are also written in float32, for a while.
     """
     from sunset.training.network import folded_weights  # noqa: PLC0415  torch is an optional dependency
     from sunset.training.onnx_graph import Format  # noqa: PLC0415  onnx is one, too
     from sunset.training.quantise import ranges  # noqa: PLC0415
 
     weights = folded_weights(config.plan(config.modalities), modules)
-    if not config.eight_bits:
-        _write(config, weights, Format(dtype=np.float16), draft)
-        return {}
     limits = ranges(config.plan(config.branches), modules, sets.train)
     _write(config, weights, Format(ranges=limits), draft)
     with TemporaryDirectory(dir=draft.parent) as exact:

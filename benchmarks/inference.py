@@ -16,6 +16,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 from importlib import import_module
 from importlib.util import find_spec
 from multiprocessing import get_context
@@ -173,6 +174,9 @@ def rows(model: Model, modality: Modality, peaks: dict[int, Work], rounds: int) 
     inputs = {name: value for name, value in frame(model).items() if _needs(modality, name)}
     todo = work(path)
 
+    def answer(segmenter: Segmenter) -> object:
+        return segmenter.segment(modality, inputs.get("bgr"), inputs.get("depth"))
+
     def line(engine: str, how: str, times: list[float], rates: Work) -> str:
         median, least = 1e3 * statistics.median(times), 1e3 * min(times)
         share = 1e5 * todo.seconds(rates) / least
@@ -183,10 +187,9 @@ def rows(model: Model, modality: Modality, peaks: dict[int, Work], rounds: int) 
         for threads, rates in peaks.items():
             yield line(engine, f"{threads} thread(s)", seconds(opened(path, inputs, threads), rounds), rates)
         yield line(engine, "2 processes", together(engine, path, inputs, rounds), peaks[2])
-    segmenter = Segmenter(model)
-    bgr, depth = inputs.get("bgr"), inputs.get("depth")
-    times = seconds(lambda: segmenter.segment(modality, bgr, depth), rounds)
-    yield line("Segmenter", "1 thread", times, peaks[1])
+    for threads, rates in peaks.items():
+        segmenter = Segmenter(model, threads=threads)
+        yield line("Segmenter", f"{threads} thread(s)", seconds(partial(answer, segmenter), rounds), rates)
 
 
 def _needs(modality: Modality, name: str) -> bool:

@@ -151,7 +151,7 @@ class _Run:
             logits = _full_size(results[f"{name}.logits"], batch.phase, 2)
             losses[name] = functional.cross_entropy(logits, labels, self._weights, ignore_index=_IGNORED)
         if "fusion" in losses and self._stage.schedule.misaligned_weight:
-            logits = _full_size(self._misaligned(results), batch.phase, 2)
+            logits = _full_size(self._misaligned(batch, results), batch.phase, 2)
             losses["misaligned"] = self._stage.schedule.misaligned_weight * functional.cross_entropy(
                 logits,
                 labels,
@@ -165,26 +165,25 @@ class _Run:
         self._step += 1
         return {name: float(loss.detach()) for name, loss in losses.items()}
 
-    def _misaligned(self, results: Mapping[str, Any]) -> Any:
+    def _misaligned(self, batch: Batch, results: Mapping[str, Any]) -> Any:
         """Return the merged logits of a colour picture that is moved against the depth picture.
 
-        Only the merging layers learn from it: the branches' logits are moved, which is their picture's movement
-        but for the borders.
+        Only the merging layers learn from it. Where the branches are frozen they see the moved picture; else
+        their logits are moved by whole cells, which is their picture's movement but for the borders.
         """
+        across, down = (_distance(least, most) for least, most in _SHIFT_PX)
+        if self._stage.frozen:
+            moved = np.roll(batch.bgr, (down, across), (1, 2))
+            return self._logits(moved, batch.depth, None)["fusion.logits"]
         stride = WIDTH // results["rgb.logits"].shape[3]
-        cells = []
-        for least, most in _SHIFT_PX:
-            distance = int(torch.randint(least, most + 1, ()))
-            cells.append(
-                max(round(distance / stride), 1 if least else 0) * (1 - 2 * int(torch.randint(2, ())))
-            )
-        moved = {
-            "rgb.logits": results["rgb.logits"].detach().roll((cells[1], cells[0]), (2, 3)),
+        cells = (_cells(down, stride), _cells(across, stride))
+        merged = {
+            "rgb.logits": results["rgb.logits"].detach().roll(cells, (2, 3)),
             "depth.logits": results["depth.logits"].detach(),
         }
         with torch.autocast(self._device.type, torch.bfloat16):
-            forward(self._config.plan(("fusion",)), self.modules, moved)
-        return moved["fusion.logits"]
+            forward(self._config.plan(("fusion",)), self.modules, merged)
+        return merged["fusion.logits"]
 
     def _logits(
         self, bgr: npt.NDArray[np.uint8], depth: npt.NDArray[np.generic], output_stride: int | None
@@ -254,6 +253,16 @@ class _Run:
         self._optimiser.load_state_dict(state["optimiser"])
         self._step, self._seconds = int(state["step"]), float(state["seconds"])
         torch.set_rng_state(state["random"].cpu())
+
+
+def _distance(least: int, most: int) -> int:
+    """Draw a distance to either side."""
+    return int(torch.randint(least, most + 1, ())) * (1 - 2 * int(torch.randint(2, ())))
+
+
+def _cells(distance: int, stride: int) -> int:
+    """Return a distance in cells, at least one unless it is none."""
+    return int(np.sign(distance)) * max(round(abs(distance) / stride), 1)
 
 
 def _full_size(maps: Any, phase: tuple[int, int] = (0, 0), step: int = 1) -> Any:

@@ -10,10 +10,11 @@ from pathlib import Path
 from sunset.cli._options import at_least_one
 from sunset.cli._progress import progress_bar, rendering_progress, stages_progress
 from sunset.data import DEFAULT_FLIGHT, flight_bag
-from sunset.errors import MissingExtraError
+from sunset.errors import MissingExtraError, OutputError
 from sunset.experiments.files import make_folder, write_text
 from sunset.perception import Model, load_model
 from sunset.perception import list_models as shipped_models
+from sunset.training import import_checkpoints
 from sunset.training.curves import measure_curves
 from sunset.training.curves_text import as_csv, as_json, as_text
 from sunset.training.plots import draw
@@ -187,8 +188,8 @@ def show(arguments: argparse.Namespace) -> int:
 
 def import_model(arguments: argparse.Namespace) -> int:
     """Make a model of checkpoints."""
-    from sunset.training import import_checkpoints
-
+    if arguments.out.exists():
+        raise OutputError(f"The folder {arguments.out} exists: name a new one for the model.")
     width, height = arguments.size
     with stages_progress() as progress:
         import_checkpoints(

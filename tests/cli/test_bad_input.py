@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -185,6 +186,17 @@ def test_a_truncated_bag(tmp_path: Path, flight: Path, complaint: Callable[[Sequ
 
     assert "bag" in complaint(["run", "--bag", "bag"])
     gc.collect()
+
+
+def test_a_model_that_was_never_calibrated(
+    tmp_path: Path, flight: Path, complaint: Callable[[Sequence[str]], str]
+) -> None:
+    del flight
+    shipped = load_model("lite")
+    shutil.copytree(shipped.folder, tmp_path / "raw")
+    replace(shipped.card, entropy_threshold=1.0, sharpness_threshold=0.0).write(tmp_path / "raw")
+
+    assert "'sunset models calibrate raw'" in complaint(["run", "--model", "raw"])
 
 
 def test_a_bag_that_is_too_short(

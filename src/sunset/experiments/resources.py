@@ -7,7 +7,7 @@ from functools import cache, lru_cache
 from pathlib import Path
 
 from sunset.data import BagReader, cache_folder, default_flight, read_bag
-from sunset.errors import DataError
+from sunset.errors import DataError, ModelError
 from sunset.experiments.files import make_folder
 from sunset.experiments.spec import RunSpec
 from sunset.perception import InferenceCache, Model, Segmenter, load_model
@@ -40,13 +40,18 @@ def find_resources(spec: RunSpec, *, progress: Callable[[int, int], None] | None
         progress: called with (frames done, frames in all) while the flight is rendered.
 
     Raises:
-        ModelError: there is no such model, or it is corrupt.
+        ModelError: there is no such model, it is corrupt, or it was never calibrated.
         InvalidInputError: there is no such device.
         MissingExtraError: the device needs a package that is not installed.
         DataError: there is no such bag, it is corrupt, or too short.
         OutputError: the cache folder cannot be written.
     """
     model = load_model(spec.model)
+    if model.card.sharpness_threshold <= 0:
+        raise ModelError(
+            f"The model {model.card.name!r} has no thresholds yet, without which nobody sees F4 and F5: "
+            f"'sunset models calibrate {spec.model}' gives it some."
+        )
     path = spec.bag if spec.bag is not None else _default_flight(progress)
     bag, checksum = _reader(path, (model.card.height, model.card.width))
     if len(bag) < spec.timing.frames:

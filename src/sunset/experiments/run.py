@@ -7,6 +7,8 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Final
 
+import onnxruntime
+
 from sunset import __version__
 from sunset.experiments.observer import Observer
 from sunset.experiments.resources import Resources, find_resources
@@ -147,5 +149,6 @@ def versions() -> dict[str, str]:
         "sunset": __version__,
         "python": platform.python_version(),
         "machine": platform.machine(),
-        **{name: version(name) for name in ("numpy", "onnxruntime", "opencv-python-headless", "rosbags")},
+        "onnxruntime": onnxruntime.__version__,  # whichever package it came with
+        **{name: version(name) for name in ("numpy", "opencv-python-headless", "rosbags")},
     }

@@ -3,13 +3,13 @@
 from collections.abc import Iterator
 
 import pytest
-from tests.conformance.harness import Harness, SimHarness
+from tests.conformance.harness import CycloneHarness, Harness, SimHarness
 
-HARNESSES = {"sim": SimHarness}
+HARNESSES: dict[str, type[Harness]] = {"sim": SimHarness, "cyclonedds": CycloneHarness}
 
 
 @pytest.fixture(params=list(HARNESSES))
 def harness(request: pytest.FixtureRequest) -> Iterator[Harness]:
     made = HARNESSES[request.param]()
     yield made
-    made.node.context.try_shutdown()
+    made.close()

@@ -2,16 +2,20 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
+from contextlib import ExitStack
+from multiprocessing.process import BaseProcess
 from typing import Any
 
 from tests.conformance.nodes import NODES
+from tests.conformance.processes import PROCESSES, join_domain, run_node
 
 from sunset.interfaces import Message
+from sunset.rmw.domains import free_domain_id
 from sunset.rmw.sim import SimProcess, Simulation
 from sunset.ros import Context, Node, SingleThreadedExecutor
 from sunset.ros.client import Client
 
-__all__ = ["Harness", "SimHarness"]
+__all__ = ["CycloneHarness", "Harness", "SimHarness"]
 
 
 class Harness(ABC):
@@ -41,6 +45,10 @@ class Harness(ABC):
     @abstractmethod
     def spin(self, until: Callable[[], bool], timeout_s: float = 10.0) -> bool:
         """Run the tester's callbacks until a predicate holds; return whether it does."""
+
+    def close(self) -> None:
+        """End all processes."""
+        self.node.context.try_shutdown()
 
     def pause(self, seconds: float) -> None:
         """Run the tester's callbacks for some time."""
@@ -90,3 +98,43 @@ class SimHarness(Harness):
     def spin(self, until: Callable[[], bool], timeout_s: float = 10.0) -> bool:
         limit_ns = self.simulation.now + round(timeout_s * 1e9)
         return self.simulation.run_while(lambda: not until(), limit_ns)
+
+
+class CycloneHarness(Harness):
+    """Operating system processes in a domain of DDS that nobody else uses."""
+
+    def __init__(self) -> None:
+        self._held = ExitStack()
+        self.domain_id = self._held.enter_context(free_domain_id())
+        self._processes: dict[str, BaseProcess] = {}
+        super().__init__()
+
+    def make_context(self, name: str, arguments: Sequence[str] = ()) -> Context:
+        return join_domain(self.domain_id, arguments)
+
+    def start(self, node: str, *arguments: str) -> None:
+        process = PROCESSES.Process(target=run_node, args=(self.domain_id, node, arguments))
+        process.start()
+        self._processes[node] = process
+
+    def kill(self, node: str) -> None:
+        self._processes[node].kill()
+
+    def is_running(self, node: str) -> bool:
+        return self._processes[node].is_alive()
+
+    def spin(self, until: Callable[[], bool], timeout_s: float = 10.0) -> bool:
+        middleware = self.node.context.middleware
+        end_ns = middleware.steady_ns() + round(timeout_s * 1e9)
+        while not until():
+            if middleware.steady_ns() >= end_ns:
+                return False
+            self.executor.spin_once(timeout_sec=min(0.01, timeout_s))
+        return True
+
+    def close(self) -> None:
+        super().close()
+        for process in self._processes.values():
+            process.kill()
+            process.join()
+        self._held.close()

@@ -44,8 +44,9 @@ def test_a_late_comer_gets_what_was_latched(harness: Harness) -> None:
     harness.start("Talker")
     harness.pause(0.5)
     latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-    names = harness.collect(String, "/talker/name", latched)
     volatile = harness.collect(String, "/talker/name")
+    harness.pause(0.5)
+    names = harness.collect(String, "/talker/name", latched)
     assert harness.spin(lambda: len(names) == 1)
     harness.pause(0.5)
     assert names == [String(data="/talker")]

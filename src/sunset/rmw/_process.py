@@ -118,6 +118,9 @@ class SimNode(NodeHandle):
         scheduler = self.network.scheduler
         scheduler.add(scheduler.now, Priority.TIMER, self.process.notify, posted)
 
+    def on_problem(self, handler: Callable[[str], object]) -> None:
+        """Do nothing: a simulated network brings nothing that cannot be used."""
+
     def attach(self) -> None:
         """Let the callbacks of this node run while its process spins."""
         self.attached = True

@@ -271,6 +271,10 @@ class NodeHandle(ABC):
         """Call the handler once, as a callback of this node, after those that are ready already."""
 
     @abstractmethod
+    def on_problem(self, handler: Callable[[str], object]) -> None:
+        """Tell `handler` in a sentence, at a limited rate, what the network brought and could not be used."""
+
+    @abstractmethod
     def attach(self) -> None:
         """Let the callbacks of this node run while its process spins."""
 
@@ -334,7 +338,10 @@ class Middleware(ABC):
 
     @abstractmethod
     def shutdown(self) -> None:
-        """Leave the network; from inside a callback, after that callback and what it sends."""
+        """Leave the network; from inside a callback, after that callback and what it sends.
+
+        A signal handler may call it.
+        """
 
     @abstractmethod
     def nodes(self) -> Sequence[tuple[str, str]]:

@@ -89,7 +89,7 @@ class SingleThreadedExecutor:
             CallbackError: a callback raised.
         """
         while self._context.ok() and not self._is_shutdown:
-            self.spin_once()
+            self._context.middleware.spin_once(None)
 
     def spin_once(self, timeout_sec: float | None = None) -> None:
         """Wait for a callback and run it.
@@ -116,10 +116,9 @@ class SingleThreadedExecutor:
         timeout_ns = _nanoseconds(timeout_sec)
         end_ns = None if timeout_ns is None else middleware.steady_ns() + timeout_ns
         while not future.done() and self._context.ok() and not self._is_shutdown:
-            remaining_ns = None if end_ns is None else end_ns - middleware.steady_ns()
-            if remaining_ns is not None and remaining_ns < 0:
-                return
-            if not middleware.spin_once(remaining_ns):
+            remaining_ns = None if end_ns is None else max(0, end_ns - middleware.steady_ns())
+            ran = middleware.spin_once(remaining_ns)  # what woke it may have been no callback
+            if end_ns is not None and middleware.steady_ns() >= end_ns + ran:
                 return
 
     def wake(self) -> None:

@@ -94,6 +94,7 @@ class Node(NodeParameters, NodeGraph):
         self._clock = ROSClock(context=self._context)
         self._time_source = TimeSource(self.handle, self._clock)
         self._logger = self._make_logger(enable_rosout)
+        self.handle.on_problem(self._logger.warning)
         self._parameter_event_publisher = self.create_publisher(
             ParameterEvent, "/parameter_events", qos_profile_parameter_events
         )

@@ -1,0 +1,178 @@
+"""What the environment and the caller say about DDS: the domain, who may be heard, the distribution.
+
+The variables are those of ROS 2 (https://docs.ros.org/en/jazzy/Concepts/Intermediate/About-Domain-ID.html and
+Improved-Dynamic-Discovery) and of Cyclone DDS. One thing differs on purpose: nothing leaves this computer unless
+the caller asks for the network.
+"""
+
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from uuid import uuid4
+
+from sunset.errors import MiddlewareError
+
+__all__ = ["DISTROS", "LAST_DOMAIN_ID", "Configuration", "read_configuration"]
+
+LAST_DOMAIN_ID = 232
+"""The largest domain id whose ports exist: participant 0 of domain n listens on port 7410 + 250 n."""
+
+DISTROS: Mapping[str, int] = {
+    "foxy": 24,
+    "galactic": 24,
+    "humble": 24,
+    "iron": 16,
+    "jazzy": 16,
+    "kilted": 16,
+    "rolling": 16,
+}
+"""ROS 2 distribution → bytes of a gid in `ros_discovery_info`; those with 16 announce type hashes too."""
+
+_RANGES = ("SYSTEM_DEFAULT", "SUBNET", "LOCALHOST", "OFF")
+
+# A participant with an index from 0 to 32 that announces itself to "localhost" by unicast is found by ROS 2 nodes
+# whatever ROS_LOCALHOST_ONLY says. Multicast is for discovery only: an image goes to the processes that want it.
+_COMMON = (
+    "<CycloneDDS><Domain><Discovery><ParticipantIndex>auto</ParticipantIndex>"
+    "<MaxAutoParticipantIndex>32</MaxAutoParticipantIndex>"
+    '<Peers><Peer address="localhost"/></Peers></Discovery></Domain></CycloneDDS>'
+)
+_LOOPBACK = (
+    '<CycloneDDS><Domain><General><Interfaces><NetworkInterface address="127.0.0.1" multicast="true"/></Interfaces>'
+    "</General></Domain></CycloneDDS>"
+)
+_LARGE_FRAGMENTS = (  # an image is two datagrams; beyond loopback, networks lose datagrams of this size
+    "<CycloneDDS><Domain><General><AllowMulticast>spdp</AllowMulticast><MaxMessageSize>65000B</MaxMessageSize>"
+    "<FragmentSize>63000B</FragmentSize></General></Domain></CycloneDDS>"
+)
+_TAG = "<CycloneDDS><Domain><Discovery><Tag>{}</Tag></Discovery></Domain></CycloneDDS>"
+
+
+@dataclass(frozen=True, slots=True)
+class Configuration:
+    """How a process takes part in DDS.
+
+    Attributes:
+        domain_id: processes hear those of the same domain only; from 0 to 232.
+        cyclonedds: settings as in CYCLONEDDS_URI; later ones win.
+        gid_size: bytes of a gid in `ros_discovery_info`.
+        adapts: whether `gid_size` may follow what others send.
+    """
+
+    domain_id: int
+    cyclonedds: str
+    gid_size: int
+    adapts: bool
+
+
+def read_configuration(
+    environment: Mapping[str, str],
+    *,
+    domain_id: int | None = None,
+    network: bool = False,
+    distro: str | None = None,
+) -> Configuration:
+    """Put together what the caller and the environment say.
+
+    Args:
+        environment: ROS_DOMAIN_ID, ROS_LOCALHOST_ONLY, ROS_AUTOMATIC_DISCOVERY_RANGE, ROS_DISTRO and
+            CYCLONEDDS_URI are looked at.
+        domain_id: instead of ROS_DOMAIN_ID.
+        network: whether to be heard beyond this computer.
+        distro: the ROS 2 distribution of the others, one of `DISTROS`; None to guess from ROS_DISTRO and from
+            what they send.
+
+    Raises:
+        MiddlewareError: a value cannot be used, or two contradict each other.
+    """
+    if distro is not None and distro not in DISTROS:
+        raise MiddlewareError(f"The ROS 2 distribution must be one of {', '.join(DISTROS)}, got {distro!r}.")
+    reach = _reach(environment, network=network)
+    settings = [_COMMON] if network else [_COMMON, _LARGE_FRAGMENTS]
+    uri = environment.get("CYCLONEDDS_URI", "").strip()
+    interfaces = list(_interfaces(uri))
+    if not network:
+        _check_loopback(interfaces)
+        if not interfaces:  # naming one twice is an error
+            settings.append(_LOOPBACK)
+    if reach == "OFF":
+        settings.append(_TAG.format(f"ros_discovery_off_{uuid4().hex}"))
+    return Configuration(
+        domain_id=_domain_id(environment, domain_id),
+        cyclonedds=",".join([*settings, uri] if uri else settings),
+        gid_size=DISTROS[distro] if distro else DISTROS.get(environment.get("ROS_DISTRO", ""), 16),
+        adapts=distro is None,
+    )
+
+
+def _domain_id(environment: Mapping[str, str], given: int | None) -> int:
+    text = environment.get("ROS_DOMAIN_ID", "").strip()
+    if given is None and re.fullmatch(r"[0-9]+", text or "0"):
+        given = int(text or "0")
+    elif given is None:
+        raise MiddlewareError(
+            f"ROS_DOMAIN_ID must be a whole number from 0 to {LAST_DOMAIN_ID}, got {text!r}."
+        )
+    if isinstance(given, bool) or not isinstance(given, int) or not 0 <= given <= LAST_DOMAIN_ID:
+        raise MiddlewareError(
+            f"The domain id must be a whole number from 0 to {LAST_DOMAIN_ID}, got {given!r}."
+        )
+    return given
+
+
+def _reach(environment: Mapping[str, str], *, network: bool) -> str:
+    """Return how far this process is heard: one of `_RANGES`, of which the first two mean the network."""
+    only = environment.get("ROS_LOCALHOST_ONLY", "").strip()
+    if only not in {"", "0", "1"}:
+        raise MiddlewareError(f"ROS_LOCALHOST_ONLY must be 0 or 1, got {only!r}.")
+    reach = environment.get("ROS_AUTOMATIC_DISCOVERY_RANGE", "").strip() or "SYSTEM_DEFAULT"
+    if reach not in _RANGES:
+        raise MiddlewareError(
+            f"ROS_AUTOMATIC_DISCOVERY_RANGE must be one of {', '.join(_RANGES)}, got {reach!r}."
+        )
+    name, value = ("ROS_LOCALHOST_ONLY", "1") if only == "1" else ("ROS_AUTOMATIC_DISCOVERY_RANGE", reach)
+    reach = "LOCALHOST" if only == "1" else reach
+    if network and reach in {"LOCALHOST", "OFF"}:
+        raise MiddlewareError(
+            f"{name}={value} keeps this process from the network that was asked for; unset it, or stay on loopback."
+        )
+    return reach
+
+
+def _interfaces(uri: str) -> Iterator[str]:
+    """Yield the network interfaces, names or addresses, that CYCLONEDDS_URI selects."""
+    text = re.sub(r"<!--.*?-->", "", "".join(_fragments(uri)), flags=re.DOTALL)
+    for attributes in re.findall(r"<NetworkInterface\b([^>]*)>", text):
+        found = dict(re.findall(r"""(\w+)\s*=\s*["']([^"']*)["']""", attributes))
+        yield found.get("address") or found.get("name") or "chosen automatically"
+    for addresses in re.findall(r"<NetworkInterfaceAddress>([^<]*)<", text):
+        yield from (address.strip() for address in addresses.split(","))
+
+
+def _fragments(uri: str) -> Iterator[str]:
+    """Yield the XML texts of CYCLONEDDS_URI, a list of texts and files separated by commas."""
+    rest = uri
+    while rest:
+        if rest.startswith("<"):
+            yield rest  # what follows a text stays in it: it is searched, not parsed
+            _, comma, rest = rest.partition(">,")
+        else:
+            name, comma, rest = rest.partition(",")
+            path = Path(name.strip().removeprefix("file://"))
+            try:
+                yield path.read_text("utf-8")
+            except (OSError, UnicodeDecodeError) as error:
+                raise MiddlewareError(
+                    f"CYCLONEDDS_URI names the file {path}, which cannot be read: {error}."
+                ) from error
+        rest = rest.strip() if comma else ""
+
+
+def _check_loopback(interfaces: list[str]) -> None:
+    for name in interfaces:
+        if not re.match(r"lo\d*$|localhost$|127\.|::1$|\[::1\]$", name):
+            raise MiddlewareError(
+                f"CYCLONEDDS_URI selects the network interface {name!r}, but this process stays on loopback unless "
+                "the network is asked for (--network); name 'lo' there, or ask for it."
+            )

@@ -1,0 +1,202 @@
+"""Who is on the graph: what participants say of their nodes, joined with the endpoints that DDS knows of."""
+
+import threading
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from struct import Struct
+from struct import error as StructError  # noqa: N812  it is a class
+
+from sunset.errors import InterfaceError
+from sunset.rmw._dds_types import ros_name
+from sunset.rmw._dds_wheel import Endpoint
+from sunset.rmw.port import EndpointInfo, EndpointKind
+
+__all__ = ["Graph", "NodeEntities", "Participant", "decode_participant", "encode_participant"]
+
+_ENCAPSULATION = b"\x00\x01\x00\x00"
+_GUID_SIZE = 16
+_GID_SIZES = (16, 24)
+_COUNT = Struct("<I")
+_KINDS = list(EndpointKind)
+_UNKNOWN = ("_NODE_NAME_UNKNOWN_", "_NODE_NAMESPACE_UNKNOWN_")
+
+
+@dataclass(frozen=True, slots=True)
+class NodeEntities:
+    """A node as its participant announces it: its namespace, its name, the GUIDs of its readers and writers."""
+
+    namespace: str
+    name: str
+    readers: tuple[bytes, ...]
+    writers: tuple[bytes, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Participant:
+    """A sample on `ros_discovery_info`.
+
+    Attributes:
+        guid: 16 bytes that identify the participant.
+        nodes: all its nodes; none, if it leaves.
+        gid_size: bytes of a gid in the sample: 24 up to Humble, 16 since.
+    """
+
+    guid: bytes
+    nodes: tuple[NodeEntities, ...]
+    gid_size: int = 16
+
+
+def encode_participant(participant: Participant) -> bytes:
+    """Return the payload of a sample on `ros_discovery_info`."""
+    out = bytearray(_ENCAPSULATION)
+    padding = bytes(participant.gid_size - _GUID_SIZE)
+    out += participant.guid + padding
+    out += _COUNT.pack(len(participant.nodes))
+    for node in participant.nodes:
+        for text in (node.namespace, node.name):
+            data = text.encode() + b"\0"
+            out += _COUNT.pack(len(data)) + data + bytes(-len(data) % 4)
+        for gids in (node.readers, node.writers):
+            out += _COUNT.pack(len(gids))
+            for gid in gids:
+                out += gid + padding
+    return bytes(out)
+
+
+def decode_participant(payload: bytes) -> Participant:
+    """Return what a sample on `ros_discovery_info` says, whichever size its gids have.
+
+    Raises:
+        InterfaceError: it is no such sample.
+    """
+    for gid_size in _GID_SIZES:
+        reader = _Reader(payload, gid_size)
+        try:
+            participant = Participant(reader.gid(), tuple(reader.nodes()), gid_size)
+        except (StructError, ValueError, IndexError):
+            continue
+        if reader.is_at_end():
+            return participant
+    raise InterfaceError(f"A payload of {len(payload)} bytes says nothing of nodes.")
+
+
+class _Reader:
+    """Reads a sample on `ros_discovery_info` from front to back; everything in it is aligned to 4 bytes."""
+
+    def __init__(self, payload: bytes, gid_size: int) -> None:
+        if payload[:2] != _ENCAPSULATION[:2]:
+            raise InterfaceError("It is not little-endian CDR.")
+        self._payload = payload
+        self._gid_size = gid_size
+        self._position = len(_ENCAPSULATION)
+
+    def is_at_end(self) -> bool:
+        return self._position == len(self._payload)
+
+    def gid(self) -> bytes:
+        gid = self._bytes(self._gid_size)
+        if any(gid[_GUID_SIZE:]):
+            raise ValueError
+        return gid[:_GUID_SIZE]
+
+    def nodes(self) -> Iterable[NodeEntities]:
+        for _ in range(self._count()):
+            yield NodeEntities(self._text(), self._text(), self._gids(), self._gids())
+
+    def _gids(self) -> tuple[bytes, ...]:
+        return tuple(self.gid() for _ in range(self._count()))
+
+    def _text(self) -> str:
+        size = self._count()
+        data = self._bytes(size)
+        self._position += -size % 4
+        if not data.endswith(b"\0"):
+            raise ValueError
+        return data[:-1].decode()
+
+    def _count(self) -> int:
+        (count,) = _COUNT.unpack_from(self._payload, self._position)
+        self._position += _COUNT.size
+        return int(count)
+
+    def _bytes(self, size: int) -> bytes:
+        end = self._position + size
+        if end > len(self._payload):
+            raise IndexError
+        data = self._payload[self._position : end]
+        self._position = end
+        return data
+
+
+class Graph:
+    """What is known of other participants' nodes and of all endpoints; may be used by several threads."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._participants: dict[bytes, Participant] = {}
+        self._endpoints: dict[bytes, tuple[Endpoint, bool]] = {}
+        self._infos: dict[str, list[EndpointInfo]] | None = None
+
+    def learn_participant(self, participant: Participant) -> None:
+        """Note what a participant says of its nodes."""
+        with self._lock:
+            self._participants[participant.guid] = participant
+            self._infos = None
+
+    def lose_participant(self, guid: bytes) -> None:
+        """Note that a participant is gone."""
+        with self._lock:
+            self._participants.pop(guid, None)
+            self._infos = None
+
+    def learn_endpoints(self, endpoints: Sequence[Endpoint], *, writers: bool) -> None:
+        """Note which writers, or readers, have come and gone."""
+        with self._lock:
+            for endpoint in endpoints:
+                if endpoint.alive:
+                    self._endpoints[endpoint.guid] = (endpoint, writers)
+                else:
+                    self._endpoints.pop(endpoint.guid, None)
+                self._infos = None
+
+    def nodes(self, own: Iterable[NodeEntities]) -> list[tuple[str, str]]:
+        """Return (name, namespace) of all nodes, those of this process included, sorted by full name."""
+        with self._lock:
+            others = [node for participant in self._participants.values() for node in participant.nodes]
+        nodes = [(node.name, node.namespace) for node in (*own, *others)]
+        return sorted(nodes, key=lambda node: f"{node[1].rstrip('/')}/{node[0]}")
+
+    def endpoints(self, own: Iterable[NodeEntities], name: str | None) -> list[EndpointInfo]:
+        """Return all endpoints, or those of one topic or service: by what they do, by name, by GUID."""
+        with self._lock:
+            joined = self._infos = self._infos or self._join(own)
+            if name is not None:
+                return list(joined.get(name, ()))
+            infos = [info for each in joined.values() for info in each]
+        return sorted(infos, key=lambda info: (_KINDS.index(info.kind), info.name, info.gid))
+
+    def forget_join(self) -> None:
+        """Note that nodes of this process have changed."""
+        with self._lock:
+            self._infos = None
+
+    def _join(self, own: Iterable[NodeEntities]) -> dict[str, list[EndpointInfo]]:
+        others = (node for participant in self._participants.values() for node in participant.nodes)
+        node_of = {
+            gid: (node.name, node.namespace)
+            for node in (*own, *others)
+            for gid in (*node.readers, *node.writers)
+        }
+        infos: dict[str, list[EndpointInfo]] = {}
+        for guid, (endpoint, writes) in self._endpoints.items():
+            found = ros_name(endpoint.topic, endpoint.type_name, writes=writes)
+            if found is not None:
+                node, namespace = node_of.get(guid, _UNKNOWN)
+                infos.setdefault(found.name, []).append(
+                    EndpointInfo(
+                        found.kind, found.name, found.type_name, node, namespace, endpoint.qos, endpoint.guid
+                    )
+                )
+        for each in infos.values():
+            each.sort(key=lambda info: (_KINDS.index(info.kind), info.gid))
+        return infos

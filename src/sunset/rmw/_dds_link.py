@@ -1,0 +1,207 @@
+"""One participant of a DDS domain: how a process enters it, hears from it, announces its nodes and leaves."""
+
+import threading
+import time
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+from cyclonedds.idl import make_idl_struct, types
+
+from sunset.errors import InterfaceError, MiddlewareError
+from sunset.rmw import _dds_library as dds
+from sunset.rmw import _dds_wheel as wheel
+from sunset.rmw._dds_config import Configuration
+from sunset.rmw._dds_graph import Graph, NodeEntities, Participant, decode_participant, encode_participant
+from sunset.rmw.port import DurabilityPolicy, HistoryPolicy, QoSProfile
+
+__all__ = ["FIRST_NUMBER", "Link"]
+
+FIRST_NUMBER: Final = 16
+"""Numbers of conditions below this are the link's own."""
+
+_NODES, _PARTICIPANTS, _WRITERS, _READERS = range(1, 5)
+_DISCOVERY_TOPIC: Final = "ros_discovery_info"
+_DISCOVERY_TYPE: Final = make_idl_struct(  # gids have two sizes, so its octets are read by ourselves
+    "ParticipantEntitiesInfo_", "rmw_dds_common.msg.dds_.ParticipantEntitiesInfo_", {"octet": types.uint8}
+)
+_DISCOVERY_QOS: Final = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+_DISCOVERY_READER_QOS: Final = QoSProfile(
+    history=HistoryPolicy.KEEP_ALL, durability=DurabilityPolicy.TRANSIENT_LOCAL
+)
+_PARTING_NS: Final = 300_000_000
+"""How long a process that leaves waits for others to confirm what it sent."""
+
+
+@dataclass(slots=True)
+class _Domain:
+    entity: int
+    configuration: Configuration
+    users: int = 0
+
+
+class _Domains:
+    """The domains of this process: several links may be in the same one, if they agree how."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._domains: dict[int, _Domain] = {}
+
+    def enter(self, configuration: Configuration) -> None:
+        """Set a domain up unless it is.
+
+        Raises:
+            MiddlewareError: this process has set it up otherwise, or it cannot be set up.
+        """
+        number = configuration.domain_id
+        with self._lock:
+            domain = self._domains.get(number)
+            if domain is None:
+                domain = _Domain(dds.create_domain(number, configuration.cyclonedds), configuration)
+                self._domains[number] = domain
+            elif domain.configuration.cyclonedds != configuration.cyclonedds:
+                raise MiddlewareError(f"This process is in domain {number} already, with other settings.")
+            domain.users += 1
+
+    def leave(self, number: int) -> None:
+        """Take a domain down if nobody else uses it."""
+        with self._lock:
+            domain = self._domains[number]
+            domain.users -= 1
+            if not domain.users:
+                dds.delete(domain.entity)
+                del self._domains[number]
+
+
+_DOMAINS: Final = _Domains()
+
+
+class Link:
+    """A participant, and the thread that waits for its samples.
+
+    Args:
+        configuration: how to enter the domain.
+        on_data: called on that thread with the number of a reader that has samples.
+        on_problem: called on that thread with what is wrong with something that came.
+        on_failure: called on that thread when it ends by an error.
+
+    Attributes:
+        guid: 16 bytes that identify the participant.
+        participant, publisher, subscriber: the entities.
+        graph: what is known of the others.
+        gid_size: bytes of a gid in its announcements.
+
+    Raises:
+        MiddlewareError: the domain cannot be entered.
+    """
+
+    def __init__(
+        self,
+        configuration: Configuration,
+        on_data: Callable[[int], None],
+        on_problem: Callable[[str], None],
+        on_failure: Callable[[Exception], None],
+    ) -> None:
+        self._domain_id = configuration.domain_id
+        self._on_data = on_data
+        self._on_problem = on_problem
+        self._on_failure = on_failure
+        self.gid_size = configuration.gid_size
+        self._adapts = configuration.adapts
+        self._nodes: tuple[NodeEntities, ...] = ()
+        self._announcing = threading.RLock()
+        self._looking = threading.Lock()
+        self.graph = Graph()
+        _DOMAINS.enter(configuration)
+        try:
+            self._enter(configuration.domain_id)
+        except MiddlewareError:
+            _DOMAINS.leave(configuration.domain_id)
+            raise
+        self._thread = threading.Thread(target=self._listen, name="dds", daemon=True)
+        self._thread.start()
+
+    def _enter(self, domain_id: int) -> None:
+        self.participant = dds.create_participant(domain_id, b"enclave=/;")
+        self.guid = dds.guid_of(self.participant)
+        self.publisher = dds.create_publisher(self.participant)
+        self.subscriber = dds.create_subscriber(self.participant)
+        with wheel.topic_of(self.participant, _DISCOVERY_TOPIC, _DISCOVERY_TYPE) as topic:
+            self._writer = dds.create_writer(self.publisher, topic, _DISCOVERY_QOS)
+            reader = dds.create_reader(self.subscriber, topic, _DISCOVERY_READER_QOS, ignore_own=True)
+        self._readers = {_NODES: reader}
+        for number, topic in zip((_PARTICIPANTS, _WRITERS, _READERS), dds.BUILTIN_TOPICS, strict=True):
+            self._readers[number] = dds.create_reader(self.subscriber, topic, None)
+        self._waitset = dds.WaitSet(self.participant)
+        self._conditions = {number: dds.data_condition(each) for number, each in self._readers.items()}
+        for number in self._conditions:
+            self.watch(number, self._conditions[number])
+
+    def watch(self, number: int, condition: int) -> None:
+        """Call `on_data(number)` once as soon as a condition holds."""
+        self._waitset.watch(number, condition)
+
+    def forget(self, number: int) -> None:
+        """Do not call `on_data(number)`, unless it is being called."""
+        self._waitset.forget(number)
+
+    def _listen(self) -> None:
+        try:
+            while numbers := self._waitset.wait():
+                for number in numbers:
+                    if number < FIRST_NUMBER:
+                        self.look()
+                        self.watch(number, self._conditions[number])
+                    else:
+                        self._on_data(number)
+        except Exception as error:  # noqa: BLE001  nobody would see it on this thread
+            self._on_failure(error)
+
+    # The graph
+
+    def look(self) -> None:
+        """Take in what is new on the graph."""
+        with self._looking:
+            while (sample := wheel.take(self._readers[_NODES])) is not None:
+                self._learn_nodes(sample[0])
+            for guid, alive in wheel.take_participants(self._readers[_PARTICIPANTS]):
+                if not alive:
+                    self.graph.lose_participant(guid)
+            self.graph.learn_endpoints(wheel.take_endpoints(self._readers[_WRITERS]), writers=True)
+            self.graph.learn_endpoints(wheel.take_endpoints(self._readers[_READERS]), writers=False)
+
+    def _learn_nodes(self, payload: bytes) -> None:
+        try:
+            participant = decode_participant(payload)
+        except InterfaceError as error:
+            self._on_problem(f"Dropped a malformed sample on {_DISCOVERY_TOPIC}: {error}")
+            return
+        self.graph.learn_participant(participant)
+        if self._adapts and participant.gid_size > self.gid_size:
+            with self._announcing:
+                self.gid_size = participant.gid_size
+                self.announce(self._nodes)
+
+    def announce(self, nodes: Iterable[NodeEntities]) -> None:
+        """Tell others which nodes this process has, and with which endpoints."""
+        with self._announcing:
+            self._nodes = tuple(nodes)
+            self.graph.forget_join()
+            payload = encode_participant(Participant(self.guid, self._nodes, self.gid_size))
+            wheel.write(self._writer, payload, _DISCOVERY_TOPIC)
+
+    # The end
+
+    def leave(self, writers: Sequence[int]) -> None:
+        """Wait for what these writers have sent, tell others that there are no nodes any more, and leave the domain."""
+        self._waitset.close()
+        self._thread.join(
+            timeout=1.0
+        )  # a signal handler may have come while this thread held what that one needs
+        end_ns = time.monotonic_ns() + _PARTING_NS
+        for writer in writers:
+            dds.wait_for_acks(writer, max(0, end_ns - time.monotonic_ns()))
+        self.announce(())
+        dds.wait_for_acks(self._writer, max(0, end_ns - time.monotonic_ns()))
+        dds.delete(self.participant)
+        _DOMAINS.leave(self._domain_id)

@@ -1,0 +1,241 @@
+"""Clients and servers of services on DDS, as `rmw_cyclonedds` has them.
+
+A request and its response are samples on two topics, each beginning with the client's id and its running number. All
+clients of a service get all responses and drop those of others. Endpoints are volatile, so a server waits with its
+response until the client's reader is connected to it.
+"""
+
+import threading
+from collections.abc import Callable, Mapping
+from struct import Struct
+from typing import TYPE_CHECKING, Final
+
+from sunset.errors import MiddlewareError
+from sunset.interfaces import Message, Service, serialize
+from sunset.rmw import _dds_library as dds
+from sunset.rmw import _dds_wheel as wheel
+from sunset.rmw._dds_entity import ReadingEntity
+from sunset.rmw._dds_types import HEADER_SIZE, service_types, topic_names_of_service
+from sunset.rmw.port import ClientHandle, QoSProfile, RequestId, ServiceHandle
+
+if TYPE_CHECKING:
+    from sunset.rmw._dds_node import DdsNode
+
+__all__ = ["DdsClient", "DdsService", "parse_user_data"]
+
+_HEADER: Final = Struct("<Qq")
+_ENCAPSULATION_SIZE: Final = 4
+_FIELDS: Final = _ENCAPSULATION_SIZE + HEADER_SIZE
+_PATIENCE_NS: Final = 100_000_000
+_STEP_S: Final = 0.001
+_REMEMBERED: Final = 1000
+"""Requests that may wait for their response, and clients of which a server remembers whether they listen."""
+
+
+def parse_user_data(data: bytes) -> Mapping[str, str]:
+    """Return what an endpoint's owner says of it; what is malformed is passed over.
+
+    >>> parse_user_data(b"serviceid= 1.10;typehash=RIHS01_0;")
+    {'serviceid': ' 1.10', 'typehash': 'RIHS01_0'}
+    """
+    pairs = (pair.partition("=") for pair in data.decode("ascii", "replace").split(";"))
+    return {key: value for key, _, value in pairs if key}
+
+
+class _ServiceEnd(ReadingEntity):
+    """What both ends of a service have: a writer, a reader, and an id that says that they belong together."""
+
+    __slots__ = ("_name", "_writer")
+
+    def connect(
+        self, service_type: type[Service], name: str, qos: QoSProfile, id_name: str, *, answers: bool
+    ) -> None:
+        """Enter the graph.
+
+        Args:
+            service_type: the service's type.
+            name: its name.
+            qos: of both endpoints.
+            id_name: how the id of this end is called.
+            answers: whether this end reads requests and writes responses, or the other way round.
+        """
+        self._name = name
+        process, link = self.process, self.process.link
+        own_id = f"{id_name}={process.new_endpoint_id()};".encode()
+        parts = zip(
+            topic_names_of_service(name),
+            service_types(service_type),
+            (service_type.Request, service_type.Response),
+            (not answers, answers),
+            strict=True,
+        )
+        for topic, data_type, kind, writes in parts:
+            user_data = own_id + process.type_data(kind)
+            with wheel.topic_of(link.participant, topic, data_type) as dds_topic:
+                if writes:
+                    self._writer = dds.create_writer(link.publisher, dds_topic, qos, user_data)
+                else:
+                    reader = dds.create_reader(link.subscriber, dds_topic, qos, user_data)
+        self.readers, self.writers = (dds.guid_of(reader),), (dds.guid_of(self._writer),)
+        self.listen_to(reader)
+
+    def send(self, header: bytes, message: Message) -> None:
+        """Send a request or response."""
+        payload = serialize(message)
+        wheel.write(
+            self._writer,
+            payload[:_ENCAPSULATION_SIZE] + header + payload[_ENCAPSULATION_SIZE:],
+            self._name,
+        )
+
+    def reliable_writers(self) -> tuple[int, ...]:
+        """Return its writer."""
+        return (self._writer,)
+
+    def retire(self) -> None:
+        """Leave the graph; what was not yet handled is dropped."""
+        super().retire()
+        dds.delete(self._reader)
+        dds.delete(self._writer)
+
+
+def _split(payload: bytes) -> tuple[bytes, bytes]:
+    """Return the header of a request or response, and the payload of the message behind it."""
+    return payload[_ENCAPSULATION_SIZE:_FIELDS], payload[:_ENCAPSULATION_SIZE] + payload[_FIELDS:]
+
+
+class DdsClient(_ServiceEnd, ClientHandle):
+    """Asks every server of its name and type."""
+
+    __slots__ = ("_handler", "_id", "_kind")
+
+    def __init__(
+        self,
+        node: "DdsNode",
+        service_type: type[Service],
+        name: str,
+        qos: QoSProfile,
+        handler: Callable[[int, Message], None],
+        *,
+        label: str,
+    ) -> None:
+        super().__init__(node, label)
+        self._kind = service_type.Response
+        self._handler = handler
+        self.connect(service_type, name, qos, "clientid", answers=False)
+        self._id = dds.instance_handle_of(self._writer)
+
+    def send_request(self, request: Message) -> int:
+        """Send a request and return its number."""
+        self.check_alive(f"call {self._name}")
+        number = self.process.new_request_number()
+        self.send(_HEADER.pack(self._id, number), request)
+        return number
+
+    def handle(self, payload: bytes, writer: int) -> bool:
+        """Call the handler with a response, if it is for this client."""
+        del writer
+        header, payload = _split(payload)
+        client, number = _HEADER.unpack(header)
+        response = self.decoded(payload, self._kind, self._name) if client == self._id else None
+        if response is None:
+            return False
+        self.process.call(self, self._handler, number, response)
+        return True
+
+    def server_ready(self) -> bool:
+        """Whether a server gets requests of this client and is heard by it."""
+        if not self.alive:
+            return False
+        hearing = [
+            wheel.matched_subscription(self._writer, each) for each in dds.matched_subscriptions(self._writer)
+        ]
+        heard = [
+            wheel.matched_publication(self._reader, each) for each in dds.matched_publications(self._reader)
+        ]
+        if not hearing or not heard:
+            return False
+        ids = [{_id_of(end, "serviceid") for end in ends if end is not None} for ends in (hearing, heard)]
+        return bool(ids[0] & ids[1]) or "" in ids[0] | ids[1]
+
+
+def _id_of(end: wheel.Endpoint, name: str) -> str:
+    return parse_user_data(end.user_data).get(name, "")
+
+
+class DdsService(_ServiceEnd, ServiceHandle):
+    """Holds at most `depth` requests that were not handled yet, and drops the oldest."""
+
+    __slots__ = ("_answerable", "_asked", "_handler", "_kind")
+
+    def __init__(
+        self,
+        node: "DdsNode",
+        service_type: type[Service],
+        name: str,
+        qos: QoSProfile,
+        handler: Callable[[RequestId, Message], None],
+        *,
+        label: str,
+    ) -> None:
+        super().__init__(node, label)
+        self._kind = service_type.Request
+        self._handler = handler
+        self._asked: dict[RequestId, int] = {}
+        self._answerable: dict[int, bool] = {}
+        self.connect(service_type, name, qos, "serviceid", answers=True)
+
+    def handle(self, payload: bytes, writer: int) -> bool:
+        """Call the handler with a request, unless one with this id is being handled."""
+        header, payload = _split(payload)
+        request_id = RequestId(*_HEADER.unpack(header))
+        request = self.decoded(payload, self._kind, self._name)
+        if request is None or request_id in self._asked:
+            return False
+        if len(self._asked) >= _REMEMBERED:
+            self.process.report(self.node, self._name, "dropped a request: too many wait for their response")
+            return False
+        self._asked[request_id] = writer
+        self.process.call(self, self._handler, request_id, request)
+        return True
+
+    def send_response(self, request_id: RequestId, response: Message) -> None:
+        """Answer a request that the handler was given, unless its client is gone.
+
+        Raises:
+            MiddlewareError: no such request waits for a response.
+        """
+        self.check_alive(f"answer on {self._name}")
+        writer = self._asked.pop(request_id, None)
+        if writer is None:
+            raise MiddlewareError(f"Service {self._name} has no request {tuple(request_id)} to answer.")
+        if self._can_answer(writer):
+            self.send(_HEADER.pack(*request_id), response)
+
+    def _can_answer(self, writer: int) -> bool:
+        """Return whether a client's reader of responses is connected, having waited for that the first time."""
+        if self._answerable.get(writer):
+            return True
+        request_writer = wheel.matched_publication(self._reader, writer)
+        if request_writer is None:
+            return False
+        client = _id_of(request_writer, "clientid")
+        connected = not client or self._is_connected(client)
+        if not connected and writer not in self._answerable:
+            end_ns = self.process.steady_ns() + _PATIENCE_NS
+            pause = threading.Event()
+            while not connected and self.process.steady_ns() < end_ns:
+                pause.wait(_STEP_S)
+                connected = self._is_connected(client)
+        if len(self._answerable) >= _REMEMBERED:
+            self._answerable.clear()
+        self._answerable[writer] = connected
+        if not connected:
+            self.process.report(self.node, self._name, "a client that does not listen was not answered")
+        return connected
+
+    def _is_connected(self, client: str) -> bool:
+        readers = (
+            wheel.matched_subscription(self._writer, each) for each in dds.matched_subscriptions(self._writer)
+        )
+        return any(reader is not None and _id_of(reader, "clientid") == client for reader in readers)

@@ -1,0 +1,169 @@
+"""The private functions of the `cyclonedds` wheel that SUNSET needs, and nothing else of it.
+
+Making a topic of a type, samples as raw CDR, and what the built-in topics say of endpoints exist only as private
+functions, of the one version that `_dds_library` accepts.
+"""
+
+import ctypes
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import cache
+from typing import Any, Final, NamedTuple
+
+from sunset.rmw._dds_library import checked, delete, read_qos, sertype_of
+from sunset.rmw.qos import QoSProfile
+
+from cyclonedds import _clayer  # isort: skip  after the version was checked
+
+__all__ = [
+    "Endpoint",
+    "matched_publication",
+    "matched_subscription",
+    "take",
+    "take_endpoints",
+    "take_participants",
+    "topic_of",
+    "write",
+]
+
+_ANY: Final = 127  # samples in every state
+_ALIVE: Final = 16  # the state of what exists
+_BATCH: Final = 1000
+_OPERATIONS: Final = 14
+_TYPE_INFORMATION: Final = (8, 9, 10)  # type_id, type_map, type_info of struct ddsi_sertype_ops
+
+
+@contextmanager
+def topic_of(participant: int, name: str, data_type: Any) -> Iterator[int]:
+    """Make a topic of a type of the wheel, for the writers and readers that are made within.
+
+    They announce no type information, as those of ROS 2 nodes, so that only the names of types are compared; the
+    wheel's own would not be connected to any process that defines the type in other words.
+
+    Raises:
+        MiddlewareError: there cannot be such a topic.
+    """
+    data_type.__idl__.populate()
+    data_type.__idl__.fill_type_data()
+    topic: int = _clayer.ddspy_topic_create(participant, name, data_type, None, None)
+    checked(topic, f"make topic {name}")
+    operations = ctypes.c_void_p.from_address(sertype_of(topic))  # the first member of a sertype
+    original = operations.value
+    reticent = _without_type_information(original)
+    operations.value = ctypes.addressof(reticent)
+    try:
+        yield topic
+    finally:
+        operations.value = original  # deleting the type needs them
+        delete(topic)
+
+
+@cache
+def _without_type_information(operations: int) -> Any:
+    """Return a copy of a type's table of functions in which those that tell its XTypes information are missing."""
+    table = (ctypes.c_void_p * _OPERATIONS).from_address(operations)
+    return (ctypes.c_void_p * _OPERATIONS)(
+        *(None if index in _TYPE_INFORMATION else function for index, function in enumerate(table))
+    )
+
+
+# Samples
+
+
+def write(writer: int, payload: bytes, name: str) -> None:
+    """Send a sample.
+
+    Args:
+        writer: the writer.
+        payload: CDR with its encapsulation header, padded to a multiple of 4 bytes.
+        name: of the topic or service, for errors.
+
+    Raises:
+        MiddlewareError: it does not fit the topic's type, or the writer is gone.
+    """
+    result = _clayer.ddspy_write(writer, payload)
+    if result < 0:
+        checked(result, f"send a sample on {name}")
+
+
+def take(reader: int) -> tuple[bytes, int] | None:
+    """Return the oldest sample and the handle of its writer, or None if there is none."""
+    while True:
+        taken: list[tuple[bytes, Any]] | int = _clayer.ddspy_take(reader, _ANY, 1)
+        if not taken or isinstance(taken, int):
+            return None
+        ((payload, info),) = taken
+        if info.valid_data:
+            return payload, info.publication_handle
+
+
+class Endpoint(NamedTuple):
+    """A writer or reader on the network.
+
+    Attributes:
+        guid: 16 bytes that identify it.
+        participant: the same of its participant.
+        alive: whether it exists; if not, only the GUIDs are known.
+        topic: the name of its DDS topic.
+        type_name: the name of its DDS type.
+        qos: what it announces.
+        user_data: what else its owner says of it.
+    """
+
+    guid: bytes
+    participant: bytes
+    alive: bool
+    topic: str
+    type_name: str
+    qos: QoSProfile
+    user_data: bytes
+
+
+def _endpoint(*described: Any) -> Endpoint:
+    guid, participant, _, topic, type_name, announced, info, _ = described
+    if announced is None or (info is not None and info.instance_state != _ALIVE):
+        return Endpoint(guid, participant, False, "", "", QoSProfile(), b"")
+    return Endpoint(guid, participant, True, topic, type_name, *announced)
+
+
+def take_endpoints(reader: int) -> list[Endpoint]:
+    """Return what is new about endpoints, from a reader of a built-in topic."""
+    return _taken(lambda: _clayer.ddspy_take_endpoint(reader, _BATCH, _endpoint, read_qos))
+
+
+def take_participants(reader: int) -> list[tuple[bytes, bool]]:
+    """Return (GUID, whether it is there) of the participants of which there is news."""
+    return _taken(lambda: _clayer.ddspy_take_participant(reader, _BATCH, _participant, _no_qos))
+
+
+def _participant(guid: bytes, _: None, info: Any) -> tuple[bytes, bool]:
+    return guid, info.instance_state == _ALIVE
+
+
+def _no_qos(_: int) -> None:
+    return None
+
+
+def _taken(take_batch: Callable[[], list[Any] | int]) -> list[Any]:
+    found: list[Any] = []
+    while True:
+        batch = take_batch()
+        if not batch or isinstance(batch, int):
+            return found
+        found += batch
+
+
+def matched_subscription(writer: int, handle: int) -> Endpoint | None:
+    """Describe a reader by its handle; None if it is not connected to the writer."""
+    described: Endpoint | None = _clayer.ddspy_get_matched_subscription_data(
+        writer, handle, _endpoint, read_qos
+    )
+    return described
+
+
+def matched_publication(reader: int, handle: int) -> Endpoint | None:
+    """Describe a writer by its handle; None if it is not connected to the reader."""
+    described: Endpoint | None = _clayer.ddspy_get_matched_publication_data(
+        reader, handle, _endpoint, read_qos
+    )
+    return described

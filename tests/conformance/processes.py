@@ -1,0 +1,29 @@
+"""The processes of the conformance suite on a live middleware, each an operating system process of its own."""
+
+import multiprocessing
+from collections.abc import Sequence
+
+from tests.conformance.nodes import NODES
+
+from sunset.rmw.cyclonedds import CycloneDDS
+from sunset.ros import Context, SingleThreadedExecutor
+
+__all__ = ["PROCESSES", "join_domain", "run_node"]
+
+PROCESSES = multiprocessing.get_context("forkserver")
+PROCESSES.set_forkserver_preload([__name__, "pytest"])
+
+
+def join_domain(domain_id: int, arguments: Sequence[str] = ()) -> Context:
+    """Return a context of this process on DDS, whatever the environment says."""
+    context = Context()
+    context.init(list(arguments), middleware=CycloneDDS(domain_id=domain_id, environment={}))
+    return context
+
+
+def run_node(domain_id: int, node: str, arguments: Sequence[str]) -> None:
+    """Run a node until it shuts its context down."""
+    context = join_domain(domain_id, ["--ros-args", *arguments])
+    executor = SingleThreadedExecutor(context=context)
+    executor.add_node(NODES[node](context))
+    executor.spin()

@@ -10,7 +10,7 @@ from sunset.metrics import ClassCounts, class_iou, count_classes, image_iou
 from sunset.perception import Modality, Segmenter
 from sunset.training.batches import FrameSet
 
-__all__ = ["Measured", "five_frame_means", "measure", "roc_auc"]
+__all__ = ["Measured", "measure", "roc_auc"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -49,16 +49,6 @@ def measure(segmenter: Segmenter, modality: Modality, frames: FrameSet) -> Measu
         entropies.append(result.entropy)
         totals += np.stack([counts.intersection, counts.predicted, counts.truth])
     return Measured(np.array(ious), np.array(entropies), ClassCounts(totals[0], totals[1], totals[2]))
-
-
-def five_frame_means(values: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-    """Return the means over five consecutive values; (N,) → (N - 4,).
-
-    >>> five_frame_means(np.arange(6.0)).tolist()
-    [2.0, 3.0]
-    """
-    means: npt.NDArray[np.float64] = np.lib.stride_tricks.sliding_window_view(values, 5).mean(axis=1)
-    return means
 
 
 def roc_auc(negative: npt.NDArray[np.float64], positive: npt.NDArray[np.float64]) -> float:

@@ -135,8 +135,8 @@ def test_a_task_may_be_a_coroutine(world: "World") -> None:
 
 
 def test_the_functions_of_the_package_use_the_default_context(world: "World") -> None:
-    with pytest.raises(MiddlewareError, match="No middleware was chosen"):
-        ros.init(args=[])
+    with pytest.raises(MiddlewareError, match="A domain id was given beside a middleware"):
+        ros.init(args=[], domain_id=1, middleware=world.simulation.create_process("main"))
     assert not ros.ok()
     ros.init(args=[], middleware=world.simulation.create_process("main"))
     try:

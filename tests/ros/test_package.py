@@ -18,6 +18,7 @@ def test_the_modules_have_rclpys_names() -> None:
             "publisher",
             "qos",
             "service",
+            "signals",
             "subscription",
             "task",
             "time",

@@ -107,18 +107,12 @@ def read_configuration(
 
 
 def _domain_id(environment: Mapping[str, str], given: int | None) -> int:
-    text = environment.get("ROS_DOMAIN_ID", "").strip()
-    if given is None and re.fullmatch(r"[0-9]+", text or "0"):
-        given = int(text or "0")
-    elif given is None:
-        raise MiddlewareError(
-            f"ROS_DOMAIN_ID must be a whole number from 0 to {LAST_DOMAIN_ID}, got {text!r}."
-        )
-    if isinstance(given, bool) or not isinstance(given, int) or not 0 <= given <= LAST_DOMAIN_ID:
-        raise MiddlewareError(
-            f"The domain id must be a whole number from 0 to {LAST_DOMAIN_ID}, got {given!r}."
-        )
-    return given
+    name, text = "The domain id", str(given)
+    if given is None:
+        name, text = "ROS_DOMAIN_ID", environment.get("ROS_DOMAIN_ID", "").strip() or "0"
+    if not re.fullmatch(r"[0-9]{1,3}", text) or int(text) > LAST_DOMAIN_ID:
+        raise MiddlewareError(f"{name} must be a whole number from 0 to {LAST_DOMAIN_ID}, got {text!r}.")
+    return int(text)
 
 
 def _reach(environment: Mapping[str, str], *, network: bool) -> str:

@@ -14,7 +14,7 @@ from sunset.rmw.port import TimerHandle
 if TYPE_CHECKING:
     from sunset.rmw._dds_node import DdsNode
 
-__all__ = ["DdsPosted", "DdsTimer", "Entity", "ReadingEntity"]
+__all__ = ["DdsPosted", "DdsTimer", "Entity", "MessageT", "ReadingEntity"]
 
 MessageT = TypeVar("MessageT", bound=Message)
 
@@ -119,7 +119,7 @@ class ReadingEntity(Entity):
         try:
             return deserialize(payload, kind)
         except InterfaceError as error:
-            self.process.report(self.node, name, f"dropped a malformed message: {error}")
+            self.process.report(name, f"dropped a malformed message: {error}", self.node)
             return None
 
     def retire(self) -> None:
@@ -196,17 +196,17 @@ class DdsTimer(Entity, TimerHandle):
 
 
 class DdsPosted(Entity):
-    """One call that a node asked for."""
+    """One call that a node asked for, on any thread."""
 
     __slots__ = ("_handler",)
 
     def __init__(self, node: "DdsNode", handler: Callable[[], None], label: str) -> None:
         super().__init__(node, label)
         self._handler = handler
-        self.join()
 
     def take_turn(self) -> bool:
-        """Call it, once."""
-        self.retire()
+        """Call it, unless the node is gone."""
+        if not self.process.has(self.node):
+            return False
         self.process.call(self, self._handler)
         return True

@@ -7,7 +7,7 @@ from struct import Struct
 from struct import error as StructError  # noqa: N812  it is a class
 
 from sunset.errors import InterfaceError
-from sunset.rmw._dds_types import ros_name
+from sunset.rmw._dds_names import ros_name
 from sunset.rmw._dds_wheel import Endpoint
 from sunset.rmw.port import EndpointInfo, EndpointKind
 
@@ -133,21 +133,28 @@ class Graph:
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
-        self._participants: dict[bytes, Participant] = {}
+        self._participants: dict[bytes, tuple[NodeEntities, ...]] = {}
         self._endpoints: dict[bytes, tuple[Endpoint, bool]] = {}
         self._infos: dict[str, list[EndpointInfo]] | None = None
 
-    def learn_participant(self, participant: Participant) -> None:
-        """Note what a participant says of its nodes."""
+    def learn_participants(self, participants: Sequence[tuple[bytes, bool]]) -> None:
+        """Note which participants have come and gone."""
         with self._lock:
-            self._participants[participant.guid] = participant
-            self._infos = None
+            for guid, alive in participants:
+                if alive:
+                    self._participants.setdefault(guid, ())
+                else:
+                    self._participants.pop(guid, None)
+                self._infos = None
 
-    def lose_participant(self, guid: bytes) -> None:
-        """Note that a participant is gone."""
+    def learn_nodes(self, participant: Participant) -> bool:
+        """Note what a participant says of its nodes; return whether there is such a participant."""
         with self._lock:
-            self._participants.pop(guid, None)
+            if participant.guid not in self._participants:
+                return False
+            self._participants[participant.guid] = participant.nodes
             self._infos = None
+            return True
 
     def learn_endpoints(self, endpoints: Sequence[Endpoint], *, writers: bool) -> None:
         """Note which writers, or readers, have come and gone."""
@@ -162,7 +169,7 @@ class Graph:
     def nodes(self, own: Iterable[NodeEntities]) -> list[tuple[str, str]]:
         """Return (name, namespace) of all nodes, those of this process included, sorted by full name."""
         with self._lock:
-            others = [node for participant in self._participants.values() for node in participant.nodes]
+            others = [node for nodes in self._participants.values() for node in nodes]
         nodes = [(node.name, node.namespace) for node in (*own, *others)]
         return sorted(nodes, key=lambda node: f"{node[1].rstrip('/')}/{node[0]}")
 
@@ -181,7 +188,7 @@ class Graph:
             self._infos = None
 
     def _join(self, own: Iterable[NodeEntities]) -> dict[str, list[EndpointInfo]]:
-        others = (node for participant in self._participants.values() for node in participant.nodes)
+        others = (node for nodes in self._participants.values() for node in nodes)
         node_of = {
             gid: (node.name, node.namespace)
             for node in (*own, *others)

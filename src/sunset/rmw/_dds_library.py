@@ -72,11 +72,14 @@ _FOREVER: Final = 2**63 - 1
 _ANY: Final = 127  # samples in every state
 _XCDR1: Final = ctypes.c_int16(0)
 _IGNORE_PARTICIPANT: Final = 1
+_MOST_PROCESSES: Final = 33
+_FATAL, _ERROR, _WARNING = 1, 2, 4
 
 _Entity, _Pointer, _Size, _Time = ctypes.c_int32, ctypes.c_void_p, ctypes.c_size_t, ctypes.c_int64
 _Kind, _Number, _Handle = ctypes.c_int, ctypes.c_int32, ctypes.c_uint64
 
 _SIGNATURES: Final[dict[str, tuple[Any, ...]]] = {  # arguments; the last is what is returned
+    "dds_set_log_mask": (ctypes.c_uint32, None),
     "dds_create_domain": (ctypes.c_uint32, ctypes.c_char_p, _Entity),
     "dds_create_participant": (ctypes.c_uint32, _Pointer, _Pointer, _Entity),
     "dds_create_publisher": (_Entity, _Pointer, _Pointer, _Entity),
@@ -139,12 +142,20 @@ def checked(result: int, action: str) -> int:
 
 
 def create_domain(domain_id: int, configuration: str) -> int:
-    """Set up a domain; a process can do so once for each id, until it is deleted."""
-    return checked(
-        _C.dds_create_domain(domain_id, configuration.encode()),
-        f"set up domain {domain_id}, because CYCLONEDDS_URI is wrong or 33 processes are in it (Cyclone DDS said on "
-        "stderr which)",
-    )
+    """Set up a domain; a process can do so once for each id, until it is deleted.
+
+    Raises:
+        MiddlewareError: the configuration is wrong, or too many processes of this computer are in the domain.
+    """
+    _C.dds_set_log_mask(_FATAL | _ERROR | _WARNING)
+    domain: int = _C.dds_create_domain(domain_id, configuration.encode())
+    _C.dds_set_log_mask(_FATAL | _ERROR)  # there is a warning for each malformed packet
+    if domain < 0:
+        raise MiddlewareError(
+            f"DDS could not set up domain {domain_id}: either CYCLONEDDS_URI is wrong, or {_MOST_PROCESSES} processes "
+            "of this computer are in the domain already; Cyclone DDS wrote to stderr which."
+        )
+    return domain
 
 
 def create_participant(domain_id: int, user_data: bytes) -> int:

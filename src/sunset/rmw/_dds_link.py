@@ -6,8 +6,6 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from cyclonedds.idl import make_idl_struct, types
-
 from sunset.errors import InterfaceError, MiddlewareError
 from sunset.rmw import _dds_library as dds
 from sunset.rmw import _dds_wheel as wheel
@@ -22,9 +20,7 @@ FIRST_NUMBER: Final = 16
 
 _NODES, _PARTICIPANTS, _WRITERS, _READERS = range(1, 5)
 _DISCOVERY_TOPIC: Final = "ros_discovery_info"
-_DISCOVERY_TYPE: Final = make_idl_struct(  # gids have two sizes, so its octets are read by ourselves
-    "ParticipantEntitiesInfo_", "rmw_dds_common.msg.dds_.ParticipantEntitiesInfo_", {"octet": types.uint8}
-)
+_DISCOVERY_TYPE: Final = "rmw_dds_common::msg::dds_::ParticipantEntitiesInfo_"
 _DISCOVERY_QOS: Final = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 _DISCOVERY_READER_QOS: Final = QoSProfile(
     history=HistoryPolicy.KEEP_ALL, durability=DurabilityPolicy.TRANSIENT_LOCAL
@@ -82,7 +78,7 @@ class Link:
     Args:
         configuration: how to enter the domain.
         on_data: called on that thread with the number of a reader that has samples.
-        on_problem: called on that thread with what is wrong with something that came.
+        on_problem: called, on any thread, with where something came that cannot be used, and what.
         on_failure: called on that thread when it ends by an error.
 
     Attributes:
@@ -99,7 +95,7 @@ class Link:
         self,
         configuration: Configuration,
         on_data: Callable[[int], None],
-        on_problem: Callable[[str], None],
+        on_problem: Callable[[str, str], None],
         on_failure: Callable[[Exception], None],
     ) -> None:
         self._domain_id = configuration.domain_id
@@ -162,11 +158,12 @@ class Link:
     def look(self) -> None:
         """Take in what is new on the graph."""
         with self._looking:
+            samples = []
             while (sample := wheel.take(self._readers[_NODES])) is not None:
-                self._learn_nodes(sample[0])
-            for guid, alive in wheel.take_participants(self._readers[_PARTICIPANTS]):
-                if not alive:
-                    self.graph.lose_participant(guid)
+                samples.append(sample[0])
+            self.graph.learn_participants(wheel.take_participants(self._readers[_PARTICIPANTS]))
+            for payload in samples:
+                self._learn_nodes(payload)
             self.graph.learn_endpoints(wheel.take_endpoints(self._readers[_WRITERS]), writers=True)
             self.graph.learn_endpoints(wheel.take_endpoints(self._readers[_READERS]), writers=False)
 
@@ -174,10 +171,11 @@ class Link:
         try:
             participant = decode_participant(payload)
         except InterfaceError as error:
-            self._on_problem(f"Dropped a malformed sample on {_DISCOVERY_TOPIC}: {error}")
+            self._on_problem(_DISCOVERY_TOPIC, f"dropped a malformed announcement: {error}")
             return
-        self.graph.learn_participant(participant)
-        if self._adapts and participant.gid_size > self.gid_size:
+        if not self.graph.learn_nodes(participant):
+            self._on_problem(_DISCOVERY_TOPIC, "dropped an announcement of a participant that is not there.")
+        elif self._adapts and participant.gid_size > self.gid_size:
             with self._announcing:
                 self.gid_size = participant.gid_size
                 self.announce(self._nodes)

@@ -36,7 +36,7 @@ class DdsNode(NodeHandle):
         self.process = process
         self.entities: dict[Entity, None] = {}
         self.attached = False
-        self.warn: Callable[[str], object] | None = None
+        self.warn: Callable[[str], None] | None = None
         self._waiting: list[Entity] = []
 
     def describe(self) -> NodeEntities:
@@ -108,7 +108,7 @@ class DdsNode(NodeHandle):
         """Call the handler once, as a callback of this node, after those that are ready already."""
         self.process.queue(DdsPosted(self, handler, label))
 
-    def on_problem(self, handler: Callable[[str], object]) -> None:
+    def on_problem(self, handler: Callable[[str], None]) -> None:
         """Tell `handler` in a sentence what the network brought and could not be used, at a limited rate."""
         self.warn = handler
 

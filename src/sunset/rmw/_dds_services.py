@@ -11,11 +11,11 @@ from struct import Struct
 from typing import TYPE_CHECKING, Final
 
 from sunset.errors import MiddlewareError
-from sunset.interfaces import Message, Service, serialize
+from sunset.interfaces import Message, Service, serialize, type_name
 from sunset.rmw import _dds_library as dds
 from sunset.rmw import _dds_wheel as wheel
-from sunset.rmw._dds_entity import ReadingEntity
-from sunset.rmw._dds_types import HEADER_SIZE, service_types, topic_names_of_service
+from sunset.rmw._dds_entity import MessageT, ReadingEntity
+from sunset.rmw._dds_names import dds_type_name, topic_names_of_service
 from sunset.rmw.port import ClientHandle, QoSProfile, RequestId, ServiceHandle
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ __all__ = ["DdsClient", "DdsService", "parse_user_data"]
 
 _HEADER: Final = Struct("<Qq")
 _ENCAPSULATION_SIZE: Final = 4
-_FIELDS: Final = _ENCAPSULATION_SIZE + HEADER_SIZE
+_FIELDS: Final = _ENCAPSULATION_SIZE + _HEADER.size
 _PATIENCE_NS: Final = 100_000_000
 _STEP_S: Final = 0.001
 _REMEMBERED: Final = 1000
@@ -64,14 +64,13 @@ class _ServiceEnd(ReadingEntity):
         own_id = f"{id_name}={process.new_endpoint_id()};".encode()
         parts = zip(
             topic_names_of_service(name),
-            service_types(service_type),
             (service_type.Request, service_type.Response),
             (not answers, answers),
             strict=True,
         )
-        for topic, data_type, kind, writes in parts:
+        for topic, kind, writes in parts:
             user_data = own_id + process.type_data(kind)
-            with wheel.topic_of(link.participant, topic, data_type) as dds_topic:
+            with wheel.topic_of(link.participant, topic, dds_type_name(type_name(kind))) as dds_topic:
                 if writes:
                     self._writer = dds.create_writer(link.publisher, dds_topic, qos, user_data)
                 else:
@@ -88,6 +87,17 @@ class _ServiceEnd(ReadingEntity):
             self._name,
         )
 
+    def identity(self, payload: bytes) -> RequestId | None:
+        """Return what a sample's header says, or None, and report it, if it has none."""
+        if len(payload) < _FIELDS:
+            self.process.report(self._name, "dropped a sample without a header.", self.node)
+            return None
+        return RequestId(*_HEADER.unpack_from(payload, _ENCAPSULATION_SIZE))
+
+    def message(self, payload: bytes, kind: type[MessageT]) -> MessageT | None:
+        """Return the message behind a sample's header, or None, and report it, if it is malformed."""
+        return self.decoded(payload[:_ENCAPSULATION_SIZE] + payload[_FIELDS:], kind, self._name)
+
     def reliable_writers(self) -> tuple[int, ...]:
         """Return its writer."""
         return (self._writer,)
@@ -97,11 +107,6 @@ class _ServiceEnd(ReadingEntity):
         super().retire()
         dds.delete(self._reader)
         dds.delete(self._writer)
-
-
-def _split(payload: bytes) -> tuple[bytes, bytes]:
-    """Return the header of a request or response, and the payload of the message behind it."""
-    return payload[_ENCAPSULATION_SIZE:_FIELDS], payload[:_ENCAPSULATION_SIZE] + payload[_FIELDS:]
 
 
 class DdsClient(_ServiceEnd, ClientHandle):
@@ -135,12 +140,13 @@ class DdsClient(_ServiceEnd, ClientHandle):
     def handle(self, payload: bytes, writer: int) -> bool:
         """Call the handler with a response, if it is for this client."""
         del writer
-        header, payload = _split(payload)
-        client, number = _HEADER.unpack(header)
-        response = self.decoded(payload, self._kind, self._name) if client == self._id else None
+        identity = self.identity(payload)
+        if identity is None or identity.client != self._id:
+            return False
+        response = self.message(payload, self._kind)
         if response is None:
             return False
-        self.process.call(self, self._handler, number, response)
+        self.process.call(self, self._handler, identity.sequence, response)
         return True
 
     def server_ready(self) -> bool:
@@ -153,10 +159,11 @@ class DdsClient(_ServiceEnd, ClientHandle):
         heard = [
             wheel.matched_publication(self._reader, each) for each in dds.matched_publications(self._reader)
         ]
-        if not hearing or not heard:
-            return False
-        ids = [{_id_of(end, "serviceid") for end in ends if end is not None} for ends in (hearing, heard)]
-        return bool(ids[0] & ids[1]) or "" in ids[0] | ids[1]
+        asked, answering = (
+            {_id_of(end, "serviceid") for end in ends if end is not None} for ends in (hearing, heard)
+        )
+        anonymous = "" in asked | answering
+        return bool(asked & answering) or (anonymous and bool(asked and answering))
 
 
 def _id_of(end: wheel.Endpoint, name: str) -> str:
@@ -187,13 +194,14 @@ class DdsService(_ServiceEnd, ServiceHandle):
 
     def handle(self, payload: bytes, writer: int) -> bool:
         """Call the handler with a request, unless one with this id is being handled."""
-        header, payload = _split(payload)
-        request_id = RequestId(*_HEADER.unpack(header))
-        request = self.decoded(payload, self._kind, self._name)
-        if request is None or request_id in self._asked:
+        request_id = self.identity(payload)
+        if request_id is None or request_id in self._asked:
             return False
         if len(self._asked) >= _REMEMBERED:
-            self.process.report(self.node, self._name, "dropped a request: too many wait for their response")
+            self.process.report(self._name, "dropped a request: too many wait for their response.", self.node)
+            return False
+        request = self.message(payload, self._kind)
+        if request is None:
             return False
         self._asked[request_id] = writer
         self.process.call(self, self._handler, request_id, request)
@@ -231,7 +239,7 @@ class DdsService(_ServiceEnd, ServiceHandle):
             self._answerable.clear()
         self._answerable[writer] = connected
         if not connected:
-            self.process.report(self.node, self._name, "a client that does not listen was not answered")
+            self.process.report(self._name, "did not answer a client that does not listen.", self.node)
         return connected
 
     def _is_connected(self, client: str) -> bool:

@@ -14,6 +14,8 @@ from sunset.rmw._dds_library import checked, delete, read_qos, sertype_of
 from sunset.rmw.qos import QoSProfile
 
 from cyclonedds import _clayer  # isort: skip  after the version was checked
+from cyclonedds.idl import make_idl_struct  # isort: skip
+from cyclonedds.idl.types import uint8  # isort: skip
 
 __all__ = [
     "Endpoint",
@@ -34,17 +36,22 @@ _TYPE_INFORMATION: Final = (8, 9, 10)  # type_id, type_map, type_info of struct 
 
 
 @contextmanager
-def topic_of(participant: int, name: str, data_type: Any) -> Iterator[int]:
-    """Make a topic of a type of the wheel, for the writers and readers that are made within.
+def topic_of(participant: int, name: str, type_name: str) -> Iterator[int]:
+    """Make a topic for the writers and readers that are made within.
 
     They announce no type information, as those of ROS 2 nodes, so that only the names of types are compared; the
-    wheel's own would not be connected to any process that defines the type in other words.
+    wheel's own would not be connected to any process that defines the type in other words. Nor does DDS look into
+    samples: they are checked where they are decoded.
+
+    Args:
+        participant: whose topic.
+        name: its name in DDS.
+        type_name: the name of its type in DDS.
 
     Raises:
         MiddlewareError: there cannot be such a topic.
     """
-    data_type.__idl__.populate()
-    data_type.__idl__.fill_type_data()
+    data_type = _octet(type_name)
     topic: int = _clayer.ddspy_topic_create(participant, name, data_type, None, None)
     checked(topic, f"make topic {name}")
     operations = ctypes.c_void_p.from_address(sertype_of(topic))  # the first member of a sertype
@@ -56,6 +63,15 @@ def topic_of(participant: int, name: str, data_type: Any) -> Iterator[int]:
     finally:
         operations.value = original  # deleting the type needs them
         delete(topic)
+
+
+@cache
+def _octet(type_name: str) -> Any:
+    """Return a type of the wheel: one octet, and whatever follows."""
+    kind = make_idl_struct("Octet", type_name.replace("::", "."), {"octet": uint8}, dataclassify=False)
+    kind.__idl__.populate()
+    kind.__idl__.fill_type_data()
+    return kind
 
 
 @cache
@@ -79,7 +95,7 @@ def write(writer: int, payload: bytes, name: str) -> None:
         name: of the topic or service, for errors.
 
     Raises:
-        MiddlewareError: it does not fit the topic's type, or the writer is gone.
+        MiddlewareError: the writer is gone, or does not get rid of what it must keep.
     """
     result = _clayer.ddspy_write(writer, payload)
     if result < 0:

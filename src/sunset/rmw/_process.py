@@ -118,7 +118,7 @@ class SimNode(NodeHandle):
         scheduler = self.network.scheduler
         scheduler.add(scheduler.now, Priority.TIMER, self.process.notify, posted)
 
-    def on_problem(self, handler: Callable[[str], object]) -> None:
+    def on_problem(self, handler: Callable[[str], None]) -> None:
         """Do nothing: a simulated network brings nothing that cannot be used."""
 
     def attach(self) -> None:

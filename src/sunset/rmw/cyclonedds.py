@@ -12,6 +12,7 @@ import threading
 import time
 from collections import Counter
 from collections.abc import Callable, Mapping
+from functools import partial
 from itertools import count
 from queue import Empty, SimpleQueue
 from types import TracebackType
@@ -80,7 +81,7 @@ class CycloneDDS(Middleware):
         self._ending = False
         self._spinning = False
         self._calling = False
-        self.link = Link(configuration, self._on_data, self._on_problem, self._on_failure)
+        self.link = Link(configuration, self._on_data, self.report, self._on_failure)
         atexit.register(self._leave)
 
     def __repr__(self) -> str:
@@ -100,10 +101,6 @@ class CycloneDDS(Middleware):
         entity = self._readers.get(number)
         if entity is not None:
             self._queue.put(entity)
-
-    def _on_problem(self, problem: str) -> None:
-        node = next(iter(self._nodes), None)
-        self.report(node, "ros_discovery_info", problem)
 
     def _on_failure(self, error: Exception) -> None:
         self._failure = error
@@ -177,16 +174,25 @@ class CycloneDDS(Middleware):
         finally:
             self._calling = False
 
-    def report(self, node: DdsNode | None, where: str, problem: str) -> None:
-        """Count something that could not be used, and tell its node, for each place at most every 10 s."""
+    def report(self, where: str, problem: str, node: DdsNode | None = None) -> None:
+        """Count something that could not be used, and tell a node of it, for each place at most every 10 s.
+
+        Args:
+            where: the topic or service.
+            problem: what is wrong, the end of a sentence.
+            node: whose; the first of the process if None.
+        """
         self.problems[where] += 1
+        node = node or next(iter(tuple(self._nodes)), None)
+        warn = None if node is None else node.warn
         now = self.steady_ns()
         told_ns, told = self._reported.get(where, (now - _REPORT_EVERY_NS, 0))
-        if node is None or node.warn is None or now - told_ns < _REPORT_EVERY_NS:
+        if node is None or warn is None or now - told_ns < _REPORT_EVERY_NS:
             return
         self._reported[where] = (now, self.problems[where])
         untold = self.problems[where] - told - 1
-        node.warn(f"{where}: {problem}" + (f" ({untold} more since the last such message)" if untold else ""))
+        more = f" There were {untold} more since the last such message." if untold else ""
+        node.post(partial(warn, f"{where}: {problem}{more}"), "warning")
 
     # The port
 

@@ -271,7 +271,7 @@ class NodeHandle(ABC):
         """Call the handler once, as a callback of this node, after those that are ready already."""
 
     @abstractmethod
-    def on_problem(self, handler: Callable[[str], object]) -> None:
+    def on_problem(self, handler: Callable[[str], None]) -> None:
         """Tell `handler` in a sentence, at a limited rate, what the network brought and could not be used."""
 
     @abstractmethod

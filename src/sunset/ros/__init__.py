@@ -1,7 +1,7 @@
 """The client library, in rclpy's names: `from sunset import ros as rclpy`.
 
 It is a strict subset of rclpy (Jazzy): node code written on it runs on rclpy when only the import lines
-change. What differs is how a process comes onto the network: `init` is told its middleware.
+change. What is more: `init` may be told a middleware, such as a process of a simulation.
 """
 
 from collections.abc import Sequence
@@ -13,6 +13,7 @@ from sunset.ros.exceptions import CallbackError, CallbackTimeoutError
 from sunset.ros.executors import SingleThreadedExecutor
 from sunset.ros.node import Node
 from sunset.ros.parameter import Parameter
+from sunset.ros.signals import SignalHandlerOptions, install_signal_handlers
 from sunset.ros.task import Future
 
 __all__ = [
@@ -35,21 +36,34 @@ __all__ = [
 
 
 def init(
-    *, args: Sequence[str] | None = None, context: Context | None = None, middleware: Middleware | None = None
+    *,
+    args: Sequence[str] | None = None,
+    context: Context | None = None,
+    domain_id: int | None = None,
+    signal_handler_options: SignalHandlerOptions | None = None,
+    middleware: Middleware | None = None,
 ) -> None:
     """Join the network.
 
     Args:
         args: the command line; `sys.argv` if None.
         context: the process; the default context if None.
-        middleware: the process's door to the network.
+        domain_id: of the live middleware; ROS_DOMAIN_ID, else 0, if None.
+        signal_handler_options: which signals shut the context down; all if None, but none for a context or a
+            middleware that is given.
+        middleware: the process's door to the network; the live middleware if None.
 
     Raises:
-        MiddlewareError: no middleware is given, or the context is in use.
+        MiddlewareError: the context is in use, or the live middleware cannot be set up as asked.
+        MissingExtraError: no middleware is given, and the extra `live` is not installed.
         UnknownROSArgsError: an argument after `--ros-args` is unknown or malformed.
         ParameterError: a parameter file cannot be read or is malformed.
     """
-    (context or get_default_context()).init(args, middleware=middleware)
+    (context or get_default_context()).init(args, domain_id=domain_id, middleware=middleware)
+    if signal_handler_options is None:
+        own = context is None and middleware is None
+        signal_handler_options = SignalHandlerOptions.ALL if own else SignalHandlerOptions.NO
+    install_signal_handlers(signal_handler_options, context=context)
 
 
 def shutdown(*, context: Context | None = None) -> None:

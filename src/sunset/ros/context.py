@@ -4,6 +4,7 @@ import sys
 from collections.abc import Callable, Sequence
 
 from sunset.errors import MiddlewareError
+from sunset.rmw.default import default_middleware
 from sunset.rmw.port import Middleware
 from sunset.ros.arguments import Arguments
 from sunset.ros.exceptions import NotInitializedException
@@ -23,29 +24,33 @@ class Context:
         self,
         args: Sequence[str] | None = None,
         *,
+        domain_id: int | None = None,
         middleware: Middleware | None = None,
-        log_to_stderr: bool = False,
+        log_to_stderr: bool | None = None,
     ) -> None:
         """Join the network.
 
         Args:
             args: the command line; `sys.argv` if None.
-            middleware: the process's door to the network.
-            log_to_stderr: whether loggers write to stderr too.
+            domain_id: of the live middleware; ROS_DOMAIN_ID, else 0, if None.
+            middleware: the process's door to the network; the live middleware if None.
+            log_to_stderr: whether loggers write to stderr too, if the command line does not say; None for only on
+                the live middleware.
 
         Raises:
-            MiddlewareError: no middleware is given, or the context is in use.
+            MiddlewareError: the context is in use, or the live middleware cannot be set up as asked.
+            MissingExtraError: no middleware is given, and the extra `live` is not installed.
             UnknownROSArgsError: an argument after `--ros-args` is unknown or malformed.
             ParameterError: a parameter file cannot be read or is malformed.
         """
         if self.ok():
             raise MiddlewareError("The context is initialised already; shut it down first.")
-        if middleware is None:
-            raise MiddlewareError("No middleware was chosen: pass init(middleware=…).")
+        if middleware is not None and domain_id is not None:
+            raise MiddlewareError("A domain id was given beside a middleware; give it to the middleware.")
         self._arguments = Arguments.parse(sys.argv if args is None else args)
         if self._arguments.log_to_stderr is None:
-            self._arguments.log_to_stderr = log_to_stderr
-        self._middleware = middleware
+            self._arguments.log_to_stderr = middleware is None if log_to_stderr is None else log_to_stderr
+        self._middleware = default_middleware(domain_id) if middleware is None else middleware
 
     @property
     def middleware(self) -> Middleware:

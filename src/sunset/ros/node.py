@@ -94,7 +94,7 @@ class Node(NodeParameters, NodeGraph):
         self._clock = ROSClock(context=self._context)
         self._time_source = TimeSource(self.handle, self._clock)
         self._logger = self._make_logger(enable_rosout)
-        self.handle.on_problem(self._logger.warning)
+        self.handle.on_problem(self._on_problem)
         self._parameter_event_publisher = self.create_publisher(
             ParameterEvent, "/parameter_events", qos_profile_parameter_events
         )
@@ -321,6 +321,9 @@ class Node(NodeParameters, NodeGraph):
         sink = NodeLogSink(self._context, self._clock, rosout)
         name = self.get_fully_qualified_name().lstrip("/").replace("/", ".")
         return Logger(name, sink, arguments.log_level or LoggingSeverity.INFO)
+
+    def _on_problem(self, problem: str) -> None:
+        self._logger.warning(problem)
 
     def _warn_of_mismatch(self, topic: str, kind: EndpointKind, qos: QoSProfile) -> None:
         for other in self._middleware.endpoints(topic):

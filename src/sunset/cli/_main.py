@@ -4,10 +4,10 @@ import argparse
 import os
 import sys
 from collections.abc import Sequence
+from importlib import import_module
 from typing import Final, NoReturn
 
 from sunset import __version__
-from sunset.cli import bench, data, faults, managers, models, report, run, scenarios, train
 from sunset.errors import SunsetError
 
 __all__ = ["EXIT_BAD_INPUT", "EXIT_INTERRUPTED", "main"]
@@ -15,7 +15,11 @@ __all__ = ["EXIT_BAD_INPUT", "EXIT_INTERRUPTED", "main"]
 EXIT_BAD_INPUT: Final = 2
 EXIT_INTERRUPTED: Final = 130
 
-_VERBS = (run, bench, report, scenarios, faults, managers, data, models, train)
+_VERBS: Final = (
+    *("run", "bench", "report", "scenarios", "faults", "managers"),
+    *("data", "models", "train", "node"),
+)
+"""Each is a module beside this one."""
 
 
 class _Parser(argparse.ArgumentParser):
@@ -27,7 +31,11 @@ class _Parser(argparse.ArgumentParser):
         self.exit(EXIT_BAD_INPUT, f"{self.prog}: {text}; '{self.prog} --help' lists what is expected.\n")
 
 
-def _parser() -> argparse.ArgumentParser:
+def _parser(verb: str) -> argparse.ArgumentParser:
+    """Return the parser for a command line that begins with `verb`: of all verbs, unless that is one.
+
+    A process of one node must start quickly, so what the other verbs need is not imported.
+    """
     parser = _Parser(
         prog="sunset",
         description="A ROS 2 exemplar for self-adaptation: fly a faulted mission, let a managing system repair it, "
@@ -36,8 +44,8 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=f"sunset {__version__}")
     verbs = parser.add_subparsers(title="verbs", metavar="VERB", required=True, parser_class=_Parser)
-    for module in _VERBS:
-        module.add_parser(verbs)
+    for name in (verb,) if verb in _VERBS else _VERBS:
+        import_module(f"sunset.cli.{name}").add_parser(verbs)
     return parser
 
 
@@ -50,7 +58,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Returns:
         The exit code: 0 done, 2 bad input (one sentence stands on stderr), 130 interrupted.
     """
-    parsed = _parser().parse_args(arguments)
+    arguments = sys.argv[1:] if arguments is None else arguments
+    parsed = _parser(next(iter(arguments), "")).parse_args(arguments)
     try:
         code = parsed.execute(parsed)
         print(end="", flush=True)

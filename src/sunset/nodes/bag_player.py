@@ -3,7 +3,6 @@
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, cast
 
-from sunset.data import BagReader, read_bag
 from sunset.errors import ParameterError
 from sunset.interfaces.builtin_interfaces.msg import Time
 from sunset.interfaces.rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
@@ -17,6 +16,7 @@ from sunset.ros.node import Node
 from sunset.ros.parameter import Parameter
 
 if TYPE_CHECKING:
+    from sunset.data import BagReader
     from sunset.ros.timer import Timer
 
 __all__ = ["BagPlayer"]
@@ -45,11 +45,12 @@ class BagPlayer(Node):
     """
 
     node_name: ClassVar[str] = "bag_player"
+    _speed = 1.0
 
     def __init__(
         self,
         *,
-        reader: BagReader | None = None,
+        reader: "BagReader | None" = None,
         context: Context | None = None,
         cli_args: list[str] | None = None,
         parameter_overrides: list[Parameter] | None = None,
@@ -87,7 +88,7 @@ class BagPlayer(Node):
     def _value(self, name: str) -> Any:
         return self.get_parameter(name).value
 
-    def _named_bag(self) -> BagReader:
+    def _named_bag(self) -> "BagReader":
         """Return the bag that the parameter names.
 
         Raises:
@@ -99,7 +100,13 @@ class BagPlayer(Node):
             raise ParameterError(
                 "The bag player needs the parameter bag: the path of a rosbag2 folder or file."
             )
-        return read_bag(Path(name))
+        from sunset.data import read_bag  # noqa: PLC0415  slow, and only the bag player's process needs it
+
+        return read_bag(Path(name), size=self._size())
+
+    def _size(self) -> tuple[int, int] | None:
+        """Return height and width of the frames; None for those of the bag."""
+        return None
 
     def _chosen_frames(self) -> range:
         """Return the numbers of the frames to play.
@@ -119,7 +126,7 @@ class BagPlayer(Node):
     def _on_start(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         del request
         self._next = self._range.start
-        self._schedule(self._value("phase"), self._play_first)
+        self._schedule(self._value("phase") / self._speed, self._play_first)
         response.success = True
         response.message = f"Playing {len(self._range)} frames."
         return response
@@ -135,7 +142,7 @@ class BagPlayer(Node):
             self._timer = None
 
     def _play_first(self) -> None:
-        self._schedule(1.0 / self._value("rate"), self._play)
+        self._schedule(1.0 / self._value("rate") / self._speed, self._play)
         self._play()
 
     def _play(self) -> None:
@@ -143,11 +150,20 @@ class BagPlayer(Node):
             self._stop()
             return
         frame = self._bag.frame(self._next)
-        stamp_ns = int(self._bag.stamps_ns[self._next])
-        stamp = Time(sec=stamp_ns // _NS_PER_S, nanosec=stamp_ns % _NS_PER_S)
+        stamp = self._stamp()
         header = Header(stamp=stamp, frame_id="camera")
-        self._time.publish(Clock(clock=stamp))
         self._truth.publish(image_of_labels(header, frame.labels))
         self._rgb.publish(image_of_bgr(header, frame.rgb))
         self._depth.publish(image_of_depth(header, frame.depth))
         self._next += 1
+
+    def _stamp(self) -> Time:
+        """Return the stamp of the frame that is played, after it was made the time."""
+        stamp = time_of(int(self._bag.stamps_ns[self._next]))
+        self._time.publish(Clock(clock=stamp))
+        return stamp
+
+
+def time_of(nanoseconds: int) -> Time:
+    """Return a time as a message."""
+    return Time(sec=nanoseconds // _NS_PER_S, nanosec=nanoseconds % _NS_PER_S)

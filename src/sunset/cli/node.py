@@ -1,0 +1,130 @@
+"""`sunset node`: one node as a process of its own, on DDS."""
+
+import argparse
+import ctypes
+import os
+import signal
+import sys
+import threading
+from collections.abc import Callable
+from typing import Final
+
+from sunset.errors import InvalidInputError
+from sunset.nodes import NODES
+from sunset.nodes.live_bag_player import LiveBagPlayer
+from sunset.rmw.port import CallbackError
+from sunset.ros import Context, Node, SingleThreadedExecutor
+from sunset.ros.signals import install_signal_handlers
+
+__all__ = ["add_parser", "execute"]
+
+_MANAGER: Final = "managing_system"
+_EXECUTOR: Final = "scenario_executor"
+_DEATH_SIGNAL: Final = 1
+"""PR_SET_PDEATHSIG of Linux's prctl(2)."""
+_PARTING_S: Final = 2.0
+"""How long a node whose parent ended may take to leave the graph."""
+
+
+def add_parser(verbs: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    """Add the verb."""
+    parser = verbs.add_parser(
+        "node",
+        help="run one node as a process on ROS 2's network",
+        description="Run one node as a process on Cyclone DDS, until it is interrupted or shut down through its "
+        "lifecycle. Other ROS 2 nodes on this computer see it as one of theirs.",
+    )
+    names = [*NODES, _EXECUTOR, _MANAGER]
+    parser.add_argument("node", choices=names, metavar="NAME", help=f"one of {', '.join(names)}")
+    parser.add_argument(
+        "--manager", metavar="SPEC", help=f"which managing system {_MANAGER} is: none, baseline, or your own"
+    )
+    add_network_options(parser)
+    parser.add_argument(
+        "--end-with-stdin",
+        action="store_true",
+        help="end when stdin does: with the parent process, if that holds the other end of a pipe",
+    )
+    parser.add_argument(
+        "--ros-args", nargs=argparse.REMAINDER, default=[], help="ROS arguments: -r, -p, --params-file, …"
+    )
+    parser.set_defaults(execute=execute)
+
+
+def add_network_options(parser: argparse.ArgumentParser) -> None:
+    """Add what says who hears a live system."""
+    parser.add_argument(
+        "--network", action="store_true", help="be heard beyond this computer, which is the default's limit"
+    )
+    parser.add_argument(
+        "--ros-distro",
+        metavar="NAME",
+        help="ROS 2 distribution of the other nodes (default: as they announce)",
+    )
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """Run the node."""
+    from sunset.rmw.cyclonedds import CycloneDDS  # noqa: PLC0415  an optional extra
+
+    if (arguments.node == _MANAGER) != (arguments.manager is not None):
+        raise InvalidInputError(
+            f"--manager says which managing system {_MANAGER} is, and no other node has one."
+        )
+    factory = _factory(arguments.node, arguments.manager)
+    context = Context()
+    middleware = CycloneDDS(network=arguments.network, distro=arguments.ros_distro)
+    with middleware:
+        context.init(["--ros-args", *arguments.ros_args], middleware=middleware, log_to_stderr=True)
+        install_signal_handlers(context=context)
+        if arguments.end_with_stdin:
+            _end_with_stdin()
+        node = factory(context)
+        executor = SingleThreadedExecutor(context=context)
+        executor.add_node(node)
+        _spin(executor, node, lasting=arguments.node != _MANAGER)
+    return 0
+
+
+def _factory(name: str, manager: str | None) -> Callable[[Context], Node]:
+    """Return what makes a node."""
+    if name == _EXECUTOR:
+        from sunset.scenarios import ScenarioExecutor  # noqa: PLC0415  slow, and no other node needs it
+
+        return lambda context: ScenarioExecutor(context=context)
+    if manager is not None:
+        from sunset.managing import load_manager  # noqa: PLC0415  slow, and no other node needs it
+
+        made = load_manager(manager)
+        return lambda context: made(context=context)
+    kind: Callable[..., Node] = LiveBagPlayer if name == "bag_player" else NODES[name]
+    return lambda context: kind(context=context)
+
+
+def _spin(executor: SingleThreadedExecutor, node: Node, *, lasting: bool) -> None:
+    """Run callbacks until the context is shut down; where `lasting`, one that raises is logged."""
+    while executor.context.ok():
+        try:
+            executor.spin()
+        except CallbackError as error:
+            if not lasting:
+                raise
+            node.get_logger().error(str(error), throttle_duration_sec=10.0)
+
+
+def _end_with_stdin() -> None:
+    """End this process, as by SIGTERM, when nobody holds the other end of stdin any more.
+
+    Where the system can, a process that is stopped then goes on, to see it.
+    """
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(_DEATH_SIGNAL, signal.SIGCONT)
+    threading.Thread(target=_watch_stdin, daemon=True).start()
+
+
+def _watch_stdin() -> None:
+    while os.read(sys.stdin.fileno(), 4096):
+        pass
+    os.kill(os.getpid(), signal.SIGTERM)
+    threading.Event().wait(_PARTING_S)
+    os._exit(1)

@@ -16,13 +16,13 @@ class Live:
 
     def __init__(self, domain_id: int) -> None:
         self.domain_id = domain_id
-        self._processes: list[CycloneDDS] = []
+        self.processes: list[CycloneDDS] = []
         self._peers: list[Peer] = []
 
     def process(self, **options: Any) -> CycloneDDS:
         """Start a process, whatever the environment says."""
         process = CycloneDDS(domain_id=self.domain_id, **{"environment": {}, **options})
-        self._processes.append(process)
+        self.processes.append(process)
         return process
 
     def executor(self, *nodes: Callable[..., Node], arguments: Sequence[str] = ()) -> SingleThreadedExecutor:
@@ -60,7 +60,7 @@ class Live:
         """End everything."""
         for peer in self._peers:
             peer.leave()
-        for process in self._processes:
+        for process in self.processes:
             process.shutdown()
 
 

@@ -1,0 +1,123 @@
+"""Processes of the operating system that end in every way that can be caught, and in one that cannot."""
+
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+
+from sunset.rmw.cyclonedds import CycloneDDS
+
+if TYPE_CHECKING:
+    from .conftest import Live
+
+PROGRAM = """
+import sys
+from sunset import ros
+
+ros.init(args=[])
+node = ros.create_node("guest", enable_rosout=False)
+node.create_timer(0.01, lambda: print("up", flush=True))
+{ending}
+"""
+
+SPIN = "ros.spin(node)\nprint('over', ros.ok())"
+RAISE = "node.create_timer(0.5, lambda: 1 / 0)\nros.spin(node)"
+EXIT = "node.create_timer(0.5, lambda: sys.exit(3))\nros.spin(node)"
+FALL_OFF_THE_END = "ros.spin_once(node, timeout_sec=0.5); import time; time.sleep(0.5)"
+SLEEP = "import time; print('up', flush=True); time.sleep(60)"
+
+
+LESS_THAN_A_LEASE_NS = 4 * 10**9
+"""Who does not say goodbye is missed after 10 s."""
+
+
+def is_alone(process: CycloneDDS) -> bool:
+    return process.nodes() == [] and process.endpoints() == []
+
+
+@contextmanager
+def guest(live: "Live", ending: str) -> Iterator[subprocess.Popen[str]]:
+    """Run a program that has a node, until the context is left."""
+    environment = {**os.environ, "ROS_DOMAIN_ID": str(live.domain_id)}
+    program = PROGRAM.format(ending=ending)
+    with subprocess.Popen(
+        [sys.executable, "-c", program],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env=environment,
+    ) as process:
+        try:
+            yield process
+        finally:
+            process.kill()
+
+
+@pytest.mark.parametrize(
+    ("ending", "number", "code", "said"),
+    [
+        (SPIN, signal.SIGINT, 0, "over False"),
+        (SPIN, signal.SIGTERM, 0, "over False"),
+        (RAISE, None, 1, "ZeroDivisionError"),
+        (EXIT, None, 3, ""),
+        (FALL_OFF_THE_END, None, 0, ""),
+    ],
+)
+def test_a_process_leaves_the_graph_at_once(
+    live: "Live", ending: str, number: signal.Signals | None, code: int, said: str
+) -> None:
+    process = live.process()
+    with guest(live, ending) as program:
+        assert process.wait_for(lambda: ("guest", "/") in process.nodes(), 10 * 10**9)
+        if number is not None:
+            assert program.stdout is not None
+            program.stdout.readline()
+            program.send_signal(number)
+        assert process.wait_for(lambda: is_alone(process), LESS_THAN_A_LEASE_NS)
+        out, error = program.communicate(timeout=10)
+    assert program.returncode == code
+    assert said in out + error
+
+
+def test_a_program_that_does_not_spin_leaves_too_and_a_second_signal_ends_it(live: "Live") -> None:
+    process = live.process()
+    with guest(live, SLEEP) as program:
+        assert process.wait_for(lambda: ("guest", "/") in process.nodes(), 10 * 10**9)
+        assert program.stdout is not None
+        program.stdout.readline()
+        program.send_signal(signal.SIGTERM)
+        assert process.wait_for(lambda: is_alone(process), LESS_THAN_A_LEASE_NS)
+        assert program.poll() is None
+        program.send_signal(signal.SIGTERM)
+        assert program.wait(timeout=10) == -signal.SIGTERM
+
+
+def test_a_killed_process_is_missed_when_its_lease_ends(live: "Live") -> None:
+    process = live.process()
+    with guest(live, SPIN) as program:
+        assert process.wait_for(lambda: ("guest", "/") in process.nodes(), 10 * 10**9)
+        program.kill()
+        assert process.wait_for(lambda: is_alone(process), 20 * 10**9)
+
+
+def test_only_loopback_is_joined_for_discovery(live: "Live") -> None:
+    def groups() -> set[str]:
+        devices: set[str] = set()
+        device = ""
+        for line in Path("/proc/net/igmp").read_text().splitlines()[1:]:
+            if not line.startswith("\t"):
+                device = line.split()[1]
+            elif line.split()[0] == "0100FFEF":  # 239.255.0.1
+                devices.add(device)
+        return devices
+
+    before = groups()
+    live.process()
+    assert groups() - before <= {"lo"}
+    assert "lo" in groups()

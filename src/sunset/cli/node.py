@@ -11,6 +11,7 @@ from typing import Final
 
 from sunset.errors import InvalidInputError
 from sunset.nodes import NODES
+from sunset.nodes.deployment import deployed_parameters
 from sunset.nodes.live_bag_player import LiveBagPlayer
 from sunset.rmw.port import CallbackError
 from sunset.ros import Context, Node, SingleThreadedExecutor
@@ -32,7 +33,8 @@ def add_parser(verbs: "argparse._SubParsersAction[argparse.ArgumentParser]") -> 
         "node",
         help="run one node as a process on ROS 2's network",
         description="Run one node as a process on Cyclone DDS, until it is interrupted or shut down through its "
-        "lifecycle. Other ROS 2 nodes on this computer see it as one of theirs.",
+        "lifecycle. Other ROS 2 nodes on this computer see it as one of theirs. Where 'sunset up' or a live run is in "
+        "the same domain, it has the parameters of that system's own nodes.",
     )
     names = [*NODES, _EXECUTOR, _MANAGER]
     parser.add_argument("node", choices=names, metavar="NAME", help=f"one of {', '.join(names)}")
@@ -75,7 +77,10 @@ def execute(arguments: argparse.Namespace) -> int:
     context = Context()
     middleware = CycloneDDS(network=arguments.network, distro=arguments.ros_distro)
     with middleware:
-        context.init(["--ros-args", *arguments.ros_args], middleware=middleware, log_to_stderr=True)
+        deployed = deployed_parameters(middleware.domain_id)
+        shared = [] if deployed is None else ["--params-file", str(deployed)]
+        words = ["--ros-args", *shared, *arguments.ros_args]
+        context.init(words, middleware=middleware, log_to_stderr=True)
         install_signal_handlers(context=context)
         if arguments.end_with_stdin:
             _end_with_stdin()

@@ -9,14 +9,14 @@ from sunset.experiments.graph import INITIAL_STATES, MANAGER_PROCESS, SYSTEM_NOD
 from sunset.experiments.launcher import Launcher
 from sunset.experiments.manager import failure, manager_factory
 from sunset.experiments.observer import Observer
+from sunset.experiments.parameters import node_parameters
 from sunset.experiments.resources import Resources
 from sunset.experiments.spec import RunSpec
 from sunset.experiments.supervisor import Phase, Supervisor
-from sunset.nodes import NODES, BagPlayer, Camera, Depth, SegmentationNode
+from sunset.nodes import NODES, BagPlayer, SegmentationNode
 from sunset.rmw.sim import DEFAULT_COMPUTE, SimProcess, Simulation
 from sunset.ros import CallbackError, Context, Node, Parameter, SingleThreadedExecutor
 from sunset.scenarios import ScenarioExecutor
-from sunset.seeding import generator
 
 __all__ = ["SimulatedProcesses", "fly"]
 
@@ -137,24 +137,13 @@ def _conduct(simulation: Simulation, supervisor: Supervisor, limit_ns: int) -> i
 
 def _factories(spec: RunSpec, resources: Resources) -> dict[str, NodeFactory]:
     """Return what makes the managed nodes, and the nodes that feed and watch them."""
-    model, timing = resources.model, spec.timing
-    start = generator(spec.seed, "flight", "start")
-    player = {
-        "start_frame": int(start.integers(0, len(resources.bag) - timing.frames + 1)),
-        "frames": timing.frames,
-        "rate": 1 / timing.period_s,
-        "phase": float(start.uniform(0, timing.period_s)),
+    parameters = node_parameters(spec, resources)
+    # what is loaded already is handed over: neither the time it takes nor a path gets into the record
+    given: dict[str, Callable[..., Node]] = {
+        "segmentation": partial(SegmentationNode, segmenter=resources.segmenter),
+        "bag_player": partial(BagPlayer, reader=resources.bag),
     }
-    special = {
-        "camera": _factory(Camera, {"sharpness_threshold": model.card.sharpness_threshold}),
-        "depth": _factory(Depth, {"seed": spec.seed}),
-        # what is loaded already is handed over: neither the time it takes nor a path gets into the record
-        "segmentation": _factory(
-            partial(SegmentationNode, segmenter=resources.segmenter), {"model": model.card.name}
-        ),
-        "bag_player": _factory(partial(BagPlayer, reader=resources.bag), player),
-    }
-    return {name: special.get(name) or _factory(node, {}) for name, node in NODES.items()}
+    return {name: _factory(given.get(name, node), parameters.get(name, {})) for name, node in NODES.items()}
 
 
 def _factory(node: Callable[..., Node], parameters: Mapping[str, bool | int | float | str]) -> NodeFactory:

@@ -8,7 +8,12 @@ from sunset.errors import InvalidInputError
 from sunset.scenarios import Scenario
 from sunset.seeding import check_seed
 
-__all__ = ["DEFAULT_SCENARIO", "RunSpec", "Timing"]
+__all__ = ["DEFAULT_SCENARIO", "EXTERNAL", "MIDDLEWARES", "RunSpec", "Timing"]
+
+EXTERNAL: Final = "external"
+"""The managing system's name where it is another process on the graph, which somebody else starts."""
+
+MIDDLEWARES: Final = ("sim", "cyclonedds")
 
 DEFAULT_SCENARIO: Final = "paper/cuda_out_of_memory+image_shift+autofocus_needed"
 """What is flown where no scenario is named: three failures at once, of which the baseline repairs two."""
@@ -51,14 +56,15 @@ class Timing:
 class RunSpec:
     """One experiment: who manages what, under which faults, from which seed.
 
-    The same specification gives a byte-identical record, in any process and with any number of workers.
+    In the simulation the same specification gives a byte-identical record, in any process and with any number of
+    workers.
     """
 
     scenario: Scenario
     suite: str = ""
     """The suite that the scenario was taken from; empty for a scenario of one's own."""
     manager: str = "baseline"
-    """`none`, `baseline`, `module:Class` or `path/to/file.py:Class`."""
+    """`none`, `baseline`, `module:Class` or `path/to/file.py:Class`; live, `external` too."""
     seed: int = 1
     model: str = "lite"
     """A shipped model's name, or the folder of one's own."""
@@ -70,16 +76,34 @@ class RunSpec:
     cache: bool = True
     """Whether results of inference are looked up and kept in the user's cache folder."""
     manager_limit_s: float = 30.0
-    """Wall time that one callback of the managing system may take before the run is given up."""
+    """Wall time that one callback of the managing system may take before the run is given up; in the simulation."""
+    middleware: str = "sim"
+    """One of `MIDDLEWARES`."""
+    speed: float = 1.0
+    """Seconds of `/clock` in a second; live."""
 
     def __post_init__(self) -> None:
         """Check what can be checked without loading anything.
 
         Raises:
-            InvalidInputError: the seed or the limit is out of range.
+            InvalidInputError: a value is out of range, or two contradict each other.
         """
         check_seed(self.seed)
         if not self.manager_limit_s > 0:
             raise InvalidInputError(
                 f"The managing system's time limit must be positive, got {self.manager_limit_s} s."
             )
+        if self.middleware not in MIDDLEWARES:
+            known = " or ".join(MIDDLEWARES)
+            raise InvalidInputError(f"The middleware must be {known}, got {self.middleware!r}.")
+        if not 0.01 <= self.speed <= 100:  # noqa: PLR2004  the bag player's limits
+            raise InvalidInputError(f"The rate of a live run must be from 0.01 to 100, got {self.speed}.")
+        if self.manager == EXTERNAL and not self.live:
+            raise InvalidInputError(
+                "A managing system of another process can manage a live run only: --middleware cyclonedds."
+            )
+
+    @property
+    def live(self) -> bool:
+        """Whether nodes are processes of the operating system, and time is real."""
+        return self.middleware != "sim"

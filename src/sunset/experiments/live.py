@@ -1,0 +1,185 @@
+"""The whole system as processes of the operating system, in one domain of DDS."""
+
+import os
+import tempfile
+import time
+from collections.abc import Callable, Mapping
+from contextlib import ExitStack
+from pathlib import Path
+from types import TracebackType
+from typing import TYPE_CHECKING, Final, Self
+
+from sunset.errors import ManagerError, SunsetError
+from sunset.experiments.graph import INITIAL_STATES, MANAGER_PROCESS
+from sunset.experiments.launcher import Launcher
+from sunset.experiments.parameters import Parameters, node_parameters
+from sunset.experiments.processes import NodeProcesses
+from sunset.experiments.resources import Resources
+from sunset.experiments.spec import EXTERNAL, RunSpec
+from sunset.nodes import NAMESPACE, NODES
+from sunset.nodes.deployment import deployment
+from sunset.ros import Context, SingleThreadedExecutor
+
+if TYPE_CHECKING:
+    from sunset.rmw.port import Middleware
+
+__all__ = ["LiveSystem", "drop_line"]
+
+_EXECUTOR: Final = "scenario_executor"
+_FIRST: Final = ("bag_player", "camera", "depth", _EXECUTOR)
+"""Those that others wait for, or that take longest to be active, are started before the others."""
+_STEP_NS: Final = 10_000_000
+
+
+def drop_line(node: str, line: str) -> None:
+    """Do nothing with what a node prints."""
+
+
+class LiveSystem:
+    """Runs every node of an experiment as a process of its own, and the launcher in this one.
+
+    As a context manager it ends all of them when the context does. Whatever ends this process ends them too.
+
+    Args:
+        spec: what is run.
+        resources: what it is run with.
+        domain_id: the domain of DDS.
+        network: whether to be heard beyond this computer.
+        distro: the ROS 2 distribution of other nodes; None to find out.
+        loop: whether the flight starts again when it is over, from the bag's first frame to its last.
+        on_line: called, on other threads, with a node and a line that it printed.
+
+    Attributes:
+        origin_ns: the system's time, nanoseconds since 1970, at which `/clock` is 0.
+        processes: the nodes' processes.
+        context: this process, whose nodes' callbacks run in `spin_until`.
+        executor: runs them.
+
+    Raises:
+        MissingExtraError: the extra `live` is not installed.
+        MiddlewareError: the domain cannot be entered, or another system runs in it.
+    """
+
+    def __init__(
+        self,
+        spec: RunSpec,
+        resources: Resources,
+        domain_id: int,
+        *,
+        network: bool = False,
+        distro: str | None = None,
+        loop: bool = False,
+        on_line: Callable[[str, str], None] = drop_line,
+    ) -> None:
+        from sunset.rmw.cyclonedds import CycloneDDS  # noqa: PLC0415  an optional extra
+
+        self._spec = spec
+        self.origin_ns = time.time_ns()
+        with ExitStack() as stack:
+            folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="sunset-")))
+            parameters = self._parameters(resources, folder, loop=loop)
+            stack.enter_context(deployment(domain_id, _by_full_name(parameters)))
+            self._middleware: Middleware = stack.enter_context(
+                CycloneDDS(domain_id=domain_id, network=network, distro=distro)
+            )
+            self.context = Context()
+            words = ["--ros-args", "-p", "experiment:use_sim_time:=true"]
+            self.context.init(words, middleware=self._middleware, log_to_stderr=False)
+            shared = [*(["--network"] if network else []), *(["--ros-distro", distro] if distro else [])]
+            names = [*NODES, *([_EXECUTOR] if spec.scenario.faults or not loop else [])]
+            commands = {name: [*shared, name] for name in names}
+            if spec.manager != EXTERNAL:
+                commands[MANAGER_PROCESS] = [*shared, "managing_system", "--manager", spec.manager]
+            self.processes = stack.enter_context(
+                NodeProcesses(commands, {"ROS_DOMAIN_ID": str(domain_id)}, on_line)
+            )
+            self.executor = SingleThreadedExecutor(context=self.context)
+            launcher = Launcher(self.processes, tuple(INITIAL_STATES), context=self.context)
+            self.executor.add_node(launcher)
+            for node in sorted(commands, key=lambda name: name not in _FIRST):
+                self.processes.start(node)
+            self.essential = tuple(
+                name for name in commands if name not in {*INITIAL_STATES, MANAGER_PROCESS}
+            )
+            """The nodes without which there is no experiment."""
+            self._stack = stack.pop_all()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._stack.close()
+
+    def _parameters(self, resources: Resources, folder: Path, *, loop: bool) -> dict[str, Parameters]:
+        """Return node → parameter → value; under the empty name those of all nodes."""
+        spec, card = self._spec, resources.model.card
+        parameters = node_parameters(spec, resources)
+        height, width = resources.bag.size
+        played: Parameters = {
+            "bag": str(resources.bag.path.absolute()),
+            "width": width,
+            "height": height,
+            "speed": float(spec.speed),
+            "origin_ns": self.origin_ns,
+            "loop": loop,
+            "use_sim_time": False,  # it is what gives the time
+        }
+        parameters["bag_player"] |= played | ({"start_frame": 0, "frames": 0} if loop else {})
+        parameters["segmentation"]["model"] = _absolute(spec.model)
+        scenario = folder / "scenario.yaml"
+        scenario.write_text(spec.scenario.to_yaml(), encoding="utf-8")
+        parameters[_EXECUTOR] = {"scenario": str(scenario)}
+        parameters[""] = {"use_sim_time": True, "entropy_threshold": card.entropy_threshold}
+        return parameters
+
+    def time_ns(self, system_ns: int) -> int:
+        """Return what `/clock` shows at a time of the system's clock, at least 0."""
+        return max(0, round((system_ns - self.origin_ns) * self._spec.speed))
+
+    def spin_until(self, predicate: Callable[[], bool], timeout_s: float) -> bool:
+        """Run callbacks of this process, and take care of the others, until a predicate holds.
+
+        Returns:
+            Whether it holds.
+
+        Raises:
+            ManagerError: the managing system's process ended by itself.
+            SunsetError: that of a node did without which there is no experiment.
+        """
+        end = time.monotonic() + timeout_s
+        while not predicate():
+            if time.monotonic() >= end:
+                return False
+            self._middleware.spin_once(_STEP_NS)
+            self.processes.poll()
+            self._check()
+        return True
+
+    def _check(self) -> None:
+        for node in self.essential:
+            if not self.processes.is_running(node):
+                raise SunsetError(
+                    f"The process of {node}, without which there is no experiment, "
+                    f"{self.processes.end_of(node)}; run it again."
+                )
+        # a managing system that has ended in order has no more to do
+        end = self.processes.end_of(MANAGER_PROCESS)
+        if end and end != "ended with exit code 0":
+            raise ManagerError(f"The process of the managing system {self._spec.manager} {end}.")
+
+
+def _absolute(model: str) -> str:
+    """Return a model's name, or its folder so that it can be found from anywhere."""
+    return str(Path(model).absolute()) if os.sep in model or Path(model).is_dir() else model
+
+
+def _by_full_name(parameters: Mapping[str, Parameters]) -> dict[str, Parameters]:
+    """Return the patterns of full node names for parameters by short names; those of all nodes come first."""
+    named = {
+        f"{NAMESPACE}/{node}" if node in INITIAL_STATES else f"/{node}": values
+        for node, values in parameters.items()
+        if node
+    }
+    return {"/**": parameters[""], **named}

@@ -1,0 +1,141 @@
+"""Nodes as processes of the operating system."""
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Mapping, Sequence
+from types import TracebackType
+from typing import IO, Final, Self
+
+__all__ = ["NodeProcesses"]
+
+_PARTING_S: Final = 3.0
+"""How long processes may take to leave the graph when all of them are ended."""
+_STEP_S: Final = 0.01
+_LAST_WORDS: Final = 20
+_ONE_THREAD: Final = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
+"""A node computes little but inference, which has one thread anyway; idle threads cost time to start."""
+
+
+class NodeProcesses:
+    """Runs nodes by `sunset node`, one process each; a `ProcessHost`.
+
+    Whatever ends this process ends them too: each holds the other end of a pipe. As a context manager it ends
+    them when the context does.
+
+    Args:
+        arguments: node → what follows `sunset node`.
+        environment: variables for all of them, besides this process's own.
+        on_line: called, on other threads, with a node and a line that it printed.
+    """
+
+    def __init__(
+        self,
+        arguments: Mapping[str, Sequence[str]],
+        environment: Mapping[str, str],
+        on_line: Callable[[str, str], None],
+    ) -> None:
+        self._arguments = dict(arguments)
+        self._environment = _ONE_THREAD | dict(os.environ) | dict(environment)
+        self._on_line = on_line
+        self._running: dict[str, subprocess.Popen[str]] = {}
+        self._ended: dict[str, int] = {}
+        self._lines: dict[str, deque[str]] = {}
+        self._readers: dict[str, threading.Thread] = {}
+        self._handlers: list[Callable[[str], None]] = []
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def start(self, node: str) -> None:
+        """Start a new process for `node`."""
+        process = subprocess.Popen(  # noqa: S603  the command is ours
+            [sys.executable, "-m", "sunset", "node", "--end-with-stdin", *self._arguments[node]],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            errors="replace",
+            env=self._environment,
+            start_new_session=True,  # Ctrl-C is for this process, which ends the others in order
+        )
+        self._ended.pop(node, None)
+        self._running[node] = process
+        lines: deque[str] = deque(maxlen=_LAST_WORDS)
+        self._lines[node] = lines
+        assert process.stdout is not None  # noqa: S101  a pipe was asked for
+        reader = threading.Thread(target=self._read, args=(node, process.stdout, lines), daemon=True)
+        self._readers[node] = reader
+        reader.start()
+
+    def _read(self, node: str, output: IO[str], lines: deque[str]) -> None:
+        with output:
+            for line in output:
+                lines.append(line.rstrip())
+                self._on_line(node, line.rstrip())
+
+    def is_running(self, node: str) -> bool:
+        """Return whether the process of `node` exists."""
+        return node in self._running
+
+    def pid(self, node: str) -> int | None:
+        """Return the process id of `node`; None if it has no process."""
+        process = self._running.get(node)
+        return None if process is None else process.pid
+
+    def kill(self, node: str) -> None:
+        """End the process of `node` at once."""
+        self._running[node].kill()
+
+    def on_exit(self, handler: Callable[[str], None]) -> None:
+        """Call `handler(node)`, during `poll`, whenever a process has ended."""
+        self._handlers.append(handler)
+
+    def poll(self) -> None:
+        """Find out which processes have ended."""
+        for node, process in list(self._running.items()):
+            if process.poll() is not None:
+                self._note_end(node)
+                for handler in self._handlers:
+                    handler(node)
+
+    def end_of(self, node: str) -> str:
+        """Return how the last process of `node` ended, in words; empty if it did not."""
+        code = self._ended.get(node)
+        if code is None:
+            return ""
+        self._readers[node].join(timeout=1.0)
+        words = self._lines[node][-1] if self._lines[node] else ""
+        if code < 0:
+            return f"ended by signal {-code} ({signal.Signals(-code).name})"
+        return f"ended with exit code {code}" + (f": {words}" if words else "")
+
+    def close(self) -> None:
+        """End all processes, and wait until they are gone."""
+        for process in self._running.values():
+            process.terminate()
+            process.send_signal(signal.SIGCONT)
+        limit = time.monotonic() + _PARTING_S
+        while any(process.poll() is None for process in self._running.values()):
+            if time.monotonic() >= limit:
+                for process in self._running.values():
+                    process.kill()
+                break
+            threading.Event().wait(_STEP_S)
+        for node in list(self._running):
+            self._note_end(node)
+
+    def _note_end(self, node: str) -> None:
+        process = self._running.pop(node)
+        assert process.stdin is not None  # noqa: S101  a pipe was asked for
+        process.stdin.close()
+        self._ended[node] = process.wait()

@@ -1,0 +1,74 @@
+"""The parameters that nodes of a domain get, whoever starts them.
+
+The launcher of a running system is not the only one that may start a node: a managing system may end one through
+its lifecycle and start it anew from a launch file of its own. So that the new one is like the old one, the system
+keeps a ROS parameter file in a place that depends on the domain only, for as long as it runs.
+"""
+
+import fcntl
+import os
+import tempfile
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+
+import yaml
+
+from sunset.errors import MiddlewareError, OutputError
+
+__all__ = ["deployed_parameters", "deployment"]
+
+Value = bool | int | float | str
+
+
+def _file(domain_id: int) -> Path:
+    base = os.environ.get("XDG_RUNTIME_DIR") or tempfile.gettempdir()
+    return Path(base) / f"sunset-{os.getuid()}" / f"domain-{domain_id}.yaml"
+
+
+@contextmanager
+def deployment(domain_id: int, parameters: Mapping[str, Mapping[str, Value]]) -> Iterator[None]:
+    """Give nodes of a domain their parameters while the context lasts, and no longer if this process is killed.
+
+    Args:
+        domain_id: the domain.
+        parameters: pattern of full node names, such as `/managed_subsystem/camera` or `/**` → name → value.
+
+    Raises:
+        MiddlewareError: another system runs in the domain.
+        OutputError: the file cannot be written.
+    """
+    path = _file(domain_id)
+    content = {node: {"ros__parameters": dict(values)} for node, values in parameters.items()}
+    try:
+        path.parent.mkdir(mode=0o700, exist_ok=True)
+        file = path.open("a", encoding="utf-8")
+    except OSError as error:
+        raise OutputError(f"The parameters {path} cannot be written: {error.strerror}.") from error
+    with file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError as error:
+            raise MiddlewareError(
+                f"Another system of yours runs in domain {domain_id}: end it, or choose another domain."
+            ) from error
+        file.truncate(0)
+        yaml.safe_dump(content, file, sort_keys=False)
+        file.flush()
+        try:
+            yield
+        finally:
+            path.unlink(missing_ok=True)
+
+
+def deployed_parameters(domain_id: int) -> Path | None:
+    """Return the file with the parameters of a domain's nodes; None if no system runs there."""
+    path = _file(domain_id)
+    try:
+        with path.open("rb") as file:
+            fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
+    except BlockingIOError:  # its writer holds it, so that it lives
+        return path
+    except OSError:
+        return None
+    return None

@@ -87,6 +87,11 @@ class Peer:
         assert ddspy_write(writer._ref, sample) == 0
 
     @staticmethod
+    def try_to_send(writer: Any, sample: bytes) -> bool:
+        """Send any bytes, if DDS lets it; return whether it does."""
+        return bool(ddspy_write(writer._ref, sample) == 0)
+
+    @staticmethod
     def take(reader: Any) -> list[bytes]:
         """Return the samples that have come."""
         return [sample for sample, info in ddspy_take(reader._ref, ANY, 1000) if info.valid_data]
@@ -125,13 +130,17 @@ class Peer:
         """Return what is announced of the readers on a topic."""
         return self._endpoints(BuiltinTopicDcpsSubscription, topic)
 
-    def _endpoints(self, builtin: Any, topic: str) -> list[Any]:
+    def every_reader(self) -> list[Any]:
+        """Return what is announced of all readers."""
+        return self._endpoints(BuiltinTopicDcpsSubscription, None)
+
+    def _endpoints(self, builtin: Any, topic: str | None) -> list[Any]:
         samples = self._builtin[builtin].read(1000)
         return [
             each
             for each in samples
             if each.sample_info.valid_data
-            and each.topic_name == topic
+            and topic in {None, each.topic_name}
             and each.participant_key != self.participant.guid
         ]
 

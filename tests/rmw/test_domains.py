@@ -1,0 +1,26 @@
+import pytest
+
+from sunset.errors import MiddlewareError
+from sunset.rmw import domains
+from sunset.rmw.cyclonedds import CycloneDDS
+from sunset.rmw.domains import free_domain_id
+
+
+def test_a_domain_is_given_to_one_at_a_time() -> None:
+    with free_domain_id() as first, free_domain_id() as second:
+        assert first != second
+        assert {first, second} <= set(range(1, 102))
+
+
+def test_a_domain_with_a_process_in_it_is_not_free(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(domains, "_DOMAINS", range(224, 225))  # one that no other test gets
+    with CycloneDDS(domain_id=224, environment={}):  # noqa: SIM117  one after the other
+        with (
+            pytest.raises(MiddlewareError, match=r"^All domain ids from 224 to 224 are in use\.$"),
+            free_domain_id(),
+        ):
+            pass
+    with free_domain_id() as domain_id:
+        assert domain_id == 224
+    with free_domain_id() as domain_id:
+        assert domain_id == 224

@@ -6,7 +6,7 @@ from typing import Any
 
 from sunset.perception import DEVICES
 
-__all__ = ["add_flight_options", "at_least_one", "flight_options"]
+__all__ = ["add_flight_options", "add_model_options", "at_least_one", "flight_options", "model_options"]
 
 
 def at_least_one(text: str) -> int:
@@ -20,18 +20,28 @@ def at_least_one(text: str) -> int:
     return number
 
 
-def add_flight_options(parser: argparse.ArgumentParser) -> None:
-    """Add what says how a mission is flown, whoever manages it."""
+def add_model_options(parser: argparse.ArgumentParser) -> None:
+    """Add what says which frames are segmented by what."""
     parser.add_argument(
         "--model", default="lite", metavar="NAME|DIR", help="segmentation model (default: lite)"
     )
+    parser.add_argument("--bag", metavar="PATH", help="a rosbag2 to fly instead of the default flight")
+
+
+def model_options(arguments: argparse.Namespace) -> dict[str, Any]:
+    """Return the options of `add_model_options` as arguments of `RunSpec`."""
+    return {"model": arguments.model, "bag": Path(arguments.bag) if arguments.bag else None}
+
+
+def add_flight_options(parser: argparse.ArgumentParser) -> None:
+    """Add what says how a mission is flown, whoever manages it."""
+    add_model_options(parser)
     parser.add_argument(
         "--device",
         default="cpu",
         choices=DEVICES,
         help="what networks run on; between devices, last digits may differ (default: cpu)",
     )
-    parser.add_argument("--bag", metavar="PATH", help="a rosbag2 to fly instead of the default flight")
     parser.add_argument(
         "--middleware",
         default="sim",
@@ -53,8 +63,7 @@ def add_flight_options(parser: argparse.ArgumentParser) -> None:
 def flight_options(arguments: argparse.Namespace) -> dict[str, Any]:
     """Return the options of `add_flight_options` as arguments of `RunSpec` and `BenchSpec`."""
     return {
-        "model": arguments.model,
-        "bag": Path(arguments.bag) if arguments.bag else None,
+        **model_options(arguments),
         "device": arguments.device,
         "cache": not arguments.no_cache,
         "manager_limit_s": arguments.manager_limit,

@@ -43,13 +43,14 @@ class LiveSystem:
     Args:
         spec: what is run.
         resources: what it is run with.
-        domain_id: the domain of DDS.
+        domain_id: the domain of DDS; ROS_DOMAIN_ID, else 0, if None.
         network: whether to be heard beyond this computer.
         distro: the ROS 2 distribution of other nodes; None to find out.
         loop: whether the flight starts again when it is over, from the bag's first frame to its last.
         on_line: called, on other threads, with a node and a line that it printed.
 
     Attributes:
+        domain_id: the domain.
         origin_ns: the system's time, nanoseconds since 1970, at which `/clock` is 0.
         processes: the nodes' processes.
         context: this process, whose nodes' callbacks run in `spin_until`.
@@ -64,7 +65,7 @@ class LiveSystem:
         self,
         spec: RunSpec,
         resources: Resources,
-        domain_id: int,
+        domain_id: int | None,
         *,
         network: bool = False,
         distro: str | None = None,
@@ -76,14 +77,14 @@ class LiveSystem:
         self._spec = spec
         self.origin_ns = time.time_ns()
         with ExitStack() as stack:
+            middleware = stack.enter_context(CycloneDDS(domain_id=domain_id, network=network, distro=distro))
+            self.domain_id = middleware.domain_id
+            self._middleware: Middleware = middleware
             folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="sunset-")))
             parameters = self._parameters(resources, folder, loop=loop)
-            stack.enter_context(deployment(domain_id, _by_full_name(parameters)))
-            self._middleware: Middleware = stack.enter_context(
-                CycloneDDS(domain_id=domain_id, network=network, distro=distro)
-            )
+            stack.enter_context(deployment(self.domain_id, _by_full_name(parameters)))
             self.context = Context()
-            words = ["--ros-args", "-p", "experiment:use_sim_time:=true"]
+            words = ["--ros-args", "-p", "use_sim_time:=true", "-p", "launcher:use_sim_time:=false"]
             self.context.init(words, middleware=self._middleware, log_to_stderr=False)
             shared = [*(["--network"] if network else []), *(["--ros-distro", distro] if distro else [])]
             names = [*NODES, *([_EXECUTOR] if spec.scenario.faults or not loop else [])]
@@ -91,7 +92,7 @@ class LiveSystem:
             if spec.manager != EXTERNAL:
                 commands[MANAGER_PROCESS] = [*shared, "managing_system", "--manager", spec.manager]
             self.processes = stack.enter_context(
-                NodeProcesses(commands, {"ROS_DOMAIN_ID": str(domain_id)}, on_line)
+                NodeProcesses(commands, {"ROS_DOMAIN_ID": str(self.domain_id)}, on_line)
             )
             self.executor = SingleThreadedExecutor(context=self.context)
             launcher = Launcher(self.processes, tuple(INITIAL_STATES), context=self.context)
@@ -143,10 +144,6 @@ class LiveSystem:
 
         Returns:
             Whether it holds.
-
-        Raises:
-            ManagerError: the managing system's process ended by itself.
-            SunsetError: that of a node did without which there is no experiment.
         """
         end = time.monotonic() + timeout_s
         while not predicate():
@@ -154,10 +151,15 @@ class LiveSystem:
                 return False
             self._middleware.spin_once(_STEP_NS)
             self.processes.poll()
-            self._check()
         return True
 
-    def _check(self) -> None:
+    def check(self) -> None:
+        """Make sure that there is what an experiment needs.
+
+        Raises:
+            ManagerError: the managing system's process ended by itself.
+            SunsetError: that of a node did without which there is no experiment.
+        """
         for node in self.essential:
             if not self.processes.is_running(node):
                 raise SunsetError(

@@ -83,6 +83,11 @@ class NodeProcesses:
                 lines.append(line.rstrip())
                 self._on_line(node, line.rstrip())
 
+    @property
+    def nodes(self) -> tuple[str, ...]:
+        """The nodes that there are."""
+        return tuple(self._arguments)
+
     def is_running(self, node: str) -> bool:
         """Return whether the process of `node` exists."""
         return node in self._running

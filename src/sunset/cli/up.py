@@ -1,0 +1,147 @@
+"""`sunset up`: run the whole system as processes on ROS 2's network, to be poked at."""
+
+import argparse
+import signal
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from types import FrameType
+from typing import Final
+
+from rich.console import Console
+from rich.live import Live
+from rich.table import Table
+
+from sunset.cli._options import add_model_options, model_options
+from sunset.cli._progress import rendering_progress
+from sunset.cli.node import add_network_options
+from sunset.experiments import RunSpec, prepare
+from sunset.experiments.live import LiveSystem
+from sunset.experiments.operator import NodeStatus, Operator
+from sunset.scenarios import Scenario, load_scenario
+
+__all__ = ["add_parser", "execute"]
+
+_REFRESH_S: Final = 0.5
+_SIGNALS: Final = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+
+
+def add_parser(verbs: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    """Add the verb."""
+    parser = verbs.add_parser(
+        "up",
+        help="run the whole system as processes on ROS 2's network",
+        description="Run every node as a process on Cyclone DDS until Ctrl-C, and let the flight repeat. Other ROS 2 "
+        "nodes on this computer can connect: managing systems, the ros2 command line, viewers.",
+    )
+    parser.add_argument(
+        "--scenario", metavar="S", help="inject these faults once, 3 s after the flight began"
+    )
+    parser.add_argument(
+        "--manager",
+        default="external",
+        metavar="NAME|FILE.py:CLASS|MODULE:CLASS",
+        help="the managing system: none, baseline, or your own (default: external, started by yourself or nobody)",
+    )
+    parser.add_argument(
+        "--rate", type=float, default=1.0, metavar="R", help="seconds of /clock in a second (default: 1)"
+    )
+    parser.add_argument(
+        "--domain-id", type=int, metavar="N", help="domain of DDS (default: ROS_DOMAIN_ID, else 0)"
+    )
+    add_model_options(parser)
+    add_network_options(parser)
+    parser.set_defaults(execute=execute)
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """Run the system until a signal comes."""
+    spec = RunSpec(
+        scenario=load_scenario(arguments.scenario) if arguments.scenario else Scenario("none"),
+        manager=arguments.manager,
+        middleware="cyclonedds",
+        speed=arguments.rate,
+        **model_options(arguments),
+    )
+    with rendering_progress() as progress:
+        resources = prepare(spec, progress=progress)
+    console = Console(highlight=False, markup=False)
+    with (
+        _signals() as came,
+        LiveSystem(
+            spec,
+            resources,
+            arguments.domain_id,
+            network=arguments.network,
+            distro=arguments.ros_distro,
+            loop=True,
+            on_line=lambda node, line: console.print(f"[{node}] {line}", soft_wrap=True),
+        ) as system,
+    ):
+        operator = Operator(
+            inject=bool(spec.scenario.faults), warm_up_s=spec.timing.warm_up_s, context=system.context
+        )
+        system.executor.add_node(operator)
+        console.print(_how_to_connect(system.domain_id, network=arguments.network), soft_wrap=True)
+        _show(console, system, operator, came)
+        print("Ending all nodes.", file=sys.stderr)
+    return 0
+
+
+@contextmanager
+def _signals() -> Iterator[list[int]]:
+    """Give a list of the signals that came, which do nothing else while the context lasts."""
+    came: list[int] = []
+
+    def note(number: int, _: FrameType | None) -> None:
+        came.append(number)
+
+    before = {number: signal.signal(number, note) for number in _SIGNALS}
+    try:
+        yield came
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def _show(console: Console, system: LiveSystem, operator: Operator, came: list[int]) -> None:
+    """Show how the nodes are until a signal comes: always on a terminal, elsewhere when it changes."""
+    shown: dict[str, tuple[str, int | None]] = {}
+    with Live(console=console, auto_refresh=False, transient=True) as live:
+        while not came:
+            system.spin_until(lambda: bool(came), _REFRESH_S)
+            while operator.news:
+                console.print(operator.news.popleft(), soft_wrap=True)
+            states = operator.status(system.processes)
+            if console.is_terminal:
+                live.update(_table(states), refresh=True)
+                continue
+            for one in states:
+                if shown.get(one.name) != (one.state, one.pid):
+                    shown[one.name] = (one.state, one.pid)
+                    console.print(_line(one), soft_wrap=True)
+
+
+def _line(one: NodeStatus) -> str:
+    return " ".join(f"{cell:{width}}" for cell, width in zip(_cells(one), (18, 12, 10, 0), strict=True))
+
+
+def _cells(one: NodeStatus) -> tuple[str, str, str, str]:
+    hertz = "" if one.hertz is None else f"{one.hertz:g} Hz"
+    return one.name, one.state, "" if one.pid is None else f"pid {one.pid}", hertz
+
+
+def _table(states: list[NodeStatus]) -> Table:
+    table = Table(box=None, padding=(0, 1), show_header=False)
+    for one in states:
+        table.add_row(*_cells(one))
+    return table
+
+
+def _how_to_connect(domain_id: int, *, network: bool) -> str:
+    reach = "" if network else " ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST"
+    older = "" if network else " (Humble: ROS_LOCALHOST_ONLY=1 for the last)"
+    return (
+        "Connect from another terminal: "
+        f"export ROS_DOMAIN_ID={domain_id} RMW_IMPLEMENTATION=rmw_cyclonedds_cpp{reach}{older}"
+    )

@@ -1,0 +1,127 @@
+"""The node that lets a live system fly, and sees how its nodes are."""
+
+from collections import deque
+from dataclasses import dataclass
+from functools import partial
+from types import MappingProxyType
+from typing import Final, cast
+
+from sunset.experiments.graph import INITIAL_STATES
+from sunset.experiments.processes import NodeProcesses
+from sunset.interfaces import Message
+from sunset.interfaces.std_srvs.srv import Trigger
+from sunset.interfaces.system_interfaces.msg import FrameEvaluation, SetBlackboardGroup
+from sunset.ros.clock import Clock
+from sunset.ros.context import Context
+from sunset.ros.node import Node
+from sunset.ros.parameter import Parameter
+from sunset.ros.task import Future
+from sunset.ros.time import ClockType
+
+__all__ = ["NodeStatus", "Operator"]
+
+_OUTPUTS: Final = MappingProxyType(
+    {
+        "bag_player": "rgb_raw_freq",
+        "camera": "managed_subsystem_rgb_camera_freq",
+        "depth": "managed_subsystem_depth_camera_freq",
+        "image_enhancement": "managed_subsystem_rgb_enhanced_freq",
+        "sensor_fusion": "managed_subsystem_sensors_fused_freq",
+        "segmentation": "managed_subsystem_segmentation_freq",
+    }
+)
+"""Node → the blackboard's entry with the frequency of what it publishes."""
+
+
+@dataclass(frozen=True)
+class NodeStatus:
+    """How a node is.
+
+    Attributes:
+        name: its short name.
+        state: its lifecycle state; `running` if it has none, how it ended if it has no process.
+        pid: its process; None if it has none.
+        hertz: messages in the last second that it published; None where nobody counts.
+    """
+
+    name: str
+    state: str
+    pid: int | None
+    hertz: float | None
+
+
+class Operator(Node):
+    """Starts the flight when the managed system is up, and after the warm-up injects a scenario's faults.
+
+    Args:
+        inject: whether there is a scenario.
+        warm_up_s: time between both.
+        context: the context of the process; the default one if None.
+    """
+
+    def __init__(self, *, inject: bool, warm_up_s: float, context: Context | None = None) -> None:
+        super().__init__("operator", context=context)
+        self.up = False
+        """Whether all managed nodes were in their initial states once."""
+        self.news: deque[str] = deque()
+        """What happened, in sentences, until somebody takes them out."""
+        self._inject = inject
+        self._warm_up_s = warm_up_s
+        self._blackboard: dict[str, object] = {}
+        self._wall = Clock(clock_type=ClockType.STEADY_TIME, context=self.context)
+        self._times: dict[str, deque[int]] = {"monitor": deque(), "evaluator": deque()}
+        self._player = self.create_client(Trigger, "/bag_player/start")
+        self._injector = self.create_client(Trigger, "/scenario_executor/inject")
+        self.create_subscription(SetBlackboardGroup, "/blackboard_group", self._on_blackboard, 10)
+        self.create_subscription(FrameEvaluation, "/seg_metrics", partial(self._note, "evaluator"), 10)
+
+    def status(self, processes: NodeProcesses) -> list[NodeStatus]:
+        """Return how the nodes are that have a process or had one."""
+        return [self._status_of(node, processes) for node in processes.nodes]
+
+    def _status_of(self, node: str, processes: NodeProcesses) -> NodeStatus:
+        pid = processes.pid(node)
+        state = "running"
+        if pid is None:
+            state = processes.end_of(node)
+        elif node in INITIAL_STATES:
+            state = str(self._blackboard.get(f"{node}_lc_state", "starting"))
+        hertz = self._blackboard.get(_OUTPUTS.get(node, ""))
+        if node in self._times:
+            now = self._wall.now_ns()
+            hertz = float(sum(now - time < 10**9 for time in self._times[node]))
+        return NodeStatus(node, state, pid, cast("float | None", hertz))
+
+    def _note(self, node: str, message: Message) -> None:
+        del message
+        times = self._times[node]
+        now = self._wall.now_ns()
+        times.append(now)
+        while now - times[0] >= 10**9:
+            times.popleft()
+
+    def _on_blackboard(self, message: SetBlackboardGroup) -> None:
+        self._note("monitor", message)
+        for entry in message.bb_params:
+            self._blackboard[entry.name] = Parameter.from_parameter_msg(entry).value
+        states = {node: self._blackboard.get(f"{node}_lc_state") for node in INITIAL_STATES}
+        if not self.up and states == INITIAL_STATES:
+            self.up = True
+            self.news.append("All nodes are up.")
+            self._player.call_async(Trigger.Request()).add_done_callback(self._on_flying)
+
+    def _on_flying(self, future: Future[Trigger.Response]) -> None:
+        self._tell("The flight has begun", future)
+        if self._inject:
+            self._warm_up = self.create_timer(self._warm_up_s, self._on_warm)
+
+    def _on_warm(self) -> None:
+        self.destroy_timer(self._warm_up)
+        request = self._injector.call_async(Trigger.Request())
+        request.add_done_callback(lambda future: self._tell("The faults are injected", future))
+
+    def _tell(self, what: str, future: Future[Trigger.Response]) -> None:
+        response = future.result()
+        if response is None or not response.success:
+            what = f"It did not work: {what[:1].lower()}{what[1:]}"
+        self.news.append(f"{what}: {response.message if response else 'no reply'}")

@@ -17,7 +17,7 @@ EXIT_INTERRUPTED: Final = 130
 
 _VERBS: Final = (
     *("run", "bench", "report", "scenarios", "faults", "managers"),
-    *("data", "models", "train", "node", "up"),
+    *("data", "models", "train", "node", "up", "ros"),
 )
 """Each is a module beside this one."""
 

@@ -1,0 +1,198 @@
+"""What the toolbox `sunset ros` does on the graph: join it, look around, find something, ask a service."""
+
+import argparse
+import os
+import signal
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any, Final, TypeVar
+
+from sunset.interfaces import Message, Service
+from sunset.rmw.port import EndpointInfo, EndpointKind, Middleware
+from sunset.ros.context import Context
+from sunset.ros.executors import SingleThreadedExecutor
+from sunset.ros.names import validate_topic_name
+from sunset.ros.node import Node
+from sunset.ros.qos import QoSProfile, qos_profile_services_default
+
+__all__ = ["NotThereError", "Session", "absolute", "hidden", "session"]
+
+_QUIET_S: Final = 0.5
+"""The graph is taken as known when nothing new has been seen for so long."""
+
+_LOOK_S: Final = 0.05
+_ANSWER_S: Final = 10.0
+"""How long a service may take to answer."""
+
+T = TypeVar("T")
+
+
+class NotThereError(Exception):
+    """What was asked for is not on the graph, or refused; the text is one sentence."""
+
+
+class Session:
+    """A process on the graph, for one command.
+
+    Args:
+        middleware: the process.
+        timeout_s: how long others may take to be found.
+    """
+
+    def __init__(self, middleware: Middleware, timeout_s: float) -> None:
+        self._middleware = middleware
+        self._timeout_s = timeout_s
+        self._context = Context()
+        self._context.init([], middleware=middleware)
+        self._executor = SingleThreadedExecutor(context=self._context)
+        self._own: Node | None = None
+
+    @property
+    def node(self) -> Node:
+        """A node to ask and listen with, which others take for a hidden one."""
+        if self._own is None:
+            self._own = Node(
+                f"_sunset_ros_{os.getpid()}",
+                context=self._context,
+                enable_rosout=False,
+                start_parameter_services=False,
+            )
+            self._executor.add_node(self._own)
+        return self._own
+
+    @property
+    def now_s(self) -> float:
+        """A clock that never jumps, in seconds."""
+        return self._middleware.steady_ns() / 1e9
+
+    def spin_once(self, timeout_s: float | None = None) -> None:
+        """Run a callback, waiting for it at most so long, or for ever."""
+        self._executor.spin_once(timeout_s)
+
+    # What is there
+
+    def nodes(self) -> list[str]:
+        """Return the full names of all nodes."""
+        return [f"{namespace.rstrip('/')}/{name}" for name, namespace in self._middleware.nodes()]
+
+    def endpoints(self, name: str | None = None, kinds: Sequence[EndpointKind] = ()) -> list[EndpointInfo]:
+        """Return all endpoints, or those of one topic or service, or only of some kinds."""
+        found = self._middleware.endpoints(name)
+        return [info for info in found if not kinds or info.kind in kinds]
+
+    def names_and_types(self, *kinds: EndpointKind, node: str = "") -> dict[str, list[str]]:
+        """Return name → types of all endpoints of some kinds, or those of one node, sorted."""
+        types: dict[str, set[str]] = {}
+        for info in self.endpoints(kinds=kinds):
+            if not node or f"{info.node_namespace.rstrip('/')}/{info.node_name}" == node:
+                types.setdefault(info.name, set()).add(info.type_name)
+        return {name: sorted(types[name]) for name in sorted(types)}
+
+    # Waiting
+
+    def look_around(self) -> None:
+        """Wait until nothing new is found for a while, at most for the session's timeout."""
+        end_s = self.now_s + self._timeout_s
+        known: object = None
+        quiet_since_s = self.now_s
+        pause = threading.Event()
+        while (now_s := self.now_s) < min(end_s, quiet_since_s + _QUIET_S):
+            seen = (self.nodes(), self.endpoints())
+            if seen != known:
+                known, quiet_since_s = seen, now_s
+            pause.wait(_LOOK_S)
+
+    def find(self, look: Callable[[], T], complaint: str) -> T:
+        """Wait until something is found, at most for the session's timeout.
+
+        Args:
+            look: returns what was found, or something false.
+            complaint: what to say otherwise.
+
+        Raises:
+            NotThereError: nothing was found.
+        """
+        if not self._middleware.wait_for(lambda: bool(look()), round(self._timeout_s * 1e9)):
+            raise NotThereError(complaint)
+        return look()
+
+    def find_node(self, name: str) -> str:
+        """Return the full name of a node that is there.
+
+        Raises:
+            NotThereError: it is not.
+        """
+        full = absolute(name)
+        self.find(lambda: full in self.nodes(), f"Unable to find node {full!r}.")
+        return full
+
+    # Asking
+
+    def ask(
+        self,
+        service_type: type[Service],
+        name: str,
+        request: Message,
+        qos: QoSProfile = qos_profile_services_default,
+    ) -> Any:
+        """Return the response of a service.
+
+        Raises:
+            NotThereError: the service is not there, or does not answer.
+        """
+        client = self.node.create_client(service_type, name, qos_profile=qos)
+        try:
+            if not client.wait_for_service(self._timeout_s):
+                kind = service_type.__ros_name__
+                raise NotThereError(f"The service {name} of type {kind} is not available.")
+            future = client.call_async(request)
+            self._executor.spin_until_future_complete(future, _ANSWER_S)
+            if not future.done():
+                raise NotThereError(f"The service {name} did not answer within {_ANSWER_S:g} s.")
+            return future.result()
+        finally:
+            self.node.destroy_client(client)
+
+
+@contextmanager
+def session(arguments: argparse.Namespace) -> Iterator[Session]:
+    """Join the graph as the options say; leave it at the end, on Ctrl-C and SIGTERM too.
+
+    Raises:
+        MissingExtraError: the extra `live` is not installed.
+        MiddlewareError: an option cannot be used, or the graph cannot be joined.
+    """
+    from sunset.rmw.cyclonedds import CycloneDDS  # noqa: PLC0415  an optional extra
+
+    main_thread = threading.current_thread() is threading.main_thread()
+    previous = signal.signal(signal.SIGTERM, signal.default_int_handler) if main_thread else None
+    try:
+        with CycloneDDS(domain_id=arguments.domain_id, network=arguments.network) as middleware:
+            yield Session(middleware, arguments.timeout)
+    finally:
+        if main_thread:
+            signal.signal(signal.SIGTERM, previous)
+
+
+def absolute(name: str) -> str:
+    """Return the full form of a name; one without a leading slash is in the root namespace.
+
+    Raises:
+        NameValidationException: it breaks the rules for names.
+
+    >>> absolute("managed_subsystem/camera")
+    '/managed_subsystem/camera'
+    """
+    full = name if name.startswith("/") else f"/{name}"
+    validate_topic_name(full)
+    return full
+
+
+def hidden(name: str) -> bool:
+    """Return whether a name is one that lists leave out: a part of it starts with an underscore.
+
+    >>> hidden("/_ros2cli_1"), hidden("/uav/camera")
+    (True, False)
+    """
+    return "/_" in name

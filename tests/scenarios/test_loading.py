@@ -59,7 +59,7 @@ def test_a_published_file_is_read_with_strengths_scaled_to_our_images(tmp_path: 
     scenario = load_scenario(write(tmp_path, PUBLISHED))
     assert scenario.name == "scenario_007"
     assert faults(scenario) == [
-        ("image_shift", 20),
+        ("image_shift", 10),
         ("hardware_disconnect", True),
         ("autofocus_needed", True),
     ]
@@ -93,7 +93,7 @@ def test_the_published_degradations_become_the_strengths_of_our_suite(tmp_path: 
 
 
 def test_faults_joined_by_plus_make_a_scenario() -> None:
-    assert faults(load_scenario("gpu_failure+image_shift")) == [("gpu_failure", True), ("image_shift", 20)]
+    assert faults(load_scenario("gpu_failure+image_shift")) == [("gpu_failure", True), ("image_shift", 10)]
     assert faults(generate(["image_degradation=0.5"], name="dim")) == [("image_degradation", 0.5)]
 
 

@@ -52,7 +52,7 @@ def test_the_healthy_suite_has_one_run_without_faults() -> None:
 
 def test_names_tell_suite_and_faults() -> None:
     assert suite("paper")[0].name == "paper/camera_driver_issue+image_degradation+image_shift"
-    assert load_scenario("paper/camera_driver_issue+image_shift+autofocus_needed").faults[1].value == 20
+    assert load_scenario("paper/camera_driver_issue+image_shift+autofocus_needed").faults[1].value == 10
 
 
 def test_names_are_unique_and_each_is_found() -> None:

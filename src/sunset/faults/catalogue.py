@@ -270,7 +270,7 @@ _ALL = (
     _strength(
         "image_degradation",
         "camera",
-        1.0,
+        0.9,
         FaultKind.EXTERNAL,
         cures=((_ACTIVATE_ENHANCEMENT, _USE_ENHANCED),),
         limits=IMAGE_DEGRADATION_RANGE,
@@ -292,7 +292,7 @@ _ALL = (
     _strength(
         "image_shift",
         "sensor_fusion",
-        20,
+        10,
         FaultKind.INTERNAL,
         cures=((_RECALIBRATE,), (_redeploy("sensor_fusion"),)),
         limits=(0, 1920),
@@ -301,7 +301,7 @@ _ALL = (
     _strength(
         "depth_degradation",
         "depth",
-        0.7,
+        0.25,
         FaultKind.EXTERNAL,
         cures=((_MODALITIES[1],),),
         limits=DEPTH_DEGRADATION_RANGE,

@@ -57,7 +57,7 @@ def translate(name: str, target_node: str, kind: str, value: Value) -> tuple[str
         ScenarioError: the entry is of another type, sets no fault, or sets it at another node.
 
     >>> translate("image_shift", "/managed_subsystem/sensor_fusion", "parameter_adaptation", 150)
-    ('image_shift', 10)
+    ('image_shift', 5)
     """
     if kind != "parameter_adaptation":
         raise ScenarioError(f"The type of {name} must be parameter_adaptation, got {kind!r}.")

@@ -31,7 +31,7 @@ def load_scenario(name: str | Path) -> Scenario:
         ScenarioError: it is none of these, or the file is not readable or not a scenario.
 
     >>> [fault.value for fault in load_scenario("gpu_failure+image_shift").faults]
-    [True, 20]
+    [True, 10]
     """
     text = str(name)
     if text in scenario_names():

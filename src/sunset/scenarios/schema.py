@@ -23,7 +23,7 @@ class ScenarioFault:
         ScenarioError: there is no such fault, or the value is none of its values.
 
     >>> ScenarioFault("image_shift").value
-    20
+    10
     """
 
     name: str

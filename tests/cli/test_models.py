@@ -1,0 +1,151 @@
+"""`sunset models`: measuring, calibrating, and what a user gets wrong with it."""
+
+import csv
+import json
+import shutil
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import pytest
+
+from sunset.cli import main
+from sunset.data import read_bag, write_bag
+from sunset.perception import load_model
+
+ARGUMENTS: dict[str, tuple[Sequence[str], str]] = {
+    "curves of an unknown model": (["curves", "huge"], "huge"),
+    "curves of a folder that is no model": (["curves", "."], "card.json"),
+    "curves over a missing bag": (["curves", "--bag", "nowhere"], "nowhere"),
+    "curves of no group": (["curves", "--every", "0"], "at least 1, got '0'"),
+    "curves without a process": (["curves", "--jobs", "0"], "at least 1, got '0'"),
+    "curves at an unknown fault": (["curves", "--at", "rotor_failure=1"], "rotor_failure"),
+    "curves at no number": (["curves", "--at", "image_shift=wide"], "image_shift=wide"),
+    "curves at nothing": (["curves", "--at", "image_shift"], "such as image_shift=8"),
+    "curves out of range": (["curves", "--at", "image_degradation=7"], "at most 1.9, got 7"),
+    "curves at half a pixel": (["curves", "--at", "image_shift=2.5"], "whole number"),
+    "curves into a file": (["curves", "--out", "file"], "file"),
+    "calibrating an unknown model": (["calibrate", "huge"], "huge"),
+    "calibrating nothing": (["calibrate"], "model"),
+    "calibrating a model of the package": (["calibrate", "lite"], "--out"),
+    "calibrating over a folder": (["calibrate", "lite", "--bag", "bag", "--out", "."], "exists"),
+    "calibrating on a missing bag": (["calibrate", "lite", "--bag", "nowhere", "--out", "o"], "nowhere"),
+    "calibrating on too little": (["calibrate", "lite", "--bag", "short", "--out", "o"], "got 1 of"),
+    "IoU of an unknown model": (["iou", "lite", "huge"], "huge"),
+    "IoU of no frame": (["iou", "--frames", "0"], "at least 1, got '0'"),
+    "IoU into a file": (["iou", "--out", "file"], "file"),
+    "importing nothing": (["import", ".", "--size", "256", "--out", "o"], "such as 256x144, got '256'"),
+    "importing from nothing": (["import", "nowhere", "--out", "o"], "rgb.pth, depth.pth and fusion.pth"),
+    "importing over a folder": (["import", ".", "--out", "."], "exists"),
+    "importing at an odd size": (["import", ".", "--size", "30x20", "--out", "o"], "got 30x20"),
+    "importing nowhere": (["import", "."], "--out"),
+    "an unknown action": (["paint"], "paint"),
+}
+
+
+@pytest.fixture(scope="module")
+def bag(flight: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Five frames of the default flight."""
+    with read_bag(flight) as reader:
+        frames = [reader.frame(index) for index in range(5)]
+        return write_bag(tmp_path_factory.mktemp("bags") / "five", frames, list(reader.stamps_ns[:5]))
+
+
+@pytest.fixture
+def model(tmp_path: Path) -> Path:
+    """A user's own model, which sees depth only."""
+    folder = tmp_path / "own"
+    folder.mkdir()
+    lite = load_model("lite").folder
+    card = json.loads((lite / "card.json").read_text(encoding="utf-8"))
+    card["networks"] = {"depth": card["networks"]["depth"]}
+    for file in (card["networks"]["depth"]["file"], *card["networks"]["depth"].get("data", {})):
+        shutil.copy(lite / file, folder / file)
+    (folder / "card.json").write_text(json.dumps(card | {"name": "own"}), encoding="utf-8")
+    return folder
+
+
+@pytest.mark.parametrize("case", ARGUMENTS)
+def test_a_bad_argument(
+    case: str, bag: Path, tmp_path: Path, complaint: Callable[[Sequence[str]], str]
+) -> None:
+    (tmp_path / "file").write_text("", encoding="utf-8")
+    (tmp_path / "bag").symlink_to(bag)
+    with read_bag(bag) as reader:
+        write_bag(tmp_path / "short", [reader.frame(0)], [0])
+    arguments, word = ARGUMENTS[case]
+
+    assert word in complaint(["models", *arguments])
+
+
+def test_curves_are_printed_and_written(
+    model: Path, bag: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pytest.importorskip("matplotlib")
+    out = tmp_path / "new" / "curves"
+    command = ["models", "curves", str(model), "--bag", str(bag), "--at", "depth_degradation=0.25"]
+
+    assert main([*command, "--jobs", "1", "--out", str(out)]) == 0
+    text = capsys.readouterr().out
+    assert main([*command, "--jobs", "1", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+
+    assert text.startswith("own, version ")
+    assert any(line.split()[:2] == ["depth_degradation", "0.25*"] for line in text.splitlines())
+    assert "image_shift" not in text  # it cannot see it
+    assert json.loads((out / "curves.json").read_text(encoding="utf-8")) == found
+    rows = list(csv.DictReader((out / "curves.csv").read_text(encoding="utf-8").splitlines()))
+    assert [row["strengths"] for row in rows if row["suite"] == "1"] == ["0.25"]
+    assert {path.name for path in out.iterdir()} == {"curves.csv", "curves.json", "curves.png", "cures.png"}
+
+
+def test_curves_need_no_matplotlib(
+    model: Path,
+    bag: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+
+    command = ["models", "curves", str(model), "--bag", str(bag), "--jobs", "1", "--out", str(tmp_path / "o")]
+    assert main(command) == 0
+
+    told = capsys.readouterr().err.strip().splitlines()[-1]
+    assert told.startswith("The figures were left out because matplotlib is not installed")
+    assert {path.name for path in (tmp_path / "o").iterdir()} == {"curves.csv", "curves.json"}
+
+
+def test_iou_is_printed_and_written(
+    model: Path, flight: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    del flight
+    command = ["models", "iou", str(model), "--frames", "2", "--jobs", "1"]
+
+    assert main([*command, "--out", str(tmp_path / "o")]) == 0
+    text = capsys.readouterr().out
+    assert main([*command, "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+
+    assert text == (tmp_path / "o" / "iou.md").read_text(encoding="utf-8")
+    rows = list(csv.DictReader((tmp_path / "o" / "iou.csv").read_text(encoding="utf-8").splitlines()))
+    (value,) = [
+        row["iou"] for row in rows if (row["frames"], row["measure"]) == ("town 7", "mean over frames")
+    ]
+    mean = found["frames"]["town 7"]["networks"]["own depth"]["mean_over_frames"]
+    assert float(value) == pytest.approx(mean, rel=1e-5)
+    assert f"{mean:.3f}" in text
+
+
+def test_a_model_is_calibrated_on_a_bag(
+    model: Path, bag: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pytest.importorskip("onnx")
+
+    assert main(["models", "calibrate", str(model), "--bag", str(bag), "--out", str(tmp_path / "o")]) == 0
+
+    printed = dict(line.rsplit(maxsplit=1) for line in capsys.readouterr().out.splitlines())
+    card = load_model(tmp_path / "o").card
+    assert float(printed["entropy threshold"]) == pytest.approx(card.entropy_threshold, abs=1e-4)
+    assert printed["depth temperature"] == "1.0000"
+    assert "5 frames: the bag five" in str(card.results["measured_on"])

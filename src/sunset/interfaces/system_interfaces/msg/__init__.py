@@ -14,6 +14,7 @@ from sunset.interfaces._codec import (
     PAD4,
     PAD8,
     read_array,
+    read_dummy,
     read_messages,
     read_size,
     read_string,
@@ -38,6 +39,8 @@ from sunset.interfaces.sensor_msgs.msg import Image
 from sunset.interfaces.std_msgs.msg import Header
 
 __all__ = [
+    "AdaptationStatus",
+    "AdaptationType",
     "Command",
     "ExperimentLogging",
     "FaultInjection",
@@ -47,6 +50,7 @@ __all__ = [
     "SegmentationMetrics",
     "SensorFusion",
     "SetBlackboardGroup",
+    "StrategyStatus",
 ]
 
 _STRUCT_0 = Struct("<?")
@@ -57,6 +61,64 @@ _STRUCT_4 = Struct("<d")
 _STRUCT_5 = Struct("<B")
 _STRUCT_6 = Struct("<II")
 _STRUCT_7 = Struct("<f")
+
+
+class AdaptationStatus(Message):
+    """system_interfaces/msg/AdaptationStatus."""
+
+    __slots__ = ()
+    __ros_name__ = "system_interfaces/msg/AdaptationStatus"
+    __ros_fields__ = MappingProxyType({})
+
+    STATUS_NOT_SET = 0
+    STATUS_ADAPTATION_TRIGGERED = 1
+    STATUS_ADAPTATION_RUNNING = 2
+    STATUS_ADAPTATION_FINISHED = 3
+
+    def __init__(self) -> None:
+        pass
+
+    def copy(self) -> Self:
+        return object.__new__(self.__class__)
+
+    def encode_into(self, out: bytearray) -> None:
+        out.append(0)
+
+    @classmethod
+    def decode_from(cls, raw: bytes, position: int) -> tuple[Self, int]:
+        return cls(), read_dummy(raw, position)
+
+
+class AdaptationType(Message):
+    """system_interfaces/msg/AdaptationType."""
+
+    __slots__ = ()
+    __ros_name__ = "system_interfaces/msg/AdaptationType"
+    __ros_fields__ = MappingProxyType({})
+
+    ACTION_NOT_SET = 0
+    ACTION_ACTIVATE = 1
+    ACTION_DEACTIVATE = 2
+    ACTION_RESTART = 3
+    ACTION_REDEPLOY = 4
+    ACTION_CHANGE_COMMUNICATION = 5
+    ACTION_SET_PARAMETER = 6
+    ACTION_INCREASE_PARAMETER = 7
+    ACTION_DECREASE_PARAMETER = 8
+    ACTION_CHANGE_MODE = 9
+
+    def __init__(self) -> None:
+        pass
+
+    def copy(self) -> Self:
+        return object.__new__(self.__class__)
+
+    def encode_into(self, out: bytearray) -> None:
+        out.append(0)
+
+    @classmethod
+    def decode_from(cls, raw: bytes, position: int) -> tuple[Self, int]:
+        return cls(), read_dummy(raw, position)
 
 
 class Command(Message):
@@ -784,3 +846,31 @@ class SetBlackboardGroup(Message):
         size, position = read_size(raw, position)
         new.bb_params, position = read_messages(raw, position, size, Parameter)
         return new, position
+
+
+class StrategyStatus(Message):
+    """system_interfaces/msg/StrategyStatus."""
+
+    __slots__ = ()
+    __ros_name__ = "system_interfaces/msg/StrategyStatus"
+    __ros_fields__ = MappingProxyType({})
+
+    STATUS_NOT_SET = 0
+    STATUS_STRATEGY_TRIGGERED = 1
+    STATUS_STRATEGY_RUNNING = 2
+    STATUS_STRATEGY_FINISHED_SUCCESSFUL = 3
+    STATUS_STRATEGY_FINISHED_UNSUCCESSFUL = 4
+    STATUS_NO_STRATEGY_SUCCESSFUL = 5
+
+    def __init__(self) -> None:
+        pass
+
+    def copy(self) -> Self:
+        return object.__new__(self.__class__)
+
+    def encode_into(self, out: bytearray) -> None:
+        out.append(0)
+
+    @classmethod
+    def decode_from(cls, raw: bytes, position: int) -> tuple[Self, int]:
+        return cls(), read_dummy(raw, position)

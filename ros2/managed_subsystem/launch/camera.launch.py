@@ -1,0 +1,10 @@
+"""Start the camera node."""
+
+from launch import LaunchDescription
+from launch_ros.actions import Node
+
+
+def generate_launch_description() -> LaunchDescription:
+    """Return what starts the node, as `sunset node camera` does."""
+    node = Node(package="managed_subsystem", executable="camera", parameters=[{"use_sim_time": True}])
+    return LaunchDescription([node])

@@ -194,7 +194,8 @@ def _write_card(model: Model, plan: CurvesPlan, values: Values, source: str) -> 
     curves = curves_of(plan, card, values, partial(window_means, every=1))
     limits = {"entropy": _rounded(asdict(entropy)), "sharpness": _rounded(asdict(sharpness))}
     results: dict[str, object] = {"measured_on": f"{len(values)} frames: {source}", **_results(curves)}
-    replace(card, results=results | {"thresholds": limits}).write(model.folder)
+    results["thresholds"] = limits
+    replace(card, results={**card.results, **results}).write(model.folder)  # what else was measured still holds
 
 
 def _tempered(model: Model, frames: FrameSet, progress: Progress | None) -> Model:

@@ -195,7 +195,9 @@ def _write_card(model: Model, plan: CurvesPlan, values: Values, source: str) -> 
     limits = {"entropy": _rounded(asdict(entropy)), "sharpness": _rounded(asdict(sharpness))}
     results: dict[str, object] = {"measured_on": f"{len(values)} frames: {source}", **_results(curves)}
     results["thresholds"] = limits
-    replace(card, results={**card.results, **results}).write(model.folder)  # what else was measured still holds
+    replace(card, results={**card.results, **results}).write(
+        model.folder
+    )  # what else was measured still holds
 
 
 def _tempered(model: Model, frames: FrameSet, progress: Progress | None) -> Model:

@@ -9,7 +9,7 @@ import threading
 from collections.abc import Callable
 from typing import Final
 
-from sunset.errors import InvalidInputError
+from sunset.errors import InvalidInputError, SunsetError
 from sunset.nodes import NODES
 from sunset.nodes.deployment import deployed_parameters
 from sunset.nodes.live_bag_player import LiveBagPlayer
@@ -84,7 +84,12 @@ def execute(arguments: argparse.Namespace) -> int:
         install_signal_handlers(context=context)
         if arguments.end_with_stdin:
             _end_with_stdin()
-        node = factory(context)
+        try:
+            node = factory(context)
+        except SunsetError:
+            if context.ok():
+                raise
+            return 0  # a signal came before the node was made
         executor = SingleThreadedExecutor(context=context)
         executor.add_node(node)
         _spin(executor, node, lasting=arguments.node != _MANAGER)

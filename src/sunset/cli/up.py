@@ -18,12 +18,16 @@ from sunset.cli.node import add_network_options
 from sunset.experiments import RunSpec, prepare
 from sunset.experiments.live import LiveSystem
 from sunset.experiments.operator import NodeStatus, Operator
+from sunset.experiments.spec import EXTERNAL
+from sunset.managing import load_manager
 from sunset.scenarios import Scenario, load_scenario
 
 __all__ = ["add_parser", "execute"]
 
 _REFRESH_S: Final = 0.5
-_SIGNALS: Final = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+_SIGNALS: Final = tuple(
+    getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)
+)
 
 
 def add_parser(verbs: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
@@ -39,9 +43,9 @@ def add_parser(verbs: "argparse._SubParsersAction[argparse.ArgumentParser]") -> 
     )
     parser.add_argument(
         "--manager",
-        default="external",
+        default=EXTERNAL,
         metavar="NAME|FILE.py:CLASS|MODULE:CLASS",
-        help="the managing system: none, baseline, or your own (default: external, started by yourself or nobody)",
+        help="the managing system: none, baseline, or your own (default: you start it yourself, or nobody does)",
     )
     parser.add_argument(
         "--rate", type=float, default=1.0, metavar="R", help="seconds of /clock in a second (default: 1)"
@@ -63,6 +67,8 @@ def execute(arguments: argparse.Namespace) -> int:
         speed=arguments.rate,
         **model_options(arguments),
     )
+    if spec.manager != EXTERNAL:
+        load_manager(spec.manager)  # what is wrong with it is said at once
     with rendering_progress() as progress:
         resources = prepare(spec, progress=progress)
     console = Console(highlight=False, markup=False)

@@ -5,6 +5,7 @@ import tempfile
 import time
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
+from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Final, Self
@@ -23,7 +24,7 @@ from sunset.ros import Context, SingleThreadedExecutor
 if TYPE_CHECKING:
     from sunset.rmw.port import Middleware
 
-__all__ = ["LiveSystem", "drop_line"]
+__all__ = ["LiveClock", "LiveSystem", "drop_line"]
 
 _EXECUTOR: Final = "scenario_executor"
 _FIRST: Final = ("bag_player", "camera", "depth", _EXECUTOR)
@@ -33,6 +34,23 @@ _STEP_NS: Final = 10_000_000
 
 def drop_line(node: str, line: str) -> None:
     """Do nothing with what a node prints."""
+
+
+@dataclass(frozen=True)
+class LiveClock:
+    """What `/clock` shows.
+
+    Attributes:
+        origin_ns: the system's time, nanoseconds since 1970, at which it shows 0.
+        speed: its seconds in a second.
+    """
+
+    origin_ns: int
+    speed: float
+
+    def at(self, system_ns: int) -> int:
+        """Return what it shows at a time of the system's clock, at least 0, in nanoseconds."""
+        return max(0, round((system_ns - self.origin_ns) * self.speed))
 
 
 class LiveSystem:
@@ -46,12 +64,12 @@ class LiveSystem:
         domain_id: the domain of DDS; ROS_DOMAIN_ID, else 0, if None.
         network: whether to be heard beyond this computer.
         distro: the ROS 2 distribution of other nodes; None to find out.
+        clock: what `/clock` shall show; None for the time since now.
         loop: whether the flight starts again when it is over, from the bag's first frame to its last.
         on_line: called, on other threads, with a node and a line that it printed.
 
     Attributes:
         domain_id: the domain.
-        origin_ns: the system's time, nanoseconds since 1970, at which `/clock` is 0.
         processes: the nodes' processes.
         context: this process, whose nodes' callbacks run in `spin_until`.
         executor: runs them.
@@ -69,13 +87,14 @@ class LiveSystem:
         *,
         network: bool = False,
         distro: str | None = None,
+        clock: "LiveClock | None" = None,
         loop: bool = False,
         on_line: Callable[[str, str], None] = drop_line,
     ) -> None:
         from sunset.rmw.cyclonedds import CycloneDDS  # noqa: PLC0415  an optional extra
 
         self._spec = spec
-        self.origin_ns = time.time_ns()
+        self._clock = clock or LiveClock(time.time_ns(), float(spec.speed))
         with ExitStack() as stack:
             middleware = stack.enter_context(CycloneDDS(domain_id=domain_id, network=network, distro=distro))
             self.domain_id = middleware.domain_id
@@ -122,8 +141,8 @@ class LiveSystem:
             "bag": str(resources.bag.path.absolute()),
             "width": width,
             "height": height,
-            "speed": float(spec.speed),
-            "origin_ns": self.origin_ns,
+            "speed": self._clock.speed,
+            "origin_ns": self._clock.origin_ns,
             "loop": loop,
             "use_sim_time": False,  # it is what gives the time
         }
@@ -134,10 +153,6 @@ class LiveSystem:
         parameters[_EXECUTOR] = {"scenario": str(scenario)}
         parameters[""] = {"use_sim_time": True, "entropy_threshold": card.entropy_threshold}
         return parameters
-
-    def time_ns(self, system_ns: int) -> int:
-        """Return what `/clock` shows at a time of the system's clock, at least 0."""
-        return max(0, round((system_ns - self.origin_ns) * self._spec.speed))
 
     def spin_until(self, predicate: Callable[[], bool], timeout_s: float) -> bool:
         """Run callbacks of this process, and take care of the others, until a predicate holds.
@@ -153,14 +168,17 @@ class LiveSystem:
             self.processes.poll()
         return True
 
-    def check(self) -> None:
+    def check(self, *, managed: bool) -> None:
         """Make sure that there is what an experiment needs.
+
+        Args:
+            managed: whether the managed nodes must be there too.
 
         Raises:
             ManagerError: the managing system's process ended by itself.
             SunsetError: that of a node did without which there is no experiment.
         """
-        for node in self.essential:
+        for node in (*self.essential, *(INITIAL_STATES if managed else ())):
             if not self.processes.is_running(node):
                 raise SunsetError(
                     f"The process of {node}, without which there is no experiment, "

@@ -5,7 +5,6 @@ its lifecycle and start it anew from a launch file of its own. So that the new o
 keeps a ROS parameter file in a place that depends on the domain only, for as long as it runs.
 """
 
-import fcntl
 import os
 import tempfile
 from collections.abc import Iterator, Mapping
@@ -38,6 +37,8 @@ def deployment(domain_id: int, parameters: Mapping[str, Mapping[str, Value]]) ->
         MiddlewareError: another system runs in the domain.
         OutputError: the file cannot be written.
     """
+    import fcntl  # noqa: PLC0415  not on every system
+
     path = _file(domain_id)
     content = {node: {"ros__parameters": dict(values)} for node, values in parameters.items()}
     try:
@@ -63,6 +64,8 @@ def deployment(domain_id: int, parameters: Mapping[str, Mapping[str, Value]]) ->
 
 def deployed_parameters(domain_id: int) -> Path | None:
     """Return the file with the parameters of a domain's nodes; None if no system runs there."""
+    import fcntl  # noqa: PLC0415  not on every system
+
     path = _file(domain_id)
     try:
         with path.open("rb") as file:

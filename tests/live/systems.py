@@ -1,0 +1,134 @@
+"""What tests of processes need: the whole system in a domain of its own, and a node that asks it."""
+
+import os
+import re
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from sunset.interfaces import Message
+from sunset.rmw.cyclonedds import CycloneDDS
+from sunset.rmw.domains import free_domain_id
+from sunset.ros import Context, Node, SingleThreadedExecutor
+
+PATIENCE_S = 60.0
+"""A test that waits longer for what must happen has failed."""
+
+
+def eventually(predicate: Callable[[], bool], pause: Callable[[], object] | None = None) -> bool:
+    """Wait until a predicate holds; return whether it does."""
+    end = time.monotonic() + PATIENCE_S
+    while not predicate():
+        if time.monotonic() >= end:
+            return False
+        (pause or (lambda: threading.Event().wait(0.02)))()
+    return True
+
+
+def exists(pid: int) -> bool:
+    """Return whether a process runs, or is stopped; one that has ended and is not yet buried does not."""
+    try:
+        state = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8").rpartition(")")[2].split()[0]
+    except (FileNotFoundError, ProcessLookupError):
+        return False
+    return state != "Z"
+
+
+class Tool:
+    """A node of the test in the system's domain."""
+
+    def __init__(self, domain_id: int) -> None:
+        context = Context()
+        context.init([], middleware=CycloneDDS(domain_id=domain_id), log_to_stderr=False)
+        self.node = Node("tool", context=context)
+        self.executor = SingleThreadedExecutor(context=context)
+        self.executor.add_node(self.node)
+
+    def spin(self, until: Callable[[], bool]) -> bool:
+        """Run callbacks until a predicate holds; return whether it does."""
+        return eventually(until, lambda: self.executor.spin_once(timeout_sec=0.02))
+
+    def call(self, service: type[Any], name: str, request: Message) -> Any:
+        """Ask a service, as soon as it is there; ask again while nobody answers."""
+        client = self.node.create_client(service, name)
+        futures: list[Any] = []
+
+        def answered() -> bool:
+            if not futures and client.service_is_ready():
+                futures.append(client.call_async(request))
+            return bool(futures) and futures[0].done()
+
+        assert self.spin(answered), f"{name} did not answer"
+        self.node.destroy_client(client)
+        return futures[0].result()
+
+
+class Up:
+    """A running `sunset up`."""
+
+    def __init__(self, domain_id: int, *arguments: str) -> None:
+        command = [sys.executable, "-m", "sunset", "up", "--domain-id", str(domain_id), *arguments]
+        self.process = subprocess.Popen(
+            command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, start_new_session=True
+        )
+        self.lines: list[str] = []
+        self._reader = threading.Thread(target=self._read, daemon=True)
+        self._reader.start()
+
+    def _read(self) -> None:
+        assert self.process.stdout is not None
+        with self.process.stdout:
+            self.lines.extend(iter(self.process.stdout.readline, ""))
+
+    @property
+    def pids(self) -> dict[str, int]:
+        """Node → the last process that it had."""
+        found = (re.match(r"(\w+) .* pid (\d+)", line) for line in tuple(self.lines))
+        return {match[1]: int(match[2]) for match in found if match}
+
+    def state(self, node: str) -> str:
+        """Return what was told of a node last."""
+        told = [line for line in tuple(self.lines) if line.startswith(f"{node} ")]
+        return told[-1].split(maxsplit=1)[1].strip() if told else ""
+
+    def tells(self, text: str) -> bool:
+        """Wait for a line with a text; return whether it came."""
+        return eventually(lambda: any(text in line for line in tuple(self.lines)))
+
+    def is_up(self) -> bool:
+        """Wait until all nodes are up; return whether they are."""
+        return self.tells("The flight has begun")
+
+    def end(self, number: int) -> int:
+        """Send a signal, and return the exit code."""
+        self.process.send_signal(number)
+        code = self.process.wait(PATIENCE_S)
+        self._reader.join(PATIENCE_S)
+        return code
+
+
+@contextmanager
+def going_up(*arguments: str) -> Iterator[tuple[Up, Tool]]:
+    """Run `sunset up` and a tool in a domain of their own; whatever happens, nothing is left running."""
+    with free_domain_id() as domain_id:
+        system = Up(domain_id, *arguments)
+        tool = Tool(domain_id)
+        try:
+            assert system.is_up(), "".join(system.lines)
+            yield system, tool
+        finally:
+            tool.node.context.try_shutdown()
+            system.process.kill()
+            system.process.wait()
+            pids = system.pids.values()
+            eventually(lambda: not any(exists(pid) for pid in pids))
+            left = [pid for pid in pids if exists(pid)]
+            for pid in left:
+                os.kill(pid, signal.SIGKILL)
+            assert left == []

@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from sunset.faults import BLUR_SIGMA, blur, degrade_depth, degrade_image, enhance_image, sharpness
+from sunset.faults import BLUR_SIGMA, FAULTS, blur, degrade_depth, degrade_image, enhance_image, sharpness
 from sunset.interfaces.sensor_msgs.msg import Image
 from sunset.nodes import Camera, Depth, ImageEnhancement
 from sunset.nodes.images import array_of_bgr, array_of_depth, image_of_bgr
@@ -21,6 +21,8 @@ Make = Callable[[float], Image]
 RGB_OUT = "/managed_subsystem/rgb_camera"
 DEPTH_OUT = "/managed_subsystem/depth_camera"
 ENHANCED_OUT = "/managed_subsystem/rgb_enhanced"
+
+SUITE_STRENGTH = float(FAULTS["image_degradation"].value)
 
 
 @pytest.fixture
@@ -177,7 +179,7 @@ def test_the_enhancement_is_inactive_until_activated_and_undoes_the_degradation(
 ) -> None:
     world.start(ImageEnhancement)
     world.run(1.0)
-    degraded = image_of_bgr(rgb(1.0).header, degrade_image(array_of_bgr(rgb(1.0)), 1.0))
+    degraded = image_of_bgr(rgb(1.0).header, degrade_image(array_of_bgr(rgb(1.0)), SUITE_STRENGTH))
     assert feed(world, RGB_OUT, ENHANCED_OUT, degraded) == []
     assert world.transition("image_enhancement", "activate")
     (out,) = feed(world, RGB_OUT, ENHANCED_OUT, degraded)
@@ -200,6 +202,6 @@ def test_the_enhancement_of_a_good_image_saturates_and_never_wraps(world: "World
     world.run(0.1)
     assert world.transition("image_enhancement", "activate")
     (out,) = feed(world, RGB_OUT, ENHANCED_OUT, rgb(1.0))
-    np.testing.assert_array_equal(array_of_bgr(out), enhance_image(array_of_bgr(rgb(1.0)), 1.0))
+    np.testing.assert_array_equal(array_of_bgr(out), enhance_image(array_of_bgr(rgb(1.0)), SUITE_STRENGTH))
     bright = array_of_bgr(rgb(1.0)).min(axis=2) > 128
     assert (array_of_bgr(out)[bright].max(axis=1) == 255).all()

@@ -100,7 +100,8 @@ class ReadingEntity(Entity):
             self.process.link.watch(self._number, self._condition)
             return False
         self.process.queue(self)  # there may be more, but it is others' turn
-        return self.handle(*sample)
+        payload, writer, _ = sample
+        return self.handle(payload, writer)
 
     @abstractmethod
     def handle(self, payload: bytes, writer: int) -> bool:

@@ -1,17 +1,25 @@
 """Who is on the graph: what participants say of their nodes, joined with the endpoints that DDS knows of."""
 
 import threading
+from abc import ABC, abstractmethod
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from struct import Struct
 from struct import error as StructError  # noqa: N812  it is a class
 
 from sunset.errors import InterfaceError
-from sunset.rmw._dds_names import ros_name
+from sunset.rmw._dds_names import OBSERVER, parse_user_data, ros_name
 from sunset.rmw._dds_wheel import Endpoint
 from sunset.rmw.port import EndpointInfo, EndpointKind
 
-__all__ = ["Graph", "NodeEntities", "Participant", "decode_participant", "encode_participant"]
+__all__ = [
+    "Graph",
+    "GraphListener",
+    "NodeEntities",
+    "Participant",
+    "decode_participant",
+    "encode_participant",
+]
 
 _ENCAPSULATION = b"\x00\x01\x00\x00"
 _GUID_SIZE = 16
@@ -128,7 +136,23 @@ class _Reader:
         return data
 
 
-class Graph:
+class GraphListener(ABC):
+    """What is told who comes and goes."""
+
+    @abstractmethod
+    def learn_participants(self, participants: Sequence[tuple[bytes, bool]]) -> None:
+        """Note which participants have come and gone."""
+
+    @abstractmethod
+    def learn_nodes(self, participant: Participant) -> bool:
+        """Note what a participant says of its nodes; return whether there is such a participant."""
+
+    @abstractmethod
+    def learn_endpoints(self, endpoints: Sequence[Endpoint], *, writers: bool) -> None:
+        """Note which writers, or readers, have come and gone."""
+
+
+class Graph(GraphListener):
     """What is known of other participants' nodes and of all endpoints; may be used by several threads."""
 
     def __init__(self) -> None:
@@ -197,7 +221,7 @@ class Graph:
         infos: dict[str, list[EndpointInfo]] = {}
         for guid, (endpoint, writes) in self._endpoints.items():
             found = ros_name(endpoint.topic, endpoint.type_name, writes=writes)
-            if found is not None:
+            if found is not None and OBSERVER not in parse_user_data(endpoint.user_data):
                 node, namespace = node_of.get(guid, _UNKNOWN)
                 infos.setdefault(found.name, []).append(
                     EndpointInfo(

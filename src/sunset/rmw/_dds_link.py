@@ -10,7 +10,13 @@ from sunset.errors import InterfaceError, MiddlewareError
 from sunset.rmw import _dds_library as dds
 from sunset.rmw import _dds_wheel as wheel
 from sunset.rmw._dds_config import Configuration
-from sunset.rmw._dds_graph import Graph, NodeEntities, Participant, decode_participant, encode_participant
+from sunset.rmw._dds_graph import (
+    GraphListener,
+    NodeEntities,
+    Participant,
+    decode_participant,
+    encode_participant,
+)
 from sunset.rmw.port import DurabilityPolicy, HistoryPolicy, QoSProfile
 
 __all__ = ["FIRST_NUMBER", "Link"]
@@ -77,15 +83,17 @@ class Link:
 
     Args:
         configuration: how to enter the domain.
-        on_data: called on that thread with the number of a reader that has samples.
+        on_data: called on that thread with the number of a reader that has samples, or one below `FIRST_NUMBER` if
+            there was news of the graph.
         on_problem: called, on any thread, with where something came that cannot be used, and what.
         on_failure: called on that thread when it ends by an error.
+        listener: told of others.
 
     Attributes:
         guid: 16 bytes that identify the participant.
         participant, publisher, subscriber: the entities.
-        graph: what is known of the others.
         gid_size: bytes of a gid in its announcements.
+        has_left: whether it has left the domain.
 
     Raises:
         MiddlewareError: the domain cannot be entered.
@@ -97,6 +105,7 @@ class Link:
         on_data: Callable[[int], None],
         on_problem: Callable[[str, str], None],
         on_failure: Callable[[Exception], None],
+        listener: GraphListener,
     ) -> None:
         self._domain_id = configuration.domain_id
         self._on_data = on_data
@@ -107,7 +116,8 @@ class Link:
         self._nodes: tuple[NodeEntities, ...] = ()
         self._announcing = threading.RLock()
         self._looking = threading.Lock()
-        self.graph = Graph()
+        self._listener = listener
+        self.has_left = False
         _DOMAINS.enter(configuration)
         try:
             self._enter(configuration.domain_id)
@@ -148,8 +158,7 @@ class Link:
                     if number < FIRST_NUMBER:
                         self.look()
                         self.watch(number, self._conditions[number])
-                    else:
-                        self._on_data(number)
+                    self._on_data(number)
         except Exception as error:  # noqa: BLE001  nobody would see it on this thread
             self._on_failure(error)
 
@@ -161,11 +170,11 @@ class Link:
             samples = []
             while (sample := wheel.take(self._readers[_NODES])) is not None:
                 samples.append(sample[0])
-            self.graph.learn_participants(wheel.take_participants(self._readers[_PARTICIPANTS]))
+            self._listener.learn_participants(wheel.take_participants(self._readers[_PARTICIPANTS]))
             for payload in samples:
                 self._learn_nodes(payload)
-            self.graph.learn_endpoints(wheel.take_endpoints(self._readers[_WRITERS]), writers=True)
-            self.graph.learn_endpoints(wheel.take_endpoints(self._readers[_READERS]), writers=False)
+            self._listener.learn_endpoints(wheel.take_endpoints(self._readers[_WRITERS]), writers=True)
+            self._listener.learn_endpoints(wheel.take_endpoints(self._readers[_READERS]), writers=False)
 
     def _learn_nodes(self, payload: bytes) -> None:
         try:
@@ -173,7 +182,7 @@ class Link:
         except InterfaceError as error:
             self._on_problem(_DISCOVERY_TOPIC, f"dropped a malformed announcement: {error}")
             return
-        if not self.graph.learn_nodes(participant):
+        if not self._listener.learn_nodes(participant):
             self._on_problem(_DISCOVERY_TOPIC, "dropped an announcement of a participant that is not there.")
         elif self._adapts and participant.gid_size > self.gid_size:
             with self._announcing:
@@ -184,7 +193,6 @@ class Link:
         """Tell others which nodes this process has, and with which endpoints."""
         with self._announcing:
             self._nodes = tuple(nodes)
-            self.graph.forget_join()
             payload = encode_participant(Participant(self.guid, self._nodes, self.gid_size))
             wheel.write(self._writer, payload, _DISCOVERY_TOPIC)
 
@@ -202,4 +210,5 @@ class Link:
         self.announce(())
         dds.wait_for_acks(self._writer, max(0, end_ns - time.monotonic_ns()))
         dds.delete(self.participant)
+        self.has_left = True
         _DOMAINS.leave(self._domain_id)

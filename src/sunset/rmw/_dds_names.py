@@ -1,11 +1,23 @@
 """Names on the wire: how ROS 2 calls a topic, a service and a type in DDS."""
 
 import re
+from collections.abc import Mapping
 from typing import Final, NamedTuple
 
 from sunset.rmw.port import EndpointKind
 
-__all__ = ["RosName", "dds_type_name", "ros_name", "topic_name", "topic_names_of_service"]
+__all__ = [
+    "OBSERVER",
+    "RosName",
+    "dds_type_name",
+    "parse_user_data",
+    "ros_name",
+    "topic_name",
+    "topic_names_of_service",
+]
+
+OBSERVER: Final = "observer"
+"""A key in the user data of readers that only look on: they are no part of the graph."""
 
 _TYPE_NAME: Final = re.compile(r"(\w+)::(msg|srv)::dds_::(\w+?)(_Request|_Response)?_")
 
@@ -66,3 +78,13 @@ def ros_name(topic: str, mangled: str, *, writes: bool) -> RosName | None:
         kind = EndpointKind.CLIENT if writes else EndpointKind.SERVICE
         return RosName(kind, topic[2 : -len("Request")], ros_type)
     return None
+
+
+def parse_user_data(data: bytes) -> Mapping[str, str]:
+    """Return what an endpoint's owner says of it; what is malformed is passed over.
+
+    >>> parse_user_data(b"serviceid= 1.10;typehash=RIHS01_0;")
+    {'serviceid': ' 1.10', 'typehash': 'RIHS01_0'}
+    """
+    pairs = (pair.partition("=") for pair in data.decode("ascii", "replace").split(";"))
+    return {key: value for key, _, value in pairs if key}

@@ -6,22 +6,22 @@ response until the client's reader is connected to it.
 """
 
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from struct import Struct
 from typing import TYPE_CHECKING, Final
 
-from sunset.errors import MiddlewareError
+from sunset.errors import InterfaceError, MiddlewareError
 from sunset.interfaces import Message, Service, serialize, type_name
 from sunset.rmw import _dds_library as dds
 from sunset.rmw import _dds_wheel as wheel
 from sunset.rmw._dds_entity import MessageT, ReadingEntity
-from sunset.rmw._dds_names import dds_type_name, topic_names_of_service
+from sunset.rmw._dds_names import dds_type_name, parse_user_data, topic_names_of_service
 from sunset.rmw.port import ClientHandle, QoSProfile, RequestId, ServiceHandle
 
 if TYPE_CHECKING:
     from sunset.rmw._dds_node import DdsNode
 
-__all__ = ["DdsClient", "DdsService", "parse_user_data"]
+__all__ = ["DdsClient", "DdsService", "split_sample"]
 
 _HEADER: Final = Struct("<Qq")
 _ENCAPSULATION_SIZE: Final = 4
@@ -32,14 +32,16 @@ _REMEMBERED: Final = 1000
 """Requests that may wait for their response, and clients of which a server remembers whether they listen."""
 
 
-def parse_user_data(data: bytes) -> Mapping[str, str]:
-    """Return what an endpoint's owner says of it; what is malformed is passed over.
+def split_sample(payload: bytes) -> tuple[RequestId, bytes]:
+    """Return the header of a request or response, and the payload of the message behind it.
 
-    >>> parse_user_data(b"serviceid= 1.10;typehash=RIHS01_0;")
-    {'serviceid': ' 1.10', 'typehash': 'RIHS01_0'}
+    Raises:
+        InterfaceError: there is no header.
     """
-    pairs = (pair.partition("=") for pair in data.decode("ascii", "replace").split(";"))
-    return {key: value for key, _, value in pairs if key}
+    if len(payload) < _FIELDS:
+        raise InterfaceError(f"A payload of {len(payload)} bytes has no header of a request or response.")
+    header = RequestId(*_HEADER.unpack_from(payload, _ENCAPSULATION_SIZE))
+    return header, payload[:_ENCAPSULATION_SIZE] + payload[_FIELDS:]
 
 
 class _ServiceEnd(ReadingEntity):
@@ -89,14 +91,15 @@ class _ServiceEnd(ReadingEntity):
 
     def identity(self, payload: bytes) -> RequestId | None:
         """Return what a sample's header says, or None, and report it, if it has none."""
-        if len(payload) < _FIELDS:
-            self.process.report(self._name, "dropped a sample without a header.", self.node)
+        try:
+            return split_sample(payload)[0]
+        except InterfaceError as error:
+            self.process.report(self._name, f"dropped a malformed sample: {error}", self.node)
             return None
-        return RequestId(*_HEADER.unpack_from(payload, _ENCAPSULATION_SIZE))
 
     def message(self, payload: bytes, kind: type[MessageT]) -> MessageT | None:
         """Return the message behind a sample's header, or None, and report it, if it is malformed."""
-        return self.decoded(payload[:_ENCAPSULATION_SIZE] + payload[_FIELDS:], kind, self._name)
+        return self.decoded(split_sample(payload)[1], kind, self._name)
 
     def reliable_writers(self) -> tuple[int, ...]:
         """Return its writer."""

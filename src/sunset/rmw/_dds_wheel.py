@@ -5,6 +5,7 @@ functions, of the one version that `_dds_library` accepts.
 """
 
 import ctypes
+import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cache
@@ -29,6 +30,7 @@ __all__ = [
 ]
 
 _ANY: Final = 127  # samples in every state
+_MAKING: Final = threading.Lock()
 _ALIVE: Final = 16  # the state of what exists
 _BATCH: Final = 1000
 _OPERATIONS: Final = 14
@@ -51,18 +53,17 @@ def topic_of(participant: int, name: str, type_name: str) -> Iterator[int]:
     Raises:
         MiddlewareError: there cannot be such a topic.
     """
-    data_type = _octet(type_name)
-    topic: int = _clayer.ddspy_topic_create(participant, name, data_type, None, None)
-    checked(topic, f"make topic {name}")
-    operations = ctypes.c_void_p.from_address(sertype_of(topic))  # the first member of a sertype
-    original = operations.value
-    reticent = _without_type_information(original)
-    operations.value = ctypes.addressof(reticent)
-    try:
-        yield topic
-    finally:
-        operations.value = original  # deleting the type needs them
-        delete(topic)
+    with _MAKING:  # topics of one type share what is changed here
+        topic: int = _clayer.ddspy_topic_create(participant, name, _octet(type_name), None, None)
+        checked(topic, f"make topic {name}")
+        operations = ctypes.c_void_p.from_address(sertype_of(topic))  # the first member of a sertype
+        original = operations.value
+        operations.value = ctypes.addressof(_without_type_information(original))
+        try:
+            yield topic
+        finally:
+            operations.value = original  # deleting the type needs them
+            delete(topic)
 
 
 @cache
@@ -102,15 +103,15 @@ def write(writer: int, payload: bytes, name: str) -> None:
         checked(result, f"send a sample on {name}")
 
 
-def take(reader: int) -> tuple[bytes, int] | None:
-    """Return the oldest sample and the handle of its writer, or None if there is none."""
+def take(reader: int) -> tuple[bytes, int, int] | None:
+    """Return the oldest sample, the handle of its writer and when it was sent (ns), or None if there is none."""
     while True:
         taken: list[tuple[bytes, Any]] | int = _clayer.ddspy_take(reader, _ANY, 1)
         if not taken or isinstance(taken, int):
             return None
         ((payload, info),) = taken
         if info.valid_data:
-            return payload, info.publication_handle
+            return payload, info.publication_handle, info.source_timestamp
 
 
 class Endpoint(NamedTuple):
@@ -119,11 +120,12 @@ class Endpoint(NamedTuple):
     Attributes:
         guid: 16 bytes that identify it.
         participant: the same of its participant.
-        alive: whether it exists; if not, only the GUIDs are known.
+        alive: whether it exists; if not, only the GUIDs and the handle may be known.
         topic: the name of its DDS topic.
         type_name: the name of its DDS type.
         qos: what it announces.
         user_data: what else its owner says of it.
+        handle: the number by which this process knows it; 0 if that was the question.
     """
 
     guid: bytes
@@ -133,13 +135,17 @@ class Endpoint(NamedTuple):
     type_name: str
     qos: QoSProfile
     user_data: bytes
+    handle: int
 
 
 def _endpoint(*described: Any) -> Endpoint:
     guid, participant, _, topic, type_name, announced, info, _ = described
-    if announced is None or (info is not None and info.instance_state != _ALIVE):
-        return Endpoint(guid, participant, False, "", "", QoSProfile(), b"")
-    return Endpoint(guid, participant, True, topic, type_name, *announced)
+    handle = 0 if info is None else info.instance_handle
+    if announced is None:
+        return Endpoint(guid, participant, False, "", "", QoSProfile(), b"", handle)
+    alive = info is None or info.instance_state == _ALIVE
+    qos, user_data = announced
+    return Endpoint(guid, participant, alive, topic, type_name, qos, user_data, handle)
 
 
 def take_endpoints(reader: int) -> list[Endpoint]:

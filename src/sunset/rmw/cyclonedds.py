@@ -22,13 +22,16 @@ from sunset.errors import MiddlewareError
 from sunset.interfaces import Message, type_hash
 from sunset.rmw._dds_config import read_configuration
 from sunset.rmw._dds_entity import DdsTimer, Entity, ReadingEntity
+from sunset.rmw._dds_graph import Graph
 from sunset.rmw._dds_link import FIRST_NUMBER, Link
 from sunset.rmw._dds_node import DdsNode
+from sunset.rmw._dds_tap import CycloneTap
 from sunset.rmw.port import CallbackError, EndpointInfo, Middleware
 
-__all__ = ["CycloneDDS"]
+__all__ = ["CycloneDDS", "CycloneTap"]
 
 _STEP_S: Final = 0.005
+_LONG_NS: Final = 3600 * 10**9
 _REPORT_EVERY_NS: Final = 10 * 10**9
 
 
@@ -81,7 +84,8 @@ class CycloneDDS(Middleware):
         self._ending = False
         self._spinning = False
         self._calling = False
-        self.link = Link(configuration, self._on_data, self.report, self._on_failure)
+        self._graph = Graph()
+        self.link = Link(configuration, self._on_data, self.report, self._on_failure, self._graph)
         atexit.register(self._leave)
 
     def __repr__(self) -> str:
@@ -143,6 +147,7 @@ class CycloneDDS(Middleware):
 
     def announce(self) -> None:
         """Tell others which nodes and endpoints there are."""
+        self._graph.forget_join()
         self.link.announce(node.describe() for node in self._nodes)
 
     def type_data(self, kind: type[Message]) -> bytes:
@@ -212,7 +217,7 @@ class CycloneDDS(Middleware):
         return node
 
     def spin_once(self, timeout_ns: int | None) -> bool:
-        """Wait for a callback of an attached node and run it.
+        """Wait for a callback of an attached node and run it; one that has ended runs none.
 
         Raises:
             CallbackError: it raised.
@@ -222,7 +227,6 @@ class CycloneDDS(Middleware):
             raise MiddlewareError(
                 "Spinning inside a callback would wait for itself; use a Future's done callback."
             )
-        self.check_alive()
         end_ns = None if timeout_ns is None else self.steady_ns() + timeout_ns
         self._spinning = True
         try:
@@ -234,17 +238,17 @@ class CycloneDDS(Middleware):
 
     def _spin_until(self, end_ns: int | None) -> bool:
         while self.alive:
+            if self._failure is not None:
+                raise MiddlewareError(f"The connection to DDS broke: {self._failure}") from self._failure
             try:
                 entity = self._next(end_ns)
             except Empty:
-                entity = None
+                pass
             else:
                 if entity is None:  # somebody calls `wake`
                     break
-            if self._failure is not None:
-                raise MiddlewareError("The connection to DDS broke.") from self._failure
-            if entity is not None and self._run(entity):
-                return True
+                if self._run(entity):
+                    return True
             if end_ns is not None and self.steady_ns() >= end_ns:
                 break
         return False
@@ -252,9 +256,7 @@ class CycloneDDS(Middleware):
     def _next(self, end_ns: int | None) -> Entity | None:
         """Return who is first in line, waiting until somebody is, an alarm goes off, or time is over."""
         limits = [limit for limit in (self._line_up_timers(), end_ns) if limit is not None]
-        if not limits:
-            return self._queue.get()
-        wait_ns = min(limits) - self.steady_ns()
+        wait_ns = min(min(limits) - self.steady_ns(), _LONG_NS) if limits else _LONG_NS
         return self._queue.get(timeout=wait_ns / 1e9) if wait_ns > 0 else self._queue.get(block=False)
 
     def _line_up_timers(self) -> int | None:
@@ -332,10 +334,10 @@ class CycloneDDS(Middleware):
         """(name, namespace) of every node on the graph, sorted by full name."""
         self.check_alive()
         self.link.look()
-        return self.link.graph.nodes(node.describe() for node in self._nodes)
+        return self._graph.nodes(node.describe() for node in self._nodes)
 
     def endpoints(self, name: str | None = None) -> list[EndpointInfo]:
         """Every endpoint on the graph, or those of one topic or service, in a fixed order."""
         self.check_alive()
         self.link.look()
-        return self.link.graph.endpoints((node.describe() for node in self._nodes), name)
+        return self._graph.endpoints((node.describe() for node in self._nodes), name)

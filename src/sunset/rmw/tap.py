@@ -1,4 +1,4 @@
-"""What an outside observer of the simulated network may see."""
+"""What an outside observer of a network may see."""
 
 from sunset.interfaces import Message
 from sunset.rmw.port import EndpointKind, RequestId
@@ -7,10 +7,10 @@ __all__ = ["Tap"]
 
 
 class Tap:
-    """Listens to the simulated network without being part of it; override what is of interest.
+    """Listens to a network without being part of it; override what is of interest.
 
-    A tap sees every sample, whether or not anybody subscribes, takes no time and cannot be lost. It may keep
-    the messages that it is given but must not change them.
+    In a simulation it sees every sample, whether or not anybody subscribes, takes no time and cannot be lost. It may
+    keep the messages that it is given but must not change them.
     """
 
     def on_node(self, process: str, node: str) -> None:

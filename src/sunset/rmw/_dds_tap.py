@@ -1,0 +1,310 @@
+"""An observer of a live network: it reads every topic and service, and takes part in nothing."""
+
+import os
+import threading
+import time
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from heapq import heappop, heappush
+from itertools import count
+from queue import Empty, SimpleQueue
+from types import TracebackType
+from typing import Final, NamedTuple, Self
+
+from sunset.errors import InterfaceError
+from sunset.interfaces import deserialize
+from sunset.rmw import _dds_wheel as wheel
+from sunset.rmw._dds_channels import Channel, Channels
+from sunset.rmw._dds_config import read_configuration
+from sunset.rmw._dds_graph import GraphListener, Participant
+from sunset.rmw._dds_link import Link
+from sunset.rmw._dds_names import OBSERVER, RosName, parse_user_data, ros_name
+from sunset.rmw._dds_services import split_sample
+from sunset.rmw.port import EndpointKind, QoSProfile
+from sunset.rmw.tap import Tap
+
+__all__ = ["CycloneTap"]
+
+_HOLD_NS: Final = 100_000_000
+"""How long a sample waits for those that were sent before it and come after it."""
+
+_PATIENCE_NS: Final = 1_000_000_000
+"""How long it waits for the announcement of the node that sent it."""
+
+_STEP_S: Final = 0.02
+
+
+class _Event(NamedTuple):
+    """A sample on its way to the tap; the earliest sent is the least."""
+
+    sent_ns: int
+    age: int
+    arrived_ns: int
+    channel: Channel
+    writer: int
+    payload: bytes
+
+
+class _Writer(NamedTuple):
+    """A writer that is or was there."""
+
+    guid: bytes
+    qos: QoSProfile
+
+
+class _Server(NamedTuple):
+    """The reader of requests of a server that is or was there."""
+
+    service: str
+    gone_ns: int | None = None
+
+
+class _News(GraphListener):
+    """Lines up for the tap who comes and goes."""
+
+    def __init__(self, queue: "SimpleQueue[object]") -> None:
+        self._queue = queue
+        self._participants: set[bytes] = set()
+
+    def learn_participants(self, participants: Sequence[tuple[bytes, bool]]) -> None:
+        """Remember who is there."""
+        for guid, alive in participants:
+            if alive:
+                self._participants.add(guid)
+            else:
+                self._participants.discard(guid)
+
+    def learn_nodes(self, participant: Participant) -> bool:
+        """Line up what a participant says of its nodes; return whether there is such a participant."""
+        if participant.guid not in self._participants:
+            return False
+        self._queue.put(participant)
+        return True
+
+    def learn_endpoints(self, endpoints: Sequence[wheel.Endpoint], *, writers: bool) -> None:
+        """Line up which writers, or readers, have come and gone."""
+        for endpoint in endpoints:
+            self._queue.put((endpoint, writers))
+
+
+class CycloneTap:
+    """Lets a tap see what happens on a live network, without being part of it: it has no node, and sends nothing.
+
+    The tap's methods are called on a thread of its own, in the order in which samples were sent, about 0.1 s later,
+    with times of the system clock at which they were sent. Who sent what is known from the announcements of the
+    nodes; a sample whose node is not announced within a second is told with an empty name. Samples that were sent
+    before the tap's readers were connected, which takes some hundredths of a second after an endpoint appears,
+    are not seen unless they are kept for late comers. A request is told once for each node that offers the service.
+
+    Args:
+        tap: what to tell.
+        domain_id: as of `CycloneDDS`, like the others.
+        network: whether to hear more than this computer.
+        distro: the ROS 2 distribution of other nodes.
+        environment: what to look variables up in.
+
+    Attributes:
+        problems: what came and could not be used: topic or service → how often.
+
+    Raises:
+        MiddlewareError: a setting cannot be used, or the domain cannot be entered.
+    """
+
+    def __init__(
+        self,
+        tap: Tap,
+        *,
+        domain_id: int | None = None,
+        network: bool = False,
+        distro: str | None = None,
+        environment: Mapping[str, str] | None = None,
+    ) -> None:
+        self.problems: Counter[str] = Counter()
+        self._tap = tap
+        self._queue: SimpleQueue[object] = SimpleQueue()
+        self._failure: Exception | None = None
+        self._writers: dict[int, _Writer] = {}
+        self._servers: dict[bytes, _Server] = {}
+        self._untold: dict[bytes, RosName] = {}
+        self._node_of: dict[bytes, str] = {}
+        self._nodes: set[tuple[bytes, str]] = set()
+        self._events: list[_Event] = []
+        self._ages = count()
+        configuration = read_configuration(
+            os.environ if environment is None else environment,
+            domain_id=domain_id,
+            network=network,
+            distro=distro,
+        )
+        news = _News(self._queue)
+        self._link = Link(configuration, self._queue.put, self._on_problem, self._queue.put, news)
+        self._channels = Channels(self._link)
+        self._thread = threading.Thread(target=self._run, name="tap", daemon=True)
+        self._thread.start()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._stop()
+        if error is None:
+            self.check()
+
+    def check(self) -> None:
+        """Raise what the tap raised, if it did; it was told nothing since.
+
+        Raises:
+            Exception: what the tap raised.
+        """
+        if self._failure is not None:
+            raise self._failure
+
+    def close(self) -> None:
+        """Tell the tap what has come, and leave the network.
+
+        Raises:
+            Exception: what the tap raised.
+        """
+        self._stop()
+        self.check()
+
+    def _stop(self) -> None:
+        if not self._link.has_left:
+            self._queue.put(None)
+            self._thread.join()
+            self._link.leave(())
+
+    def _on_problem(self, where: str, problem: str) -> None:
+        del problem
+        self.problems[where] += 1
+
+    # What its thread does
+
+    def _run(self) -> None:
+        try:
+            while self._handle_next():
+                self._tell(time.time_ns())
+            self._link.look()
+            for channel in self._channels:
+                self._take(channel)
+            while not self._queue.empty():
+                self._handle_next()
+            self._tell(None)
+        except Exception as error:  # noqa: BLE001  whoever closes the tap gets it
+            self._failure = error
+
+    def _handle_next(self) -> bool:
+        """Handle what is next in line, if something comes within a moment; return whether to go on."""
+        try:
+            item = self._queue.get(timeout=_STEP_S if self._events else None)
+        except Empty:
+            return True
+        if isinstance(item, Exception):
+            raise item
+        if isinstance(item, int):
+            channel = self._channels.get(item)
+            if channel is not None:  # else news of the graph, which are in the line themselves
+                self._take(channel)
+                self._channels.watch(item)
+        elif isinstance(item, Participant):
+            self._learn_nodes(item)
+        elif isinstance(item, tuple):
+            self._learn_endpoint(*item)
+        return item is not None
+
+    def _take(self, channel: Channel) -> None:
+        while (sample := wheel.take(channel.reader)) is not None:
+            payload, writer, sent_ns = sample
+            event = _Event(sent_ns, next(self._ages), time.time_ns(), channel, writer, payload)
+            heappush(self._events, event)
+
+    # Who comes and goes
+
+    def _learn_nodes(self, participant: Participant) -> None:
+        for node in participant.nodes:
+            name = f"{node.namespace.rstrip('/')}/{node.name}"
+            self._node_of.update(dict.fromkeys((*node.readers, *node.writers), name))
+            if (participant.guid, name) not in self._nodes:
+                self._nodes.add((participant.guid, name))
+                self._tap.on_node("", name)
+        for guid in [guid for guid in self._untold if guid in self._node_of]:
+            self._tell_of_reader(guid)
+
+    def _tell_of_reader(self, guid: bytes) -> None:
+        ros = self._untold.pop(guid)
+        self._tap.on_endpoint(self._node_of[guid], ros.kind, ros.name)
+
+    def _learn_endpoint(self, endpoint: wheel.Endpoint, writes: bool) -> None:
+        guid = endpoint.guid
+        if endpoint.participant == self._link.guid or OBSERVER in parse_user_data(endpoint.user_data):
+            return
+        if endpoint.topic and writes:
+            self._writers[endpoint.handle] = _Writer(guid, endpoint.qos)
+        ros = ros_name(endpoint.topic, endpoint.type_name, writes=writes)
+        if ros is not None:
+            self._listen(ros, endpoint.qos)
+            if not writes:
+                self._untold[guid] = ros
+            if ros.kind is EndpointKind.SERVICE:
+                self._servers[guid] = _Server(ros.name)
+            if guid in self._untold and guid in self._node_of:
+                self._tell_of_reader(guid)
+        if not endpoint.alive and guid in self._servers:
+            self._servers[guid] = self._servers[guid]._replace(gone_ns=time.time_ns())
+
+    def _listen(self, ros: RosName, qos: QoSProfile) -> None:
+        try:
+            self._channels.listen(ros, qos)
+        except InterfaceError:  # of a type that is not ours
+            self.problems[ros.name] += 1
+
+    # What is sent
+
+    def _tell(self, now_ns: int | None) -> None:
+        """Tell the tap of the samples that have waited long enough, or of all if it is over."""
+        while self._events:
+            event = self._events[0]
+            waited_ns = _PATIENCE_NS if now_ns is None else now_ns - event.arrived_ns
+            if waited_ns < (_HOLD_NS if self._is_attributed(event) else _PATIENCE_NS):
+                return
+            self._tell_of(heappop(self._events))
+
+    def _is_attributed(self, event: _Event) -> bool:
+        writer = self._writers.get(event.writer)
+        return (
+            writer is not None
+            and writer.guid in self._node_of
+            and all(guid in self._node_of for guid in self._servers_of(event))
+        )
+
+    def _servers_of(self, event: _Event) -> list[bytes]:
+        """Return the readers that a request has reached."""
+        if event.channel.writers is not EndpointKind.CLIENT:
+            return []
+        return [
+            guid
+            for guid, (service, gone_ns) in self._servers.items()
+            if service == event.channel.name and (gone_ns is None or gone_ns > event.sent_ns)
+        ]
+
+    def _tell_of(self, event: _Event) -> None:
+        channel, writer = event.channel, self._writers.get(event.writer)
+        node = "" if writer is None else self._node_of.get(writer.guid, "")
+        try:
+            if channel.writers is EndpointKind.PUBLISHER:
+                if writer is None or self._channels.hears(channel, writer.qos):
+                    message = deserialize(event.payload, channel.message)
+                    self._tap.on_message(event.sent_ns, channel.name, node, message)
+                return
+            request_id, payload = split_sample(event.payload)
+            message = deserialize(payload, channel.message)
+        except InterfaceError:
+            self.problems[channel.name] += 1
+            return
+        if channel.writers is EndpointKind.SERVICE:
+            self._tap.on_response(event.sent_ns, channel.name, node, message, request_id)
+            return
+        for server in dict.fromkeys(self._node_of.get(guid, "") for guid in self._servers_of(event)):
+            self._tap.on_request(event.sent_ns, channel.name, node, server, message, request_id)

@@ -1,0 +1,254 @@
+"""What an observer of a live network is told."""
+
+import threading
+import time
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import pytest
+from tests.rmw.peer import LATCHED, Peer, payload
+
+from sunset.interfaces import Message
+from sunset.interfaces.std_msgs.msg import Int32, String
+from sunset.interfaces.std_srvs.srv import SetBool
+from sunset.rmw.cyclonedds import CycloneTap
+from sunset.rmw.port import DurabilityPolicy, EndpointKind, QoSProfile, ReliabilityPolicy, RequestId
+from sunset.rmw.tap import Tap
+from sunset.ros import Node
+
+if TYPE_CHECKING:
+    from .conftest import Live
+
+S = 10**9
+IGNORED_SERVICES = "parameter"
+
+
+class Notes(Tap):
+    """Writes down what it is told, less what every node has."""
+
+    def __init__(self) -> None:
+        self.nodes: list[str] = []
+        self.endpoints: list[tuple[str, EndpointKind, str]] = []
+        self.messages: list[tuple[str, str, Message]] = []
+        self.times: list[int] = []
+        self.calls: list[tuple[str, ...]] = []
+        self.ids: list[RequestId] = []
+        self.noted = threading.Event()
+
+    def on_node(self, process: str, node: str) -> None:
+        assert process == ""
+        self.nodes.append(node)
+
+    def on_endpoint(self, node: str, kind: EndpointKind, name: str) -> None:
+        if IGNORED_SERVICES not in name:
+            self.endpoints.append((node, kind, name))
+
+    def on_message(self, time_ns: int, topic: str, node: str, message: Message) -> None:
+        if topic not in {"/parameter_events", "/rosout"}:
+            self.messages.append((topic, node, message))
+            self.times.append(time_ns)
+
+    def on_request(  # noqa: PLR0917  as of Tap
+        self, time_ns: int, service: str, client: str, server: str, request: Message, request_id: RequestId
+    ) -> None:
+        self.calls.append(("request", service, client, server, repr(request)))
+        self.times.append(time_ns)
+        self.ids.append(request_id)
+
+    def on_response(
+        self, time_ns: int, service: str, server: str, response: Message, request_id: RequestId
+    ) -> None:
+        self.calls.append(("response", service, server, repr(response)))
+        self.times.append(time_ns)
+        self.ids.append(request_id)
+
+
+def until(predicate: Callable[[], bool], seconds: float = 10.0) -> bool:
+    end = time.monotonic() + seconds
+    while not predicate() and time.monotonic() < end:
+        threading.Event().wait(0.01)
+    return predicate()
+
+
+def tapped(live: "Live", notes: Tap) -> CycloneTap:
+    return CycloneTap(notes, domain_id=live.domain_id, environment={})
+
+
+def test_it_sees_every_message_in_the_order_of_sending(live: "Live") -> None:
+    notes = Notes()
+    with tapped(live, notes):
+        node, _ = live.node("talker")
+        publishers = [node.create_publisher(Int32, topic, 5) for topic in ("/a", "/b")]
+        assert until(lambda: all(publisher.get_subscription_count() == 1 for publisher in publishers))
+        before = time.time_ns()
+        for number in range(400):
+            publishers[number % 2].publish(Int32(data=number))
+            if number % 4 == 3:
+                threading.Event().wait(0.002)
+        after = time.time_ns()
+    assert [message for _, _, message in notes.messages] == [Int32(data=number) for number in range(400)]
+    assert {(topic, node) for topic, node, _ in notes.messages} == {("/a", "/talker"), ("/b", "/talker")}
+    assert notes.times == sorted(notes.times)
+    assert before <= notes.times[0] <= notes.times[-1] <= after
+
+
+def test_it_sees_who_asks_whom_and_what_is_answered(live: "Live") -> None:
+    notes = Notes()
+    with tapped(live, notes):
+        server, serving = live.node("server")
+        server.create_service(SetBool, "~/set", lambda request, _: SetBool.Response(success=request.data))
+        node, executor = live.node("client")
+        client = node.create_client(SetBool, "/server/set")
+        assert client.wait_for_service(10.0)
+        assert until(lambda: ("/server", EndpointKind.SERVICE, "/server/set") in notes.endpoints)
+        assert until(lambda: "/client" in notes.nodes)
+        threading.Event().wait(0.2)
+        for data in (True, False):
+            future = client.call_async(SetBool.Request(data=data))
+            while not future.done():
+                serving.spin_once(timeout_sec=0.01)
+                executor.spin_once(timeout_sec=0.01)
+    assert notes.calls == [
+        step
+        for data in (True, False)
+        for step in (
+            ("request", "/server/set", "/client", "/server", repr(SetBool.Request(data=data))),
+            ("response", "/server/set", "/server", repr(SetBool.Response(success=data))),
+        )
+    ]
+    first, answered, second, _ = notes.ids
+    assert first == answered
+    assert first.client == second.client
+    assert first.sequence < second.sequence
+
+
+def test_it_sees_nodes_subscriptions_and_services(live: "Live") -> None:
+    node, _ = live.node("early")
+    node.create_subscription(String, "/chat", print, 10)
+    notes = Notes()
+    with tapped(live, notes):
+        late, _ = live.node("late")
+        late.create_service(SetBool, "~/set", lambda _, response: response)
+        assert until(lambda: len(notes.endpoints) == 2)
+        again, _ = live.node("late")
+        assert until(lambda: len(notes.nodes) == 3)
+    assert sorted(notes.nodes) == ["/early", "/late", "/late"]
+    assert sorted(notes.endpoints, key=str) == [
+        ("/early", EndpointKind.SUBSCRIPTION, "/chat"),
+        ("/late", EndpointKind.SERVICE, "/late/set"),
+    ]
+    assert again.get_name() == "late"
+
+
+def test_it_is_no_part_of_the_graph(live: "Live") -> None:
+    server, _ = live.node("server")
+    server.create_service(SetBool, "~/set", lambda _, response: response)
+    server.create_publisher(String, "/chat", 10)
+    notes = Notes()
+    with tapped(live, notes):
+        assert until(lambda: len(notes.endpoints) == 1)
+        node, _ = live.node("client")
+        client = node.create_client(SetBool, "/server/set")
+        assert client.wait_for_service(10.0)
+        assert node.get_node_names() == ["client", "server"]
+        assert node.count_subscribers("/chat") == 0
+        server.destroy_node()
+        process = node.context.middleware
+        assert process.wait_for(lambda: not client.service_is_ready(), 10 * S)
+        assert process.wait_for(lambda: node.get_node_names() == ["client"], 10 * S)
+        assert "/server/set" not in dict(node.get_service_names_and_types())
+
+
+def test_it_hears_reliable_and_best_effort_writers_each_once(live: "Live") -> None:
+    notes = Notes()
+    with tapped(live, notes):
+        node, _ = live.node("talker")
+        for reliability in ReliabilityPolicy:
+            publisher = node.create_publisher(String, "/chat", QoSProfile(reliability=reliability))
+            assert until(lambda publisher=publisher: publisher.get_subscription_count() > 0)  # type: ignore[misc]
+            threading.Event().wait(0.2)
+            publisher.publish(String(data=reliability.name))
+    assert [message for _, _, message in notes.messages] == [
+        String(data="RELIABLE"),
+        String(data="BEST_EFFORT"),
+    ]
+
+
+def test_it_gets_what_is_kept_for_late_comers(live: "Live") -> None:
+    process = live.process()
+    peer = live.peer()
+    peer.send(peer.writer("rt/kept", "std_msgs::msg::dds_::String_", LATCHED), payload(bytes(4)))
+    publisher = process.create_node("node", "/").create_publisher(
+        Int32, "/latched", QoSProfile(durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    )
+    publisher.publish(Int32(data=7))
+    notes = Notes()
+    with tapped(live, notes) as tap:
+        assert until(lambda: bool(notes.messages))
+    assert notes.messages == [("/latched", "/node", Int32(data=7))]
+    assert tap.problems == {"/kept": 1}  # a string without its terminator
+
+
+def test_a_sender_that_is_no_node_has_no_name(live: "Live") -> None:
+    notes = Notes()
+    with tapped(live, notes):
+        live.process()
+        peer = live.peer()
+        writer = peer.writer("rt/numbers", "std_msgs::msg::dds_::Int32_")
+        assert peer.wait(lambda: bool(writer.get_matched_subscriptions()))
+        peer.send(writer, payload(b"\x01\x00\x00\x00"))
+        assert until(lambda: bool(notes.messages))
+    assert notes.messages == [("/numbers", "", Int32(data=1))]
+
+
+def test_types_that_are_not_ours_are_passed_over(live: "Live") -> None:
+    with tapped(live, Notes()) as tap:
+        live.process()
+        peer = live.peer()
+        peer.writer("rt/scan", "sensor_msgs::msg::dds_::LaserScan_")
+        peer.writer("rt/odd", "odd")
+        assert until(lambda: set(tap.problems) == {"/scan", "/odd"})
+
+
+def test_a_request_that_nobody_gets_is_not_told(live: "Live") -> None:
+    notes = Notes()
+    with tapped(live, notes):
+        live.process()
+        peer: Peer = live.peer()
+        writer = peer.writer("rq/nobody/setRequest", "std_srvs::srv::dds_::SetBool_Request_")
+        assert peer.wait(lambda: bool(writer.get_matched_subscriptions()))
+        peer.send(writer, payload(bytes(17)))
+        peer.send(writer, payload(bytes(3)))
+        threading.Event().wait(0.3)
+    assert notes.calls == []
+
+
+def test_what_a_tap_raises_comes_out_of_it(live: "Live") -> None:
+    class Full(Tap):
+        def on_node(self, process: str, node: str) -> None:
+            raise OSError("disk full")
+
+    tap = tapped(live, Full())
+    tap.check()
+    node: Node
+    node, _ = live.node()
+
+    def failed() -> bool:
+        try:
+            tap.check()
+        except OSError:
+            return True
+        return False
+
+    assert until(failed)
+    with pytest.raises(OSError, match="disk full"):
+        tap.close()
+    with pytest.raises(OSError, match="disk full"):
+        tap.close()
+    assert node.get_node_names() == ["node"]
+
+
+def test_an_error_inside_its_context_is_not_replaced(live: "Live") -> None:
+    notes: Any = Notes()
+    with pytest.raises(LookupError, match="the caller's"), tapped(live, notes):
+        raise LookupError("the caller's")

@@ -113,9 +113,15 @@ class Session:
         Raises:
             NotThereError: nothing was found.
         """
-        if not self._middleware.wait_for(lambda: bool(look()), round(self._timeout_s * 1e9)):
+        found: list[T] = []
+
+        def seen() -> bool:
+            found[:] = [look()]
+            return bool(found[0])
+
+        if not self._middleware.wait_for(seen, round(self._timeout_s * 1e9)):
             raise NotThereError(complaint)
-        return look()
+        return found[0]
 
     def find_node(self, name: str) -> str:
         """Return the full name of a node that is there.

@@ -22,19 +22,17 @@ _REPORT_S = 1.0
 def topic_echo(arguments: argparse.Namespace) -> int:
     """Print the messages on a topic until Ctrl-C, or one."""
     with suppress(KeyboardInterrupt), session(arguments) as graph:
-        printed = 0
-
-        def show(message: Message) -> None:
-            nonlocal printed
-            if printed and arguments.once:
-                return
-            printed += 1
-            text = message_to_yaml(message, arrays=not arguments.no_arr, whole=arguments.full_length)
-            print(f"{text}---", flush=True)
-
-        _subscribe(graph, arguments.topic, show)
-        while not (printed and arguments.once):
+        messages: list[Message] = []
+        _subscribe(graph, arguments.topic, messages.append)
+        while True:
             graph.spin_once()
+            while messages:  # printed here, since what a callback raises is taken for a fault of the node
+                text = message_to_yaml(
+                    messages.pop(0), arrays=not arguments.no_arr, whole=arguments.full_length
+                )
+                print(f"{text}---", flush=True)
+                if arguments.once:
+                    return 0
     return 0
 
 

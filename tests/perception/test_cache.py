@@ -76,7 +76,7 @@ def test_a_segmenter_answers_the_same_with_and_without_a_cache(
 
 def test_a_cached_answer_is_used(tmp_path: Path, lite: Model, frame: Frame) -> None:
     cache = InferenceCache(tmp_path / "cache.sqlite")
-    key = cache.key(lite.card.networks[Modality.RGB].sha256, Modality.RGB, [frame[0]])
+    key = cache.key(lite.card.networks[Modality.RGB].digest, Modality.RGB, [frame[0]])
     cache.put(key, LABELS, 0.125)
     result = Segmenter(lite, cache=cache).segment(Modality.RGB, frame[0], None)
     assert result.entropy == 0.125

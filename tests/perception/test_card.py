@@ -38,7 +38,18 @@ def test_the_card_for_reading_says_what_the_card_says(tmp_path: Path, lite: Mode
     lite.card.write(tmp_path)
     text = (tmp_path / "card.md").read_text(encoding="utf-8")
     assert text.startswith(f"# lite, version {lite.card.version}\n")
-    for network in lite.card.networks.values():
+    networks = text.partition("\n## Networks\n")[2].partition("\n## ")[0]
+    for modality, network in lite.card.networks.items():
+        section = networks.partition(f"\n### {modality.key.capitalize()}\n")[2].partition("\n### ")[0]
+        assert f"- file: {network.file}\n- sha256: {network.sha256}\n" in section
+        for name, digest in network.data.items():
+            assert f"- {name}: {digest}\n" in section
+
+
+def test_networks_without_files_beside_them_are_a_table_in_the_card_for_reading(lite: Model) -> None:
+    networks = {modality: replace(network, data={}) for modality, network in lite.card.networks.items()}
+    text = replace(lite.card, networks=networks).to_text()
+    for network in networks.values():
         assert f"| {network.file} | {network.sha256} |" in text
 
 
@@ -50,7 +61,8 @@ def test_the_shipped_card_has_all_networks_classes_and_usable_thresholds(lite: M
 
 
 def test_the_shipped_weights_fit_into_20_megabytes(lite: Model) -> None:
-    assert sum((lite.folder / network.file).stat().st_size for network in lite.card.networks.values()) <= 20e6
+    files = {name for network in lite.card.networks.values() for name in network.files}
+    assert sum((lite.folder / name).stat().st_size for name in files) <= 20e6
 
 
 def test_a_missing_card_is_named(tmp_path: Path) -> None:

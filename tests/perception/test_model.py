@@ -58,86 +58,77 @@ def with_network(copied: Path) -> Callable[[bytes], Path]:
     return exchange
 
 
-@pytest.fixture
-def with_data(copied: Path) -> Path:
-    """A model with the weights of its rgb.onnx in a file beside it, rgb.bin."""
-    options = onnxruntime.SessionOptions()
-    options.graph_optimization_level = onnxruntime.GraphOptimizationLevel.ORT_DISABLE_ALL
-    options.optimized_model_filepath = str(copied / "new.onnx")
-    options.add_session_config_entry("session.optimized_model_external_initializers_file_name", "rgb.bin")
-    options.add_session_config_entry(
-        "session.optimized_model_external_initializers_min_size_in_bytes", "1024"
-    )
-    onnxruntime.InferenceSession(copied / "rgb.onnx", options, providers=["CPUExecutionProvider"])
-    (copied / "new.onnx").replace(copied / "rgb.onnx")
-    card = ModelCard.read(copied / "card.json")
-    network = replace(
-        card.networks[Modality.RGB],
-        sha256=checksum(copied / "rgb.onnx"),
-        data={"rgb.bin": checksum(copied / "rgb.bin")},
-    )
-    replace(card, networks={**card.networks, Modality.RGB: network}).write(copied)
-    return copied
-
-
 def checksum(path: Path) -> str:
     return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
-def test_weights_in_a_file_beside_a_network_answer_the_same(
-    with_data: Path, lite: Model, frame: Frame
+def test_weights_in_the_networks_own_file_answer_as_those_in_a_file_beside_it(
+    copied: Path, lite: Model, frame: Frame
 ) -> None:
-    assert (with_data / "rgb.onnx").stat().st_size < 100_000
-    answer = Segmenter(load_model(with_data)).segment(Modality.RGB, *frame)
+    assert lite.card.networks[Modality.RGB].data
+    options = onnxruntime.SessionOptions()
+    options.graph_optimization_level = onnxruntime.GraphOptimizationLevel.ORT_DISABLE_ALL
+    options.optimized_model_filepath = str(copied / "whole.onnx")
+    beside = "session.optimized_model_external_initializers"
+    options.add_session_config_entry(f"{beside}_file_name", "unused.bin")
+    options.add_session_config_entry(f"{beside}_min_size_in_bytes", "1000000000")  # so nothing goes there
+    onnxruntime.InferenceSession(copied / "rgb.onnx", options, providers=["CPUExecutionProvider"])
+    network = replace(
+        lite.card.networks[Modality.RGB], file="whole.onnx", sha256=checksum(copied / "whole.onnx"), data={}
+    )
+    replace(lite.card, networks={Modality.RGB: network}).write(copied)
+    for name in ("rgb.onnx", "rgb.bin"):
+        (copied / name).unlink()
+    answer = Segmenter(load_model(copied)).segment(Modality.RGB, *frame)
     expected = Segmenter(lite).segment(Modality.RGB, *frame)
     assert answer.entropy == expected.entropy
     assert np.array_equal(answer.labels, expected.labels)
 
 
-def test_damaged_weights_beside_a_network_are_told_from_the_card(with_data: Path) -> None:
-    content = bytearray((with_data / "rgb.bin").read_bytes())
+def test_damaged_weights_beside_a_network_are_told_from_the_card(copied: Path) -> None:
+    content = bytearray((copied / "rgb.bin").read_bytes())
     content[1000] ^= 1
-    (with_data / "rgb.bin").write_bytes(content)
+    (copied / "rgb.bin").write_bytes(content)
     with pytest.raises(
         ModelError, match=r"The file .*rgb\.bin is not the one on .*; it is damaged or was exchanged\."
     ):
-        load_model(with_data)
+        load_model(copied)
 
 
-def test_missing_weights_beside_a_network_are_named(with_data: Path) -> None:
-    (with_data / "rgb.bin").unlink()
+def test_missing_weights_beside_a_network_are_named(copied: Path) -> None:
+    (copied / "rgb.bin").unlink()
     with pytest.raises(ModelError, match=r"The file .*rgb\.bin, named on .* No such file or directory\."):
-        load_model(with_data)
+        load_model(copied)
 
 
-def test_weights_that_the_card_does_not_name_are_refused(with_data: Path) -> None:
-    card = ModelCard.read(with_data / "card.json")
+def test_weights_that_the_card_does_not_name_are_refused(copied: Path) -> None:
+    card = ModelCard.read(copied / "card.json")
     network = replace(card.networks[Modality.RGB], data={})
-    replace(card, networks={Modality.RGB: network}).write(with_data)
+    replace(card, networks={Modality.RGB: network}).write(copied)
     with pytest.raises(
         ModelError, match=r"rgb\.onnx keeps weights in the file 'rgb\.bin', whose checksum is not on"
     ):
-        load_model(with_data)
+        load_model(copied)
 
 
-def test_a_shared_file_has_one_checksum(with_data: Path) -> None:
-    card = ModelCard.read(with_data / "card.json")
+def test_a_shared_file_has_one_checksum(copied: Path) -> None:
+    card = ModelCard.read(copied / "card.json")
     network = replace(card.networks[Modality.DEPTH], data={"rgb.bin": "0" * 64})
-    replace(card, networks={**card.networks, Modality.DEPTH: network}).write(with_data)
+    replace(card, networks={**card.networks, Modality.DEPTH: network}).write(copied)
     with pytest.raises(
         ModelError, match=r"The card of the model 'lite' gives two checksums for the file 'rgb\.bin'\."
     ):
-        load_model(with_data)
+        load_model(copied)
 
 
-def test_weights_cut_short_are_refused_though_the_card_has_their_checksum(with_data: Path) -> None:
-    path = with_data / "rgb.bin"
+def test_weights_cut_short_are_refused_though_the_card_has_their_checksum(copied: Path) -> None:
+    path = copied / "rgb.bin"
     path.write_bytes(path.read_bytes()[:1000])
-    card = ModelCard.read(with_data / "card.json")
+    card = ModelCard.read(copied / "card.json")
     network = replace(card.networks[Modality.RGB], data={"rgb.bin": checksum(path)})
-    replace(card, networks={Modality.RGB: network}).write(with_data)
+    replace(card, networks={Modality.RGB: network}).write(copied)
     with pytest.raises(ModelError, match=r"The network .*rgb\.onnx is no ONNX model that can be run: .*\.$"):
-        load_model(with_data).session(Modality.RGB)
+        load_model(copied).session(Modality.RGB)
 
 
 @pytest.mark.parametrize("content", [b"", b"no network", b"\x08\x09" * 50])
@@ -154,8 +145,10 @@ def test_a_network_cut_short_is_refused(with_network: Callable[[bytes], Path], l
         model.session(Modality.RGB)
 
 
-def test_a_network_of_another_modality_is_refused(with_network: Callable[[bytes], Path], lite: Model) -> None:
-    model = load_model(with_network((lite.folder / "depth.onnx").read_bytes()))
+def test_a_network_of_another_modality_is_refused(edit_card: Callable[..., Path], lite: Model) -> None:
+    networks = lite.card.to_json()["networks"]
+    assert isinstance(networks, dict)
+    model = load_model(edit_card(networks={"rgb": networks["depth"]}))
     with pytest.raises(ModelError, match=r"must take bgr tensor\(uint8\) \[144, 256, 3\], but takes depth"):
         model.session(Modality.RGB)
 

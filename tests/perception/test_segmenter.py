@@ -39,9 +39,12 @@ def test_labels_and_entropy_are_those_of_the_interpolated_logits(
 ) -> None:
     segmenter = Segmenter(lite)
     result = segmenter.segment(modality, *frame)
-    full = interpolate(segmenter.logits(modality, *frame))
+    logits = segmenter.logits(modality, *frame)
+    full = interpolate(logits)
+    bounded = interpolate(np.maximum(logits, logits.max(axis=0) - 60))
     temperature = lite.card.networks[modality].temperature
-    assert result.entropy == pytest.approx(normalised_entropy(full, temperature=temperature), abs=1e-5)
+    assert result.entropy == pytest.approx(normalised_entropy(bounded, temperature=temperature), abs=1e-5)
+    assert result.entropy == pytest.approx(normalised_entropy(full, temperature=temperature), abs=5e-4)
     assert (result.labels == full.argmax(axis=0)).mean() > 0.9999
 
 

@@ -67,7 +67,7 @@ def export(folder: Path, networks: Mapping[Modality, Network], form: Format) -> 
     are `logits` (1, 28, h, w) float32 at the network's stride, before interpolation and without the
     temperature; `labels` (H, W) uint8, the class of the greatest interpolated logit; and `entropy`, the mean
     over pixels of the normalised Shannon entropy of the softmax of the interpolated logits over the
-    constant `temperature`.
+    constant `temperature`, logits bounded as `write_outputs` says.
 
     Args:
         folder: receives the files.

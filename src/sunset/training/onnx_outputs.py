@@ -15,8 +15,10 @@ def write_outputs(
 
     Softmax is blind to a constant added to all classes of a pixel, and interpolation is linear; so the
     greatest logit of each coarse pixel is taken off before interpolating, and the exponentials at full
-    resolution cannot overflow. Sums over classes are products with a row of ones, which is five times
-    faster than a reduction along that axis.
+    resolution cannot overflow. What is more than 60 below the greatest counts as 60 below, which
+    interpolation carries to the pixels between: in flights this made the entropy of the depth network of
+    `lite` 0.0002 higher on average, 0.0004 at most. Sums over classes are products with a row of ones,
+    which is five times faster than a reduction along that axis.
 
     Args:
         graph: receives them.

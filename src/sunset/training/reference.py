@@ -90,7 +90,7 @@ class ReferenceShape:
         """Return the layers `<name>input` → `<name>logits`, with modules whose names begin as asked for.
 
         >>> [layer.weights for layer in ReferenceShape().network("", "")[:3:2]]
-        ['backbone.conv1', 'backbone.layer1.0.conv1']
+        ['backbone.conv1', 'backbone.layer1.0.downsample.0']
         """
         output_stride = self.stride if output_stride is None else output_stride
         if output_stride not in _STRIDES:

@@ -46,7 +46,7 @@ class Tool:
     def __init__(self, domain_id: int) -> None:
         context = Context()
         context.init([], middleware=CycloneDDS(domain_id=domain_id), log_to_stderr=False)
-        self.node = Node("tool", context=context)
+        self.node = Node("_tool", context=context)
         self.executor = SingleThreadedExecutor(context=context)
         self.executor.add_node(self.node)
 
@@ -132,3 +132,69 @@ def going_up(*arguments: str) -> Iterator[tuple[Up, Tool]]:
             for pid in left:
                 os.kill(pid, signal.SIGKILL)
             assert left == []
+
+
+_SHORT = """
+import json, sys
+from pathlib import Path
+from sunset.errors import SunsetError
+from sunset.experiments import RunSpec, Timing, run
+from sunset.scenarios import load_scenario
+
+scenario, manager, seconds, out = sys.argv[1:]
+timing = Timing(duration_s=float(seconds), warm_up_s=1.0)
+spec = RunSpec(
+    scenario=load_scenario(scenario), manager=manager, middleware="cyclonedds", timing=timing, cache=False
+)
+try:
+    result = run(spec, Path(out))
+except SunsetError as error:
+    sys.exit(str(error))
+print(json.dumps(result.summary()))
+"""
+
+
+@contextmanager
+def flying(
+    scenario: str, manager: str, seconds: float, out: Path, domain_id: int | None = None
+) -> Iterator[subprocess.Popen[str]]:
+    """Fly a short live run in a process; whatever happens, nothing is left running."""
+    arguments = [scenario, manager, str(seconds), str(out)]
+    process = subprocess.Popen(
+        [sys.executable, "-c", _SHORT, *arguments],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+        env=os.environ | ({} if domain_id is None else {"ROS_DOMAIN_ID": str(domain_id)}),
+    )
+    nodes: dict[str, int] = {}
+    try:
+        assert eventually(lambda: set(children(process.pid)) >= {*MANAGED, "monitor"})  # one of the last
+        nodes |= children(process.pid)
+        yield process
+    finally:
+        nodes |= children(process.pid)
+        process.kill()
+        process.communicate()
+        pids = nodes.values()
+        assert eventually(lambda: not any(exists(pid) for pid in pids))
+
+
+MANAGED = ("camera", "depth", "image_enhancement", "sensor_fusion", "segmentation")
+
+
+def children(pid: int) -> dict[str, int]:
+    """Return node → process of those that a process has started."""
+    found = {}
+    for task in Path(f"/proc/{pid}/task").glob("*/children"):
+        try:
+            for child in task.read_text(encoding="utf-8").split():
+                words = Path(f"/proc/{child}/cmdline").read_text(encoding="utf-8").split("\0")
+                if "node" in words:
+                    found[next(word for word in words[words.index("node") + 1 :] if word[:2] != "--")] = int(
+                        child
+                    )
+        except (FileNotFoundError, ProcessLookupError):
+            continue  # it has ended meanwhile
+    return found

@@ -4,9 +4,18 @@ import argparse
 from pathlib import Path
 from typing import Any
 
+from sunset.experiments import MIDDLEWARES
 from sunset.perception import DEVICES
 
-__all__ = ["add_flight_options", "add_model_options", "at_least_one", "flight_options", "model_options"]
+__all__ = [
+    "add_flight_options",
+    "add_middleware_options",
+    "add_model_options",
+    "at_least_one",
+    "flight_options",
+    "middleware_options",
+    "model_options",
+]
 
 
 def at_least_one(text: str) -> int:
@@ -43,12 +52,6 @@ def add_flight_options(parser: argparse.ArgumentParser) -> None:
         help="what networks run on; between devices, last digits may differ (default: cpu)",
     )
     parser.add_argument(
-        "--middleware",
-        default="sim",
-        choices=["sim"],
-        help="where the nodes run: sim = in this process, virtual time (default)",
-    )
-    parser.add_argument(
         "--manager-limit",
         type=float,
         default=30.0,
@@ -58,6 +61,29 @@ def add_flight_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--no-cache", action="store_true", help="compute every inference again instead of looking it up"
     )
+
+
+def add_middleware_options(parser: argparse.ArgumentParser) -> None:
+    """Add what says where nodes run."""
+    parser.add_argument(
+        "--middleware",
+        default="sim",
+        choices=MIDDLEWARES,
+        help="where the nodes run: sim = in this process, virtual time (default); cyclonedds = a process each, on "
+        "ROS 2's network, in real time",
+    )
+    parser.add_argument(
+        "--rate",
+        type=float,
+        default=1.0,
+        metavar="R",
+        help="live: seconds of /clock in a second (default: 1)",
+    )
+
+
+def middleware_options(arguments: argparse.Namespace) -> dict[str, Any]:
+    """Return the options of `add_middleware_options` as arguments of `RunSpec` and `BenchSpec`."""
+    return {"middleware": arguments.middleware, "speed": arguments.rate}
 
 
 def flight_options(arguments: argparse.Namespace) -> dict[str, Any]:

@@ -5,7 +5,13 @@ import sys
 from contextlib import redirect_stdout
 from pathlib import Path
 
-from sunset.cli._options import add_flight_options, at_least_one, flight_options
+from sunset.cli._options import (
+    add_flight_options,
+    add_middleware_options,
+    at_least_one,
+    flight_options,
+    middleware_options,
+)
 from sunset.cli._progress import progress_bar, rendering_progress
 from sunset.cli.report import print_report
 from sunset.evaluation import FORMATS
@@ -39,6 +45,7 @@ def add_parser(verbs: "argparse._SubParsersAction[argparse.ArgumentParser]") -> 
         "--seed", type=int, default=1, metavar="N", help="seed of the first repetition (default: 1)"
     )
     add_flight_options(parser)
+    add_middleware_options(parser)
     parser.add_argument(
         "--jobs", type=at_least_one, metavar="N", help="worker processes (default: one a core)"
     )
@@ -58,6 +65,7 @@ def execute(arguments: argparse.Namespace) -> int:
         repetitions=arguments.repetitions,
         seed=arguments.seed,
         **flight_options(arguments),
+        **middleware_options(arguments),
     )
     runs = plan(spec)
     with rendering_progress() as progress:

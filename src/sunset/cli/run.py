@@ -7,7 +7,7 @@ import tempfile
 from contextlib import redirect_stdout
 from pathlib import Path
 
-from sunset.cli._options import add_flight_options, flight_options
+from sunset.cli._options import add_flight_options, add_middleware_options, flight_options, middleware_options
 from sunset.cli._progress import rendering_progress
 from sunset.cli._story import print_story
 from sunset.experiments import DEFAULT_SCENARIO, RunSpec, prepare, run
@@ -41,6 +41,7 @@ def add_parser(verbs: "argparse._SubParsersAction[argparse.ArgumentParser]") -> 
         "--seed", type=int, default=1, metavar="N", help="a whole number from 0 on (default: 1)"
     )
     add_flight_options(parser)
+    add_middleware_options(parser)
     parser.add_argument("--out", type=Path, metavar="DIR", help="keep the record in this new folder")
     parser.add_argument(
         "--json", action="store_true", help="print one JSON object on stdout and nothing else"
@@ -55,6 +56,7 @@ def execute(arguments: argparse.Namespace) -> int:
         manager=arguments.manager,
         seed=arguments.seed,
         **flight_options(arguments),
+        **middleware_options(arguments),
     )
     with rendering_progress() as progress:
         prepare(spec, progress=progress)

@@ -2,10 +2,11 @@
 
 from sunset.experiments.bench import BenchSpec, bench, plan, run_folder
 from sunset.experiments.run import RunResult, prepare, run
-from sunset.experiments.spec import DEFAULT_SCENARIO, RunSpec, Timing
+from sunset.experiments.spec import DEFAULT_SCENARIO, MIDDLEWARES, RunSpec, Timing
 
 __all__ = [
     "DEFAULT_SCENARIO",
+    "MIDDLEWARES",
     "BenchSpec",
     "RunResult",
     "RunSpec",

@@ -21,8 +21,8 @@ from sunset.errors import InvalidInputError, OutputError, SunsetError
 from sunset.experiments.files import make_folder, write_text
 from sunset.experiments.resources import Resources
 from sunset.experiments.run import RUN_FILE, prepare, run, versions
-from sunset.experiments.spec import RunSpec, Timing
-from sunset.managing import ManagingSystem, load_manager
+from sunset.experiments.spec import EXTERNAL, RunSpec, Timing
+from sunset.managing import load_manager
 from sunset.scenarios import suite
 from sunset.seeding import check_seed
 
@@ -55,6 +55,8 @@ class BenchSpec:
     timing: Timing = field(default_factory=Timing)
     cache: bool = True
     manager_limit_s: float = 30.0
+    middleware: str = "sim"
+    speed: float = 1.0
 
     def __post_init__(self) -> None:
         """Check the ranges.
@@ -87,6 +89,8 @@ def plan(spec: BenchSpec) -> tuple[RunSpec, ...]:
             timing=spec.timing,
             cache=spec.cache,
             manager_limit_s=spec.manager_limit_s,
+            middleware=spec.middleware,
+            speed=spec.speed,
         )
         # a repetition at a time: runs that share their frames are neighbours, for the inference cache
         for repetition in range(spec.repetitions)
@@ -110,7 +114,8 @@ def bench(spec: BenchSpec, out: Path, *, jobs: int | None = None, progress: Prog
     Args:
         spec: what to run.
         out: the folder of results; it is made if there is none, and must belong to the same campaign.
-        jobs: number of worker processes; one a core if None. It has no influence on any result.
+        jobs: number of worker processes; if None one a core, or one in all for live runs, which need the processor
+            in time. It has no influence on any result of the simulation.
         progress: called after every run.
 
     Returns:
@@ -131,10 +136,14 @@ def bench(spec: BenchSpec, out: Path, *, jobs: int | None = None, progress: Prog
     if progress is not None:
         progress(done, len(runs))
     if todo:
-        for count in _run_all(todo, out, min(jobs or os.cpu_count() or 1, len(todo))):
+        for count in _run_all(todo, out, min(jobs or _jobs(spec), len(todo))):
             if progress is not None:
                 progress(done + count, len(runs))
     return len(todo)
+
+
+def _jobs(spec: BenchSpec) -> int:
+    return (spec.middleware == "sim" and os.cpu_count()) or 1
 
 
 def _run_all(todo: Sequence[RunSpec], out: Path, jobs: int) -> Iterator[int]:
@@ -248,7 +257,7 @@ def describe(spec: BenchSpec, resources: Resources) -> dict[str, Any]:
         "bag": str(spec.bag) if spec.bag else None,
         "bag_checksum": resources.bag_checksum,
         "device": resources.segmenter.device,
-        "manager_checksums": {name: _source_checksum(load_manager(name)) for name in spec.managers},
+        "manager_checksums": {name: _source_checksum(name) for name in spec.managers},
         "managers": list(spec.managers),
         "model": spec.model,
         "model_checksum": _checksum(json.dumps(resources.model.card.to_json(), sort_keys=True)),
@@ -257,12 +266,12 @@ def describe(spec: BenchSpec, resources: Resources) -> dict[str, Any]:
         "seed": spec.seed,
         "suite": spec.suite,
         "versions": versions(),
-    }
+    } | ({} if spec.middleware == "sim" else {"middleware": spec.middleware, "speed": spec.speed})
 
 
-def _source_checksum(manager: type[ManagingSystem]) -> str:
-    """Return the SHA-256 of the file in which a managing system is written."""
-    source = inspect.getsourcefile(manager)
+def _source_checksum(manager: str) -> str:
+    """Return the SHA-256 of the file in which a managing system is written; empty if nobody knows."""
+    source = None if manager == EXTERNAL else inspect.getsourcefile(load_manager(manager))
     return _checksum(Path(source).read_text(encoding="utf-8")) if source else ""
 
 

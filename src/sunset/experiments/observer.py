@@ -22,7 +22,7 @@ from sunset.interfaces.system_interfaces.msg import Command
 from sunset.interfaces.system_interfaces.srv import Redeploy
 from sunset.metrics import INFRASTRUCTURE
 from sunset.rmw.port import EndpointKind, RequestId
-from sunset.rmw.sim import Tap
+from sunset.rmw.tap import Tap
 from sunset.ros.exceptions import InvalidParameterTypeException
 from sunset.ros.parameter import parameter_value_to_python
 
@@ -43,6 +43,9 @@ OFF_LIMITS_TOPICS: Final = (
 _OWN_PREFIXES: Final = ("/managed_subsystem/", "/experiment/")
 _OFF_LIMITS_SERVERS: Final = frozenset({"/bag_player", "/evaluator", "/experiment", "/scenario_executor"})
 """Nodes that a managing system must not call."""
+
+_END_SERVICE: Final = "/experiment/end"
+"""By which a managing system of another process may say that it is done."""
 
 _OWN_SERVICES: Final = tuple(f"{node}/" for node in sorted(SYSTEM_NODES))
 _OWN_TOPICS: Final = frozenset(
@@ -117,7 +120,7 @@ class Observer(Tap):
         self, time_ns: int, service: str, client: str, server: str, request: Message, request_id: RequestId
     ) -> None:
         """Note a request that reached its server."""
-        if client in INFRASTRUCTURE:
+        if client in INFRASTRUCTURE or service == _END_SERVICE:
             return
         if server in _OFF_LIMITS_SERVERS and client not in SYSTEM_NODES:
             self.violations[f"{client} calls {service}, which belongs to the experiment"] = None

@@ -13,7 +13,7 @@ from sunset import __version__
 from sunset.experiments.observer import Observer
 from sunset.experiments.resources import Resources, find_resources
 from sunset.experiments.simulated import fly
-from sunset.experiments.spec import RunSpec
+from sunset.experiments.spec import RunSpec, Timing
 from sunset.metrics import RunMetrics, Timeline, score
 from sunset.recording import RecordWriter
 from sunset.rmw.sim import DEFAULT_COMPUTE
@@ -92,7 +92,7 @@ def run(spec: RunSpec, folder: Path, *, log: bool = False) -> RunResult:
     resources = find_resources(spec)
     with RecordWriter(folder) as writer:
         observer = Observer(writer)
-        start_ns = fly(spec, resources, observer, log=log)
+        start_ns, shortfall = _fly(spec, resources, observer, log=log)
         timeline = writer.timeline(
             entropy_threshold=resources.model.card.entropy_threshold,
             sharpness_threshold=resources.model.card.sharpness_threshold,
@@ -101,15 +101,29 @@ def run(spec: RunSpec, folder: Path, *, log: bool = False) -> RunResult:
             expected_frames=spec.timing.expected_frames,
         )
         metrics = score(timeline)
+        reasons = [*observer.violations, *filter(None, [shortfall(timeline)])]
         described = _describe(spec, resources) | {
             "start_ns": start_ns,
             "digest": writer.digest,
             "metrics": metrics.to_json(),
-            "valid": not observer.violations,
-            "reason": "; ".join(observer.violations),
+            "valid": not reasons,
+            "reason": "; ".join(reasons),
         }
         writer.close(described)
     return RunResult(spec, folder, described, timeline, metrics)
+
+
+def _fly(
+    spec: RunSpec, resources: Resources, observer: Observer, *, log: bool
+) -> tuple[int, Callable[[Timeline], str]]:
+    """Fly; return the time of the injection, and what says why the computer could not keep up, if it could not."""
+    if not spec.live:
+        return fly(spec, resources, observer, log=log), lambda _: ""
+    from sunset.experiments import live_flight  # noqa: PLC0415  needs an optional extra
+
+    frames = live_flight.FrameCount()
+    start_ns = live_flight.fly(spec, resources, observer, frames, log=log)
+    return start_ns, lambda timeline: frames.shortfall(start_ns, timeline, spec.timing)
 
 
 def _describe(spec: RunSpec, resources: Resources) -> dict[str, Any]:
@@ -124,15 +138,13 @@ def _describe(spec: RunSpec, resources: Resources) -> dict[str, Any]:
         "model": card.name,
         "model_checksums": {str(modality): network.digest for modality, network in card.networks.items()},
         "device": resources.segmenter.device,
-        "middleware": "sim",
+        "middleware": spec.middleware,
         "bag_frames": len(resources.bag),
         "bag_checksum": resources.bag_checksum,
         "bag_size": list(resources.bag.recorded_size),
         "bag_dropped": sum(resources.bag.dropped.values()),
         "frame_size": list(resources.bag.size),
-        "compute_s": dict(DEFAULT_COMPUTE),
-        "jitter": timing.jitter,
-        "latency_s": timing.latency_s,
+        **(_live_time(spec) if spec.live else _modelled_time(timing)),
         "warm_up_s": timing.warm_up_s,
         "duration_s": timing.duration_s,
         "period_s": timing.period_s,
@@ -141,6 +153,18 @@ def _describe(spec: RunSpec, resources: Resources) -> dict[str, Any]:
         "sharpness_threshold": card.sharpness_threshold,
         "versions": versions(),
     }
+
+
+def _modelled_time(timing: Timing) -> dict[str, Any]:
+    return {
+        "compute_s": dict(DEFAULT_COMPUTE),
+        "jitter": timing.jitter,
+        "latency_s": timing.latency_s,
+    }
+
+
+def _live_time(spec: RunSpec) -> dict[str, Any]:
+    return {"speed": spec.speed, "cyclonedds": version("cyclonedds")}
 
 
 def versions() -> dict[str, str]:

@@ -29,9 +29,22 @@ class Supervisor(Node):
     """Waits until the managed system is up, starts the flight, injects the faults, and calls time.
 
     It logs `start` (the moment that all times are counted from) and `end` on `/experiment/log`.
+
+    Args:
+        scenario: the scenario's name.
+        timing: the clockwork of the experiment.
+        ready: whether all else is there that the flight should wait for.
+        context: the context of the process; the default one if None.
     """
 
-    def __init__(self, scenario: str, timing: Timing, *, context: Context | None = None) -> None:
+    def __init__(
+        self,
+        scenario: str,
+        timing: Timing,
+        *,
+        ready: Callable[[], bool] = lambda: True,
+        context: Context | None = None,
+    ) -> None:
         super().__init__("experiment", context=context)
         self.phase = Phase.BRING_UP
         self.start_ns: int | None = None
@@ -39,6 +52,7 @@ class Supervisor(Node):
         self._scenario = scenario
         self.timing = timing
         """The clockwork of the experiment."""
+        self._ready = ready
         self._states: dict[str, str] = {}
         self._log = self.create_publisher(ExperimentLogging, "/experiment/log", 10)
         self._player = self.create_client(Trigger, "/bag_player/start")
@@ -59,7 +73,7 @@ class Supervisor(Node):
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         for status in message.status:
             self._states[status.hardware_id] = status.message
-        if self.phase is Phase.BRING_UP and not self.missing:
+        if self.phase is Phase.BRING_UP and not self.missing and self._ready():
             self.phase = Phase.WARM_UP
             self.destroy_subscription(self._diagnostics)
             self._player.call_async(Trigger.Request()).add_done_callback(self._on_flying)

@@ -1,0 +1,218 @@
+"""One experiment flown live: every node a process, watched from outside."""
+
+import math
+import sys
+import time
+from collections.abc import Callable
+from contextlib import AbstractContextManager, ExitStack, nullcontext
+from itertools import pairwise
+
+from sunset.errors import SunsetError
+from sunset.experiments.graph import MANAGER_PROCESS, SYSTEM_NODES
+from sunset.experiments.live import LiveClock, LiveSystem
+from sunset.experiments.observer import Observer
+from sunset.experiments.resources import Resources
+from sunset.experiments.spec import EXTERNAL, RunSpec, Timing
+from sunset.experiments.supervisor import Phase, Supervisor
+from sunset.interfaces import Message
+from sunset.interfaces.sensor_msgs.msg import Image
+from sunset.interfaces.std_srvs.srv import Trigger
+from sunset.managing import load_manager
+from sunset.metrics import SEGMENTATION_TOPIC, Timeline
+from sunset.rmw.domains import free_domain_id
+from sunset.rmw.port import EndpointKind, RequestId
+from sunset.rmw.tap import Tap
+from sunset.ros.context import Context
+
+__all__ = ["FrameCount", "LiveSupervisor", "fly"]
+
+_S = 10**9
+_TRUTH = "/gt_segmentation"
+_NAMELESS = "a nameless node"
+_ON_ITS_WAY_S = 0.5
+"""A frame that was taken this long before something went wrong may be lost to it."""
+_LATE = 2.5
+"""Periods between two frames of the bag after which the player was too late with the second."""
+_PATIENCE_S = 10.0
+"""How much longer than planned an experiment may last."""
+
+
+class FrameCount:
+    """Which frames left the bag, and which were segmented; times in nanoseconds by `/clock`."""
+
+    def __init__(self) -> None:
+        self.taken: dict[tuple[int, int], int] = {}
+        self.segmented: dict[tuple[int, int], int] = {}
+        self.ended_early = False
+        """Whether the managing system ended the experiment before its time."""
+
+    def note(self, time_ns: int, topic: str, message: Message) -> None:
+        """Note a message."""
+        frames = {_TRUTH: self.taken, SEGMENTATION_TOPIC: self.segmented}.get(topic)
+        if frames is not None and isinstance(message, Image):
+            frames[message.header.stamp.sec, message.header.stamp.nanosec] = time_ns
+
+    def shortfall(self, start_ns: int, timeline: Timeline, timing: Timing) -> str:
+        """Return in words in what the computer could not keep up, so that the run does not count; or nothing.
+
+        Frames must not be lost before anything was done to the system: in a scenario with an outage before its
+        injection, in others before the first command.
+
+        Args:
+            start_ns: when the faults were injected.
+            timeline: what was observed.
+            timing: what was planned.
+        """
+        if self.ended_early:
+            return "the managing system ended it before its time"
+        times = sorted(self.taken.values())
+        gaps = [(after - before) / _S for before, after in pairwise(times)]
+        if len(times) < timing.frames or max(gaps) > _LATE * timing.period_s:
+            return (
+                f"the computer was too slow for the flight: {len(times)} of {timing.frames} frames were played, with "
+                f"gaps of up to {max(gaps, default=0.0):.2f} s in place of {timing.period_s:g} s"
+            )
+        outage = any(one.failure in {"F1", "F2", "F3"} for one in timeline.injections)
+        disturbed = [one.time for one in timeline.commands] + [0.0] * outage
+        until_ns = start_ns + round((min(disturbed, default=timing.duration_s) - _ON_ITS_WAY_S) * _S)
+        due = [stamp for stamp, time_ns in self.taken.items() if time_ns < until_ns]
+        lost = sum(stamp not in self.segmented for stamp in due)
+        if lost:
+            return (
+                f"the computer was too slow: {lost} of {len(due)} frames were lost before anything was wrong"
+            )
+        return ""
+
+
+class _Watch(Tap):
+    """Hands what happens in a domain to the observer, in the time of `/clock`."""
+
+    def __init__(self, observer: Observer, frames: FrameCount, clock: LiveClock) -> None:
+        self._observer = observer
+        self._frames = frames
+        self._clock = clock
+        self.strangers: dict[str, None] = {}
+        """Nodes that are not of the system, in the order in which they came."""
+
+    def on_node(self, process: str, node: str) -> None:
+        if node not in SYSTEM_NODES and not node.rpartition("/")[2].startswith("_"):  # a hidden one is a tool
+            self.strangers[node] = None
+        self._observer.on_node(process, node)
+
+    def on_endpoint(self, node: str, kind: EndpointKind, name: str) -> None:
+        self._observer.on_endpoint(node, kind, name)
+
+    def on_message(self, time_ns: int, topic: str, node: str, message: Message) -> None:
+        self._frames.note(self._clock.at(time_ns), topic, message)
+        self._observer.on_message(self._clock.at(time_ns), topic, node or _NAMELESS, message)
+
+    def on_request(  # noqa: PLR0917  as of Tap
+        self, time_ns: int, service: str, client: str, server: str, request: Message, request_id: RequestId
+    ) -> None:
+        self._observer.on_request(self._clock.at(time_ns), service, client, server, request, request_id)
+
+    def on_response(
+        self, time_ns: int, service: str, server: str, response: Message, request_id: RequestId
+    ) -> None:
+        self._observer.on_response(self._clock.at(time_ns), service, server, response, request_id)
+
+
+class LiveSupervisor(Supervisor):
+    """Waits for a managing system of another process too, which may end the experiment: `~/end` (std_srvs/Trigger)."""
+
+    def __init__(
+        self, scenario: str, timing: Timing, ready: Callable[[], bool], *, context: Context | None = None
+    ) -> None:
+        super().__init__(scenario, timing, context=context, ready=ready)
+        self.ended = False
+        self.create_service(Trigger, "~/end", self._on_end)
+
+    def _on_end(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        del request
+        self.ended = response.success = self.phase is Phase.MEASURED
+        response.message = "" if self.ended else f"The experiment is in its phase {self.phase.value}."
+        return response
+
+
+def fly(
+    spec: RunSpec, resources: Resources, observer: Observer, frames: FrameCount, *, log: bool = False
+) -> int:
+    """Fly one experiment with every node as a process of its own.
+
+    Args:
+        spec: what is flown.
+        resources: what it is flown with.
+        observer: is told of everything that can be seen on the network.
+        frames: counts the frames.
+        log: whether what the managing system prints and logs goes to stderr too.
+
+    Returns:
+        The time of the injection, nanoseconds of `/clock`.
+
+    Raises:
+        ManagerError: the managing system's process ended with an error.
+        MissingExtraError: the extra `live` is not installed.
+        SunsetError: the system did not come up or lost a node that it needs, or the scenario could not be injected.
+    """
+    from sunset.rmw.cyclonedds import CycloneTap  # noqa: PLC0415  an optional extra
+
+    def show(node: str, line: str) -> None:
+        if log and node == MANAGER_PROCESS:
+            print(line, file=sys.stderr)  # noqa: T201  as in the simulation
+
+    if spec.manager != EXTERNAL:
+        load_manager(spec.manager)  # what is wrong with it is said at once
+    clock = LiveClock(time.time_ns(), float(spec.speed))
+    watch = _Watch(observer, frames, clock)
+    with ExitStack() as stack:
+        domain_id = stack.enter_context(_domain(spec))
+        system = stack.enter_context(LiveSystem(spec, resources, domain_id, clock=clock, on_line=show))
+        stack.enter_context(CycloneTap(watch, domain_id=system.domain_id))
+        supervisor = LiveSupervisor(
+            spec.scenario.name, spec.timing, _readiness(spec, watch, system.domain_id), context=system.context
+        )
+        system.executor.add_node(supervisor)
+        _conduct(system, supervisor, spec)
+        end_ns = clock.at(time.time_ns())
+    frames.ended_early = supervisor.phase is not Phase.OVER
+    observer.finish(end_ns)
+    return supervisor.start_ns or 0
+
+
+def _domain(spec: RunSpec) -> AbstractContextManager[int | None]:
+    """Reserve a domain; a managing system of another process must know it beforehand, by ROS_DOMAIN_ID."""
+    return nullcontext() if spec.manager == EXTERNAL else free_domain_id()
+
+
+def _readiness(spec: RunSpec, watch: _Watch, domain_id: int) -> Callable[[], bool]:
+    """Return what says whether the managing system is there."""
+    if spec.manager != EXTERNAL:
+        return lambda: True
+    print(f"Waiting for the managing system: any node in domain {domain_id}.", file=sys.stderr)  # noqa: T201
+    return lambda: bool(watch.strangers)
+
+
+def _conduct(system: LiveSystem, supervisor: LiveSupervisor, spec: RunSpec) -> None:
+    """Let the experiment happen."""
+    timing = spec.timing
+
+    def wait(predicate: Callable[[], bool], seconds: float) -> bool:
+        def looked_after() -> bool:
+            system.check(managed=supervisor.phase is Phase.BRING_UP)
+            return predicate()
+
+        return system.spin_until(looked_after, seconds)
+
+    limit = timing.bring_up_limit_s / min(1.0, spec.speed)
+    if not wait(lambda: supervisor.phase is not Phase.BRING_UP or not supervisor.missing, limit):
+        states = ", ".join(f"{node} is {state}" for node, state in supervisor.missing.items())
+        raise SunsetError(f"The managed system did not come up within {limit:g} s: {states}.")
+    wait(lambda: supervisor.phase is not Phase.BRING_UP, math.inf)  # for a managing system of another process
+    planned = (timing.warm_up_s + timing.duration_s) / spec.speed
+    if not wait(lambda: supervisor.phase is Phase.OVER or supervisor.ended, planned + _PATIENCE_S):
+        raise SunsetError(
+            f"The experiment did not end in time: {planned + _PATIENCE_S:g} s after its begin it is still in its phase "
+            f"{supervisor.phase.value}; does the bag player, which publishes /clock, still run?"
+        )
+    # what left the bag before the end is still on its way through the pipeline
+    wait(lambda: False, 0.5 / spec.speed)

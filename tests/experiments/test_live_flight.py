@@ -1,0 +1,72 @@
+"""When a live run does not count: the computer could not keep up."""
+
+import pytest
+
+from sunset.experiments.live_flight import FrameCount
+from sunset.experiments.spec import Timing
+from sunset.interfaces.builtin_interfaces.msg import Time
+from sunset.interfaces.sensor_msgs.msg import Image
+from sunset.interfaces.std_msgs.msg import Header
+from sunset.metrics import Command, Injection, Timeline
+
+S = 10**9
+START_NS = 10 * S
+TIMING = Timing(duration_s=2.0, warm_up_s=1.0)
+
+
+def frames(*, lost: float | None = None, late: float | None = None, stop: float = 2.0) -> FrameCount:
+    """A flight from -1 s on; the frame at `lost` is not segmented, those from `late` on are played 0.2 s later."""
+    count = FrameCount()
+    for number in range(round((stop + 1) * 10)):
+        time = number / 10 - 1
+        image = Image(header=Header(stamp=Time(sec=number)))
+        delay = 0.2 if late is not None and time > late - 0.01 else 0.0
+        time_ns = START_NS + round((time + delay) * S)
+        count.note(time_ns, "/gt_segmentation", image)
+        if lost is None or abs(time - lost) > 0.01:
+            count.note(time_ns + S // 20, "/managed_subsystem/segmentation", image)
+    return count
+
+
+def timeline(*, outage: bool = False, command: float | None = None) -> Timeline:
+    injection = Injection(0.0, "gpu_failure", "F3", "/managed_subsystem/segmentation")
+    return Timeline(
+        entropy_threshold=0.1,
+        sharpness_threshold=1.0,
+        injections=(injection,) if outage else (),
+        commands=()
+        if command is None
+        else (Command(command, "/m", "/managed_subsystem/camera", "activate"),),
+    )
+
+
+def test_a_flight_without_loss_counts() -> None:
+    assert frames().shortfall(START_NS, timeline(), TIMING) == ""
+
+
+@pytest.mark.parametrize(
+    ("lost", "seen", "counts"),
+    [
+        (-0.8, timeline(outage=True), False),  # before the injection
+        (-0.1, timeline(outage=True), True),  # on its way when the node failed
+        (0.8, timeline(outage=True), True),
+        (0.8, timeline(), False),  # nothing is wrong that would take frames
+        (1.2, timeline(command=1.5), True),  # perhaps the command's work
+        (0.8, timeline(command=1.5), False),
+    ],
+)
+def test_a_frame_may_be_lost_only_after_something_was_done(lost: float, seen: Timeline, counts: bool) -> None:
+    reason = frames(lost=lost).shortfall(START_NS, seen, TIMING)
+    assert (reason == "") is counts
+    assert counts or "1 of" in reason
+
+
+def test_the_flight_itself_must_be_in_time() -> None:
+    assert "gaps of up to 0.30 s" in frames(late=0.5).shortfall(START_NS, timeline(outage=True), TIMING)
+    assert "25 of 30 frames" in frames(stop=1.5).shortfall(START_NS, timeline(outage=True), TIMING)
+
+
+def test_an_experiment_that_the_managing_system_ends_early_does_not_count() -> None:
+    count = frames()
+    count.ended_early = True
+    assert "before its time" in count.shortfall(START_NS, timeline(), TIMING)

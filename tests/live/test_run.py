@@ -1,0 +1,77 @@
+"""Live runs: a record as of the simulation, whatever happens to a process; nothing is left running."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from tests.live.systems import MANAGED, PATIENCE_S, Tool, children, eventually, exists, flying
+
+from sunset.interfaces.system_interfaces.msg import ExperimentLogging
+from sunset.recording import read_timeline
+from sunset.rmw.domains import free_domain_id
+
+pytestmark = pytest.mark.xdist_group("live")
+
+
+def test_a_managing_system_of_another_process_redeploys_a_node_that_was_killed(tmp_path: Path) -> None:
+    out = tmp_path / "run"
+    with free_domain_id() as domain_id, flying("nofault", "external", 12.0, out, domain_id) as process:
+        tool = Tool(domain_id)
+        log: list[ExperimentLogging] = []
+        tool.node.create_subscription(ExperimentLogging, "/experiment/log", log.append, 10)
+        with subprocess.Popen(
+            [sys.executable, "-m", "sunset", "node", "managing_system", "--manager", "baseline"],
+            env=os.environ | {"ROS_DOMAIN_ID": str(domain_id)},
+        ) as manager:
+            try:
+                assert tool.spin(lambda: any(one.rule_name == "start" for one in log))
+                killed = children(process.pid)["segmentation"]
+                os.kill(killed, signal.SIGKILL)
+                assert eventually(lambda: children(process.pid).get("segmentation", killed) != killed)
+                told, complaint = process.communicate(timeout=PATIENCE_S)
+            finally:
+                manager.terminate()
+                tool.node.context.try_shutdown()
+    assert process.returncode == 0, complaint
+    summary = json.loads(told)
+    assert (summary["middleware"], summary["manager"]) == ("cyclonedds", "external")
+    (redeploy, *_) = read_timeline(out).commands
+    assert redeploy.kind == "redeploy"
+    assert redeploy.node == "/managed_subsystem/segmentation"
+    assert redeploy.successful
+
+
+def test_a_run_ends_when_the_bag_player_is_killed(tmp_path: Path) -> None:
+    with flying("nofault", "none", 20.0, tmp_path / "run") as process:
+        os.kill(children(process.pid)["bag_player"], signal.SIGKILL)
+        _, complaint = process.communicate(timeout=PATIENCE_S)
+    assert process.returncode == 1
+    assert "bag_player, without which there is no experiment, ended by signal 9" in complaint
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_run_ends_when_the_managing_system_fails(tmp_path: Path) -> None:
+    file = tmp_path / "mine.py"
+    file.write_text(
+        "from sunset.managing import ManagingSystem\n"
+        "class Mine(ManagingSystem):\n"
+        "    def adapt(self, symptoms): raise ValueError('no plan')\n"
+    )
+    with flying("nofault", f"{file}:Mine", 20.0, tmp_path / "run") as process:
+        _, complaint = process.communicate(timeout=PATIENCE_S)
+    assert process.returncode == 1
+    assert "The process of the managing system" in complaint
+    assert "no plan" in complaint
+    assert list(tmp_path.iterdir()) == [file]
+
+
+def test_no_process_outlives_a_run_that_is_killed(tmp_path: Path) -> None:
+    with flying("nofault", "none", 20.0, tmp_path / "run") as process:
+        nodes = children(process.pid)
+        assert set(nodes) >= set(MANAGED)
+        process.kill()
+        assert eventually(lambda: not any(exists(pid) for pid in nodes.values()))

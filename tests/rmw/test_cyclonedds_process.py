@@ -14,6 +14,7 @@ from sunset.interfaces.sensor_msgs.msg import Image
 from sunset.interfaces.std_msgs.msg import Int32, String
 from sunset.rmw.cyclonedds import CycloneDDS
 from sunset.rmw.port import CallbackError, NodeHandle, QoSProfile, ReliabilityPolicy
+from sunset.ros import Context, Node
 
 if TYPE_CHECKING:
     from .conftest import Live
@@ -325,6 +326,22 @@ def test_a_signal_handler_may_shut_it_down(live: "Live", where: str) -> None:
     finally:
         signal.signal(signal.SIGUSR1, previous)
     assert not process.alive
+
+
+@pytest.mark.parametrize("delay_ms", range(1, 25, 3))
+def test_a_signal_handler_may_shut_it_down_while_a_node_is_made(live: "Live", delay_ms: int) -> None:
+    context = Context()
+    context.init([], middleware=live.process())
+    previous = signal.signal(signal.SIGALRM, lambda *_: context.try_shutdown())
+    try:
+        signal.setitimer(signal.ITIMER_REAL, delay_ms / 1000)
+        with pytest.raises(MiddlewareError):
+            for number in range(100_000):
+                Node(f"node{number}", context=context)
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, previous)
+    assert not context.ok()
 
 
 def test_processes_of_one_program_share_a_domain_and_leave_it_one_by_one(live: "Live") -> None:

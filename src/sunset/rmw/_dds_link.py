@@ -209,6 +209,7 @@ class Link:
             dds.wait_for_acks(writer, max(0, end_ns - time.monotonic_ns()))
         self.announce(())
         dds.wait_for_acks(self._writer, max(0, end_ns - time.monotonic_ns()))
-        dds.delete(self.participant)
+        with wheel.MAKING_TOPIC:
+            dds.delete(self.participant)
         self.has_left = True
         _DOMAINS.leave(self._domain_id)

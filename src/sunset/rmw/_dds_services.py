@@ -11,11 +11,11 @@ from struct import Struct
 from typing import TYPE_CHECKING, Final
 
 from sunset.errors import InterfaceError, MiddlewareError
-from sunset.interfaces import Message, Service, serialize, type_name
+from sunset.interfaces import Message, Service, serialize
 from sunset.rmw import _dds_library as dds
 from sunset.rmw import _dds_wheel as wheel
 from sunset.rmw._dds_entity import MessageT, ReadingEntity
-from sunset.rmw._dds_names import dds_type_name, parse_user_data, topic_names_of_service
+from sunset.rmw._dds_names import parse_user_data, topic_names_of_service
 from sunset.rmw.port import ClientHandle, QoSProfile, RequestId, ServiceHandle
 
 if TYPE_CHECKING:
@@ -72,7 +72,7 @@ class _ServiceEnd(ReadingEntity):
         )
         for topic, kind, writes in parts:
             user_data = own_id + process.type_data(kind)
-            with wheel.topic_of(link.participant, topic, dds_type_name(type_name(kind))) as dds_topic:
+            with process.topic(topic, kind) as dds_topic:
                 if writes:
                     self._writer = dds.create_writer(link.publisher, dds_topic, qos, user_data)
                 else:

@@ -7,7 +7,7 @@ from sunset.interfaces import Message, serialize, type_name
 from sunset.rmw import _dds_library as dds
 from sunset.rmw import _dds_wheel as wheel
 from sunset.rmw._dds_entity import Entity, ReadingEntity
-from sunset.rmw._dds_names import dds_type_name, topic_name
+from sunset.rmw._dds_names import topic_name
 from sunset.rmw.port import (
     DurabilityPolicy,
     PublisherHandle,
@@ -33,8 +33,7 @@ class DdsPublisher(Entity, PublisherHandle):
         self._reliable = qos.reliability is ReliabilityPolicy.RELIABLE
         self._transient_local = qos.durability is DurabilityPolicy.TRANSIENT_LOCAL
         link = self.process.link
-        name = dds_type_name(type_name(message_type))
-        with wheel.topic_of(link.participant, topic_name(topic), name) as dds_topic:
+        with self.process.topic(topic_name(topic), message_type) as dds_topic:
             self._writer = dds.create_writer(
                 link.publisher, dds_topic, qos, self.process.type_data(message_type)
             )
@@ -96,8 +95,7 @@ class DdsSubscription(ReadingEntity, SubscriptionHandle):
         self._kind = message_type
         self._handler = handler
         link = self.process.link
-        name = dds_type_name(type_name(message_type))
-        with wheel.topic_of(link.participant, topic_name(topic), name) as dds_topic:
+        with self.process.topic(topic_name(topic), message_type) as dds_topic:
             reader = dds.create_reader(link.subscriber, dds_topic, qos, self.process.type_data(message_type))
         self.readers = (dds.guid_of(reader),)
         self.listen_to(reader)

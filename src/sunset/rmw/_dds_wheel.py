@@ -19,6 +19,7 @@ from cyclonedds.idl import make_idl_struct  # isort: skip
 from cyclonedds.idl.types import uint8  # isort: skip
 
 __all__ = [
+    "MAKING_TOPIC",
     "Endpoint",
     "matched_publication",
     "matched_subscription",
@@ -29,8 +30,10 @@ __all__ = [
     "write",
 ]
 
+MAKING_TOPIC: Final = threading.Lock()
+"""Held while a topic is made, during which its participant must not be deleted."""
+
 _ANY: Final = 127  # samples in every state
-_MAKING: Final = threading.Lock()
 _ALIVE: Final = 16  # the state of what exists
 _BATCH: Final = 1000
 _OPERATIONS: Final = 14
@@ -53,7 +56,7 @@ def topic_of(participant: int, name: str, type_name: str) -> Iterator[int]:
     Raises:
         MiddlewareError: there cannot be such a topic.
     """
-    with _MAKING:  # topics of one type share what is changed here
+    with MAKING_TOPIC:  # topics of one type share what is changed here
         topic: int = _clayer.ddspy_topic_create(participant, name, _octet(type_name), None, None)
         checked(topic, f"make topic {name}")
         operations = ctypes.c_void_p.from_address(sertype_of(topic))  # the first member of a sertype

@@ -11,7 +11,8 @@ import os
 import threading
 import time
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from functools import partial
 from itertools import count
 from queue import Empty, SimpleQueue
@@ -19,11 +20,13 @@ from types import TracebackType
 from typing import Any, Final, Self
 
 from sunset.errors import MiddlewareError
-from sunset.interfaces import Message, type_hash
+from sunset.interfaces import Message, type_hash, type_name
+from sunset.rmw import _dds_wheel as wheel
 from sunset.rmw._dds_config import read_configuration
 from sunset.rmw._dds_entity import DdsTimer, Entity, ReadingEntity
 from sunset.rmw._dds_graph import Graph
 from sunset.rmw._dds_link import FIRST_NUMBER, Link
+from sunset.rmw._dds_names import dds_type_name
 from sunset.rmw._dds_node import DdsNode
 from sunset.rmw._dds_tap import CycloneTap
 from sunset.rmw.port import CallbackError, EndpointInfo, Middleware
@@ -84,6 +87,7 @@ class CycloneDDS(Middleware):
         self._ending = False
         self._spinning = False
         self._calling = False
+        self._making = False
         self._graph = Graph()
         self.link = Link(configuration, self._on_data, self.report, self._on_failure, self._graph)
         atexit.register(self._leave)
@@ -149,6 +153,18 @@ class CycloneDDS(Middleware):
         """Tell others which nodes and endpoints there are."""
         self._graph.forget_join()
         self.link.announce(node.describe() for node in self._nodes)
+
+    @contextmanager
+    def topic(self, name: str, kind: type[Message]) -> Iterator[int]:
+        """Make a topic of DDS for the endpoints that are made within, which a shutdown does not interrupt."""
+        self._making = True
+        try:
+            with wheel.topic_of(self.link.participant, name, dds_type_name(type_name(kind))) as topic:
+                yield topic
+        finally:
+            self._making = False
+            if self._ending and not self._spinning:
+                self._leave()
 
     def type_data(self, kind: type[Message]) -> bytes:
         """Return what an endpoint says of its type."""
@@ -307,7 +323,7 @@ class CycloneDDS(Middleware):
 
         It may be called from signal handlers and other threads.
         """
-        if self._spinning:
+        if self._spinning or self._making:
             self._ending = True
             self.wake()
         else:

@@ -328,6 +328,12 @@ def test_a_signal_handler_may_shut_it_down(live: "Live", where: str) -> None:
     assert not process.alive
 
 
+def make_nodes(context: Context) -> None:
+    """Make nodes until it fails."""
+    for number in range(100_000):
+        Node(f"node{number}", context=context)
+
+
 @pytest.mark.parametrize("delay_ms", range(1, 25, 3))
 def test_a_signal_handler_may_shut_it_down_while_a_node_is_made(live: "Live", delay_ms: int) -> None:
     context = Context()
@@ -336,8 +342,7 @@ def test_a_signal_handler_may_shut_it_down_while_a_node_is_made(live: "Live", de
     try:
         signal.setitimer(signal.ITIMER_REAL, delay_ms / 1000)
         with pytest.raises(MiddlewareError):
-            for number in range(100_000):
-                Node(f"node{number}", context=context)
+            make_nodes(context)
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0)
         signal.signal(signal.SIGALRM, previous)

@@ -156,12 +156,15 @@ class DdsClient(_ServiceEnd, ClientHandle):
         """Whether a server gets requests of this client and is heard by it."""
         if not self.alive:
             return False
-        hearing = [
-            wheel.matched_subscription(self._writer, each) for each in dds.matched_subscriptions(self._writer)
-        ]
-        heard = [
-            wheel.matched_publication(self._reader, each) for each in dds.matched_publications(self._reader)
-        ]
+        with self.process.undisturbed():
+            hearing = [
+                wheel.matched_subscription(self._writer, each)
+                for each in dds.matched_subscriptions(self._writer)
+            ]
+            heard = [
+                wheel.matched_publication(self._reader, each)
+                for each in dds.matched_publications(self._reader)
+            ]
         asked, answering = (
             {_id_of(end, "serviceid") for end in ends if end is not None} for ends in (hearing, heard)
         )

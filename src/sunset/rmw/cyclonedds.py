@@ -87,7 +87,7 @@ class CycloneDDS(Middleware):
         self._ending = False
         self._spinning = False
         self._calling = False
-        self._making = False
+        self._undisturbed = 0
         self._graph = Graph()
         self.link = Link(configuration, self._on_data, self.report, self._on_failure, self._graph)
         atexit.register(self._leave)
@@ -155,16 +155,22 @@ class CycloneDDS(Middleware):
         self.link.announce(node.describe() for node in self._nodes)
 
     @contextmanager
-    def topic(self, name: str, kind: type[Message]) -> Iterator[int]:
-        """Make a topic of DDS for the endpoints that are made within, which a shutdown does not interrupt."""
-        self._making = True
+    def undisturbed(self) -> Iterator[None]:
+        """Put off a shutdown that a signal handler asks for while DDS is in the middle of something."""
+        self._undisturbed += 1
         try:
-            with wheel.topic_of(self.link.participant, name, dds_type_name(type_name(kind))) as topic:
-                yield topic
+            yield
         finally:
-            self._making = False
-            if self._ending and not self._spinning:
+            self._undisturbed -= 1
+            if self._ending and not (self._spinning or self._undisturbed):
                 self._leave()
+
+    @contextmanager
+    def topic(self, name: str, kind: type[Message]) -> Iterator[int]:
+        """Make a topic of DDS for the endpoints that are made within."""
+        mangled = dds_type_name(type_name(kind))
+        with self.undisturbed(), wheel.topic_of(self.link.participant, name, mangled) as topic:
+            yield topic
 
     def type_data(self, kind: type[Message]) -> bytes:
         """Return what an endpoint says of its type."""
@@ -323,7 +329,7 @@ class CycloneDDS(Middleware):
 
         It may be called from signal handlers and other threads.
         """
-        if self._spinning or self._making:
+        if self._spinning or self._undisturbed:
             self._ending = True
             self.wake()
         else:
@@ -338,22 +344,24 @@ class CycloneDDS(Middleware):
         for entity in entities:
             entity.alive = False
         for node in self._nodes:
-            node.entities.clear()
-        self._nodes.clear()
-        self.timers.clear()
-        self._readers.clear()
+            node.entities = {}
+        # not cleared: what a signal handler interrupted may be looking at them
+        self._nodes, self.timers, self._readers = {}, {}, {}
         self.link.leave(writers)
         atexit.unregister(self._leave)
         self.wake()
 
     def nodes(self) -> list[tuple[str, str]]:
         """(name, namespace) of every node on the graph, sorted by full name."""
-        self.check_alive()
-        self.link.look()
+        self._look()
         return self._graph.nodes(node.describe() for node in self._nodes)
 
     def endpoints(self, name: str | None = None) -> list[EndpointInfo]:
         """Every endpoint on the graph, or those of one topic or service, in a fixed order."""
-        self.check_alive()
-        self.link.look()
+        self._look()
         return self._graph.endpoints((node.describe() for node in self._nodes), name)
+
+    def _look(self) -> None:
+        self.check_alive()
+        with self.undisturbed():
+            self.link.look()

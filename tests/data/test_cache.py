@@ -100,7 +100,7 @@ def test_the_number_of_processes_changes_no_byte() -> None:
 
 
 def test_no_process_at_all_is_refused() -> None:
-    with pytest.raises(InvalidInputError, match="at least 1, got 0"):
+    with pytest.raises(InvalidInputError, match="at least 1 job, got 0"):
         list(render_parallel(PLAN, jobs=0))
 
 

@@ -4,7 +4,8 @@ from collections.abc import Sequence
 import pytest
 
 from sunset.errors import DataError, InvalidInputError, SunsetError
-from sunset.training.spread import processors, spread
+from sunset.training.spread import spread
+from sunset.workers import processors
 
 CHUNKS = [(0,), (1, 2), (3, 4, 5), (6,)]
 

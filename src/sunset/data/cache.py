@@ -2,12 +2,10 @@
 
 import hashlib
 import json
-import multiprocessing
 import os
 import shutil
 import tempfile
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import BrokenExecutor, ProcessPoolExecutor
 from dataclasses import asdict
 from pathlib import Path
 from typing import Final
@@ -15,7 +13,8 @@ from typing import Final
 from sunset.data.bag import write_bag
 from sunset.data.flight import DEFAULT_FLIGHT, FlightPlan, render_frames
 from sunset.data.frame import Frame
-from sunset.errors import InvalidInputError, OutputError
+from sunset.errors import OutputError
+from sunset.workers import check_jobs, processors, worker_pool
 
 __all__ = ["RENDER_VERSION", "cache_folder", "default_flight", "flight_bag", "kept_bag", "render_parallel"]
 
@@ -164,21 +163,15 @@ def render_parallel(
 
     Raises:
         InvalidInputError: `jobs` is less than 1.
-        OutputError: a rendering process died.
+        SunsetError: a worker process was killed.
     """
-    if jobs is not None and jobs < 1:
-        raise InvalidInputError(f"The number of jobs must be at least 1, got {jobs}.")
-    count = _processors() if jobs is None else jobs
+    check_jobs(jobs)
+    count = min(processors(), MAX_JOBS) if jobs is None else jobs
     frames = render_frames(plan) if count == 1 else _from_processes(plan, count)
     for done, frame in enumerate(frames, start=1):
         yield frame
         if progress is not None:
             progress(done, plan.frames)
-
-
-def _processors() -> int:
-    usable = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    return min(usable, MAX_JOBS)
 
 
 def _render_batch(plan: FlightPlan, start: int) -> list[Frame]:
@@ -187,14 +180,6 @@ def _render_batch(plan: FlightPlan, start: int) -> list[Frame]:
 
 def _from_processes(plan: FlightPlan, jobs: int) -> Iterator[Frame]:
     starts = range(0, plan.frames, BATCH)
-    context = multiprocessing.get_context("spawn")
-    executor = ProcessPoolExecutor(min(jobs, len(starts)), mp_context=context)
-    try:
-        for batch in executor.map(_render_batch, [plan] * len(starts), starts):
+    with worker_pool(min(jobs, len(starts))) as pool:
+        for batch in pool.map(_render_batch, [plan] * len(starts), starts):
             yield from batch
-    except BrokenExecutor as error:
-        raise OutputError(
-            "A rendering process ended before its work was done: free some memory or render with jobs=1."
-        ) from error
-    finally:
-        executor.shutdown(cancel_futures=True)

@@ -3,28 +3,22 @@
 import hashlib
 import inspect
 import json
-import multiprocessing
-import os
 import re
-import signal
-import sys
-import threading
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
-from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
+from concurrent.futures import FIRST_COMPLETED, Future, wait
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
-from sunset.errors import InvalidInputError, OutputError, SunsetError
+from sunset.errors import InvalidInputError, OutputError
 from sunset.experiments.files import make_folder, write_text
 from sunset.experiments.resources import Resources
 from sunset.experiments.run import RUN_FILE, prepare, run, versions
 from sunset.experiments.spec import EXTERNAL, RunSpec, Timing
 from sunset.managing import load_manager
-from sunset.scenarios import suite
+from sunset.scenarios import Scenario, suite
 from sunset.seeding import check_seed
+from sunset.workers import check_jobs, processors, worker_pool
 
 __all__ = ["BenchSpec", "Progress", "bench", "plan", "run_folder"]
 
@@ -46,6 +40,10 @@ class BenchSpec:
     """
 
     suite: str = "paper"
+    scenarios: tuple[str, ...] = ()
+    """Those of the suite that are flown, named with or without the suite; all if empty."""
+    references: bool = True
+    """Whether the paper's two reference rows are flown too."""
     managers: tuple[str, ...] = ("none", "baseline")
     repetitions: int = 3
     seed: int = 1
@@ -74,9 +72,15 @@ class BenchSpec:
 
 
 def plan(spec: BenchSpec) -> tuple[RunSpec, ...]:
-    """Return all runs of a campaign, reference rows first, in the order in which they are started."""
-    groups = [(name, "none") for name in REFERENCE_SUITES]
+    """Return all runs of a campaign, reference rows first, in the order in which they are started.
+
+    Raises:
+        ScenarioError: there is no such suite.
+        InvalidInputError: a scenario is not of the suite.
+    """
+    groups = [(name, "none") for name in REFERENCE_SUITES] if spec.references else []
     groups += [(spec.suite, manager) for manager in spec.managers]
+    flown = {name: suite(name) for name, _ in groups} | {spec.suite: _chosen(spec)}
     return tuple(
         RunSpec(
             scenario=scenario,
@@ -95,8 +99,19 @@ def plan(spec: BenchSpec) -> tuple[RunSpec, ...]:
         # a repetition at a time: runs that share their frames are neighbours, for the inference cache
         for repetition in range(spec.repetitions)
         for name, manager in dict.fromkeys(groups)
-        for scenario in suite(name)
+        for scenario in flown[name]
     )
+
+
+def _chosen(spec: BenchSpec) -> tuple[Scenario, ...]:
+    """Return the scenarios of the suite that are flown, in its order."""
+    every = {scenario.name.rpartition("/")[2]: scenario for scenario in suite(spec.suite)}
+    wanted = {name.removeprefix(f"{spec.suite}/") for name in spec.scenarios}
+    for name in sorted(wanted - every.keys()):
+        raise InvalidInputError(
+            f"The suite {spec.suite} has no scenario {name!r}; 'sunset scenarios list --suite {spec.suite}' lists them."
+        )
+    return tuple(scenario for name, scenario in every.items() if name in wanted or not wanted)
 
 
 def run_folder(out: Path, spec: RunSpec) -> Path:
@@ -126,8 +141,7 @@ def bench(spec: BenchSpec, out: Path, *, jobs: int | None = None, progress: Prog
         ManagerError: a managing system cannot be loaded or failed.
         OutputError: `out` cannot be written.
     """
-    if jobs is not None and jobs < 1:
-        raise InvalidInputError(f"There must be at least 1 job, got {jobs}.")
+    check_jobs(jobs)
     runs = plan(spec)
     # rendering a flight and loading a model are done once, before the workers need them
     _claim(out, describe(spec, prepare(runs[0])))
@@ -143,7 +157,7 @@ def bench(spec: BenchSpec, out: Path, *, jobs: int | None = None, progress: Prog
 
 
 def _jobs(spec: BenchSpec) -> int:
-    return (spec.middleware == "sim" and os.cpu_count()) or 1
+    return processors() if spec.middleware == "sim" else 1
 
 
 def _run_all(todo: Sequence[RunSpec], out: Path, jobs: int) -> Iterator[int]:
@@ -156,7 +170,7 @@ def _run_all(todo: Sequence[RunSpec], out: Path, jobs: int) -> Iterator[int]:
     waiting = iter(todo)
     pending: set[Future[None]] = set()
     finished = 0
-    with _workers(jobs) as pool:
+    with worker_pool(jobs) as pool:
         while True:
             for one in waiting:
                 pending.add(pool.submit(_fly, one, run_folder(out, one)))
@@ -171,45 +185,8 @@ def _run_all(todo: Sequence[RunSpec], out: Path, jobs: int) -> Iterator[int]:
                 yield finished
 
 
-@contextmanager
-def _workers(jobs: int) -> Iterator[ProcessPoolExecutor]:
-    """Give worker processes, which end with the context: at once if it ends with an exception."""
-    others = multiprocessing.active_children()
-    context = multiprocessing.get_context("spawn")
-    pool = ProcessPoolExecutor(jobs, mp_context=context, initializer=_set_up_worker)
-    try:
-        yield pool
-    except BaseException as error:
-        # nobody waits for runs that are not wanted any more; a run leaves nothing before it is complete
-        for worker in multiprocessing.active_children():
-            if worker not in others:
-                worker.terminate()
-        if not isinstance(error, BrokenProcessPool):
-            raise
-        raise SunsetError(
-            "A worker process ended in the middle of a run: it was killed, for instance for want of memory, or the "
-            "managing system ended it; finished runs are kept: run the same command again, with fewer --jobs."
-        ) from error
-    finally:
-        pool.shutdown(wait=True, cancel_futures=True)
-
-
 def _fly(spec: RunSpec, folder: Path) -> None:
     run(spec, folder)
-
-
-def _set_up_worker() -> None:
-    """Leave interrupts and stdout to the parent, and end when it ends, however it does."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    sys.stdout = sys.stderr
-    threading.Thread(target=_end_with_the_parent, daemon=True).start()
-
-
-def _end_with_the_parent() -> None:
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        parent.join()
-        os._exit(1)
 
 
 def _claim(out: Path, described: dict[str, Any]) -> None:
@@ -266,7 +243,9 @@ def describe(spec: BenchSpec, resources: Resources) -> dict[str, Any]:
         "seed": spec.seed,
         "suite": spec.suite,
         "versions": versions(),
-    } | ({} if spec.middleware == "sim" else {"middleware": spec.middleware, "speed": spec.speed})
+        **({"scenarios": [one.name for one in _chosen(spec)]} if spec.scenarios else {}),
+        **({} if spec.middleware == "sim" else {"middleware": spec.middleware, "speed": spec.speed}),
+    }
 
 
 def _source_checksum(manager: str) -> str:

@@ -3,10 +3,9 @@
 import json
 import shutil
 from collections.abc import Callable, Iterator
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import as_completed
 from dataclasses import asdict, dataclass
 from functools import partial
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any, Final, TypeAlias
 
@@ -27,6 +26,7 @@ from sunset.data import (
 from sunset.data.cache import RENDER_VERSION
 from sunset.errors import OutputError
 from sunset.training.batches import FrameSet
+from sunset.workers import worker_pool
 
 __all__ = ["FrameCounts", "FramePlan", "FrameSets", "Passage", "Views", "render_set", "render_sets"]
 
@@ -218,7 +218,7 @@ def _render_all(plan: FramePlan, jobs: int, progress: Callable[[int, int], None]
     ]
     total, done = sum(views.count for views in plan.views), 0
     parts = []
-    with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
+    with worker_pool(jobs) as pool:
         futures = [pool.submit(_render, *chunk) for chunk in chunks]
         counts = dict(zip(futures, (count for _, _, count in chunks), strict=True))
         for future in as_completed(futures):

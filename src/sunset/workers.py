@@ -1,0 +1,71 @@
+"""Worker processes: how many there are changes no result."""
+
+import multiprocessing
+import os
+import signal
+import sys
+import threading
+from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+
+from sunset.errors import InvalidInputError, SunsetError
+
+__all__ = ["check_jobs", "processors", "worker_pool"]
+
+
+def processors() -> int:
+    """Return how many processors this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def check_jobs(jobs: int | None) -> None:
+    """Make sure that a number of worker processes, None for any, is one.
+
+    Raises:
+        InvalidInputError: it is less than 1.
+    """
+    if jobs is not None and jobs < 1:
+        raise InvalidInputError(f"There must be at least 1 job, got {jobs}.")
+
+
+@contextmanager
+def worker_pool(jobs: int) -> Iterator[ProcessPoolExecutor]:
+    """Give worker processes, which end with the context: at once if it ends with an exception.
+
+    They also end when this process does, however it does. They leave interrupts to it, and print to stderr.
+
+    Raises:
+        SunsetError: a worker process was killed.
+    """
+    others = multiprocessing.active_children()
+    pool = ProcessPoolExecutor(jobs, mp_context=multiprocessing.get_context("spawn"), initializer=_set_up)
+    try:
+        yield pool
+    except BaseException as error:
+        # nobody waits for results that are not wanted any more
+        for worker in multiprocessing.active_children():
+            if worker not in others:
+                worker.terminate()
+        if not isinstance(error, BrokenProcessPool):
+            raise
+        raise SunsetError(
+            "A worker process ended in the middle of its work: it was killed, for instance for want of memory, or "
+            "a managing system ended it; what was finished is kept: run the same command again, with fewer --jobs."
+        ) from error
+    finally:
+        pool.shutdown(wait=True, cancel_futures=True)
+
+
+def _set_up() -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    sys.stdout = sys.stderr
+    threading.Thread(target=_end_with_the_parent, daemon=True).start()
+
+
+def _end_with_the_parent() -> None:
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)

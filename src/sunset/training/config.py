@@ -184,13 +184,13 @@ def _reference() -> TrainingConfig:
         shape=ReferenceShape(),
         schedule=Schedule(
             phases=(
-                Phase(6000, 8, output_stride=16),
-                Phase(1400, 8, momentum=0.05),
+                Phase(6600, 8, output_stride=16),
+                Phase(800, 8, momentum=0.05),
                 Phase(100, 8, momentum=0.02),
             ),
             learning_rate=1e-3,
             weight_decay=0.02,
-            warm_up=300,
+            warm_up=200,
             checkpoint_every=100,
             validate_every=250,
         ),

@@ -29,7 +29,7 @@ import onnx
 import onnxruntime
 from onnx import TensorProto, helper, numpy_helper
 
-from sunset.perception import Modality, Model, Segmenter, load_model
+from sunset.perception import Modality, Model, Segmenter, list_models, load_model
 
 Arrays = dict[str, npt.NDArray[Any]]
 
@@ -201,7 +201,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("models", nargs="*", default=["lite"], help="names or folders (default: lite)")
+    parser.add_argument("models", nargs="*", default=list_models(), help="names or folders (default: all that come along)")
     parser.add_argument("--rounds", type=int, default=20, help="of each measurement (default: %(default)s)")
     parser.add_argument("--threads", type=int, nargs="+", default=[1, 2], help="(default: 1 2)")
     given = parser.parse_args(arguments)

@@ -16,7 +16,7 @@ EXIT_BAD_INPUT: Final = 2
 EXIT_INTERRUPTED: Final = 130
 
 _VERBS: Final = (
-    *("run", "bench", "report", "scenarios", "faults", "managers"),
+    *("run", "bench", "agree", "report", "scenarios", "faults", "managers"),
     *("data", "models", "train", "node", "up", "ros"),
 )
 """Each is a module beside this one."""

@@ -17,9 +17,10 @@ from sunset.rmw.port import CallbackError
 from sunset.ros import Context, Node, SingleThreadedExecutor
 from sunset.ros.signals import install_signal_handlers
 
-__all__ = ["add_parser", "execute"]
+__all__ = ["MANAGER", "add_network_options", "add_parser", "execute"]
 
-_MANAGER: Final = "managing_system"
+MANAGER: Final = "managing_system"
+"""The name of a managing system's process."""
 _EXECUTOR: Final = "scenario_executor"
 _DEATH_SIGNAL: Final = 1
 """PR_SET_PDEATHSIG of Linux's prctl(2)."""
@@ -36,10 +37,10 @@ def add_parser(verbs: "argparse._SubParsersAction[argparse.ArgumentParser]") -> 
         "lifecycle. Other ROS 2 nodes on this computer see it as one of theirs. Where 'sunset up' or a live run is in "
         "the same domain, it has the parameters of that system's own nodes.",
     )
-    names = [*NODES, _EXECUTOR, _MANAGER]
+    names = [*NODES, _EXECUTOR, MANAGER]
     parser.add_argument("node", choices=names, metavar="NAME", help=f"one of {', '.join(names)}")
     parser.add_argument(
-        "--manager", metavar="SPEC", help=f"which managing system {_MANAGER} is: none, baseline, or your own"
+        "--manager", metavar="SPEC", help=f"which managing system {MANAGER} is: none, baseline, or your own"
     )
     add_network_options(parser)
     parser.add_argument(
@@ -69,9 +70,9 @@ def execute(arguments: argparse.Namespace) -> int:
     """Run the node."""
     from sunset.rmw.cyclonedds import CycloneDDS  # noqa: PLC0415  an optional extra
 
-    if (arguments.node == _MANAGER) != (arguments.manager is not None):
+    if (arguments.node == MANAGER) != (arguments.manager is not None):
         raise InvalidInputError(
-            f"--manager says which managing system {_MANAGER} is, and no other node has one."
+            f"--manager says which managing system {MANAGER} is, and no other node has one."
         )
     factory = _factory(arguments.node, arguments.manager)
     context = Context()
@@ -92,7 +93,7 @@ def execute(arguments: argparse.Namespace) -> int:
             return 0  # a signal came before the node was made
         executor = SingleThreadedExecutor(context=context)
         executor.add_node(node)
-        _spin(executor, node, lasting=arguments.node != _MANAGER)
+        _spin(executor, node, lasting=arguments.node != MANAGER)
     return 0
 
 

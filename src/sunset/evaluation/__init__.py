@@ -1,5 +1,7 @@
 """From stored records to tables, figures and reports; nothing is run."""
 
+from sunset.evaluation.agreement import Agreement, Comparison, LeftOut, Pair, compare
+from sunset.evaluation.agreement_report import AGREEMENT_FORMATS, format_agreement
 from sunset.evaluation.estimates import METHOD, Estimate, estimate
 from sunset.evaluation.figures import check_figure, entropy_figure
 from sunset.evaluation.report import FORMATS, format_report, render_report
@@ -7,17 +9,24 @@ from sunset.evaluation.results import FIGURES, RunRow, load_results, recompute
 from sunset.evaluation.summary import PUBLISHED, PUBLISHED_SOURCE, SystemRow, summarise
 
 __all__ = [
+    "AGREEMENT_FORMATS",
     "FIGURES",
     "FORMATS",
     "METHOD",
     "PUBLISHED",
     "PUBLISHED_SOURCE",
+    "Agreement",
+    "Comparison",
     "Estimate",
+    "LeftOut",
+    "Pair",
     "RunRow",
     "SystemRow",
     "check_figure",
+    "compare",
     "entropy_figure",
     "estimate",
+    "format_agreement",
     "format_report",
     "load_results",
     "recompute",

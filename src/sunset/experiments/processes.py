@@ -11,6 +11,8 @@ from collections.abc import Callable, Mapping, Sequence
 from types import TracebackType
 from typing import IO, Final, Self
 
+from sunset.nodes.forks import UNSEEN, ForkedProcess, ForkServer, can_fork
+
 __all__ = ["NodeProcesses"]
 
 _PARTING_S: Final = 3.0
@@ -19,13 +21,17 @@ _STEP_S: Final = 0.01
 _LAST_WORDS: Final = 20
 _ONE_THREAD: Final = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
 """A node computes little but inference, which has one thread anyway; idle threads cost time to start."""
+_SERVER: Final = (sys.executable, "-m", "sunset.cli._forks")
+
+_Process = subprocess.Popen[str] | ForkedProcess
 
 
 class NodeProcesses:
     """Runs nodes by `sunset node`, one process each; a `ProcessHost`.
 
     Whatever ends this process ends them too: each holds the other end of a pipe. As a context manager it ends
-    them when the context does.
+    them when the context does. Where the system can, they are forked from a process that has imported already what
+    they need, so that a new one is there at once.
 
     Args:
         arguments: node → what follows `sunset node`.
@@ -42,7 +48,8 @@ class NodeProcesses:
         self._arguments = dict(arguments)
         self._environment = _ONE_THREAD | dict(os.environ) | dict(environment)
         self._on_line = on_line
-        self._running: dict[str, subprocess.Popen[str]] = {}
+        self._server = ForkServer(_SERVER, self._environment) if can_fork() else None
+        self._running: dict[str, _Process] = {}
         self._ended: dict[str, int] = {}
         self._lines: dict[str, deque[str]] = {}
         self._readers: dict[str, threading.Thread] = {}
@@ -58,16 +65,7 @@ class NodeProcesses:
 
     def start(self, node: str) -> None:
         """Start a new process for `node`."""
-        process = subprocess.Popen(  # noqa: S603  the command is ours
-            [sys.executable, "-m", "sunset", "node", "--end-with-stdin", *self._arguments[node]],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
-            errors="replace",
-            env=self._environment,
-            start_new_session=True,  # Ctrl-C is for this process, which ends the others in order
-        )
+        process = self._new_process(["node", "--end-with-stdin", *self._arguments[node]])
         self._ended.pop(node, None)
         self._running[node] = process
         lines: deque[str] = deque(maxlen=_LAST_WORDS)
@@ -76,6 +74,23 @@ class NodeProcesses:
         reader = threading.Thread(target=self._read, args=(node, process.stdout, lines), daemon=True)
         self._readers[node] = reader
         reader.start()
+
+    def _new_process(self, arguments: list[str]) -> _Process:
+        if self._server is not None:
+            try:
+                return self._server.fork(arguments)
+            except OSError:
+                self._server = None  # somebody has killed it; the nodes can do without
+        return subprocess.Popen(  # noqa: S603  the command is ours
+            [sys.executable, "-m", "sunset", *arguments],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            errors="replace",
+            env=self._environment,
+            start_new_session=True,  # Ctrl-C is for this process, which ends the others in order
+        )
 
     def _read(self, node: str, output: IO[str], lines: deque[str]) -> None:
         with output:
@@ -120,6 +135,8 @@ class NodeProcesses:
             return ""
         self._readers[node].join(timeout=1.0)
         words = self._lines[node][-1] if self._lines[node] else ""
+        if code == UNSEEN:
+            return "ended, and nobody saw how"
         if code < 0:
             return f"ended by signal {-code} ({signal.Signals(-code).name})"
         return f"ended with exit code {code}" + (f": {words}" if words else "")
@@ -138,6 +155,8 @@ class NodeProcesses:
             threading.Event().wait(_STEP_S)
         for node in list(self._running):
             self._note_end(node)
+        if self._server is not None:
+            self._server.close()
 
     def _note_end(self, node: str) -> None:
         process = self._running.pop(node)

@@ -172,18 +172,26 @@ class _Run:
         their logits are moved by whole cells, which is their picture's movement but for the borders.
         """
         across, down = (_distance(least, most) for least, most in _SHIFT_PX)
-        if self._stage.frozen:
-            moved = np.roll(batch.bgr, (down, across), (1, 2))
-            return self._logits(moved, batch.depth, None)["fusion.logits"]
-        stride = WIDTH // results["rgb.logits"].shape[3]
-        cells = (_cells(down, stride), _cells(across, stride))
-        merged = {
-            "rgb.logits": results["rgb.logits"].detach().roll(cells, (2, 3)),
-            "depth.logits": results["depth.logits"].detach(),
-        }
+        merged = {"depth.logits": results["depth.logits"].detach()}
         with torch.autocast(self._device.type, torch.bfloat16):
+            if self._stage.frozen:
+                merged["rgb.input"] = self._rgb_input(np.roll(batch.bgr, (down, across), (1, 2)))
+                with torch.no_grad():
+                    forward(self._config.plan(("rgb",)), self._frozen, merged)
+            else:
+                stride = WIDTH // results["rgb.logits"].shape[3]
+                cells = (_cells(down, stride), _cells(across, stride))
+                merged["rgb.logits"] = results["rgb.logits"].detach().roll(cells, (2, 3))
             forward(self._config.plan(("fusion",)), self.modules, merged)
         return merged["fusion.logits"]
+
+    def _rgb_input(self, bgr: npt.NDArray[np.uint8]) -> Any:
+        frames = rgb_input(torch.from_numpy(bgr).to(self._device))
+        return frames.contiguous(memory_format=torch.channels_last)
+
+    def _depth_input(self, depth: npt.NDArray[np.generic]) -> Any:
+        frames = depth_input(torch.from_numpy(depth.astype(np.float32)).to(self._device))
+        return frames.contiguous(memory_format=torch.channels_last)
 
     def _logits(
         self, bgr: npt.NDArray[np.uint8], depth: npt.NDArray[np.generic], output_stride: int | None
@@ -192,11 +200,9 @@ class _Run:
         config, stage = self._config, self._stage
         results: dict[str, Any] = {}
         if "rgb" in (*stage.learned, *stage.frozen):
-            results["rgb.input"] = rgb_input(torch.from_numpy(bgr).to(self._device))
+            results["rgb.input"] = self._rgb_input(bgr)
         if "depth" in (*stage.learned, *stage.frozen):
-            results["depth.input"] = depth_input(torch.from_numpy(depth.astype(np.float32)).to(self._device))
-        for name, value in results.items():
-            results[name] = value.contiguous(memory_format=torch.channels_last)
+            results["depth.input"] = self._depth_input(depth)
         with torch.autocast(self._device.type, torch.bfloat16):
             with torch.no_grad():
                 forward(config.plan(stage.frozen), self._frozen, results)

@@ -31,6 +31,29 @@ def test_a_reference_row_is_not_flown_twice() -> None:
     assert len(runs) == 1 + 9 + 9
 
 
+def test_some_scenarios_without_the_reference_rows() -> None:
+    names = (
+        "memory_leakage+image_shift+autofocus_needed",
+        "artifact/gpu_failure+image_shift+autofocus_needed",
+    )
+
+    runs = plan(BenchSpec(suite="artifact", scenarios=names, references=False, repetitions=2))
+
+    flown = [(one.scenario.name, one.manager) for one in runs if one.seed == 2]
+    assert flown == [
+        (f"artifact/{names[0]}", "none"),
+        (names[1], "none"),
+        (f"artifact/{names[0]}", "baseline"),
+        (names[1], "baseline"),
+    ]
+    assert len(runs) == 2 * len(flown)
+
+
+def test_a_scenario_of_another_suite_is_refused() -> None:
+    with pytest.raises(InvalidInputError, match="The suite artifact has no scenario 'nofault'"):
+        plan(BenchSpec(suite="artifact", scenarios=("nofault",)))
+
+
 def test_managing_systems_with_similar_names_do_not_share_a_folder() -> None:
     runs = plan(BenchSpec(suite="nofault", managers=("a/b.py:C", "a-b.py:C"), repetitions=1))
 

@@ -1,0 +1,110 @@
+"""`sunset agree`: the same seeds in the simulation and live, and how well they agree."""
+
+import argparse
+import sys
+from contextlib import redirect_stdout
+from dataclasses import replace
+from pathlib import Path
+
+from sunset.cli._options import add_model_options, at_least_one, model_options
+from sunset.cli._progress import progress_bar, rendering_progress
+from sunset.evaluation import AGREEMENT_FORMATS, compare, format_agreement
+from sunset.experiments import BenchSpec, bench, plan, prepare
+from sunset.scenarios import suite_names
+
+__all__ = ["add_parser", "execute"]
+
+_SIM = "sim"
+_LIVE = "live"
+
+
+def add_parser(verbs: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    """Add the verb."""
+    parser = verbs.add_parser(
+        "agree",
+        help="compare live runs with simulated ones",
+        description="Fly scenarios with the same seeds in the simulation and live, into DIR/sim and DIR/live, and "
+        "print how much each figure differs, and whether the same failures appeared and the same adaptations were "
+        "executed. Finished runs are kept: the same command continues what was interrupted, and flies nothing where "
+        "all runs are there.",
+    )
+    parser.add_argument(
+        "--suite", default="artifact", help=f"one of {', '.join(suite_names())} (default: artifact)"
+    )
+    parser.add_argument(
+        "--scenarios", default="", metavar="A,B,…", help="some scenarios of the suite (default: all)"
+    )
+    parser.add_argument(
+        "--managers",
+        default="baseline",
+        metavar="A,B,…",
+        help="managing systems, separated by commas (default: baseline)",
+    )
+    parser.add_argument(
+        "--repetitions", type=int, default=1, metavar="N", help="pairs a scenario (default: 1)"
+    )
+    parser.add_argument(
+        "--seed", type=int, default=1, metavar="N", help="seed of the first repetition (default: 1)"
+    )
+    add_model_options(parser)
+    parser.add_argument(
+        "--rate",
+        type=float,
+        default=1.0,
+        metavar="R",
+        help="seconds of /clock in a second of the live runs (default: 1)",
+    )
+    parser.add_argument(
+        "--jobs",
+        type=at_least_one,
+        metavar="N",
+        help="worker processes of the simulation (default: one a core); live runs are flown one at a time",
+    )
+    parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder of the results")
+    parser.add_argument(
+        "--stored", action="store_true", help="fly nothing: compare the runs that are in DIR already"
+    )
+    parser.add_argument(
+        "--format", default="table", choices=AGREEMENT_FORMATS, help="how the report is printed"
+    )
+    parser.add_argument(
+        "--json", action="store_const", dest="format", const="json", help="same as --format json"
+    )
+    parser.set_defaults(execute=execute)
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """Fly what is not there yet, and print the report."""
+    if not arguments.stored:
+        _fly(arguments)
+    with progress_bar("Reading pairs of runs") as progress:
+        agreements = compare(arguments.out / _SIM, arguments.out / _LIVE, progress=progress)
+    print(format_agreement(agreements, arguments.format).rstrip("\n"))
+    return 0
+
+
+def _fly(arguments: argparse.Namespace) -> None:
+    import sunset.rmw.cyclonedds  # noqa: F401, PLC0415  an extra: that it is missing is said before anything is flown
+
+    sim = BenchSpec(
+        suite=arguments.suite,
+        scenarios=_names(arguments.scenarios),
+        references=False,
+        managers=_names(arguments.managers),
+        repetitions=arguments.repetitions,
+        seed=arguments.seed,
+        **model_options(arguments),
+    )
+    live = replace(sim, middleware="cyclonedds", speed=arguments.rate)
+    runs = plan(live)  # what is wrong with either is said before anything is flown
+    with rendering_progress() as progress:
+        prepare(plan(sim)[0], progress=progress)
+    for name, spec, jobs in ((_SIM, sim, arguments.jobs), (_LIVE, live, 1)):
+        # what a managing system prints must not get into the report
+        with progress_bar(f"Flying {len(runs)} runs, {name}") as progress, redirect_stdout(sys.stderr):
+            flown = bench(spec, arguments.out / name, jobs=jobs, progress=progress)
+        print(f"{name}: {flown} runs flown, {len(runs) - flown} were there already.", file=sys.stderr)
+
+
+def _names(text: str) -> tuple[str, ...]:
+    return tuple(name.strip() for name in text.split(",") if name.strip())

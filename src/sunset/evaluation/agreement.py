@@ -1,0 +1,235 @@
+"""Whether live runs tell what the simulation tells: the same seeds flown in both, compared in pairs."""
+
+from collections import Counter
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from statistics import fmean
+from typing import Final
+
+from sunset.errors import RecordError
+from sunset.evaluation.estimates import Estimate, estimate
+from sunset.evaluation.results import FIGURES, RunRow, load_results
+from sunset.metrics import RunMetrics, score
+from sunset.recording import read_timeline
+
+__all__ = ["TOLERANCE", "TOLERANCE_S", "Agreement", "Comparison", "LeftOut", "Pair", "compare"]
+
+TOLERANCE: Final = 0.2
+"""By this share of the simulation's mean the live mean may differ."""
+
+TOLERANCE_S: Final = 0.5
+"""By so much it may differ where it is a time, whatever its share [s]."""
+
+Progress = Callable[[int, int], None]
+"""Called with (pairs that are read, pairs in all)."""
+
+_Key = tuple[str, str, str, int, str]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Pair:
+    """One experiment, flown in the simulation and live.
+
+    Attributes:
+        scenario: the scenario's name.
+        seed: of both runs.
+        sim: the simulated run's figures, computed from its recorded messages.
+        live: likewise, the live run's.
+    """
+
+    scenario: str
+    seed: int
+    sim: RunMetrics
+    live: RunMetrics
+
+    @property
+    def failures(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
+        """The failures that had an episode, in the simulation and live: `F1` … `F5`, each once."""
+        return _failures(self.sim), _failures(self.live)
+
+    @property
+    def adaptations(self) -> tuple[dict[str, int], dict[str, int]]:
+        """How often which adaptation was executed, in the simulation and live: `redeploy camera` → 1."""
+        return _adaptations(self.sim), _adaptations(self.live)
+
+    @property
+    def same_failures(self) -> bool:
+        """Whether the same failures appeared, however often."""
+        sim, live = self.failures
+        return sim == live
+
+    @property
+    def same_adaptations(self) -> bool:
+        """Whether the same adaptations of the same nodes were executed, each as often, in whatever order."""
+        sim, live = self.adaptations
+        return sim == live
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LeftOut:
+    """An experiment that is not compared.
+
+    Attributes:
+        scenario: the scenario's name.
+        seed: of its runs.
+        reason: which of its runs does not count, and why.
+    """
+
+    scenario: str
+    seed: int
+    reason: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Comparison:
+    """One figure, over the pairs in which both runs have it.
+
+    Attributes:
+        name: one of `FIGURES`.
+        sim: the mean in the simulation; None where there is no such pair.
+        live: the mean live.
+        difference: the estimate of live - sim, over the pairs.
+        one_sided: in how many more pairs only one of the two runs has the figure.
+    """
+
+    name: str
+    sim: float | None
+    live: float | None
+    difference: Estimate | None
+    one_sided: int
+
+    @property
+    def pairs(self) -> int:
+        """How many pairs there are."""
+        return 0 if self.difference is None else self.difference.runs
+
+    @property
+    def agrees(self) -> bool | None:
+        """Whether the means are as close as they shall be; None where nothing can be compared.
+
+        That is within `TOLERANCE` of the simulation's mean or, where the figure is a time, within `TOLERANCE_S`.
+        """
+        if self.difference is None or self.sim is None:
+            return False if self.one_sided else None
+        distance = abs(self.difference.mean)
+        return distance <= TOLERANCE * abs(self.sim) or (self.name.endswith("_s") and distance <= TOLERANCE_S)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Agreement:
+    """What a managing system's pairs say together.
+
+    Attributes:
+        suite: of the scenarios.
+        manager: the managing system.
+        model: the segmentation's model.
+        pairs: what is compared.
+        left_out: what is not, and why.
+        comparisons: one for each of `FIGURES`.
+    """
+
+    suite: str
+    manager: str
+    model: str
+    pairs: tuple[Pair, ...]
+    left_out: tuple[LeftOut, ...]
+    comparisons: tuple[Comparison, ...]
+
+
+def compare(sim: Path, live: Path, *, progress: Progress | None = None) -> list[Agreement]:
+    """Return how well the runs below two folders agree, one row a suite, managing system and model.
+
+    Every figure is computed from the recorded messages. Runs are paired by scenario and seed. A pair of which a
+    run is missing or invalid takes part in no figure, and is listed.
+
+    Args:
+        sim: folder of the simulated runs.
+        live: folder of the live ones.
+        progress: called after each pair.
+
+    Raises:
+        RecordError: there is no such folder, no run in it, or one that is damaged.
+    """
+    simulated, flown = _runs(sim), _runs(live)
+    keys = list(dict.fromkeys([*simulated, *flown]))
+    groups: dict[tuple[str, str, str], tuple[list[Pair], list[LeftOut]]] = {}
+    for done, key in enumerate(keys, 1):
+        suite, scenario, manager, seed, model = key
+        pairs, left_out = groups.setdefault((suite, manager, model), ([], []))
+        one, other = simulated.get(key), flown.get(key)
+        reason = _reason(one, other)
+        if reason or one is None or other is None:
+            left_out.append(LeftOut(scenario=scenario, seed=seed, reason=reason))
+        else:
+            pairs.append(Pair(scenario=scenario, seed=seed, sim=_scored(one), live=_scored(other)))
+        if progress is not None:
+            progress(done, len(keys))
+    return [
+        Agreement(
+            suite=suite,
+            manager=manager,
+            model=model,
+            pairs=tuple(pairs),
+            left_out=tuple(left_out),
+            comparisons=tuple(_comparison(name, pairs) for name in FIGURES),
+        )
+        for (suite, manager, model), (pairs, left_out) in groups.items()
+    ]
+
+
+def _runs(folder: Path) -> dict[_Key, RunRow]:
+    """Return the runs below a folder by what makes two of them a pair.
+
+    Raises:
+        RecordError: as `load_results`; or two of them are the same experiment.
+    """
+    if not folder.is_dir():
+        raise RecordError(f"There is no folder {folder}; 'sunset agree --out' makes one.")
+    runs: dict[_Key, RunRow] = {}
+    for row in load_results(folder):
+        key = (row.suite, row.scenario, row.manager, row.seed, row.model)
+        if key in runs:
+            raise RecordError(
+                f"There must be one run of {row.scenario} with seed {row.seed} below {folder}, got "
+                f"{runs[key].folder} and {row.folder}, which differ."
+            )
+        runs[key] = row
+    return runs
+
+
+def _reason(sim: RunRow | None, live: RunRow | None) -> str:
+    """Return why two runs are not compared; empty if they are."""
+    reasons = []
+    for where, run in (("simulated", sim), ("live", live)):
+        if run is None:
+            reasons.append(f"there is no {where} run")
+        elif not run.valid:
+            reasons.append(f"the {where} run is invalid: {run.reason or 'no reason given'}")
+    return "; ".join(reasons)
+
+
+def _scored(run: RunRow) -> RunMetrics:
+    return score(read_timeline(run.folder))
+
+
+def _comparison(name: str, pairs: Sequence[Pair]) -> Comparison:
+    values = [(pair.scenario, getattr(pair.sim, name), getattr(pair.live, name)) for pair in pairs]
+    both = [(scenario, sim, live) for scenario, sim, live in values if None not in (sim, live)]
+    difference = estimate([live - sim for _, sim, live in both], [scenario for scenario, _, _ in both])
+    return Comparison(
+        name=name,
+        sim=fmean(sim for _, sim, _ in both) if both else None,
+        live=fmean(live for _, _, live in both) if both else None,
+        difference=difference,
+        one_sided=sum((sim is None) != (live is None) for _, sim, live in values),
+    )
+
+
+def _failures(run: RunMetrics) -> tuple[str, ...]:
+    return tuple(sorted({episode.failure for episode in run.failures}))
+
+
+def _adaptations(run: RunMetrics) -> dict[str, int]:
+    counts = Counter(f"{adaptation.kind} {adaptation.node}" for adaptation in run.executed)
+    return dict(sorted(counts.items()))

@@ -1,0 +1,198 @@
+"""The agreement report in the format that is asked for."""
+
+import csv
+import io
+import json
+import textwrap
+from collections.abc import Iterator, Sequence
+from typing import Final
+
+from sunset.errors import InvalidInputError
+from sunset.evaluation.agreement import TOLERANCE, TOLERANCE_S, Agreement, Comparison, LeftOut, Pair
+from sunset.evaluation.text import WIDTH
+
+__all__ = ["AGREEMENT_FORMATS", "format_agreement"]
+
+AGREEMENT_FORMATS: Final = ("table", "csv", "json")
+
+_METHOD: Final = (
+    "Differences are live − sim, of pairs with the same scenario and seed; their mean with its 95 % confidence "
+    "interval by Student's t, with the pairs of one scenario as one cluster (where there is one scenario only, each "
+    "pair is its own)."
+)
+_RULE: Final = (
+    f"A figure agrees if the live mean is within {100 * TOLERANCE:g} % of the simulation's or, of a time, within "
+    f"{TOLERANCE_S:g} s."
+)
+_COLUMNS: Final = ("figure", "sim", "live", "live − sim", "95 % conf.", "pairs", "agrees")
+
+
+def format_agreement(agreements: Sequence[Agreement], form: str = "table") -> str:
+    """Return the agreement report in one of `AGREEMENT_FORMATS`; as CSV the figures only.
+
+    Raises:
+        InvalidInputError: there is no such format.
+    """
+    match form:
+        case "table":
+            parts = ["\n".join([*_text(agreement), ""]) for agreement in agreements]
+            return "\n".join([*parts, _wrapped(_METHOD), _wrapped(_RULE)]) + "\n"
+        case "csv":
+            return _as_csv(agreements)
+        case "json":
+            return _as_json(agreements)
+    known = ", ".join(AGREEMENT_FORMATS)
+    raise InvalidInputError(f"The format of an agreement report must be one of {known}, got {form!r}.")
+
+
+def _text(agreement: Agreement) -> Iterator[str]:
+    """Give the lines of a managing system's part."""
+    pairs = agreement.pairs
+    yield (
+        f"{agreement.manager} on {agreement.suite or 'scenarios of no suite'}, model {agreement.model}: "
+        f"{_count(len(pairs), 'pair')}, {len(agreement.left_out)} left out"
+    )
+    yield ""
+    if pairs:
+        yield from _table([_COLUMNS, *map(_cells, agreement.comparisons)])
+        yield ""
+        yield from (
+            f"Only one of the two runs has {one.name} in {_count(one.one_sided, 'more pair')}."
+            for one in agreement.comparisons
+            if one.one_sided
+        )
+        same_failures = [pair.same_failures for pair in pairs]
+        same_adaptations = [pair.same_adaptations for pair in pairs]
+        yield f"The same failures appeared in {_share(pairs, same_failures)}."
+        yield f"The same adaptations were executed in {_share(pairs, same_adaptations)}."
+        yield from _differing(pairs)
+    if agreement.left_out:
+        yield "Left out:"
+        yield from (_item(one, one.reason) for one in agreement.left_out)
+
+
+def _differing(pairs: Sequence[Pair]) -> Iterator[str]:
+    """Give the lines about pairs that differ in their failures or adaptations."""
+    differing = [pair for pair in pairs if not (pair.same_failures and pair.same_adaptations)]
+    if differing:
+        yield "Where they differ (sim → live):"
+    for pair in differing:
+        if not pair.same_failures:
+            sim, live = (" ".join(failures) or "none" for failures in pair.failures)
+            yield _item(pair, f"failures {sim} → {live}")
+        if not pair.same_adaptations:
+            yield _item(pair, _changes(*pair.adaptations))
+
+
+def _item(run: Pair | LeftOut, text: str) -> str:
+    return _wrapped(f"  {run.scenario}, seed {run.seed}: {text}", "    ")
+
+
+def _wrapped(text: str, indent: str = "  ") -> str:
+    return textwrap.fill(text, WIDTH, subsequent_indent=indent, break_on_hyphens=False)
+
+
+def _count(number: int, noun: str) -> str:
+    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
+
+
+def _table(rows: Sequence[Sequence[str]]) -> Iterator[str]:
+    """Give the lines of a table; its first row is its head, numbers are aligned to the right."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    for number, row in enumerate(rows):
+        first, *others = (
+            f"{cell:>{width}}" if 0 < place < len(row) - 1 else f"{cell:<{width}}"
+            for place, (cell, width) in enumerate(zip(row, widths, strict=True))
+        )
+        yield "  ".join([first, *others]).rstrip()
+        if number == 0:
+            yield "─" * (sum(widths) + 2 * (len(widths) - 1))
+
+
+def _cells(one: Comparison) -> tuple[str, ...]:
+    verdict = {True: "yes", False: "no", None: "N/A"}[one.agrees]
+    if one.difference is None or one.sim is None or one.live is None:
+        return (one.name, "N/A", "N/A", "N/A", "", "0", verdict)
+    low, high = one.difference.low, one.difference.high
+    interval = "" if low is None or high is None else f"[{low:+.3f}, {high:+.3f}]"
+    means = (f"{one.sim:.3f}", f"{one.live:.3f}", f"{one.difference.mean:+.3f}")
+    return (one.name, *means, interval, str(one.pairs), verdict)
+
+
+def _share(pairs: Sequence[Pair], verdicts: Sequence[bool]) -> str:
+    """Return in how many pairs, and in all pairs of how many scenarios, something holds."""
+    every = {pair.scenario for pair in pairs}
+    broken = {pair.scenario for pair, holds in zip(pairs, verdicts, strict=True) if not holds}
+    return (
+        f"{sum(verdicts)} of {_count(len(pairs), 'pair')}, "
+        f"throughout in {len(every) - len(broken)} of {_count(len(every), 'scenario')}"
+    )
+
+
+def _changes(sim: dict[str, int], live: dict[str, int]) -> str:
+    """Return which adaptations were executed more or less often live."""
+    names = sorted(sim | live)
+    counts = [(name, sim.get(name, 0), live.get(name, 0)) for name in names]
+    return ", ".join(f"{name} {before} → {after}" for name, before, after in counts if before != after)
+
+
+def _as_json(agreements: Sequence[Agreement]) -> str:
+    content = {
+        "rows": [
+            {
+                "manager": one.manager,
+                "suite": one.suite,
+                "model": one.model,
+                "pairs": len(one.pairs),
+                "figures": {comparison.name: _json_comparison(comparison) for comparison in one.comparisons},
+                "scenarios": [_json_pair(pair) for pair in one.pairs],
+                "left_out": [
+                    {"scenario": left.scenario, "seed": left.seed, "reason": left.reason}
+                    for left in one.left_out
+                ],
+            }
+            for one in agreements
+        ],
+        "method": _METHOD,
+        "rule": _RULE,
+    }
+    return json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def _json_comparison(one: Comparison) -> dict[str, object]:
+    return {
+        "sim": one.sim,
+        "live": one.live,
+        "difference": None if one.difference is None else one.difference.to_json(),
+        "pairs": one.pairs,
+        "one_sided": one.one_sided,
+        "agrees": one.agrees,
+    }
+
+
+def _json_pair(pair: Pair) -> dict[str, object]:
+    failures, adaptations = pair.failures, pair.adaptations
+    return {
+        "scenario": pair.scenario,
+        "seed": pair.seed,
+        "same_failures": pair.same_failures,
+        "same_adaptations": pair.same_adaptations,
+        "failures": {"sim": list(failures[0]), "live": list(failures[1])},
+        "adaptations": {"sim": adaptations[0], "live": adaptations[1]},
+    }
+
+
+def _as_csv(agreements: Sequence[Agreement]) -> str:
+    """Return one line a figure; a cell is empty where there is nothing to compare."""
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    head = ("manager", "suite", "model", "figure", "sim", "live", "difference", "ci_low", "ci_high")
+    writer.writerow([*head, "pairs", "one_sided", "agrees"])
+    for agreement in agreements:
+        for one in agreement.comparisons:
+            found = one.difference
+            numbers = (None,) * 3 if found is None else (found.mean, found.low, found.high)
+            verdict = None if one.agrees is None else str(one.agrees).lower()
+            start = (agreement.manager, agreement.suite, agreement.model, one.name, one.sim, one.live)
+            writer.writerow([*start, *numbers, one.pairs, one.one_sided, verdict])
+    return out.getvalue()

@@ -1,0 +1,237 @@
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from sunset.errors import RecordError
+from sunset.evaluation import FIGURES, Agreement, Comparison, Estimate, Pair, compare
+from sunset.metrics import Episode, ExecutedAdaptation, RunMetrics, Timeline, score
+
+Store = Callable[..., Path]
+Edit = Callable[..., None]
+
+REDEPLOY = ExecutedAdaptation(1.0, "camera", "redeploy")
+RECALIBRATION = ExecutedAdaptation(
+    2.0, "sensor_fusion", "set_parameter", "", ("do_recalibration",), ("true",)
+)
+
+
+@pytest.fixture
+def fly(store: Store) -> Store:
+    """Return a function that stores a simulated or a live run; the redeploy at `command_s` ends an outage."""
+
+    def write(where: str, scenario: str = "paper/a", seed: int = 1, **options: Any) -> Path:
+        manager = options.setdefault("manager", "baseline")
+        folder = f"{where}/runs/{manager}/{scenario}/seed-{seed}"
+        middleware = "sim" if where == "sim" else "cyclonedds"
+        return store(folder, scenario=scenario, seed=seed, middleware=middleware, **options)
+
+    return write
+
+
+@pytest.fixture
+def compared(tmp_path: Path) -> Callable[[], list[Agreement]]:
+    return lambda: compare(tmp_path / "sim", tmp_path / "live")
+
+
+def figure(agreement: Agreement, name: str) -> Comparison:
+    (found,) = [one for one in agreement.comparisons if one.name == name]
+    return found
+
+
+def flown(*adaptations: ExecutedAdaptation, failures: str = "") -> RunMetrics:
+    """Return the figures of a run with these adaptations, and an episode of each of these failures."""
+    nothing = score(Timeline(entropy_threshold=0.1, sharpness_threshold=1.0))
+    episodes = tuple(Episode(failure, 0.0, 1.0, None, True, None) for failure in failures.split())
+    return RunMetrics(**nothing.to_json(), failures=episodes, executed=adaptations)  # type: ignore[arg-type]
+
+
+def pair(sim: RunMetrics, live: RunMetrics) -> Pair:
+    return Pair(scenario="paper/a", seed=1, sim=sim, live=live)
+
+
+def test_runs_are_paired_by_scenario_and_seed(fly: Store, compared: Callable[[], list[Agreement]]) -> None:
+    # a command at c resolves F1, began at 2.0, and the ripples F2 and F3, began at 1.9
+    for scenario, sim_s, live_s in (("paper/a", 3.5, 3.6), ("paper/b", 4.0, 4.4)):
+        fly("sim", scenario, command_s=sim_s)
+        fly("live", scenario, command_s=live_s)
+    (agreement,) = compared()
+    assert (agreement.manager, agreement.suite, agreement.model) == ("baseline", "paper", "lite")
+    assert [one.scenario for one in agreement.pairs] == ["paper/a", "paper/b"]
+    react = figure(agreement, "t_react_s")
+    assert react.sim == pytest.approx(3.75 - 5.8 / 3)
+    assert react.live == pytest.approx(4.0 - 5.8 / 3)
+    assert react.difference is not None
+    assert react.difference.mean == pytest.approx(0.25)
+    # of the differences 0.1 and 0.4; Student's t of one degree of freedom is 12.706
+    assert react.difference.low == pytest.approx(0.25 - 12.706 * 0.15, abs=1e-3)
+    assert react.difference.high == pytest.approx(0.25 + 12.706 * 0.15, abs=1e-3)
+    assert (react.pairs, react.one_sided) == (2, 0)
+
+
+def test_every_figure_is_compared(fly: Store, compared: Callable[[], list[Agreement]]) -> None:
+    fly("sim")
+    fly("live")
+    (agreement,) = compared()
+    assert tuple(one.name for one in agreement.comparisons) == FIGURES
+    assert all(one.agrees for one in agreement.comparisons)
+    assert all(one.difference is not None and one.difference.mean == 0 for one in agreement.comparisons)
+
+
+def test_figures_are_computed_from_the_messages(
+    fly: Store, edit: Edit, compared: Callable[[], list[Agreement]]
+) -> None:
+    fly("sim", iou=0.5)
+    live = fly("live", iou=0.4)
+    (honest,) = compared()
+    edit(live, metrics=dict.fromkeys(FIGURES, 0.5))
+    assert compared() == [honest]
+    assert figure(honest, "iou").live == pytest.approx(0.4)
+
+
+def test_a_pair_with_an_invalid_run_is_left_out_with_the_reason(
+    fly: Store, compared: Callable[[], list[Agreement]]
+) -> None:
+    fly("sim", seed=1)
+    fly("live", seed=1)
+    fly("sim", seed=2)
+    fly("live", seed=2, valid=False, reason="the computer was too slow", iou=0.1)
+    fly("sim", seed=3, valid=False, reason="it read the truth")
+    fly("live", seed=3)
+    (agreement,) = compared()
+    assert [one.seed for one in agreement.pairs] == [1]
+    assert figure(agreement, "iou").live == pytest.approx(0.5)
+    assert [(one.scenario, one.seed, one.reason) for one in agreement.left_out] == [
+        ("paper/a", 2, "the live run is invalid: the computer was too slow"),
+        ("paper/a", 3, "the simulated run is invalid: it read the truth"),
+    ]
+
+
+def test_a_run_without_a_partner_is_left_out(fly: Store, compared: Callable[[], list[Agreement]]) -> None:
+    fly("sim", "paper/a")
+    fly("live", "paper/b")
+    (agreement,) = compared()
+    assert agreement.pairs == ()
+    assert [(one.scenario, one.reason) for one in agreement.left_out] == [
+        ("paper/a", "there is no live run"),
+        ("paper/b", "there is no simulated run"),
+    ]
+    assert all(one.agrees is None for one in agreement.comparisons)
+
+
+def test_a_figure_that_only_one_of_the_two_has_is_counted_and_takes_part_in_no_mean(
+    fly: Store, compared: Callable[[], list[Agreement]]
+) -> None:
+    fly("sim", seed=1, command_s=3.5)
+    fly("live", seed=1, command_s=3.6)
+    fly("sim", seed=2, command_s=5.0)
+    fly("live", seed=2, command_s=7.0)  # too late to have resolved anything
+    (agreement,) = compared()
+    react = figure(agreement, "t_react_s")
+    assert (react.pairs, react.one_sided) == (1, 1)
+    assert react.sim == pytest.approx(3.5 - 5.8 / 3)
+    assert figure(agreement, "t_down_s").pairs == 2
+
+
+def test_managing_systems_are_kept_apart(fly: Store, compared: Callable[[], list[Agreement]]) -> None:
+    for manager in ("baseline", "mine"):
+        fly("sim", manager=manager)
+        fly("live", manager=manager)
+    assert [(one.manager, len(one.pairs)) for one in compared()] == [("baseline", 1), ("mine", 1)]
+
+
+def test_repetitions_of_a_scenario_are_one_cluster(
+    fly: Store, compared: Callable[[], list[Agreement]]
+) -> None:
+    for scenario, seed, live_s in (("a", 1, 3.6), ("a", 2, 3.6), ("b", 1, 3.8), ("b", 2, 3.8)):
+        fly("sim", f"paper/{scenario}", seed)
+        fly("live", f"paper/{scenario}", seed, command_s=live_s)
+    (agreement,) = compared()
+    difference = figure(agreement, "t_react_s").difference
+    assert difference is not None
+    # as of the two scenarios' means, 0.1 and 0.3
+    assert difference.high == pytest.approx(0.2 + 12.706 * 0.1, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("name", "sim", "difference", "agrees"),
+    [
+        ("iou", 0.5, 0.09, True),
+        ("iou", 0.5, -0.11, False),
+        ("t_down_s", 1.0, 0.49, True),
+        ("t_down_s", 1.0, -0.51, False),
+        ("t_down_s", 5.0, 0.9, True),
+        ("t_decide_s", -0.1, 0.6, False),
+        ("redeploys_unnecessary", 0.0, 0.0, True),
+        ("redeploys_unnecessary", 0.0, 0.1, False),
+    ],
+)
+def test_a_figure_agrees_within_a_fifth_and_a_time_also_within_half_a_second(
+    name: str, sim: float, difference: float, agrees: bool
+) -> None:
+    found = Estimate(difference, None, None, None, 1)
+    comparison = Comparison(name=name, sim=sim, live=sim + difference, difference=found, one_sided=0)
+    assert comparison.agrees is agrees
+
+
+def test_where_never_both_have_a_figure_it_agrees_only_if_none_has() -> None:
+    lacking = {"name": "t_react_s", "sim": None, "live": None, "difference": None}
+    assert Comparison(**lacking, one_sided=0).agrees is None  # type: ignore[arg-type]
+    assert Comparison(**lacking, one_sided=2).agrees is False  # type: ignore[arg-type]
+
+
+def test_failures_are_the_same_however_often_they_came() -> None:
+    assert pair(flown(failures="F4 F1 F4"), flown(failures="F1 F4")).same_failures
+    other = pair(flown(failures="F1 F4"), flown(failures="F3 F1 F4"))
+    assert not other.same_failures
+    assert other.failures == (("F1", "F4"), ("F1", "F3", "F4"))
+
+
+def test_adaptations_are_the_same_in_any_order_but_each_as_often() -> None:
+    assert pair(flown(REDEPLOY, RECALIBRATION), flown(RECALIBRATION, REDEPLOY)).same_adaptations
+    other = pair(flown(REDEPLOY, RECALIBRATION), flown(RECALIBRATION, REDEPLOY, RECALIBRATION))
+    assert not other.same_adaptations
+    assert other.adaptations == (
+        {"redeploy camera": 1, "set_parameter sensor_fusion": 1},
+        {"redeploy camera": 1, "set_parameter sensor_fusion": 2},
+    )
+
+
+def test_failures_and_adaptations_are_those_of_the_records(
+    fly: Store, compared: Callable[[], list[Agreement]]
+) -> None:
+    fly("sim")
+    fly("live")
+    (agreement,) = compared()
+    (only,) = agreement.pairs
+    assert only.failures == (("F1", "F2", "F3"),) * 2
+    assert only.adaptations == ({"redeploy camera": 1},) * 2
+
+
+def test_two_different_runs_of_one_experiment_are_refused(
+    fly: Store, store: Store, compared: Callable[[], list[Agreement]]
+) -> None:
+    fly("sim")
+    fly("live")
+    store("live/runs/again", scenario="paper/a", seed=1, middleware="cyclonedds", iou=0.1)
+    with pytest.raises(
+        RecordError,
+        match=r"one run of paper/a with seed 1 below .*live, got .*again and .*seed-1, which differ",
+    ):
+        compared()
+
+
+def test_a_folder_that_is_not_there(fly: Store, compared: Callable[[], list[Agreement]]) -> None:
+    fly("sim")
+    with pytest.raises(RecordError, match=r"no folder .*live; 'sunset agree --out' makes one"):
+        compared()
+
+
+def test_progress_is_by_pairs(fly: Store, tmp_path: Path) -> None:
+    for seed in (1, 2):
+        fly("sim", seed=seed)
+        fly("live", seed=seed)
+    seen: list[tuple[int, int]] = []
+    compare(tmp_path / "sim", tmp_path / "live", progress=lambda *told: seen.append(told))
+    assert seen == [(1, 2), (2, 2)]

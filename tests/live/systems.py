@@ -185,16 +185,23 @@ MANAGED = ("camera", "depth", "image_enhancement", "sensor_fusion", "segmentatio
 
 
 def children(pid: int) -> dict[str, int]:
-    """Return node → process of those that a process has started."""
+    """Return node → process of those that a process has started, or let its fork server start."""
     found = {}
-    for task in Path(f"/proc/{pid}/task").glob("*/children"):
+    for child in _started_by(pid):
         try:
-            for child in task.read_text(encoding="utf-8").split():
-                words = Path(f"/proc/{child}/cmdline").read_text(encoding="utf-8").split("\0")
-                if "node" in words:
-                    found[next(word for word in words[words.index("node") + 1 :] if word[:2] != "--")] = int(
-                        child
-                    )
+            words = Path(f"/proc/{child}/cmdline").read_text(encoding="utf-8").split("\0")
         except (FileNotFoundError, ProcessLookupError):
             continue  # it has ended meanwhile
+        if "node" in words:
+            found[next(word for word in words[words.index("node") + 1 :] if word[:2] != "--")] = child
+        else:
+            found |= children(child)
     return found
+
+
+def _started_by(pid: int) -> list[int]:
+    try:
+        tasks = list(Path(f"/proc/{pid}/task").glob("*/children"))
+        return [int(child) for task in tasks for child in task.read_text(encoding="utf-8").split()]
+    except (FileNotFoundError, ProcessLookupError):
+        return []

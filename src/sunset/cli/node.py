@@ -1,7 +1,6 @@
 """`sunset node`: one node as a process of its own, on DDS."""
 
 import argparse
-import ctypes
 import os
 import signal
 import sys
@@ -12,6 +11,7 @@ from typing import Final
 from sunset.errors import InvalidInputError, SunsetError
 from sunset.nodes import NODES
 from sunset.nodes.deployment import deployed_parameters
+from sunset.nodes.forks import signal_after_parent
 from sunset.nodes.live_bag_player import LiveBagPlayer
 from sunset.rmw.port import CallbackError
 from sunset.ros import Context, Node, SingleThreadedExecutor
@@ -22,8 +22,6 @@ __all__ = ["MANAGER", "add_network_options", "add_parser", "execute"]
 MANAGER: Final = "managing_system"
 """The name of a managing system's process."""
 _EXECUTOR: Final = "scenario_executor"
-_DEATH_SIGNAL: Final = 1
-"""PR_SET_PDEATHSIG of Linux's prctl(2)."""
 _PARTING_S: Final = 2.0
 """How long a node whose parent ended may take to leave the graph."""
 
@@ -128,8 +126,7 @@ def _end_with_stdin() -> None:
 
     Where the system can, a process that is stopped then goes on, to see it.
     """
-    if sys.platform == "linux":
-        ctypes.CDLL(None).prctl(_DEATH_SIGNAL, signal.SIGCONT)
+    signal_after_parent(signal.SIGCONT)
     threading.Thread(target=_watch_stdin, daemon=True).start()
 
 

@@ -1,6 +1,9 @@
 """The segmentation: runs the network of the fused images' modality."""
 
 from functools import cache
+from typing import TYPE_CHECKING
+
+import numpy as np
 
 from sunset.faults import FAULTS
 from sunset.interfaces.sensor_msgs.msg import Image
@@ -8,10 +11,12 @@ from sunset.interfaces.system_interfaces.msg import SensorFusion
 from sunset.nodes.base import AdaptiveNode
 from sunset.nodes.images import array_of_bgr, array_of_depth, image_of_labels
 from sunset.nodes.parameters import FaultParameter, NodeParameter
-from sunset.perception import InferenceCache, Modality, Segmenter, load_model
 from sunset.ros.context import Context
 from sunset.ros.lifecycle import LifecycleState, TransitionCallbackReturn
 from sunset.ros.parameter import Parameter
+
+if TYPE_CHECKING:  # imported where it is used: it takes time and starts a thread, and no other node needs it
+    from sunset.perception import InferenceCache, Modality, Segmenter
 
 __all__ = ["SegmentationNode"]
 
@@ -22,8 +27,11 @@ class SegmentationNode(AdaptiveNode):
     It reports the entropy of every frame. While it works on a frame only the newest of those that arrive is
     kept for it.
 
+    A segmenter of its own, which the parameters describe, is warmed up while the node boots: each network is run
+    once on an empty image, so that the first frames are not slower than others.
+
     Args:
-        segmenter: what segments; None for one that the parameters describe.
+        segmenter: what segments, and is not warmed up; None for one that the parameters describe.
         context: as of `AdaptiveNode`.
         cli_args: as of `AdaptiveNode`.
         parameter_overrides: as of `AdaptiveNode`.
@@ -38,6 +46,7 @@ class SegmentationNode(AdaptiveNode):
     inference_cache = NodeParameter(
         "", "file that results of inference are looked up and kept in; empty for none", read_only=True
     )
+    device = NodeParameter("cpu", "what networks run on: cpu, cuda or auto", read_only=True)
     cuda_out_of_memory = FaultParameter(
         False,
         FAULTS["cuda_out_of_memory"].description,
@@ -51,7 +60,7 @@ class SegmentationNode(AdaptiveNode):
     def __init__(
         self,
         *,
-        segmenter: Segmenter | None = None,
+        segmenter: "Segmenter | None" = None,
         context: Context | None = None,
         cli_args: list[str] | None = None,
         parameter_overrides: list[Parameter] | None = None,
@@ -66,14 +75,36 @@ class SegmentationNode(AdaptiveNode):
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Load the model."""
-        self._segmenter = self._given or self._described()
+        if self._given is None:
+            self._segmenter = self._described()
+            self._warm_up([*self._segmenter.model.card.networks])
+        else:
+            self._segmenter = self._given
         return super().on_configure(state)
 
-    def _described(self) -> Segmenter:
+    def _described(self) -> "Segmenter":
+        from sunset.perception import Segmenter, load_model  # noqa: PLC0415  see above
+
         answers = _answers(self.inference_cache) if self.inference_cache else None
-        return Segmenter(load_model(self.model), cache=answers)
+        return Segmenter(load_model(self.model), device=self.device, cache=answers)
+
+    def _warm_up(self, modalities: "list[Modality]") -> None:
+        """Run networks once each, with time for other callbacks between them."""
+        if not modalities:
+            return
+
+        def run() -> None:
+            card = self._segmenter.model.card
+            shape = (card.height, card.width)
+            colour, depth = np.zeros((*shape, 3), np.uint8), np.zeros(shape, np.uint16)
+            self._segmenter.logits(modalities[0], colour, depth)
+            self._warm_up(modalities[1:])
+
+        self.call_later(0.0, run)
 
     def _on_fused(self, message: SensorFusion) -> None:
+        from sunset.perception import Modality  # noqa: PLC0415  see above
+
         if self.cuda_out_of_memory or self.gpu_failure:
             return
         modality = Modality(message.modality.fusion_type)
@@ -87,6 +118,8 @@ class SegmentationNode(AdaptiveNode):
 
 
 @cache
-def _answers(path: str) -> InferenceCache:
+def _answers(path: str) -> "InferenceCache":
     """Return the cache in a file, opened once a process: what it answers does not depend on when."""
+    from sunset.perception import InferenceCache  # noqa: PLC0415  see above
+
     return InferenceCache(path)

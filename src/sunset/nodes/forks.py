@@ -1,0 +1,223 @@
+"""Processes that are forked from one which has imported already what all of them need.
+
+Python, numpy and DDS take half a second of a processor to load, for every node and again whenever one is redeployed. A
+fork server loads them once; a process that it forks is there within milliseconds. The server has one thread, joins no
+network and knows nothing of the nodes.
+
+Both ends of it are here. An order is a JSON list of arguments for the command line, with two open files: what the new
+process reads and what it writes. The answer is its number. A number is the order to bury a process that has
+ended; the answer is its exit code.
+"""
+
+import ctypes
+import json
+import os
+import select
+import signal
+import socket
+import subprocess
+import sys
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from pathlib import Path
+from typing import IO, Final
+
+__all__ = ["UNSEEN", "ForkServer", "ForkedProcess", "await_order", "can_fork", "signal_after_parent"]
+
+UNSEEN: Final = 256
+"""Takes the place of an exit code that nobody saw, for the server was gone."""
+
+_LONGEST: Final = 65536
+_PATIENCE_S: Final = 20.0
+"""How long the server may take for an answer; the first comes when it has imported everything."""
+_ROOM: Final = 512
+"""Bytes of the server's command line, which its processes overwrite with their own."""
+_DEATH_SIGNAL: Final = 1
+"""PR_SET_PDEATHSIG of Linux's prctl(2)."""
+_ARGUMENTS_BEGIN: Final = 45
+"""Index of the address at which the command line begins, behind the name in /proc/self/stat; its end follows."""
+
+
+def can_fork() -> bool:
+    """Return whether this system has what a fork server needs."""
+    return sys.platform == "linux" and hasattr(os, "pidfd_open")
+
+
+def signal_after_parent(number: int) -> None:
+    """Let this process get a signal when its parent ends, where the system can; even if it is stopped."""
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(_DEATH_SIGNAL, number)
+
+
+class ForkedProcess:
+    """A process that a fork server made: as much of `subprocess.Popen` as its user needs.
+
+    Attributes:
+        pid: its number.
+        stdin: the other end of what it reads.
+        stdout: the other end of what it writes, as text.
+        returncode: its exit code, as of `Popen`, or `UNSEEN`; None as long as `poll` did not find its end.
+    """
+
+    def __init__(self, server: "ForkServer", pid: int, stdin: IO[bytes], stdout: IO[str]) -> None:
+        self.pid = pid
+        self.stdin = stdin
+        self.stdout = stdout
+        self.returncode: int | None = None
+        self._server = server
+        self._handle = os.pidfd_open(pid)
+        self._end = select.poll()
+        self._end.register(self._handle, select.POLLIN)
+
+    def poll(self) -> int | None:
+        """Return the exit code; None while it runs."""
+        return self._look(0.0)
+
+    def wait(self) -> int:
+        """Wait for its end, and return the exit code."""
+        code = self._look(None)
+        assert code is not None  # noqa: S101  it waited for it
+        return code
+
+    def _look(self, timeout_s: float | None) -> int | None:
+        if self.returncode is None and self._end.poll(timeout_s):
+            self.returncode = self._server.bury(self.pid)
+            os.close(self._handle)
+        return self.returncode
+
+    def send_signal(self, number: int) -> None:
+        """Send a signal, unless it has ended."""
+        if self.poll() is None:
+            with suppress(ProcessLookupError):
+                signal.pidfd_send_signal(self._handle, number)
+
+    def terminate(self) -> None:
+        """Ask it to end."""
+        self.send_signal(signal.SIGTERM)
+
+    def kill(self) -> None:
+        """End it at once."""
+        self.send_signal(signal.SIGKILL)
+
+
+class ForkServer:
+    """A fork server, as its user sees it; it ends with the user's process.
+
+    Args:
+        command: what starts a process that calls `await_order` with its stdin as a socket.
+        environment: its variables, and those of what it forks.
+    """
+
+    def __init__(self, command: Sequence[str], environment: Mapping[str, str]) -> None:
+        self._door, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        self._door.settimeout(_PATIENCE_S)
+        with theirs:
+            self._process: subprocess.Popen[bytes] = subprocess.Popen(  # noqa: S603  the command is the caller's
+                [*command, "-" * _ROOM],
+                stdin=theirs.fileno(),
+                stdout=subprocess.DEVNULL,
+                stderr=subprocess.DEVNULL,
+                env=dict(environment),
+                start_new_session=True,
+            )
+
+    @property
+    def pid(self) -> int:
+        """The number of the server's process."""
+        return self._process.pid
+
+    def fork(self, arguments: Sequence[str]) -> ForkedProcess:
+        """Return a new process that runs a command line.
+
+        Raises:
+            OSError: the server does not answer; it is of no more use.
+        """
+        their_input, stdin = os.pipe()
+        stdout, their_output = os.pipe()
+        try:
+            pid = self._ask(list(arguments), [their_input, their_output])
+        except OSError:
+            os.close(stdin)
+            os.close(stdout)
+            raise
+        finally:
+            os.close(their_input)
+            os.close(their_output)
+        return ForkedProcess(
+            self, pid, os.fdopen(stdin, "wb", buffering=0), os.fdopen(stdout, encoding=None, errors="replace")
+        )
+
+    def bury(self, pid: int) -> int:
+        """Return the exit code of a process that has ended, once; `UNSEEN` if the server is gone."""
+        try:
+            return self._ask(pid)
+        except OSError:
+            return UNSEEN
+
+    def _ask(self, order: list[str] | int, files: Sequence[int] = ()) -> int:
+        try:
+            socket.send_fds(self._door, [json.dumps(order).encode()], list(files))
+            answer = self._door.recv(_LONGEST)
+        except OSError:
+            self.close()
+            raise
+        if not answer:
+            self.close()
+            raise ConnectionError("The fork server has ended.")
+        return int(answer)
+
+    def close(self) -> None:
+        """End the server; what it forked goes on."""
+        self._door.close()
+        self._process.kill()
+        self._process.wait()
+
+
+def await_order(door: socket.socket) -> list[str] | None:
+    """Fork whenever it is asked for: the server's side.
+
+    Args:
+        door: where orders come from.
+
+    Returns:
+        In each forked process, the arguments that it shall run; in the server None, when nobody is there to order.
+    """
+    signal_after_parent(signal.SIGKILL)
+    while True:
+        order, files, _, _ = socket.recv_fds(door, _LONGEST, 2)
+        if not order:
+            return None
+        wanted = json.loads(order)
+        if isinstance(wanted, int):
+            answer = os.waitstatus_to_exitcode(os.waitpid(wanted, 0)[1])
+        else:
+            answer = os.fork()
+            if answer == 0:
+                door.close()
+                _become(wanted, *files)
+                return list(wanted)
+            for file in files:
+                os.close(file)
+        door.send(str(answer).encode())
+
+
+def _become(arguments: list[str], stdin: int, stdout: int) -> None:
+    """Make of a copy of the server a process of its own."""
+    os.setsid()
+    for number, file in enumerate((stdin, stdout, stdout)):
+        os.dup2(file, number)
+    os.close(stdin)
+    os.close(stdout)
+    for stream in (sys.stdout, sys.stderr):
+        stream.reconfigure(line_buffering=True)  # type: ignore[union-attr]  # as they are at the start of a program
+    sys.argv[1:] = arguments
+    _show([sys.executable, "-m", "sunset", *arguments])
+
+
+def _show(command: list[str]) -> None:
+    """Overwrite the command line that other programs see, where it is long enough."""
+    status = Path("/proc/self/stat").read_text(encoding="utf-8", errors="replace")
+    begin, end = (int(word) for word in status.rpartition(")")[2].split()[_ARGUMENTS_BEGIN:][:2])
+    text = b"".join(os.fsencode(word) + b"\0" for word in command)
+    if len(text) <= end - begin:
+        ctypes.memmove(begin, text.ljust(end - begin, b"\0"), end - begin)

@@ -6,7 +6,7 @@ from contextlib import redirect_stdout
 from dataclasses import replace
 from pathlib import Path
 
-from sunset.cli._options import add_model_options, at_least_one, model_options
+from sunset.cli._options import add_flight_options, at_least_one, flight_options
 from sunset.cli._progress import progress_bar, rendering_progress
 from sunset.evaluation import AGREEMENT_FORMATS, compare, format_agreement
 from sunset.experiments import BenchSpec, bench, plan, prepare
@@ -46,7 +46,7 @@ def add_parser(verbs: "argparse._SubParsersAction[argparse.ArgumentParser]") -> 
     parser.add_argument(
         "--seed", type=int, default=1, metavar="N", help="seed of the first repetition (default: 1)"
     )
-    add_model_options(parser)
+    add_flight_options(parser)
     parser.add_argument(
         "--rate",
         type=float,
@@ -93,7 +93,7 @@ def _fly(arguments: argparse.Namespace) -> None:
         managers=_names(arguments.managers),
         repetitions=arguments.repetitions,
         seed=arguments.seed,
-        **model_options(arguments),
+        **flight_options(arguments),
     )
     live = replace(sim, middleware="cyclonedds", speed=arguments.rate)
     runs = plan(live)  # what is wrong with either is said before anything is flown

@@ -263,3 +263,25 @@ def test_a_destroyed_service_answers_nobody(live: "Live") -> None:
     live.spin(executor, lambda: False, 0.1)
     assert not future.done()
     assert node.context.middleware.wait_for(lambda: not client.service_is_ready(), 10**10)
+
+
+def test_requests_on_which_the_handler_raised_are_forgotten(live: "Live") -> None:
+    node, executor = live.node("server")
+
+    def refuse(request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
+        if not request.data:
+            raise RuntimeError("x" * 100_000)
+        return response
+
+    service = node.create_service(SetBool, "~/set", refuse)
+    peer = live.peer()
+    replies, requests = peer.reader(*REPLY), peer.writer(*REQUEST)
+    assert matched(peer, replies, requests)
+    for _ in range(2):  # the same request, too
+        peer.send(requests, request(1, 1, data=False))
+        with pytest.raises(CallbackError, match=r"raised RuntimeError: x{1000}…$"):
+            live.spin(executor, lambda: False)
+    assert not service.handle._asked  # type: ignore[attr-defined]
+    peer.send(requests, request(1, 1))
+    live.spin(executor, lambda: False, 0.1)
+    assert answered(peer.collect(replies, 1)) == [header(1, 1)]

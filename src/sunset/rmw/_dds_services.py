@@ -16,7 +16,7 @@ from sunset.rmw import _dds_library as dds
 from sunset.rmw import _dds_wheel as wheel
 from sunset.rmw._dds_entity import MessageT, ReadingEntity
 from sunset.rmw._dds_names import parse_user_data, topic_names_of_service
-from sunset.rmw.port import ClientHandle, QoSProfile, RequestId, ServiceHandle
+from sunset.rmw.port import CallbackError, ClientHandle, QoSProfile, RequestId, ServiceHandle
 
 if TYPE_CHECKING:
     from sunset.rmw._dds_node import DdsNode
@@ -210,7 +210,11 @@ class DdsService(_ServiceEnd, ServiceHandle):
         if request is None:
             return False
         self._asked[request_id] = writer
-        self.process.call(self, self._handler, request_id, request)
+        try:
+            self.process.call(self, self._handler, request_id, request)
+        except CallbackError:
+            self._asked.pop(request_id, None)  # nobody will answer it
+            raise
         return True
 
     def send_response(self, request_id: RequestId, response: Message) -> None:

@@ -13,7 +13,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import Enum
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 from sunset.errors import MiddlewareError
 from sunset.interfaces import Message, Service
@@ -39,6 +39,9 @@ __all__ = [
     "incompatibility",
 ]
 
+_LONGEST: Final = 1000
+"""Characters of what a callback raised that are told."""
+
 
 class CallbackError(MiddlewareError):
     """A callback of a node raised; `__cause__` is what it raised.
@@ -56,7 +59,10 @@ class CallbackError(MiddlewareError):
     @classmethod
     def of(cls, node: str, callback: str, error: Exception) -> "CallbackError":
         """Wrap what a callback raised; the caller raises the result `from error`."""
-        return cls(node, callback, f"raised {type(error).__name__}: {error}")
+        text = str(error)
+        if len(text) > _LONGEST:  # what came over the network may be in it
+            text = f"{text[:_LONGEST]}…"
+        return cls(node, callback, f"raised {type(error).__name__}: {text}")
 
 
 class CallbackTimeoutError(CallbackError):

@@ -130,6 +130,15 @@ def test_a_node_logs_to_rosout(world: "World") -> None:
     assert (log.name, log.level, log.msg, log.stamp.sec) == ("uav.camera", Log.ERROR, "broken", 1)
 
 
+def test_messages_are_throttled_by_a_time_that_nobody_sets(world: "World") -> None:
+    node = world.node("camera", ["--ros-args", "-p", "use_sim_time:=true"])  # nobody tells the time
+    logged = []
+    for _ in range(3):
+        logged.append(node.get_logger().error("broken", throttle_duration_sec=1.0))
+        world.pass_time(0.6)
+    assert logged == [True, False, True]
+
+
 def test_a_context_can_be_told_to_log_to_stderr(world: "World", capsys: pytest.CaptureFixture[str]) -> None:
     loud = world.node("loud", ["--ros-args", "--enable-stdout-logs", "--log-level", "debug"])
     quiet = world.node("quiet")

@@ -20,8 +20,8 @@ class NodeLogSink:
         self._rosout = rosout
 
     def now_ns(self) -> int:
-        """Return the time by which messages are throttled."""
-        return self._clock.now_ns()
+        """Return the time by which messages are throttled, which nobody can set."""
+        return self._context.middleware.steady_ns()
 
     def write(self, record: LogRecord) -> None:
         """Send a message; once the context is shut down, to stderr only."""

@@ -188,6 +188,7 @@ def test_a_bad_override_is_refused(world: "World") -> None:
         ("topic_input", "", "a topic's name"),
         ("topic_input", "9lives", "a topic's name"),
         ("topic_input", "a//b", "a topic's name"),
+        ("topic_input", "a" * 240, "longer than"),
         ("lifecycle_activation_delay", 0.1, "read"),
         ("colour", "red", "declared"),
     ],

@@ -109,3 +109,11 @@ def test_the_first_rule_that_matches_is_used() -> None:
     assert resolve_name("image", "depth", "/uav", rules) == "/uav/other"
     assert resolve_name("/uav/camera/state", "camera", "/uav", rules) == "/state"
     assert resolve_name("/image", "camera", "/uav", rules) == "/image"
+
+
+def test_a_topic_is_no_longer_than_dds_has_room_for() -> None:
+    assert len(resolve_name("x" * 242, "camera", "/uav", [])) == 247
+    with pytest.raises(InvalidTopicNameException, match="longer than 247 characters"):
+        resolve_name("x" * 243, "camera", "/uav", [])
+    with pytest.raises(InvalidServiceNameException, match="longer than 247 characters"):
+        resolve_name("x" * 243, "camera", "/uav", [], is_service=True)

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Final, Generic, Self, TypeVar, overload
 
 from sunset.interfaces.rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
+from sunset.ros.exceptions import NameValidationException
 
 if TYPE_CHECKING:
     from sunset.nodes.base import AdaptiveNode
@@ -139,6 +140,10 @@ class TopicParameter(NodeParameter[str]):
         """Refuse what is no topic's name."""
         if not _TOPIC.fullmatch(str(value)):
             return f"{self.name} must be a topic's name such as {self.default}, got {value!r}."
+        try:
+            node.resolve_topic_name(str(value))
+        except NameValidationException as error:
+            return str(error)
         return super().refusal(node, value)
 
 

@@ -32,6 +32,8 @@ _TOKEN: Final = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 _ALLOWED: Final = re.compile(r"[A-Za-z0-9_/~{}]*")
 _SUBSTITUTIONS: Final = frozenset({"node", "ns", "namespace"})
 _MAX_LENGTH: Final = 255
+_MAX_TOPIC_LENGTH: Final = 247
+"""DDS has names of at most 255 characters, of which ROS 2 keeps 8 for itself."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -144,11 +146,15 @@ def resolve_name(
     """Validate, expand and remap a topic or service name.
 
     Raises:
-        InvalidTopicNameException: it breaks the rules.
+        InvalidTopicNameException: it breaks the rules, or is too long.
         InvalidServiceNameException: likewise, for a service.
     """
     validate_topic_name(name, is_service=is_service)
-    return remap_name(expand_name(name, node_name, namespace), node_name, namespace, rules)
+    resolved = remap_name(expand_name(name, node_name, namespace), node_name, namespace, rules)
+    if len(resolved) > _MAX_TOPIC_LENGTH:
+        kind, error = _kind(is_service=is_service)
+        raise error(kind, resolved, f"longer than {_MAX_TOPIC_LENGTH} characters", _MAX_TOPIC_LENGTH)
+    return resolved
 
 
 def _kind(*, is_service: bool) -> tuple[str, type[NameValidationException]]:

@@ -65,3 +65,10 @@ def test_frames_without_a_partner_do_not_pile_up(world: "World", evaluator: Eval
 def test_it_is_no_part_of_the_managed_system(world: "World", evaluator: Evaluator) -> None:
     assert evaluator.get_fully_qualified_name() == "/evaluator"
     assert dict(world.sim.subscriptions_of("/evaluator")).keys() >= {RESULT, TRUTH}
+
+
+@pytest.mark.usefixtures("evaluator")
+def test_frames_of_a_far_future_do_not_crowd_out_the_present(world: "World") -> None:
+    feed(world, *((TRUTH, labels(2**31 - second, 7)) for second in range(1, 150)))
+    feed(world, *((RESULT, labels(2**31 - second, 7)) for second in range(200, 350)))
+    assert feed(world, (TRUTH, labels(1, 7)), (RESULT, labels(1, 5))) == [(1, 1.0)]

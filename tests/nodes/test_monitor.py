@@ -4,7 +4,9 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+from sunset.interfaces.builtin_interfaces.msg import Time
 from sunset.interfaces.diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from sunset.interfaces.rosgraph_msgs.msg import Clock
 from sunset.interfaces.sensor_msgs.msg import Image
 from sunset.interfaces.system_interfaces.msg import SensorFusion
 from sunset.managing.symptoms import read_parameters
@@ -128,3 +130,44 @@ def test_its_subscriptions_match_what_the_pipeline_publishes(world: "World") -> 
         published |= set(world.sim.publishers_of(f"/managed_subsystem/{node_class.node_name}"))
     raw = {("/rgb_raw", "sensor_msgs/msg/Image"), ("/depth_raw", "sensor_msgs/msg/Image")}
     assert subscribed - raw <= published
+
+
+@pytest.mark.usefixtures("monitor")
+def test_a_value_is_what_was_said_last_be_it_number_flag_or_text(world: "World") -> None:
+    for value, expected in (("broken", "broken"), ("true", True), ("broken", "broken")):
+        beat(world, "active", sharpness=value)
+        assert blackboard(world)["camera_sharpness"] == expected
+    for value in ("1", "2", "3", "4", "5"):
+        beat(world, "active", sharpness=value)
+    assert blackboard(world)["camera_sharpness"] == 3.0
+
+
+@pytest.mark.usefixtures("monitor")
+def test_nodes_and_values_that_nobody_has_do_not_pile_up(world: "World") -> None:
+    beat(world, "active", sharpness="1")
+    for number in range(300):
+        status = DiagnosticStatus(
+            hardware_id=f"node{number}", values=[KeyValue(key=str(key), value="a") for key in range(3)]
+        )
+        world.publish("/diagnostics", DiagnosticArray(status=[status]))
+        world.run(0.001)
+    before = len(blackboard(world))
+    assert before < 1000
+    beat(world, "y" * 1000, mood="x" * 1000, **{"z" * 1000: "fine"})
+    assert len(blackboard(world)) == before
+    beat(world, "inactive")
+    assert blackboard(world)["camera_lc_state"] == "inactive"
+
+
+def test_a_frequency_is_right_again_when_time_was_set_forth_and_back(world: "World") -> None:
+    world.start(Monitor, parameters={"use_sim_time": True})
+    for number in (1.0, 2e9, 2.0):
+        seconds = int(number)
+        world.publish("/clock", Clock(clock=Time(sec=seconds)))
+        world.run(0.01)
+        world.publish("/rgb_raw", Image())
+        world.run(0.01)
+    for tick in range(40):
+        world.publish("/clock", Clock(clock=Time(sec=2 + tick // 10, nanosec=tick % 10 * 10**8)))
+        world.run(0.01)
+    assert blackboard(world)["rgb_raw_freq"] == 0.0

@@ -58,6 +58,14 @@ def test_items_without_a_partner_are_forgotten() -> None:
     assert matcher.add_right(9700, 9700, tolerance=TOLERANCE) == (9700, 9700)
 
 
+def test_items_of_a_far_future_do_not_crowd_out_the_present() -> None:
+    matcher: PairMatcher[int, int] = PairMatcher(size=3)
+    for stamp in range(10**9, 10**9 + 1000, 100):
+        assert matcher.add_left(stamp, stamp, tolerance=TOLERANCE) is None
+    assert matcher.add_left(5, 5, tolerance=TOLERANCE) is None
+    assert matcher.add_right(5, 5, tolerance=TOLERANCE) == (5, 5)
+
+
 def test_a_stream_can_be_forgotten_without_forgetting_what_was_given() -> None:
     matcher: PairMatcher[str, str] = PairMatcher()
     matcher.add_left(0, "old", tolerance=TOLERANCE)

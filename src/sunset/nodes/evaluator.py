@@ -114,4 +114,4 @@ class Evaluator(Node):
 def _keep(waiting: dict[int, Image], message: Image) -> None:
     waiting[stamp_ns(message.header)] = message
     if len(waiting) > _WAITING:
-        del waiting[min(waiting)]
+        del waiting[next(iter(waiting))]  # not the least stamp: others may be of a far future

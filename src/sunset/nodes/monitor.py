@@ -1,7 +1,7 @@
 """The monitor: collects what can be seen of the managed system, for the managing system."""
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Final
 
@@ -22,6 +22,12 @@ _MEAN_OF: Final = 5
 """Reported numbers over which the blackboard's value is the mean."""
 _STALE_NS: Final = 10**9
 """Numbers before a gap longer than this say nothing about what comes after it."""
+_MOST: Final = 1000
+"""Events of a second that are counted."""
+_ROOM: Final = 200
+"""Nodes that are remembered, and values of theirs; no system of ours has so many."""
+_LONGEST: Final = 200
+"""Characters of a name or text; a longer one is no node's of ours."""
 
 _TOPICS: Final[tuple[tuple[str, type[Message]], ...]] = (
     ("/rgb_raw", Image),
@@ -38,7 +44,7 @@ class _Rate:
     """Counts events of the last second."""
 
     def __init__(self) -> None:
-        self._times: deque[int] = deque()
+        self._times: deque[int] = deque(maxlen=_MOST)
 
     def note(self, now_ns: int) -> None:
         self._times.append(now_ns)
@@ -46,7 +52,7 @@ class _Rate:
     def frequency(self, now_ns: int) -> float:
         """Return the events in the second that ends now."""
         times = self._times
-        while times and times[0] <= now_ns - _WINDOW_NS:
+        while times and not now_ns - _WINDOW_NS < times[0] <= now_ns:  # time may have been set back
             times.popleft()
         return float(len(times))
 
@@ -93,9 +99,7 @@ class Monitor(Node):
         self._topics = {_frequency_key(topic): _Rate() for topic, _ in _TOPICS}
         self._heartbeats: dict[str, _Rate] = {}
         self._states: dict[str, str] = {}
-        self._means: dict[str, _Mean] = {}
-        self._flags: dict[str, bool] = {}
-        self._texts: dict[str, str] = {}
+        self._values: dict[str, _Mean | bool | str] = {}
         for topic, message_type in _TOPICS:
             note = self._noting(self._topics[_frequency_key(topic)])
             self.create_subscription(message_type, topic, note, 10)
@@ -113,35 +117,52 @@ class Monitor(Node):
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         now = self.get_clock().now().nanoseconds
         for status in message.status:
-            self._heartbeats.setdefault(status.hardware_id, _Rate()).note(now)
-            self._states[status.hardware_id] = status.message
+            node = status.hardware_id
+            if not _has_room(self._heartbeats, node, status.message):
+                continue
+            self._heartbeats.setdefault(node, _Rate()).note(now)
+            self._states[node] = status.message
             self._take_values(status, now)
 
     def _take_values(self, status: DiagnosticStatus, now_ns: int) -> None:
         for item in status.values:
             key = f"{status.hardware_id}_{item.key}"
-            if item.value in {"true", "false"}:
-                self._flags[key] = item.value == "true"
-                continue
-            try:
-                number = float(item.value)
-            except ValueError:
-                self._texts[key] = item.value
-            else:
-                self._means.setdefault(key, _Mean()).note(number, now_ns)
+            if _has_room(self._values, key, item.value):
+                self._take_value(key, item.value, now_ns)
+
+    def _take_value(self, key: str, text: str, now_ns: int) -> None:
+        if text in {"true", "false"}:
+            self._values[key] = text == "true"
+            return
+        try:
+            number = float(text)
+        except ValueError:
+            self._values[key] = text
+            return
+        mean = self._values.get(key)
+        if not isinstance(mean, _Mean):
+            mean = self._values[key] = _Mean()
+        mean.note(number, now_ns)
 
     def _publish(self) -> None:
         now = self.get_clock().now().nanoseconds
         numbers = {key: rate.frequency(now) for key, rate in self._topics.items()}
-        texts = dict(self._texts)
+        flags = {key: value for key, value in self._values.items() if isinstance(value, bool)}
+        texts = {key: value for key, value in self._values.items() if isinstance(value, str)}
+        means = {key: value.value for key, value in self._values.items() if isinstance(value, _Mean)}
         for node, rate in self._heartbeats.items():
             frequency = rate.frequency(now)
             numbers[f"{node}_heartbeat_freq"] = frequency
             texts[f"{node}_lc_state"] = self._states[node] if frequency else "unknown"
-        numbers |= {key: mean.value for key, mean in self._means.items() if mean.value is not None}
-        values: dict[str, object] = {**numbers, **self._flags, **texts}
+        numbers |= {key: mean for key, mean in means.items() if mean is not None}
+        values: dict[str, object] = {**numbers, **flags, **texts}
         group = [Parameter(name, value=value).to_parameter_msg() for name, value in values.items()]
         self._blackboard.publish(SetBlackboardGroup(bb_params=group))
+
+
+def _has_room(entries: Mapping[str, object], key: str, text: str) -> bool:
+    """Return whether an entry is one that is there, or may be added."""
+    return len(key) <= _LONGEST >= len(text) and (key in entries or len(entries) < _ROOM)
 
 
 def _frequency_key(topic: str) -> str:

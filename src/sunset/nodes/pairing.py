@@ -16,7 +16,7 @@ class PairMatcher(Generic[LeftT, RightT]):
     no use any more.
 
     Args:
-        size: how many items of each stream wait for their partner; the oldest are forgotten first.
+        size: how many items of each stream wait for their partner; those that came first are forgotten first.
 
     >>> pairs = PairMatcher()
     >>> pairs.add_left(0, "rgb", tolerance=10) is None
@@ -97,4 +97,4 @@ def _closest(stamp: int, waiting: dict[int, LeftT], tolerance: int) -> int | Non
 def _keep(waiting: dict[int, LeftT], stamp: int, item: LeftT, size: int) -> None:
     waiting[stamp] = item
     if len(waiting) > size:
-        del waiting[min(waiting)]
+        del waiting[next(iter(waiting))]

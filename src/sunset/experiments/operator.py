@@ -11,10 +11,10 @@ from sunset.experiments.processes import NodeProcesses
 from sunset.interfaces import Message
 from sunset.interfaces.std_srvs.srv import Trigger
 from sunset.interfaces.system_interfaces.msg import FrameEvaluation, SetBlackboardGroup
+from sunset.managing.symptoms import Value, read_parameters
 from sunset.ros.clock import Clock
 from sunset.ros.context import Context
 from sunset.ros.node import Node
-from sunset.ros.parameter import Parameter
 from sunset.ros.task import Future
 from sunset.ros.time import ClockType
 
@@ -31,6 +31,10 @@ _OUTPUTS: Final = MappingProxyType(
     }
 )
 """Node → the blackboard's entry with the frequency of what it publishes."""
+_FREQUENCIES: Final = frozenset(_OUTPUTS.values())
+_STATES: Final = frozenset(f"{node}_lc_state" for node in INITIAL_STATES)
+_LONGEST: Final = 20
+"""Characters that a state has at most."""
 
 
 @dataclass(frozen=True)
@@ -102,8 +106,9 @@ class Operator(Node):
 
     def _on_blackboard(self, message: SetBlackboardGroup) -> None:
         self._note("monitor", message)
-        for entry in message.bb_params:
-            self._blackboard[entry.name] = Parameter.from_parameter_msg(entry).value
+        for name, value in read_parameters(message.bb_params).items():
+            if (name in _FREQUENCIES and isinstance(value, float)) or (name in _STATES and _is_state(value)):
+                self._blackboard[name] = value
         states = {node: self._blackboard.get(f"{node}_lc_state") for node in INITIAL_STATES}
         if not self.up and states == INITIAL_STATES:
             self.up = True
@@ -125,3 +130,8 @@ class Operator(Node):
         if response is None or not response.success:
             what = f"It did not work: {what[:1].lower()}{what[1:]}"
         self.news.append(f"{what}: {response.message if response else 'no reply'}")
+
+
+def _is_state(value: Value) -> bool:
+    """Return whether a value may be shown as a lifecycle state: it is printed on a terminal."""
+    return isinstance(value, str) and value.isalpha() and len(value) < _LONGEST

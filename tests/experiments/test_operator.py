@@ -1,0 +1,78 @@
+"""The operator of a live system: what it shows of the nodes, whatever is said of them."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, cast
+
+import pytest
+
+from sunset.experiments.operator import Operator
+from sunset.experiments.processes import NodeProcesses
+from sunset.interfaces.rcl_interfaces.msg import Parameter as ParameterMessage
+from sunset.interfaces.rcl_interfaces.msg import ParameterValue
+from sunset.interfaces.system_interfaces.msg import SetBlackboardGroup
+from sunset.ros import Context
+from sunset.ros.parameter import Parameter
+
+if TYPE_CHECKING:
+    from tests.conftest import World
+
+
+class Processes:
+    """One process that runs."""
+
+    nodes: Sequence[str] = ("camera",)
+
+    def pid(self, node: str) -> int:
+        return 7
+
+
+def shown(operator: Operator) -> tuple[str, float | None]:
+    (status,) = operator.status(cast("NodeProcesses", Processes()))
+    return status.state, status.hertz
+
+
+def tell(world: "World", **values: object) -> None:
+    entries = [Parameter(name, value=value).to_parameter_msg() for name, value in values.items()]
+    world.publish("/blackboard_group", SetBlackboardGroup(bb_params=entries))
+    world.run(0.01)
+
+
+@pytest.fixture
+def operator(world: "World") -> Operator:
+    def make(*, context: Context, parameter_overrides: object) -> Operator:
+        del parameter_overrides
+        return Operator(inject=False, warm_up_s=1.0, context=context)
+
+    return world.start(make)
+
+
+def test_state_and_frequency_come_from_the_blackboard(world: "World", operator: Operator) -> None:
+    assert shown(operator) == ("starting", None)
+    tell(world, camera_lc_state="active", managed_subsystem_rgb_camera_freq=9.0)
+    assert shown(operator) == ("active", 9.0)
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        {"camera_lc_state": 5, "managed_subsystem_rgb_camera_freq": "many"},
+        {"camera_lc_state": "\x1b[2J", "managed_subsystem_rgb_camera_freq": True},
+        {"camera_lc_state": "x" * 100, "managed_subsystem_rgb_camera_freq": [9.0]},
+        {"camera_lc_state": ""},
+    ],
+)
+def test_what_cannot_be_shown_is_passed_over(
+    world: "World", operator: Operator, values: dict[str, object]
+) -> None:
+    tell(world, camera_lc_state="active", managed_subsystem_rgb_camera_freq=9.0)
+    tell(world, **values)
+    assert shown(operator) == ("active", 9.0)
+
+
+def test_types_and_names_that_it_does_not_know_are_passed_over(world: "World", operator: Operator) -> None:
+    entries = [ParameterMessage(name="camera_lc_state", value=ParameterValue(type=200))]
+    entries += [ParameterMessage(name=f"{number}_freq", value=ParameterValue(type=3)) for number in range(9)]
+    world.publish("/blackboard_group", SetBlackboardGroup(bb_params=entries))
+    world.run(0.01)
+    assert shown(operator) == ("starting", None)
+    assert operator._blackboard == {}

@@ -95,3 +95,9 @@ def test_frames_have_the_size_that_is_asked_for(world: "World", bag: str) -> Non
     start(world)
     world.run(0.5)
     assert (world.messages["/rgb_raw"][0].width, world.messages["/rgb_raw"][0].height) == (4, 3)
+
+
+def test_the_clock_goes_on_when_somebody_lets_the_player_follow_it(world: "World", bag: str) -> None:
+    world.start(LiveBagPlayer, parameters={"bag": bag, "use_sim_time": True})
+    world.run(1.0)
+    assert len(clock_ns(world)) > 90

@@ -172,7 +172,8 @@ class AdaptiveNode(LifecycleNode):
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """End the faults that a restart cures, and subscribe; refused while the hardware boots."""
         if not self.__booted:
-            self.get_logger().warning(f"{self.node_name} cannot be activated yet: it is still booting.")
+            reason = f"{self.node_name} cannot be activated yet: it is still booting."
+            self.get_logger().warning(reason, throttle_duration_sec=1.0)
             return TransitionCallbackReturn.FAILURE
         for name, parameter in self.__bound.items():
             if (

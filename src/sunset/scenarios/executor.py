@@ -132,7 +132,8 @@ class ScenarioExecutor(Node):
 
         def log(future: Future[str]) -> None:
             if future.result():
-                self.get_logger().warning(f"Could not {step} again: {future.result()}")
+                reason = f"Could not {step} again: {future.result()}"
+                self.get_logger().warning(reason, throttle_duration_sec=1.0)
 
         self._apply(step).add_done_callback(log)
 

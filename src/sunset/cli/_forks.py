@@ -1,19 +1,22 @@
 """What a live system forks its nodes from: `python -m sunset.cli._forks`, see `sunset.nodes.forks`."""
 
+import gc
 import os
 import socket
 import sys
 
 import sunset.managing
-import sunset.rmw.cyclonedds
 import sunset.scenarios  # noqa: F401  these are what nodes need
 from sunset.cli import main
 from sunset.cli.node import MANAGER
 from sunset.nodes.forks import await_order
+from sunset.rmw.cyclonedds import prepare
 
 __all__: list[str] = []
 
 if __name__ == "__main__":
+    prepare()
+    gc.freeze()  # to look at what is here already would copy it into every process
     with socket.socket(fileno=os.dup(0)) as orders:
         words = await_order(orders)
     code = 0 if words is None else main(words)

@@ -6,6 +6,7 @@ from typing import Any, Protocol
 from sunset.interfaces.lifecycle_msgs.msg import Transition
 from sunset.interfaces.lifecycle_msgs.srv import ChangeState
 from sunset.interfaces.system_interfaces.srv import Redeploy
+from sunset.nodes import NAMESPACE
 from sunset.ros.client import Client
 from sunset.ros.context import Context
 from sunset.ros.node import Node
@@ -39,6 +40,9 @@ class Launcher(Node):
     A node whose process ends by itself stays dead until somebody redeploys it: that is a fault, and
     repairing it is a managing system's business. The new node waits its own
     `lifecycle_activation_delay` before it is active (paper, section 3.4).
+
+    A node that somebody else has started after its process here had ended is not redeployed, for there would be two of
+    the name then.
     """
 
     def __init__(self, host: ProcessHost, nodes: Sequence[str], *, context: Context | None = None) -> None:
@@ -46,10 +50,12 @@ class Launcher(Node):
         self._host = host
         self._nodes = tuple(nodes)
         self._redeploying: dict[str, Timer] = {}
+        self._past: dict[str, frozenset[tuple[int, ...]]] = {}
+        """Node → what `_outputs` were when its last process ended; a killed one is remembered for some seconds."""
         self._shutdown_clients: dict[str, Client[Any, Any]] = {
-            node: self.create_client(ChangeState, f"/managed_subsystem/{node}/change_state") for node in nodes
+            node: self.create_client(ChangeState, f"{NAMESPACE}/{node}/change_state") for node in nodes
         }
-        host.on_exit(self._restart_if_asked)
+        host.on_exit(self._on_exit)
         self.create_service(Redeploy, "~/redeploy", self._redeploy)
 
     def _redeploy(self, request: Redeploy.Request, response: Redeploy.Response) -> Redeploy.Response:
@@ -59,9 +65,16 @@ class Launcher(Node):
             response.message = f"No node of the managed system is named {request.node!r}; there are {known}."
             return response
         response.success = True
-        if node in self._redeploying:
+        is_running = self._host.is_running(node)
+        if not is_running and self._outputs(node) - self._past.get(node, frozenset()):
+            response.success = False
+            response.message = (
+                f"{node} runs in a process that the launcher has not started: shut it down through its lifecycle, "
+                "and redeploy it then."
+            )
+        elif node in self._redeploying:
             response.message = f"{node} is being redeployed already."
-        elif not self._host.is_running(node):
+        elif not is_running:
             self._host.start(node)
             response.message = f"{node} was not running and is started."
         else:
@@ -69,13 +82,22 @@ class Launcher(Node):
             response.message = f"{node} is shut down and started again."
         return response
 
+    def _outputs(self, node: str) -> frozenset[tuple[int, ...]]:
+        """Return the identities of the publishers of a node's heartbeat, of whatever process."""
+        return frozenset(
+            info.endpoint_gid
+            for info in self.get_publishers_info_by_topic("/diagnostics")
+            if (info.node_namespace, info.node_name) == (NAMESPACE, node)
+        )
+
     def _shut_down(self, node: str) -> None:
         # the end of the process cancels the timer, so it is still there when this happens
         self._redeploying[node] = self.create_timer(_GRACE_S, lambda: self._host.kill(node))
         request = ChangeState.Request(transition=Transition(label="shutdown"))
         self._shutdown_clients[node].call_async(request)
 
-    def _restart_if_asked(self, node: str) -> None:
+    def _on_exit(self, node: str) -> None:
+        self._past[node] = self._outputs(node)
         if node in self._redeploying:
             self.destroy_timer(self._redeploying.pop(node))
             self._host.start(node)

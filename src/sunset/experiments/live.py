@@ -19,7 +19,7 @@ from sunset.experiments.resources import Resources
 from sunset.experiments.spec import EXTERNAL, RunSpec
 from sunset.nodes import NAMESPACE, NODES
 from sunset.nodes.deployment import deployment
-from sunset.ros import Context, SingleThreadedExecutor
+from sunset.ros import CallbackError, Context, SingleThreadedExecutor
 
 if TYPE_CHECKING:
     from sunset.rmw.port import Middleware
@@ -65,7 +65,8 @@ class LiveSystem:
         network: whether to be heard beyond this computer.
         distro: the ROS 2 distribution of other nodes; None to find out.
         clock: what `/clock` shall show; None for the time since now.
-        loop: whether the flight starts again when it is over, from the bag's first frame to its last.
+        loop: whether the system lasts: the flight starts again when it is over, from the bag's first frame to its
+            last, and what a callback of this process raises is logged and does not end it.
         on_line: called, on other threads, with a node and a line that it printed.
 
     Attributes:
@@ -94,6 +95,7 @@ class LiveSystem:
         from sunset.rmw.cyclonedds import CycloneDDS  # noqa: PLC0415  an optional extra
 
         self._spec = spec
+        self._lasts = loop
         self._clock = clock or LiveClock(time.time_ns(), float(spec.speed))
         with ExitStack() as stack:
             middleware = stack.enter_context(CycloneDDS(domain_id=domain_id, network=network, distro=distro))
@@ -114,8 +116,8 @@ class LiveSystem:
                 NodeProcesses(commands, {"ROS_DOMAIN_ID": str(self.domain_id)}, on_line)
             )
             self.executor = SingleThreadedExecutor(context=self.context)
-            launcher = Launcher(self.processes, tuple(INITIAL_STATES), context=self.context)
-            self.executor.add_node(launcher)
+            self._launcher = Launcher(self.processes, tuple(INITIAL_STATES), context=self.context)
+            self.executor.add_node(self._launcher)
             for node in sorted(commands, key=lambda name: name not in _FIRST):
                 self.processes.start(node)
             self.essential = tuple(
@@ -147,7 +149,10 @@ class LiveSystem:
             "use_sim_time": False,  # it is what gives the time
         }
         parameters["bag_player"] |= played | ({"start_frame": 0, "frames": 0} if loop else {})
-        parameters["segmentation"]["model"] = _absolute(spec.model)
+        parameters["segmentation"] |= {
+            "model": _absolute(spec.model),
+            "device": resources.segmenter.device,
+        }
         scenario = folder / "scenario.yaml"
         scenario.write_text(spec.scenario.to_yaml(), encoding="utf-8")
         parameters[_EXECUTOR] = {"scenario": str(scenario)}
@@ -159,12 +164,20 @@ class LiveSystem:
 
         Returns:
             Whether it holds.
+
+        Raises:
+            CallbackError: a callback raised, and the system does not last.
         """
         end = time.monotonic() + timeout_s
         while not predicate():
             if time.monotonic() >= end:
                 return False
-            self._middleware.spin_once(_STEP_NS)
+            try:
+                self._middleware.spin_once(_STEP_NS)
+            except CallbackError as error:
+                if not self._lasts:
+                    raise
+                self._launcher.get_logger().error(str(error), throttle_duration_sec=10.0)
             self.processes.poll()
         return True
 

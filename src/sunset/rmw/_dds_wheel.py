@@ -23,6 +23,7 @@ __all__ = [
     "Endpoint",
     "matched_publication",
     "matched_subscription",
+    "prepare",
     "take",
     "take_endpoints",
     "take_participants",
@@ -67,6 +68,11 @@ def topic_of(participant: int, name: str, type_name: str) -> Iterator[int]:
         finally:
             operations.value = original  # deleting the type needs them
             delete(topic)
+
+
+def prepare(type_name: str) -> None:
+    """Make what a topic of a type needs before there is one."""
+    _octet(type_name)
 
 
 @cache

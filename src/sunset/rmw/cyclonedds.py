@@ -31,11 +31,21 @@ from sunset.rmw._dds_node import DdsNode
 from sunset.rmw._dds_tap import CycloneTap
 from sunset.rmw.port import CallbackError, EndpointInfo, Middleware
 
-__all__ = ["CycloneDDS", "CycloneTap"]
+__all__ = ["CycloneDDS", "CycloneTap", "prepare"]
 
 _STEP_S: Final = 0.005
 _LONG_NS: Final = 3600 * 10**9
 _REPORT_EVERY_NS: Final = 10 * 10**9
+
+
+def prepare() -> None:
+    """Make what every process needs for the messages that are imported, so that forks of this one have it already.
+
+    It joins no network, and starts no thread.
+    """
+    for kind in Message.__subclasses__():
+        wheel.prepare(dds_type_name(type_name(kind)))
+        type_hash(kind)
 
 
 class CycloneDDS(Middleware):

@@ -1,0 +1,103 @@
+"""A fork server makes processes that are like any others."""
+
+import os
+import signal
+import socket
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from sunset.nodes.forks import UNSEEN, ForkedProcess, ForkServer, can_fork
+
+pytestmark = pytest.mark.skipif(not can_fork(), reason="only Linux has what a fork server needs")
+
+PROGRAM = """
+import os, socket, sys
+from sunset.nodes.forks import await_order
+with socket.socket(fileno=os.dup(0)) as door:
+    words = await_order(door)
+exec("" if words is None else words[-1])
+"""
+SERVER = (sys.executable, "-c", PROGRAM)
+ENDLESS = "import threading; threading.Event().wait()"
+
+
+@pytest.fixture
+def server() -> Iterator[ForkServer]:
+    made = ForkServer(SERVER, os.environ | {"COLOUR": "green"})
+    yield made
+    made.close()
+
+
+def spoken(process: ForkedProcess) -> str:
+    with process.stdout:
+        return process.stdout.read()
+
+
+def ended(process: ForkedProcess) -> int:
+    """Return the exit code of a process whose streams nobody needs any more."""
+    process.stdout.close()
+    process.stdin.close()
+    return process.wait()
+
+
+def test_it_has_streams_of_its_own_and_an_exit_code(server: ForkServer) -> None:
+    process = server.fork(["node", "print('Hello', input()); sys.stderr.write('well'); sys.exit(3)"])
+    assert process.poll() is None
+    process.stdin.write(b"world\n")
+    assert spoken(process) == "Hello world\nwell"
+    assert ended(process) == 3
+    assert process.poll() == 3
+
+
+def test_it_sees_the_end_of_its_input(server: ForkServer) -> None:
+    first = server.fork(["sys.stdin.read()"])
+    second = server.fork([ENDLESS])  # which must not hold the other end of the first one's pipe
+    first.stdin.close()
+    assert ended(first) == 0
+    second.kill()
+    assert ended(second) == -signal.SIGKILL
+
+
+def test_a_signal_ends_it_and_a_late_one_does_nothing(server: ForkServer) -> None:
+    process = server.fork([ENDLESS])
+    process.terminate()
+    assert ended(process) == -signal.SIGTERM
+    process.kill()
+    assert process.poll() == -signal.SIGTERM
+
+
+def test_it_has_the_environment_and_is_a_session_of_its_own(server: ForkServer) -> None:
+    process = server.fork(["depth", "print(os.environ['COLOUR'], os.getsid(0) == os.getpid(), sys.argv[1])"])
+    assert spoken(process) == "green True depth\n"
+    assert ended(process) == 0
+
+
+def test_others_see_what_it_runs(server: ForkServer) -> None:
+    process = server.fork(["node", "camera", "print(); input()"])
+    assert process.stdout.readline() == "\n"
+    words = Path(f"/proc/{process.pid}/cmdline").read_text(encoding="utf-8").rstrip("\0").split("\0")
+    assert words == [sys.executable, "-m", "sunset", "node", "camera", "print(); input()"]
+    process.kill()
+    assert ended(process) == -signal.SIGKILL
+
+
+def test_a_process_outlives_the_server_but_nobody_sees_its_end(server: ForkServer) -> None:
+    process = server.fork(["input()"])
+    os.kill(server.pid, signal.SIGKILL)
+    with pytest.raises(OSError, match=r"\w"):
+        server.fork(["pass"])
+    assert process.poll() is None
+    process.stdin.write(b"\n")
+    assert ended(process) == UNSEEN
+
+
+def test_the_server_ends_when_nobody_can_order_any_more() -> None:
+    ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+    with theirs, ours, subprocess.Popen(SERVER, stdin=theirs.fileno()) as process:
+        theirs.close()
+        ours.close()
+        assert process.wait() == 0

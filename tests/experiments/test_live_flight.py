@@ -61,6 +61,16 @@ def test_a_frame_may_be_lost_only_after_something_was_done(lost: float, seen: Ti
     assert counts or "1 of" in reason
 
 
+def test_frames_may_be_lost_to_whoever_ends_a_process() -> None:
+    count = frames(lost=1.2)
+    count.note_disturbance(START_NS + round(1.1 * S))
+    count.note_disturbance(START_NS + round(1.9 * S))  # it is still as it was
+    assert count.shortfall(START_NS, timeline(), TIMING) == ""
+    count = frames(lost=0.5)
+    count.note_disturbance(START_NS + round(1.1 * S))
+    assert "1 of" in count.shortfall(START_NS, timeline(), TIMING)
+
+
 def test_the_flight_itself_must_be_in_time() -> None:
     assert "gaps of up to 0.30 s" in frames(late=0.5).shortfall(START_NS, timeline(outage=True), TIMING)
     assert "25 of 30 frames" in frames(stop=1.5).shortfall(START_NS, timeline(outage=True), TIMING)

@@ -154,14 +154,39 @@ print(json.dumps(result.summary()))
 """
 
 
+_CAMPAIGN = """
+import sys
+from pathlib import Path
+from sunset.experiments import BenchSpec, Timing, bench
+
+timing = Timing(duration_s=1.0, warm_up_s=1.0)
+spec = BenchSpec(
+    suite="nofault", references=False, managers=("none",), repetitions=2, timing=timing, middleware="cyclonedds"
+)
+bench(spec, Path(sys.argv[1]))
+"""
+
+
 @contextmanager
 def flying(
     scenario: str, manager: str, seconds: float, out: Path, domain_id: int | None = None
 ) -> Iterator[subprocess.Popen[str]]:
     """Fly a short live run in a process; whatever happens, nothing is left running."""
-    arguments = [scenario, manager, str(seconds), str(out)]
+    with _running([_SHORT, scenario, manager, str(seconds), str(out)], domain_id) as process:
+        yield process
+
+
+@contextmanager
+def benching(out: Path) -> Iterator[subprocess.Popen[str]]:
+    """Fly a campaign of two short live runs in a process; whatever happens, nothing is left running."""
+    with _running([_CAMPAIGN, str(out)]) as process:
+        yield process
+
+
+@contextmanager
+def _running(program: list[str], domain_id: int | None = None) -> Iterator[subprocess.Popen[str]]:
     process = subprocess.Popen(
-        [sys.executable, "-c", _SHORT, *arguments],
+        [sys.executable, "-c", *program],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
@@ -170,7 +195,7 @@ def flying(
     )
     nodes: dict[str, int] = {}
     try:
-        assert eventually(lambda: set(children(process.pid)) >= {*MANAGED, "monitor"})  # one of the last
+        assert eventually(lambda: set(children(process.pid)) >= {*MANAGED, *ESSENTIAL})
         nodes |= children(process.pid)
         yield process
     finally:
@@ -181,6 +206,7 @@ def flying(
         assert eventually(lambda: not any(exists(pid) for pid in pids))
 
 
+ESSENTIAL = ("bag_player", "monitor", "evaluator", "scenario_executor")
 MANAGED = ("camera", "depth", "image_enhancement", "sensor_fusion", "segmentation")
 
 
@@ -188,15 +214,32 @@ def children(pid: int) -> dict[str, int]:
     """Return node → process of those that a process has started, or let its fork server start."""
     found = {}
     for child in _started_by(pid):
-        try:
-            words = Path(f"/proc/{child}/cmdline").read_text(encoding="utf-8").split("\0")
-        except (FileNotFoundError, ProcessLookupError):
-            continue  # it has ended meanwhile
+        words = _words(child)
         if "node" in words:
             found[next(word for word in words[words.index("node") + 1 :] if word[:2] != "--")] = child
         else:
             found |= children(child)
     return found
+
+
+def fork_server(pid: int) -> int:
+    """Return the process that a live system in a process forks its nodes from."""
+    (server,) = (child for child in _started_by(pid) if "sunset.cli._forks" in _words(child))
+    return server
+
+
+def domain_of(pid: int) -> int:
+    """Return the domain that a node's process is in."""
+    variables = Path(f"/proc/{pid}/environ").read_text(encoding="utf-8").split("\0")
+    (domain_id,) = (text.partition("=")[2] for text in variables if text.startswith("ROS_DOMAIN_ID="))
+    return int(domain_id)
+
+
+def _words(pid: int) -> list[str]:
+    try:
+        return Path(f"/proc/{pid}/cmdline").read_text(encoding="utf-8").split("\0")
+    except (FileNotFoundError, ProcessLookupError):
+        return []  # it has ended meanwhile
 
 
 def _started_by(pid: int) -> list[int]:

@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from tests.live.systems import MANAGED, PATIENCE_S, Tool, children, eventually, exists, flying
+from tests.live.systems import PATIENCE_S, Tool, children, eventually, exists, flying, fork_server
 
 from sunset.interfaces.system_interfaces.msg import ExperimentLogging
 from sunset.recording import read_timeline
@@ -45,15 +45,6 @@ def test_a_managing_system_of_another_process_redeploys_a_node_that_was_killed(t
     assert redeploy.successful
 
 
-def test_a_run_ends_when_the_bag_player_is_killed(tmp_path: Path) -> None:
-    with flying("nofault", "none", 20.0, tmp_path / "run") as process:
-        os.kill(children(process.pid)["bag_player"], signal.SIGKILL)
-        _, complaint = process.communicate(timeout=PATIENCE_S)
-    assert process.returncode == 1
-    assert "bag_player, without which there is no experiment, ended by signal 9" in complaint
-    assert list(tmp_path.iterdir()) == []
-
-
 def test_a_run_ends_when_the_managing_system_fails(tmp_path: Path) -> None:
     file = tmp_path / "mine.py"
     file.write_text(
@@ -69,9 +60,11 @@ def test_a_run_ends_when_the_managing_system_fails(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == [file]
 
 
-def test_no_process_outlives_a_run_that_is_killed(tmp_path: Path) -> None:
+def test_no_process_outlives_a_run_that_is_killed_even_one_that_is_stopped(tmp_path: Path) -> None:
     with flying("nofault", "none", 20.0, tmp_path / "run") as process:
         nodes = children(process.pid)
-        assert set(nodes) >= set(MANAGED)
+        pids = [*nodes.values(), fork_server(process.pid)]
+        for stopped in (nodes["depth"], pids[-1]):
+            os.kill(stopped, signal.SIGSTOP)
         process.kill()
-        assert eventually(lambda: not any(exists(pid) for pid in nodes.values()))
+        assert eventually(lambda: not any(exists(pid) for pid in pids))

@@ -189,18 +189,25 @@ class LiveSystem:
 
         Raises:
             ManagerError: the managing system's process ended by itself.
-            SunsetError: that of a node did without which there is no experiment.
+            SunsetError: that of a node did without which there is no experiment, or is stopped.
         """
         for node in (*self.essential, *(INITIAL_STATES if managed else ())):
-            if not self.processes.is_running(node):
+            end = "" if self.processes.is_running(node) else self.processes.end_of(node)
+            if end or self.processes.is_stopped(node):
                 raise SunsetError(
                     f"The process of {node}, without which there is no experiment, "
-                    f"{self.processes.end_of(node)}; run it again."
+                    f"{end or 'is stopped by a signal'}; run it again."
                 )
         # a managing system that has ended in order has no more to do
         end = self.processes.end_of(MANAGER_PROCESS)
         if end and end != "ended with exit code 0":
             raise ManagerError(f"The process of the managing system {self._spec.manager} {end}.")
+
+    def is_disturbed(self) -> bool:
+        """Return whether the process of a managed node has ended or is stopped, and nobody has redeployed it."""
+        return any(
+            not self.processes.is_running(node) or self.processes.is_stopped(node) for node in INITIAL_STATES
+        )
 
 
 def _absolute(model: str) -> str:

@@ -45,6 +45,8 @@ class FrameCount:
         self.segmented: dict[tuple[int, int], int] = {}
         self.ended_early = False
         """Whether the managing system ended the experiment before its time."""
+        self.disturbed_ns: int | None = None
+        """When the process of a managed node was found ended or stopped first, without anybody's command."""
 
     def note(self, time_ns: int, topic: str, message: Message) -> None:
         """Note a message."""
@@ -52,11 +54,16 @@ class FrameCount:
         if frames is not None and isinstance(message, Image):
             frames[message.header.stamp.sec, message.header.stamp.nanosec] = time_ns
 
+    def note_disturbance(self, time_ns: int) -> None:
+        """Note that a process of the managed system is not as it should be; only the first time counts."""
+        if self.disturbed_ns is None:
+            self.disturbed_ns = time_ns
+
     def shortfall(self, start_ns: int, timeline: Timeline, timing: Timing) -> str:
         """Return in words in what the computer could not keep up, so that the run does not count; or nothing.
 
         Frames must not be lost before anything was done to the system: in a scenario with an outage before its
-        injection, in others before the first command.
+        injection, in others before the first command, and before somebody ends or stops a node's process.
 
         Args:
             start_ns: when the faults were injected.
@@ -74,6 +81,8 @@ class FrameCount:
             )
         outage = any(one.failure in {"F1", "F2", "F3"} for one in timeline.injections)
         disturbed = [one.time for one in timeline.commands] + [0.0] * outage
+        if self.disturbed_ns is not None:
+            disturbed.append((self.disturbed_ns - start_ns) / _S)
         until_ns = start_ns + round((min(disturbed, default=timing.duration_s) - _ON_ITS_WAY_S) * _S)
         due = [stamp for stamp, time_ns in self.taken.items() if time_ns < until_ns]
         lost = sum(stamp not in self.segmented for stamp in due)
@@ -172,7 +181,7 @@ def fly(
             spec.scenario.name, spec.timing, _readiness(spec, watch, system.domain_id), context=system.context
         )
         system.executor.add_node(supervisor)
-        _conduct(system, supervisor, spec)
+        _conduct(system, supervisor, spec, lambda: frames.note_disturbance(clock.at(time.time_ns())))
         end_ns = clock.at(time.time_ns())
     frames.ended_early = supervisor.phase is not Phase.OVER
     observer.finish(end_ns)
@@ -192,13 +201,17 @@ def _readiness(spec: RunSpec, watch: _Watch, domain_id: int) -> Callable[[], boo
     return lambda: bool(watch.strangers)
 
 
-def _conduct(system: LiveSystem, supervisor: LiveSupervisor, spec: RunSpec) -> None:
-    """Let the experiment happen."""
+def _conduct(
+    system: LiveSystem, supervisor: LiveSupervisor, spec: RunSpec, on_disturbed: Callable[[], None]
+) -> None:
+    """Let the experiment happen; call `on_disturbed` while a managed node's process is ended or stopped."""
     timing = spec.timing
 
     def wait(predicate: Callable[[], bool], seconds: float) -> bool:
         def looked_after() -> bool:
             system.check(managed=supervisor.phase is Phase.BRING_UP)
+            if supervisor.phase is not Phase.BRING_UP and system.is_disturbed():
+                on_disturbed()
             return predicate()
 
         return system.spin_until(looked_after, seconds)

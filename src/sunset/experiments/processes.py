@@ -8,6 +8,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 from types import TracebackType
 from typing import IO, Final, Self
 
@@ -18,6 +19,7 @@ __all__ = ["NodeProcesses"]
 _PARTING_S: Final = 3.0
 """How long processes may take to leave the graph when all of them are ended."""
 _STEP_S: Final = 0.01
+_LOOK_S: Final = 0.1
 _LAST_WORDS: Final = 20
 _ONE_THREAD: Final = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
 """A node computes little but inference, which has one thread anyway; idle threads cost time to start."""
@@ -50,6 +52,8 @@ class NodeProcesses:
         self._on_line = on_line
         self._server = ForkServer(_SERVER, self._environment) if can_fork() else None
         self._running: dict[str, _Process] = {}
+        self._stopped: frozenset[str] = frozenset()
+        self._next_look_s = 0.0
         self._ended: dict[str, int] = {}
         self._lines: dict[str, deque[str]] = {}
         self._readers: dict[str, threading.Thread] = {}
@@ -112,6 +116,10 @@ class NodeProcesses:
         process = self._running.get(node)
         return None if process is None else process.pid
 
+    def is_stopped(self, node: str) -> bool:
+        """Return whether a signal had stopped the process of `node` when `poll` looked, ten times a second."""
+        return node in self._stopped
+
     def kill(self, node: str) -> None:
         """End the process of `node` at once."""
         self._running[node].kill()
@@ -121,7 +129,11 @@ class NodeProcesses:
         self._handlers.append(handler)
 
     def poll(self) -> None:
-        """Find out which processes have ended."""
+        """Find out which processes have ended, and now and then which are stopped."""
+        now = time.monotonic()
+        if now >= self._next_look_s:
+            self._next_look_s = now + _LOOK_S
+            self._stopped = frozenset(node for node, one in self._running.items() if _is_stopped(one.pid))
         for node, process in list(self._running.items()):
             if process.poll() is not None:
                 self._note_end(node)
@@ -163,3 +175,12 @@ class NodeProcesses:
         assert process.stdin is not None  # noqa: S101  a pipe was asked for
         process.stdin.close()
         self._ended[node] = process.wait()
+
+
+def _is_stopped(pid: int) -> bool:
+    """Return whether a signal has stopped a process, where the system tells."""
+    try:
+        status = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        return False
+    return status.rpartition(")")[2].split()[0] == "T"

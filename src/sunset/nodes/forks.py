@@ -28,8 +28,10 @@ UNSEEN: Final = 256
 """Takes the place of an exit code that nobody saw, for the server was gone."""
 
 _LONGEST: Final = 65536
-_PATIENCE_S: Final = 20.0
-"""How long the server may take for an answer; the first comes when it has imported everything."""
+_FIRST_S: Final = 30.0
+"""How long the server may take for its first answer, which comes when it has imported everything."""
+_PATIENCE_S: Final = 5.0
+"""How long it may take for any other."""
 _ROOM: Final = 512
 """Bytes of the server's command line, which its processes overwrite with their own."""
 _DEATH_SIGNAL: Final = 1
@@ -110,7 +112,7 @@ class ForkServer:
 
     def __init__(self, command: Sequence[str], environment: Mapping[str, str]) -> None:
         self._door, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
-        self._door.settimeout(_PATIENCE_S)
+        self._door.settimeout(_FIRST_S)
         with theirs:
             self._process: subprocess.Popen[bytes] = subprocess.Popen(  # noqa: S603  the command is the caller's
                 [*command, "-" * _ROOM],
@@ -158,6 +160,7 @@ class ForkServer:
         try:
             socket.send_fds(self._door, [json.dumps(order).encode()], list(files))
             answer = self._door.recv(_LONGEST)
+            self._door.settimeout(_PATIENCE_S)
         except OSError:
             self.close()
             raise

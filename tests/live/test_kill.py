@@ -1,0 +1,121 @@
+"""Processes that are killed or stopped during a live run: the run ends, with a record or a sentence, and no orphan."""
+
+import json
+import os
+import signal
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+
+import pytest
+from tests.live.systems import (
+    ESSENTIAL,
+    MANAGED,
+    PATIENCE_S,
+    Tool,
+    benching,
+    children,
+    domain_of,
+    eventually,
+    exists,
+    flying,
+    fork_server,
+)
+
+from sunset.interfaces.sensor_msgs.msg import Image
+from sunset.interfaces.std_srvs.srv import Trigger
+from sunset.recording import read_timeline
+
+pytestmark = pytest.mark.xdist_group("live")
+
+TURNS = (("image_enhancement", "segmentation"), ("sensor_fusion",), ("camera", "depth"))
+"""Those whose outages can be told apart are done away with at once, to save time."""
+
+SILENT = {"image_enhancement"}
+"""It is inactive, so that nobody misses it."""
+
+LONGEST_S = 38.0
+"""The default flight is not longer, with the warm-up."""
+
+
+class Flow:
+    """Counts what the segmentation sends."""
+
+    def __init__(self, tool: Tool) -> None:
+        self.tool = tool
+        self.count = 0
+        tool.node.create_subscription(Image, "/managed_subsystem/segmentation", self._note, 10)
+
+    def _note(self, message: Image) -> None:
+        del message
+        self.count += 1
+
+    def lasts(self) -> bool:
+        """Wait until frames have come for so long that a managing system must have seen it."""
+        due = self.count + 10
+        return self.tool.spin(lambda: self.count >= due)
+
+
+def are_new(pid: int, before: Mapping[str, int], nodes: Iterable[str]) -> bool:
+    """Wait until nodes of a run have other processes than before."""
+
+    def new() -> bool:
+        now = children(pid)
+        return all(now.get(node, before[node]) != before[node] for node in nodes)
+
+    return eventually(new)
+
+
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSTOP])
+def test_the_baseline_redeploys_whatever_does_not_send_any_more(tmp_path: Path, number: int) -> None:
+    out = tmp_path / "run"
+    with flying("nofault", "baseline", LONGEST_S, out) as process:
+        first = children(process.pid)
+        tool = Tool(domain_of(first["camera"]))
+        flow = Flow(tool)
+        try:
+            assert flow.lasts()
+            if number == signal.SIGSTOP:
+                os.kill(fork_server(process.pid), signal.SIGKILL)  # nodes can be redeployed without it
+            for nodes in TURNS:
+                before = children(process.pid)
+                for node in nodes:
+                    os.kill(before[node], number)
+                assert are_new(process.pid, before, set(nodes) - SILENT)
+                assert flow.lasts()
+            assert tool.call(Trigger, "/experiment/end", Trigger.Request()).success
+            told, complaint = process.communicate(timeout=PATIENCE_S)
+        finally:
+            tool.node.context.try_shutdown()
+    assert process.returncode == 0, complaint
+    assert not any(exists(pid) for pid in first.values())
+    assert "ended it before its time" in json.loads(told)["reason"]
+    redeployed = {
+        one.node for one in read_timeline(out).commands if one.kind == "redeploy" and one.successful
+    }
+    assert redeployed == {f"/managed_subsystem/{node}" for node in set(MANAGED) - SILENT}
+
+
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSTOP])
+@pytest.mark.parametrize("node", ESSENTIAL)
+def test_a_run_ends_with_what_there_is_no_experiment_without(tmp_path: Path, node: str, number: int) -> None:
+    with flying("nofault", "none", LONGEST_S, tmp_path / "run") as process:
+        os.kill(children(process.pid)[node], number)
+        _, complaint = process.communicate(timeout=PATIENCE_S)
+    assert process.returncode == 1
+    how = "ended by signal 9 (SIGKILL)" if number == signal.SIGKILL else "is stopped by a signal"
+    assert f"The process of {node}, without which there is no experiment, {how}" in complaint
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_campaign_that_is_killed_keeps_what_it_finished(tmp_path: Path) -> None:
+    with benching(tmp_path) as process:
+        first = children(process.pid)
+        assert eventually(lambda: len(list(tmp_path.rglob("run.json"))) == 1)
+        assert eventually(lambda: not {*children(process.pid).values()} & {*first.values()})
+        assert eventually(lambda: set(children(process.pid)) >= set(MANAGED))
+        second = children(process.pid)
+        process.kill()
+        assert eventually(lambda: not any(exists(pid) for pid in second.values()))
+    (finished,) = tmp_path.rglob("run.json")
+    assert json.loads(finished.read_text(encoding="utf-8"))["seed"] == 1
+    assert read_timeline(finished.parent).frames

@@ -117,3 +117,28 @@ def test_a_model_that_is_not_there_is_named(world: "World") -> None:
     world.start(SegmentationNode, parameters={"model": "no/such/model"})
     with pytest.raises(CallbackError, match="no/such/model"):
         world.run(0.1)
+
+
+def test_a_device_that_there_is_not_is_named(world: "World") -> None:
+    world.start(SegmentationNode, parameters={"device": "abacus"})
+    with pytest.raises(CallbackError, match="'abacus'"):
+        world.run(0.1)
+
+
+def test_all_networks_are_warmed_up_while_it_boots(world: "World", monkeypatch: pytest.MonkeyPatch) -> None:
+    opened: dict[object, object] = {}
+    monkeypatch.setattr("sunset.perception.model._sessions", opened)
+    node = world.start(SegmentationNode)
+    world.run(0.1)
+    assert len(opened) == len(Modality)
+    assert entropies(world) == []
+    world.run(node.lifecycle_activation_delay)
+    assert len(feed(world, fused(Modality.RGB))) == 1
+
+
+def test_what_it_is_given_is_not_warmed_up(world: "World", monkeypatch: pytest.MonkeyPatch) -> None:
+    opened: dict[object, object] = {}
+    monkeypatch.setattr("sunset.perception.model._sessions", opened)
+    world.start(SegmentationNode, segmenter=Segmenter(load_model("lite")))
+    world.run(3.0)
+    assert opened == {}

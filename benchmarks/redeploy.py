@@ -1,18 +1,21 @@
-"""What a redeploy and a start of the live system cost beyond the nodes' activation delays.
+"""What starting a live system, and redeploying its nodes, costs beyond the nodes' activation delays.
 
-Usage: python benchmarks/redeploy.py [ROUNDS], 5 redeploys of each managed node if left out.
+Usage: python benchmarks/redeploy.py [ROUNDS], 5 of each measurement if left out.
 
-Prints, in seconds: from the start of the system until all nodes are up, less the longest activation delay; and as
-medians for each node from the request to the launcher until its old process is gone, the new node is heard of first,
-is configured, and its first message comes, the last less the activation delay. A message comes every 0.1 s, so that
-0.05 s of the last are the wait for an input on average.
+Prints medians, in seconds: from the start of `sunset node` until the node is heard of; from that of `sunset up` until
+all nodes are up, less the longest activation delay; and for each node from the request to the launcher until its old
+process is gone, the new node is heard of, is configured, is active and sends, the last also less the activation delay.
+Inputs come every 0.1 s: on average, 0.05 s of that are the wait for one. Last, the memory of all nodes together, where
+what several share is counted once.
 """
 
 import os
+import subprocess
 import sys
 import time
 from collections.abc import Callable
 from functools import partial
+from pathlib import Path
 from statistics import median
 
 from sunset.experiments import RunSpec, prepare
@@ -24,8 +27,9 @@ from sunset.interfaces.sensor_msgs.msg import Image
 from sunset.interfaces.system_interfaces.msg import SensorFusion
 from sunset.interfaces.system_interfaces.srv import Redeploy
 from sunset.nodes import NODES
+from sunset.rmw.cyclonedds import CycloneDDS
 from sunset.rmw.domains import free_domain_id
-from sunset.ros import Node
+from sunset.ros import Context, Node, SingleThreadedExecutor
 from sunset.scenarios import Scenario
 
 OUTPUTS: dict[str, tuple[type[Message], str]] = {
@@ -97,28 +101,73 @@ def _await(system: LiveSystem, predicate: Callable[[], bool], what: str) -> None
         sys.exit(f"{what} did not come within {LIMIT_S:g} s")
 
 
+def seconds_until_up() -> float:
+    """Return how long `sunset up` takes until all nodes are up."""
+    with free_domain_id() as domain_id:
+        command = [sys.executable, "-m", "sunset", "up", "--domain-id", str(domain_id)]
+        began = time.perf_counter()
+        with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:  # noqa: S603  our own
+            assert process.stdout is not None  # noqa: S101  a pipe was asked for
+            next(line for line in process.stdout if "All nodes are up" in line)
+            seconds = time.perf_counter() - began
+            process.terminate()
+            process.stdout.read()
+    return seconds
+
+
+def seconds_until_heard() -> float:
+    """Return how long `sunset node` takes until others hear of it."""
+    with free_domain_id() as domain_id, CycloneDDS(domain_id=domain_id) as middleware:
+        context = Context()
+        context.init([], middleware=middleware)
+        heard: list[DiagnosticArray] = []
+        node = Node("_watch", context=context)
+        node.create_subscription(DiagnosticArray, "/diagnostics", heard.append, 10)
+        executor = SingleThreadedExecutor(context=context)
+        executor.add_node(node)
+        environment = os.environ | {"ROS_DOMAIN_ID": str(domain_id)}
+        began = time.perf_counter()
+        with subprocess.Popen([sys.executable, "-m", "sunset", "node", "camera"], env=environment) as process:
+            while not heard:
+                executor.spin_once(timeout_sec=0.01)
+            seconds = time.perf_counter() - began
+            process.terminate()
+    return seconds
+
+
+def memory_mb(system: LiveSystem) -> float:
+    """Return the memory of all nodes, in MB."""
+    total = 0
+    for node in system.processes.nodes:
+        lines = (
+            Path(f"/proc/{system.processes.pid(node)}/smaps_rollup").read_text(encoding="utf-8").splitlines()
+        )
+        total += sum(int(line.split()[1]) for line in lines if line.startswith("Pss:"))
+    return total / 1e3
+
+
 def main(rounds: int) -> None:
     """Measure and print."""
     spec = RunSpec(scenario=Scenario("none"), manager="external", middleware="cyclonedds")
     resources = prepare(spec)
+    longest = max(NODES[node].lifecycle_activation_delay.default for node in OUTPUTS)  # type: ignore[attr-defined]
     print(f"load of the computer: {os.getloadavg()[0]:.1f} on {os.cpu_count()} processors")
-    with free_domain_id() as domain_id:
-        began = time.perf_counter()
-        with LiveSystem(spec, resources, domain_id, loop=True) as system:
-            operator = Operator(inject=False, warm_up_s=0.0, context=system.context)
-            system.executor.add_node(operator)
-            _await(system, lambda: operator.up, "the system")
-            print(
-                f"start until all are up, beyond the longest delay: {time.perf_counter() - began - 4.0:.2f} s"
-            )
-            watch = Watch(system)
-            system.executor.add_node(watch)
-            system.spin_until(lambda: False, 3.0)
-            print(f"{'median of ' + str(rounds):16}" + "".join(f"{step:>14}" for step in STEPS))
-            for node in OUTPUTS:
-                times = [measure(system, watch, node) for _ in range(rounds)]
-                cells = [median(one.get(step, float("nan")) for one in times) for step in STEPS]
-                print(f"{node:16}" + "".join(f"{cell:14.3f}" for cell in cells), flush=True)
+    print(f"sunset node until it is heard: {median(seconds_until_heard() for _ in range(rounds)):.2f}")
+    ups = [seconds_until_up() for _ in range(rounds)]
+    print(f"sunset up until all are up: {median(ups):.2f}, beyond the delay {median(ups) - longest:.2f}")
+    with free_domain_id() as domain_id, LiveSystem(spec, resources, domain_id, loop=True) as system:
+        operator = Operator(inject=False, warm_up_s=0.0, context=system.context)
+        system.executor.add_node(operator)
+        _await(system, lambda: operator.up, "the system")
+        watch = Watch(system)
+        system.executor.add_node(watch)
+        system.spin_until(lambda: False, 3.0)
+        print(f"{'redeploy':16}" + "".join(f"{step:>14}" for step in STEPS))
+        for node in OUTPUTS:
+            times = [measure(system, watch, node) for _ in range(rounds)]
+            cells = [median(one.get(step, float("nan")) for one in times) for step in STEPS]
+            print(f"{node:16}" + "".join(f"{cell:14.3f}" for cell in cells), flush=True)
+        print(f"memory of {len(system.processes.nodes)} nodes: {memory_mb(system):.0f} MB")
 
 
 if __name__ == "__main__":

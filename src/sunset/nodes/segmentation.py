@@ -77,7 +77,7 @@ class SegmentationNode(AdaptiveNode):
         """Load the model."""
         if self._given is None:
             self._segmenter = self._described()
-            self._warm_up([*self._segmenter.model.card.networks])
+            self._warm_up(sorted(self._segmenter.model.card.networks))
         else:
             self._segmenter = self._given
         return super().on_configure(state)

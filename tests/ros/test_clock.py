@@ -1,5 +1,8 @@
 from typing import TYPE_CHECKING
 
+import pytest
+
+from sunset.interfaces.builtin_interfaces.msg import Time as TimeMessage
 from sunset.interfaces.rosgraph_msgs.msg import Clock as ClockMessage
 from sunset.ros import Node, Parameter
 from sunset.ros.clock import Clock, ROSClock
@@ -88,3 +91,14 @@ def test_only_a_boolean_switches(world: "World") -> None:
 
 def test_clocks_show_what_they_are(world: "World") -> None:
     assert repr(world.node().get_clock()) == "Clock(clock_type=ROS_TIME)"
+
+
+@pytest.mark.parametrize("time", [TimeMessage(sec=-1), TimeMessage(sec=2**31 - 1, nanosec=2**32 - 1)])
+def test_what_is_no_time_is_not_followed(world: "World", time: TimeMessage) -> None:
+    node = world.node("follower", ["--ros-args", "-p", "use_sim_time:=true"])
+    publisher = world.node("player").create_publisher(ClockMessage, "/clock", 10)
+    for each in (TimeMessage(sec=2**31 - 1, nanosec=999_999_999), TimeMessage(sec=5), time):
+        publisher.publish(ClockMessage(clock=each))
+        world.pass_time(0.1)
+        node.get_logger().info("still there")  # with the time in it
+    assert node.get_clock().now().to_msg() == TimeMessage(sec=5)

@@ -1,22 +1,34 @@
 """Sets a node's clock from /clock while its parameter `use_sim_time` is true."""
 
+from collections.abc import Callable
+from typing import Final
+
 from sunset.interfaces import Message
 from sunset.interfaces.rosgraph_msgs.msg import Clock as ClockMessage
 from sunset.rmw.port import NodeHandle, QoSProfile, ReliabilityPolicy, SubscriptionHandle
 from sunset.ros.clock import ROSClock
-from sunset.ros.time import Time
+from sunset.ros.time import ClockType, Time
 
 __all__ = ["TimeSource"]
 
 _QOS = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
+_END_NS: Final = 2**31 * 10**9
+"""The first time that a message cannot express."""
 
 
 class TimeSource:
-    """Sets a clock from /clock."""
+    """Sets a clock from /clock.
 
-    def __init__(self, node: NodeHandle, clock: ROSClock) -> None:
+    Args:
+        node: whose clock.
+        clock: the clock.
+        on_problem: told in a sentence of what comes and is no time.
+    """
+
+    def __init__(self, node: NodeHandle, clock: ROSClock, on_problem: Callable[[str], object]) -> None:
         self._node = node
         self._clock = clock
+        self._on_problem = on_problem
         self._subscription: SubscriptionHandle | None = None
 
     def use_sim_time(self, active: bool) -> None:
@@ -34,5 +46,10 @@ class TimeSource:
             self._clock.set_ros_time_override(None)
 
     def _on_clock(self, message: Message) -> None:
-        if isinstance(message, ClockMessage):
-            self._clock.set_ros_time_override(Time.from_msg(message.clock))
+        if not isinstance(message, ClockMessage):
+            return
+        now_ns = message.clock.sec * 10**9 + message.clock.nanosec
+        if 0 <= now_ns < _END_NS:
+            self._clock.set_ros_time_override(Time(nanoseconds=now_ns, clock_type=ClockType.ROS_TIME))
+        else:
+            self._on_problem(f"/clock: dropped a time that cannot be, {now_ns} ns.")

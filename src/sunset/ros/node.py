@@ -92,7 +92,7 @@ class Node(NodeParameters, NodeGraph):
         self._timers: list[Timer] = []
         self._default_callback_group = CallbackGroup()
         self._clock = ROSClock(context=self._context)
-        self._time_source = TimeSource(self.handle, self._clock)
+        self._time_source = TimeSource(self.handle, self._clock, self._on_bad_time)
         self._logger = self._make_logger(enable_rosout)
         self.handle.on_problem(self._on_problem)
         self._parameter_event_publisher = self.create_publisher(
@@ -324,6 +324,9 @@ class Node(NodeParameters, NodeGraph):
 
     def _on_problem(self, problem: str) -> None:
         self._logger.warning(problem)
+
+    def _on_bad_time(self, problem: str) -> None:
+        self._logger.warning(problem, throttle_duration_sec=10.0)
 
     def _warn_of_mismatch(self, topic: str, kind: EndpointKind, qos: QoSProfile) -> None:
         for other in self._middleware.endpoints(topic):

@@ -39,7 +39,7 @@ WORDS = (
     ),
 )
 ENCODINGS = {"bgr8": 3, "16UC1": 2, "8UC1": 1}
-HUGE = 100_000
+HUGE = 10_000
 """Characters or pixels of what is huge, which one in a hundred is."""
 
 

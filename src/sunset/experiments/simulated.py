@@ -17,6 +17,7 @@ from sunset.nodes import NODES, BagPlayer, SegmentationNode
 from sunset.rmw.sim import DEFAULT_COMPUTE, SimProcess, Simulation
 from sunset.ros import CallbackError, Context, Node, Parameter, SingleThreadedExecutor
 from sunset.scenarios import ScenarioExecutor
+from sunset.seeding import generator
 
 __all__ = ["SimulatedProcesses", "fly"]
 
@@ -24,6 +25,8 @@ NodeFactory = Callable[[Context], Node]
 NodeT = TypeVar("NodeT", bound=Node)
 
 _S = 10**9
+_LAUNCH_NS = _S
+"""Processes do not start all at once: the nodes within so long, the managing system within so long after the last."""
 
 
 class SimulatedProcesses:
@@ -92,8 +95,6 @@ def fly(spec: RunSpec, resources: Resources, observer: Observer, *, log: bool = 
     )
     simulation.add_tap(observer)
     processes = SimulatedProcesses(simulation, _factories(spec, resources))
-    for name in NODES:
-        processes.start(name)
 
     def started(name: str, factory: Callable[[Context], NodeT]) -> NodeT:
         return bring_up(simulation.create_process(name), factory)
@@ -103,8 +104,12 @@ def fly(spec: RunSpec, resources: Resources, observer: Observer, *, log: bool = 
     supervisor = started(
         "experiment", lambda context: Supervisor(spec.scenario.name, spec.timing, context=context)
     )
-    process = simulation.create_process(MANAGER_PROCESS, wall_limit_s=spec.manager_limit_s)
     factory = manager_factory(spec, resources.model.card.entropy_threshold)
+    for launch_ns, name in sorted((_launch_ns(spec.seed, name), name) for name in NODES):
+        simulation.run_until(launch_ns)
+        processes.start(name)
+    simulation.run_until(simulation.now + _launch_ns(spec.seed, MANAGER_PROCESS))
+    process = simulation.create_process(MANAGER_PROCESS, wall_limit_s=spec.manager_limit_s)
     manager = bring_up(process, factory, log=log)
     try:
         start_ns = _conduct(simulation, supervisor, round(timing.bring_up_limit_s * _S))
@@ -116,6 +121,11 @@ def fly(spec: RunSpec, resources: Resources, observer: Observer, *, log: bool = 
         raise failure(spec, manager, error) from error
     observer.finish(simulation.now)
     return start_ns
+
+
+def _launch_ns(seed: int, process: str) -> int:
+    """Return when a process starts; the phases of its timers depend on it."""
+    return int(generator(seed, "launch", process).integers(_LAUNCH_NS))
 
 
 def _conduct(simulation: Simulation, supervisor: Supervisor, limit_ns: int) -> int:

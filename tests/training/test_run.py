@@ -24,7 +24,8 @@ from sunset.training import (
 torch = pytest.importorskip("torch")
 pytest.importorskip("onnx")
 
-from sunset.training.loop import learn  # noqa: E402  needs torch
+from sunset.training.loop import learn, start_from_the_sum  # noqa: E402  needs torch
+from sunset.training.network import build, forward, upsample  # noqa: E402
 
 torch.set_num_threads(1)  # the networks are tiny, and other tests run beside
 
@@ -114,6 +115,17 @@ def test_branches_learned_one_by_one_are_merged_as_they_are(sets: FrameSets, tmp
     assert stages["rgb"]["schedule"]["steps"] == 6
     measured: Any = model.card.results["iou_by_precision_on_the_validation_town"]
     assert set(measured["fusion"]) == {"float32", "int8"}
+
+
+def test_the_fusion_of_learned_branches_begins_as_about_their_sum() -> None:
+    modules = build(NARROW.plan(("fusion",)))
+    start_from_the_sum(modules)
+    rgb, depth = 5 * torch.randn(2, 1, 28, 18, 32)
+    results = {"rgb.logits": rgb, "depth.logits": depth}
+    with torch.no_grad():
+        forward(NARROW.plan(("fusion",)), modules, results)
+        expected = upsample(0.6 * (rgb + depth), 8)
+    assert (results["fusion.logits"] - expected).abs().mean() < 0.3 * expected.abs().mean()
 
 
 def test_one_branch_alone_makes_a_model(sets: FrameSets, tmp_path: Path) -> None:

@@ -195,11 +195,11 @@ def _reference() -> TrainingConfig:
             validate_every=250,
         ),
         merging=Schedule(
-            phases=(Phase(180, 8),),
-            learning_rate=3e-3,
+            phases=(Phase(140, 8),),
+            learning_rate=2e-3,
             warm_up=20,
             checkpoint_every=30,
-            validate_every=60,
+            validate_every=20,
         ),
     )
 

@@ -13,6 +13,7 @@ import torch
 from torch import nn
 from torch.nn import functional
 
+from sunset.classes import CLASSES
 from sunset.errors import InvalidInputError
 from sunset.metrics import count_classes, image_iou
 from sunset.training.batches import Batch, FrameSet, batches, class_weights
@@ -20,7 +21,7 @@ from sunset.training.config import Schedule, Stage, TrainingConfig
 from sunset.training.inputs import HEIGHT, WIDTH
 from sunset.training.network import build, depth_input, forward, rgb_input, upsample
 
-__all__ = ["CHECKPOINT", "LOG", "Progress", "Weights", "learn"]
+__all__ = ["CHECKPOINT", "LOG", "Progress", "Weights", "learn", "start_from_the_sum"]
 
 CHECKPOINT = "checkpoint.pt"
 LOG = "log.jsonl"
@@ -96,6 +97,8 @@ class _Run:
         self.modules.to(self._device)
         self._frozen = build(config.plan(stage.frozen)).to(self._device).eval()
         self._frozen.load_state_dict({name: known[name] for name in self._frozen.state_dict()})
+        if stage.frozen:
+            start_from_the_sum(self.modules)
         self._optimiser = torch.optim.AdamW(
             _parameters(self.modules, stage.schedule.weight_decay), fused=True
         )
@@ -259,6 +262,21 @@ class _Run:
         self._optimiser.load_state_dict(state["optimiser"])
         self._step, self._seconds = int(state["step"]), float(state["seconds"])
         torch.set_rng_state(state["random"].cpu())
+
+
+def start_from_the_sum(modules: Any) -> None:
+    """Let the merging layers begin as about the sum of both branches' logits, which is a fusion already.
+
+    The logits are raised for the layers with a ReLU, and lowered again by the last.
+    """
+    raised, weight = 10.0, 0.6
+    layers = [modules.get_submodule(f"merge.{index}") for index in (0, 2, 4)]
+    both = torch.eye(2 * len(CLASSES))
+    means = [both, both, weight * (both[: len(CLASSES)] + both[len(CLASSES) :])]
+    with torch.no_grad():
+        for layer, mean, bias in zip(layers, means, (raised, 0.0, -2 * weight * raised), strict=True):
+            layer.weight.normal_(std=0.002).add_(mean[:, :, None, None].to(layer.weight.device))
+            layer.bias.fill_(bias)
 
 
 def _distance(least: int, most: int) -> int:

@@ -201,7 +201,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("models", nargs="*", default=list_models(), help="names or folders (default: all that come along)")
+    parser.add_argument(
+        "models", nargs="*", default=list_models(), help="names or folders (default: all that come along)"
+    )
     parser.add_argument("--rounds", type=int, default=20, help="of each measurement (default: %(default)s)")
     parser.add_argument("--threads", type=int, nargs="+", default=[1, 2], help="(default: 1 2)")
     given = parser.parse_args(arguments)

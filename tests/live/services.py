@@ -96,6 +96,7 @@ NODES: dict[str, dict[str, Known]] = {
         "lifecycle_activation_delay": DELAY,
         "model": Known(STRING, read_only=True),
         "inference_cache": Known(STRING, read_only=True),
+        "device": Known(STRING, read_only=True),
         "cuda_out_of_memory": FAULT,
         "gpu_failure": FAULT,
     },

@@ -75,9 +75,11 @@ def test_the_baseline_redeploys_whatever_does_not_send_any_more(tmp_path: Path, 
         try:
             assert flow.lasts()
             if number == signal.SIGSTOP:
-                os.kill(fork_server(process.pid), signal.SIGKILL)  # nodes can be redeployed without it
+                server = fork_server(process.pid)
+                os.kill(server, signal.SIGKILL)  # nodes can be redeployed without it
+                assert eventually(lambda: not exists(server))  # its end wakes nodes that are stopped before
             for nodes in TURNS:
-                before = children(process.pid)
+                before = first | children(process.pid)
                 for node in nodes:
                     os.kill(before[node], number)
                 assert are_new(process.pid, before, set(nodes) - SILENT)

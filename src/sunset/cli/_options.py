@@ -6,15 +6,19 @@ from typing import Any
 
 from sunset.experiments import MIDDLEWARES
 from sunset.perception import DEVICES
+from sunset.scenarios import suite_names
 
 __all__ = [
+    "add_campaign_options",
     "add_flight_options",
     "add_middleware_options",
     "add_model_options",
     "at_least_one",
+    "campaign_options",
     "flight_options",
     "middleware_options",
     "model_options",
+    "names",
 ]
 
 
@@ -27,6 +31,46 @@ def at_least_one(text: str) -> int:
     if number < 1:
         raise argparse.ArgumentTypeError(f"expected a whole number of at least 1, got {text!r}")
     return number
+
+
+def names(text: str) -> tuple[str, ...]:
+    """Parse names that are separated by commas."""
+    return tuple(name.strip() for name in text.split(",") if name.strip())
+
+
+def add_campaign_options(
+    parser: argparse.ArgumentParser, *, suite: str, managers: str, repetitions: int, what: str = "runs"
+) -> None:
+    """Add what says which runs a campaign consists of, with these defaults; `what` is repeated."""
+    parser.add_argument(
+        "--suite", default=suite, help=f"one of {', '.join(suite_names())} (default: {suite})"
+    )
+    parser.add_argument(
+        "--managers",
+        default=managers,
+        metavar="A,B,…",
+        help=f"managing systems, separated by commas (default: {managers})",
+    )
+    parser.add_argument(
+        "--repetitions",
+        type=int,
+        default=repetitions,
+        metavar="N",
+        help=f"{what} a scenario (default: {repetitions})",
+    )
+    parser.add_argument(
+        "--seed", type=int, default=1, metavar="N", help="seed of the first repetition (default: 1)"
+    )
+
+
+def campaign_options(arguments: argparse.Namespace) -> dict[str, Any]:
+    """Return the options of `add_campaign_options` as arguments of `BenchSpec`."""
+    return {
+        "suite": arguments.suite,
+        "managers": names(arguments.managers),
+        "repetitions": arguments.repetitions,
+        "seed": arguments.seed,
+    }
 
 
 def add_model_options(parser: argparse.ArgumentParser) -> None:

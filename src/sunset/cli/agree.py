@@ -6,11 +6,17 @@ from contextlib import redirect_stdout
 from dataclasses import replace
 from pathlib import Path
 
-from sunset.cli._options import add_flight_options, at_least_one, flight_options
+from sunset.cli._options import (
+    add_campaign_options,
+    add_flight_options,
+    at_least_one,
+    campaign_options,
+    flight_options,
+    names,
+)
 from sunset.cli._progress import progress_bar, rendering_progress
 from sunset.evaluation import AGREEMENT_FORMATS, compare, format_agreement
 from sunset.experiments import BenchSpec, bench, plan, prepare
-from sunset.scenarios import suite_names
 
 __all__ = ["add_parser", "execute"]
 
@@ -28,23 +34,9 @@ def add_parser(verbs: "argparse._SubParsersAction[argparse.ArgumentParser]") -> 
         "executed. Finished runs are kept: the same command continues what was interrupted, and flies nothing where "
         "all runs are there.",
     )
-    parser.add_argument(
-        "--suite", default="artifact", help=f"one of {', '.join(suite_names())} (default: artifact)"
-    )
+    add_campaign_options(parser, suite="artifact", managers="baseline", repetitions=1, what="pairs")
     parser.add_argument(
         "--scenarios", default="", metavar="A,B,…", help="some scenarios of the suite (default: all)"
-    )
-    parser.add_argument(
-        "--managers",
-        default="baseline",
-        metavar="A,B,…",
-        help="managing systems, separated by commas (default: baseline)",
-    )
-    parser.add_argument(
-        "--repetitions", type=int, default=1, metavar="N", help="pairs a scenario (default: 1)"
-    )
-    parser.add_argument(
-        "--seed", type=int, default=1, metavar="N", help="seed of the first repetition (default: 1)"
     )
     add_flight_options(parser)
     parser.add_argument(
@@ -87,12 +79,9 @@ def _fly(arguments: argparse.Namespace) -> None:
     import sunset.rmw.cyclonedds  # noqa: F401, PLC0415  an extra: that it is missing is said before anything is flown
 
     sim = BenchSpec(
-        suite=arguments.suite,
-        scenarios=_names(arguments.scenarios),
+        scenarios=names(arguments.scenarios),
         references=False,
-        managers=_names(arguments.managers),
-        repetitions=arguments.repetitions,
-        seed=arguments.seed,
+        **campaign_options(arguments),
         **flight_options(arguments),
     )
     live = replace(sim, middleware="cyclonedds", speed=arguments.rate)
@@ -104,7 +93,3 @@ def _fly(arguments: argparse.Namespace) -> None:
         with progress_bar(f"Flying {len(runs)} runs, {name}") as progress, redirect_stdout(sys.stderr):
             flown = bench(spec, arguments.out / name, jobs=jobs, progress=progress)
         print(f"{name}: {flown} runs flown, {len(runs) - flown} were there already.", file=sys.stderr)
-
-
-def _names(text: str) -> tuple[str, ...]:
-    return tuple(name.strip() for name in text.split(",") if name.strip())

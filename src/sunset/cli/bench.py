@@ -6,9 +6,11 @@ from contextlib import redirect_stdout
 from pathlib import Path
 
 from sunset.cli._options import (
+    add_campaign_options,
     add_flight_options,
     add_middleware_options,
     at_least_one,
+    campaign_options,
     flight_options,
     middleware_options,
 )
@@ -16,7 +18,6 @@ from sunset.cli._progress import progress_bar, rendering_progress
 from sunset.cli.report import print_report
 from sunset.evaluation import FORMATS
 from sunset.experiments import BenchSpec, bench, plan, prepare
-from sunset.scenarios import suite_names
 
 __all__ = ["add_parser", "execute"]
 
@@ -29,21 +30,7 @@ def add_parser(verbs: "argparse._SubParsersAction[argparse.ArgumentParser]") -> 
         description="Fly every scenario of a suite with every managing system, several times, and the two reference "
         "rows of the paper. Finished runs are kept: the same command continues an interrupted campaign.",
     )
-    parser.add_argument(
-        "--suite", default="paper", help=f"one of {', '.join(suite_names())} (default: paper)"
-    )
-    parser.add_argument(
-        "--managers",
-        default="none,baseline",
-        metavar="A,B,…",
-        help="managing systems, separated by commas (default: none,baseline)",
-    )
-    parser.add_argument(
-        "--repetitions", type=int, default=3, metavar="N", help="runs a scenario (default: 3)"
-    )
-    parser.add_argument(
-        "--seed", type=int, default=1, metavar="N", help="seed of the first repetition (default: 1)"
-    )
+    add_campaign_options(parser, suite="paper", managers="none,baseline", repetitions=3)
     add_flight_options(parser)
     add_middleware_options(parser)
     parser.add_argument(
@@ -60,10 +47,7 @@ def add_parser(verbs: "argparse._SubParsersAction[argparse.ArgumentParser]") -> 
 def execute(arguments: argparse.Namespace) -> int:
     """Fly, and print the table."""
     spec = BenchSpec(
-        suite=arguments.suite,
-        managers=tuple(name.strip() for name in arguments.managers.split(",") if name.strip()),
-        repetitions=arguments.repetitions,
-        seed=arguments.seed,
+        **campaign_options(arguments),
         **flight_options(arguments),
         **middleware_options(arguments),
     )

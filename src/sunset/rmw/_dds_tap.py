@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from heapq import heappop, heappush
 from itertools import count
-from queue import Empty, SimpleQueue
+from queue import Empty
 from types import TracebackType
 from typing import Final, NamedTuple, Self
 
@@ -19,6 +19,7 @@ from sunset.rmw._dds_config import read_configuration
 from sunset.rmw._dds_graph import GraphListener, Participant
 from sunset.rmw._dds_link import Link
 from sunset.rmw._dds_names import OBSERVER, RosName, parse_user_data, ros_name
+from sunset.rmw._dds_queue import WaitingLine
 from sunset.rmw._dds_services import split_sample
 from sunset.rmw.port import EndpointKind, QoSProfile
 from sunset.rmw.tap import Tap
@@ -62,7 +63,7 @@ class _Server(NamedTuple):
 class _News(GraphListener):
     """Lines up for the tap who comes and goes."""
 
-    def __init__(self, queue: "SimpleQueue[object]") -> None:
+    def __init__(self, queue: WaitingLine[object]) -> None:
         self._queue = queue
         self._participants: set[bytes] = set()
 
@@ -121,7 +122,7 @@ class CycloneTap:
     ) -> None:
         self.problems: Counter[str] = Counter()
         self._tap = tap
-        self._queue: SimpleQueue[object] = SimpleQueue()
+        self._queue: WaitingLine[object] = WaitingLine()
         self._failure: Exception | None = None
         self._writers: dict[int, _Writer] = {}
         self._servers: dict[bytes, _Server] = {}
@@ -189,7 +190,7 @@ class CycloneTap:
             self._link.look()
             for channel in self._channels:
                 self._take(channel)
-            while not self._queue.empty():
+            while self._queue:
                 self._handle_next()
             self._tell(None)
         except Exception as error:  # noqa: BLE001  whoever closes the tap gets it
@@ -198,7 +199,7 @@ class CycloneTap:
     def _handle_next(self) -> bool:
         """Handle what is next in line, if something comes within a moment; return whether to go on."""
         try:
-            item = self._queue.get(timeout=_STEP_S if self._events else None)
+            item = self._queue.get(_STEP_S if self._events else None)
         except Empty:
             return True
         if isinstance(item, Exception):

@@ -15,7 +15,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import partial
 from itertools import count
-from queue import Empty, SimpleQueue
+from queue import Empty
 from types import TracebackType
 from typing import Any, Final, Self
 
@@ -28,6 +28,7 @@ from sunset.rmw._dds_graph import Graph
 from sunset.rmw._dds_link import FIRST_NUMBER, Link
 from sunset.rmw._dds_names import dds_type_name
 from sunset.rmw._dds_node import DdsNode
+from sunset.rmw._dds_queue import WaitingLine
 from sunset.rmw._dds_tap import CycloneTap
 from sunset.rmw.port import CallbackError, EndpointInfo, Middleware
 
@@ -88,7 +89,7 @@ class CycloneDDS(Middleware):
         self._nodes: dict[DdsNode, None] = {}
         self._numbers = count(FIRST_NUMBER)
         self._readers: dict[int, ReadingEntity] = {}
-        self._queue: SimpleQueue[Entity | None] = SimpleQueue()
+        self._queue: WaitingLine[Entity | None] = WaitingLine()
         self._ids = count(1)
         self._requests = count(1)
         self._reported: dict[str, tuple[int, int]] = {}
@@ -289,7 +290,7 @@ class CycloneDDS(Middleware):
         """Return who is first in line, waiting until somebody is, an alarm goes off, or time is over."""
         limits = [limit for limit in (self._line_up_timers(), end_ns) if limit is not None]
         wait_ns = min(min(limits) - self.steady_ns(), _LONG_NS) if limits else _LONG_NS
-        return self._queue.get(timeout=wait_ns / 1e9) if wait_ns > 0 else self._queue.get(block=False)
+        return self._queue.get(wait_ns / 1e9)
 
     def _line_up_timers(self) -> int | None:
         """Line up the timers whose alarm has gone off, the earliest first; return when the next one does."""

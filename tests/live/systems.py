@@ -229,15 +229,15 @@ def fork_server(pid: int) -> int:
 
 
 def domain_of(pid: int) -> int:
-    """Return the domain that a node's process is in."""
-    variables = Path(f"/proc/{pid}/environ").read_text(encoding="utf-8").split("\0")
+    """Return the domain of a live system in a process."""
+    variables = Path(f"/proc/{fork_server(pid)}/environ").read_text(encoding="utf-8").split("\0")
     (domain_id,) = (text.partition("=")[2] for text in variables if text.startswith("ROS_DOMAIN_ID="))
     return int(domain_id)
 
 
 def _words(pid: int) -> list[str]:
     try:
-        return Path(f"/proc/{pid}/cmdline").read_text(encoding="utf-8").split("\0")
+        return Path(f"/proc/{pid}/cmdline").read_text(encoding="utf-8").replace("\0", " ").split()
     except (FileNotFoundError, ProcessLookupError):
         return []  # it has ended meanwhile
 

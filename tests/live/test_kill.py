@@ -70,7 +70,7 @@ def test_the_baseline_redeploys_whatever_does_not_send_any_more(tmp_path: Path, 
     out = tmp_path / "run"
     with flying("nofault", "baseline", LONGEST_S, out) as process:
         first = children(process.pid)
-        tool = Tool(domain_of(first["camera"]))
+        tool = Tool(domain_of(process.pid))
         flow = Flow(tool)
         try:
             assert flow.lasts()

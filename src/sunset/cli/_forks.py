@@ -1,4 +1,4 @@
-"""What a live system forks its nodes from: `python -m sunset.cli._forks`, see `sunset.nodes.forks`."""
+"""What a live system forks its nodes from: `python -m sunset.cli._forks`, see `sunset.forks`."""
 
 import gc
 import os
@@ -9,7 +9,7 @@ import sunset.managing
 import sunset.scenarios  # noqa: F401  these are what nodes need
 from sunset.cli import main
 from sunset.cli.node import MANAGER
-from sunset.nodes.forks import await_order
+from sunset.forks import await_order
 from sunset.rmw.cyclonedds import prepare
 
 __all__: list[str] = []

@@ -9,9 +9,9 @@ from collections.abc import Callable
 from typing import Final
 
 from sunset.errors import InvalidInputError, SunsetError
+from sunset.forks import signal_after_parent
 from sunset.nodes import NODES
 from sunset.nodes.deployment import deployed_parameters
-from sunset.nodes.forks import signal_after_parent
 from sunset.nodes.live_bag_player import LiveBagPlayer
 from sunset.rmw.port import CallbackError
 from sunset.ros import Context, Node, SingleThreadedExecutor

@@ -12,7 +12,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import IO, Final, Self
 
-from sunset.nodes.forks import UNSEEN, ForkedProcess, ForkServer, can_fork
+from sunset.forks import UNSEEN, ForkedProcess, ForkServer, can_fork
 
 __all__ = ["NodeProcesses"]
 

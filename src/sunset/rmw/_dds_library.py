@@ -325,9 +325,17 @@ class WaitSet:
             _C.dds_waitset_detach(self._set, condition)
 
     def wait(self) -> list[int]:
-        """Return the numbers of conditions that hold, or nothing when `close` was called."""
-        count = _C.dds_waitset_wait(self._set, self._found, len(self._found), _FOREVER)
-        numbers = self._found[: max(0, min(count, len(self._found)))]
+        """Return the numbers of conditions that hold, or nothing when `close` was called.
+
+        Raises:
+            MiddlewareError: DDS cannot wait.
+        """
+        numbers: list[int] = []
+        while not numbers:
+            count = checked(
+                _C.dds_waitset_wait(self._set, self._found, len(self._found), _FOREVER), "wait for samples"
+            )
+            numbers = self._found[: min(count, len(self._found))]
         if 0 in numbers:
             return []
         for number in numbers:

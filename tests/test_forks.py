@@ -10,13 +10,13 @@ from pathlib import Path
 
 import pytest
 
-from sunset.nodes.forks import UNSEEN, ForkedProcess, ForkServer, can_fork
+from sunset.forks import UNSEEN, ForkedProcess, ForkServer, can_fork
 
 pytestmark = pytest.mark.skipif(not can_fork(), reason="only Linux has what a fork server needs")
 
 PROGRAM = """
 import os, socket, sys
-from sunset.nodes.forks import await_order
+from sunset.forks import await_order
 with socket.socket(fileno=os.dup(0)) as door:
     words = await_order(door)
 exec("" if words is None else words[-1])
@@ -79,15 +79,15 @@ def test_it_has_the_environment_and_is_a_session_of_its_own(server: ForkServer) 
 def test_others_see_what_it_runs(server: ForkServer) -> None:
     process = server.fork(["node", "camera", "print(); input()"])
     assert process.stdout.readline() == "\n"
-    words = Path(f"/proc/{process.pid}/cmdline").read_text(encoding="utf-8").rstrip("\0").split("\0")
-    assert words == [sys.executable, "-m", "sunset", "node", "camera", "print(); input()"]
+    words = Path(f"/proc/{process.pid}/cmdline").read_text(encoding="utf-8").rstrip("\0")
+    assert words == f"{sys.executable} -m sunset node camera print(); input()"
     process.kill()
     assert ended(process) == -signal.SIGKILL
 
 
 def test_a_process_outlives_the_server_but_nobody_sees_its_end(server: ForkServer) -> None:
-    process = server.fork(["input()"])
-    os.kill(server.pid, signal.SIGKILL)
+    process = server.fork(["print(os.getppid()); input()"])
+    os.kill(int(process.stdout.readline()), signal.SIGKILL)
     with pytest.raises(OSError, match=r"\w"):
         server.fork(["pass"])
     assert process.poll() is None

@@ -19,7 +19,6 @@ import subprocess
 import sys
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from pathlib import Path
 from typing import IO, Final
 
 __all__ = ["UNSEEN", "ForkServer", "ForkedProcess", "await_order", "can_fork", "signal_after_parent"]
@@ -32,12 +31,8 @@ _FIRST_S: Final = 30.0
 """How long the server may take for its first answer, which comes when it has imported everything."""
 _PATIENCE_S: Final = 5.0
 """How long it may take for any other."""
-_ROOM: Final = 512
-"""Bytes of the server's command line, which its processes overwrite with their own."""
 _DEATH_SIGNAL: Final = 1
 """PR_SET_PDEATHSIG of Linux's prctl(2)."""
-_ARGUMENTS_BEGIN: Final = 45
-"""Index of the address at which the command line begins, behind the name in /proc/self/stat; its end follows."""
 
 
 def can_fork() -> bool:
@@ -115,18 +110,13 @@ class ForkServer:
         self._door.settimeout(_FIRST_S)
         with theirs:
             self._process: subprocess.Popen[bytes] = subprocess.Popen(  # noqa: S603  the command is the caller's
-                [*command, "-" * _ROOM],
+                command,
                 stdin=theirs.fileno(),
                 stdout=subprocess.DEVNULL,
                 stderr=subprocess.DEVNULL,
                 env=dict(environment),
                 start_new_session=True,
             )
-
-    @property
-    def pid(self) -> int:
-        """The number of the server's process."""
-        return self._process.pid
 
     def fork(self, arguments: Sequence[str]) -> ForkedProcess:
         """Return a new process that runs a command line.
@@ -206,6 +196,8 @@ def await_order(door: socket.socket) -> list[str] | None:
 
 def _become(arguments: list[str], stdin: int, stdout: int) -> None:
     """Make of a copy of the server a process of its own."""
+    from setproctitle import setproctitle  # noqa: PLC0415  an optional extra
+
     os.setsid()
     for number, file in enumerate((stdin, stdout, stdout)):
         os.dup2(file, number)
@@ -214,13 +206,4 @@ def _become(arguments: list[str], stdin: int, stdout: int) -> None:
     for stream in (sys.stdout, sys.stderr):
         stream.reconfigure(line_buffering=True)  # type: ignore[union-attr]  # as they are at the start of a program
     sys.argv[1:] = arguments
-    _show([sys.executable, "-m", "sunset", *arguments])
-
-
-def _show(command: list[str]) -> None:
-    """Overwrite the command line that other programs see, where it is long enough."""
-    status = Path("/proc/self/stat").read_text(encoding="utf-8", errors="replace")
-    begin, end = (int(word) for word in status.rpartition(")")[2].split()[_ARGUMENTS_BEGIN:][:2])
-    text = b"".join(os.fsencode(word) + b"\0" for word in command)
-    if len(text) <= end - begin:
-        ctypes.memmove(begin, text.ljust(end - begin, b"\0"), end - begin)
+    setproctitle(" ".join([sys.executable, "-m", "sunset", *arguments]))

@@ -74,27 +74,31 @@ def campaign_options(arguments: argparse.Namespace) -> dict[str, Any]:
 
 
 def add_model_options(parser: argparse.ArgumentParser) -> None:
-    """Add what says which frames are segmented by what."""
+    """Add what says which frames are segmented by what, and where."""
     parser.add_argument(
         "--model", default="lite", metavar="NAME|DIR", help="segmentation model (default: lite)"
     )
     parser.add_argument("--bag", metavar="PATH", help="a rosbag2 to fly instead of the default flight")
-
-
-def model_options(arguments: argparse.Namespace) -> dict[str, Any]:
-    """Return the options of `add_model_options` as arguments of `RunSpec`."""
-    return {"model": arguments.model, "bag": Path(arguments.bag) if arguments.bag else None}
-
-
-def add_flight_options(parser: argparse.ArgumentParser) -> None:
-    """Add what says how a mission is flown, whoever manages it."""
-    add_model_options(parser)
     parser.add_argument(
         "--device",
         default="cpu",
         choices=DEVICES,
         help="what networks run on; between devices, last digits may differ (default: cpu)",
     )
+
+
+def model_options(arguments: argparse.Namespace) -> dict[str, Any]:
+    """Return the options of `add_model_options` as arguments of `RunSpec`."""
+    return {
+        "model": arguments.model,
+        "bag": Path(arguments.bag) if arguments.bag else None,
+        "device": arguments.device,
+    }
+
+
+def add_flight_options(parser: argparse.ArgumentParser) -> None:
+    """Add what says how a mission is flown, whoever manages it."""
+    add_model_options(parser)
     parser.add_argument(
         "--manager-limit",
         type=float,
@@ -134,7 +138,6 @@ def flight_options(arguments: argparse.Namespace) -> dict[str, Any]:
     """Return the options of `add_flight_options` as arguments of `RunSpec` and `BenchSpec`."""
     return {
         **model_options(arguments),
-        "device": arguments.device,
         "cache": not arguments.no_cache,
         "manager_limit_s": arguments.manager_limit,
     }

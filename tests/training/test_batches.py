@@ -11,8 +11,8 @@ from sunset.training.batches import augment, batches, class_weights
 
 
 def test_a_step_sees_the_same_batch_however_the_run_got_there(sets: FrameSets) -> None:
-    whole = list(batches(sets.train, 4, 1, 0, 4))
-    resumed = list(batches(sets.train, 4, 1, 2, 4))
+    whole = list(batches(sets.train, 4, 1, range(4)))
+    resumed = list(batches(sets.train, 4, 1, range(2, 4)))
     for expected, got in zip(whole[2:], resumed, strict=True):
         assert np.array_equal(expected.bgr, got.bgr)
         assert np.array_equal(expected.depth, got.depth)
@@ -20,16 +20,20 @@ def test_a_step_sees_the_same_batch_however_the_run_got_there(sets: FrameSets) -
         assert expected.phase == got.phase
 
 
+def test_there_are_as_many_batches_as_numbers(sets: FrameSets) -> None:
+    assert [len(list(batches(sets.train, 4, 1, range(count)))) for count in range(3)] == [0, 1, 2]
+
+
 def test_steps_and_seeds_see_different_batches(sets: FrameSets) -> None:
-    steps = list(batches(sets.train, 4, 1, 0, 3))
-    other = next(batches(sets.train, 4, 2, 0, 1))
+    steps = list(batches(sets.train, 4, 1, range(3)))
+    other = next(batches(sets.train, 4, 2, [0]))
     for first, second in pairwise([other, *steps]):
         assert not np.array_equal(first.labels, second.labels)
 
 
 def test_a_batch_larger_than_the_set_repeats_frames(sets: FrameSets) -> None:
     few = FrameSet(sets.train.bgr[:2], sets.train.depth[:2], sets.train.labels[:2])
-    assert next(batches(few, 5, 1, 0, 1)).bgr.shape == (5, 144, 256, 3)
+    assert next(batches(few, 5, 1, [0])).bgr.shape == (5, 144, 256, 3)
 
 
 def test_augmentation_moves_colour_depth_and_labels_alike(sets: FrameSets) -> None:

@@ -46,7 +46,7 @@ NARROW = TrainingConfig(
     name="narrow",
     shape=ReferenceShape(16, (1, 1, 1, 1), pyramid=16),
     schedule=PHASES,
-    merging=TINY.schedule,
+    merging=replace(TINY.schedule, distinct=4),
 )
 
 
@@ -134,14 +134,17 @@ def test_one_branch_alone_makes_a_model(sets: FrameSets, tmp_path: Path) -> None
     assert list(model.card.networks) == [Modality.DEPTH]
 
 
-@pytest.mark.parametrize("config", [TINY, replace(NARROW, modalities=("rgb",))], ids=["lite", "reference"])
+@pytest.mark.parametrize(
+    "config", [TINY, replace(NARROW, modalities=("rgb",)), NARROW], ids=["lite", "reference", "merging"]
+)
 def test_a_resumed_run_learns_what_an_undisturbed_one_learns(
     config: TrainingConfig, sets: FrameSets, tmp_path: Path
 ) -> None:
     whole = learn(config, sets.train, sets.validation, tmp_path / "whole")
+    last = config.stages()[-1].name
 
-    def stop(_: str, done: int, __: int, ___: str = "") -> None:
-        if done == 5:
+    def stop(what: str, done: int, _: int, __: str = "") -> None:
+        if (what, done) == (last, 5):
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
@@ -149,8 +152,7 @@ def test_a_resumed_run_learns_what_an_undisturbed_one_learns(
     resumed = learn(config, sets.train, sets.validation, tmp_path / "parts", resume=True)
     for name, value in whole.state_dict().items():
         assert torch.equal(value, resumed.state_dict()[name]), name
-    folder = config.stages()[0].name
-    logs = [log_of(tmp_path / run / folder) for run in ("whole", "parts")]
+    logs = [log_of(tmp_path / run / last) for run in ("whole", "parts")]
     assert [[line["step"] for line in log] for log in logs] == [[2, 4, 6], [2, 4, 6]]
 
 

@@ -1,7 +1,7 @@
 """Batches of augmented frames."""
 
-from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Iterable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -118,8 +118,8 @@ def augment(
     )
 
 
-def _batch(frames: FrameSet, size: int, seed: int, step: int) -> Batch:
-    rng = generator(seed, "training", "batch", step)
+def _batch(frames: FrameSet, size: int, seed: int, number: int) -> Batch:
+    rng = generator(seed, "training", "batch", number)
     chosen = rng.choice(len(frames), size=size, replace=len(frames) < size)
     parts = [augment(frames.bgr[i], frames.depth[i], frames.labels[i], rng) for i in chosen]
     bgr, depth, labels = (np.stack(arrays) for arrays in zip(*parts, strict=True))
@@ -127,19 +127,20 @@ def _batch(frames: FrameSet, size: int, seed: int, step: int) -> Batch:
     return Batch(bgr, depth, labels.astype(np.int64), phase)
 
 
-def batches(frames: FrameSet, size: int, seed: int, first: int, last: int) -> Iterator[Batch]:
-    """Yield the batches of steps [first, last), prepared one ahead in a thread.
+def batches(frames: FrameSet, size: int, seed: int, numbers: Iterable[int]) -> Iterator[Batch]:
+    """Yield the batches of some numbers, prepared one ahead in a thread.
 
-    A step's batch depends on the seed and the step only, so that a resumed run sees what an undisturbed
-    one would have seen.
+    A batch depends on the seed and its number only, so that a resumed run sees what an undisturbed one
+    would have seen.
     """
     with ThreadPoolExecutor(1) as pool:
-        coming = pool.submit(_batch, frames, size, seed, first)
-        for step in range(first, last):
-            batch = coming.result()
-            if step + 1 < last:
-                coming = pool.submit(_batch, frames, size, seed, step + 1)
-            yield batch
+        coming: Future[Batch] | None = None
+        for number in numbers:
+            before, coming = coming, pool.submit(_batch, frames, size, seed, number)
+            if before is not None:
+                yield before.result()
+        if coming is not None:
+            yield coming.result()
 
 
 def class_weights(labels: npt.NDArray[np.uint8], limits: tuple[float, float]) -> npt.NDArray[np.float32]:

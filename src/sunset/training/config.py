@@ -46,6 +46,8 @@ class Schedule:
         misaligned_weight: of the fusion's loss on misaligned pairs, colour picture against depth picture; the
             merging layers learn to be unsure where the two contradict each other.
         misaligned_smoothing: share of a target there that is spread over all classes, in [0, 1].
+        distinct: steps after which the same batches come again, of which frozen branches' logits are kept; None
+            for never.
         checkpoint_every: steps between checkpoints.
         log_every: steps between lines of the log.
         validate_every: steps between lines of the log that tell the IoU on held-out frames.
@@ -58,6 +60,7 @@ class Schedule:
     class_weight_range: tuple[float, float] = (0.5, 3.0)
     misaligned_weight: float = 0.4
     misaligned_smoothing: float = 0.3
+    distinct: int | None = None
     checkpoint_every: int = 200
     log_every: int = 20
     validate_every: int = 400
@@ -195,11 +198,12 @@ def _reference() -> TrainingConfig:
             validate_every=250,
         ),
         merging=Schedule(
-            phases=(Phase(140, 8),),
+            phases=(Phase(1400, 8),),
             learning_rate=2e-3,
             warm_up=20,
-            checkpoint_every=30,
-            validate_every=20,
+            distinct=140,
+            checkpoint_every=70,
+            validate_every=350,
         ),
     )
 

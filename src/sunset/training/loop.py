@@ -104,6 +104,7 @@ class _Run:
         )
         self._description = f"{stage!r}, {config.shape!r}, seed {config.seed}"
         self._step, self._seconds = 0, 0.0
+        self._kept: dict[int, dict[str, Any]] = {}
 
     def fit(self, frames: FrameSet, validation: FrameSet, *, resume: bool, progress: Progress | None) -> None:
         """Take all steps that are left."""
@@ -134,8 +135,14 @@ class _Run:
         begin = 0
         for phase in self._stage.schedule.phases:
             end = begin + phase.steps
-            yield from batches(frames, phase.batch, self._config.seed, max(begin, self._step), end)
+            numbers = map(self._number, range(max(begin, self._step), end))
+            yield from batches(frames, phase.batch, self._config.seed, numbers)
             begin = end
+
+    def _number(self, step: int) -> int:
+        """Return the number of a step's batch."""
+        distinct = self._stage.schedule.distinct
+        return step if distinct is None else step % distinct
 
     def _learn(self, batch: Batch) -> dict[str, float]:
         """Take one step; returns the losses before it."""
@@ -146,7 +153,8 @@ class _Run:
                 module.momentum = phase.momentum
         for group in self._optimiser.param_groups:
             group["lr"] = _learning_rate(self._stage.schedule, self._step)
-        results = self._logits(batch.bgr, batch.depth, phase.output_stride)
+        frozen = self._frozen_logits(batch)
+        results = self._logits(batch.bgr, batch.depth, phase.output_stride, frozen)
         row, column = batch.phase
         labels = torch.from_numpy(np.ascontiguousarray(batch.labels[:, row::2, column::2])).to(self._device)
         losses = {}
@@ -154,7 +162,7 @@ class _Run:
             logits = _full_size(results[f"{name}.logits"], batch.phase, 2)
             losses[name] = functional.cross_entropy(logits, labels, self._weights, ignore_index=_IGNORED)
         if "fusion" in losses and self._stage.schedule.misaligned_weight:
-            logits = _full_size(self._misaligned(batch, results), batch.phase, 2)
+            logits = _full_size(self._misaligned(results), batch.phase, 2)
             losses["misaligned"] = self._stage.schedule.misaligned_weight * functional.cross_entropy(
                 logits,
                 labels,
@@ -168,59 +176,85 @@ class _Run:
         self._step += 1
         return {name: float(loss.detach()) for name, loss in losses.items()}
 
-    def _misaligned(self, batch: Batch, results: Mapping[str, Any]) -> Any:
+    def _frozen_logits(self, batch: Batch) -> dict[str, Any]:
+        """Return the frozen branches' logits of the step's batch, and `moved`, those of its moved colour pictures.
+
+        They are kept for when the batch comes again.
+        """
+        if not self._stage.frozen:
+            return {}
+        number = self._number(self._step)
+        if number not in self._kept:
+            across, down = _movement(torch.Generator().manual_seed(number))
+            moved = self._run_frozen(("rgb",), np.roll(batch.bgr, (down, across), (1, 2)), batch.depth)
+            kept = self._run_frozen(self._stage.frozen, batch.bgr, batch.depth)
+            kept["moved"] = moved["rgb.logits"]
+            if self._stage.schedule.distinct is None:
+                return kept
+            self._kept[number] = kept
+        return self._kept[number]
+
+    def _run_frozen(
+        self, names: tuple[str, ...], bgr: npt.NDArray[np.uint8], depth: npt.NDArray[np.generic]
+    ) -> dict[str, Any]:
+        """Return frozen branches' logits of frames."""
+        results = self._inputs(names, bgr, depth)
+        with torch.autocast(self._device.type, torch.bfloat16), torch.no_grad():
+            forward(self._config.plan(names), self._frozen, results)
+        return {f"{name}.logits": results[f"{name}.logits"] for name in names}
+
+    def _misaligned(self, results: Mapping[str, Any]) -> Any:
         """Return the merged logits of a colour picture that is moved against the depth picture.
 
-        Only the merging layers learn from it. Where the branches are frozen they see the moved picture; else
-        their logits are moved by whole cells, which is their picture's movement but for the borders.
+        Only the merging layers learn from it. Frozen branches have seen the moved picture; of others the
+        logits are moved by whole cells, which is their picture's movement but for the borders.
         """
-        across, down = (_distance(least, most) for least, most in _SHIFT_PX)
-        merged = {"depth.logits": results["depth.logits"].detach()}
+        moved = results.get("moved")
+        if moved is None:
+            stride = WIDTH // results["rgb.logits"].shape[3]
+            across, down = _movement()
+            cells = (_cells(down, stride), _cells(across, stride))
+            moved = results["rgb.logits"].detach().roll(cells, (2, 3))
+        merged = {"rgb.logits": moved, "depth.logits": results["depth.logits"].detach()}
         with torch.autocast(self._device.type, torch.bfloat16):
-            if self._stage.frozen:
-                merged["rgb.input"] = self._rgb_input(np.roll(batch.bgr, (down, across), (1, 2)))
-                with torch.no_grad():
-                    forward(self._config.plan(("rgb",)), self._frozen, merged)
-            else:
-                stride = WIDTH // results["rgb.logits"].shape[3]
-                cells = (_cells(down, stride), _cells(across, stride))
-                merged["rgb.logits"] = results["rgb.logits"].detach().roll(cells, (2, 3))
             forward(self._config.plan(("fusion",)), self.modules, merged)
         return merged["fusion.logits"]
 
-    def _rgb_input(self, bgr: npt.NDArray[np.uint8]) -> Any:
-        frames = rgb_input(torch.from_numpy(bgr).to(self._device))
-        return frames.contiguous(memory_format=torch.channels_last)
-
-    def _depth_input(self, depth: npt.NDArray[np.generic]) -> Any:
-        frames = depth_input(torch.from_numpy(depth.astype(np.float32)).to(self._device))
-        return frames.contiguous(memory_format=torch.channels_last)
+    def _inputs(
+        self, names: tuple[str, ...], bgr: npt.NDArray[np.uint8], depth: npt.NDArray[np.generic]
+    ) -> dict[str, Any]:
+        """Return the inputs of branches."""
+        frames: dict[str, Any] = {}
+        if "rgb" in names:
+            frames["rgb.input"] = rgb_input(torch.from_numpy(bgr).to(self._device))
+        if "depth" in names:
+            frames["depth.input"] = depth_input(torch.from_numpy(depth.astype(np.float32)).to(self._device))
+        return {name: value.contiguous(memory_format=torch.channels_last) for name, value in frames.items()}
 
     def _logits(
-        self, bgr: npt.NDArray[np.uint8], depth: npt.NDArray[np.generic], output_stride: int | None
+        self,
+        bgr: npt.NDArray[np.uint8],
+        depth: npt.NDArray[np.generic],
+        output_stride: int | None,
+        frozen: Mapping[str, Any],
     ) -> dict[str, Any]:
-        """Run the stage's networks on frames."""
-        config, stage = self._config, self._stage
-        results: dict[str, Any] = {}
-        if "rgb" in (*stage.learned, *stage.frozen):
-            results["rgb.input"] = self._rgb_input(bgr)
-        if "depth" in (*stage.learned, *stage.frozen):
-            results["depth.input"] = self._depth_input(depth)
+        """Run the networks that are learned on frames; `frozen` are the frozen branches' logits of them."""
+        learned = self._stage.learned
+        results = {**frozen, **self._inputs(learned, bgr, depth)}
         with torch.autocast(self._device.type, torch.bfloat16):
-            with torch.no_grad():
-                forward(config.plan(stage.frozen), self._frozen, results)
-            forward(config.plan(stage.learned, output_stride), self.modules, results)
+            forward(self._config.plan(learned, output_stride), self.modules, results)
         return results
 
     def _iou(self, frames: FrameSet) -> dict[str, float]:
         """Return the mean over held-out frames of each network's IoU, at the present phase's stride."""
         self.modules.eval()
         stride = self._stage.schedule.phase(self._step - 1).output_stride
-        chosen = np.linspace(0, len(frames) - 1, min(_VALIDATED, len(frames))).astype(int)
+        known = np.linspace(0, len(frames) - 1, min(_VALIDATED, len(frames))).astype(int)
         ious: dict[str, list[float]] = {name: [] for name in self._stage.learned}
-        for indices in np.array_split(chosen, math.ceil(len(chosen) / 8)):
+        for indices in np.array_split(known, math.ceil(len(known) / 8)):
             with torch.no_grad():
-                results = self._logits(frames.bgr[indices], frames.depth[indices], stride)
+                chosen = frames.bgr[indices], frames.depth[indices]
+                results = self._logits(*chosen, stride, self._run_frozen(self._stage.frozen, *chosen))
             for name, values in ious.items():
                 labels = _full_size(results[f"{name}.logits"]).argmax(1).to(torch.uint8).cpu().numpy()
                 pairs = zip(labels, frames.labels[indices], strict=True)
@@ -279,9 +313,14 @@ def start_from_the_sum(modules: Any) -> None:
             layer.bias.fill_(bias)
 
 
-def _distance(least: int, most: int) -> int:
-    """Draw a distance to either side."""
-    return int(torch.randint(least, most + 1, ())) * (1 - 2 * int(torch.randint(2, ())))
+def _movement(random: Any = None) -> tuple[int, int]:
+    """Draw how far the colour camera's picture is moved, across and down, from torch's numbers or given ones."""
+    across, down = (
+        int(torch.randint(least, most + 1, (), generator=random))
+        * (1 - 2 * int(torch.randint(2, (), generator=random)))
+        for least, most in _SHIFT_PX
+    )
+    return across, down
 
 
 def _cells(distance: int, stride: int) -> int:

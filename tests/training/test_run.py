@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sunset.errors import InvalidInputError, OutputError
+from sunset.errors import DataError, InvalidInputError, OutputError
 from sunset.perception import Modality, Segmenter
 from sunset.training import (
     FrameSet,
@@ -18,6 +18,7 @@ from sunset.training import (
     ReferenceShape,
     Schedule,
     TrainingConfig,
+    train,
     train_on,
 )
 
@@ -153,7 +154,11 @@ def test_a_resumed_run_learns_what_an_undisturbed_one_learns(
     for name, value in whole.state_dict().items():
         assert torch.equal(value, resumed.state_dict()[name]), name
     logs = [log_of(tmp_path / run / last) for run in ("whole", "parts")]
-    assert [[line["step"] for line in log] for log in logs] == [[2, 4, 6], [2, 4, 6]]
+    for log in logs:
+        for line in log:
+            del line["seconds"]
+    assert logs[0] == logs[1]
+    assert [line["step"] for line in logs[0]] == [2, 4, 6]
 
 
 def test_learning_lowers_the_loss(sets: FrameSets, tmp_path: Path) -> None:
@@ -167,6 +172,36 @@ def test_the_checkpoint_of_another_run_is_refused(sets: FrameSets, tmp_path: Pat
     learn(TINY.with_steps(1), sets.train, sets.validation, tmp_path)
     with pytest.raises(InvalidInputError, match="is of another training"):
         learn(TINY, sets.train, sets.validation, tmp_path, resume=True)
+
+
+def test_a_damaged_checkpoint_is_named(sets: FrameSets, tmp_path: Path) -> None:
+    config = replace(TINY, modalities=("depth",)).with_steps(1)
+    learn(config, sets.train, sets.validation, tmp_path)
+    checkpoint = tmp_path / "networks" / "checkpoint.pt"
+    whole = checkpoint.read_bytes()
+    for content in (b"", whole[:1000], whole[:-1000], b"PK" + whole[2:5000]):
+        checkpoint.write_bytes(content)
+        with pytest.raises(DataError, match=r"checkpoint\.pt cannot be used \(.*delete it"):
+            learn(config, sets.train, sets.validation, tmp_path, resume=True)
+    torch.save({"modules": {}}, checkpoint)
+    with pytest.raises(DataError, match="'config'"):
+        learn(config, sets.train, sets.validation, tmp_path, resume=True)
+
+
+def test_a_line_of_the_log_that_was_being_written_is_dropped(sets: FrameSets, tmp_path: Path) -> None:
+    learn(TINY, sets.train, sets.validation, tmp_path)
+    log = tmp_path / "networks" / "log.jsonl"
+    whole = log.read_text(encoding="utf-8")
+    log.write_text(f'{whole}{{"step": 7, "rgb', encoding="utf-8")
+    learn(TINY, sets.train, sets.validation, tmp_path, resume=True)
+    assert log.read_text(encoding="utf-8") == whole
+
+
+def test_the_output_folder_is_made_before_hours_of_work(tmp_path: Path) -> None:
+    (tmp_path / "out").write_text("", encoding="utf-8")
+    with pytest.raises(OutputError, match=r"The training cannot write to .*out: File exists"):
+        train(TINY, tmp_path / "out", work=tmp_path / "work")
+    assert not (tmp_path / "work").exists()
 
 
 def test_a_folder_that_cannot_be_written_is_named(sets: FrameSets, tmp_path: Path) -> None:

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field, replace
 from typing import Final
 
 from sunset.errors import InvalidInputError
+from sunset.seeding import check_seed
 from sunset.training.architecture import Layer
 from sunset.training.lite import LiteShape
 from sunset.training.reference import ReferenceShape
@@ -129,6 +130,7 @@ class TrainingConfig:
         schedule: how weights are learned.
         merging: how the late fusion is learned on branches that were learned one by one before; None: all
             networks are learned at once.
+        remark: what the card says of this run besides.
     """
 
     name: str = "lite"
@@ -137,9 +139,11 @@ class TrainingConfig:
     shape: LiteShape | ReferenceShape = field(default_factory=LiteShape)
     schedule: Schedule = field(default_factory=Schedule)
     merging: Schedule | None = None
+    remark: str = ""
 
     def __post_init__(self) -> None:
         """Refuse what cannot be trained."""
+        check_seed(self.seed)
         unknown = sorted(set(self.modalities) - set(MODALITIES))
         if unknown or not self.modalities:
             raise InvalidInputError(

@@ -2,6 +2,8 @@
 
 import json
 import math
+import pickle
+import struct
 import time
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -14,8 +16,9 @@ from torch import nn
 from torch.nn import functional
 
 from sunset.classes import CLASSES
-from sunset.errors import InvalidInputError
+from sunset.errors import DataError, InvalidInputError, OutputError
 from sunset.metrics import count_classes, image_iou
+from sunset.seeding import generator
 from sunset.training.batches import Batch, FrameSet, batches, class_weights
 from sunset.training.config import Schedule, Stage, TrainingConfig
 from sunset.training.inputs import HEIGHT, WIDTH
@@ -30,6 +33,17 @@ Weights = Mapping[str, Any]
 """Tensors by name: a torch state dict."""
 
 _IGNORED = 255
+_UNREADABLE = (
+    EOFError,
+    KeyError,
+    OSError,
+    RuntimeError,
+    TypeError,
+    ValueError,
+    pickle.UnpicklingError,
+    struct.error,
+)
+"""What reading a damaged checkpoint raises."""
 _VALIDATED = 48
 """Held-out frames that the log's IoU is measured on."""
 _SHIFT_PX = ((2, 20), (0, 6))
@@ -68,6 +82,8 @@ def learn(
 
     Raises:
         InvalidInputError: a checkpoint to resume at is another training's.
+        DataError: it cannot be used.
+        OutputError: none can be written.
     """
     weights: dict[str, Any] = {}
     for stage in config.stages():
@@ -104,6 +120,7 @@ class _Run:
         )
         self._description = f"{stage!r}, {config.shape!r}, seed {config.seed}"
         self._step, self._seconds = 0, 0.0
+        self._losses: list[dict[str, float]] = []
         self._kept: dict[int, dict[str, Any]] = {}
 
     def fit(self, frames: FrameSet, validation: FrameSet, *, resume: bool, progress: Progress | None) -> None:
@@ -114,17 +131,15 @@ class _Run:
         _truncate_log(self._folder / LOG, self._step)
         stage, schedule = self._stage, self._stage.schedule
         self._weights = torch.from_numpy(_class_weights(frames, schedule)).to(self._device)
-        sums, note = dict.fromkeys(stage.learned, 0.0), ""
+        note = ""
         since = time.perf_counter()
         for batch in self._batches(frames):
-            for name, loss in self._learn(batch).items():
-                sums[name] = sums.get(name, 0.0) + loss
+            self._losses.append(self._learn(batch))
             last = self._step == schedule.steps
             if self._step % schedule.log_every == 0 or last:
                 self._seconds += time.perf_counter() - since
                 since = time.perf_counter()
-                note = self._log(sums, validation)
-                sums = dict.fromkeys(stage.learned, 0.0)
+                note = self._log(validation)
             if self._step % schedule.checkpoint_every == 0 or last:
                 self._save()
             if progress is not None:
@@ -185,7 +200,8 @@ class _Run:
             return {}
         number = self._number(self._step)
         if number not in self._kept:
-            across, down = _movement(torch.Generator().manual_seed(number))
+            seed = generator(self._config.seed, "training", "movement", number).integers(2**31)
+            across, down = _movement(torch.Generator().manual_seed(int(seed)))
             moved = self._run_frozen(("rgb",), np.roll(batch.bgr, (down, across), (1, 2)), batch.depth)
             kept = self._run_frozen(self._stage.frozen, batch.bgr, batch.depth)
             kept["moved"] = moved["rgb.logits"]
@@ -261,12 +277,15 @@ class _Run:
                 values.extend(image_iou(count_classes(*pair)) for pair in pairs)
         return {name: round(float(np.mean(values)), 4) for name, values in ious.items()}
 
-    def _log(self, sums: Mapping[str, float], validation: FrameSet) -> str:
-        """Add a line to the log; returns it in words."""
+    def _log(self, validation: FrameSet) -> str:
+        """Add a line to the log, with the mean losses since the one before; returns it in words."""
         schedule = self._stage.schedule
-        count = self._step % schedule.log_every or schedule.log_every
         rate = _learning_rate(schedule, self._step - 1)
-        losses = {name: round(value / count, 5) for name, value in sums.items()}
+        losses = {
+            name: round(sum(each[name] for each in self._losses) / len(self._losses), 5)
+            for name in self._losses[0]
+        }
+        self._losses = []
         line: dict[str, object] = {"step": self._step, "learning_rate": round(rate, 8), **losses}
         line["seconds"] = round(self._seconds, 1)
         note = "loss " + ", ".join(f"{name} {value:.3f}" for name, value in losses.items())
@@ -281,21 +300,31 @@ class _Run:
         temporary = path.with_suffix(".tmp")
         state = {"modules": self.modules.state_dict(), "optimiser": self._optimiser.state_dict()}
         state |= {"step": self._step, "seconds": self._seconds, "config": self._description}
-        torch.save({**state, "random": torch.get_rng_state()}, temporary)
+        state |= {"losses": self._losses, "random": torch.get_rng_state()}
+        try:
+            torch.save(state, temporary)
+        except RuntimeError as error:  # whatever is wrong with the disk
+            raise OutputError(f"The training cannot write {temporary}: {error}.") from error
         temporary.replace(path)
 
     def _load(self) -> None:
         path = self._folder / CHECKPOINT
-        state = torch.load(path, weights_only=True, map_location=self._device)
-        if state["config"] != self._description:
-            raise InvalidInputError(
-                f"The checkpoint {path} is of another training ({state['config']}), this one is "
-                f"{self._description}: choose another folder, or do not resume."
-            )
-        self.modules.load_state_dict(state["modules"])
-        self._optimiser.load_state_dict(state["optimiser"])
-        self._step, self._seconds = int(state["step"]), float(state["seconds"])
-        torch.set_rng_state(state["random"].cpu())
+        try:
+            state = torch.load(path, weights_only=True, map_location=self._device)
+            if state["config"] != self._description:
+                raise InvalidInputError(
+                    f"The checkpoint {path} is of another training ({state['config']}), this one is "
+                    f"{self._description}: choose another folder, or do not resume."
+                )
+            self.modules.load_state_dict(state["modules"])
+            self._optimiser.load_state_dict(state["optimiser"])
+            self._step, self._seconds = int(state["step"]), float(state["seconds"])
+            self._losses = list(state["losses"])
+            torch.set_rng_state(state["random"].cpu())
+        except _UNREADABLE as error:
+            raise DataError(
+                f"The checkpoint {path} cannot be used ({type(error).__name__}: {error}): delete it, and train anew."
+            ) from error
 
 
 def start_from_the_sum(modules: Any) -> None:
@@ -350,7 +379,7 @@ def _class_weights(frames: FrameSet, schedule: Schedule) -> npt.NDArray[np.float
 
 
 def _truncate_log(path: Path, step: int) -> None:
-    """Drop lines after a step, which a resumed run writes again."""
+    """Drop lines after a step, which a resumed run writes again, and what was being written at the end."""
     lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
-    kept = [line for line in lines if json.loads(line)["step"] <= step]
+    kept = [line for line in lines if line.endswith("}") and json.loads(line)["step"] <= step]
     path.write_text("".join(f"{line}\n" for line in kept), encoding="utf-8")

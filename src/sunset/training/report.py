@@ -61,12 +61,14 @@ def training_facts(config: TrainingConfig, sets: FrameSets, logs: dict[str, Path
         "stages": {stage.name: _stage_facts(stage, lines[stage.name]) for stage in config.stages()},
         "loss": (
             "cross entropy at every second row and column, classes weighted by 1/sqrt(share of pixels) within "
-            "class_weight_range; the sum over the networks learned at once; AdamW, bfloat16"
+            "class_weight_range; the sum over the networks learned at once, and for the fusion the same on "
+            "misaligned pairs; AdamW, bfloat16"
         ),
         "left_out": (
             "one run with one seed; no search over architectures, no frames of other renderers or "
             "cameras; classes of a few pixels (riders, motorcycles, bicycles) are hardly learned"
         ),
+        **({"remark": config.remark} if config.remark else {}),
     }
 
 

@@ -54,6 +54,10 @@ def train(
         InvalidInputError: the checkpoint to resume at is another training's.
     """
     _check_extra()
+    try:
+        out.mkdir(parents=True, exist_ok=True)  # to know before hours of work
+    except OSError as error:
+        raise OutputError(f"The training cannot write to {out}: {error.strerror}.") from error
     counts = counts or FrameCounts()
     sets = render_sets(counts, work / "frames", jobs=jobs, progress=progress)
     return train_on(config, sets, out, work=work, resume=resume, jobs=jobs, progress=progress)

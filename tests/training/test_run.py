@@ -116,6 +116,8 @@ def test_branches_learned_one_by_one_are_merged_as_they_are(sets: FrameSets, tmp
     assert stages["rgb"]["schedule"]["steps"] == 6
     measured: Any = model.card.results["iou_by_precision_on_the_validation_town"]
     assert set(measured["fusion"]) == {"float32", "int8"}
+    errors: Any = model.card.results["largest_difference_of_logits_from_torch"]
+    assert all(0 < errors[name] < 1e-4 for name in ("rgb", "depth", "fusion"))
 
 
 def test_the_fusion_of_learned_branches_begins_as_about_their_sum() -> None:

@@ -44,6 +44,29 @@ def test_every_f4_fault_was_measured_at_its_suite_strength_and_shows_in_the_entr
         assert rows[name]["iou"] < rows["nominal, fusion"]["iou"] - 0.03
 
 
+def test_every_cure_brings_the_quality_back(card: ModelCard) -> None:
+    rows: Any = card.results["faults_at_suite_strength"]
+    for name in ("image_degradation", "unneeded_enhancement", "image_shift", "depth_degradation"):
+        nominal = rows["nominal, rgb" if name == "depth_degradation" else "nominal, fusion"]
+        cured = rows[f"{name}, cured"]
+        assert cured["iou"] == pytest.approx(nominal["iou"], abs=0.02)
+        assert cured["entropy"] < card.entropy_threshold < rows[name]["entropy"]
+
+
+def test_blur_shows_in_the_sharpness(card: ModelCard) -> None:
+    rows: Any = card.results["faults_at_suite_strength"]
+    blurred = rows["autofocus_needed"]
+    assert blurred["iou"] < rows["nominal, fusion"]["iou"] - 0.03
+    assert blurred["sharpness_auc"] >= 0.99
+    assert blurred["sharpness"] < card.sharpness_threshold < rows["nominal, fusion"]["sharpness"]
+
+
+def test_the_networks_are_not_too_large_to_ship() -> None:
+    folders = [load_model(name).folder for name in list_models()]
+    sizes = {folder.name: sum(file.stat().st_size for file in folder.iterdir()) for folder in folders}
+    assert max(sizes.values()) <= 90e6, sizes
+
+
 def test_the_networks_agree_on_the_nominal_entropy(card: ModelCard) -> None:
     rows: Any = card.results["faults_at_suite_strength"]
     entropies = [rows[f"nominal, {name}"]["entropy"] for name in ("fusion", "rgb", "depth")]

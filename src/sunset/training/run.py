@@ -6,11 +6,14 @@ from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
 
 from sunset.classes import CLASSES
 from sunset.errors import MissingExtraError, OutputError
 from sunset.perception import Modality, Model, ModelCard, Segmenter, load_model
+from sunset.training.batches import FrameSet
 from sunset.training.config import TrainingConfig
 from sunset.training.evaluate import measure
 from sunset.training.frames import VALIDATION_TOWN, FrameCounts, FrameSets, render_sets
@@ -25,6 +28,9 @@ if TYPE_CHECKING:
     from sunset.training.onnx_layers import Weights
 
 __all__ = ["train", "train_on"]
+
+_COMPARED: Final = 4
+"""Frames on which exported networks are compared with torch."""
 
 
 def train(
@@ -119,9 +125,10 @@ def _check_extra() -> None:
 
 
 def _export(config: TrainingConfig, modules: Any, sets: FrameSets, draft: Path) -> dict[str, object]:
-    """Write the networks in 8 bits and a card without temperatures and thresholds; returns what 8 bits cost.
+    """Write the networks in 8 bits and a card without temperatures and thresholds.
 
-    For that, the networks are also written in float32, for a while.
+    Returns:
+        What 8 bits cost, and how exact the networks are in float32, in which they are also written, for a while.
     """
     from sunset.training.network import folded_weights  # noqa: PLC0415  torch is an optional dependency
     from sunset.training.onnx_graph import Format  # noqa: PLC0415  onnx is one, too
@@ -140,7 +147,33 @@ def _export(config: TrainingConfig, modules: Any, sets: FrameSets, draft: Path) 
             }
             for modality in pair["int8"].model.card.networks
         }
-    return {"iou_by_precision_on_the_validation_town": iou}
+        errors = _errors(config, modules, pair["float32"], sets.validation)
+    return {
+        "iou_by_precision_on_the_validation_town": iou,
+        "largest_difference_of_logits_from_torch": errors,
+    }
+
+
+def _errors(config: TrainingConfig, modules: Any, segmenter: Segmenter, frames: FrameSet) -> dict[str, float]:
+    """Return by network how far logits are from torch's on a few frames, at most."""
+    import torch  # noqa: PLC0415  an optional dependency
+
+    from sunset.training.network import depth_input, forward, rgb_input  # noqa: PLC0415
+
+    errors: dict[str, float] = {}
+    for index in range(min(_COMPARED, len(frames))):
+        bgr, depth = np.array(frames.bgr[index]), np.array(frames.depth[index])
+        results = {
+            "rgb.input": rgb_input(torch.from_numpy(bgr[None])),
+            "depth.input": depth_input(torch.from_numpy(depth[None].astype(np.float32))),
+        }
+        with torch.no_grad():
+            forward(config.plan(config.modalities), modules, results)
+        for modality in segmenter.model.card.networks:
+            expected = results[f"{modality.key}.logits"][0].numpy()
+            error = float(np.abs(segmenter.logits(modality, bgr, depth) - expected).max())
+            errors[modality.key] = max(error, errors.get(modality.key, 0.0))
+    return errors
 
 
 def _write(config: TrainingConfig, weights: "Weights", form: "Format", out: Path) -> None:

@@ -14,9 +14,12 @@ from sunset.training import MODALITIES, FrameSets, ReferenceShape, TrainingConfi
 torch = pytest.importorskip("torch")
 pytest.importorskip("onnx")
 
-from sunset.training.network import build, forward  # noqa: E402  needs torch
+from sunset.training.network import build, forward, rgb_input  # noqa: E402  needs torch
 
 torch.set_num_threads(1)
+
+FOUR_BITS = torch.float4_e2m1fn_x2
+"""Of which torch can convert none to other numbers."""
 
 Entries = dict[str, Any]
 
@@ -40,14 +43,22 @@ class Attack:
         return Path.touch, (Path("attacked"),)  # type: ignore[return-value]
 
 
-def test_a_published_state_dict_becomes_a_model_that_computes_what_torch_computes(
+def test_the_published_state_dicts_become_a_model_that_computes_what_torch_computes(
     sets: FrameSets, tmp_path: Path
 ) -> None:
     torch.manual_seed(0)
-    layers = ReferenceShape().network("", "")
+    layers = TrainingConfig(shape=ReferenceShape()).plan(MODALITIES)
     modules = build(layers).eval()
-    modules.get_parameter("classifier.4.weight").data.normal_(std=0.1)
-    torch.save(modules.state_dict(), tmp_path / "depth.pth")
+    for prefix in ("rgb", "dth"):
+        modules.get_parameter(f"{prefix}.classifier.4.weight").data.normal_(std=0.1)
+    for name, values in modules.named_buffers():
+        if values.is_floating_point():
+            values.uniform_(*((0.5, 1.5) if name.endswith("running_var") else (-0.1, 0.1)))
+    entries = modules.state_dict()
+    torch.save(entries, tmp_path / "fusion.pth")
+    for name, prefix in (("rgb", "rgb."), ("depth", "dth.")):
+        branch = {key.removeprefix(prefix): entries[key] for key in entries if key.startswith(prefix)}
+        torch.save(branch, tmp_path / f"{name}.pth")
     calls = []
 
     def progress(what: str, done: int, total: int) -> None:
@@ -56,19 +67,30 @@ def test_a_published_state_dict_becomes_a_model_that_computes_what_torch_compute
     model = import_checkpoints(
         tmp_path, tmp_path / "model", name="published", height=64, width=96, progress=progress
     )
-    assert calls == [("Importing checkpoints", 0, 1), ("Importing checkpoints", 1, 1)]
+    assert calls == [("Importing", done, 3) for done in range(4)]
     card = model.card
-    assert list(card.networks) == [Modality.DEPTH]
+    assert list(card.networks) == list(Modality)
     assert (card.name, card.height, card.width) == ("published", 64, 96)
     assert (card.architecture, card.precision) == ("deeplabv3_resnet50", "float32")
     assert (card.entropy_threshold, card.sharpness_threshold) == (1.0, 0.0)
     assert "sunset models calibrate" in str(card.training["left_out"])
+    bgr = np.ascontiguousarray(sets.test.bgr[0, :64, :96])
     depth = np.ascontiguousarray(sets.test.depth[0, :64, :96])
-    results = {"input": torch.from_numpy(depth.astype(np.float32) / 65535).expand(1, 3, -1, -1)}
+    share = torch.from_numpy(depth.astype(np.float32) / 65535).expand(1, 3, -1, -1)
+    results = {"rgb.input": rgb_input(torch.from_numpy(bgr[np.newaxis])), "depth.input": share}
     with torch.no_grad():
         forward(layers, modules, results)
-    logits = Segmenter(model).logits(Modality.DEPTH, None, depth)
-    assert np.abs(logits - results["logits"][0].numpy()).max() < 1e-4
+    segmenter = Segmenter(model)
+    for modality in Modality:
+        expected = results[f"{modality.key}.logits"][0].numpy()
+        assert expected.std() > 0
+        assert np.abs(segmenter.logits(modality, bgr, depth) - expected).max() < 1e-4
+
+
+def test_one_checkpoint_makes_a_model_of_one_network(tmp_path: Path) -> None:
+    torch.save(light(), tmp_path / "depth.pth")
+    model = import_checkpoints(tmp_path, tmp_path / "model", name="x", height=16, width=16)
+    assert list(model.card.networks) == [Modality.DEPTH]
 
 
 @pytest.mark.parametrize("wrap", [lambda d: {"model": d, "epoch": 3}, lambda d: {"state_dict": d}])
@@ -98,15 +120,51 @@ def test_wrapped_state_dicts_of_parallel_models_are_understood(
         ),
         (
             lambda d: d | {"classifier.4.bias": [0.0] * 28},
-            r"'classifier\.4\.bias' .* must be a tensor, got list\.",
+            r"'classifier\.4\.bias' .* must be a dense tensor, got list: save",
+        ),
+        (
+            lambda d: d | {"classifier.4.bias": torch.zeros(28).to_sparse()},
+            r"'classifier\.4\.bias' .* must be a dense tensor, got torch\.sparse_coo: save",
+        ),
+        (
+            lambda d: d | {"classifier.4.bias": torch.zeros(28, device="meta")},
+            r"'classifier\.4\.bias' .* must have values, got a tensor of the device 'meta', .* save",
         ),
         (
             lambda d: d | {"classifier.4.bias": torch.zeros(28, dtype=torch.int64)},
-            r"'classifier\.4\.bias' .* must hold floating-point numbers, got torch\.int64\.",
+            r"'classifier\.4\.bias' .* must hold floating-point numbers, got torch\.int64: save",
+        ),
+        (
+            lambda d: d | {"backbone.bn1.num_batches_tracked": torch.zeros((), dtype=torch.complex64)},
+            r"num_batches_tracked' .* must hold whole numbers, got torch\.complex64: save it as torch\.int64",
+        ),
+        (
+            lambda d: d | {"classifier.4.bias": torch.zeros(28, dtype=torch.uint8).view(FOUR_BITS)},
+            r"'classifier\.4\.bias' .* must hold floating-point numbers, got torch\.float4_e2m1fn_x2: save",
         ),
         (
             lambda d: d | {"classifier.4.bias": torch.full((28,), float("nan"))},
-            r"'classifier\.4\.bias' .* has values that are not finite",
+            r"'classifier\.4\.bias' .* not finite as torch\.float32, such as nan: .* import another",
+        ),
+        (
+            lambda d: d | {"classifier.4.bias": torch.full((28,), float("nan")).to(torch.float8_e4m3fn)},
+            r"'classifier\.4\.bias' .* not finite as torch\.float32, such as nan: .* import another",
+        ),
+        (
+            lambda d: d | {"classifier.4.bias": torch.full((28,), 1e300, dtype=torch.float64)},
+            r"'classifier\.4\.bias' .* not finite as torch\.float32, such as 1e\+300: .* import another",
+        ),
+        (
+            lambda d: d | {"backbone.bn1.running_var": torch.linspace(1, -1, 64)},
+            r"'backbone\.bn1\.running_var' .* must be at least 0, got -0\.0158\d+: .* import another",
+        ),
+        (
+            lambda d: (
+                d
+                | {"backbone.conv1.weight": torch.full((64, 3, 7, 7), 1e38)}
+                | {"backbone.bn1.weight": torch.full((64,), 10.0)}
+            ),
+            r"The layer 'backbone\.conv1' .* makes too large for float32: .* import another",
         ),
         (lambda _: [torch.zeros(3)], r"must hold a state dict, tensors by name, but holds a list\."),
         (lambda _: {}, r"but holds nothing\."),
@@ -121,6 +179,16 @@ def test_a_checkpoint_of_something_else_is_refused_in_one_sentence(
         import_checkpoints(tmp_path, tmp_path / "model", name="x")
     assert "\n" not in str(refusal.value)
     assert not (tmp_path / "model").exists()
+
+
+@pytest.mark.parametrize("kind", [torch.float8_e5m2, torch.float64])
+def test_other_floating_point_numbers_are_converted(kind: Any, tmp_path: Path) -> None:
+    torch.save(
+        {name: value.to(kind) if value.is_floating_point() else value for name, value in light().items()},
+        tmp_path / "rgb.pth",
+    )
+    model = import_checkpoints(tmp_path, tmp_path / "model", name="x", height=16, width=16)
+    assert model.card.networks[Modality.RGB].parameters > 39e6
 
 
 def test_a_fusion_needs_both_branches_and_its_merging_layers(tmp_path: Path) -> None:

@@ -13,6 +13,8 @@ from pickle import UnpicklingError
 from typing import Any, Final
 from warnings import catch_warnings
 
+import numpy as np
+
 from sunset.classes import CLASSES
 from sunset.errors import InvalidInputError, MissingExtraError, ModelError, OutputError
 from sunset.perception import Modality, Model, ModelCard, load_model
@@ -27,6 +29,9 @@ _WRAPPERS: Final = ("state_dict", "model_state_dict", "model")
 _PARALLEL: Final = "module."
 _REFUSED: Final = ("Unsupported global", "unrecognized function", "Unsupported class")
 """How torch says that a file refers to other code than that of tensors."""
+
+_VARIANCE: Final = ".running_var"
+"""How the names of variances end; what is normalised is divided by their square roots."""
 
 _STRIDE: Final = 8
 _SHOWN: Final = 3
@@ -81,7 +86,7 @@ def import_checkpoints(
     networks = {}
     for done, (modality, path) in enumerate(paths.items()):
         if progress is not None:
-            progress("Importing checkpoints", done, len(paths))
+            progress("Importing", done, len(paths))
         networks[_modality(modality)] = Network(*_layers_and_weights(modality, path))
     try:
         cards = export(out, networks, Format(size=(height, width), published_depth=True))
@@ -109,7 +114,7 @@ def import_checkpoints(
     except OSError as error:
         raise OutputError(f"The model cannot be written to {out}: {error.strerror}.") from error
     if progress is not None:
-        progress("Importing checkpoints", len(paths), len(paths))
+        progress("Importing", len(paths), len(paths))
     return load_model(out)
 
 
@@ -143,7 +148,15 @@ def _layers_and_weights(modality: str, path: Path) -> tuple[tuple[Layer, ...], M
         modules = build(layers)
     entries = _checked(_entries(path), modules.state_dict(), path)
     modules.load_state_dict(entries, strict=True, assign=True)
-    return layers, folded_weights(layers, modules.eval())
+    with np.errstate(over="ignore"):  # such numbers are refused next
+        weights = folded_weights(layers, modules.eval())
+    for layer, arrays in weights.items():
+        if not all(np.isfinite(array).all() for array in arrays):
+            raise ModelError(
+                f"The layer {layer!r} of the checkpoint {path} has weights that its normalisation makes too large "
+                "for float32: the file is damaged or its training failed, import another one."
+            )
+    return layers, weights
 
 
 def _entries(path: Path) -> Mapping[str, Any]:
@@ -188,8 +201,6 @@ def _unreadable(path: Path) -> ModelError:
 
 def _checked(entries: Mapping[str, Any], expected: Mapping[str, Any], path: Path) -> dict[str, Any]:
     """Return the entries as float32, if they are exactly those of the network."""
-    import torch  # noqa: PLC0415  an optional extra
-
     network = f"{ReferenceShape().name} with {len(CLASSES)} classes"
     for names, verb in (
         (sorted(set(expected) - set(entries)), f"lacks {{}} of the {len(expected)} entries of a {network}"),
@@ -200,29 +211,56 @@ def _checked(entries: Mapping[str, Any], expected: Mapping[str, Any], path: Path
             raise ModelError(
                 f"The checkpoint {path} {verb.format(len(names))}: {', '.join(names[:_SHOWN])}{more}."
             )
-    checked = {}
-    for name, like in expected.items():
-        value = entries[name]
-        if not isinstance(value, torch.Tensor) or value.layout is not torch.strided:
-            raise ModelError(
-                f"The entry {name!r} of the checkpoint {path} must be a tensor, got {type(value).__name__}."
-            )
-        if value.shape != like.shape:
-            raise ModelError(
-                f"The entry {name!r} of the checkpoint {path} must have shape {tuple(like.shape)}, got "
-                f"{tuple(value.shape)}."
-            )
-        if value.is_floating_point() != like.is_floating_point():
-            raise ModelError(
-                f"The entry {name!r} of the checkpoint {path} must hold {_numbers(like)}, got {value.dtype}."
-            )
-        if not bool(torch.isfinite(value).all()):
-            raise ModelError(
-                f"The entry {name!r} of the checkpoint {path} has values that are not finite: it is damaged, or "
-                "its training failed."
-            )
-        checked[name] = value.to(like.dtype)
-    return checked
+    return {name: _converted(entries[name], like, name, path) for name, like in expected.items()}
+
+
+def _converted(value: Any, like: Any, name: str, path: Path) -> Any:
+    """Return an entry in the network's own number format, if it is one that the network can compute with."""
+    import torch  # noqa: PLC0415  an optional extra
+
+    entry = f"The entry {name!r} of the checkpoint {path}"
+    if not isinstance(value, torch.Tensor) or value.layout is not torch.strided or value.is_nested:
+        raise ModelError(f"{entry} must be a dense tensor, got {_form(value)}: save it as one.")
+    if value.is_meta:
+        raise ModelError(
+            f"{entry} must have values, got a tensor of the device 'meta', which has none: save the state dict "
+            "after the weights were loaded."
+        )
+    if value.shape != like.shape:
+        raise ModelError(f"{entry} must have shape {tuple(like.shape)}, got {tuple(value.shape)}.")
+    misfit = ModelError(f"{entry} must hold {_numbers(like)}, got {value.dtype}: save it as {like.dtype}.")
+    if value.is_floating_point() != like.is_floating_point() or value.is_complex():
+        raise misfit
+    try:
+        converted = value.to(like.dtype)
+    except RuntimeError as error:  # torch can store numbers that it cannot convert
+        raise misfit from error
+    if not bool(torch.isfinite(converted).all()):
+        raise ModelError(
+            f"{entry} has values that are not finite as {like.dtype}, such as "
+            f"{_first(value, ~torch.isfinite(converted))}: the file is damaged or its training failed, import "
+            "another one."
+        )
+    if name.endswith(_VARIANCE) and bool((converted < 0).any()):
+        raise ModelError(
+            f"{entry} holds variances, which must be at least 0, got {_first(value, converted < 0)}: the file is "
+            "damaged or its training failed, import another one."
+        )
+    return converted
+
+
+def _form(value: Any) -> str:
+    """Return what something is that is no dense tensor."""
+    return (
+        "a nested tensor"
+        if getattr(value, "is_nested", False)
+        else f"{getattr(value, 'layout', type(value).__name__)}"
+    )
+
+
+def _first(value: Any, chosen: Any) -> str:
+    """Return the first of some of a tensor's numbers."""
+    return f"{value.double()[chosen][0].item():g}"
 
 
 def _numbers(like: Any) -> str:

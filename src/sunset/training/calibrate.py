@@ -6,9 +6,9 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from sunset.errors import DataError
+from sunset.errors import DataError, ModelError
 from sunset.metrics import normalised_entropy
-from sunset.training.inputs import WIDTH, upsampling
+from sunset.training.inputs import upsampling
 
 __all__ = ["Separation", "separate", "temperature_for"]
 
@@ -33,9 +33,14 @@ class Separation:
     misses: float
 
 
-def _sampled(low: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
-    """Return every third row and column of interpolated logits (28, h, w)."""
-    factor = WIDTH // low.shape[2]
+def _sampled(low: npt.NDArray[np.float32], width: int) -> npt.NDArray[np.float32]:
+    """Return every third row and column of logits (28, h, w) interpolated to a width."""
+    factor, rest = divmod(width, low.shape[2])
+    if rest:
+        raise ModelError(
+            f"The width of a network's logits must divide that of its frames, {width}, got {low.shape[2]}: export "
+            "or import it with this version."
+        )
     rows = upsampling(low.shape[1], factor)[::_EVERY]
     columns = upsampling(low.shape[2], factor)[::_EVERY]
     full: npt.NDArray[np.float32] = np.einsum("ih,chw,jw->cij", rows, low, columns, optimize=True)
@@ -46,17 +51,19 @@ def _mean_entropy(logits: list[npt.NDArray[np.float32]], temperature: float) -> 
     return float(np.mean([normalised_entropy(frame, temperature=temperature) for frame in logits]))
 
 
-def temperature_for(logits: list[npt.NDArray[np.float32]], entropy: float) -> float:
+def temperature_for(logits: list[npt.NDArray[np.float32]], entropy: float, width: int) -> float:
     """Return the temperature, to four digits, at which the mean entropy of frames is as wanted.
 
     Args:
         logits: per frame (28, h, w).
         entropy: normalised, in (0, 1).
+        width: of the frames in pixels, which logits are interpolated to; a multiple of theirs.
 
     Raises:
         DataError: no temperature from 0.05 to 20 reaches it.
+        ModelError: the width is no multiple of that of the logits.
     """
-    logits = [_sampled(frame) for frame in logits]
+    logits = [_sampled(frame, width) for frame in logits]
     low, high = _LIMITS
     if not _mean_entropy(logits, low) < entropy < _mean_entropy(logits, high):
         raise DataError(

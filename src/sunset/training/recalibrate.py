@@ -114,7 +114,7 @@ def calibrate_model(
         MissingExtraError: onnx is not installed.
         InvalidInputError: the model comes with the package, and no other folder is given.
         DataError: the frames are too few or of another size, or nothing can be told from them.
-        ModelError: a network has no temperature to set.
+        ModelError: a network has no temperature to set, or logits whose width does not divide the frames'.
         OutputError: a folder cannot be written, or exists.
     """
     check_target(model, out)
@@ -209,7 +209,8 @@ def _tempered(model: Model, frames: FrameSet, progress: Progress | None) -> Mode
     target = float(np.mean([segmenter.segment(main, *pair).entropy for pair in pairs]))
     found = {main: 1.0}
     for modality in others:
-        found[modality] = temperature_for([segmenter.logits(modality, *pair) for pair in pairs], target)
+        logits = [segmenter.logits(modality, *pair) for pair in pairs]
+        found[modality] = temperature_for(logits, target, model.card.width)
         if progress is not None:
             progress("Temperatures", len(found) - 1, len(others))
     return _with_temperatures(model, found)

@@ -7,12 +7,14 @@ import sys
 from collections.abc import Callable, Sequence
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from sunset.cli import main
 from sunset.data import read_bag, write_bag
 from sunset.perception import load_model
+from sunset.training import ReferenceShape
 
 ARGUMENTS: dict[str, tuple[Sequence[str], str]] = {
     "curves of an unknown model": (["curves", "huge"], "huge"),
@@ -36,10 +38,10 @@ ARGUMENTS: dict[str, tuple[Sequence[str], str]] = {
     "IoU of no frame": (["iou", "--frames", "0"], "at least 1, got '0'"),
     "IoU into a file": (["iou", "--out", "file"], "file"),
     "importing nothing": (["import", ".", "--size", "256", "--out", "o"], "such as 256x144, got '256'"),
-    "importing from nothing": (["import", "nowhere", "--out", "o"], "rgb.pth, depth.pth and fusion.pth"),
+    "importing from nothing": (["import", "nowhere"], "rgb.pth, depth.pth and fusion.pth"),
     "importing over a folder": (["import", ".", "--out", "."], "exists"),
     "importing at an odd size": (["import", ".", "--size", "30x20", "--out", "o"], "got 30x20"),
-    "importing nowhere": (["import", "."], "--out"),
+    "importing over a model": (["import", "old"], "--out"),
     "an unknown action": (["paint"], "paint"),
 }
 
@@ -81,6 +83,7 @@ def test_a_bad_argument(
     case: str, bag: Path, tmp_path: Path, complaint: Callable[[Sequence[str]], str]
 ) -> None:
     (tmp_path / "file").write_text("", encoding="utf-8")
+    (tmp_path / "old-model").mkdir()
     (tmp_path / "bag").symlink_to(bag)
     with read_bag(bag) as reader:
         write_bag(tmp_path / "short", [reader.frame(0)], [0])
@@ -162,3 +165,68 @@ def test_a_model_is_calibrated_on_a_bag(
     assert float(printed["entropy threshold"]) == pytest.approx(card.entropy_threshold, abs=1e-4)
     assert printed["depth temperature"] == "1.0000"
     assert "5 frames: the bag five" in str(card.results["measured_on"])
+
+
+def test_a_model_without_fusion_is_said_not_to_fly(
+    model: Path, bag: Path, complaint: Callable[[Sequence[str]], str], capfd: pytest.CaptureFixture[str]
+) -> None:
+    pytest.importorskip("onnx")
+
+    assert main(["models", "calibrate", str(model), "--bag", str(bag)]) == 0
+    told = capfd.readouterr().err.strip().splitlines()[-1]
+    assert told.endswith("is calibrated; it can be measured, but cannot fly without fusion and rgb.")
+
+    assert "'own' cannot fly without fusion and rgb, since" in complaint(["run", "--model", "own"])
+
+
+def checkpoint(path: Path, **other: Any) -> None:
+    """Write the published network's state dict: zeros, but for some of the entries of `backbone.bn1`."""
+    torch = pytest.importorskip("torch")
+    from sunset.training.network import build  # noqa: PLC0415  needs torch
+
+    with torch.device("meta"):
+        names = build(ReferenceShape().network("", "")).state_dict()
+    entries = {name: torch.zeros((), dtype=like.dtype).expand(like.shape) for name, like in names.items()}
+    path.parent.mkdir()
+    torch.save(entries | {f"backbone.bn1.{name}": value for name, value in other.items()}, path)
+
+
+def test_an_import_makes_a_folder_named_after_the_checkpoints(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capfd: pytest.CaptureFixture[str],
+    complaint: Callable[[Sequence[str]], str],
+) -> None:
+    pytest.importorskip("onnx")
+    checkpoint(tmp_path / "weights" / "rgb.pth")
+    monkeypatch.chdir(tmp_path)
+
+    assert main(["models", "import", "weights", "--size", "16x16"]) == 0
+
+    told = capfd.readouterr().err
+    assert "run 'sunset models calibrate weights-model' next" in told
+    assert told.strip().endswith("cannot fly without fusion and depth.")
+    assert load_model("weights-model").card.name == "weights-model"
+    assert "weights-model exists" in complaint(["models", "import", "weights"])
+    assert "cannot fly without fusion and depth" in complaint(["run", "--model", "weights-model"])
+
+
+@pytest.mark.parametrize(
+    ("number", "kind", "words"),
+    [
+        (0.0, "meta", "must have values"),
+        (1e300, "float64", "such as 1e+300"),
+        (float("nan"), "float8_e4m3fn", "such as nan"),
+        (-1.0, "float32", "must be at least 0, got -1"),
+    ],
+)
+def test_a_checkpoint_with_impossible_numbers(
+    number: float, kind: str, words: str, tmp_path: Path, complaint: Callable[[Sequence[str]], str]
+) -> None:
+    torch = pytest.importorskip("torch")
+    pytest.importorskip("onnx")
+    variances = torch.full((64,), number, dtype=torch.float64)
+    variances = variances.to("meta") if kind == "meta" else variances.to(getattr(torch, kind))
+    checkpoint(tmp_path / "weights" / "rgb.pth", running_var=variances)
+
+    assert words in complaint(["models", "import", "weights"])

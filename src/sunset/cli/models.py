@@ -12,6 +12,7 @@ from sunset.cli._progress import progress_bar, rendering_progress, stages_progre
 from sunset.data import DEFAULT_FLIGHT, flight_bag
 from sunset.errors import MissingExtraError, OutputError
 from sunset.experiments.files import make_folder, write_text
+from sunset.experiments.resources import missing_networks
 from sunset.perception import Model, load_model
 from sunset.perception import list_models as shipped_models
 from sunset.training import import_checkpoints
@@ -50,7 +51,13 @@ def _add_import(actions: "argparse._SubParsersAction[argparse.ArgumentParser]") 
         "and write a model folder. Needs the extra 'train'.",
     )
     parser.add_argument("checkpoints", type=Path, metavar="DIR", help="the folder of the checkpoints")
-    parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="the new model's folder")
+    parser.add_argument(
+        "--out",
+        type=Path,
+        metavar="DIR",
+        help="the new model's folder (default: in the current folder, named after that of the checkpoints, with "
+        "-model behind)",
+    )
     parser.add_argument("--name", metavar="NAME", help="the model's name (default: its folder's)")
     parser.add_argument(
         "--size",
@@ -188,23 +195,26 @@ def show(arguments: argparse.Namespace) -> int:
 
 def import_model(arguments: argparse.Namespace) -> int:
     """Make a model of checkpoints."""
-    if arguments.out.exists():
-        raise OutputError(f"The folder {arguments.out} exists: name a new one for the model.")
+    out = arguments.out or Path(f"{arguments.checkpoints.resolve().name}-model")
+    if out.exists():
+        raise OutputError(f"The folder {out} exists: name a new one for the model with --out.")
     width, height = arguments.size
     with stages_progress() as progress:
-        import_checkpoints(
+        model = import_checkpoints(
             arguments.checkpoints,
-            arguments.out,
-            name=arguments.name or arguments.out.resolve().name,
+            out,
+            name=arguments.name or out.resolve().name,
             height=height,
             width=width,
             progress=progress,
         )
     print(
-        f"The model is in {arguments.out}; its thresholds are not known yet: run 'sunset models calibrate "
-        f"{arguments.out}' next, with --bag if it is meant for frames of your own.",
+        f"The model is in {out}; its thresholds are not known yet: run 'sunset models calibrate {out}' next, with "
+        "--bag if it is meant for frames of your own.",
         file=sys.stderr,
     )
+    if missing := missing_networks(model):
+        print(f"It can be measured, but cannot fly without {missing}.", file=sys.stderr)
     return 0
 
 
@@ -228,10 +238,10 @@ def calibrate(arguments: argparse.Namespace) -> int:
         print(f"{modality.key + ' temperature':22}{network.temperature:.4f}")
     print(f"{'entropy threshold':22}{card.entropy_threshold:.4f}")
     print(f"{'sharpness threshold':22}{card.sharpness_threshold:.4f}")
-    print(
-        f"The model in {calibrated.folder} is calibrated; 'sunset run --model {calibrated.folder}' flies it.",
-        file=sys.stderr,
-    )
+    use = f"'sunset run --model {calibrated.folder}' flies it"
+    if missing := missing_networks(calibrated):
+        use = f"it can be measured, but cannot fly without {missing}"
+    print(f"The model in {calibrated.folder} is calibrated; {use}.", file=sys.stderr)
     return 0
 
 

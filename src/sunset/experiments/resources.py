@@ -10,9 +10,9 @@ from sunset.data import BagReader, cache_folder, default_flight, read_bag
 from sunset.errors import DataError, ModelError
 from sunset.experiments.files import make_folder
 from sunset.experiments.spec import RunSpec
-from sunset.perception import InferenceCache, Model, Segmenter, load_model
+from sunset.perception import InferenceCache, Modality, Model, Segmenter, load_model
 
-__all__ = ["Resources", "find_resources"]
+__all__ = ["Resources", "find_resources", "missing_networks"]
 
 
 @dataclass(frozen=True)
@@ -40,13 +40,18 @@ def find_resources(spec: RunSpec, *, progress: Callable[[int, int], None] | None
         progress: called with (frames done, frames in all) while the flight is rendered.
 
     Raises:
-        ModelError: there is no such model, it is corrupt, or it was never calibrated.
+        ModelError: there is no such model, it is corrupt, lacks a network, or was never calibrated.
         InvalidInputError: there is no such device.
         MissingExtraError: the device needs a package that is not installed.
         DataError: there is no such bag, it is corrupt, or too short.
         OutputError: the cache folder cannot be written.
     """
     model = load_model(spec.model)
+    if missing := missing_networks(model):
+        raise ModelError(
+            f"The model {model.card.name!r} cannot fly without {missing}, since the sensor fusion switches "
+            f"between {_words(list(Modality))}: train or import a model with all three networks."
+        )
     if model.card.sharpness_threshold <= 0:
         raise ModelError(
             f"The model {model.card.name!r} has no thresholds yet, without which nobody sees F4 and F5: "
@@ -63,6 +68,16 @@ def find_resources(spec: RunSpec, *, progress: Callable[[int, int], None] | None
         )
     cache = _inference_cache(cache_folder()) if spec.cache else None
     return Resources(model, Segmenter(model, device=spec.device, cache=cache), bag, checksum)
+
+
+def missing_networks(model: Model) -> str:
+    """Return which networks a model would need to fly and has not, in words; empty if it has all three."""
+    return _words([modality for modality in Modality if modality not in model.card.networks])
+
+
+def _words(modalities: Sequence[Modality]) -> str:
+    """Return the networks' names as part of a sentence."""
+    return " and ".join(", ".join(modality.key for modality in modalities).rsplit(", ", 1))
 
 
 _found_flights: dict[Path, Path] = {}

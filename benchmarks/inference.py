@@ -5,8 +5,12 @@ threads: the time of a frame in a bare session, as the median and the least of s
 processor's peak the least is, at its measured rates of float32 and int8 products. Then the time of a frame when two
 processes of one thread share the frames, and what the `Segmenter` takes, its checks and copies included.
 
-The processor should have nothing else to do. Needs the extra `train` (for onnx); OpenVINO is measured where it is
-installed, with float32 asked for.
+`--plans` measures the networks that a training would give, in float32 and in int8, with random weights. `--batches`
+also runs the branches, which do most of the work, on several frames at once, a frame being a batch of one. What
+comes before and after them in the graph, the late fusion too, is laid out for one frame and is not in these times.
+
+The processor should have nothing else to do. Needs the extra `train`; OpenVINO is measured where it is installed, with
+float32 asked for.
 """
 
 import argparse
@@ -21,6 +25,7 @@ from importlib import import_module
 from importlib.util import find_spec
 from multiprocessing import get_context
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any, Final
 
 import numpy as np
@@ -29,7 +34,12 @@ import onnx
 import onnxruntime
 from onnx import TensorProto, helper, numpy_helper
 
-from sunset.perception import Modality, Model, Segmenter, list_models, load_model
+from sunset.classes import CLASSES
+from sunset.perception import Modality, Model, ModelCard, Segmenter, list_models, load_model
+from sunset.training import CONFIGS, FrameSet, TrainingConfig
+from sunset.training.network import build, folded_weights
+from sunset.training.onnx_graph import Format, Network, export
+from sunset.training.quantise import ranges
 
 Arrays = dict[str, npt.NDArray[Any]]
 
@@ -64,7 +74,7 @@ def work(path: Path) -> Work:
     for node in graph.node:
         if node.op_type == "Conv":
             each = math.prod(shapes[node.input[1]][1:])
-        elif node.op_type == "MatMul":
+        elif node.op_type in {"MatMul", "Gemm"}:  # no network here transposes the first factor
             each = shapes[node.input[0]][-1]
         else:
             continue
@@ -127,19 +137,49 @@ def peak(threads: int) -> Work:
     return Work(float32=rates[False], int8=rates[True])
 
 
-def frame(model: Model) -> Arrays:
+def frame(size: tuple[int, int]) -> Arrays:
     """Return a frame of noise: the time does not depend on the content."""
-    rng, size = np.random.default_rng(0), (model.card.height, model.card.width)
+    rng = np.random.default_rng(0)
     return {
         "bgr": rng.integers(0, 256, (*size, 3), dtype=np.uint8),
         "depth": rng.integers(0, 65536, size, dtype=np.uint16),
     }
 
 
-def with_onnxruntime(path: Path, inputs: Arrays, threads: int) -> Callable[[], object]:
-    """Return a call of a bare session."""
+def drawn(config: TrainingConfig, folder: Path) -> Iterator[Model]:
+    """Yield a training's networks in float32 and in int8, with random weights."""
+    layers, (height, width) = config.plan(config.modalities), Format().size
+    modules = build(layers).eval()
+    weights, noise = folded_weights(layers, modules), frame((height, width))
+    frames = FrameSet(noise["bgr"][None], noise["depth"][None], np.zeros((1, height, width), dtype=np.uint8))
+    networks = {modality: Network(config.layers(modality.key), weights) for modality in Modality}
+    for form in (Format(), Format(ranges=ranges(config.plan(config.branches), modules, frames))):
+        where, name = folder / form.precision, f"{config.name}, random in {form.precision},"
+        cards = export(where, networks, form)
+        yield Model(where, ModelCard(name, "", "", height, width, CLASSES, 1.0, 0.0, cards))
+
+
+def write_branches(path: Path, modality: Modality, frames: int, out: Path) -> Arrays:
+    """Write a network's branches, from pictures to logits, for several frames at once; returns what they take."""
+    model = onnx.shape_inference.infer_shapes(onnx.load(path))
+    branches = ("rgb",) * modality.needs_rgb + ("depth",) * modality.needs_depth
+    ends = [[f"{branch}.{end}" for branch in branches] for end in ("input", "logits")]
+    part = onnx.utils.Extractor(model).extract_model(*ends)
+    del part.graph.value_info[:]  # it says one frame
+    shapes = {}
+    for value in (*part.graph.input, *part.graph.output):
+        value.type.tensor_type.shape.dim[0].dim_value = frames
+        shapes[value.name] = [size.dim_value for size in value.type.tensor_type.shape.dim]
+    onnx.save(part, out)
+    rng = np.random.default_rng(0)
+    return {name: rng.standard_normal(shapes[name], dtype=np.float32) for name in ends[0]}
+
+
+def with_onnxruntime(path: Path, inputs: Arrays, threads: int) -> Callable[[], Any]:
+    """Return a call of a bare session, which need not give the `logits`."""
     opened = session(path, threads)
-    return lambda: opened.run(["labels", "entropy"], inputs)
+    outputs = [value.name for value in opened.get_outputs() if value.name != "logits"]
+    return lambda: opened.run(outputs, inputs)
 
 
 def with_openvino(path: Path, inputs: Arrays, threads: int) -> Callable[[], object]:
@@ -168,28 +208,48 @@ def together(engine: str, path: Path, inputs: Arrays, rounds: int) -> list[float
     return [each / 2 for each in times]
 
 
+def line(engine: str, how: str, times: list[float], todo: Work, rates: Work, *, frames: int = 1) -> str:
+    """Return a line of figures for calls that take so many frames each, and have so much to do."""
+    median, least = (1e3 * each / frames for each in (statistics.median(times), min(times)))
+    share = 100 * todo.seconds(rates) / min(times)
+    return f"  {engine:<13}{how:<27}{median:7.1f} ms{least:7.1f} ms{share:6.0f} %"
+
+
 def rows(model: Model, modality: Modality, peaks: dict[int, Work], rounds: int) -> Iterator[str]:
     """Yield a line of figures for every way to run a network."""
     path = model.folder / model.card.networks[modality].file
-    inputs = {name: value for name, value in frame(model).items() if _needs(modality, name)}
+    noise = frame((model.card.height, model.card.width))
+    inputs = {name: value for name, value in noise.items() if _needs(modality, name)}
     todo = work(path)
 
     def answer(segmenter: Segmenter) -> object:
         return segmenter.segment(modality, inputs.get("bgr"), inputs.get("depth"))
 
-    def line(engine: str, how: str, times: list[float], rates: Work) -> str:
-        median, least = 1e3 * statistics.median(times), 1e3 * min(times)
-        share = 1e5 * todo.seconds(rates) / least
-        return f"  {engine:<13}{how:<15}{median:7.1f} ms{least:7.1f} ms{share:6.0f} %"
-
     yield f"{model.card.name} {modality.key}: {todo.float32 / 1e6:.0f} Mmac float32, {todo.int8 / 1e6:.0f} int8"
     for engine, opened in ENGINES.items():
         for threads, rates in peaks.items():
-            yield line(engine, f"{threads} thread(s)", seconds(opened(path, inputs, threads), rounds), rates)
-        yield line(engine, "2 processes", together(engine, path, inputs, rounds), peaks[2])
+            times = seconds(opened(path, inputs, threads), rounds)
+            yield line(engine, f"{threads} thread(s)", times, todo, rates)
+        yield line(engine, "2 processes", together(engine, path, inputs, rounds), todo, peaks[2])
     for threads, rates in peaks.items():
-        segmenter = Segmenter(model, threads=threads)
-        yield line("Segmenter", f"{threads} thread(s)", seconds(partial(answer, segmenter), rounds), rates)
+        times = seconds(partial(answer, Segmenter(model, threads=threads)), rounds)
+        yield line("Segmenter", f"{threads} thread(s)", times, todo, rates)
+
+
+def batch_rows(
+    model: Model, modality: Modality, peaks: dict[int, Work], rounds: int, frames: int
+) -> Iterator[str]:
+    """Yield a line of figures for every way to run a network's branches on several frames at once."""
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "branches.onnx"
+        inputs = write_branches(model.folder / model.card.networks[modality].file, modality, frames, path)
+        todo = work(path)
+        for engine, opened in ENGINES.items():
+            for threads, rates in peaks.items():
+                times = seconds(opened(path, inputs, threads), rounds)
+                yield line(
+                    engine, f"{threads} thread(s), branches by {frames}", times, todo, rates, frames=frames
+                )
 
 
 def _needs(modality: Modality, name: str) -> bool:
@@ -202,8 +262,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument(
-        "models", nargs="*", default=list_models(), help="names or folders (default: all that come along)"
+        "models", nargs="*", help="names or folders (default: all that come along, or --plans)"
     )
+    parser.add_argument("--plans", choices=CONFIGS, nargs="+", default=[], help="trainings (default: none)")
+    parser.add_argument("--batches", type=int, nargs="+", default=[], help="frames at once (default: none)")
     parser.add_argument("--rounds", type=int, default=20, help="of each measurement (default: %(default)s)")
     parser.add_argument("--threads", type=int, nargs="+", default=[1, 2], help="(default: 1 2)")
     given = parser.parse_args(arguments)
@@ -212,12 +274,23 @@ def main(arguments: Sequence[str] | None = None) -> None:
         print(
             f"peak of {threads} thread(s): {rates.float32 / 1e9:.0f} Gmac/s float32, {rates.int8 / 1e9:.0f} int8"
         )
-    print(f"  {'':28}{'median':>7}{'least':>10}{'of peak':>11}")
-    for name in given.models:
-        model = load_model(name)
-        for modality in sorted(model.card.networks):
-            for row in rows(model, modality, peaks, given.rounds):
-                print(row, flush=True)
+    print(f"  {'':40}{'median':>7}{'least':>10}{'of peak':>11}")
+    with TemporaryDirectory() as folder:
+        for model in models(given.models, given.plans, Path(folder)):
+            for modality in sorted(model.card.networks):
+                for row in rows(model, modality, peaks, given.rounds):
+                    print(row, flush=True)
+                for frames in given.batches:
+                    for row in batch_rows(model, modality, peaks, given.rounds, frames):
+                        print(row, flush=True)
+
+
+def models(names: Sequence[str], plans: Sequence[str], folder: Path) -> Iterator[Model]:
+    """Yield the models that are measured."""
+    for name in names or ([] if plans else list_models()):
+        yield load_model(name)
+    for name in plans:
+        yield from drawn(CONFIGS[name](), folder / name)
 
 
 if __name__ == "__main__":

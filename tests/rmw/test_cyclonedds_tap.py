@@ -6,11 +6,13 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import pytest
+from cyclonedds._clayer import ddspy_write_ts
 from tests.rmw.peer import LATCHED, Peer, payload
 
 from sunset.interfaces import Message
 from sunset.interfaces.std_msgs.msg import Int32, String
 from sunset.interfaces.std_srvs.srv import SetBool
+from sunset.rmw._dds_wheel import Endpoint
 from sunset.rmw.cyclonedds import CycloneTap
 from sunset.rmw.port import DurabilityPolicy, EndpointKind, QoSProfile, ReliabilityPolicy, RequestId
 from sunset.rmw.tap import Tap
@@ -208,6 +210,36 @@ def test_types_that_are_not_ours_are_passed_over(live: "Live") -> None:
         peer.writer("rt/scan", "sensor_msgs::msg::dds_::LaserScan_")
         peer.writer("rt/odd", "odd")
         assert until(lambda: set(tap.problems) == {"/scan", "/odd"})
+
+
+def test_a_topic_that_cannot_be_heard_does_not_end_it(live: "Live") -> None:
+    notes = Notes()
+    with tapped(live, notes) as tap:
+        live.process()
+        peer = live.peer()
+        peer.writer("rt/numbers", "std_msgs::msg::dds_::Int32_")
+        assert peer.wait(lambda: bool(tap._writers))
+        (handle, (guid, qos)), *_ = tap._writers.items()
+        # as another DDS announces it, for Cyclone has no such topics
+        endpoint = Endpoint(guid, guid, True, "rt/a b", "std_msgs::msg::dds_::Int32_", qos, b"", handle)
+        tap._queue.put((endpoint, True))
+        assert until(lambda: tap.problems["/a b"] == 1)
+        live.node("late")
+        assert until(lambda: "/late" in notes.nodes)
+
+
+@pytest.mark.parametrize("years", [-10, 10])
+def test_nobody_can_say_that_a_sample_was_sent_at_another_time(live: "Live", years: int) -> None:
+    notes = Notes()
+    with tapped(live, notes):
+        live.process()
+        peer = live.peer()
+        writer = peer.writer("rt/numbers", "std_msgs::msg::dds_::Int32_")
+        assert peer.wait(lambda: bool(writer.get_matched_subscriptions()))
+        before = time.time_ns()
+        assert ddspy_write_ts(writer._ref, payload(bytes(4)), before + years * 365 * 86400 * S) == 0
+        assert until(lambda: bool(notes.messages))
+    assert before - S <= notes.times[0] <= time.time_ns()
 
 
 def test_a_request_that_nobody_gets_is_not_told(live: "Live") -> None:

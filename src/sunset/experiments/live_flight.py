@@ -176,12 +176,18 @@ def fly(
     with ExitStack() as stack:
         domain_id = stack.enter_context(_domain(spec))
         system = stack.enter_context(LiveSystem(spec, resources, domain_id, clock=clock, on_line=show))
-        stack.enter_context(CycloneTap(watch, domain_id=system.domain_id))
+        tap = stack.enter_context(CycloneTap(watch, domain_id=system.domain_id))
         supervisor = LiveSupervisor(
             spec.scenario.name, spec.timing, _readiness(spec, watch, system.domain_id), context=system.context
         )
         system.executor.add_node(supervisor)
-        _conduct(system, supervisor, spec, lambda: frames.note_disturbance(clock.at(time.time_ns())))
+
+        def look() -> None:
+            tap.check()
+            if supervisor.phase is not Phase.BRING_UP and system.is_disturbed():
+                frames.note_disturbance(clock.at(time.time_ns()))
+
+        _conduct(system, supervisor, spec, look)
         end_ns = clock.at(time.time_ns())
     frames.ended_early = supervisor.phase is not Phase.OVER
     observer.finish(end_ns)
@@ -201,17 +207,14 @@ def _readiness(spec: RunSpec, watch: _Watch, domain_id: int) -> Callable[[], boo
     return lambda: bool(watch.strangers)
 
 
-def _conduct(
-    system: LiveSystem, supervisor: LiveSupervisor, spec: RunSpec, on_disturbed: Callable[[], None]
-) -> None:
-    """Let the experiment happen; call `on_disturbed` while a managed node's process is ended or stopped."""
+def _conduct(system: LiveSystem, supervisor: LiveSupervisor, spec: RunSpec, look: Callable[[], None]) -> None:
+    """Let the experiment happen; call `look` often, which may end it by an error."""
     timing = spec.timing
 
     def wait(predicate: Callable[[], bool], seconds: float) -> bool:
         def looked_after() -> bool:
             system.check(managed=supervisor.phase is Phase.BRING_UP)
-            if supervisor.phase is not Phase.BRING_UP and system.is_disturbed():
-                on_disturbed()
+            look()
             return predicate()
 
         return system.spin_until(looked_after, seconds)

@@ -11,7 +11,7 @@ from queue import Empty
 from types import TracebackType
 from typing import Final, NamedTuple, Self
 
-from sunset.errors import InterfaceError
+from sunset.errors import InterfaceError, MiddlewareError
 from sunset.interfaces import deserialize
 from sunset.rmw import _dds_wheel as wheel
 from sunset.rmw._dds_channels import Channel, Channels
@@ -31,6 +31,9 @@ _HOLD_NS: Final = 100_000_000
 
 _PATIENCE_NS: Final = 1_000_000_000
 """How long it waits for the announcement of the node that sent it."""
+
+_LATEST_NS: Final = 1_000_000_000
+"""How long a sample may have been on its way; one that claims to be older, or of the future, is not believed."""
 
 _STEP_S: Final = 0.02
 
@@ -92,10 +95,11 @@ class CycloneTap:
     """Lets a tap see what happens on a live network, without being part of it: it has no node, and sends nothing.
 
     The tap's methods are called on a thread of its own, in the order in which samples were sent, about 0.1 s later,
-    with times of the system clock at which they were sent. Who sent what is known from the announcements of the
-    nodes; a sample whose node is not announced within a second is told with an empty name. Samples that were sent
-    before the tap's readers were connected, which takes some hundredths of a second after an endpoint appears,
-    are not seen unless they are kept for late comers. A request is told once for each node that offers the service.
+    with times of the system clock at which they were sent; what a sender says of that counts within the second before
+    the sample came. Who sent what is known from the announcements of the nodes; a sample whose node is not announced
+    within a second is told with an empty name. Samples that were sent before the tap's readers were connected, which
+    takes some hundredths of a second after an endpoint appears, are not seen unless they are kept for late comers. A
+    request is told once for each node that offers the service.
 
     Args:
         tap: what to tell.
@@ -218,7 +222,10 @@ class CycloneTap:
     def _take(self, channel: Channel) -> None:
         while (sample := wheel.take(channel.reader)) is not None:
             payload, writer, sent_ns = sample
-            event = _Event(sent_ns, next(self._ages), time.time_ns(), channel, writer, payload)
+            now_ns = time.time_ns()
+            # it is the sender who says when
+            sent_ns = min(max(sent_ns, now_ns - _LATEST_NS), now_ns)
+            event = _Event(sent_ns, next(self._ages), now_ns, channel, writer, payload)
             heappush(self._events, event)
 
     # Who comes and goes
@@ -258,7 +265,7 @@ class CycloneTap:
     def _listen(self, ros: RosName, qos: QoSProfile) -> None:
         try:
             self._channels.listen(ros, qos)
-        except InterfaceError:  # of a type that is not ours
+        except (InterfaceError, MiddlewareError):  # its type is not ours, or DDS here refuses its name
             self.problems[ros.name] += 1
 
     # What is sent
@@ -301,11 +308,10 @@ class CycloneTap:
                 return
             request_id, payload = split_sample(event.payload)
             message = deserialize(payload, channel.message)
+            if channel.writers is EndpointKind.SERVICE:
+                self._tap.on_response(event.sent_ns, channel.name, node, message, request_id)
+                return
+            for server in dict.fromkeys(self._node_of.get(guid, "") for guid in self._servers_of(event)):
+                self._tap.on_request(event.sent_ns, channel.name, node, server, message, request_id)
         except InterfaceError:
             self.problems[channel.name] += 1
-            return
-        if channel.writers is EndpointKind.SERVICE:
-            self._tap.on_response(event.sent_ns, channel.name, node, message, request_id)
-            return
-        for server in dict.fromkeys(self._node_of.get(guid, "") for guid in self._servers_of(event)):
-            self._tap.on_request(event.sent_ns, channel.name, node, server, message, request_id)

@@ -25,6 +25,7 @@ FIRST_NUMBER: Final = 16
 """Numbers of conditions below this are the link's own."""
 
 _NODES, _PARTICIPANTS, _WRITERS, _READERS = range(1, 5)
+_ENDPOINTS: Final = "endpoints"
 _DISCOVERY_TOPIC: Final = "ros_discovery_info"
 _DISCOVERY_TYPE: Final = "rmw_dds_common::msg::dds_::ParticipantEntitiesInfo_"
 _DISCOVERY_QOS: Final = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
@@ -173,8 +174,11 @@ class Link:
             self._listener.learn_participants(wheel.take_participants(self._readers[_PARTICIPANTS]))
             for payload in samples:
                 self._learn_nodes(payload)
-            self._listener.learn_endpoints(wheel.take_endpoints(self._readers[_WRITERS]), writers=True)
-            self._listener.learn_endpoints(wheel.take_endpoints(self._readers[_READERS]), writers=False)
+            for number in (_WRITERS, _READERS):
+                endpoints, unknown = wheel.take_endpoints(self._readers[number])
+                for _ in range(unknown):
+                    self._on_problem(_ENDPOINTS, "passed over an endpoint whose names are no UTF-8.")
+                self._listener.learn_endpoints(endpoints, writers=number == _WRITERS)
 
     def _learn_nodes(self, payload: bytes) -> None:
         try:

@@ -6,7 +6,7 @@ functions, of the one version that `_dds_library` accepts.
 
 import ctypes
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
 from typing import Any, Final, NamedTuple
@@ -37,6 +37,7 @@ MAKING_TOPIC: Final = threading.Lock()
 _ANY: Final = 127  # samples in every state
 _ALIVE: Final = 16  # the state of what exists
 _BATCH: Final = 1000
+_ONE: Final = 1  # an error costs the whole batch
 _OPERATIONS: Final = 14
 _TYPE_INFORMATION: Final = (8, 9, 10)  # type_id, type_map, type_info of struct ddsi_sertype_ops
 
@@ -157,14 +158,34 @@ def _endpoint(*described: Any) -> Endpoint:
     return Endpoint(guid, participant, alive, topic, type_name, qos, user_data, handle)
 
 
-def take_endpoints(reader: int) -> list[Endpoint]:
-    """Return what is new about endpoints, from a reader of a built-in topic."""
-    return _taken(lambda: _clayer.ddspy_take_endpoint(reader, _BATCH, _endpoint, read_qos))
+def take_endpoints(reader: int) -> tuple[list[Endpoint], int]:
+    """Return what is new about endpoints, from a reader of a built-in topic, and of how many it is not known.
+
+    That is so of those with the name of a topic or a type that is no UTF-8.
+    """
+    found: list[Endpoint] = []
+    unknown = 0
+    while True:
+        try:
+            batch: list[Endpoint] | int = _clayer.ddspy_take_endpoint(reader, _ONE, _endpoint, read_qos)
+        except Exception:  # noqa: BLE001  the wheel raises no other
+            unknown += 1
+            continue
+        if not batch or isinstance(batch, int):
+            return found, unknown
+        found += batch
 
 
 def take_participants(reader: int) -> list[tuple[bytes, bool]]:
     """Return (GUID, whether it is there) of the participants of which there is news."""
-    return _taken(lambda: _clayer.ddspy_take_participant(reader, _BATCH, _participant, _no_qos))
+    found: list[tuple[bytes, bool]] = []
+    while True:
+        batch: list[tuple[bytes, bool]] | int = _clayer.ddspy_take_participant(
+            reader, _BATCH, _participant, _no_qos
+        )
+        if not batch or isinstance(batch, int):
+            return found
+        found += batch
 
 
 def _participant(guid: bytes, _: None, info: Any) -> tuple[bytes, bool]:
@@ -173,15 +194,6 @@ def _participant(guid: bytes, _: None, info: Any) -> tuple[bytes, bool]:
 
 def _no_qos(_: int) -> None:
     return None
-
-
-def _taken(take_batch: Callable[[], list[Any] | int]) -> list[Any]:
-    found: list[Any] = []
-    while True:
-        batch = take_batch()
-        if not batch or isinstance(batch, int):
-            return found
-        found += batch
 
 
 def matched_subscription(writer: int, handle: int) -> Endpoint | None:

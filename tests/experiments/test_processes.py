@@ -5,8 +5,10 @@ import signal
 import threading
 import time
 from collections.abc import Callable, Iterator
+from pathlib import Path
 
 import pytest
+from tests.live.systems import exists
 
 from sunset.experiments.processes import NodeProcesses
 from sunset.rmw.domains import free_domain_id
@@ -15,16 +17,26 @@ PATIENCE_S = 60.0
 
 
 class Nodes(NodeProcesses):
-    """A camera, and a node that there is not; `lines` has what they print, `ended` those that ended."""
+    """A camera, a node that there is not, and one whose program is the file `program`.
 
-    def __init__(self, domain_id: int) -> None:
+    `lines` has what they print, `ended` those that ended.
+    """
+
+    def __init__(self, domain_id: int, program: Path) -> None:
         self.lines: list[str] = []
         self.ended: list[str] = []
-        variables = {"ROS_DOMAIN_ID": str(domain_id)}
-        super().__init__(
-            {"camera": ["camera"], "rotor": ["rotor"]}, variables, lambda _, line: self.lines.append(line)
-        )
+        self.program = program
+        arguments = {
+            "camera": ["camera"],
+            "rotor": ["rotor"],
+            "manager": ["managing_system", "--manager", f"{program}:Mine"],
+        }
+        super().__init__(arguments, {"ROS_DOMAIN_ID": str(domain_id)}, lambda _, line: self.note(line))
         self.on_exit(self.ended.append)
+
+    def note(self, line: str) -> None:
+        """Note a line that a node printed."""
+        self.lines.append(line)
 
     def polled_until(self, predicate: Callable[[], bool]) -> bool:
         """Poll until a predicate holds; return whether it does."""
@@ -36,10 +48,10 @@ class Nodes(NodeProcesses):
 
 
 @pytest.fixture(params=["forked", "started"])
-def nodes(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> Iterator[Nodes]:
+def nodes(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[Nodes]:
     if request.param == "started":
         monkeypatch.setattr("sunset.experiments.processes.can_fork", lambda: False)
-    with free_domain_id() as domain_id, Nodes(domain_id) as made:
+    with free_domain_id() as domain_id, Nodes(domain_id, tmp_path / "mine.py") as made:
         yield made
 
 
@@ -75,3 +87,69 @@ def test_closing_ends_even_a_node_that_is_stopped(nodes: Nodes) -> None:
     nodes.close()
     with pytest.raises(ProcessLookupError):
         os.kill(pid, 0)
+
+
+def test_a_signal_without_a_name_can_end_a_node(nodes: Nodes) -> None:
+    nodes.start("camera")
+    pid = nodes.pid("camera")
+    assert pid is not None
+    os.kill(pid, 40)
+    assert nodes.polled_until(lambda: not nodes.is_running("camera"))
+    assert nodes.end_of("camera").startswith("ended by signal 40 (")
+
+
+STARTS_ANOTHER = """
+import os, subprocess, threading
+print(subprocess.Popen(["sleep", "600"]{options}).pid, flush=True)
+{then}
+"""
+
+
+@pytest.mark.parametrize("then", ["os._exit(0)", "threading.Event().wait()"])
+def test_what_a_node_has_started_ends_with_it(nodes: Nodes, then: str) -> None:
+    nodes.program.write_text(STARTS_ANOTHER.format(options="", then=then))
+    nodes.start("manager")
+    assert nodes.polled_until(lambda: bool(nodes.lines))
+    child = int(nodes.lines[0])
+    assert nodes.polled_until(lambda: "wait" in then or nodes.ended == ["manager"])
+    nodes.close()
+    assert nodes.polled_until(lambda: not exists(child))
+
+
+def test_a_process_that_has_left_costs_time_once(nodes: Nodes) -> None:
+    nodes.program.write_text(STARTS_ANOTHER.format(options=", start_new_session=True", then="os._exit(3)"))
+    nodes.start("manager")
+    assert nodes.polled_until(lambda: nodes.ended == ["manager"])
+    try:
+        assert nodes.end_of("manager").startswith("ended with exit code 3")
+        assert nodes.has_failed("manager")
+        before = time.monotonic()
+        nodes.end_of("manager")
+        assert time.monotonic() - before < 0.5
+    finally:
+        os.kill(int(nodes.lines[0]), signal.SIGKILL)
+
+
+def test_a_node_whose_end_nobody_saw_has_not_failed(nodes: Nodes, tmp_path: Path) -> None:
+    done = tmp_path / "done"
+    nodes.program.write_text(
+        f"import os, threading\nwhile not os.path.exists({str(done)!r}): threading.Event().wait(0.01)\nos._exit(0)"
+    )
+    nodes.start("manager")
+    if nodes._server is not None:
+        nodes._server.close()
+    done.touch()
+    assert nodes.polled_until(lambda: nodes.ended == ["manager"])
+    assert not nodes.has_failed("manager")
+
+
+def test_a_node_goes_on_when_nobody_takes_what_it_prints(
+    nodes: Nodes, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def note(_: str) -> None:
+        raise BrokenPipeError
+
+    monkeypatch.setattr(nodes, "note", note)
+    nodes.program.write_text("import os\nfor _ in range(9999): print('x' * 99)\nos._exit(0)")
+    nodes.start("manager")
+    assert nodes.polled_until(lambda: nodes.ended == ["manager"])

@@ -199,8 +199,8 @@ class LiveSystem:
                     f"{end or 'is stopped by a signal'}; run it again."
                 )
         # a managing system that has ended in order has no more to do
-        end = self.processes.end_of(MANAGER_PROCESS)
-        if end and end != "ended with exit code 0":
+        if self.processes.has_failed(MANAGER_PROCESS):
+            end = self.processes.end_of(MANAGER_PROCESS)
             raise ManagerError(f"The process of the managing system {self._spec.manager} {end}.")
 
     def is_disturbed(self) -> bool:

@@ -8,6 +8,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
 from typing import IO, Final, Self
@@ -23,6 +24,7 @@ _LOOK_S: Final = 0.1
 _LAST_WORDS: Final = 20
 _ONE_THREAD: Final = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
 """A node computes little but inference, which has one thread anyway; idle threads cost time to start."""
+_SIGNALS: Final = {one.value: one.name for one in signal.Signals}  # real-time ones have no names
 _SERVER: Final = (sys.executable, "-m", "sunset.cli._forks")
 
 _Process = subprocess.Popen[str] | ForkedProcess
@@ -32,8 +34,8 @@ class NodeProcesses:
     """Runs nodes by `sunset node`, one process each; a `ProcessHost`.
 
     Whatever ends this process ends them too: each holds the other end of a pipe. As a context manager it ends
-    them when the context does. Where the system can, they are forked from a process that has imported already what
-    they need, so that a new one is there at once.
+    them when the context does. With a node ends what it has started. Where the system can, nodes are forked from a
+    process that has imported already what they need, so that a new one is there at once.
 
     Args:
         arguments: node → what follows `sunset node`.
@@ -100,7 +102,9 @@ class NodeProcesses:
         with output:
             for line in output:
                 lines.append(line.rstrip())
-                self._on_line(node, line.rstrip())
+                # whoever wants to see it may be gone; the node must not wait for somebody to read
+                with suppress(Exception, SystemExit):
+                    self._on_line(node, line.rstrip())
 
     @property
     def nodes(self) -> tuple[str, ...]:
@@ -145,19 +149,25 @@ class NodeProcesses:
         code = self._ended.get(node)
         if code is None:
             return ""
-        self._readers[node].join(timeout=1.0)
+        reader = self._readers.pop(node, None)
+        if reader is not None:
+            reader.join(timeout=1.0)  # others may hold the other end for ever, so not a second time
         words = self._lines[node][-1] if self._lines[node] else ""
         if code == UNSEEN:
             return "ended, and nobody saw how"
         if code < 0:
-            return f"ended by signal {-code} ({signal.Signals(-code).name})"
+            return f"ended by signal {-code} ({_SIGNALS.get(-code) or signal.strsignal(-code)})"
         return f"ended with exit code {code}" + (f": {words}" if words else "")
+
+    def has_failed(self, node: str) -> bool:
+        """Return whether the last process of `node` was seen to end, and not in order."""
+        return self._ended.get(node, 0) not in {0, UNSEEN}
 
     def close(self) -> None:
         """End all processes, and wait until they are gone."""
         for process in self._running.values():
-            process.terminate()
-            process.send_signal(signal.SIGCONT)
+            _send(process, signal.SIGTERM)
+            _send(process, signal.SIGCONT)
         limit = time.monotonic() + _PARTING_S
         while any(process.poll() is None for process in self._running.values()):
             if time.monotonic() >= limit:
@@ -175,6 +185,16 @@ class NodeProcesses:
         assert process.stdin is not None  # noqa: S101  a pipe was asked for
         process.stdin.close()
         self._ended[node] = process.wait()
+        with suppress(OSError):  # nothing is left of what it has started
+            os.killpg(process.pid, signal.SIGKILL)
+
+
+def _send(process: _Process, number: int) -> None:
+    """Send a signal to a process and to what it has started."""
+    try:
+        os.killpg(process.pid, number)
+    except OSError:  # it has ended, or has just begun and has no group of its own yet
+        process.send_signal(number)
 
 
 def _is_stopped(pid: int) -> bool:

@@ -80,3 +80,12 @@ def test_an_experiment_that_the_managing_system_ends_early_does_not_count() -> N
     count = frames()
     count.ended_early = True
     assert "before its time" in count.shortfall(START_NS, timeline(), TIMING)
+
+
+@pytest.mark.parametrize(("step_s", "counts"), [(0.019, True), (-0.021, False), (3600.0, False)])
+def test_an_experiment_in_which_the_clock_is_set_does_not_count(step_s: float, counts: bool) -> None:
+    count = frames()
+    count.clock_step_ns = round(step_s * S)
+    reason = count.shortfall(START_NS, timeline(), TIMING)
+    assert (reason == "") is counts
+    assert counts or f"clock was set by {step_s:+.3f} s" in reason

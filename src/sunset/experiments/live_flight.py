@@ -33,6 +33,8 @@ _ON_ITS_WAY_S = 0.5
 """A frame that was taken this long before something went wrong may be lost to it."""
 _LATE = 2.5
 """Periods between two frames of the bag after which the player was too late with the second."""
+_STEADY_NS = 20_000_000
+"""How far the system's clock may come off a steady one during an experiment."""
 _PATIENCE_S = 10.0
 """How much longer than planned an experiment may last."""
 
@@ -47,6 +49,8 @@ class FrameCount:
         """Whether the managing system ended the experiment before its time."""
         self.disturbed_ns: int | None = None
         """When the process of a managed node was found ended or stopped first, without anybody's command."""
+        self.clock_step_ns = 0
+        """By how much somebody has set the system's clock meanwhile."""
 
     def note(self, time_ns: int, topic: str, message: Message) -> None:
         """Note a message."""
@@ -60,7 +64,7 @@ class FrameCount:
             self.disturbed_ns = time_ns
 
     def shortfall(self, start_ns: int, timeline: Timeline, timing: Timing) -> str:
-        """Return in words in what the computer could not keep up, so that the run does not count; or nothing.
+        """Return in words why the run does not count, as where the computer could not keep up; or nothing.
 
         Frames must not be lost before anything was done to the system: in a scenario with an outage before its
         injection, in others before the first command, and before somebody ends or stops a node's process.
@@ -72,6 +76,10 @@ class FrameCount:
         """
         if self.ended_early:
             return "the managing system ended it before its time"
+        if abs(self.clock_step_ns) > _STEADY_NS:
+            return (
+                f"the computer's clock was set by {self.clock_step_ns / _S:+.3f} s, so that times are wrong"
+            )
         times = sorted(self.taken.values())
         gaps = [(after - before) / _S for before, after in pairwise(times)]
         if len(times) < timing.frames or max(gaps) > _LATE * timing.period_s:
@@ -172,6 +180,7 @@ def fly(
     if spec.manager != EXTERNAL:
         load_manager(spec.manager)  # what is wrong with it is said at once
     clock = LiveClock(time.time_ns(), float(spec.speed))
+    offset_ns = _clock_offset_ns()
     watch = _Watch(observer, frames, clock)
     with ExitStack() as stack:
         domain_id = stack.enter_context(_domain(spec))
@@ -189,9 +198,15 @@ def fly(
 
         _conduct(system, supervisor, spec, look)
         end_ns = clock.at(time.time_ns())
+    frames.clock_step_ns = _clock_offset_ns() - offset_ns
     frames.ended_early = supervisor.phase is not Phase.OVER
     observer.finish(end_ns)
     return supervisor.start_ns or 0
+
+
+def _clock_offset_ns() -> int:
+    """Return what the system's clock shows more than one that nobody sets."""
+    return time.time_ns() - time.monotonic_ns()
 
 
 def _domain(spec: RunSpec) -> AbstractContextManager[int | None]:

@@ -72,3 +72,17 @@ def test_fusion_without_its_branches_is_refused() -> None:
 def test_no_steps_are_refused() -> None:
     with pytest.raises(InvalidInputError, match="at least one step and one frame a step, got 0 and 16"):
         Schedule(phases=(Phase(0, 16),))
+
+
+def test_the_learning_rate_rises_falls_and_falls_anew_where_a_phase_says_so() -> None:
+    phases = (Phase(60, 1), Phase(40, 1), Phase(100, 1, learning_rate=0.5), Phase(100, 1))
+    schedule = Schedule(phases=phases, learning_rate=1.0, warm_up=10)
+    rates = [schedule.learning_rate_at(step) for step in range(schedule.steps)]
+    assert rates[:2] == pytest.approx([0.1, 0.2], abs=1e-3)
+    assert rates[50] == pytest.approx(0.5)
+    assert rates[99] < 1e-3
+    assert rates[100] == pytest.approx(0.05)
+    assert rates[200] == pytest.approx(0.25)
+    assert rates[299] < 1e-3
+    assert max(rates[:100]) < 1.0
+    assert max(rates[100:]) < 0.5

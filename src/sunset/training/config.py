@@ -1,5 +1,6 @@
 """What a training run is asked to do."""
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Final
@@ -26,12 +27,14 @@ class Phase:
         output_stride: of the branches' logits; None for the networks' own. The same weights run several times
             faster at a coarser one.
         momentum: of batch normalisation's running statistics.
+        learning_rate: greatest, from which it falls anew; None for where it has come to.
     """
 
     steps: int
     batch: int
     output_stride: int | None = None
     momentum: float = 0.1
+    learning_rate: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,8 +43,9 @@ class Schedule:
 
     Attributes:
         phases: one after the other.
-        learning_rate: greatest, of AdamW; falls to 0 along a cosine over all phases, after `warm_up` steps.
+        learning_rate: greatest, of AdamW; falls to 0 along a cosine over the phases up to one that names its own.
         weight_decay: of AdamW.
+        warm_up: steps during which the learning rate rises, at the beginning and wherever it falls anew.
         class_weight_range: least and greatest weight of a class; weights are the inverse square root of the
             class's share of pixels, so that small classes count, but are not seen where there are none.
         misaligned_weight: of the fusion's loss on misaligned pairs, colour picture against depth picture; the
@@ -88,6 +92,18 @@ class Schedule:
                 return phase
             step -= phase.steps
         raise InvalidInputError(f"The schedule has {self.steps} steps, there is no step {step + self.steps}.")
+
+    def learning_rate_at(self, step: int) -> float:
+        """Return the learning rate of a step."""
+        begin, end, greatest = 0, 0, self.learning_rate
+        for phase in self.phases:
+            if phase.learning_rate is not None:
+                if step < end:
+                    break
+                begin, greatest = end, phase.learning_rate
+            end += phase.steps
+        risen = min(1.0, (step - begin + 1) / self.warm_up)
+        return risen * greatest * 0.5 * (1 + math.cos(math.pi * (step - begin) / (end - begin)))
 
     def with_steps(self, steps: int) -> "Schedule":
         """Return the same schedule with so many steps in all; phases that are left with none are dropped."""
@@ -192,7 +208,7 @@ def _reference() -> TrainingConfig:
         schedule=Schedule(
             phases=(
                 Phase(6600, 8, output_stride=16),
-                Phase(800, 8, momentum=0.05),
+                Phase(800, 8, momentum=0.05, learning_rate=2e-4),  # other dilations are to be learned
                 Phase(100, 8, momentum=0.02),
             ),
             learning_rate=1e-3,

@@ -167,7 +167,7 @@ class _Run:
             if isinstance(module, nn.BatchNorm2d):
                 module.momentum = phase.momentum
         for group in self._optimiser.param_groups:
-            group["lr"] = _learning_rate(self._stage.schedule, self._step)
+            group["lr"] = self._stage.schedule.learning_rate_at(self._step)
         frozen = self._frozen_logits(batch)
         results = self._logits(batch.bgr, batch.depth, phase.output_stride, frozen)
         row, column = batch.phase
@@ -280,7 +280,7 @@ class _Run:
     def _log(self, validation: FrameSet) -> str:
         """Add a line to the log, with the mean losses since the one before; returns it in words."""
         schedule = self._stage.schedule
-        rate = _learning_rate(schedule, self._step - 1)
+        rate = schedule.learning_rate_at(self._step - 1)
         losses = {
             name: round(sum(each[name] for each in self._losses) / len(self._losses), 5)
             for name in self._losses[0]
@@ -360,11 +360,6 @@ def _cells(distance: int, stride: int) -> int:
 def _full_size(maps: Any, phase: tuple[int, int] = (0, 0), step: int = 1) -> Any:
     """Return logits (N, 28, h, w) of any stride at the frames' size, or of every so-manieth pixel of it."""
     return upsample(maps.float(), WIDTH // maps.shape[3], phase, step, (HEIGHT, WIDTH))
-
-
-def _learning_rate(schedule: Schedule, step: int) -> float:
-    warm = min(1.0, (step + 1) / schedule.warm_up)
-    return warm * schedule.learning_rate * 0.5 * (1 + math.cos(math.pi * step / schedule.steps))
 
 
 def _parameters(modules: Any, decay: float) -> list[dict[str, Any]]:

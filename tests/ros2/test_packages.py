@@ -12,7 +12,9 @@ from xml.etree import ElementTree as ET
 import pytest
 
 from sunset.interfaces import field_types, get_message, get_service
-from sunset.nodes import NODES
+from sunset.nodes import NODES, Camera, SegmentationNode
+from sunset.nodes.parameters import bound_parameters
+from sunset.perception import load_model
 
 ROOT = Path(__file__).parents[2]
 PACKAGES = ROOT / "ros2"
@@ -170,6 +172,15 @@ def test_the_experiment_passes_parameters_that_its_nodes_have() -> None:
             ROOT / "src/sunset/scenarios/executor.py",
         ]
         assert any(f'"{parameter}"' in source.read_text("utf-8") for source in sources), parameter
+    assert set(re.findall(r'SetParameter\("(\w+)"', text)) <= set(bound_parameters(Camera))
+
+
+def test_the_experiment_plays_the_flight_in_the_size_that_its_model_needs() -> None:
+    text = (PACKAGES / "experiment_setup" / "launch" / "experiment.launch.py").read_text("utf-8")
+    defaults = dict(re.findall(r'DeclareLaunchArgument\("(\w+)", default_value="([\d.]+)"', text))
+    card = load_model(SegmentationNode.model.default).card
+
+    assert (int(defaults["width"]), int(defaults["height"])) == (card.width, card.height)
 
 
 def test_a_program_takes_the_arguments_that_launch_gives() -> None:

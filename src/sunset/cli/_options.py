@@ -39,9 +39,24 @@ def names(text: str) -> tuple[str, ...]:
 
 
 def add_campaign_options(
-    parser: argparse.ArgumentParser, *, suite: str, managers: str, repetitions: int, what: str = "runs"
+    parser: argparse.ArgumentParser,
+    *,
+    suite: str,
+    managers: str,
+    repetitions: int,
+    what: str = "runs",
+    more: str = "",
 ) -> None:
-    """Add what says which runs a campaign consists of, with these defaults; `what` is repeated."""
+    """Add what says which runs a campaign consists of, with these defaults.
+
+    Args:
+        parser: gets the options.
+        suite: the default suite.
+        managers: the default managing systems, separated by commas.
+        repetitions: how many there are by default.
+        what: is repeated.
+        more: what else is said of managing systems.
+    """
     parser.add_argument(
         "--suite", default=suite, help=f"one of {', '.join(suite_names())} (default: {suite})"
     )
@@ -49,7 +64,7 @@ def add_campaign_options(
         "--managers",
         default=managers,
         metavar="A,B,…",
-        help=f"managing systems, separated by commas (default: {managers})",
+        help=f"managing systems, separated by commas{more} (default: {managers})",
     )
     parser.add_argument(
         "--repetitions",
@@ -104,10 +119,12 @@ def add_flight_options(parser: argparse.ArgumentParser) -> None:
         type=float,
         default=30.0,
         metavar="S",
-        help="wall time that one callback of the managing system may take (default: 30)",
+        help="simulation: wall time that one callback of the managing system may take (default: 30)",
     )
     parser.add_argument(
-        "--no-cache", action="store_true", help="compute every inference again instead of looking it up"
+        "--no-cache",
+        action="store_true",
+        help="simulation: compute every inference again instead of looking it up",
     )
 
 

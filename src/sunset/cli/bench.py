@@ -30,11 +30,17 @@ def add_parser(verbs: "argparse._SubParsersAction[argparse.ArgumentParser]") -> 
         description="Fly every scenario of a suite with every managing system, several times, and the two reference "
         "rows of the paper. Finished runs are kept: the same command continues an interrupted campaign.",
     )
-    add_campaign_options(parser, suite="paper", managers="none,baseline", repetitions=3)
+    add_campaign_options(
+        parser,
+        suite="paper",
+        managers="none,baseline",
+        repetitions=3,
+        more="; live, also external: one that you start yourself",
+    )
     add_flight_options(parser)
     add_middleware_options(parser)
     parser.add_argument(
-        "--jobs", type=at_least_one, metavar="N", help="worker processes (default: one a core)"
+        "--jobs", type=at_least_one, metavar="N", help="worker processes (default: one a core; live: 1)"
     )
     parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder of the results")
     parser.add_argument("--format", default="table", choices=FORMATS, help="how the table is printed")

@@ -71,7 +71,9 @@ def _add_render(actions: "argparse._SubParsersAction[argparse.ArgumentParser]") 
     )
     parser.add_argument("--time", default="noon", help=f"one of {', '.join(TIMES)} (default: noon)")
     parser.add_argument("--weather", default="clear", help=f"one of {', '.join(WEATHERS)} (default: clear)")
-    parser.add_argument("--frames", type=int, default=400, metavar="N", help="at 10 Hz (default: 400)")
+    parser.add_argument(
+        "--frames", type=int, default=400, metavar="N", help="at 10 Hz, at most 1333 (default: 400)"
+    )
     parser.add_argument("--seed", type=int, default=0, metavar="N", help="of the sensor noise (default: 0)")
     _add_out(parser)
     parser.set_defaults(execute=render)
@@ -114,7 +116,11 @@ def _add_import(actions: "argparse._SubParsersAction[argparse.ArgumentParser]") 
 
 def _add_out(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
-        "--out", type=Path, required=True, metavar="PATH", help="the new bag: a folder, or a file in .mcap"
+        "--out",
+        type=Path,
+        required=True,
+        metavar="PATH",
+        help="the new bag: a folder, or a file in .mcap or .db3",
     )
 
 

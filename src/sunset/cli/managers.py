@@ -25,7 +25,7 @@ def add_parser(verbs: "argparse._SubParsersAction[argparse.ArgumentParser]") -> 
     listing.set_defaults(execute=list_managers)
     checking = actions.add_parser(
         "check",
-        help="load a managing system and fly it once",
+        help="load a managing system and fly it twice",
         description="Load a managing system, fly one scenario twice, and say whether it can be scored: it must not "
         "raise, hang, read the truth or set faults, and the same seed must give the same record.",
     )

@@ -35,7 +35,8 @@ def add_parser(verbs: "argparse._SubParsersAction[argparse.ArgumentParser]") -> 
         "--manager",
         default="baseline",
         metavar="NAME|FILE.py:CLASS|MODULE:CLASS",
-        help="the managing system: none, baseline, or your own (default: baseline)",
+        help="the managing system: none, baseline, or your own; live, also external: one that you start yourself "
+        "(default: baseline)",
     )
     parser.add_argument(
         "--seed", type=int, default=1, metavar="N", help="a whole number from 0 on (default: 1)"

@@ -57,12 +57,12 @@ class Symptoms(Mapping[str, Value]):
 
     @property
     def entropy(self) -> float:
-        """Mean entropy of the last 5 segmented frames, from 0 (sure) to 1; NaN before the first one."""
+        """Mean entropy of the last 5 segmented frames, from 0 (sure) to 1; NaN until there are five."""
         return self._number("segmentation_entropy")
 
     @property
     def sharpness(self) -> float:
-        """Mean sharpness of the camera's last 5 images; NaN before the first one."""
+        """Mean sharpness of the camera's last 5 images; NaN until there are five."""
         return self._number("camera_sharpness")
 
     @property

@@ -1,3 +1,3 @@
-"""The middleware port and its implementations; import these from `sunset.rmw.port` and `sunset.rmw.sim`."""
+"""The middleware port and its implementations; import these from `port`, `sim` and `cyclonedds`."""
 
 __all__: list[str] = []

@@ -85,6 +85,25 @@ def test_after_a_reset_old_stamps_are_taken_again() -> None:
         matcher.reset()
 
 
+def test_after_a_false_stamp_or_when_time_was_set_back_pairs_go_on() -> None:
+    future, second = 2**31 * 10**9, 10**9
+    once = [("l", 100), ("r", 100)]
+    assert feed(("l", future), ("r", future), *once) == [(future, future), (100, 100)]
+    assert feed(("r", future), ("l", future), *reversed(once)) == [(future, future), (100, 100)]
+    assert (
+        feed(*[("l", 3 * second), ("r", 3 * second), *once] * 2) == [(3 * second, 3 * second), (100, 100)] * 2
+    )
+    assert feed(("l", second + 100), ("r", second + 100), *once) == [
+        (second + 100, second + 100)
+    ]  # just late
+
+
+def test_what_waited_when_time_was_set_back_is_forgotten() -> None:
+    second = 10**9
+    before = [("l", 8 * second), ("r", 8 * second), ("l", 9 * second)]
+    assert feed(*before, ("r", 0), ("l", 0), ("r", 9 * second)) == [(8 * second, 8 * second), (0, 0)]
+
+
 @settings(max_examples=300, deadline=None)
 @given(st.lists(st.tuples(st.sampled_from("lr"), st.integers(0, 60)), max_size=40))
 def test_pairs_are_close_unique_and_ever_newer(arrivals: list[tuple[str, int]]) -> None:

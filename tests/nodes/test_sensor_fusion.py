@@ -102,6 +102,27 @@ def test_one_modality_needs_one_sensor(
     assert again == []
 
 
+@pytest.mark.parametrize("modality", [0, 1, 2])
+@pytest.mark.usefixtures("fusion")
+def test_false_stamps_and_a_clock_set_back_silence_nothing(
+    world: "World", rgb: Make, depth: Make, modality: int
+) -> None:
+    assert world.set("sensor_fusion", "modality", modality).successful
+    for stamp in (100.0, 4e6, 100.1, 4e6, 100.2, 0.0, 0.1):
+        frame = (RGB_IN, rgb(stamp)), (DEPTH_IN, depth(stamp))
+        assert stamps(feed(world, *frame, *frame)) == [stamp]
+
+
+@pytest.mark.usefixtures("fusion")
+def test_a_wide_tolerance_is_no_clock_set_back(world: "World", rgb: Make, depth: Make) -> None:
+    assert world.set("sensor_fusion", "delta_t_threshold", 10.0).successful
+    assert feed(world, (RGB_IN, rgb(1.0))) == []
+    assert world.set("sensor_fusion", "modality", 2).successful
+    assert stamps(feed(world, (DEPTH_IN, depth(9.0)))) == [9.0]
+    assert world.set("sensor_fusion", "modality", 0).successful
+    assert feed(world, (DEPTH_IN, depth(9.1))) == []  # its pair is of 1.0
+
+
 @pytest.mark.usefixtures("fusion")
 def test_a_frame_is_published_once_across_modalities(world: "World", rgb: Make, depth: Make) -> None:
     feed(world, (RGB_IN, rgb(1.0)), (DEPTH_IN, depth(1.0)))

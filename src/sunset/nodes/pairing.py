@@ -1,8 +1,11 @@
 """Matching two streams of stamped items: the newest pair, each once, never a stale one."""
 
-from typing import Generic, TypeVar
+from typing import Final, Generic, TypeVar
 
-__all__ = ["PairMatcher"]
+__all__ = ["SET_BACK_NS", "PairMatcher"]
+
+SET_BACK_NS: Final = 10**9
+"""What is older than the newest by more than this is not late: time was set back, or the newest had a false stamp."""
 
 LeftT = TypeVar("LeftT")
 RightT = TypeVar("RightT")
@@ -13,7 +16,8 @@ class PairMatcher(Generic[LeftT, RightT]):
 
     A pair is given once, and no pair is given after a newer one: both items of a pair are newer than
     both of the pair before. Items may arrive late and out of order, and are forgotten when they are of
-    no use any more.
+    no use any more. An item that is more than a second older than the last pair's means that time was set back:
+    everything is forgotten but that item.
 
     Args:
         size: how many items of each stream wait for their partner; those that came first are forgotten first.
@@ -40,7 +44,7 @@ class PairMatcher(Generic[LeftT, RightT]):
             item: the item.
             tolerance: greatest difference in nanoseconds of the stamps of a pair.
         """
-        if not _newer(stamp, self._last_left):
+        if self._is_late(stamp, self._last_left):
             return None
         partner = _closest(stamp, self._right, tolerance)
         if partner is None:
@@ -58,7 +62,7 @@ class PairMatcher(Generic[LeftT, RightT]):
             item: the item.
             tolerance: greatest difference in nanoseconds of the stamps of a pair.
         """
-        if not _newer(stamp, self._last_right):
+        if self._is_late(stamp, self._last_right):
             return None
         partner = _closest(stamp, self._left, tolerance)
         if partner is None:
@@ -78,14 +82,19 @@ class PairMatcher(Generic[LeftT, RightT]):
         self._right.clear()
         self._last_left = self._last_right = None
 
+    def _is_late(self, stamp: int, last: int | None) -> bool:
+        """Return whether something as new was given; forget everything if time was set back."""
+        if last is None or stamp > last:
+            return False
+        if last - stamp <= SET_BACK_NS:
+            return True
+        self.reset()
+        return False
+
     def _forget_until(self, left: int, right: int) -> None:
         self._last_left, self._last_right = left, right
         self._left = {stamp: item for stamp, item in self._left.items() if stamp > left}
         self._right = {stamp: item for stamp, item in self._right.items() if stamp > right}
-
-
-def _newer(stamp: int, last: int | None) -> bool:
-    return last is None or stamp > last
 
 
 def _closest(stamp: int, waiting: dict[int, LeftT], tolerance: int) -> int | None:

@@ -8,7 +8,7 @@ from sunset.interfaces.std_msgs.msg import Header
 from sunset.interfaces.system_interfaces.msg import FusionType, SensorFusion
 from sunset.nodes.base import AdaptiveNode
 from sunset.nodes.images import array_of_bgr, image_of_bgr, stamp_ns
-from sunset.nodes.pairing import PairMatcher
+from sunset.nodes.pairing import SET_BACK_NS, PairMatcher
 from sunset.nodes.parameters import FaultParameter, NodeParameter, TopicParameter, action
 from sunset.ros.lifecycle import LifecycleState, TransitionCallbackReturn
 
@@ -22,7 +22,8 @@ class Fusion(AdaptiveNode):
     """Publishes `sensors_fused` from the colour images that `topic_camera_input` names and `depth_camera`.
 
     It publishes one message for each matched pair, never the same twice and never one older than the
-    last. With the modality rgb or depth it publishes that sensor's images only.
+    last, unless by so much that time must have been set back. With the modality rgb or depth it
+    publishes that sensor's images only.
     """
 
     node_name = "sensor_fusion"
@@ -108,7 +109,9 @@ class Fusion(AdaptiveNode):
     def _publish(self, header: Header, *, rgb: Image | None = None, depth: Image | None = None) -> None:
         """Publish what there is, unless something as new was published before."""
         stamp = stamp_ns(header)
-        if self.sync_issue or self.memory_leakage or stamp <= self._newest:
+        # a pair has the colour image's stamp, which may be the tolerance older than the depth image's
+        is_late = 0 <= self._newest - stamp <= SET_BACK_NS + self._tolerance
+        if self.sync_issue or self.memory_leakage or is_late:
             return
         self._newest = stamp
         self._fused.publish(

@@ -159,6 +159,46 @@ def test_nodes_and_values_that_nobody_has_do_not_pile_up(world: "World") -> None
     assert blackboard(world)["camera_lc_state"] == "inactive"
 
 
+def says(world: "World", name: str, hardware_id: str, keys: int) -> None:
+    values = [KeyValue(key=f"key{key}", value="1") for key in range(keys)]
+    status = DiagnosticStatus(name=name, hardware_id=hardware_id, values=values)
+    world.publish("/diagnostics", DiagnosticArray(status=[status]))
+    world.run(0.001)
+
+
+@pytest.mark.usefixtures("monitor")
+def test_a_robot_that_reports_much_does_not_keep_the_nodes_values_out(world: "World") -> None:
+    for _ in range(5):
+        says(world, "robot: motors", "robot", 300)
+        beat(world, "active", sharpness="3", autofocus_needed="true")
+        world.run(0.1)
+    seen = blackboard(world)
+    assert (seen["camera_sharpness"], seen["camera_autofocus_needed"]) == (3.0, True)
+    assert len(seen) < 250
+
+
+@pytest.mark.parametrize("name", ["motor", "{}: heartbeat"])
+@pytest.mark.usefixtures("monitor")
+def test_whoever_spoke_before_does_not_keep_the_nodes_out(world: "World", name: str) -> None:
+    for number in range(300):
+        says(world, name.format(f"motor{number}"), f"motor{number}", 1)
+    for value in range(5):
+        beat(world, "active", sharpness=str(value))
+    seen = blackboard(world)
+    assert (seen["camera_lc_state"], seen["camera_heartbeat_freq"]) == ("active", 5.0)
+    assert seen["camera_sharpness"] == 2.0
+    assert sum(key.endswith("_lc_state") for key in seen) == 200
+
+
+@pytest.mark.usefixtures("monitor")
+def test_of_nodes_too_many_the_one_not_heard_for_longest_is_forgotten(world: "World") -> None:
+    for number in [*range(200), 0, 200]:
+        says(world, f"node{number}: heartbeat", f"node{number}", 0)
+    seen = blackboard(world)
+    assert "node0_lc_state" in seen
+    assert "node1_lc_state" not in seen
+
+
 def test_a_frequency_is_right_again_when_time_was_set_forth_and_back(world: "World") -> None:
     world.start(Monitor, parameters={"use_sim_time": True})
     for number in (1.0, 2e9, 2.0):

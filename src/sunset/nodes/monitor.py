@@ -1,12 +1,13 @@
 """The monitor: collects what can be seen of the managed system, for the managing system."""
 
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from functools import partial
-from typing import Final
+from itertools import chain
+from typing import Any, Final
 
 from sunset.interfaces import Message
-from sunset.interfaces.diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from sunset.interfaces.diagnostic_msgs.msg import DiagnosticArray
 from sunset.interfaces.sensor_msgs.msg import Image
 from sunset.interfaces.system_interfaces.msg import SensorFusion, SetBlackboardGroup
 from sunset.nodes.base import NAMESPACE
@@ -74,6 +75,41 @@ class _Mean:
             self.value = sum(self._numbers) / _MEAN_OF
 
 
+class _Node:
+    """What a node's heartbeats tell."""
+
+    def __init__(self) -> None:
+        self.heartbeats = _Rate()
+        self.state = ""
+
+
+class _Places:
+    """Decides who has one of the places among some entries.
+
+    Free ones are for everybody. Once there are none, what a heartbeat tells takes the place of what no heartbeat
+    told, else of what none has told for longest: others write on `/diagnostics` too, and may be there first.
+    """
+
+    def __init__(self, entries: dict[str, Any]) -> None:
+        self._entries = entries
+        self._told: dict[str, None] = {}  # by heartbeats, the latest last
+
+    def admit(self, key: str, text: str, *, heartbeat: bool) -> bool:
+        """Return whether an entry is one that is there, or may be added."""
+        if not len(key) <= _LONGEST >= len(text):
+            return False
+        if key not in self._entries and len(self._entries) >= _ROOM:
+            if not heartbeat:
+                return False
+            leaving = next(chain((other for other in self._entries if other not in self._told), self._told))
+            del self._entries[leaving]
+            self._told.pop(leaving, None)
+        if heartbeat:
+            self._told.pop(key, None)
+            self._told[key] = None
+        return True
+
+
 class Monitor(Node):
     """Publishes `/blackboard_group` ten times a second: everything that a managing system is shown.
 
@@ -97,9 +133,10 @@ class Monitor(Node):
             "monitor", context=context, cli_args=cli_args, parameter_overrides=parameter_overrides
         )
         self._topics = {_frequency_key(topic): _Rate() for topic, _ in _TOPICS}
-        self._heartbeats: dict[str, _Rate] = {}
-        self._states: dict[str, str] = {}
+        self._nodes: dict[str, _Node] = {}
+        self._node_places = _Places(self._nodes)
         self._values: dict[str, _Mean | bool | str] = {}
+        self._value_places = _Places(self._values)
         for topic, message_type in _TOPICS:
             note = self._noting(self._topics[_frequency_key(topic)])
             self.create_subscription(message_type, topic, note, 10)
@@ -117,18 +154,17 @@ class Monitor(Node):
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         now = self.get_clock().now().nanoseconds
         for status in message.status:
-            node = status.hardware_id
-            if not _has_room(self._heartbeats, node, status.message):
+            name = status.hardware_id
+            heartbeat = status.name == f"{name}: heartbeat"  # as managed nodes name it
+            if not self._node_places.admit(name, status.message, heartbeat=heartbeat):
                 continue
-            self._heartbeats.setdefault(node, _Rate()).note(now)
-            self._states[node] = status.message
-            self._take_values(status, now)
-
-    def _take_values(self, status: DiagnosticStatus, now_ns: int) -> None:
-        for item in status.values:
-            key = f"{status.hardware_id}_{item.key}"
-            if _has_room(self._values, key, item.value):
-                self._take_value(key, item.value, now_ns)
+            node = self._nodes.setdefault(name, _Node())
+            node.heartbeats.note(now)
+            node.state = status.message
+            for item in status.values:
+                key = f"{name}_{item.key}"
+                if self._value_places.admit(key, item.value, heartbeat=heartbeat):
+                    self._take_value(key, item.value, now)
 
     def _take_value(self, key: str, text: str, now_ns: int) -> None:
         if text in {"true", "false"}:
@@ -150,19 +186,14 @@ class Monitor(Node):
         flags = {key: value for key, value in self._values.items() if isinstance(value, bool)}
         texts = {key: value for key, value in self._values.items() if isinstance(value, str)}
         means = {key: value.value for key, value in self._values.items() if isinstance(value, _Mean)}
-        for node, rate in self._heartbeats.items():
-            frequency = rate.frequency(now)
-            numbers[f"{node}_heartbeat_freq"] = frequency
-            texts[f"{node}_lc_state"] = self._states[node] if frequency else "unknown"
+        for name, node in self._nodes.items():
+            frequency = node.heartbeats.frequency(now)
+            numbers[f"{name}_heartbeat_freq"] = frequency
+            texts[f"{name}_lc_state"] = node.state if frequency else "unknown"
         numbers |= {key: mean for key, mean in means.items() if mean is not None}
         values: dict[str, object] = {**numbers, **flags, **texts}
         group = [Parameter(name, value=value).to_parameter_msg() for name, value in values.items()]
         self._blackboard.publish(SetBlackboardGroup(bb_params=group))
-
-
-def _has_room(entries: Mapping[str, object], key: str, text: str) -> bool:
-    """Return whether an entry is one that is there, or may be added."""
-    return len(key) <= _LONGEST >= len(text) and (key in entries or len(entries) < _ROOM)
 
 
 def _frequency_key(topic: str) -> str:

@@ -1,11 +1,14 @@
+import threading
 from typing import TYPE_CHECKING
 
 import pytest
+from tests.conformance.processes import join_domain
 
 from sunset import ros
 from sunset.errors import MiddlewareError
 from sunset.interfaces.std_msgs.msg import String
 from sunset.interfaces.std_srvs.srv import Trigger
+from sunset.rmw.domains import free_domain_id
 from sunset.ros import CallbackError, Context, Future, Node, SingleThreadedExecutor
 from sunset.ros.clock import Clock
 from sunset.ros.exceptions import NotInitializedException
@@ -94,6 +97,36 @@ def test_a_removed_node_is_held_back(world: "World") -> None:
     other = SingleThreadedExecutor(context=node.context)
     other.spin_once(timeout_sec=1.0)
     assert len(calls) == 1
+
+
+def test_its_shutdown_in_a_callback_ends_spin(world: "World") -> None:
+    node, calls = counter(world)
+    executor = SingleThreadedExecutor(context=node.context)
+    executor.add_node(node)
+    node.create_timer(0.25, executor.shutdown)
+    executor.spin()
+    assert len(calls) == 2
+    assert node.context.ok()
+
+
+def test_its_shutdown_in_another_thread_ends_spin_live() -> None:
+    with free_domain_id() as domain_id:
+        context = join_domain(domain_id)
+        executor = SingleThreadedExecutor(context=context)
+        node = Node("node", context=context)
+        executor.add_node(node)
+        spinning = threading.Event()
+        executor.create_task(spinning.set)
+        thread = threading.Thread(target=executor.spin, daemon=True)
+        thread.start()
+        assert spinning.wait(10.0)
+        executor.shutdown()
+        thread.join(10.0)
+        ended = not thread.is_alive()
+        assert context.ok()
+        context.shutdown()
+        executor.shutdown()
+    assert ended
 
 
 def test_an_executor_runs_nodes_of_its_context_only(world: "World") -> None:

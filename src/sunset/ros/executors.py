@@ -126,10 +126,12 @@ class SingleThreadedExecutor:
         self._context.middleware.wake()
 
     def shutdown(self, timeout_sec: float | None = None) -> bool:  # noqa: ARG002  rclpy's; nothing here waits
-        """Stop running callbacks; return True, since nothing is left running."""
+        """Stop running callbacks and end `spin`, from any thread; return True, since nothing is waited for."""
         self._is_shutdown = True
         for node in self.get_nodes():
             self.remove_node(node)
+        if self._context.ok():
+            self.wake()
         return True
 
 

@@ -42,7 +42,8 @@ def test_images_go_there_and_back(harness: Harness) -> None:
 
 def test_a_late_comer_gets_what_was_latched(harness: Harness) -> None:
     harness.start("Talker")
-    harness.pause(0.5)
+    heard = harness.collect(String, "/chatter")
+    assert harness.spin(lambda: bool(heard))  # its name was told before
     latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
     volatile = harness.collect(String, "/talker/name")
     harness.pause(0.5)

@@ -13,6 +13,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
 
 from sunset.cli._options import at_least_one
+from sunset.experiments.resources import missing_networks
 from sunset.training import CONFIGS, MODALITIES, train
 
 __all__ = ["add_parser", "execute"]
@@ -75,7 +76,7 @@ def execute(arguments: argparse.Namespace) -> int:
         seed=arguments.seed,
     )
     with _progress() as progress:
-        train(
+        model = train(
             config.with_steps(arguments.steps) if arguments.steps else config,
             arguments.out,
             work=arguments.work,
@@ -83,7 +84,9 @@ def execute(arguments: argparse.Namespace) -> int:
             jobs=arguments.jobs or os.cpu_count() or 1,
             progress=progress,
         )
-    print(f"The model is in {arguments.out}; 'sunset run --model {arguments.out}' flies it.", file=sys.stderr)
+    missing = missing_networks(model)
+    use = f"it cannot fly without {missing}" if missing else f"'sunset run --model {arguments.out}' flies it"
+    print(f"The model is in {arguments.out}; {use}.", file=sys.stderr)
     return 0
 
 

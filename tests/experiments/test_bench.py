@@ -112,7 +112,7 @@ def _processes_of(group: int) -> list[str]:
     return [line[2] for line in lines if line[0] == str(group) and not line[1].startswith("Z")]
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL])
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
 def test_an_interrupted_campaign_leaves_no_process_behind(number: signal.Signals, tmp_path: Path) -> None:
     process = subprocess.Popen(
         _bench(tmp_path, jobs=2),
@@ -127,7 +127,7 @@ def test_an_interrupted_campaign_leaves_no_process_behind(number: signal.Signals
     process.send_signal(number)
     error = process.communicate()[1]
 
-    assert process.returncode == (130 if number is signal.SIGINT else -signal.SIGKILL)
+    assert process.returncode == (-number if number is signal.SIGKILL else 128 + number)
     assert "Traceback" not in error
     deadline = time.monotonic() + 10
     while _processes_of(process.pid) and time.monotonic() < deadline:

@@ -184,6 +184,15 @@ def benching(out: Path) -> Iterator[subprocess.Popen[str]]:
 
 
 @contextmanager
+def commanding(*words: str) -> Iterator[subprocess.Popen[str]]:
+    """Run a command that flies live; whatever happens, nothing is left running."""
+    with _running(
+        ["import sys; from sunset.cli import main; sys.exit(main(sys.argv[1:]))", *words]
+    ) as process:
+        yield process
+
+
+@contextmanager
 def _running(program: list[str], domain_id: int | None = None) -> Iterator[subprocess.Popen[str]]:
     process = subprocess.Popen(
         [sys.executable, "-c", *program],

@@ -8,7 +8,16 @@ import sys
 from pathlib import Path
 
 import pytest
-from tests.live.systems import PATIENCE_S, Tool, children, eventually, exists, flying, fork_server
+from tests.live.systems import (
+    PATIENCE_S,
+    Tool,
+    children,
+    commanding,
+    eventually,
+    exists,
+    flying,
+    fork_server,
+)
 
 from sunset.interfaces.system_interfaces.msg import ExperimentLogging
 from sunset.recording import read_timeline
@@ -58,6 +67,27 @@ def test_a_run_ends_when_the_managing_system_fails(tmp_path: Path) -> None:
     assert "The process of the managing system" in complaint
     assert "no plan" in complaint
     assert list(tmp_path.iterdir()) == [file]
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_run_that_is_interrupted_leaves_nothing_behind(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, number: int
+) -> None:
+    for variable in ("TMPDIR", "XDG_RUNTIME_DIR"):
+        (tmp_path / variable).mkdir()
+        monkeypatch.setenv(variable, str(tmp_path / variable))
+    out = tmp_path / "out" / "run"
+    with commanding("run", "nofault", "--middleware", "cyclonedds", "--out", str(out)) as process:
+        pids = [*children(process.pid).values(), fork_server(process.pid)]
+        process.send_signal(number)
+        process.send_signal(number)
+        _, complaint = process.communicate(timeout=PATIENCE_S)
+        assert [pid for pid in pids if exists(pid)] == []
+    assert process.returncode == 128 + number
+    assert complaint.splitlines()[-1] == "Interrupted; what was finished is kept."
+    assert "Traceback" not in complaint
+    assert list(out.parent.iterdir()) == []
+    assert list((tmp_path / "TMPDIR").iterdir()) == []
 
 
 def test_no_process_outlives_a_run_that_is_killed_even_one_that_is_stopped(tmp_path: Path) -> None:

@@ -2,9 +2,12 @@
 
 import argparse
 import os
+import signal
 import sys
+import threading
 from collections.abc import Sequence
 from importlib import import_module
+from types import FrameType
 from typing import Final, NoReturn
 
 from sunset import __version__
@@ -14,9 +17,12 @@ __all__ = ["EXIT_BAD_INPUT", "EXIT_INTERRUPTED", "main"]
 
 EXIT_BAD_INPUT: Final = 2
 EXIT_INTERRUPTED: Final = 130
+_SIGNALLED: Final = 128
+"""Added to a signal's number, as shells do."""
 
+_FLYING: Final = ("run", "bench", "agree")
 _VERBS: Final = (
-    *("run", "bench", "agree", "report", "scenarios", "faults", "managers"),
+    *(*_FLYING, "report", "scenarios", "faults", "managers"),
     *("data", "models", "train", "node", "up", "ros"),
 )
 """Each is a module beside this one."""
@@ -57,10 +63,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
     Returns:
         The exit code: 0 done, 1 done and the answer is no (`managers check`, `ros`), 2 bad input (one sentence stands
-        on stderr), 130 interrupted.
+        on stderr), 130 interrupted, 143 ended by SIGTERM.
     """
     arguments = sys.argv[1:] if arguments is None else arguments
-    parsed = _parser(next(iter(arguments), "")).parse_args(arguments)
+    verb = next(iter(arguments), "")
+    parsed = _parser(verb).parse_args(arguments)
+    if verb in _FLYING and threading.current_thread() is threading.main_thread():
+        signal.signal(signal.SIGTERM, _interrupt)
     try:
         code = parsed.execute(parsed)
         print(end="", flush=True)
@@ -73,10 +82,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except OSError as error:
         where = error.filename or "the output"
         return _complain(f"The operating system refused to use {where}: {error.strerror or error}.")
-    except KeyboardInterrupt:
+    except KeyboardInterrupt as error:
         print("Interrupted; what was finished is kept.", file=sys.stderr)
-        return EXIT_INTERRUPTED
+        return _SIGNALLED + int(*error.args) if error.args else EXIT_INTERRUPTED
     return int(code)
+
+
+def _interrupt(number: int, _: FrameType | None) -> NoReturn:
+    """End in order, so that nothing is left behind that is not finished; a second signal ends at once."""
+    signal.signal(number, signal.SIG_DFL)
+    raise KeyboardInterrupt(number)
 
 
 def _complain(sentence: str) -> int:

@@ -1,12 +1,9 @@
 """`sunset up`: run the whole system as processes on ROS 2's network, to be poked at."""
 
 import argparse
-import signal
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
-from types import FrameType
-from typing import Final
+from contextlib import suppress
+from typing import Final, NoReturn
 
 from rich.console import Console
 from rich.live import Live
@@ -25,9 +22,6 @@ from sunset.scenarios import Scenario, load_scenario
 __all__ = ["add_parser", "execute"]
 
 _REFRESH_S: Final = 0.5
-_SIGNALS: Final = tuple(
-    getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)
-)
 
 
 def add_parser(verbs: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
@@ -73,7 +67,7 @@ def execute(arguments: argparse.Namespace) -> int:
         resources = prepare(spec, progress=progress)
     console = Console(highlight=False, markup=False)
     with (
-        _signals() as came,
+        suppress(KeyboardInterrupt),
         LiveSystem(
             spec,
             resources,
@@ -89,33 +83,19 @@ def execute(arguments: argparse.Namespace) -> int:
         )
         system.executor.add_node(operator)
         console.print(_how_to_connect(system.domain_id, network=arguments.network), soft_wrap=True)
-        _show(console, system, operator, came)
-        print("Ending all nodes.", file=sys.stderr)
+        try:
+            _show(console, system, operator)
+        finally:
+            print("Ending all nodes.", file=sys.stderr)
     return 0
 
 
-@contextmanager
-def _signals() -> Iterator[list[int]]:
-    """Give a list of the signals that came, which do nothing else while the context lasts."""
-    came: list[int] = []
-
-    def note(number: int, _: FrameType | None) -> None:
-        came.append(number)
-
-    before = {number: signal.signal(number, note) for number in _SIGNALS}
-    try:
-        yield came
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
-
-
-def _show(console: Console, system: LiveSystem, operator: Operator, came: list[int]) -> None:
+def _show(console: Console, system: LiveSystem, operator: Operator) -> NoReturn:
     """Show how the nodes are until a signal comes: always on a terminal, elsewhere when it changes."""
     shown: dict[str, tuple[str, int | None]] = {}
     with Live(console=console, auto_refresh=False, transient=True) as live:
-        while not came:
-            system.spin_until(lambda: bool(came), _REFRESH_S)
+        while True:
+            system.spin_until(lambda: False, _REFRESH_S)
             while operator.news:
                 console.print(operator.news.popleft(), soft_wrap=True)
             states = operator.status(system.processes)

@@ -3,6 +3,7 @@
 import hashlib
 import inspect
 import json
+import os
 import re
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
@@ -186,7 +187,12 @@ def _run_all(todo: Sequence[RunSpec], out: Path, jobs: int) -> Iterator[int]:
 
 
 def _fly(spec: RunSpec, folder: Path) -> None:
-    run(spec, folder)
+    try:
+        run(spec, folder)
+    except (
+        KeyboardInterrupt
+    ):  # a live run that is not wanted any more; the worker would go on with the next one
+        os._exit(1)
 
 
 def _claim(out: Path, described: dict[str, Any]) -> None:

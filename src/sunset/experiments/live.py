@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Final, Self
 
 from sunset.errors import ManagerError, SunsetError
 from sunset.experiments.graph import INITIAL_STATES, MANAGER_PROCESS
+from sunset.experiments.interruption import held_signals
 from sunset.experiments.launcher import Launcher
 from sunset.experiments.parameters import Parameters, node_parameters
 from sunset.experiments.processes import NodeProcesses
@@ -56,7 +57,8 @@ class LiveClock:
 class LiveSystem:
     """Runs every node of an experiment as a process of its own, and the launcher in this one.
 
-    As a context manager it ends all of them when the context does. Whatever ends this process ends them too.
+    As a context manager it ends all of them when the context does. Whatever ends this process ends them too: a signal
+    is a `KeyboardInterrupt` in `spin_until`, or at the end of the context.
 
     Args:
         spec: what is run.
@@ -98,6 +100,7 @@ class LiveSystem:
         self._lasts = loop
         self._clock = clock or LiveClock(time.time_ns(), float(spec.speed))
         with ExitStack() as stack:
+            self._check_signals = stack.enter_context(held_signals())
             middleware = stack.enter_context(CycloneDDS(domain_id=domain_id, network=network, distro=distro))
             self.domain_id = middleware.domain_id
             self._middleware: Middleware = middleware
@@ -132,7 +135,7 @@ class LiveSystem:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self._stack.close()
+        self._stack.__exit__(kind, error, trace)
 
     def _parameters(self, resources: Resources, folder: Path, *, loop: bool) -> dict[str, Parameters]:
         """Return node → parameter → value; under the empty name those of all nodes."""
@@ -167,9 +170,11 @@ class LiveSystem:
 
         Raises:
             CallbackError: a callback raised, and the system does not last.
+            KeyboardInterrupt: a signal asks this process to end.
         """
         end = time.monotonic() + timeout_s
         while not predicate():
+            self._check_signals()
             if time.monotonic() >= end:
                 return False
             try:

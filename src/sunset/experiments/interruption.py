@@ -1,0 +1,40 @@
+"""Signals that ask this process to end, put off until it is safe."""
+
+import signal
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Final
+
+__all__ = ["held_signals"]
+
+_SIGNALS: Final = tuple(
+    getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)
+)
+
+
+@contextmanager
+def held_signals() -> Iterator[Callable[[], None]]:
+    """Hold back the signals that ask this process to end; ignored ones stay so, and other threads leave all alone.
+
+    What a signal's handler raises in the middle of the functions of DDS crashes the interpreter. So it is raised
+    only when the function that this gives is called, and when the context ends: a `KeyboardInterrupt` with the number
+    of the signal that came first.
+    """
+    came: list[int] = []
+
+    def check() -> None:
+        if came:
+            raise KeyboardInterrupt(came[0])
+
+    before = {}
+    if threading.current_thread() is threading.main_thread():
+        for number in _SIGNALS:
+            if signal.getsignal(number) is not signal.SIG_IGN:
+                before[number] = signal.signal(number, lambda number, _: came.append(number))
+    try:
+        yield check
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+    check()

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from sunset.interfaces import Message
+from sunset.interfaces.sensor_msgs.msg import Image
 from sunset.rmw.cyclonedds import CycloneDDS
 from sunset.rmw.domains import free_domain_id
 from sunset.ros import Context, Node, SingleThreadedExecutor
@@ -67,6 +68,24 @@ class Tool:
         assert self.spin(answered), f"{name} did not answer"
         self.node.destroy_client(client)
         return futures[0].result()
+
+
+class Flow:
+    """Counts what the segmentation sends."""
+
+    def __init__(self, tool: Tool) -> None:
+        self.tool = tool
+        self.count = 0
+        tool.node.create_subscription(Image, "/managed_subsystem/segmentation", self._note, 10)
+
+    def _note(self, message: Image) -> None:
+        del message
+        self.count += 1
+
+    def lasts(self) -> bool:
+        """Wait until frames have come for so long that a managing system must have seen it."""
+        due = self.count + 10
+        return self.tool.spin(lambda: self.count >= due)
 
 
 class Up:

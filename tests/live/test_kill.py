@@ -11,6 +11,7 @@ from tests.live.systems import (
     ESSENTIAL,
     MANAGED,
     PATIENCE_S,
+    Flow,
     Tool,
     benching,
     children,
@@ -21,7 +22,6 @@ from tests.live.systems import (
     fork_server,
 )
 
-from sunset.interfaces.sensor_msgs.msg import Image
 from sunset.interfaces.std_srvs.srv import Trigger
 from sunset.recording import read_timeline
 
@@ -35,24 +35,6 @@ SILENT = {"image_enhancement"}
 
 LONGEST_S = 38.0
 """The default flight is not longer, with the warm-up."""
-
-
-class Flow:
-    """Counts what the segmentation sends."""
-
-    def __init__(self, tool: Tool) -> None:
-        self.tool = tool
-        self.count = 0
-        tool.node.create_subscription(Image, "/managed_subsystem/segmentation", self._note, 10)
-
-    def _note(self, message: Image) -> None:
-        del message
-        self.count += 1
-
-    def lasts(self) -> bool:
-        """Wait until frames have come for so long that a managing system must have seen it."""
-        due = self.count + 10
-        return self.tool.spin(lambda: self.count >= due)
 
 
 def are_new(pid: int, before: Mapping[str, int], nodes: Iterable[str]) -> bool:

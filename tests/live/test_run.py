@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 from tests.live.systems import (
     PATIENCE_S,
+    Flow,
     Tool,
     children,
     commanding,
@@ -30,6 +31,7 @@ def test_a_managing_system_of_another_process_redeploys_a_node_that_was_killed(t
     out = tmp_path / "run"
     with free_domain_id() as domain_id, flying("nofault", "external", 12.0, out, domain_id) as process:
         tool = Tool(domain_id)
+        flow = Flow(tool)
         log: list[ExperimentLogging] = []
         tool.node.create_subscription(ExperimentLogging, "/experiment/log", log.append, 10)
         with subprocess.Popen(
@@ -38,6 +40,7 @@ def test_a_managing_system_of_another_process_redeploys_a_node_that_was_killed(t
         ) as manager:
             try:
                 assert tool.spin(lambda: any(one.rule_name == "start" for one in log))
+                assert flow.lasts()
                 killed = children(process.pid)["segmentation"]
                 os.kill(killed, signal.SIGKILL)
                 assert eventually(lambda: children(process.pid).get("segmentation", killed) != killed)

@@ -191,13 +191,19 @@ def test_it_gets_what_is_kept_for_late_comers(live: "Live") -> None:
     assert tap.problems == {"/kept": 1}  # a string without its terminator
 
 
+def heard_peer(live: "Live") -> tuple[Any, Any]:
+    """Return a participant that is no node, and its writer of /numbers, which a tap hears."""
+    live.process()
+    peer = live.peer()
+    writer = peer.writer("rt/numbers", "std_msgs::msg::dds_::Int32_")
+    assert peer.wait(lambda: bool(writer.get_matched_subscriptions()))
+    return peer, writer
+
+
 def test_a_sender_that_is_no_node_has_no_name(live: "Live") -> None:
     notes = Notes()
     with tapped(live, notes):
-        live.process()
-        peer = live.peer()
-        writer = peer.writer("rt/numbers", "std_msgs::msg::dds_::Int32_")
-        assert peer.wait(lambda: bool(writer.get_matched_subscriptions()))
+        peer, writer = heard_peer(live)
         peer.send(writer, payload(b"\x01\x00\x00\x00"))
         assert until(lambda: bool(notes.messages))
     assert notes.messages == [("/numbers", "", Int32(data=1))]
@@ -232,10 +238,7 @@ def test_a_topic_that_cannot_be_heard_does_not_end_it(live: "Live") -> None:
 def test_nobody_can_say_that_a_sample_was_sent_at_another_time(live: "Live", years: int) -> None:
     notes = Notes()
     with tapped(live, notes):
-        live.process()
-        peer = live.peer()
-        writer = peer.writer("rt/numbers", "std_msgs::msg::dds_::Int32_")
-        assert peer.wait(lambda: bool(writer.get_matched_subscriptions()))
+        _, writer = heard_peer(live)
         before = time.time_ns()
         assert ddspy_write_ts(writer._ref, payload(bytes(4)), before + years * 365 * 86400 * S) == 0
         assert until(lambda: bool(notes.messages))

@@ -5,6 +5,8 @@ import os
 import socket
 import sys
 
+import setproctitle  # noqa: F401  what is forked gets its name from it
+
 import sunset.managing
 import sunset.scenarios  # noqa: F401  these are what nodes need
 from sunset.cli import main

@@ -189,10 +189,8 @@ def _run_all(todo: Sequence[RunSpec], out: Path, jobs: int) -> Iterator[int]:
 def _fly(spec: RunSpec, folder: Path) -> None:
     try:
         run(spec, folder)
-    except (
-        KeyboardInterrupt
-    ):  # a live run that is not wanted any more; the worker would go on with the next one
-        os._exit(1)
+    except KeyboardInterrupt:
+        os._exit(1)  # nobody wants its runs any more, but the worker would go on with the next one
 
 
 def _claim(out: Path, described: dict[str, Any]) -> None:

@@ -21,12 +21,13 @@ from sunset.training import (
     train,
     train_on,
 )
+from sunset.training.batches import class_weights
 
 torch = pytest.importorskip("torch")
 pytest.importorskip("onnx")
 
 from sunset.training.loop import learn, start_from_the_sum  # noqa: E402  needs torch
-from sunset.training.network import build, forward, upsample  # noqa: E402
+from sunset.training.network import build, forward, shift_logits, upsample  # noqa: E402
 
 torch.set_num_threads(1)  # the networks are tiny, and other tests run beside
 
@@ -129,6 +130,37 @@ def test_the_fusion_of_learned_branches_begins_as_about_their_sum() -> None:
         forward(NARROW.plan(("fusion",)), modules, results)
         expected = upsample(0.6 * (rgb + depth), 8)
     assert (results["fusion.logits"] - expected).abs().mean() < 0.3 * expected.abs().mean()
+
+
+@pytest.mark.parametrize("config", [TINY, NARROW], ids=["lite", "reference"])
+def test_every_networks_logits_are_shifted_once(config: TrainingConfig) -> None:
+    modules = build(config.plan(config.modalities)).eval()
+    frames = dict(zip(("rgb.input", "depth.input"), torch.randn(2, 1, 3, 144, 256), strict=True))
+    shift = torch.randn(28)
+
+    def logits() -> dict[str, Any]:
+        results = dict(frames)
+        with torch.no_grad():
+            forward(config.plan(config.modalities), modules, results)
+        return {name: results[f"{name}.logits"] for name in config.modalities}
+
+    before = logits()
+    shift_logits({name: config.plan((name,)) for name in config.modalities}, modules, shift.numpy())
+    for name, after in logits().items():
+        torch.testing.assert_close(after, before[name] + shift[:, None, None], atol=1e-4, rtol=0)
+
+
+def test_the_adjustment_takes_a_share_of_the_class_weights_off_the_logits(
+    sets: FrameSets, tmp_path: Path
+) -> None:
+    config = replace(TINY, modalities=("rgb",), logit_adjustment=0.5)
+    raw = learn(replace(config, logit_adjustment=0), sets.train, sets.validation, tmp_path)
+    adjusted = learn(config, sets.train, sets.validation, tmp_path, resume=True)
+    labels = np.asarray(sets.train.labels[:: max(1, len(sets.train) // 500)])
+    expected = -0.5 * np.log(class_weights(labels, config.schedule.class_weight_range))
+    bias = "rgb.classifier.conv.bias"
+    difference = adjusted.state_dict()[bias] - raw.state_dict()[bias]
+    assert difference.reshape(28, 4).numpy() == pytest.approx(np.repeat(expected, 4).reshape(28, 4), abs=1e-6)
 
 
 def test_one_branch_alone_makes_a_model(sets: FrameSets, tmp_path: Path) -> None:

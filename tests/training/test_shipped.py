@@ -81,6 +81,7 @@ def test_a_shipped_model_is_what_its_configuration_trains(card: ModelCard) -> No
     stages: Any = card.training["stages"]
     assert card.architecture == config.shape.name
     assert card.training["seed"] == config.seed
+    assert card.training["logit_adjustment"] == {"lite": config.logit_adjustment, "reference": 0}[card.name]
     assert list(stages) == [stage.name for stage in config.stages()]
     for stage in config.stages():
         assert stages[stage.name]["schedule"]["learning_rate"] == stage.schedule.learning_rate

@@ -146,6 +146,9 @@ class TrainingConfig:
         schedule: how weights are learned.
         merging: how the late fusion is learned on branches that were learned one by one before; None: all
             networks are learned at once.
+        logit_adjustment: share of the logarithm of the schedule's class weights that is taken off the logits when
+            all is learned (Menon et al., Long-tail learning via logit adjustment, ICLR 2021). The weights make a
+            small class learned, but then also seen where it is not: a loss weighted by w adds log w to its logits.
         remark: what the card says of this run besides.
     """
 
@@ -155,6 +158,7 @@ class TrainingConfig:
     shape: LiteShape | ReferenceShape = field(default_factory=LiteShape)
     schedule: Schedule = field(default_factory=Schedule)
     merging: Schedule | None = None
+    logit_adjustment: float = 0.4
     remark: str = ""
 
     def __post_init__(self) -> None:

@@ -22,7 +22,7 @@ from sunset.seeding import generator
 from sunset.training.batches import Batch, FrameSet, batches, class_weights
 from sunset.training.config import Schedule, Stage, TrainingConfig
 from sunset.training.inputs import HEIGHT, WIDTH
-from sunset.training.network import build, depth_input, forward, rgb_input, upsample
+from sunset.training.network import build, depth_input, forward, rgb_input, shift_logits, upsample
 
 __all__ = ["CHECKPOINT", "LOG", "Progress", "Weights", "learn", "start_from_the_sum"]
 
@@ -78,7 +78,7 @@ def learn(
         progress: called after every step.
 
     Returns:
-        A torch module with the weights of all networks, in evaluation mode, on the CPU.
+        A torch module with the weights of all networks, their logits adjusted, in evaluation mode, on the CPU.
 
     Raises:
         InvalidInputError: a checkpoint to resume at is another training's.
@@ -92,6 +92,8 @@ def learn(
         weights |= {name: value.cpu() for name, value in run.modules.state_dict().items()}
     modules = build(config.plan(config.modalities))
     modules.load_state_dict(weights)
+    shift = -config.logit_adjustment * np.log(_class_weights(frames, config.schedule))
+    shift_logits({name: config.plan((name,)) for name in config.modalities}, modules, shift)
     return modules.eval()
 
 

@@ -1,6 +1,6 @@
 """The torch side of the networks: runs a plan of `architecture`, and gives its weights as arrays."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -30,7 +30,7 @@ from sunset.training.inputs import (
     upsampling,
 )
 
-__all__ = ["build", "depth_input", "folded_weights", "forward", "rgb_input", "upsample"]
+__all__ = ["build", "depth_input", "folded_weights", "forward", "rgb_input", "shift_logits", "upsample"]
 
 _Array: TypeAlias = npt.NDArray[np.float32]
 
@@ -159,3 +159,25 @@ def folded_weights(layers: Sequence[Layer], modules: Any) -> dict[str, tuple[_Ar
             bias = conv.bias.detach().double().numpy()
         weights[layer.name] = (kernel.astype(np.float32), bias.astype(np.float32))
     return weights
+
+
+def shift_logits(
+    networks: Mapping[str, Sequence[Layer]], modules: Any, shift: npt.NDArray[np.float32]
+) -> None:
+    """Add a number to every class's logits, in the biases of the networks that give them.
+
+    Args:
+        networks: plans of branches, and of the merging layers as "fusion": its logits are shifted once, as if
+            the branches that it sees were not.
+        modules: hold the weights.
+        shift: (28,), by class.
+    """
+    added = torch.from_numpy(shift)
+    with torch.no_grad():
+        for name, layers in networks.items():
+            first, *_, last = (modules.get_submodule(layer.weights) for layer in convolutions(tuple(layers)))
+            if name == "fusion":
+                first.bias -= (first.weight[:, :, 0, 0] * added.repeat(2)).sum(1)
+            last.bias += added.repeat_interleave(
+                len(last.bias) // len(added)
+            )  # several pixels' before a shuffle

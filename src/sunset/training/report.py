@@ -64,6 +64,7 @@ def training_facts(config: TrainingConfig, sets: FrameSets, logs: dict[str, Path
             "class_weight_range; the sum over the networks learned at once, and for the fusion the same on "
             "misaligned pairs; AdamW, bfloat16"
         ),
+        "logit_adjustment": config.logit_adjustment,
         "left_out": (
             "one run with one seed; no search over architectures, no frames of other renderers or "
             "cameras; classes of a few pixels (riders, motorcycles, bicycles) are hardly learned"

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 from tests.live.systems import (
+    MANAGED,
     PATIENCE_S,
     Flow,
     Tool,
@@ -20,9 +21,13 @@ from tests.live.systems import (
     fork_server,
 )
 
+from sunset.errors import MiddlewareError
+from sunset.experiments import RunSpec, run
 from sunset.interfaces.system_interfaces.msg import ExperimentLogging
 from sunset.recording import read_timeline
+from sunset.rmw.cyclonedds import CycloneTap
 from sunset.rmw.domains import free_domain_id
+from sunset.scenarios import load_scenario
 
 pytestmark = pytest.mark.xdist_group("live")
 
@@ -72,15 +77,39 @@ def test_a_run_ends_when_the_managing_system_fails(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == [file]
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_run_that_is_interrupted_leaves_nothing_behind(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, number: int
+def test_a_run_of_which_nothing_can_be_seen_any_more_ends(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    pids: dict[str, int] = {}
+
+    def check(_: CycloneTap) -> None:
+        pids.update(children(os.getpid()))
+        if set(pids) >= set(MANAGED):
+            raise MiddlewareError("Nothing is heard any more.")
+
+    monkeypatch.setattr(CycloneTap, "check", check)
+    spec = RunSpec(scenario=load_scenario("nofault"), manager="none", middleware="cyclonedds", cache=False)
+    with pytest.raises(MiddlewareError, match="Nothing is heard any more"):
+        run(spec, tmp_path / "run")
+    assert eventually(lambda: not any(exists(pid) for pid in pids.values()))
+    assert list(tmp_path.iterdir()) == []
+
+
+RUN = ("run", "nofault", "--out", "out/run")
+BENCH = ("bench", "--suite", "nofault", "--managers", "none", "--repetitions", "1", "--out", "out")
+
+
+@pytest.mark.parametrize(
+    ("words", "number"), [(RUN, signal.SIGINT), (RUN, signal.SIGTERM), (BENCH, signal.SIGTERM)]
+)
+def test_what_is_interrupted_leaves_nothing_behind(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, words: tuple[str, ...], number: int
+) -> None:
+    monkeypatch.chdir(tmp_path)
     for variable in ("TMPDIR", "XDG_RUNTIME_DIR"):
         (tmp_path / variable).mkdir()
         monkeypatch.setenv(variable, str(tmp_path / variable))
-    out = tmp_path / "out" / "run"
-    with commanding("run", "nofault", "--middleware", "cyclonedds", "--out", str(out)) as process:
+    with commanding(*words, "--middleware", "cyclonedds") as process:
         pids = [*children(process.pid).values(), fork_server(process.pid)]
         process.send_signal(number)
         process.send_signal(number)
@@ -89,7 +118,8 @@ def test_a_run_that_is_interrupted_leaves_nothing_behind(
     assert process.returncode == 128 + number
     assert complaint.splitlines()[-1] == "Interrupted; what was finished is kept."
     assert "Traceback" not in complaint
-    assert list(out.parent.iterdir()) == []
+    left = [path.name for path in tmp_path.rglob("*") if path.is_file()]
+    assert left == (["bench.json"] if words is BENCH else [])
     assert list((tmp_path / "TMPDIR").iterdir()) == []
 
 

@@ -2,13 +2,13 @@
 
 import argparse
 import os
-import signal
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any, Final, TypeVar
 
 from sunset.interfaces import Message, Service
+from sunset.interruption import held_signals
 from sunset.rmw.port import EndpointInfo, EndpointKind, Middleware
 from sunset.ros.context import Context
 from sunset.ros.executors import SingleThreadedExecutor
@@ -22,6 +22,9 @@ _QUIET_S: Final = 0.5
 """The graph is taken as known when nothing new has been seen for so long."""
 
 _LOOK_S: Final = 0.05
+_STEP_S: Final = 0.1
+"""How long nobody looks whether a signal has come."""
+
 _ANSWER_S: Final = 10.0
 """How long a service may take to answer."""
 
@@ -38,11 +41,13 @@ class Session:
     Args:
         middleware: the process.
         timeout_s: how long others may take to be found.
+        check_signals: raises what a signal that has come asks for; called wherever this waits.
     """
 
-    def __init__(self, middleware: Middleware, timeout_s: float) -> None:
+    def __init__(self, middleware: Middleware, timeout_s: float, check_signals: Callable[[], None]) -> None:
         self._middleware = middleware
         self._timeout_s = timeout_s
+        self._check_signals = check_signals
         self._context = Context()
         self._context.init([], middleware=middleware)
         self._executor = SingleThreadedExecutor(context=self._context)
@@ -66,9 +71,10 @@ class Session:
         """A clock that never jumps, in seconds."""
         return self._middleware.steady_ns() / 1e9
 
-    def spin_once(self, timeout_s: float | None = None) -> None:
-        """Run a callback, waiting for it at most so long, or for ever."""
-        self._executor.spin_once(timeout_s)
+    def spin_once(self, timeout_s: float = _STEP_S) -> None:
+        """Run a callback, waiting for it at most so long, and never longer than is fit for signals."""
+        self._check_signals()
+        self._executor.spin_once(min(timeout_s, _STEP_S))
 
     # What is there
 
@@ -102,6 +108,7 @@ class Session:
             if seen != known:
                 known, quiet_since_s = seen, now_s
             pause.wait(_LOOK_S)
+            self._check_signals()
 
     def find(self, look: Callable[[], T], complaint: str) -> T:
         """Wait until something is found, at most for the session's timeout.
@@ -116,6 +123,7 @@ class Session:
         found: list[T] = []
 
         def seen() -> bool:
+            self._check_signals()
             found[:] = [look()]
             return bool(found[0])
 
@@ -149,13 +157,14 @@ class Session:
         """
         client = self.node.create_client(service_type, name, qos_profile=qos)
         try:
-            if not client.wait_for_service(self._timeout_s):
-                kind = service_type.__ros_name__
-                raise NotThereError(f"The service {name} of type {kind} is not available.")
+            kind = service_type.__ros_name__
+            self.find(client.service_is_ready, f"The service {name} of type {kind} is not available.")
             future = client.call_async(request)
-            self._executor.spin_until_future_complete(future, _ANSWER_S)
-            if not future.done():
-                raise NotThereError(f"The service {name} did not answer within {_ANSWER_S:g} s.")
+            end_s = self.now_s + _ANSWER_S
+            while not future.done():
+                if self.now_s >= end_s:
+                    raise NotThereError(f"The service {name} did not answer within {_ANSWER_S:g} s.")
+                self.spin_once()
             return future.result()
         finally:
             self.node.destroy_client(client)
@@ -171,14 +180,11 @@ def session(arguments: argparse.Namespace) -> Iterator[Session]:
     """
     from sunset.rmw.cyclonedds import CycloneDDS  # noqa: PLC0415  an optional extra
 
-    main_thread = threading.current_thread() is threading.main_thread()
-    previous = signal.signal(signal.SIGTERM, signal.default_int_handler) if main_thread else None
-    try:
-        with CycloneDDS(domain_id=arguments.domain_id, network=arguments.network) as middleware:
-            yield Session(middleware, arguments.timeout)
-    finally:
-        if main_thread:
-            signal.signal(signal.SIGTERM, previous)
+    with (
+        held_signals() as check,
+        CycloneDDS(domain_id=arguments.domain_id, network=arguments.network) as middleware,
+    ):
+        yield Session(middleware, arguments.timeout, check)
 
 
 def absolute(name: str) -> str:

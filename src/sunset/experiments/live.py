@@ -1,7 +1,6 @@
 """The whole system as processes of the operating system, in one domain of DDS."""
 
 import os
-import tempfile
 import time
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
@@ -12,14 +11,14 @@ from typing import TYPE_CHECKING, Final, Self
 
 from sunset.errors import ManagerError, SunsetError
 from sunset.experiments.graph import INITIAL_STATES, MANAGER_PROCESS
-from sunset.experiments.interruption import held_signals
 from sunset.experiments.launcher import Launcher
 from sunset.experiments.parameters import Parameters, node_parameters
 from sunset.experiments.processes import NodeProcesses
 from sunset.experiments.resources import Resources
 from sunset.experiments.spec import EXTERNAL, RunSpec
+from sunset.interruption import held_signals
 from sunset.nodes import NAMESPACE, NODES
-from sunset.nodes.deployment import deployment
+from sunset.nodes.deployment import deployed_scenario, deployment
 from sunset.ros import CallbackError, Context, SingleThreadedExecutor
 
 if TYPE_CHECKING:
@@ -104,9 +103,8 @@ class LiveSystem:
             middleware = stack.enter_context(CycloneDDS(domain_id=domain_id, network=network, distro=distro))
             self.domain_id = middleware.domain_id
             self._middleware: Middleware = middleware
-            folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="sunset-")))
-            parameters = self._parameters(resources, folder, loop=loop)
-            stack.enter_context(deployment(self.domain_id, _by_full_name(parameters)))
+            parameters = _by_full_name(self._parameters(resources, loop=loop))
+            stack.enter_context(deployment(self.domain_id, parameters, spec.scenario.to_yaml()))
             self.context = Context()
             words = ["--ros-args", "-p", "use_sim_time:=true", "-p", "launcher:use_sim_time:=false"]
             self.context.init(words, middleware=self._middleware, log_to_stderr=False)
@@ -137,7 +135,7 @@ class LiveSystem:
     ) -> None:
         self._stack.__exit__(kind, error, trace)
 
-    def _parameters(self, resources: Resources, folder: Path, *, loop: bool) -> dict[str, Parameters]:
+    def _parameters(self, resources: Resources, *, loop: bool) -> dict[str, Parameters]:
         """Return node → parameter → value; under the empty name those of all nodes."""
         spec, card = self._spec, resources.model.card
         parameters = node_parameters(spec, resources)
@@ -156,9 +154,7 @@ class LiveSystem:
             "model": _absolute(spec.model),
             "device": resources.segmenter.device,
         }
-        scenario = folder / "scenario.yaml"
-        scenario.write_text(spec.scenario.to_yaml(), encoding="utf-8")
-        parameters[_EXECUTOR] = {"scenario": str(scenario)}
+        parameters[_EXECUTOR] = {"scenario": str(deployed_scenario(self.domain_id))}
         parameters[""] = {"use_sim_time": True, "entropy_threshold": card.entropy_threshold}
         return parameters
 

@@ -15,7 +15,7 @@ import yaml
 
 from sunset.errors import MiddlewareError, OutputError
 
-__all__ = ["deployed_parameters", "deployment"]
+__all__ = ["deployed_parameters", "deployed_scenario", "deployment"]
 
 Value = bool | int | float | str
 
@@ -25,13 +25,21 @@ def _file(domain_id: int) -> Path:
     return Path(base) / f"sunset-{os.getuid()}" / f"domain-{domain_id}.yaml"
 
 
+def deployed_scenario(domain_id: int) -> Path:
+    """Return the file with the scenario of a domain while a system runs there."""
+    return _file(domain_id).with_suffix(".scenario.yaml")
+
+
 @contextmanager
-def deployment(domain_id: int, parameters: Mapping[str, Mapping[str, Value]]) -> Iterator[None]:
+def deployment(
+    domain_id: int, parameters: Mapping[str, Mapping[str, Value]], scenario: str
+) -> Iterator[None]:
     """Give nodes of a domain their parameters while the context lasts, and no longer if this process is killed.
 
     Args:
         domain_id: the domain.
         parameters: pattern of full node names, such as `/managed_subsystem/camera` or `/**` → name → value.
+        scenario: as YAML, for `deployed_scenario`.
 
     Raises:
         MiddlewareError: another system runs in the domain.
@@ -53,12 +61,14 @@ def deployment(domain_id: int, parameters: Mapping[str, Mapping[str, Value]]) ->
             raise MiddlewareError(
                 f"Another system of yours runs in domain {domain_id}: end it, or choose another domain."
             ) from error
-        file.truncate(0)
-        yaml.safe_dump(content, file, sort_keys=False)
-        file.flush()
         try:
+            deployed_scenario(domain_id).write_text(scenario, encoding="utf-8")
+            file.truncate(0)
+            yaml.safe_dump(content, file, sort_keys=False)
+            file.flush()
             yield
         finally:
+            deployed_scenario(domain_id).unlink(missing_ok=True)
             path.unlink(missing_ok=True)
 
 

@@ -4,7 +4,7 @@ import signal
 
 import pytest
 
-from sunset.experiments.interruption import held_signals
+from sunset.interruption import held_signals
 
 
 def get_signals(*numbers: int, look: bool = True, error: Exception | None = None) -> None:

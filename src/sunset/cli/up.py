@@ -95,7 +95,7 @@ def _show(console: Console, system: LiveSystem, operator: Operator) -> NoReturn:
     shown: dict[str, tuple[str, int | None]] = {}
     with Live(console=console, auto_refresh=False, transient=True) as live:
         while True:
-            system.spin_until(lambda: False, _REFRESH_S)
+            system.spin_until(lambda: bool(operator.news), _REFRESH_S)
             while operator.news:
                 console.print(operator.news.popleft(), soft_wrap=True)
             states = operator.status(system.processes)

@@ -33,10 +33,13 @@ _RANGES = ("SYSTEM_DEFAULT", "SUBNET", "LOCALHOST", "OFF")
 
 # A participant with an index from 0 to 32 that announces itself to "localhost" by unicast is found by ROS 2 nodes
 # whatever ROS_LOCALHOST_ONLY says. Multicast is for discovery only: an image goes to the processes that want it.
+# Who has sent something that is not confirmed asks after 10 ms, not 100: a process that leaves waits for the answers.
 _COMMON = (
     "<CycloneDDS><Domain><Discovery><ParticipantIndex>auto</ParticipantIndex>"
     "<MaxAutoParticipantIndex>32</MaxAutoParticipantIndex>"
-    '<Peers><Peer address="localhost"/></Peers></Discovery></Domain></CycloneDDS>'
+    '<Peers><Peer address="localhost"/></Peers></Discovery>'
+    '<Internal><HeartbeatInterval min="2ms" minsched="5ms" max="8s">10ms</HeartbeatInterval></Internal>'
+    "</Domain></CycloneDDS>"
 )
 _LOOPBACK = (
     '<CycloneDDS><Domain><General><Interfaces><NetworkInterface address="127.0.0.1" multicast="true"/></Interfaces>'

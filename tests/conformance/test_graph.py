@@ -32,7 +32,9 @@ def test_nodes_come_and_go(harness: Harness) -> None:
 
 def test_topics_are_listed_with_their_types_and_endpoints(harness: Harness) -> None:
     harness.start("Talker")
-    assert harness.spin(lambda: harness.node.count_publishers("/chatter") == 1)
+    names = ("/chatter", "/talker/name", "/parameter_events", "/rosout")  # found in whatever order
+    assert harness.spin(lambda: all(harness.node.count_publishers(name) for name in names))
+    assert harness.node.count_publishers("/chatter") == 1
     topics = dict(harness.node.get_topic_names_and_types())
     assert topics["/chatter"] == ["std_msgs/msg/String"]
     assert topics["/parameter_events"] == ["rcl_interfaces/msg/ParameterEvent"]

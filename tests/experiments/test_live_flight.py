@@ -5,6 +5,7 @@ import pytest
 from sunset.experiments.live_flight import FrameCount
 from sunset.experiments.spec import Timing
 from sunset.interfaces.builtin_interfaces.msg import Time
+from sunset.interfaces.rosgraph_msgs.msg import Clock
 from sunset.interfaces.sensor_msgs.msg import Image
 from sunset.interfaces.std_msgs.msg import Header
 from sunset.metrics import Command, Injection, Timeline
@@ -74,6 +75,18 @@ def test_frames_may_be_lost_to_whoever_ends_a_process() -> None:
 def test_the_flight_itself_must_be_in_time() -> None:
     assert "gaps of up to 0.30 s" in frames(late=0.5).shortfall(START_NS, timeline(outage=True), TIMING)
     assert "25 of 30 frames" in frames(stop=1.5).shortfall(START_NS, timeline(outage=True), TIMING)
+
+
+@pytest.mark.parametrize(
+    ("shown_s", "late_s", "counts"), [(11.0, 0.05, True), (11.0, 0.4, False), (9.0, 0.4, True)]
+)
+def test_what_is_observed_must_be_timed_well(shown_s: float, late_s: float, counts: bool) -> None:
+    count = frames()
+    clock = Clock(clock=Time(sec=int(shown_s)))
+    count.note(round((shown_s + late_s) * S), "/clock", clock)
+    reason = count.shortfall(START_NS, timeline(), TIMING)
+    assert (reason == "") is counts
+    assert counts or "times are wrong by up to 0.40 s" in reason
 
 
 def test_an_experiment_that_the_managing_system_ends_early_does_not_count() -> None:

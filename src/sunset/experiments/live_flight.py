@@ -15,6 +15,7 @@ from sunset.experiments.resources import Resources
 from sunset.experiments.spec import EXTERNAL, RunSpec, Timing
 from sunset.experiments.supervisor import Phase, Supervisor
 from sunset.interfaces import Message
+from sunset.interfaces.rosgraph_msgs.msg import Clock
 from sunset.interfaces.sensor_msgs.msg import Image
 from sunset.interfaces.std_srvs.srv import Trigger
 from sunset.managing import load_manager
@@ -27,8 +28,10 @@ from sunset.ros.context import Context
 __all__ = ["FrameCount", "LiveSupervisor", "fly"]
 
 _S = 10**9
+_CLOCK = "/clock"
 _TRUTH = "/gt_segmentation"
 _NAMELESS = "a nameless node"
+_SUPERVISOR = "/experiment"
 _ON_ITS_WAY_S = 0.5
 """A frame that was taken this long before something went wrong may be lost to it."""
 _LATE = 2.5
@@ -51,9 +54,13 @@ class FrameCount:
         """When the process of a managed node was found ended or stopped first, without anybody's command."""
         self.clock_step_ns = 0
         """By how much somebody has set the system's clock meanwhile."""
+        self.clock: list[tuple[int, int]] = []
+        """When a message on `/clock` was taken to be sent, and what it showed then."""
 
     def note(self, time_ns: int, topic: str, message: Message) -> None:
         """Note a message."""
+        if topic == _CLOCK and isinstance(message, Clock):
+            self.clock.append((time_ns, message.clock.sec * _S + message.clock.nanosec))
         frames = {_TRUTH: self.taken, SEGMENTATION_TOPIC: self.segmented}.get(topic)
         if frames is not None and isinstance(message, Image):
             frames[message.header.stamp.sec, message.header.stamp.nanosec] = time_ns
@@ -80,6 +87,9 @@ class FrameCount:
             return (
                 f"the computer's clock was set by {self.clock_step_ns / _S:+.3f} s, so that times are wrong"
             )
+        late_s = max((time - shown for time, shown in self.clock if shown >= start_ns), default=0) / _S
+        if late_s > timing.period_s:
+            return f"the computer was too slow to observe it: times are wrong by up to {late_s:.2f} s"
         times = sorted(self.taken.values())
         gaps = [(after - before) / _S for before, after in pairwise(times)]
         if len(times) < timing.frames or max(gaps) > _LATE * timing.period_s:
@@ -110,6 +120,8 @@ class _Watch(Tap):
         self._clock = clock
         self.strangers: dict[str, None] = {}
         """Nodes that are not of the system, in the order in which they came."""
+        self.is_ready = False
+        """Whether it hears all that was there before the supervisor, which comes last, and the supervisor too."""
 
     def on_node(self, process: str, node: str) -> None:
         if node not in SYSTEM_NODES and not node.rpartition("/")[2].startswith("_"):  # a hidden one is a tool
@@ -117,6 +129,7 @@ class _Watch(Tap):
         self._observer.on_node(process, node)
 
     def on_endpoint(self, node: str, kind: EndpointKind, name: str) -> None:
+        self.is_ready |= node == _SUPERVISOR
         self._observer.on_endpoint(node, kind, name)
 
     def on_message(self, time_ns: int, topic: str, node: str, message: Message) -> None:
@@ -215,11 +228,11 @@ def _domain(spec: RunSpec) -> AbstractContextManager[int | None]:
 
 
 def _readiness(spec: RunSpec, watch: _Watch, domain_id: int) -> Callable[[], bool]:
-    """Return what says whether the managing system is there."""
+    """Return what says whether the observer is there, and the managing system."""
     if spec.manager != EXTERNAL:
-        return lambda: True
+        return lambda: watch.is_ready
     print(f"Waiting for the managing system: any node in domain {domain_id}.", file=sys.stderr)  # noqa: T201
-    return lambda: bool(watch.strangers)
+    return lambda: watch.is_ready and bool(watch.strangers)
 
 
 def _conduct(system: LiveSystem, supervisor: LiveSupervisor, spec: RunSpec, look: Callable[[], None]) -> None:
@@ -238,7 +251,9 @@ def _conduct(system: LiveSystem, supervisor: LiveSupervisor, spec: RunSpec, look
     if not wait(lambda: supervisor.phase is not Phase.BRING_UP or not supervisor.missing, limit):
         states = ", ".join(f"{node} is {state}" for node, state in supervisor.missing.items())
         raise SunsetError(f"The managed system did not come up within {limit:g} s: {states}.")
-    wait(lambda: supervisor.phase is not Phase.BRING_UP, math.inf)  # for a managing system of another process
+    patience = math.inf if spec.manager == EXTERNAL else limit  # who waits for another process waits long
+    if not wait(lambda: supervisor.phase is not Phase.BRING_UP, patience):
+        raise SunsetError(f"The computer is too slow: nothing was observed of the system within {limit:g} s.")
     planned = (timing.warm_up_s + timing.duration_s) / spec.speed
     if not wait(lambda: supervisor.phase is Phase.OVER or supervisor.ended, planned + _PATIENCE_S):
         raise SunsetError(

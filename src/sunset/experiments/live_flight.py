@@ -31,7 +31,7 @@ _S = 10**9
 _CLOCK = "/clock"
 _TRUTH = "/gt_segmentation"
 _NAMELESS = "a nameless node"
-_SUPERVISOR = "/experiment"
+_END = "/experiment/end"
 _ON_ITS_WAY_S = 0.5
 """A frame that was taken this long before something went wrong may be lost to it."""
 _LATE = 2.5
@@ -121,7 +121,7 @@ class _Watch(Tap):
         self.strangers: dict[str, None] = {}
         """Nodes that are not of the system, in the order in which they came."""
         self.is_ready = False
-        """Whether it hears all that was there before the supervisor, which comes last, and the supervisor too."""
+        """Whether it has heard of the service that is made last, so that it knows of all before."""
 
     def on_node(self, process: str, node: str) -> None:
         if node not in SYSTEM_NODES and not node.rpartition("/")[2].startswith("_"):  # a hidden one is a tool
@@ -129,7 +129,7 @@ class _Watch(Tap):
         self._observer.on_node(process, node)
 
     def on_endpoint(self, node: str, kind: EndpointKind, name: str) -> None:
-        self.is_ready |= node == _SUPERVISOR
+        self.is_ready |= name == _END
         self._observer.on_endpoint(node, kind, name)
 
     def on_message(self, time_ns: int, topic: str, node: str, message: Message) -> None:
@@ -153,7 +153,12 @@ class LiveSupervisor(Supervisor):
     def __init__(
         self, scenario: str, timing: Timing, ready: Callable[[], bool], *, context: Context | None = None
     ) -> None:
-        super().__init__(scenario, timing, context=context, ready=ready)
+        super().__init__(
+            scenario,
+            timing,
+            context=context,
+            ready=lambda: ready() and self._log.get_subscription_count() > 0,
+        )
         self.ended = False
         self.create_service(Trigger, "~/end", self._on_end)
 

@@ -24,6 +24,7 @@ from sunset.rmw.domains import free_domain_id
 from sunset.rmw.port import EndpointKind, RequestId
 from sunset.rmw.tap import Tap
 from sunset.ros.context import Context
+from sunset.ros.time import Time
 
 __all__ = ["FrameCount", "LiveSupervisor", "fly"]
 
@@ -60,7 +61,7 @@ class FrameCount:
     def note(self, time_ns: int, topic: str, message: Message) -> None:
         """Note a message."""
         if topic == _CLOCK and isinstance(message, Clock):
-            self.clock.append((time_ns, message.clock.sec * _S + message.clock.nanosec))
+            self.clock.append((time_ns, Time.from_msg(message.clock).nanoseconds))
         frames = {_TRUTH: self.taken, SEGMENTATION_TOPIC: self.segmented}.get(topic)
         if frames is not None and isinstance(message, Image):
             frames[message.header.stamp.sec, message.header.stamp.nanosec] = time_ns

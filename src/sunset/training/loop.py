@@ -92,8 +92,7 @@ def learn(
         weights |= {name: value.cpu() for name, value in run.modules.state_dict().items()}
     modules = build(config.plan(config.modalities))
     modules.load_state_dict(weights)
-    weights_of_classes = _class_weights(frames, config.schedule)
-    shift = (-config.logit_adjustment * np.log(weights_of_classes)).astype(np.float32)
+    shift = np.float32(-config.logit_adjustment) * np.log(_class_weights(frames, config.schedule))
     shift_logits({name: config.plan((name,)) for name in config.modalities}, modules, shift)
     return modules.eval()
 

@@ -178,6 +178,5 @@ def shift_logits(
             first, *_, last = (modules.get_submodule(layer.weights) for layer in convolutions(tuple(layers)))
             if name == "fusion":
                 first.bias -= (first.weight[:, :, 0, 0] * added.repeat(2)).sum(1)
-            last.bias += added.repeat_interleave(
-                len(last.bias) // len(added)
-            )  # several pixels' before a shuffle
+            pixels = len(last.bias) // len(added)  # that a row of logits is shuffled into
+            last.bias += added.repeat_interleave(pixels)

@@ -64,6 +64,8 @@ def rays(pose: Pose, size: tuple[int, int]) -> Reals:
     for extra, shift in ((0, 0.5), (1, 0.0)):
         x = (np.arange(width + extra) + shift - width / 2) * scale
         y = (np.arange(height + extra) + shift - height / 2) * scale
-        grid = axes[2] + x[None, :, None] * axes[0] + y[:, None, None] * axes[1]
+        grid = np.empty((height + extra, width + extra, 3), dtype=np.float32)
+        for axis, (right, down, forward) in enumerate(axes.T):
+            grid[..., axis] = forward + x * right + y[:, None] * down
         parts.append(grid.reshape(-1, 3))
-    return np.concatenate(parts).astype(np.float32)
+    return np.concatenate(parts)

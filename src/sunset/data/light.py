@@ -48,6 +48,12 @@ class Light:
     sun_radius: float
     exposure: float
 
+    @property
+    def shadow(self) -> float:
+        """How long the longest shadow on level ground is, as a multiple of the height of what casts it."""
+        x, y, z = self.sun_direction
+        return (float(np.hypot(x, y)) + self.sun_radius) / (z - self.sun_radius)
+
 
 _SUNS: Final = {  # elevation and azimuth in degrees, colour
     "morning": (34.0, 20.0, (1.12, 0.95, 0.74)),

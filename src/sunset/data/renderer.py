@@ -34,6 +34,9 @@ HIDDEN_SKY: Final = 0.7
 CONTRAST: Final = 0.4
 """How much darker shadows and lighter highlights are recorded than they are."""
 MARGIN_M: Final = 14.0
+"""How far out of view a mover is at most that is still drawn, for its shadow's sake, in metres."""
+SLACK: Final = 1.5
+"""How much farther a mover and its shadow reach than on level ground, across edges of the view that slant."""
 NO_HIT: Final = np.float32(np.inf)
 F: Final = np.float32
 
@@ -88,7 +91,8 @@ def render(town: Town, view: View, *, size: tuple[int, int] = FRAME_SIZE) -> Fra
     """
     directions = rays(view.pose, size)
     origin = np.array([view.pose.x, view.pose.y, view.pose.z], dtype=np.float32)
-    scene = _Scene(town, _traffic(town, view, size), light(view.time, view.weather))
+    sunlight = light(view.time, view.weather)
+    scene = _Scene(town, _traffic(town, view, sunlight, size), sunlight)
     met = _meet(scene, origin, directions)
     seen, labels = _look(scene, met, origin, directions, size)
     colours = shade(seen, directions, scene.light)
@@ -100,15 +104,16 @@ def render(town: Town, view: View, *, size: tuple[int, int] = FRAME_SIZE) -> Fra
     )
 
 
-def _traffic(town: Town, view: View, size: tuple[int, int]) -> Solid | None:
+def _traffic(town: Town, view: View, sunlight: Light, size: tuple[int, int]) -> Solid | None:
     """Return what moves and is in view, or near enough to cast a shadow into it."""
     positions, headings = town.traffic.poses(view.time_s)
     pose = view.pose
     relative = positions - np.array([pose.x, pose.y, pose.z], dtype=np.float32)
     right, down, forward = ((relative * axis.astype(np.float32)).sum(axis=1) for axis in pose.axes())
-    ahead = forward > -MARGIN_M
-    reach = np.maximum(forward, 0) + MARGIN_M
-    seen = ahead & (np.abs(right) < reach) & (np.abs(down) < reach * (size[0] / size[1]) + MARGIN_M)
+    margin = np.minimum(town.traffic.radii * F(SLACK * (1 + sunlight.shadow)), F(MARGIN_M))
+    ahead = forward > -margin
+    reach = np.maximum(forward, 0) + margin
+    seen = ahead & (np.abs(right) < reach) & (np.abs(down) < reach * (size[0] / size[1]) + margin)
     seen &= np.abs(positions[:, :2]).max(axis=1) < EXTENT_M
     seen &= forward < 400  # noqa: PLR2004  metres; nothing that moves is a pixel wide beyond
     mesh = town.traffic.mesh(positions, headings, seen)
@@ -145,9 +150,10 @@ def _look(
     lift = np.full(count, F(0.03))
     ground = np.flatnonzero(met.kind == 0)
     land = met.triangle[ground]
-    surfaces = scene.town.ground.at(points[ground, 0], points[ground, 1], scene.town.terrain.bare[land])
-    rippled = scene.town.solid.normals[land]
-    colours[ground], gloss[ground] = ground_look(surfaces, points[ground], rippled)
+    places = points.take(ground, axis=0)
+    surfaces = scene.town.ground.at(places[:, 0], places[:, 1], scene.town.terrain.bare.take(land))
+    rippled = scene.town.solid.normals.take(land, axis=0)
+    colours[ground], gloss[ground] = ground_look(surfaces, places, rippled)
     normals[ground] = rippled
     labels[ground] = SURFACE_LABELS[surfaces]
     for kind, solid in ((1, scene.town.solid), (2, scene.moving)):
@@ -155,21 +161,21 @@ def _look(
         if solid is None or not len(rows):
             continue
         triangles = met.triangle[rows]
-        facing = solid.normals[triangles]
-        facing = np.where((dot(facing, directions[rows]) > 0)[:, None], -facing, facing)
-        materials = solid.materials[triangles]
+        facing = solid.normals.take(triangles, axis=0)
+        facing[dot(facing, directions.take(rows, axis=0)) > 0] *= -1
+        materials = solid.materials.take(triangles)
         surface = Surfaces(
             materials,
-            points[rows],
-            solid.anchors[triangles],
-            met.depth[rows],
+            points.take(rows, axis=0),
+            solid.anchors.take(triangles, axis=0),
+            met.depth.take(rows),
             facing,
-            solid.colours[triangles],
+            solid.colours.take(triangles, axis=0),
             np.zeros(len(rows), dtype=F),
         )
         finish_solids(surface)
         normals[rows], colours[rows], gloss[rows] = surface.normals, surface.colours, surface.gloss
-        labels[rows] = solid.labels[triangles]
+        labels[rows] = solid.labels.take(triangles)
         lift[rows] = np.where(materials == Material.FOLIAGE, F(0.3), F(0.03))
     starts = points + normals * lift[:, None]
     lit = _lit(scene, met, starts, normals, size)
@@ -191,8 +197,8 @@ def _lit(scene: _Scene, met: _Met, starts: Reals, normals: Reals, size: tuple[in
     pixels = size[0] * size[1]
     towards = np.asarray(scene.light.sun_direction, dtype=F)
     rows = pixels + np.flatnonzero((met.kind[pixels:] >= 0) & (dot(normals[pixels:], towards) > 0))
-    directions = towards + _jitter(len(normals))[rows] * F(scene.light.sun_radius)
-    origins = starts[rows]
+    directions = towards + _jitter(len(normals)).take(rows, axis=0) * F(scene.light.sun_radius)
+    origins = starts.take(rows, axis=0)
     dark = scene.town.solid.blocks(origins, directions)
     if scene.moving is not None:
         dark |= scene.moving.blocks(origins, directions)
@@ -219,10 +225,10 @@ def _skyward(size: tuple[int, int]) -> tuple[npt.NDArray[np.int64], Reals]:
 def _openness(scene: _Scene, met: _Met, starts: Reals, normals: Reals, size: tuple[int, int]) -> Reals:
     """Return the share of the sky (N,) that the town leaves open, averaged over neighbouring pixels."""
     rows, directions = _skyward(size)
-    outward = normals[rows]
+    outward = normals.take(rows, axis=0)
     inward = np.minimum(dot(directions, outward), 0)
     directions = directions - F(2) * inward[:, None] * outward
-    hidden = scene.town.solid.blocks(starts[rows], directions) & (met.kind[rows] >= 0)
+    hidden = scene.town.solid.blocks(starts.take(rows, axis=0), directions) & (met.kind.take(rows) >= 0)
     coarse = hidden.reshape((size[0] + 1) // 2, -1).astype(F)
     coarse = cv2.blur(coarse, (4, 4), borderType=cv2.BORDER_REFLECT)
     image = cv2.resize(coarse, size[::-1], interpolation=cv2.INTER_LINEAR)

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+import numpy.typing as npt
 
 from sunset.data.frame import Reals
 from sunset.data.light import Light
@@ -54,32 +55,58 @@ def shade(seen: Seen, directions: Reals, light: Light) -> Reals:
     unit: Reals = directions / length[:, None]
     clear = np.exp(-seen.depth * length / F(light.haze_m))
     sky_share = np.sqrt(np.clip(unit[:, 2], 0, 1))
-    colours = direct[:, None] * np.asarray(light.sun, F)
-    colours += upward[:, None] * np.asarray(light.sky, F)
-    colours += below[:, None] * np.asarray(light.bounce, F)
-    colours *= seen.colours
-    _mirror(seen, unit, light, colours)
-    haze, zenith = np.asarray(light.haze, F), np.asarray(light.zenith, F)
-    far = haze + (zenith - haze) * sky_share[:, None]
-    colours -= far
-    colours *= clear[:, None]
-    colours += far
+    glossy = np.flatnonzero(seen.gloss)
+    mirrored = _mirrored(seen, unit, light, glossy)
+    colours = np.empty_like(seen.colours)
+    # One colour at a time: numpy takes its time over rows of three.
+    for channel in range(3):
+        sun, sky, bounce, haze, zenith = (
+            F(part[channel]) for part in (light.sun, light.sky, light.bounce, light.haze, light.zenith)
+        )
+        colour = direct * sun
+        colour += upward * sky
+        colour += below * bounce
+        colour *= seen.colours[:, channel]
+        bare = colour.take(glossy)
+        above = (haze + (zenith - haze) * mirrored.climb) * mirrored.bright
+        colour[glossy] = bare + (above * mirrored.open + mirrored.glint * sun - bare) * mirrored.share
+        far = haze + (zenith - haze) * sky_share
+        colours[:, channel] = (colour - far) * clear + far
     return colours
 
 
-def _mirror(seen: Seen, directions: Reals, light: Light, colours: Reals) -> None:
-    """Add to the colours (N, 3), in place, what glossy surfaces mirror: sky, surroundings, the sun's glint."""
-    rows = np.flatnonzero(seen.gloss)
-    n, d = seen.normals[rows], directions[rows]
+@dataclass(frozen=True, slots=True)
+class _Mirrored:
+    """What G glossy points mirror.
+
+    Attributes:
+        share: of the light that is mirrored (G,).
+        climb: from the horizon's colour, 0, to the zenith's, 1 (G,).
+        bright: how bright that is, the surroundings being darker than the sky (G,).
+        open: share of it that is not hidden (G,).
+        glint: strength of the sun's reflection (G,).
+    """
+
+    share: Reals
+    climb: Reals
+    bright: Reals
+    open: Reals
+    glint: Reals
+
+
+def _mirrored(seen: Seen, directions: Reals, light: Light, rows: npt.NDArray[np.int64]) -> _Mirrored:
+    """Return what the glossy ones of the points, `rows` (G,), mirror to rays with given directions (N, 3)."""
+    n, d = seen.normals.take(rows, axis=0), directions.take(rows, axis=0)
     facing = dot(n, d)
     mirrored = d - 2 * facing[:, None] * n
-    gloss = seen.gloss[rows]
-    share = gloss + (F(0.75) - gloss) * (1 - np.minimum(np.abs(facing), 1)) ** 4
-    haze, zenith = np.asarray(light.haze, F), np.asarray(light.zenith, F)
+    gloss = seen.gloss.take(rows)
     climb = mirrored[:, 2]
-    sky = haze + (zenith - haze) * np.sqrt(np.clip(climb, 0, 1))[:, None]
-    sky *= (GROUND_SHARE + (1 - GROUND_SHARE) * np.clip(climb * 4 + F(0.6), 0, 1))[:, None]
     glint = np.maximum(dot(mirrored, np.asarray(light.sun_direction, F)), 0) ** GLINT_POWER
-    glint *= seen.lit[rows] * F(4)
-    reflection = sky * seen.open[rows, None] + glint[:, None] * np.asarray(light.sun, F)
-    colours[rows] += (reflection - colours[rows]) * share[:, None]
+    glint *= seen.lit.take(rows) * F(4)
+    return _Mirrored(
+        share=gloss + (F(0.75) - gloss) * (1 - np.minimum(np.abs(facing), 1)) ** 4,
+        climb=np.sqrt(np.clip(climb, 0, 1)),
+        bright=GROUND_SHARE + (1 - GROUND_SHARE) * np.clip(climb * 4 + F(0.6), 0, 1),
+        open=seen.open.take(rows),
+        glint=glint,
+    )

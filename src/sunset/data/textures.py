@@ -84,8 +84,7 @@ def look_up(table: Reals, a: Reals, b: Reals, cells_per_m: float) -> Reals:
     """Return a table's values (N, ...) at coordinates (N,) in metres."""
     i = np.floor(a * np.float32(cells_per_m)).astype(np.int32) & NOISE_MASK
     j = np.floor(b * np.float32(cells_per_m)).astype(np.int32) & NOISE_MASK
-    found: Reals = table[i, j]
-    return found
+    return table.reshape(-1, *table.shape[2:]).take(i * NOISE_SIZE + j, axis=0)
 
 
 def hashed(a: Reals, b: Reals, salt: int = 0) -> Reals:

@@ -48,6 +48,7 @@ class Traffic:
         trains: the last.
         kinds: index into the kinds of movers (N,).
         tints: colours (N, 3).
+        radii: how far each reaches from where it is on the ground (N,), in metres.
     """
 
     plan: TownPlan
@@ -56,6 +57,7 @@ class Traffic:
     trains: Trains
     kinds: npt.NDArray[np.int64]
     tints: Reals
+    radii: Reals
 
     def poses(self, time_s: float) -> tuple[Reals, Reals]:
         """Return the positions (N, 3) in metres and headings (N,) in radians at a time in seconds."""
@@ -245,4 +247,5 @@ def make_traffic(plan: TownPlan) -> Traffic:
     rounds, trains = _walkers(rng, plan), _trains(rng, plan)
     names = [row.kind for row in rows] + ["person"] * len(rounds.speeds) + ["carriage"] * len(trains.speeds)
     kinds = np.array([KINDS.index(name) for name in names])
-    return Traffic(plan, _hops(rows), rounds, trains, kinds, _tints(rng, kinds))
+    radii = np.array([np.linalg.norm(mover(name).triangles, axis=-1).max() for name in KINDS], np.float32)
+    return Traffic(plan, _hops(rows), rounds, trains, kinds, _tints(rng, kinds), radii[kinds])

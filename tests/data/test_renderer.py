@@ -9,7 +9,7 @@ import numpy.typing as npt
 import pytest
 
 from sunset.classes import CARLA_IDS
-from sunset.data import Frame, render_views
+from sunset.data import Frame, render_views, renderer
 from sunset.data.camera import Pose, rays
 from sunset.data.light import light
 from sunset.data.renderer import View, render
@@ -75,6 +75,18 @@ def test_depth_times_ray_lands_on_the_ground_where_it_is_seen(town: Town, pitch:
     assert len(roads) > 300
     for x, y, z in points[roads[::37]]:
         assert np.abs(_heights_at(town, x, y) - z).min() < 0.05
+
+
+@pytest.mark.parametrize(("pitch", "height"), [(0, 3), (30, 20), (60, 50), (90, 80)])
+@pytest.mark.parametrize("time", ["noon", "evening"])
+def test_what_is_left_out_for_speed_would_not_be_seen(
+    town: Town, monkeypatch: pytest.MonkeyPatch, pitch: int, height: float, time: str
+) -> None:
+    views = [_view(pitch, height=height, time_s=time_s, time=time) for time_s in (0.0, 20.0)]
+    quick = [_bytes(render(town, view)) for view in views]
+    monkeypatch.setattr(renderer, "SLACK", 1e6)
+    monkeypatch.setattr(renderer, "_rays_near", lambda *_: np.arange(144 * 256 + 145 * 257))
+    assert [_bytes(render(town, view)) for view in views] == quick
 
 
 def test_depth_goes_straight_down_below_the_camera(town: Town) -> None:

@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from sunset.data.frame import Reals
 
-__all__ = ["FIELD_OF_VIEW_DEG", "Pose", "rays"]
+__all__ = ["FIELD_OF_VIEW_DEG", "Pose", "pixel_width", "rays"]
 
 FIELD_OF_VIEW_DEG: Final = 90.0
 """Horizontal angle of view in degrees."""
@@ -44,6 +44,11 @@ class Pose:
         return np.stack([right * cr + down * sr, down * cr - right * sr, forward])
 
 
+def pixel_width(width: int) -> float:
+    """Return how far apart the rays of neighbouring pixels are at distance 1, for pictures so many pixels wide."""
+    return float(2 * np.tan(np.radians(FIELD_OF_VIEW_DEG) / 2) / width)
+
+
 def rays(pose: Pose, size: tuple[int, int]) -> Reals:
     """Return the directions of a frame's rays, first through pixel centres, then through pixel corners.
 
@@ -58,7 +63,7 @@ def rays(pose: Pose, size: tuple[int, int]) -> Reals:
         Array (H·W + (H+1)·(W+1), 3), row by row.
     """
     height, width = size
-    scale = 2 * np.tan(np.radians(FIELD_OF_VIEW_DEG) / 2) / width
+    scale = pixel_width(width)
     axes = pose.axes()
     parts = []
     for extra, shift in ((0, 0.5), (1, 0.0)):

@@ -116,5 +116,7 @@ class Ground:
     def at(self, x: npt.ArrayLike, y: npt.ArrayLike, bare: npt.ArrayLike = False) -> Ids:
         """Return the surface at world points, without streets where `bare`."""
         inside = np.maximum(np.abs(x), np.abs(y)) < EXTENT_M
-        built = np.where(bare, self.bare.at(x, y), self.town.at(x, y))
+        built = self.town.at(x, y)
+        if np.any(bare):
+            built = np.where(bare, self.bare.at(x, y), built)
         return built if np.all(inside) else np.where(inside, built, self.country.at(x, y))

@@ -6,14 +6,14 @@ Another model may take other vector instructions and differ in last bits.
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Final
+from typing import Final, TypeAlias
 
 import cv2
 import numpy as np
 import numpy.typing as npt
 
 from sunset.classes import CARLA_IDS
-from sunset.data.camera import Pose, rays
+from sunset.data.camera import Pose, pixel_width, rays
 from sunset.data.facades import Surfaces, finish_solids
 from sunset.data.frame import DEPTH_RANGE_M, FRAME_SIZE, Frame, Ids, Reals
 from sunset.data.ground import SURFACE_LABELS
@@ -39,6 +39,7 @@ SLACK: Final = 1.5
 """How much farther a mover and its shadow reach than on level ground, across edges of the view that slant."""
 NO_HIT: Final = np.float32(np.inf)
 F: Final = np.float32
+Indices: TypeAlias = npt.NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,10 +63,11 @@ class View:
 
 @dataclass(frozen=True, slots=True)
 class _Scene:
-    """A town at one moment: what moves there, if anything does in view, and the light."""
+    """A town at one moment: what moves in view, if anything does, which rays (M,) may meet that, and the light."""
 
     town: Town
     moving: Solid | None
+    near: Indices
     light: Light
 
 
@@ -92,7 +94,7 @@ def render(town: Town, view: View, *, size: tuple[int, int] = FRAME_SIZE) -> Fra
     directions = rays(view.pose, size)
     origin = np.array([view.pose.x, view.pose.y, view.pose.z], dtype=np.float32)
     sunlight = light(view.time, view.weather)
-    scene = _Scene(town, _traffic(town, view, sunlight, size), sunlight)
+    scene = _Scene(town, *_traffic(town, view, sunlight, size), sunlight)
     met = _meet(scene, origin, directions)
     seen, labels = _look(scene, met, origin, directions, size)
     colours = shade(seen, directions, scene.light)
@@ -104,20 +106,43 @@ def render(town: Town, view: View, *, size: tuple[int, int] = FRAME_SIZE) -> Fra
     )
 
 
-def _traffic(town: Town, view: View, sunlight: Light, size: tuple[int, int]) -> Solid | None:
-    """Return what moves and is in view, or near enough to cast a shadow into it."""
+def _traffic(town: Town, view: View, sunlight: Light, size: tuple[int, int]) -> tuple[Solid | None, Indices]:
+    """Return what moves and is in view, or near enough to cast a shadow into it, and the rays that may meet it."""
     positions, headings = town.traffic.poses(view.time_s)
     pose = view.pose
     relative = positions - np.array([pose.x, pose.y, pose.z], dtype=np.float32)
     right, down, forward = ((relative * axis.astype(np.float32)).sum(axis=1) for axis in pose.axes())
-    margin = np.minimum(town.traffic.radii * F(SLACK * (1 + sunlight.shadow)), F(MARGIN_M))
+    radii = town.traffic.radii
+    margin = np.minimum(radii * F(SLACK * (1 + sunlight.shadow)), F(MARGIN_M))
     ahead = forward > -margin
     reach = np.maximum(forward, 0) + margin
     seen = ahead & (np.abs(right) < reach) & (np.abs(down) < reach * (size[0] / size[1]) + margin)
     seen &= np.abs(positions[:, :2]).max(axis=1) < EXTENT_M
     seen &= forward < 400  # noqa: PLR2004  metres; nothing that moves is a pixel wide beyond
     mesh = town.traffic.mesh(positions, headings, seen)
-    return Solid(mesh) if len(mesh) else None
+    seen &= forward > -radii
+    near = _rays_near(right[seen], down[seen], forward[seen], radii[seen], size)
+    return Solid(mesh) if len(mesh) else None, near
+
+
+def _rays_near(right: Reals, down: Reals, forward: Reals, radii: Reals, size: tuple[int, int]) -> Indices:
+    """Return the rays that may come as near as their radii (K,) to points (K,) of the camera's coordinates.
+
+    They are those through squares around the pictures of the balls: no point of a ball is seen farther from its
+    middle than radius · (1 + max(|right|, |down|) / forward) / (forward - radius).
+    """
+    height, width = size
+    ahead, close = np.maximum(forward, F(1e-3)), np.maximum(forward - radii, F(1e-3))
+    x, y = right / ahead, down / ahead
+    reach = radii * (1 + np.maximum(np.abs(x), np.abs(y))) / close
+    reach[forward - radii < 1] = np.inf
+    edges = np.stack([x - reach, x + reach, y - reach, y + reach], axis=1) / pixel_width(width)
+    edges += np.array([width / 2 - 1, width / 2 + 2, height / 2 - 1, height / 2 + 2])
+    bounds = np.clip(edges, 0, max(size) + 1).astype(np.int64)
+    mask = np.zeros((height + 1, width + 1), dtype=np.bool_)
+    for left, end, top, bottom in bounds.tolist():
+        mask[top:bottom, left:end] = True
+    return np.flatnonzero(np.concatenate([mask[:-1, :-1].ravel(), mask.ravel()]))
 
 
 def _meet(scene: _Scene, origin: Reals, directions: Reals) -> _Met:
@@ -128,11 +153,10 @@ def _meet(scene: _Scene, origin: Reals, directions: Reals) -> _Met:
     kind[~known] = -1
     depth, triangle = np.where(known, hits.distance, NO_HIT), hits.triangle
     if scene.moving is not None:
-        other: Hits = scene.moving.meet(origins, directions)
-        nearer = other.distance < depth
-        kind[nearer] = 2
-        depth = np.where(nearer, other.distance, depth)
-        triangle = np.where(nearer, other.triangle, triangle)
+        other: Hits = scene.moving.meet(origins[: len(scene.near)], directions.take(scene.near, axis=0))
+        nearer = other.distance < depth[scene.near]
+        rows = scene.near[nearer]
+        kind[rows], depth[rows], triangle[rows] = 2, other.distance[nearer], other.triangle[nearer]
     return _Met(kind, depth, triangle)
 
 
@@ -214,7 +238,7 @@ def _lit(scene: _Scene, met: _Met, starts: Reals, normals: Reals, size: tuple[in
 
 
 @lru_cache(maxsize=4)
-def _skyward(size: tuple[int, int]) -> tuple[npt.NDArray[np.int64], Reals]:
+def _skyward(size: tuple[int, int]) -> tuple[Indices, Reals]:
     """Return every second pixel (M,) of every second row and its direction (M, 3) into the sky, one of four."""
     row, column = (axis[::2, ::2] for axis in np.indices(size))
     azimuth = (column // 2 % 2 + row % 4) * (np.pi / 2) + 0.4

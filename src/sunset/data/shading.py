@@ -46,9 +46,8 @@ def dot(vectors: Reals, axis: Reals) -> Reals:
 
 def shade(seen: Seen, directions: Reals, light: Light) -> Reals:
     """Return linear colours (N, 3) red, green, blue, of rays with given directions (N, 3)."""
-    sun = np.asarray(light.sun_direction, dtype=F)
     n = seen.normals
-    direct = seen.lit * np.maximum(dot(n, sun), 0)
+    direct = seen.lit * np.maximum(dot(n, np.asarray(light.sun_direction, dtype=F)), 0)
     upward = (F(0.5) + F(0.5) * n[:, 2]) * seen.open
     below = (F(0.5) - F(0.5) * n[:, 2]) * (F(0.35) + F(0.65) * seen.open)
     length: Reals = np.sqrt(dot(directions, directions))

@@ -84,7 +84,8 @@ def look_up(table: Reals, a: Reals, b: Reals, cells_per_m: float) -> Reals:
     """Return a table's values (N, ...) at coordinates (N,) in metres."""
     i = np.floor(a * np.float32(cells_per_m)).astype(np.int32) & NOISE_MASK
     j = np.floor(b * np.float32(cells_per_m)).astype(np.int32) & NOISE_MASK
-    return table.reshape(-1, *table.shape[2:]).take(i * NOISE_SIZE + j, axis=0)
+    found: Reals = table.reshape(-1, *table.shape[2:]).take(i * NOISE_SIZE + j, axis=0)
+    return found
 
 
 def hashed(a: Reals, b: Reals, salt: int = 0) -> Reals:
@@ -107,8 +108,8 @@ def ground_look(surfaces: Ids, points: Reals, normals: Reals) -> tuple[Reals, Re
     """
     x, y = points[:, 0], points[:, 1]
     patches = look_up(broad(), x, y, 4.0)
-    factor = 1 + _PATCHES[surfaces] * patches + _GRAINS[surfaces] * look_up(grain(), x, y, 5.0)
-    colours = _COLOURS[surfaces] * factor[:, None]
+    factor = 1 + _PATCHES.take(surfaces) * patches + _GRAINS.take(surfaces) * look_up(grain(), x, y, 5.0)
+    colours = _COLOURS.take(surfaces, axis=0) * factor[:, None]
     _wear_roads(surfaces, points, colours)
     _lay_slabs(surfaces, points, colours)
     _mottle_green(surfaces, points, colours)

@@ -34,6 +34,9 @@ def test_topics_are_listed_with_their_types_and_endpoints(harness: Harness) -> N
     harness.start("Talker")
     names = ("/chatter", "/talker/name", "/parameter_events", "/rosout")  # found in whatever order
     assert harness.spin(lambda: all(harness.node.count_publishers(name) for name in names))
+    assert harness.spin(
+        lambda: "talker" in harness.node.get_node_names()
+    )  # whose endpoints have names from then on
     assert harness.node.count_publishers("/chatter") == 1
     topics = dict(harness.node.get_topic_names_and_types())
     assert topics["/chatter"] == ["std_msgs/msg/String"]

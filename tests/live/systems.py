@@ -56,7 +56,7 @@ class Tool:
         return eventually(until, lambda: self.executor.spin_once(timeout_sec=0.02))
 
     def call(self, service: type[Any], name: str, request: Message) -> Any:
-        """Ask a service, as soon as it is there; ask again while nobody answers."""
+        """Ask a service as soon as it is there, and wait for the response."""
         client = self.node.create_client(service, name)
         futures: list[Any] = []
 

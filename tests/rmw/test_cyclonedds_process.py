@@ -86,7 +86,7 @@ def test_callbacks_take_turns(live: "Live") -> None:
             publisher.publish(String())
     threading.Event().wait(0.05)
     assert run_for(process, 50 * MS) == 6
-    assert order == ["/a", "/b"] * 3
+    assert order in (["/a", "/b"] * 3, ["/b", "/a"] * 3)  # on a busy machine both are found at the same time
 
 
 def test_what_is_posted_comes_after_what_is_ready(live: "Live") -> None:

@@ -8,6 +8,7 @@ from tests.rmw.peer import Peer, header, payload
 
 from sunset.errors import MiddlewareError
 from sunset.interfaces.std_srvs.srv import SetBool, Trigger
+from sunset.rmw import _dds_services
 from sunset.ros import CallbackError, Future, Node, SingleThreadedExecutor
 
 if TYPE_CHECKING:
@@ -67,7 +68,26 @@ def test_a_client_is_answered_as_soon_as_it_listens(live: "Live") -> None:
     assert answered(peer.collect(listen[0], 1)) == [header(7, 1)]
 
 
-def test_a_client_that_does_not_listen_delays_nobody_twice(live: "Live") -> None:
+def test_a_client_that_listens_late_is_answered_late(live: "Live") -> None:
+    _, executor = serve(live)
+    peer = live.peer()
+    requests = peer.writer(*REQUEST, user_data=b"clientid=7;")
+    assert matched(peer, requests)
+    peer.send(requests, request(7, 1))
+    peer.send(requests, request(7, 2))
+    live.spin(executor, lambda: False, 0.4)
+    listening = peer.reader(*REPLY, user_data=b"clientid=7;")
+    live.spin(executor, lambda: False, 0.2)
+    assert answered(peer.collect(listening, 2)) == [header(7, 1), header(7, 2)]
+    (process,) = live.processes
+    assert not process.problems
+    assert not process.timers
+
+
+def test_a_client_that_does_not_listen_delays_nobody_twice(
+    live: "Live", monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(_dds_services, "_LATE_NS", 200_000_000)
     _, executor = serve(live)
     (process,) = live.processes
     peer = live.peer()
@@ -75,12 +95,29 @@ def test_a_client_that_does_not_listen_delays_nobody_twice(live: "Live") -> None
     assert matched(peer, deaf)
     for number in range(50):
         peer.send(deaf, request(7, number))
-    assert live.spin(executor, lambda: process.problems["/server/set"] == 10)  # its queue holds ten
+    assert live.spin(executor, lambda: process.problems["/server/set"] == 10, 1.0)  # its queue holds ten
     listening = peer.reader(*REPLY, user_data=b"clientid=7;")
     assert matched(peer, listening)
     peer.send(deaf, request(7, 100))
     live.spin(executor, lambda: False, 0.1)
     assert answered(peer.collect(listening, 1)) == [header(7, 100)]
+
+
+def test_few_responses_wait_for_those_who_do_not_listen(
+    live: "Live", monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(_dds_services, "_LATE", 3)
+    _, executor = serve(live)
+    (process,) = live.processes
+    peer = live.peer()
+    deaf = peer.writer(*REQUEST, user_data=b"clientid=7;")
+    assert matched(peer, deaf)
+    for number in range(10):
+        peer.send(deaf, request(7, number))
+    assert live.spin(executor, lambda: process.problems["/server/set"] == 7, 5.0)
+    peer.leave()
+    assert live.spin(executor, lambda: not process.timers)  # who is gone is waited for no more
+    assert process.problems["/server/set"] == 7
 
 
 def test_a_client_without_an_id_is_answered_at_once(live: "Live") -> None:

@@ -34,11 +34,13 @@ _RANGES = ("SYSTEM_DEFAULT", "SUBNET", "LOCALHOST", "OFF")
 # A participant with an index from 0 to 32 that announces itself to "localhost" by unicast is found by ROS 2 nodes
 # whatever ROS_LOCALHOST_ONLY says. Multicast is for discovery only: an image goes to the processes that want it.
 # Who has sent something that is not confirmed asks after 10 ms, not 100: a process that leaves waits for the answers.
+# Who misses something asks as soon: the first request of a client often reaches a server that does not know it yet.
 _COMMON = (
     "<CycloneDDS><Domain><Discovery><ParticipantIndex>auto</ParticipantIndex>"
     "<MaxAutoParticipantIndex>32</MaxAutoParticipantIndex>"
     '<Peers><Peer address="localhost"/></Peers></Discovery>'
-    '<Internal><HeartbeatInterval min="2ms" minsched="5ms" max="8s">10ms</HeartbeatInterval></Internal>'
+    '<Internal><HeartbeatInterval min="2ms" minsched="5ms" max="8s">10ms</HeartbeatInterval>'
+    "<NackDelay>10ms</NackDelay></Internal>"
     "</Domain></CycloneDDS>"
 )
 _LOOPBACK = (

@@ -8,13 +8,13 @@ response until the client's reader is connected to it.
 import threading
 from collections.abc import Callable
 from struct import Struct
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 from sunset.errors import InterfaceError, MiddlewareError
 from sunset.interfaces import Message, Service, serialize
 from sunset.rmw import _dds_library as dds
 from sunset.rmw import _dds_wheel as wheel
-from sunset.rmw._dds_entity import MessageT, ReadingEntity
+from sunset.rmw._dds_entity import DdsTimer, MessageT, ReadingEntity
 from sunset.rmw._dds_names import parse_user_data, topic_names_of_service
 from sunset.rmw.port import CallbackError, ClientHandle, QoSProfile, RequestId, ServiceHandle
 
@@ -27,7 +27,13 @@ _HEADER: Final = Struct("<Qq")
 _ENCAPSULATION_SIZE: Final = 4
 _FIELDS: Final = _ENCAPSULATION_SIZE + _HEADER.size
 _PATIENCE_NS: Final = 100_000_000
+"""How long a server does nothing else than wait for a client's reader, as `rmw_cyclonedds` does before it gives up."""
 _STEP_S: Final = 0.001
+_LATE_NS: Final = 10_000_000_000
+"""How long it looks now and then whether the reader is there after all, as it may be on a machine that is busy."""
+_LATE_STEP_NS: Final = 20_000_000
+_LATE: Final = 20
+"""Responses of a server that may wait so."""
 _REMEMBERED: Final = 1000
 """Requests that may wait for their response, and clients of which a server remembers whether they listen."""
 
@@ -176,10 +182,19 @@ def _id_of(end: wheel.Endpoint, name: str) -> str:
     return parse_user_data(end.user_data).get(name, "")
 
 
+class _LateResponse(NamedTuple):
+    """A response to a client whose reader is not connected yet."""
+
+    writer: int
+    header: bytes
+    response: Message
+    limit_ns: int
+
+
 class DdsService(_ServiceEnd, ServiceHandle):
     """Holds at most `depth` requests that were not handled yet, and drops the oldest."""
 
-    __slots__ = ("_answerable", "_asked", "_handler", "_kind")
+    __slots__ = ("_asked", "_handler", "_heard", "_kind", "_late", "_late_timer")
 
     def __init__(
         self,
@@ -195,7 +210,9 @@ class DdsService(_ServiceEnd, ServiceHandle):
         self._kind = service_type.Request
         self._handler = handler
         self._asked: dict[RequestId, int] = {}
-        self._answerable: dict[int, bool] = {}
+        self._heard: dict[int, bool] = {}
+        self._late: list[_LateResponse] = []
+        self._late_timer: DdsTimer | None = None
         self.connect(service_type, name, qos, "serviceid", answers=True)
 
     def handle(self, payload: bytes, writer: int) -> bool:
@@ -227,33 +244,61 @@ class DdsService(_ServiceEnd, ServiceHandle):
         writer = self._asked.pop(request_id, None)
         if writer is None:
             raise MiddlewareError(f"Service {self._name} has no request {tuple(request_id)} to answer.")
-        if self._can_answer(writer):
-            self.send(_HEADER.pack(*request_id), response)
+        header = _HEADER.pack(*request_id)
+        if self._is_heard_by(writer):
+            self.send(header, response)
+        else:
+            self._late.append(_LateResponse(writer, header, response, self.process.steady_ns() + _LATE_NS))
+            if self._late_timer is None:
+                self._late_timer = DdsTimer(self.node, _LATE_STEP_NS, self._send_late, f"{self.label}, late")
 
-    def _can_answer(self, writer: int) -> bool:
+    def _is_heard_by(self, writer: int) -> bool:
         """Return whether a client's reader of responses is connected, having waited for that the first time."""
-        if self._answerable.get(writer):
+        if self._heard.get(writer):
             return True
-        request_writer = wheel.matched_publication(self._reader, writer)
-        if request_writer is None:
-            return False
-        client = _id_of(request_writer, "clientid")
-        connected = not client or self._is_connected(client)
-        if not connected and writer not in self._answerable:
+        heard = self._hears(writer)
+        if heard is False and writer not in self._heard:
             end_ns = self.process.steady_ns() + _PATIENCE_NS
             pause = threading.Event()
-            while not connected and self.process.steady_ns() < end_ns:
+            while heard is False and self.process.steady_ns() < end_ns:
                 pause.wait(_STEP_S)
-                connected = self._is_connected(client)
-        if len(self._answerable) >= _REMEMBERED:
-            self._answerable.clear()
-        self._answerable[writer] = connected
-        if not connected:
-            self.process.report(self._name, "did not answer a client that does not listen.", self.node)
-        return connected
+                heard = self._hears(writer)
+        if len(self._heard) >= _REMEMBERED:
+            self._heard.clear()
+        self._heard[writer] = heard is True
+        return heard is True
 
-    def _is_connected(self, client: str) -> bool:
+    def _hears(self, writer: int) -> bool | None:
+        """Return whether a client's reader is connected; None if the client is gone."""
+        request_writer = wheel.matched_publication(self._reader, writer)
+        if request_writer is None:
+            return None
+        client = _id_of(request_writer, "clientid")
         readers = (
             wheel.matched_subscription(self._writer, each) for each in dds.matched_subscriptions(self._writer)
         )
-        return any(reader is not None and _id_of(reader, "clientid") == client for reader in readers)
+        return not client or any(
+            reader is not None and _id_of(reader, "clientid") == client for reader in readers
+        )
+
+    def _send_late(self) -> None:
+        """Send the responses whose client listens by now; give up those of clients that are gone, or never will."""
+        waiting, self._late = self._late, []
+        for late in waiting:
+            heard = self._hears(late.writer)
+            if heard:
+                self._heard[late.writer] = True
+                self.send(late.header, late.response)
+            elif heard is False and self.process.steady_ns() < late.limit_ns and len(self._late) < _LATE:
+                self._late.append(late)
+            elif heard is False:
+                self.process.report(self._name, "did not answer a client that does not listen.", self.node)
+        if not self._late and self._late_timer is not None:
+            self._late_timer.destroy()
+            self._late_timer = None
+
+    def retire(self) -> None:
+        """Leave the graph; nobody is answered any more."""
+        if self._late_timer is not None:
+            self._late_timer.destroy()
+        super().retire()

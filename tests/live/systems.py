@@ -65,7 +65,7 @@ class Tool:
                 futures.append(client.call_async(request))
             return bool(futures) and futures[0].done()
 
-        assert self.spin(answered), f"{name} did not answer"
+        assert self.spin(answered), f"{name} " + ("did not answer" if futures else "was not found")
         self.node.destroy_client(client)
         return futures[0].result()
 

@@ -38,6 +38,12 @@ _REMEMBERED: Final = 1000
 """Requests that may wait for their response, and clients of which a server remembers whether they listen."""
 
 
+def _sample(client: int, number: int, message: Message) -> bytes:
+    """Return the payload of a request or response with its header."""
+    payload = serialize(message)
+    return payload[:_ENCAPSULATION_SIZE] + _HEADER.pack(client, number) + payload[_ENCAPSULATION_SIZE:]
+
+
 def split_sample(payload: bytes) -> tuple[RequestId, bytes]:
     """Return the header of a request or response, and the payload of the message behind it.
 
@@ -86,14 +92,9 @@ class _ServiceEnd(ReadingEntity):
         self.readers, self.writers = (dds.guid_of(reader),), (dds.guid_of(self._writer),)
         self.listen_to(reader)
 
-    def send(self, header: bytes, message: Message) -> None:
+    def send(self, sample: bytes) -> None:
         """Send a request or response."""
-        payload = serialize(message)
-        wheel.write(
-            self._writer,
-            payload[:_ENCAPSULATION_SIZE] + header + payload[_ENCAPSULATION_SIZE:],
-            self._name,
-        )
+        wheel.write(self._writer, sample, self._name)
 
     def identity(self, payload: bytes) -> RequestId | None:
         """Return what a sample's header says, or None, and report it, if it has none."""
@@ -143,7 +144,7 @@ class DdsClient(_ServiceEnd, ClientHandle):
         """Send a request and return its number."""
         self.check_alive(f"call {self._name}")
         number = self.process.new_request_number()
-        self.send(_HEADER.pack(self._id, number), request)
+        self.send(_sample(self._id, number, request))
         return number
 
     def handle(self, payload: bytes, writer: int) -> bool:
@@ -186,8 +187,7 @@ class _LateResponse(NamedTuple):
     """A response to a client whose reader is not connected yet."""
 
     writer: int
-    header: bytes
-    response: Message
+    sample: bytes
     limit_ns: int
 
 
@@ -244,11 +244,11 @@ class DdsService(_ServiceEnd, ServiceHandle):
         writer = self._asked.pop(request_id, None)
         if writer is None:
             raise MiddlewareError(f"Service {self._name} has no request {tuple(request_id)} to answer.")
-        header = _HEADER.pack(*request_id)
+        sample = _sample(*request_id, response)
         if self._is_heard_by(writer):
-            self.send(header, response)
+            self.send(sample)
         else:
-            self._late.append(_LateResponse(writer, header, response, self.process.steady_ns() + _LATE_NS))
+            self._late.append(_LateResponse(writer, sample, self.process.steady_ns() + _LATE_NS))
             if self._late_timer is None:
                 self._late_timer = DdsTimer(self.node, _LATE_STEP_NS, self._send_late, f"{self.label}, late")
 
@@ -288,7 +288,7 @@ class DdsService(_ServiceEnd, ServiceHandle):
             heard = self._hears(late.writer)
             if heard:
                 self._heard[late.writer] = True
-                self.send(late.header, late.response)
+                self.send(late.sample)
             elif heard is False and self.process.steady_ns() < late.limit_ns and len(self._late) < _LATE:
                 self._late.append(late)
             elif heard is False:

@@ -110,8 +110,9 @@ every_managed_node = pytest.mark.parametrize("node", MANAGED)
 
 @pytest.fixture(scope="module")
 def system() -> Iterator[tuple[Up, Tool]]:
-    with going_up("--scenario", "autofocus_needed") as pair:
-        yield pair
+    with going_up("--scenario", "autofocus_needed") as (up, tool):
+        assert up.tells("The faults are injected")  # which changes a parameter
+        yield up, tool
 
 
 @pytest.fixture(scope="module")

@@ -35,7 +35,7 @@ _RANGES = ("SYSTEM_DEFAULT", "SUBNET", "LOCALHOST", "OFF")
 # whatever ROS_LOCALHOST_ONLY says. Multicast is for discovery only: an image goes to the processes that want it.
 # Who has sent something that is not confirmed asks after 10 ms, not 100: a process that leaves waits for the answers.
 # Who misses something still asks after 100 ms, though a client's first request, which can reach a server that does not
-# know the client yet, so takes that long now and then: at 10 ms, a flood of samples becomes twice the flood.
+# know the client yet, so takes that long now and then: asking sooner makes a flood of samples worse.
 _COMMON = (
     "<CycloneDDS><Domain><Discovery><ParticipantIndex>auto</ParticipantIndex>"
     "<MaxAutoParticipantIndex>32</MaxAutoParticipantIndex>"

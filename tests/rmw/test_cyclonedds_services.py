@@ -53,12 +53,19 @@ def matched(peer: Peer, *ends: Any) -> bool:
     )
 
 
-def test_a_client_is_answered_as_soon_as_it_listens(live: "Live") -> None:
+def asked_by_the_deaf(live: "Live", count: int) -> tuple[SingleThreadedExecutor, Peer, Any]:
+    """Start a server and a client that does not listen but has asked so often; return both and what it asks with."""
     _, executor = serve(live)
     peer = live.peer()
-    requests = peer.writer(*REQUEST, user_data=b"clientid=7;")
-    assert matched(peer, requests)
-    peer.send(requests, request(7, 1))
+    deaf = peer.writer(*REQUEST, user_data=b"clientid=7;")
+    assert matched(peer, deaf)
+    for number in range(1, count + 1):
+        peer.send(deaf, request(7, number))
+    return executor, peer, deaf
+
+
+def test_a_client_is_answered_as_soon_as_it_listens(live: "Live") -> None:
+    executor, peer, _ = asked_by_the_deaf(live, 1)
     listen: list[Any] = []
     late = threading.Timer(0.03, lambda: listen.append(peer.reader(*REPLY, user_data=b"clientid=7;")))
     late.start()
@@ -69,12 +76,7 @@ def test_a_client_is_answered_as_soon_as_it_listens(live: "Live") -> None:
 
 
 def test_a_client_that_listens_late_is_answered_late(live: "Live") -> None:
-    _, executor = serve(live)
-    peer = live.peer()
-    requests = peer.writer(*REQUEST, user_data=b"clientid=7;")
-    assert matched(peer, requests)
-    peer.send(requests, request(7, 1))
-    peer.send(requests, request(7, 2))
+    executor, peer, _ = asked_by_the_deaf(live, 2)
     live.spin(executor, lambda: False, 0.4)
     listening = peer.reader(*REPLY, user_data=b"clientid=7;")
     live.spin(executor, lambda: False, 0.2)
@@ -88,13 +90,8 @@ def test_a_client_that_does_not_listen_delays_nobody_twice(
     live: "Live", monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(_dds_services, "_LATE_NS", 200_000_000)
-    _, executor = serve(live)
+    executor, peer, deaf = asked_by_the_deaf(live, 50)
     (process,) = live.processes
-    peer = live.peer()
-    deaf = peer.writer(*REQUEST, user_data=b"clientid=7;")
-    assert matched(peer, deaf)
-    for number in range(50):
-        peer.send(deaf, request(7, number))
     assert live.spin(executor, lambda: process.problems["/server/set"] == 10, 1.0)  # its queue holds ten
     listening = peer.reader(*REPLY, user_data=b"clientid=7;")
     assert matched(peer, listening)
@@ -107,13 +104,8 @@ def test_few_responses_wait_for_those_who_do_not_listen(
     live: "Live", monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(_dds_services, "_LATE", 3)
-    _, executor = serve(live)
+    executor, peer, _ = asked_by_the_deaf(live, 10)
     (process,) = live.processes
-    peer = live.peer()
-    deaf = peer.writer(*REQUEST, user_data=b"clientid=7;")
-    assert matched(peer, deaf)
-    for number in range(10):
-        peer.send(deaf, request(7, number))
     assert live.spin(executor, lambda: process.problems["/server/set"] == 7, 5.0)
     peer.leave()
     assert live.spin(executor, lambda: not process.timers)  # who is gone is waited for no more

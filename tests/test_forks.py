@@ -45,7 +45,7 @@ def ended(process: ForkedProcess) -> int:
 
 
 def test_it_has_streams_of_its_own_and_an_exit_code(server: ForkServer) -> None:
-    process = server.fork(["node", "print('Hello', input()); sys.stderr.write('well'); sys.exit(3)"])
+    process = server.fork(["node", "print('Hello', input()); sys.stderr.write('well'); sys.exit(3)"], {})
     assert process.poll() is None
     process.stdin.write(b"world\n")
     assert spoken(process) == "Hello world\nwell"
@@ -54,8 +54,8 @@ def test_it_has_streams_of_its_own_and_an_exit_code(server: ForkServer) -> None:
 
 
 def test_it_sees_the_end_of_its_input(server: ForkServer) -> None:
-    first = server.fork(["sys.stdin.read()"])
-    second = server.fork([ENDLESS])  # which must not hold the other end of the first one's pipe
+    first = server.fork(["sys.stdin.read()"], {})
+    second = server.fork([ENDLESS], {})  # which must not hold the other end of the first one's pipe
     first.stdin.close()
     assert ended(first) == 0
     second.kill()
@@ -63,7 +63,7 @@ def test_it_sees_the_end_of_its_input(server: ForkServer) -> None:
 
 
 def test_a_signal_ends_it_and_a_late_one_does_nothing(server: ForkServer) -> None:
-    process = server.fork([ENDLESS])
+    process = server.fork([ENDLESS], {})
     process.terminate()
     assert ended(process) == -signal.SIGTERM
     process.kill()
@@ -71,13 +71,14 @@ def test_a_signal_ends_it_and_a_late_one_does_nothing(server: ForkServer) -> Non
 
 
 def test_it_has_the_environment_and_is_a_session_of_its_own(server: ForkServer) -> None:
-    process = server.fork(["depth", "print(os.environ['COLOUR'], os.getsid(0) == os.getpid(), sys.argv[1])"])
-    assert spoken(process) == "green True depth\n"
+    said = "print(os.environ['COLOUR'], os.environ['SIZE'], os.getsid(0) == os.getpid(), sys.argv[1])"
+    process = server.fork(["depth", said], {"SIZE": "7"})
+    assert spoken(process) == "green 7 True depth\n"
     assert ended(process) == 0
 
 
 def test_others_see_what_it_runs(server: ForkServer) -> None:
-    process = server.fork(["node", "camera", "print(); input()"])
+    process = server.fork(["node", "camera", "print(); input()"], {})
     assert process.stdout.readline() == "\n"
     words = Path(f"/proc/{process.pid}/cmdline").read_text(encoding="utf-8").rstrip("\0")
     assert words == f"{sys.executable} -m sunset node camera print(); input()"
@@ -86,10 +87,10 @@ def test_others_see_what_it_runs(server: ForkServer) -> None:
 
 
 def test_a_process_outlives_the_server_but_nobody_sees_its_end(server: ForkServer) -> None:
-    process = server.fork(["print(os.getppid()); input()"])
+    process = server.fork(["print(os.getppid()); input()"], {})
     os.kill(int(process.stdout.readline()), signal.SIGKILL)
     with pytest.raises(OSError, match=r"\w"):
-        server.fork(["pass"])
+        server.fork(["pass"], {})
     assert process.poll() is None
     process.stdin.write(b"\n")
     assert ended(process) == UNSEEN

@@ -4,9 +4,9 @@ Python, numpy and DDS take half a second of a processor to load, for every node 
 fork server loads them once; a process that it forks is there within milliseconds. The server has one thread, joins no
 network and knows nothing of the nodes.
 
-Both ends of it are here. An order is a JSON list of arguments for the command line, with two open files: what the new
-process reads and what it writes. The answer is its number. A number is the order to bury a process that has
-ended; the answer is its exit code.
+Both ends of it are here. An order is a JSON list, of arguments for the command line and of variables of the
+environment, with two open files: what the new process reads and what it writes. The answer is its number. A number is
+the order to bury a process that has ended; the answer is its exit code.
 """
 
 import ctypes
@@ -21,11 +21,24 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from typing import IO, Final
 
-__all__ = ["UNSEEN", "ForkServer", "ForkedProcess", "await_order", "can_fork", "signal_after_parent"]
+__all__ = [
+    "ONE_THREAD",
+    "UNSEEN",
+    "ForkServer",
+    "ForkedProcess",
+    "await_order",
+    "can_fork",
+    "node_server",
+    "signal_after_parent",
+]
+
+ONE_THREAD: Final = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
+"""A node computes little but inference, which has one thread anyway; idle threads cost time to start."""
 
 UNSEEN: Final = 256
 """Takes the place of an exit code that nobody saw, for the server was gone."""
 
+_NODES: Final = (sys.executable, "-m", "sunset.cli._forks")
 _LONGEST: Final = 65536
 _FIRST_S: Final = 30.0
 """How long the server may take for its first answer, which comes when it has imported everything."""
@@ -118,8 +131,8 @@ class ForkServer:
                 start_new_session=True,
             )
 
-    def fork(self, arguments: Sequence[str]) -> ForkedProcess:
-        """Return a new process that runs a command line.
+    def fork(self, arguments: Sequence[str], environment: Mapping[str, str]) -> ForkedProcess:
+        """Return a new process that runs a command line, with variables besides the server's.
 
         Raises:
             OSError: the server does not answer; it is of no more use.
@@ -127,7 +140,7 @@ class ForkServer:
         their_input, stdin = os.pipe()
         stdout, their_output = os.pipe()
         try:
-            pid = self._ask(list(arguments), [their_input, their_output])
+            pid = self._ask([list(arguments), dict(environment)], [their_input, their_output])
         except OSError:
             os.close(stdin)
             os.close(stdout)
@@ -146,7 +159,7 @@ class ForkServer:
         except OSError:
             return UNSEEN
 
-    def _ask(self, order: list[str] | int, files: Sequence[int] = ()) -> int:
+    def _ask(self, order: list[object] | int, files: Sequence[int] = ()) -> int:
         try:
             socket.send_fds(self._door, [json.dumps(order).encode()], list(files))
             answer = self._door.recv(_LONGEST)
@@ -164,6 +177,11 @@ class ForkServer:
         self._door.close()
         self._process.kill()
         self._process.wait()
+
+
+def node_server() -> ForkServer | None:
+    """Start what nodes are forked from, where the system can; it is ready when it has imported what they need."""
+    return ForkServer(_NODES, ONE_THREAD | dict(os.environ)) if can_fork() else None
 
 
 def await_order(door: socket.socket) -> list[str] | None:
@@ -187,8 +205,10 @@ def await_order(door: socket.socket) -> list[str] | None:
             answer = os.fork()
             if answer == 0:
                 door.close()
-                _become(wanted, *files)
-                return list(wanted)
+                arguments, environment = wanted
+                os.environ.update(environment)
+                _become(arguments, *files)
+                return list(arguments)
             for file in files:
                 os.close(file)
         door.send(str(answer).encode())

@@ -6,12 +6,14 @@ import signal
 import sys
 import threading
 from collections.abc import Sequence
+from contextlib import ExitStack
 from importlib import import_module
 from types import FrameType
 from typing import Final, NoReturn
 
 from sunset import __version__
 from sunset.errors import SunsetError
+from sunset.forks import node_server
 
 __all__ = ["EXIT_BAD_INPUT", "EXIT_INTERRUPTED", "main"]
 
@@ -20,10 +22,11 @@ EXIT_INTERRUPTED: Final = 130
 _SIGNALLED: Final = 128
 """Added to a signal's number, as shells do."""
 
+_UP: Final = "up"
 _FLYING: Final = ("run", "bench", "agree")
 _VERBS: Final = (
     *(*_FLYING, "report", "scenarios", "faults", "managers"),
-    *("data", "models", "train", "node", "up", "ros"),
+    *("data", "models", "train", "node", _UP, "ros"),
 )
 """Each is a module beside this one."""
 
@@ -67,7 +70,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     arguments = sys.argv[1:] if arguments is None else arguments
     verb = next(iter(arguments), "")
-    parsed = _parser(verb).parse_args(arguments)
+    if verb != _UP:
+        return _execute(verb, arguments, argparse.Namespace())
+    with ExitStack() as stack:
+        server = node_server()  # which imports what it needs while this process does
+        if server is not None:
+            stack.callback(server.close)
+        return _execute(verb, arguments, argparse.Namespace(server=server))
+
+
+def _execute(verb: str, arguments: Sequence[str], given: argparse.Namespace) -> int:
+    parsed = _parser(verb).parse_args(arguments, given)
     if verb in _FLYING and threading.current_thread() is threading.main_thread():
         signal.signal(signal.SIGTERM, _interrupt)
     try:

@@ -76,6 +76,7 @@ def execute(arguments: argparse.Namespace) -> int:
             distro=arguments.ros_distro,
             loop=True,
             on_line=lambda node, line: console.print(f"[{node}] {line}", soft_wrap=True),
+            server=arguments.server,
         ) as system,
     ):
         operator = Operator(

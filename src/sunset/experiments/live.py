@@ -22,6 +22,7 @@ from sunset.nodes.deployment import deployed_scenario, deployment
 from sunset.ros import CallbackError, Context, SingleThreadedExecutor
 
 if TYPE_CHECKING:
+    from sunset.forks import ForkServer
     from sunset.rmw.port import Middleware
 
 __all__ = ["LiveClock", "LiveSystem", "drop_line"]
@@ -69,6 +70,7 @@ class LiveSystem:
         loop: whether the system lasts: the flight starts again when it is over, from the bag's first frame to its
             last, and what a callback of this process raises is logged and does not end it.
         on_line: called, on other threads, with a node and a line that it printed.
+        server: what `node_server` returned; None for a new one.
 
     Attributes:
         domain_id: the domain.
@@ -92,6 +94,7 @@ class LiveSystem:
         clock: "LiveClock | None" = None,
         loop: bool = False,
         on_line: Callable[[str, str], None] = drop_line,
+        server: "ForkServer | None" = None,
     ) -> None:
         from sunset.rmw.cyclonedds import CycloneDDS  # noqa: PLC0415  an optional extra
 
@@ -114,7 +117,7 @@ class LiveSystem:
             if spec.manager != EXTERNAL:
                 commands[MANAGER_PROCESS] = [*shared, "managing_system", "--manager", spec.manager]
             self.processes = stack.enter_context(
-                NodeProcesses(commands, {"ROS_DOMAIN_ID": str(self.domain_id)}, on_line)
+                NodeProcesses(commands, {"ROS_DOMAIN_ID": str(self.domain_id)}, on_line, server)
             )
             self.executor = SingleThreadedExecutor(context=self.context)
             self._launcher = Launcher(self.processes, tuple(INITIAL_STATES), context=self.context)

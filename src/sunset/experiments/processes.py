@@ -13,7 +13,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import IO, Final, Self
 
-from sunset.forks import UNSEEN, ForkedProcess, ForkServer, can_fork
+from sunset.forks import ONE_THREAD, UNSEEN, ForkedProcess, ForkServer, node_server
 
 __all__ = ["NodeProcesses"]
 
@@ -22,10 +22,7 @@ _PARTING_S: Final = 3.0
 _STEP_S: Final = 0.01
 _LOOK_S: Final = 0.1
 _LAST_WORDS: Final = 20
-_ONE_THREAD: Final = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
-"""A node computes little but inference, which has one thread anyway; idle threads cost time to start."""
 _SIGNALS: Final = {one.value: one.name for one in signal.Signals}  # real-time ones have no names
-_SERVER: Final = (sys.executable, "-m", "sunset.cli._forks")
 
 _Process = subprocess.Popen[str] | ForkedProcess
 
@@ -41,6 +38,7 @@ class NodeProcesses:
         arguments: node → what follows `sunset node`.
         environment: variables for all of them, besides this process's own.
         on_line: called, on other threads, with a node and a line that it printed.
+        server: what `node_server` returned, to be closed with them; None for a new one.
     """
 
     def __init__(
@@ -48,11 +46,12 @@ class NodeProcesses:
         arguments: Mapping[str, Sequence[str]],
         environment: Mapping[str, str],
         on_line: Callable[[str, str], None],
+        server: ForkServer | None = None,
     ) -> None:
         self._arguments = dict(arguments)
-        self._environment = _ONE_THREAD | dict(os.environ) | dict(environment)
+        self._environment = dict(environment)
         self._on_line = on_line
-        self._server = ForkServer(_SERVER, self._environment) if can_fork() else None
+        self._server = server or node_server()
         self._running: dict[str, _Process] = {}
         self._stopped: frozenset[str] = frozenset()
         self._next_look_s = 0.0
@@ -84,7 +83,7 @@ class NodeProcesses:
     def _new_process(self, arguments: list[str]) -> _Process:
         if self._server is not None:
             try:
-                return self._server.fork(arguments)
+                return self._server.fork(arguments, self._environment)
             except OSError:
                 self._server = None  # somebody has killed it; the nodes can do without
         return subprocess.Popen(  # noqa: S603  the command is ours
@@ -94,7 +93,7 @@ class NodeProcesses:
             stderr=subprocess.STDOUT,
             text=True,
             errors="replace",
-            env=self._environment,
+            env=ONE_THREAD | dict(os.environ) | self._environment,
             start_new_session=True,  # Ctrl-C is for this process, which ends the others in order
         )
 

@@ -120,6 +120,31 @@ def test_several_threads_answer_nearly_as_one_does(name: str, frame: Frame) -> N
         assert answers[0].entropy == pytest.approx(answers[1].entropy, abs=1e-4)
 
 
+def test_a_network_is_warmed_up_by_all_that_segmenting_runs(
+    tmp_path: Path, lite: Model, frame: Frame, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    runs: list[tuple[list[str], list[str]]] = []
+
+    class Session:
+        def __init__(self, modality: Modality) -> None:
+            self._session = lite.session(modality)
+
+        def run(self, outputs: list[str], inputs: dict[str, object]) -> object:
+            runs.append((outputs, list(inputs)))
+            return self._session.run(outputs, inputs)
+
+    cache = InferenceCache(tmp_path / "answers.sqlite")
+    segmenter = Segmenter(lite, cache=cache)
+    sessions = {modality: Session(modality) for modality in Modality}
+    monkeypatch.setattr(Model, "session", lambda _, modality, **__: sessions[modality])
+    for modality in Modality:
+        segmenter.warm_up(modality)
+        segmenter.warm_up(modality)
+        segmenter.segment(modality, *frame)
+        first, second, segmented = runs[-3:]
+        assert first == second == segmented  # an empty image is not looked up, and is run again
+
+
 def test_labels_are_read_only_class_indices(lite: Model, frame: Frame) -> None:
     labels = Segmenter(lite).segment(Modality.FUSION, *frame).labels
     assert labels.shape == (144, 256)

@@ -3,8 +3,6 @@
 from functools import cache
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from sunset.faults import FAULTS
 from sunset.interfaces.sensor_msgs.msg import Image
 from sunset.interfaces.system_interfaces.msg import SensorFusion
@@ -94,10 +92,7 @@ class SegmentationNode(AdaptiveNode):
             return
 
         def run() -> None:
-            card = self._segmenter.model.card
-            shape = (card.height, card.width)
-            colour, depth = np.zeros((*shape, 3), np.uint8), np.zeros(shape, np.uint16)
-            self._segmenter.logits(modalities[0], colour, depth)
+            self._segmenter.warm_up(modalities[0])
             self._warm_up(modalities[1:])
 
         self.call_later(0.0, run)

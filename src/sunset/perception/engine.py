@@ -77,6 +77,7 @@ def open_session(path: Path, *, threads: int = 1, device: str = "cpu") -> Any:
     options.inter_op_num_threads = 1
     options.execution_mode = onnxruntime.ExecutionMode.ORT_SEQUENTIAL
     options.use_deterministic_compute = True
+    options.enable_mem_pattern = False  # with it, not only the first run is slow but also the second
     options.log_severity_level = 4  # what goes wrong is raised, and must not be printed as well
     # Idle threads would spin, and take a core from others.
     options.add_session_config_entry("session.intra_op.allow_spinning", "0")

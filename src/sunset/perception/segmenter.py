@@ -113,6 +113,16 @@ class Segmenter:
         self._cache.put(key, result.labels, result.entropy)
         return result
 
+    def warm_up(self, modality: Modality) -> None:
+        """Run a network once on an empty image, past the cache: what was never run takes several times as long.
+
+        Raises:
+            ModelError: the model has no such network, or it fails.
+        """
+        size = (self._model.card.height, self._model.card.width)
+        bgr, depth = np.zeros((*size, 3), np.uint8), np.zeros(size, np.uint16)
+        self._infer(modality, self._inputs(modality, bgr, depth))
+
     def logits(
         self,
         modality: Modality,

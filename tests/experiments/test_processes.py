@@ -50,7 +50,7 @@ class Nodes(NodeProcesses):
 @pytest.fixture(params=["forked", "started"])
 def nodes(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[Nodes]:
     if request.param == "started":
-        monkeypatch.setattr("sunset.experiments.processes.can_fork", lambda: False)
+        monkeypatch.setattr("sunset.forks.can_fork", lambda: False)
     with free_domain_id() as domain_id, Nodes(domain_id, tmp_path / "mine.py") as made:
         yield made
 

@@ -8,7 +8,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -257,10 +257,16 @@ def fork_server(pid: int) -> int:
 
 
 def domain_of(pid: int) -> int:
-    """Return the domain of a live system in a process."""
-    variables = Path(f"/proc/{fork_server(pid)}/environ").read_text(encoding="utf-8").split("\0")
-    (domain_id,) = (text.partition("=")[2] for text in variables if text.startswith("ROS_DOMAIN_ID="))
+    """Return the domain of a live system in a process, which holds the file with the domain's parameters open."""
+    held = {found[1] for file in _files(pid) if (found := re.fullmatch(r"domain-(\d+)\.yaml", file.name))}
+    (domain_id,) = held
     return int(domain_id)
+
+
+def _files(pid: int) -> Iterator[Path]:
+    for link in Path(f"/proc/{pid}/fd").iterdir():
+        with suppress(FileNotFoundError):  # it was closed meanwhile
+            yield link.readlink()
 
 
 def _words(pid: int) -> list[str]:

@@ -7,7 +7,7 @@ import sys
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
@@ -19,6 +19,8 @@ __all__ = ["NodeProcesses"]
 
 _PARTING_S: Final = 3.0
 """How long processes may take to leave the graph when all of them are ended."""
+_TURN_S: Final = 0.1
+"""How long the next waits for one that takes longer: all at once would take the processor from other systems."""
 _STEP_S: Final = 0.01
 _LOOK_S: Final = 0.1
 _LAST_WORDS: Final = 20
@@ -163,17 +165,15 @@ class NodeProcesses:
         return self._ended.get(node, 0) not in {0, UNSEEN}
 
     def close(self) -> None:
-        """End all processes, and wait until they are gone."""
-        for process in self._running.values():
+        """End all processes, the last one that was made first, and wait until they are gone."""
+        limit = time.monotonic() + _PARTING_S
+        for process in reversed(self._running.values()):
             _send(process, signal.SIGTERM)
             _send(process, signal.SIGCONT)
-        limit = time.monotonic() + _PARTING_S
-        while any(process.poll() is None for process in self._running.values()):
-            if time.monotonic() >= limit:
-                for process in self._running.values():
-                    process.kill()
-                break
-            threading.Event().wait(_STEP_S)
+            _await_end([process], min(limit, time.monotonic() + _TURN_S))
+        if not _await_end(self._running.values(), limit):
+            for process in self._running.values():
+                process.kill()
         for node in list(self._running):
             self._note_end(node)
         if self._server is not None:
@@ -186,6 +186,15 @@ class NodeProcesses:
         self._ended[node] = process.wait()
         with suppress(OSError):  # nothing is left of what it has started
             os.killpg(process.pid, signal.SIGKILL)
+
+
+def _await_end(processes: Collection[_Process], limit_s: float) -> bool:
+    """Wait until processes have ended, or for a time of the monotonic clock; return whether they have."""
+    while any(process.poll() is None for process in processes):
+        if time.monotonic() >= limit_s:
+            return False
+        threading.Event().wait(_STEP_S)
+    return True
 
 
 def _send(process: _Process, number: int) -> None:

@@ -36,12 +36,8 @@ def nodes_that_publish(harness: Harness, topic: str) -> list[str]:
 
 def test_topics_are_listed_with_their_types_and_endpoints(harness: Harness) -> None:
     harness.start("Talker")
-    names = (
-        "/chatter",
-        "/talker/name",
-        "/parameter_events",
-        "/rosout",
-    )  # found in whatever order, then named
+    # endpoints are found in whatever order, and their nodes' names after them
+    names = ("/chatter", "/talker/name", "/parameter_events", "/rosout")
     assert harness.spin(lambda: all("talker" in nodes_that_publish(harness, name) for name in names))
     assert harness.node.count_publishers("/chatter") == 1
     topics = dict(harness.node.get_topic_names_and_types())

@@ -5,6 +5,7 @@ import signal
 import socket
 import subprocess
 import sys
+import threading
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -93,6 +94,19 @@ def test_a_process_outlives_the_server_but_nobody_sees_its_end(server: ForkServe
         server.fork(["pass"], {})
     assert process.poll() is None
     process.stdin.write(b"\n")
+    assert ended(process) == UNSEEN
+
+
+def test_a_stopped_process_goes_on_when_the_server_ends(server: ForkServer) -> None:
+    process = server.fork(
+        ["import signal; print(os.getppid()); signal.raise_signal(signal.SIGSTOP); print('on')"], {}
+    )
+    parent = int(process.stdout.readline())
+    stat = Path(f"/proc/{process.pid}/stat")
+    while stat.read_text(encoding="utf-8").rpartition(")")[2].split()[0] != "T":
+        threading.Event().wait(0.01)
+    os.kill(parent, signal.SIGKILL)
+    assert spoken(process) == "on\n"
     assert ended(process) == UNSEEN
 
 

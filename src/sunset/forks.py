@@ -215,9 +215,10 @@ def await_order(door: socket.socket) -> list[str] | None:
 
 
 def _become(arguments: list[str], stdin: int, stdout: int) -> None:
-    """Make of a copy of the server a process of its own."""
+    """Make of a copy of the server a process of its own, which goes on when the server ends, even if it is stopped."""
     from setproctitle import setproctitle  # noqa: PLC0415  an optional extra
 
+    signal_after_parent(signal.SIGCONT)  # at once, for it may be stopped while it starts
     os.setsid()
     for number, file in enumerate((stdin, stdout, stdout)):
         os.dup2(file, number)

@@ -5,6 +5,7 @@ import time
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Final, Self
@@ -30,6 +31,8 @@ __all__ = ["LiveClock", "LiveSystem", "drop_line"]
 _EXECUTOR: Final = "scenario_executor"
 _FIRST: Final = ("bag_player", "camera", "depth", _EXECUTOR)
 """Those that others wait for, or that take longest to be active, are started before the others."""
+_TURN_S: Final = 0.2
+"""How long the next waits for one that takes longer: all at once would take the processor from other systems."""
 _STEP_NS: Final = 10_000_000
 
 
@@ -124,6 +127,7 @@ class LiveSystem:
             self.executor.add_node(self._launcher)
             for node in sorted(commands, key=lambda name: name not in _FIRST):
                 self.processes.start(node)
+                self.spin_until(partial(self._is_heard, node), _TURN_S)
             self.essential = tuple(
                 name for name in commands if name not in {*INITIAL_STATES, MANAGER_PROCESS}
             )
@@ -137,6 +141,9 @@ class LiveSystem:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self._stack.__exit__(kind, error, trace)
+
+    def _is_heard(self, node: str) -> bool:
+        return any(name == node for name, _ in self._middleware.nodes())
 
     def _parameters(self, resources: Resources, *, loop: bool) -> dict[str, Parameters]:
         """Return node → parameter → value; under the empty name those of all nodes."""

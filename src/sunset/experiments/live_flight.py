@@ -203,8 +203,9 @@ def fly(
     watch = _Watch(observer, frames, clock)
     with ExitStack() as stack:
         domain_id = stack.enter_context(_domain(spec))
+        # it comes before the nodes and leaves after them: each of its readers that comes or goes occupies all of them
+        tap = stack.enter_context(CycloneTap(watch, domain_id=domain_id))
         system = stack.enter_context(LiveSystem(spec, resources, domain_id, clock=clock, on_line=show))
-        tap = stack.enter_context(CycloneTap(watch, domain_id=system.domain_id))
         supervisor = LiveSupervisor(
             spec.scenario.name, spec.timing, _readiness(spec, watch, system.domain_id), context=system.context
         )
@@ -217,6 +218,7 @@ def fly(
 
         _conduct(system, supervisor, spec, look)
         end_ns = clock.at(time.time_ns())
+        tap.finish()
     frames.clock_step_ns = _clock_offset_ns() - offset_ns
     frames.ended_early = supervisor.phase is not Phase.OVER
     observer.finish(end_ns)

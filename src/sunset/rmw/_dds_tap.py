@@ -153,7 +153,7 @@ class CycloneTap:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self._stop()
+        self._leave()
         if error is None:
             self.check()
 
@@ -166,8 +166,8 @@ class CycloneTap:
         if self._failure is not None:
             raise self._failure
 
-    def close(self) -> None:
-        """Tell the tap what has come, and leave the network.
+    def finish(self) -> None:
+        """Tell the tap what has come, and nothing more from now on.
 
         Raises:
             Exception: what the tap raised.
@@ -175,10 +175,23 @@ class CycloneTap:
         self._stop()
         self.check()
 
+    def close(self) -> None:
+        """Tell the tap what has come, and leave the network.
+
+        Raises:
+            Exception: what the tap raised.
+        """
+        self._leave()
+        self.check()
+
     def _stop(self) -> None:
-        if not self._link.has_left:
+        if self._thread.is_alive():
             self._queue.put(None)
             self._thread.join()
+
+    def _leave(self) -> None:
+        self._stop()
+        if not self._link.has_left:
             self._link.leave(())
 
     def _on_problem(self, where: str, problem: str) -> None:

@@ -69,8 +69,8 @@ def rays(pose: Pose, size: tuple[int, int]) -> Reals:
     for extra, shift in ((0, 0.5), (1, 0.0)):
         x = (np.arange(width + extra) + shift - width / 2) * scale
         y = (np.arange(height + extra) + shift - height / 2) * scale
-        grid = np.empty((height + extra, width + extra, 3), dtype=np.float32)
+        grid = np.empty((3, height + extra, width + extra), dtype=np.float32)
         for axis, (right, down, forward) in enumerate(axes.T):
-            grid[..., axis] = forward + x * right + y[:, None] * down
-        parts.append(grid.reshape(-1, 3))
-    return np.concatenate(parts)
+            grid[axis] = forward + x * right + y[:, None] * down
+        parts.append(grid.reshape(3, -1))
+    return np.concatenate(parts, axis=1).T

@@ -9,8 +9,8 @@ import numpy.typing as npt
 
 from sunset.data.frame import Ids, Reals
 from sunset.data.meshes import Material
-from sunset.data.shading import dot
 from sunset.data.textures import broad, grain, hashed, look_up, tangle
+from sunset.data.vectors import dot, pick, put, scale, scaled
 
 __all__ = ["Surfaces", "finish_solids"]
 
@@ -73,11 +73,13 @@ _SEDUM: Final = np.square(np.array((0.46, 0.4, 0.28), F))
 def finish_solids(seen: Surfaces) -> None:
     """Draw windows, tiles, leaves and the like into the colours, gloss and normals, in place."""
     upright = np.abs(seen.normals[:, 2]) < F(0.5)
+    counts = np.bincount(seen.materials, minlength=len(Material))
+    made_of = np.split(np.argsort(seen.materials, kind="stable"), np.cumsum(counts)[:-1])
     for material, windows in _WINDOWS.items():
-        made = seen.materials == material
-        _draw_windows(seen, np.flatnonzero(made & upright), windows, shop=material is Material.SHOP)
+        rows = made_of[material]
+        _draw_windows(seen, rows[upright.take(rows)], windows, shop=material is Material.SHOP)
     for material, draw in _DRAWN.items():
-        rows = np.flatnonzero(seen.materials == material)
+        rows = made_of[material]
         if len(rows):
             draw(seen, rows)
 
@@ -86,8 +88,8 @@ def _draw_windows(seen: Surfaces, rows: Rows, windows: _Windows, *, shop: bool) 
     """Draw a grid of windows; where windows are smaller than a pixel, their mean."""
     if not len(rows):
         return
-    normals, anchors = seen.normals[rows], seen.anchors[rows]
-    local = seen.points[rows] - anchors
+    normals, anchors = pick(seen.normals, rows), pick(seen.anchors, rows)
+    local = pick(seen.points, rows) - anchors
     along = local[:, 1] * normals[:, 0] - local[:, 0] * normals[:, 1]
     house = anchors[:, 0] * F(3), anchors[:, 1] * F(3)
     varied = hashed(*house)
@@ -102,8 +104,8 @@ def _draw_windows(seen: Surfaces, rows: Rows, windows: _Windows, *, shop: bool) 
     share = (inside * near + mean * (1 - near))[:, None]
     drawn = hashed(column + house[0], storey + house[1], 2)
     pane = F(0.018 + 0.25 * windows.gloss) + F(0.03) * drawn + F(0.22) * (drawn > F(0.86)) + F(0.04) * (1 - z)
-    glass = pane[:, None] * np.array((0.94, 1.0, 1.08), F)
-    wall = seen.colours[rows] * _weathered(local, along)[:, None]
+    glass = scaled(np.array((0.94, 1.0, 1.08), F), pane)
+    wall = pick(seen.colours, rows) * _weathered(local, along)[:, None]
     if shop:
         band = (z > F(0.72)) & (z < F(0.9)) & (local[:, 2] > 0)
         name = (hashed(np.floor(along / 7) + house[0], house[1], 3) * len(_SIGNS)).astype(np.int64)
@@ -111,7 +113,7 @@ def _draw_windows(seen: Surfaces, rows: Rows, windows: _Windows, *, shop: bool) 
     sill = inside & (z < F(windows.sill + 0.045))
     wall = np.where(sill[:, None], np.minimum(wall * F(1.3), F(0.7)), wall)
     share = np.where(sill[:, None], F(0), share)
-    seen.colours[rows] = wall + (glass - wall) * share
+    put(seen.colours, rows, wall + (glass - wall) * share)
     seen.gloss[rows] = share[:, 0] * F(windows.gloss)
 
 
@@ -125,76 +127,77 @@ def _weathered(local: Reals, along: Reals) -> Reals:
 
 
 def _draw_bricks(seen: Surfaces, rows: Rows) -> None:
-    local, normals = seen.points[rows] - seen.anchors[rows], seen.normals[rows]
+    local, normals = pick(seen.points, rows) - pick(seen.anchors, rows), pick(seen.normals, rows)
     along = local[:, 1] * normals[:, 0] - local[:, 0] * normals[:, 1]
     tone = (
         1
         + F(0.12) * look_up(grain(), along, local[:, 2], 3.0)
         + F(0.14) * look_up(broad(), along, local[:, 2], 6.0)
     )
-    seen.colours[rows] *= tone[:, None]
+    scale(seen.colours, rows, tone)
 
 
 def _draw_stains(seen: Surfaces, rows: Rows) -> None:
     """Stains, puddle marks and the seams of sheets on a flat roof."""
-    local = seen.points[rows] - seen.anchors[rows]
-    x, y = seen.points[rows, 0], seen.points[rows, 1]
+    local = pick(seen.points, rows) - pick(seen.anchors, rows)
+    x, y, _ = pick(seen.points, rows).T
     sheet = hashed(local[:, 0] / F(1.1), local[:, 1] / F(9), 4)
     stains = look_up(broad(), x, y, 8.0)
     pools = np.clip(look_up(broad(), y, x, 3.0) - F(0.3), 0, F(0.6))
-    seen.colours[rows] *= (F(0.96) + F(0.08) * sheet + F(0.14) * stains - F(0.4) * pools)[:, None]
+    scale(seen.colours, rows, F(0.96) + F(0.08) * sheet + F(0.14) * stains - F(0.4) * pools)
 
 
 def _draw_gravel(seen: Surfaces, rows: Rows) -> None:
-    x, y = seen.points[rows, 0], seen.points[rows, 1]
+    x, y, _ = pick(seen.points, rows).T
     tone = 1 + F(0.16) * look_up(grain(), x, y, 5.0) + F(0.16) * look_up(broad(), x, y, 5.0)
-    seen.colours[rows] *= tone[:, None]
+    scale(seen.colours, rows, tone)
 
 
 def _draw_tiles(seen: Surfaces, rows: Rows) -> None:
     """Each tile a little different, lichen and weathered patches, darker towards the eaves of each course."""
-    x, y, z = (seen.points[rows, axis] for axis in range(3))
+    x, y, z = pick(seen.points, rows).T
     aged = look_up(broad(), x, y, 9.0)
     single = look_up(grain(), x + y, z * F(2), 3.2)
     moss = np.clip(look_up(broad(), y + F(17), x, 4.0) - F(0.35), 0, F(0.5))[:, None]
     near = np.clip(F(1.6) - seen.depth[rows] / 60, 0, 1)
     course = np.abs(z * F(2.6) - np.floor(z * F(2.6)) - F(0.5)) * near
     tone = 1 + F(0.12) * aged + F(0.1) * single + F(0.14) * (course - F(0.25) * near)
-    base = seen.colours[rows] * tone[:, None]
-    seen.colours[rows] = base + (np.array((0.1, 0.1, 0.075), F) - base) * moss
+    base = pick(seen.colours, rows) * tone[:, None]
+    put(seen.colours, rows, base + (np.array((0.1, 0.1, 0.075), F) - base) * moss)
 
 
 def _draw_ribs(seen: Surfaces, rows: Rows) -> None:
     """Standing seams of sheet metal, and rust."""
-    local = seen.points[rows] - seen.anchors[rows]
-    normals = seen.normals[rows]
+    local = pick(seen.points, rows) - pick(seen.anchors, rows)
+    normals = pick(seen.normals, rows)
     flat = np.abs(normals[:, 2]) > F(0.5)
     along = np.where(flat, local[:, 0], local[:, 1] * normals[:, 0] - local[:, 0] * normals[:, 1])
     rib = np.sin(along * F(2 * np.pi / 0.9)) * np.clip(F(1.4) - seen.depth[rows] / 60, 0, 1)
-    rust = np.clip(look_up(broad(), seen.points[rows, 0], seen.points[rows, 1], 4.0), 0, 1)[:, None]
-    base = seen.colours[rows] * (1 + F(0.1) * rib)[:, None]
-    seen.colours[rows] = base * (1 - rust * np.array((0.1, 0.2, 0.28), F))
+    x, y, _ = pick(seen.points, rows).T
+    rust = np.clip(look_up(broad(), x, y, 4.0), 0, 1)
+    base = pick(seen.colours, rows) * (1 + F(0.1) * rib)[:, None]
+    put(seen.colours, rows, base * (1 - scaled(np.array((0.1, 0.2, 0.28), F), rust)))
     seen.gloss[rows] = F(0.05)
 
 
 def _draw_sedum(seen: Surfaces, rows: Rows) -> None:
-    x, y = seen.points[rows, 0], seen.points[rows, 1]
+    x, y, _ = pick(seen.points, rows).T
     share = np.clip(F(0.4) + F(0.6) * look_up(broad(), x, y, 6.0), 0, 1)[:, None]
-    base = seen.colours[rows] * (1 + F(0.2) * look_up(grain(), x, y, 3.0))[:, None]
-    seen.colours[rows] = base + (_SEDUM - base) * share
+    base = pick(seen.colours, rows) * (1 + F(0.2) * look_up(grain(), x, y, 3.0))[:, None]
+    put(seen.colours, rows, base + (_SEDUM - base) * share)
 
 
 def _draw_panels(seen: Surfaces, rows: Rows) -> None:
-    local = seen.points[rows] - seen.anchors[rows]
+    local = pick(seen.points, rows) - pick(seen.anchors, rows)
     near = np.clip(F(1.5) - seen.depth[rows] / 60, 0, 1)
     frame = (local[:, 0] - np.floor(local[:, 0]) < F(0.07)) | (local[:, 1] / F(1.7) % 1 < F(0.05))
-    seen.colours[rows] += (F(0.2) * frame * near)[:, None]
+    put(seen.colours, rows, pick(seen.colours, rows) + (F(0.2) * frame * near)[:, None])
     seen.gloss[rows] = F(0.12)
 
 
 def _draw_leaves(seen: Surfaces, rows: Rows) -> None:
     """Leaf clumps: normals of the crown's ellipsoid disturbed, gaps into the dark, lighter above and outside."""
-    points, anchors = seen.points[rows], seen.anchors[rows]
+    points, anchors = pick(seen.points, rows), pick(seen.anchors, rows)
     outward = points - anchors
     outward /= np.maximum(np.sqrt(dot(outward, outward))[:, None], F(1e-6))
     x, y, z = points[:, 0], points[:, 1], points[:, 2]
@@ -204,26 +207,26 @@ def _draw_leaves(seen: Surfaces, rows: Rows) -> None:
     normals = outward + F(0.7) * look_up(tangle(), *leaf, 5.0)
     normals[:, 2] += F(0.25)
     normals /= np.maximum(np.sqrt(dot(normals, normals))[:, None], F(1e-6))
-    seen.normals[rows] = normals
+    put(seen.normals, rows, normals)
     speckle, clump = look_up(grain(), *leaf, 4.0), look_up(broad(), a, b, 14.0)
     tone = 1 + F(0.22) * speckle + F(0.32) * clump
     tone *= F(0.72) + F(0.28) * outward[:, 2]
     tone[clump + F(0.4) * speckle < F(-0.55)] *= F(0.5)
     hue = hashed(anchors[:, 0] * 2, anchors[:, 1] * 2, 5) - F(0.5)
-    tint = 1 + hue[:, None] * np.array((0.3, 0.08, -0.1), F)
-    seen.colours[rows] = _muted(seen.colours[rows]) * np.maximum(tone, F(0.2))[:, None] * tint
+    tint = 1 + scaled(np.array((0.3, 0.08, -0.1), F), hue)
+    put(seen.colours, rows, _muted(pick(seen.colours, rows)) * np.maximum(tone, F(0.2))[:, None] * tint)
 
 
 def _draw_needles(seen: Surfaces, rows: Rows) -> None:
     """Dark branches of a conifer around its axis."""
-    points = seen.points[rows]
+    points = pick(seen.points, rows)
     layer = np.floor(points[:, 2] * F(4))
     leaf = points[:, 0] + layer * F(13.7), points[:, 1] + layer * F(7.3)
-    normals = seen.normals[rows] + F(0.6) * look_up(tangle(), *leaf, 5.0)
+    normals = pick(seen.normals, rows) + F(0.6) * look_up(tangle(), *leaf, 5.0)
     normals[:, 2] = np.abs(normals[:, 2]) + F(0.1)
-    seen.normals[rows] = normals / np.sqrt(dot(normals, normals))[:, None]
+    put(seen.normals, rows, normals / np.sqrt(dot(normals, normals))[:, None])
     speckle = look_up(grain(), *leaf, 4.0)
-    seen.colours[rows] = _muted(seen.colours[rows]) * (F(0.9) + F(0.35) * speckle)[:, None]
+    put(seen.colours, rows, _muted(pick(seen.colours, rows)) * (F(0.9) + F(0.35) * speckle)[:, None])
 
 
 def _muted(leaves: Reals) -> Reals:

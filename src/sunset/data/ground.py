@@ -93,9 +93,10 @@ class Sheet:
     def at(self, x: npt.ArrayLike, y: npt.ArrayLike) -> Ids:
         """Return the surface at world points, for those outside that of the nearest point inside."""
         scale, last = len(self.image) / (2 * self.reach), len(self.image) - 1
-        column = np.floor((np.asarray(x) + self.reach) * scale).astype(np.int64)
-        row = np.floor((np.asarray(y) + self.reach) * scale).astype(np.int64)
-        found: Ids = self.image[np.clip(row, 0, last), np.clip(column, 0, last)]
+        row, column = (
+            np.clip((np.asarray(along) + self.reach) * scale, 0, last).astype(np.int64) for along in (y, x)
+        )
+        found: Ids = self.image.ravel().take(row * len(self.image) + column)
         return found
 
 

@@ -20,9 +20,10 @@ from sunset.data.ground import SURFACE_LABELS
 from sunset.data.layout import EXTENT_M
 from sunset.data.light import Light, light
 from sunset.data.meshes import Material
-from sunset.data.shading import Seen, dot, shade
+from sunset.data.shading import Seen, shade
 from sunset.data.textures import ground_look
 from sunset.data.town import Hits, Solid, Town
+from sunset.data.vectors import dot, pick, put, zeros
 from sunset.seeding import generator
 
 __all__ = ["View", "render"]
@@ -119,10 +120,10 @@ def _traffic(town: Town, view: View, sunlight: Light, size: tuple[int, int]) -> 
     seen = ahead & (np.abs(right) < reach) & (np.abs(down) < reach * (size[0] / size[1]) + margin)
     seen &= np.abs(positions[:, :2]).max(axis=1) < EXTENT_M
     seen &= forward < 400  # noqa: PLR2004  metres; nothing that moves is a pixel wide beyond
-    mesh = town.traffic.mesh(positions, headings, seen)
+    mesh, corners, faces = town.traffic.mesh(positions, headings, seen)
     seen &= forward > -radii
     near = _rays_near(right[seen], down[seen], forward[seen], radii[seen], size)
-    return Solid(mesh) if len(mesh) else None, near
+    return Solid(mesh, corners, faces) if len(mesh) else None, near
 
 
 def _rays_near(right: Reals, down: Reals, forward: Reals, radii: Reals, size: tuple[int, int]) -> Indices:
@@ -146,14 +147,14 @@ def _rays_near(right: Reals, down: Reals, forward: Reals, radii: Reals, size: tu
 
 
 def _meet(scene: _Scene, origin: Reals, directions: Reals) -> _Met:
-    origins = np.ascontiguousarray(np.broadcast_to(origin, directions.shape))
+    origins = np.broadcast_to(origin, directions.shape)
     hits = scene.town.solid.meet(origins, directions)
     known = hits.distance < np.float32(DEPTH_RANGE_M)
     kind = np.where(hits.triangle < len(scene.town.terrain.mesh), np.int8(0), np.int8(1))
     kind[~known] = -1
     depth, triangle = np.where(known, hits.distance, NO_HIT), hits.triangle
     if scene.moving is not None:
-        other: Hits = scene.moving.meet(origins[: len(scene.near)], directions.take(scene.near, axis=0))
+        other: Hits = scene.moving.meet(origins[: len(scene.near)], pick(directions, scene.near))
         nearer = other.distance < depth[scene.near]
         rows = scene.near[nearer]
         kind[rows], depth[rows], triangle[rows] = 2, other.distance[nearer], other.triangle[nearer]
@@ -167,38 +168,41 @@ def _look(
     count = len(directions)
     reach = np.where(met.kind < 0, F(0), met.depth)
     points = origin + directions * reach[:, None]
-    normals = np.zeros((count, 3), dtype=F)
+    normals = zeros(count)
     normals[:, 2] = 1
-    colours, gloss = np.zeros((count, 3), dtype=F), np.zeros(count, dtype=F)
+    colours, gloss = zeros(count), np.zeros(count, dtype=F)
     labels = np.full(count, SKY, dtype=np.uint8)
     lift = np.full(count, F(0.03))
     ground = np.flatnonzero(met.kind == 0)
     land = met.triangle[ground]
-    places = points.take(ground, axis=0)
+    places = pick(points, ground)
     surfaces = scene.town.ground.at(places[:, 0], places[:, 1], scene.town.terrain.bare.take(land))
-    rippled = scene.town.solid.normals.take(land, axis=0)
-    colours[ground], gloss[ground] = ground_look(surfaces, places, rippled)
-    normals[ground] = rippled
+    rippled = pick(scene.town.solid.normals, land)
+    bare, gloss[ground] = ground_look(surfaces, places, rippled)
+    put(colours, ground, bare)
+    put(normals, ground, rippled)
     labels[ground] = SURFACE_LABELS[surfaces]
     for kind, solid in ((1, scene.town.solid), (2, scene.moving)):
         rows = np.flatnonzero(met.kind == kind)
         if solid is None or not len(rows):
             continue
         triangles = met.triangle[rows]
-        facing = solid.normals.take(triangles, axis=0)
-        facing[dot(facing, directions.take(rows, axis=0)) > 0] *= -1
+        facing = pick(solid.normals, triangles)
+        facing *= np.where(dot(facing, pick(directions, rows)) > 0, F(-1), F(1))[:, None]
         materials = solid.materials.take(triangles)
         surface = Surfaces(
             materials,
-            points.take(rows, axis=0),
-            solid.anchors.take(triangles, axis=0),
+            pick(points, rows),
+            pick(solid.anchors, triangles),
             met.depth.take(rows),
             facing,
-            solid.colours.take(triangles, axis=0),
+            pick(solid.colours, triangles),
             np.zeros(len(rows), dtype=F),
         )
         finish_solids(surface)
-        normals[rows], colours[rows], gloss[rows] = surface.normals, surface.colours, surface.gloss
+        put(normals, rows, surface.normals)
+        put(colours, rows, surface.colours)
+        gloss[rows] = surface.gloss
         labels[rows] = solid.labels.take(triangles)
         lift[rows] = np.where(materials == Material.FOLIAGE, F(0.3), F(0.03))
     starts = points + normals * lift[:, None]
@@ -209,7 +213,7 @@ def _look(
 @lru_cache(maxsize=4)
 def _jitter(count: int) -> Reals:
     """Return points (N, 3) spread in the unit ball, the same for every frame."""
-    return generator(0, "penumbra").uniform(-1, 1, (count, 3)).astype(F) * F(0.6)
+    return np.asfortranarray(generator(0, "penumbra").uniform(-1, 1, (count, 3)).astype(F) * F(0.6))
 
 
 def _lit(scene: _Scene, met: _Met, starts: Reals, normals: Reals, size: tuple[int, int]) -> Reals:
@@ -221,8 +225,8 @@ def _lit(scene: _Scene, met: _Met, starts: Reals, normals: Reals, size: tuple[in
     pixels = size[0] * size[1]
     towards = np.asarray(scene.light.sun_direction, dtype=F)
     rows = pixels + np.flatnonzero((met.kind[pixels:] >= 0) & (dot(normals[pixels:], towards) > 0))
-    directions = towards + _jitter(len(normals)).take(rows, axis=0) * F(scene.light.sun_radius)
-    origins = starts.take(rows, axis=0)
+    directions = towards + pick(_jitter(len(normals)), rows) * F(scene.light.sun_radius)
+    origins = pick(starts, rows)
     dark = scene.town.solid.blocks(origins, directions)
     if scene.moving is not None:
         dark |= scene.moving.blocks(origins, directions)
@@ -242,17 +246,17 @@ def _skyward(size: tuple[int, int]) -> tuple[Indices, Reals]:
     """Return every second pixel (M,) of every second row and its direction (M, 3) into the sky, one of four."""
     row, column = (axis[::2, ::2] for axis in np.indices(size))
     azimuth = (column // 2 % 2 + row % 4) * (np.pi / 2) + 0.4
-    flat = np.stack([0.74 * np.cos(azimuth), 0.74 * np.sin(azimuth), np.full(row.shape, 0.67)], axis=-1)
-    return (row * size[1] + column).ravel(), flat.reshape(-1, 3).astype(F)
+    flat = np.stack([0.74 * np.cos(azimuth), 0.74 * np.sin(azimuth), np.full(row.shape, 0.67)])
+    return (row * size[1] + column).ravel(), flat.reshape(3, -1).astype(F).T
 
 
 def _openness(scene: _Scene, met: _Met, starts: Reals, normals: Reals, size: tuple[int, int]) -> Reals:
     """Return the share of the sky (N,) that the town leaves open, averaged over neighbouring pixels."""
     rows, directions = _skyward(size)
-    outward = normals.take(rows, axis=0)
+    outward = pick(normals, rows)
     inward = np.minimum(dot(directions, outward), 0)
     directions = directions - F(2) * inward[:, None] * outward
-    hidden = scene.town.solid.blocks(starts.take(rows, axis=0), directions) & (met.kind.take(rows) >= 0)
+    hidden = scene.town.solid.blocks(pick(starts, rows), directions) & (met.kind.take(rows) >= 0)
     coarse = hidden.reshape((size[0] + 1) // 2, -1).astype(F)
     coarse = cv2.blur(coarse, (4, 4), borderType=cv2.BORDER_REFLECT)
     image = cv2.resize(coarse, size[::-1], interpolation=cv2.INTER_LINEAR)
@@ -264,21 +268,20 @@ def _openness(scene: _Scene, met: _Met, starts: Reals, normals: Reals, size: tup
 @lru_cache(maxsize=4)
 def _vignette(size: tuple[int, int]) -> Reals:
     y, x = np.linspace(-1, 1, size[0]), np.linspace(-1, 1, size[1])
-    return (1 - 0.09 * (x[None, :] ** 2 + y[:, None] ** 2)).astype(np.float32)[..., None]
+    return (1 - 0.09 * (x[None, :] ** 2 + y[:, None] ** 2)).astype(np.float32)
 
 
 def _develop(colours: Reals, size: tuple[int, int], seed: int) -> npt.NDArray[np.uint8]:
     """Return the picture (H, W, 3), blue first, as a sensor records linear colours of centres and corners."""
     height, width = size
-    centres = colours[: height * width].reshape(height, width, 3)
-    corners = colours[height * width :].reshape(height + 1, width + 1, 3)
-    around = corners[:-1, :-1] + corners[1:, :-1] + corners[:-1, 1:] + corners[1:, 1:]
+    centres = colours.T[:, : height * width].reshape(3, height, width)
+    corners = colours.T[:, height * width :].reshape(3, height + 1, width + 1)
+    around = corners[:, :-1, :-1] + corners[:, 1:, :-1] + corners[:, :-1, 1:] + corners[:, 1:, 1:]
     linear = (centres * np.float32(0.5) + around * np.float32(0.125)) * _vignette(size)
     display = np.sqrt(linear / (1 + linear * np.float32(0.3)))
     display += np.float32(CONTRAST) * display * (1 - display) * (2 * display - 1)
     display *= np.float32(255)
-    display += generator(seed, "sensor").standard_normal(display.shape, dtype=np.float32) * np.float32(
-        SENSOR_NOISE
-    )
+    noise = generator(seed, "sensor").standard_normal((height, width, 3), dtype=np.float32)
+    display += noise.transpose(2, 0, 1) * np.float32(SENSOR_NOISE)
     levels = np.clip(np.round(display), 0, 255).astype(np.uint8)
-    return np.ascontiguousarray(levels[..., ::-1])
+    return np.ascontiguousarray(levels[::-1].transpose(1, 2, 0))

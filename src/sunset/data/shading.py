@@ -8,8 +8,9 @@ import numpy.typing as npt
 
 from sunset.data.frame import Reals
 from sunset.data.light import Light
+from sunset.data.vectors import dot, pick
 
-__all__ = ["Seen", "dot", "shade"]
+__all__ = ["Seen", "shade"]
 
 F: Final = np.float32
 GROUND_SHARE: Final = F(0.2)
@@ -38,12 +39,6 @@ class Seen:
     depth: Reals
 
 
-def dot(vectors: Reals, axis: Reals) -> Reals:
-    """Return the products (N,) of vectors (N, 3) with vectors (N, 3) or one (3,), added in a fixed order."""
-    result: Reals = vectors[:, 0] * axis[..., 0] + vectors[:, 1] * axis[..., 1] + vectors[:, 2] * axis[..., 2]
-    return result
-
-
 def shade(seen: Seen, directions: Reals, light: Light) -> Reals:
     """Return linear colours (N, 3) red, green, blue, of rays with given directions (N, 3)."""
     n = seen.normals
@@ -57,7 +52,6 @@ def shade(seen: Seen, directions: Reals, light: Light) -> Reals:
     glossy = np.flatnonzero(seen.gloss)
     mirrored = _mirrored(seen, unit, light, glossy)
     colours = np.empty_like(seen.colours)
-    # One colour at a time: numpy takes its time over rows of three.
     for channel in range(3):
         sun, sky, bounce, haze, zenith = (
             F(part[channel]) for part in (light.sun, light.sky, light.bounce, light.haze, light.zenith)
@@ -95,7 +89,7 @@ class _Mirrored:
 
 def _mirrored(seen: Seen, directions: Reals, light: Light, rows: npt.NDArray[np.int64]) -> _Mirrored:
     """Return what the glossy ones of the points, `rows` (G,), mirror to rays with given directions (N, 3)."""
-    n, d = seen.normals.take(rows, axis=0), directions.take(rows, axis=0)
+    n, d = pick(seen.normals, rows), pick(directions, rows)
     facing = dot(n, d)
     mirrored = d - 2 * facing[:, None] * n
     gloss = seen.gloss.take(rows)

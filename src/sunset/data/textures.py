@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from sunset.data.frame import Ids, Reals
 from sunset.data.ground import Surface
+from sunset.data.vectors import pick, put, scale, scaled
 from sunset.seeding import generator
 
 __all__ = ["broad", "grain", "ground_look", "hashed", "look_up", "tangle"]
@@ -109,7 +110,7 @@ def ground_look(surfaces: Ids, points: Reals, normals: Reals) -> tuple[Reals, Re
     x, y = points[:, 0], points[:, 1]
     patches = look_up(broad(), x, y, 4.0)
     factor = 1 + _PATCHES.take(surfaces) * patches + _GRAINS.take(surfaces) * look_up(grain(), x, y, 5.0)
-    colours = _COLOURS.take(surfaces, axis=0) * factor[:, None]
+    colours = pick(_COLOURS, surfaces) * factor[:, None]
     _wear_roads(surfaces, points, colours)
     _lay_slabs(surfaces, points, colours)
     _mottle_green(surfaces, points, colours)
@@ -126,7 +127,7 @@ def ground_look(surfaces: Ids, points: Reals, normals: Reals) -> tuple[Reals, Re
 def _wear_roads(surfaces: Ids, points: Reals, colours: Reals) -> None:
     """Repairs and oil on asphalt; markings rubbed off here and there."""
     road = np.flatnonzero((surfaces == Surface.ASPHALT) | (surfaces == Surface.YARD))
-    x, y = points[road, 0], points[road, 1]
+    x, y, _ = pick(points, road).T
     skewed = x * np.float32(0.94) + y * np.float32(0.34), y * np.float32(0.94) - x * np.float32(0.34)
     repaired = hashed(skewed[0] / np.float32(5.3), skewed[1] / np.float32(3.1), 1)
     tone = np.where(repaired < np.float32(0.045), np.float32(0.84), np.float32(1))
@@ -136,12 +137,13 @@ def _wear_roads(surfaces: Ids, points: Reals, colours: Reals) -> None:
     tone *= (
         1 + np.float32(0.16) * aged - np.float32(0.35) * np.clip(spots - np.float32(0.45), 0, np.float32(0.5))
     )
-    colours[road] *= tone[:, None]
+    scale(colours, road, tone)
     lines = np.flatnonzero(surfaces == Surface.MARKING)
-    x, y = points[lines, 0], points[lines, 1]
+    x, y, _ = pick(points, lines).T
     worn = np.clip(look_up(broad(), x, y, 9.0) + look_up(broad(), x, y, 0.5) * np.float32(0.6), 0, 1)
     share = (np.float32(0.12) + np.float32(0.6) * worn)[:, None]
-    colours[lines] += (_COLOURS[Surface.ASPHALT] - colours[lines]) * share
+    paint = pick(colours, lines)
+    put(colours, lines, paint + (_COLOURS[Surface.ASPHALT] - paint) * share)
 
 
 def _lay_slabs(surfaces: Ids, points: Reals, colours: Reals) -> None:
@@ -149,13 +151,14 @@ def _lay_slabs(surfaces: Ids, points: Reals, colours: Reals) -> None:
     slabs = np.flatnonzero(
         (surfaces == Surface.PLAZA) | (surfaces == Surface.PAVING) | (surfaces == Surface.DECK)
     )
-    x, y, square = points[slabs, 0], points[slabs, 1], surfaces[slabs] == Surface.PLAZA
+    x, y, _ = pick(points, slabs).T
+    square = surfaces[slabs] == Surface.PLAZA
     size = np.where(square, np.float32(1.6), np.float32(0.9))
     tone = np.float32(0.92) + np.float32(0.16) * hashed(x / size, y / size, 2)
     band = (np.abs(x / 9 - np.round(x / 9)) < 0.05) | (np.abs(y / 9 - np.round(y / 9)) < 0.05)  # noqa: PLR2004
     tone = np.where(square & band, tone * np.float32(0.76), tone)
     dirt = np.clip(look_up(broad(), x, y, 1.3), 0, 1)
-    colours[slabs] *= (tone * (1 - np.float32(0.2) * dirt))[:, None]
+    scale(colours, slabs, tone * (1 - np.float32(0.2) * dirt))
 
 
 def _mottle_green(surfaces: Ids, points: Reals, colours: Reals) -> None:
@@ -167,9 +170,9 @@ def _mottle_green(surfaces: Ids, points: Reals, colours: Reals) -> None:
         | (surfaces == Surface.CROPS)
     )
     kinds = surfaces[green]
-    x, y = points[green, 0], points[green, 1]
+    x, y, _ = pick(points, green).T
     dryness = look_up(broad(), x, y, 0.6) * np.float32(0.5) + look_up(broad(), y, x, 0.15) * np.float32(0.5)
-    tone = 1 + (_DRY - 1) * (dryness * np.float32(1.1))[:, None]
+    tone = 1 + scaled(_DRY - 1, dryness * np.float32(1.1))
     field = (kinds == Surface.FIELD) | (kinds == Surface.CROPS)
     plot = hashed(x / np.float32(97) + y / np.float32(310), y / np.float32(71) - x / np.float32(420), 3)
     rows = np.sin((x + y * np.float32(0.6)) * np.float32(1.7))
@@ -178,9 +181,9 @@ def _mottle_green(surfaces: Ids, points: Reals, colours: Reals) -> None:
     )[:, None]
     mown = np.where(np.sin(x * np.float32(0.9) - y * np.float32(1.2)) > 0, np.float32(1.05), np.float32(0.95))
     tone *= np.where(kinds == Surface.LAWN, mown, np.float32(1))[:, None]
-    base = colours[green] * tone
+    base = pick(colours, green) * tone
     bare = look_up(broad(), x + np.float32(33), y, 2.2) + np.float32(0.5) * look_up(broad(), x, y, 7.0)
     worn = np.where(
         field, np.float32(0), np.clip(bare * np.float32(1.6) - np.float32(0.9), 0, np.float32(0.75))
     )
-    colours[green] = base + (_WORN - base) * worn[:, None]
+    put(colours, green, base + (_WORN - base) * worn[:, None])

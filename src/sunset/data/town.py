@@ -36,20 +36,27 @@ class Hits:
 
 
 class Solid:
-    """A mesh that rays can meet."""
+    """A mesh of at least one triangle that rays can meet.
 
-    def __init__(self, mesh: Mesh) -> None:
-        """Prepare a mesh of at least one triangle."""
+    Args:
+        mesh: the T triangles.
+        corners: those of the triangles (V, 3), each once, which takes less time; None for all of them.
+        faces: which of the corners each triangle has (T, 3).
+    """
+
+    def __init__(
+        self, mesh: Mesh, corners: Reals | None = None, faces: npt.NDArray[np.int64] | None = None
+    ) -> None:
         self._scene = EmbreeScene()
-        self._geometry = TriangleMesh(self._scene, mesh.triangles)
+        self._geometry = TriangleMesh(self._scene, mesh.triangles if corners is None else corners, faces)
         first, second, third = (mesh.triangles[:, corner] for corner in range(3))
         normals = np.cross(second - first, third - first)
         normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), np.float32(1e-9))
-        self.normals: Reals = normals.astype(np.float32)
-        self.colours: Reals = mesh.colours * mesh.colours
+        self.normals: Reals = np.asfortranarray(normals, dtype=np.float32)
+        self.colours: Reals = np.asfortranarray(mesh.colours * mesh.colours)
         self.labels: Ids = mesh.labels
         self.materials: Ids = mesh.materials
-        self.anchors: Reals = mesh.anchors
+        self.anchors: Reals = np.asfortranarray(mesh.anchors)
 
     def meet(self, origins: Reals, directions: Reals) -> Hits:
         """Return where rays (N, 3) first meet the solid."""

@@ -1,6 +1,7 @@
 """What moves in a town, and where it is at any moment."""
 
 from dataclasses import dataclass
+from functools import cache
 from typing import Final
 
 import numpy as np
@@ -72,17 +73,38 @@ class Traffic:
         positions = np.column_stack([world, heights])
         return positions.astype(np.float32), (headings + np.where(signs < 0, np.pi, 0)).astype(np.float32)
 
-    def mesh(self, positions: Reals, headings: Reals, seen: npt.NDArray[np.bool_]) -> Mesh:
-        """Return one mesh of those that are `seen` (N,) at the given poses."""
-        parts = []
+    def mesh(
+        self, positions: Reals, headings: Reals, seen: npt.NDArray[np.bool_]
+    ) -> tuple[Mesh, Reals, npt.NDArray[np.int64]]:
+        """Return one mesh of those that are `seen` (N,) at the given poses, T triangles in all.
+
+        Returns:
+            The mesh, its corners (V, 3), each of a mover's once, and which of them each triangle has (T, 3).
+        """
+        parts, corners, faces, count = (
+            [join([])],
+            [np.zeros((0, 3), np.float32)],
+            [np.zeros((0, 3), np.int64)],
+            0,
+        )
         for index, name in enumerate(KINDS):
             chosen = np.flatnonzero(seen & (self.kinds == index))
-            if len(chosen):
-                scales = np.ones((len(chosen), 3), dtype=np.float32)
-                parts.append(
-                    place(mover(name), positions[chosen], headings[chosen], scales, self.tints[chosen])
-                )
-        return join(parts)
+            scales = np.ones((len(chosen), 3), dtype=np.float32)
+            parts.append(place(mover(name), positions[chosen], headings[chosen], scales, self.tints[chosen]))
+            first, own = _corners(name)
+            corners.append(parts[-1].triangles.reshape(len(chosen), own.size, 3)[:, first].reshape(-1, 3))
+            starts = count + len(first) * np.arange(len(chosen))
+            faces.append((own + starts[:, None, None]).reshape(-1, 3))
+            count += len(corners[-1])
+        return join(parts), np.concatenate(corners), np.concatenate(faces)
+
+
+@cache
+def _corners(name: str) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+    """Return which of a mover's corners differ from all before (V,), and which of those each triangle has (T, 3)."""
+    points = mover(name).triangles.reshape(-1, 3)
+    _, first, faces = np.unique(points, axis=0, return_index=True, return_inverse=True)
+    return first, faces.reshape(-1, 3)
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,0 +1,48 @@
+"""Many vectors as one array (N, 3), each component in one piece of memory (Fortran's order).
+
+numpy works along what lies in one piece; on rows of three it would be busy with its own loops.
+"""
+
+import numpy as np
+import numpy.typing as npt
+
+from sunset.data.frame import Reals
+
+__all__ = ["dot", "pick", "put", "scale", "scaled", "zeros"]
+
+Indices = npt.NDArray[np.integer]
+
+
+def zeros(count: int) -> Reals:
+    """Return that many zero vectors (N, 3)."""
+    return np.zeros((3, count), dtype=np.float32).T
+
+
+def dot(vectors: Reals, axis: Reals) -> Reals:
+    """Return the products (N,) of vectors (N, 3) with vectors (N, 3) or one (3,), added in a fixed order."""
+    result: Reals = vectors[:, 0] * axis[..., 0] + vectors[:, 1] * axis[..., 1] + vectors[:, 2] * axis[..., 2]
+    return result
+
+
+def scaled(vector: Reals, factors: Reals) -> Reals:
+    """Return a vector (3,) times each of the factors (N,), as (N, 3)."""
+    result: Reals = np.multiply.outer(vector, factors).T
+    return result
+
+
+def pick(vectors: Reals, rows: Indices) -> Reals:
+    """Return the vectors (M, 3) of the given rows (M,), a copy."""
+    picked: Reals = vectors.T.take(rows, axis=1).T
+    return picked
+
+
+def put(vectors: Reals, rows: Indices, values: npt.NDArray[np.floating]) -> None:
+    """Write vectors (M, 3) into the given rows (M,)."""
+    for axis in range(3):
+        vectors[:, axis][rows] = values[:, axis]
+
+
+def scale(vectors: Reals, rows: Indices, factors: Reals) -> None:
+    """Multiply the vectors in the given rows (M,) by factors (M,)."""
+    for axis in range(3):
+        vectors[:, axis][rows] *= factors

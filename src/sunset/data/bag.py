@@ -10,6 +10,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Final, Self
@@ -150,7 +151,7 @@ class BagReader:
         """The bag's folder or file."""
         return self._path
 
-    @property
+    @cached_property
     def stamps_ns(self) -> tuple[int, ...]:
         """The frames' times in nanoseconds, those of their colour images, strictly increasing."""
         return tuple(rgb.stamp_ns for rgb, _, _ in self._moments)

@@ -1,7 +1,10 @@
+from dataclasses import replace
+
 import pytest
 
 from sunset.errors import InvalidInputError
 from sunset.training import CONFIGS, MODALITIES, Phase, Schedule, TrainingConfig
+from sunset.training.config import Stage
 
 
 def test_all_modalities_share_one_plan_that_contains_both_branches() -> None:
@@ -23,12 +26,12 @@ def test_the_reference_learns_each_branch_and_then_merges_them_as_they_are() -> 
     assert (rgb.frozen, depth.frozen, fusion.frozen) == ((), (), ("rgb", "depth"))
 
 
-def test_a_branch_is_learned_alike_with_or_without_the_others() -> None:
+def test_the_second_branch_begins_with_the_first_ones_weights() -> None:
     config = CONFIGS["reference"]()
-    alone = TrainingConfig(
-        modalities=("depth",), shape=config.shape, schedule=config.schedule, merging=config.merging
-    )
-    assert alone.stages() == (config.stages()[1],)
+    assert [stage.begun_with for stage in config.stages()] == [None, "rgb", None]
+    for name in ("rgb", "depth"):
+        (stage,) = replace(config, modalities=(name,)).stages()
+        assert stage == Stage(name, (name,), config.schedule)
 
 
 def test_a_step_belongs_to_the_phase_that_it_falls_into() -> None:

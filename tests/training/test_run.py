@@ -114,11 +114,20 @@ def test_branches_learned_one_by_one_are_merged_as_they_are(sets: FrameSets, tmp
     assert set(model.card.networks) == set(Modality)
     stages: Any = model.card.training["stages"]
     assert stages["fusion"]["started_from"] == "rgb and depth, frozen"
+    assert [stages[name]["started_from"] for name in ("rgb", "depth")] == ["random weights", "rgb"]
     assert stages["rgb"]["schedule"]["steps"] == 6
     measured: Any = model.card.results["iou_by_precision_on_the_validation_town"]
     assert set(measured["fusion"]) == {"float32", "int8"}
     errors: Any = model.card.results["largest_difference_of_logits_from_torch"]
     assert all(0 < errors[name] < 1e-4 for name in ("rgb", "depth", "fusion"))
+
+
+def test_the_second_branch_begins_with_the_first_ones_weights(sets: FrameSets, tmp_path: Path) -> None:
+    unmoved = replace(NARROW, schedule=replace(PHASES, learning_rate=0.0))
+    known = learn(unmoved, sets.train, few(sets.validation), tmp_path).state_dict()
+    kernels = [name for name, value in known.items() if name.startswith("rgb.") and value.ndim > 1]
+    assert len(kernels) > 10
+    assert all(torch.equal(known[name.replace("rgb.", "dth.", 1)], known[name]) for name in kernels)
 
 
 def test_the_fusion_of_learned_branches_begins_as_about_their_sum() -> None:

@@ -124,14 +124,16 @@ class Stage:
     Attributes:
         name: of the folder with its checkpoint and log.
         learned: the networks with a loss: "rgb", "depth", "fusion".
-        frozen: branches that were learned before, and only run.
         schedule: how.
+        frozen: branches that were learned before, and only run.
+        begun_with: the branch, learned before, whose weights the learned one begins with; None for random weights.
     """
 
     name: str
     learned: tuple[str, ...]
     schedule: Schedule
     frozen: tuple[str, ...] = ()
+    begun_with: str | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -181,10 +183,16 @@ class TrainingConfig:
         return tuple(name for name in MODALITIES if name in self.modalities and name != "fusion")
 
     def stages(self) -> tuple[Stage, ...]:
-        """Return what is learned, in order."""
+        """Return what is learned, in order.
+
+        Of branches that are learned one by one, the second begins with the weights of the first: edges, surfaces and
+        what they make up look alike in colour and depth.
+        """
         if self.merging is None:
             return (Stage("networks", self.modalities, self.schedule),)
-        stages = [Stage(name, (name,), self.schedule) for name in self.branches]
+        first, *others = self.branches
+        stages = [Stage(first, (first,), self.schedule)]
+        stages += [Stage(name, (name,), self.schedule, begun_with=first) for name in others]
         if "fusion" in self.modalities:
             stages.append(Stage("fusion", ("fusion",), self.merging, frozen=self.branches))
         return tuple(stages)

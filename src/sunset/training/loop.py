@@ -112,6 +112,11 @@ class _Run:
         self._config, self._stage, self._folder = config, stage, folder
         self._device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
         self.modules = build(config.plan(stage.learned))
+        if stage.begun_with is not None:
+            names = zip(
+                self.modules.state_dict(), build(config.plan((stage.begun_with,))).state_dict(), strict=True
+            )
+            self.modules.load_state_dict({name: known[other] for name, other in names})
         self.modules.to(self._device)
         self._frozen = build(config.plan(stage.frozen)).to(self._device).eval()
         self._frozen.load_state_dict({name: known[name] for name in self._frozen.state_dict()})

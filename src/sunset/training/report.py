@@ -77,7 +77,9 @@ def _stage_facts(stage: Stage, lines: list[dict[str, Any]]) -> dict[str, object]
     tenth = max(1, len(lines) // 10)
     return {
         "learned": list(stage.learned),
-        "started_from": f"{' and '.join(stage.frozen)}, frozen" if stage.frozen else "random weights",
+        "started_from": f"{' and '.join(stage.frozen)}, frozen"
+        if stage.frozen
+        else stage.begun_with or "random weights",
         "schedule": asdict(stage.schedule) | {"steps": stage.schedule.steps},
         "hours": round(lines[-1]["seconds"] / 3600, 2),
         "losses": {

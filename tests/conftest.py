@@ -1,6 +1,7 @@
 """A simulated world for tests: real nodes, real services, virtual time."""
 
 import fcntl
+import signal
 from collections import defaultdict
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -18,6 +19,9 @@ from sunset.rmw.sim import SimProcess, Simulation, Tap
 from sunset.ros import Context, Node, Parameter, SingleThreadedExecutor
 
 NodeT = TypeVar("NodeT", bound=Node)
+
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # as a shell does for what it starts with "&"
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # tests, and what they start, are interrupted
 
 
 class World:

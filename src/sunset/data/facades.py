@@ -139,8 +139,9 @@ def _draw_bricks(seen: Surfaces, rows: Rows) -> None:
 
 def _draw_stains(seen: Surfaces, rows: Rows) -> None:
     """Stains, puddle marks and the seams of sheets on a flat roof."""
-    local = pick(seen.points, rows) - pick(seen.anchors, rows)
-    x, y, _ = pick(seen.points, rows).T
+    points = pick(seen.points, rows)
+    local = points - pick(seen.anchors, rows)
+    x, y, _ = points.T
     sheet = hashed(local[:, 0] / F(1.1), local[:, 1] / F(9), 4)
     stains = look_up(broad(), x, y, 8.0)
     pools = np.clip(look_up(broad(), y, x, 3.0) - F(0.3), 0, F(0.6))
@@ -168,12 +169,12 @@ def _draw_tiles(seen: Surfaces, rows: Rows) -> None:
 
 def _draw_ribs(seen: Surfaces, rows: Rows) -> None:
     """Standing seams of sheet metal, and rust."""
-    local = pick(seen.points, rows) - pick(seen.anchors, rows)
-    normals = pick(seen.normals, rows)
+    points, normals = pick(seen.points, rows), pick(seen.normals, rows)
+    local = points - pick(seen.anchors, rows)
     flat = np.abs(normals[:, 2]) > F(0.5)
     along = np.where(flat, local[:, 0], local[:, 1] * normals[:, 0] - local[:, 0] * normals[:, 1])
     rib = np.sin(along * F(2 * np.pi / 0.9)) * np.clip(F(1.4) - seen.depth[rows] / 60, 0, 1)
-    x, y, _ = pick(seen.points, rows).T
+    x, y, _ = points.T
     rust = np.clip(look_up(broad(), x, y, 4.0), 0, 1)
     base = pick(seen.colours, rows) * (1 + F(0.1) * rib)[:, None]
     put(seen.colours, rows, base * (1 - scaled(np.array((0.1, 0.2, 0.28), F), rust)))

@@ -81,12 +81,10 @@ class Traffic:
         Returns:
             The mesh, its corners (V, 3), each of a mover's once, and which of them each triangle has (T, 3).
         """
-        parts, corners, faces, count = (
-            [join([])],
-            [np.zeros((0, 3), np.float32)],
-            [np.zeros((0, 3), np.int64)],
-            0,
-        )
+        parts: list[Mesh] = []
+        corners: list[Reals] = []
+        faces: list[npt.NDArray[np.int64]] = []
+        count = 0
         for index, name in enumerate(KINDS):
             chosen = np.flatnonzero(seen & (self.kinds == index))
             scales = np.ones((len(chosen), 3), dtype=np.float32)

@@ -42,6 +42,12 @@ ARGUMENTS: dict[str, tuple[Sequence[str], str]] = {
     "importing over a folder": (["import", ".", "--out", "."], "exists"),
     "importing at an odd size": (["import", ".", "--size", "30x20", "--out", "o"], "got 30x20"),
     "importing over a model": (["import", "old"], "--out"),
+    "calibrating on a missing device": (
+        ["calibrate", "lite", "--out", "o", "--device", "cuda"],
+        "onnxruntime-gpu",
+    ),
+    "curves on a missing device": (["curves", "--device", "cuda"], "onnxruntime-gpu"),
+    "iou on a missing device": (["iou", "--device", "cuda"], "onnxruntime-gpu"),
     "an unknown action": (["paint"], "paint"),
 }
 
@@ -50,6 +56,7 @@ NEEDS_TRAIN = {
     "calibrating over a folder",
     "calibrating on a missing bag",
     "calibrating on too little",
+    "calibrating on a missing device",
     "importing from nothing",
     "importing at an odd size",
 }

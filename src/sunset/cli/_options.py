@@ -94,6 +94,11 @@ def add_model_options(parser: argparse.ArgumentParser) -> None:
         "--model", default="lite", metavar="NAME|DIR", help="segmentation model (default: lite)"
     )
     parser.add_argument("--bag", metavar="PATH", help="a rosbag2 to fly instead of the default flight")
+    add_device_option(parser)
+
+
+def add_device_option(parser: argparse.ArgumentParser) -> None:
+    """Add what says where networks run."""
     parser.add_argument(
         "--device",
         default="cpu",

@@ -7,13 +7,13 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-from sunset.cli._options import at_least_one
+from sunset.cli._options import add_device_option, at_least_one
 from sunset.cli._progress import progress_bar, rendering_progress, stages_progress
 from sunset.data import DEFAULT_FLIGHT, flight_bag
 from sunset.errors import MissingExtraError, OutputError
 from sunset.experiments.files import make_folder, write_text
 from sunset.experiments.resources import missing_networks
-from sunset.perception import Model, load_model
+from sunset.perception import Model, find_device, load_model
 from sunset.perception import list_models as shipped_models
 from sunset.training import import_checkpoints
 from sunset.training.curves import measure_curves
@@ -89,7 +89,7 @@ def _add_calibrate(actions: "argparse._SubParsersAction[argparse.ArgumentParser]
         metavar="DIR",
         help="a new folder for a calibrated copy (default: change the model)",
     )
-    _add_jobs(parser)
+    _add_processing_options(parser)
     parser.set_defaults(execute=calibrate)
 
 
@@ -145,17 +145,18 @@ def _add_iou(actions: "argparse._SubParsersAction[argparse.ArgumentParser]") -> 
     parser.set_defaults(execute=iou)
 
 
-def _add_jobs(parser: argparse.ArgumentParser) -> None:
+def _add_processing_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--jobs",
         type=at_least_one,
         metavar="N",
         help="processes; no influence on results (default: one a core)",
     )
+    add_device_option(parser)
 
 
 def _add_measuring_options(parser: argparse.ArgumentParser) -> None:
-    _add_jobs(parser)
+    _add_processing_options(parser)
     parser.add_argument("--json", action="store_true", help="print one JSON object")
 
 
@@ -222,6 +223,7 @@ def calibrate(arguments: argparse.Namespace) -> int:
     """Calibrate a model."""
     model = load_model(arguments.model)
     check_target(model, arguments.out)
+    device = find_device(arguments.device)
     size = (model.card.height, model.card.width)
     with stages_progress() as progress:
         if arguments.bag is None:
@@ -231,7 +233,13 @@ def calibrate(arguments: argparse.Namespace) -> int:
             source = f"the bag {arguments.bag.resolve().name}"
             frames = frames_of_bag(arguments.bag, size)
         calibrated = calibrate_model(
-            model, frames, arguments.out, source=source, jobs=arguments.jobs, progress=progress
+            model,
+            frames,
+            arguments.out,
+            source=source,
+            jobs=arguments.jobs,
+            device=device,
+            progress=progress,
         )
     card = calibrated.card
     for modality, network in sorted(card.networks.items()):
@@ -247,7 +255,7 @@ def calibrate(arguments: argparse.Namespace) -> int:
 
 def curves(arguments: argparse.Namespace) -> int:
     """Measure a model by fault and strength."""
-    model = load_model(arguments.model)
+    model, device = load_model(arguments.model), find_device(arguments.device)
     bag = arguments.bag or _default_flight(model)
     _prepare(arguments.out)
     with progress_bar("Measuring") as progress:
@@ -257,6 +265,7 @@ def curves(arguments: argparse.Namespace) -> int:
             every=arguments.every,
             strengths=dict(arguments.at),
             jobs=arguments.jobs,
+            device=device,
             progress=progress,
         )
     print(json.dumps(as_json(found), sort_keys=True) + "\n" if arguments.json else as_text(found), end="")
@@ -291,6 +300,7 @@ def iou(arguments: argparse.Namespace) -> int:
             models,
             frames=arguments.frames,
             jobs=arguments.jobs,
+            device=arguments.device,
             progress=_named(stage, "Measuring"),
             rendering=_named(stage, "Rendering (once)"),
         )

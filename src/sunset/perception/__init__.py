@@ -6,7 +6,7 @@ it, a `Segmenter` runs it, and an `InferenceCache` remembers what it answered.
 
 from sunset.perception.cache import InferenceCache
 from sunset.perception.card import ModelCard, NetworkCard
-from sunset.perception.engine import DEVICES
+from sunset.perception.engine import DEVICES, find_device
 from sunset.perception.modality import Modality
 from sunset.perception.model import Model, list_models, load_model
 from sunset.perception.segmenter import Segmentation, Segmenter
@@ -20,6 +20,7 @@ __all__ = [
     "NetworkCard",
     "Segmentation",
     "Segmenter",
+    "find_device",
     "list_models",
     "load_model",
 ]

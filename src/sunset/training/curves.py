@@ -13,7 +13,7 @@ from sunset.classes import CLASS_OF_CARLA_ID
 from sunset.data import BagReader, read_bag
 from sunset.errors import DataError
 from sunset.metrics import count_classes, image_iou
-from sunset.perception import Modality, Model, ModelCard, Segmenter, load_model
+from sunset.perception import Modality, Model, ModelCard, Segmenter, find_device, load_model
 from sunset.seeding import generator
 from sunset.training.conditions import BLURRED, GRID, Condition, CurvesPlan, plan_curves
 from sunset.training.evaluate import roc_auc
@@ -207,6 +207,7 @@ def measure_curves(
     strengths: Mapping[str, float] | None = None,
     grid: Mapping[str, Sequence[float]] = GRID,
     jobs: int | None = None,
+    device: str = "cpu",
     progress: Progress | None = None,
 ) -> Curves:
     """Measure a model on the frames of a bag, in every condition.
@@ -218,11 +219,13 @@ def measure_curves(
         strengths: to take for the suites' instead, by fault.
         grid: further strengths, by fault.
         jobs: processes; as many as there are processors if None. It has no influence on the result.
+        device: what the networks run on, as a `Segmenter` takes it.
         progress: called with frames done and frames in all.
 
     Raises:
         DataError: the bag is unusable or too short.
-        InvalidInputError: a strength or number is out of range.
+        InvalidInputError: a strength or number is out of range, or there is no such device.
+        MissingExtraError: the device needs a package that is not installed.
     """
     plan = plan_curves(model.card, strengths, grid)
     size = (model.card.height, model.card.width)
@@ -231,15 +234,15 @@ def measure_curves(
     if count < SAMPLES:
         raise DataError(f"The bag {bag} must have at least {SAMPLES} frames, got {count}.")
     frames = chosen_frames(count, every)
-    work = partial(_look_at, model.folder, bag, plan.conditions())
+    work = partial(_look_at, model.folder, find_device(device), bag, plan.conditions())
     parts = list(spread(work, [(index,) for index in frames], jobs=jobs, progress=progress))
     return curves_of(plan, model.card, np.concatenate(parts), partial(window_means, every=every))
 
 
 def _look_at(
-    folder: Path, bag: Path, conditions: Sequence[Condition], frames: Sequence[int]
+    folder: Path, device: str, bag: Path, conditions: Sequence[Condition], frames: Sequence[int]
 ) -> npt.NDArray[np.float64]:
-    segmenter, reader = _opened(folder, bag)
+    segmenter, reader = _opened(folder, device, bag)
     looks = []
     for index in frames:
         frame = reader.frame(index)
@@ -249,10 +252,10 @@ def _look_at(
 
 
 @lru_cache(maxsize=1)
-def _opened(folder: Path, bag: Path) -> tuple[Segmenter, BagReader]:
+def _opened(folder: Path, device: str, bag: Path) -> tuple[Segmenter, BagReader]:
     """Return model and bag, opened once a process."""
     model = load_model(folder)
-    return Segmenter(model), read_bag(bag, size=(model.card.height, model.card.width))
+    return Segmenter(model, device=device), read_bag(bag, size=(model.card.height, model.card.width))
 
 
 def curves_of(plan: CurvesPlan, card: ModelCard, values: Values, means: Callable[[Values], Values]) -> Curves:

@@ -17,7 +17,7 @@ from sunset import perception
 from sunset.classes import CLASS_OF_CARLA_ID
 from sunset.data import FlightPlan, flight_bag, read_bag
 from sunset.errors import DataError, InvalidInputError, MissingExtraError, ModelError, OutputError
-from sunset.perception import Modality, Model, Segmenter, load_model
+from sunset.perception import Modality, Model, Segmenter, find_device, load_model
 from sunset.training.batches import FrameSet
 from sunset.training.calibrate import Separation, separate, temperature_for
 from sunset.training.conditions import BLURRED, UNSURE, Condition, CurvesPlan, plan_curves
@@ -95,6 +95,7 @@ def calibrate_model(
     *,
     source: str = "frames of the caller's",
     jobs: int | None = None,
+    device: str = "cpu",
     progress: Progress | None = None,
 ) -> Model:
     """Give a model its temperatures, its two thresholds, measured results, and a card that says so.
@@ -108,26 +109,28 @@ def calibrate_model(
         out: a folder that is to be made and receives the calibrated model; if None, the model's own is changed.
         source: where the frames are from, for the card.
         jobs: processes; as many as there are processors if None. It has no influence on the result.
+        device: what the networks run on, as a `Segmenter` takes it.
         progress: called now and then.
 
     Raises:
-        MissingExtraError: onnx is not installed.
-        InvalidInputError: the model comes with the package, and no other folder is given.
+        MissingExtraError: onnx is not installed, or what the device needs.
+        InvalidInputError: the model comes with the package, and no other folder is given; or there is no such device.
         DataError: the frames are too few or of another size, or nothing can be told from them.
         ModelError: a network has no temperature to set, or logits whose width does not divide the frames'.
         OutputError: a folder cannot be written, or exists.
     """
     check_target(model, out)
     _check_frames(model, frames)
+    device = find_device(device)
     target = out or model.folder
     try:
         home = model.folder if out is None else out.parent
         home.mkdir(parents=True, exist_ok=True)
         with TemporaryDirectory(prefix=".calibrating-", dir=home) as name:
             draft = Path(name) / target.name
-            tempered = _tempered(_copied(model, draft), frames, progress)
+            tempered = _tempered(_copied(model, draft), device, frames, progress)
             plan = plan_curves(tempered.card, grid={})
-            values = _looks(tempered, plan, frames, jobs, progress)
+            values = _looks(tempered, device, plan, frames, jobs=jobs, progress=progress)
             _write_card(tempered, plan, values, source)
             _publish(draft, target, whole=out is not None)
     except OSError as error:
@@ -200,9 +203,9 @@ def _write_card(model: Model, plan: CurvesPlan, values: Values, source: str) -> 
     )  # what else was measured still holds
 
 
-def _tempered(model: Model, frames: FrameSet, progress: Progress | None) -> Model:
+def _tempered(model: Model, device: str, frames: FrameSet, progress: Progress | None) -> Model:
     """Give every network the mean entropy that the main one has without a temperature; return the model then."""
-    segmenter = Segmenter(model)
+    segmenter = Segmenter(model, device=device)
     main, *others = sorted(model.card.networks)
     chosen = np.linspace(0, len(frames) - 1, min(_CALIBRATION_FRAMES, len(frames))).astype(int)
     pairs = [(np.asarray(frames.bgr[index]), np.asarray(frames.depth[index])) for index in chosen]
@@ -217,19 +220,27 @@ def _tempered(model: Model, frames: FrameSet, progress: Progress | None) -> Mode
 
 
 def _looks(
-    model: Model, plan: CurvesPlan, frames: FrameSet, jobs: int | None, progress: Progress | None
+    model: Model,
+    device: str,
+    plan: CurvesPlan,
+    frames: FrameSet,
+    *,
+    jobs: int | None,
+    progress: Progress | None,
 ) -> Values:
     """Return IoU, entropy and sharpness of every frame in every condition (frames, conditions, 3)."""
     with TemporaryDirectory(prefix="sunset-") as name:
         frames.save(Path(name))  # where other processes find them
-        work = partial(_look_at, model.folder, Path(name), plan.conditions())
+        work = partial(_look_at, model.folder, device, Path(name), plan.conditions())
         numbers = [(index,) for index in range(len(frames))]
         measuring = partial(progress, "Measuring") if progress else None
         return np.concatenate(list(spread(work, numbers, jobs=jobs, progress=measuring)))
 
 
-def _look_at(folder: Path, saved: Path, conditions: Sequence[Condition], indices: Sequence[int]) -> Values:
-    segmenter, frames = _opened(folder, saved)
+def _look_at(
+    folder: Path, device: str, saved: Path, conditions: Sequence[Condition], indices: Sequence[int]
+) -> Values:
+    segmenter, frames = _opened(folder, device, saved)
     looks = []
     for index in indices:
         images = (frames.bgr[index], frames.depth[index], frames.labels[index])
@@ -238,9 +249,9 @@ def _look_at(folder: Path, saved: Path, conditions: Sequence[Condition], indices
 
 
 @lru_cache(maxsize=1)
-def _opened(folder: Path, saved: Path) -> tuple[Segmenter, FrameSet]:
+def _opened(folder: Path, device: str, saved: Path) -> tuple[Segmenter, FrameSet]:
     """Return model and frames, opened once a process."""
-    return Segmenter(load_model(folder)), FrameSet.load(saved)
+    return Segmenter(load_model(folder), device=device), FrameSet.load(saved)
 
 
 def _thresholds(plan: CurvesPlan, values: Values) -> tuple[Separation, Separation]:

@@ -26,7 +26,7 @@ from sunset.data import (
 )
 from sunset.errors import InvalidInputError
 from sunset.metrics import ClassCounts, class_iou, count_classes
-from sunset.perception import Modality, Model, Segmenter, load_model
+from sunset.perception import Modality, Model, Segmenter, find_device, load_model
 from sunset.seeding import generator
 from sunset.training.frames import TEST_TOWN, VALIDATION_TOWN
 from sunset.training.spread import Progress, spread
@@ -196,6 +196,7 @@ def measure_iou(
     *,
     frames: int | None = None,
     jobs: int | None = None,
+    device: str = "cpu",
     progress: Progress | None = None,
     rendering: Progress | None = None,
 ) -> IouTables:
@@ -208,21 +209,23 @@ def measure_iou(
         frames: views of each held-out town, and frames of the default flight, at regular distances, at least 1;
             if None, two views of every setting and the whole flight.
         jobs: processes; as many as there are processors if None. It has no influence on the result.
+        device: what the networks run on, as a `Segmenter` takes it.
         progress: called with frames done and frames in all.
         rendering: called likewise while frames are rendered.
 
     Raises:
-        InvalidInputError: models differ in size.
+        InvalidInputError: models differ in size, or there is no such device.
+        MissingExtraError: the device needs a package that is not installed.
         OutputError: the cache folder cannot be written.
     """
-    size = _common_size(models)
+    size, device = _common_size(models), find_device(device)
     taken = settings(frames or VIEWS)
     bags = [_views_bag(town, taken, size, jobs, rendering) for town in HELD_OUT]
     bags.append(flight_bag(replace(DEFAULT_FLIGHT, size=size), progress=rendering, jobs=jobs))
     flown = np.unique(np.linspace(0, DEFAULT_FLIGHT.frames - 1, frames or DEFAULT_FLIGHT.frames).astype(int))
     chosen = [*(range(len(taken)) for _ in HELD_OUT), flown.tolist()]
     looks = [(place, index) for place, indices in enumerate(chosen) for index in indices]
-    work = partial(_count, tuple(model.folder for model in models), tuple(bags), looks)
+    work = partial(_count, tuple(model.folder for model in models), device, tuple(bags), looks)
     numbers = [(number,) for number in range(len(looks))]
     counts = np.concatenate(list(spread(work, numbers, jobs=jobs, progress=progress)))
     *held_out, flight = np.split(counts, np.cumsum([len(indices) for indices in chosen])[:-1])
@@ -296,12 +299,13 @@ def _render(
 
 def _count(
     folders: tuple[Path, ...],
+    device: str,
     bags: tuple[Path, ...],
     looks: Sequence[tuple[int, int]],
     numbers: Sequence[int],
 ) -> Counts:
     """Return the counts (N, networks, 3, 28) of some looks, each a bag's place and a frame's index there."""
-    segmenters, readers = _opened(folders, bags)
+    segmenters, readers = _opened(folders, device, bags)
     rows = []
     for place, index in (looks[number] for number in numbers):
         frame = readers[place].frame(index)
@@ -322,7 +326,8 @@ def _as_rows(counts: ClassCounts) -> Counts:
 
 @lru_cache(maxsize=1)
 def _opened(
-    folders: tuple[Path, ...], bags: tuple[Path, ...]
+    folders: tuple[Path, ...], device: str, bags: tuple[Path, ...]
 ) -> tuple[tuple[Segmenter, ...], tuple[BagReader, ...]]:
     """Return models and bags, opened once a process."""
-    return tuple(Segmenter(load_model(folder)) for folder in folders), tuple(read_bag(bag) for bag in bags)
+    segmenters = tuple(Segmenter(load_model(folder), device=device) for folder in folders)
+    return segmenters, tuple(read_bag(bag) for bag in bags)

@@ -18,6 +18,7 @@ sentence on stderr and exit code 2::
 """
 
 __all__ = [
+    "MALFORMED_YAML",
     "DataError",
     "InterfaceError",
     "InvalidInputError",
@@ -79,3 +80,7 @@ class OutputError(SunsetError):
 
 class MissingExtraError(SunsetError):
     """An optional dependency is needed and not installed."""
+
+
+MALFORMED_YAML = (ArithmeticError, AttributeError, LookupError, RecursionError, ValueError)
+"""What PyYAML raises besides its own errors, where a value does not fit its tag or is nested too deeply."""

@@ -36,6 +36,18 @@ SCENARIOS: dict[str, tuple[str | bytes, str]] = {
     "out of range": ("name: x\nfaults: [{name: image_degradation, value: 99}]", "99"),
     "negative": ("name: x\nfaults: [{name: depth_degradation, value: -1}]", "-1"),
     "text for a number": ("name: x\nfaults: [{name: image_shift, value: wide}]", "wide"),
+    "a value that its tag does not fit": (
+        "name: x\nfaults: [{name: image_shift, value: !!bool x}]",
+        "no value",
+    ),
+    "a published infinity": (
+        "- {name: image_shift, target_node: /x/sensor_fusion, type: parameter_adaptation, value: .inf}",
+        "got inf",
+    ),
+    "a strength beyond all": (
+        f"name: x\nfaults: [{{name: image_shift, value: 1{'0' * 400}}}]",
+        "at most 1920",
+    ),
     "not a number": ("name: x\nfaults: [{name: depth_degradation, value: .nan}]", "nan"),
     "twice": ("name: x\nfaults: [{name: gpu_failure}, {name: gpu_failure}]", "twice"),
     "a number for a name": ("name: 3\nfaults: []", "text is expected"),
@@ -71,6 +83,13 @@ MANAGERS: dict[str, tuple[str, str]] = {
         ),
         "mine.py, line 4, in adapt",
     ),
+    "hangs at its start": (
+        (
+            "from sunset.managing import ManagingSystem\nclass Mine(ManagingSystem):\n"
+            "    def on_start(self):\n        while True: pass\n    def adapt(self, symptoms): pass"
+        ),
+        "cannot be made: it did not return within 1 s (mine.py, line 4, in on_start)",
+    ),
     "hangs": (
         (
             "from sunset.managing import ManagingSystem\nclass Mine(ManagingSystem):\n"
@@ -104,6 +123,9 @@ ARGUMENTS: dict[str, tuple[Sequence[str], str]] = {
     "no repetition": (["bench", "--repetitions", "0", "--out", "o"], "0"),
     "no job": (["bench", "--jobs", "0", "--out", "o"], "0"),
     "no time": (["run", "--manager-limit", "0"], "0"),
+    "time without end": (["run", "--manager-limit", "inf"], "at most 1,000,000 s, got inf s"),
+    "a record nowhere": (["run", "nofault", "--out", "/"], "a folder of its own"),
+    "a strength that is no YAML": (["scenarios", "show", "image_shift=!!int ''"], "image_shift"),
     "unknown model": (["run", "--model", "huge"], "huge"),
     "unknown device": (["run", "--device", "tpu"], "tpu"),
     "unknown middleware": (["run", "--middleware", "telepathy"], "telepathy"),

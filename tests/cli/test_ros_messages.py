@@ -105,7 +105,9 @@ def test_values_that_do_not_fit_are_named(text: str, kind: type[Message], told: 
         message_from_yaml(text, kind)
 
 
-@pytest.mark.parametrize("text", ["{data: ", "\x00", "[" * 5000, "!!python/object:os.system {}"])
+@pytest.mark.parametrize(
+    "text", ["{data: ", "\x00", "[" * 5000, "!!python/object:os.system {}", "{data: !!bool x}"]
+)
 def test_what_is_no_yaml_is_refused(text: str) -> None:
     with pytest.raises(InvalidInputError, match="not valid YAML"):
         message_from_yaml(text, String)

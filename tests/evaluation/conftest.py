@@ -127,6 +127,7 @@ def store(tmp_path: Path) -> Store:
                 "manager": "baseline",
                 "seed": 1,
                 "model": "lite",
+                "model_checksums": {"fusion": "0f"},
                 "middleware": "sim",
                 "metrics": score(writer.timeline(**settings)).to_json(),  # type: ignore[arg-type]
                 "valid": True,

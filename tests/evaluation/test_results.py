@@ -78,19 +78,19 @@ def test_a_hidden_folder_can_be_named_itself(store: Store) -> None:
     assert len(load_results(store(".results/run").parent)) == 1
 
 
-@pytest.mark.parametrize(
-    ("scenario", "suite"),
-    [
-        ("paper/a+b", "paper"),
-        ("artifact/a", "artifact"),
-        ("nofault", "nofault"),
-        ("degraded", "degraded"),
-        ("x", ""),
-    ],
-)
-def test_the_suite_of_a_single_run_is_told_by_its_scenario(store: Store, scenario: str, suite: str) -> None:
-    (row,) = load_results(store("run", scenario=scenario, suite=""))
-    assert row.suite == suite
+def test_models_of_one_name_that_differ_are_told_apart(store: Store, tmp_path: Path) -> None:
+    store("shipped", model_checksums={"fusion": "0f"})
+    store("trained", model_checksums={"fusion": "1e"})
+    store("another", model="mine", model_checksums={"fusion": "2d"})
+    shipped, trained, another = sorted(load_results(tmp_path), key=lambda row: row.folder.name, reverse=True)[
+        ::-1
+    ]
+    assert len({shipped.model, trained.model, another.model}) == 3
+
+
+def test_a_scenario_of_ones_own_is_of_no_suite_whatever_its_name(store: Store) -> None:
+    (row,) = load_results(store("run", scenario="nofault", suite=""))
+    assert row.suite == ""
 
 
 def test_progress_is_told_after_each_run(store: Store, tmp_path: Path) -> None:

@@ -38,6 +38,7 @@ def run(
         manager=manager,
         seed=seed,
         model=model,
+        networks="0f",
         middleware=middleware,
         digest="",
         metrics=HEALTHY | metrics,

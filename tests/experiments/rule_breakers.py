@@ -88,3 +88,9 @@ class Conductor(NoAdaptation):
 
     def on_start(self) -> None:
         self.create_client(Trigger, "/scenario_executor/inject").call_async(Trigger.Request())
+
+
+class Namesake(NoAdaptation):
+    """Goes by the name of a node of the experiment."""
+
+    node_name = "experiment"

@@ -6,13 +6,14 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from sunset.errors import InvalidInputError
+from sunset.errors import InvalidInputError, OutputError
 from sunset.evaluation import render_report
-from sunset.experiments import BenchSpec, bench, plan, run_folder
+from sunset.experiments import BenchSpec, Timing, bench, plan, run_folder
 
 pytestmark = pytest.mark.usefixtures("flight")
 
@@ -173,3 +174,24 @@ def test_a_campaign_is_not_continued_with_another_bag(tmp_path: Path, flight: Pa
 
     with pytest.raises(InvalidInputError, match="bag_checksum is"):
         bench(spec, tmp_path / "out", jobs=1)
+
+
+def test_a_campaign_is_not_continued_with_another_clockwork(tmp_path: Path) -> None:
+    spec = BenchSpec(suite="nofault", managers=("none",), references=False, repetitions=1)
+    bench(replace(spec, timing=Timing(duration_s=2.0)), tmp_path / "out", jobs=1)
+
+    with pytest.raises(InvalidInputError, match=r"timing\.duration_s is 2\.0"):
+        bench(spec, tmp_path / "out", jobs=1)
+
+
+def test_a_campaign_is_flown_by_one_process_at_a_time(tmp_path: Path) -> None:
+    spec = BenchSpec(
+        suite="nofault", managers=("none",), references=False, repetitions=1, timing=Timing(duration_s=2.0)
+    )
+
+    def another(done: int, _: int) -> None:
+        if done == 0:
+            with pytest.raises(OutputError, match="is being flown by another process"):
+                bench(spec, tmp_path / "out", jobs=1)
+
+    assert bench(spec, tmp_path / "out", jobs=1, progress=another) == 1

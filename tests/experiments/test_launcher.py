@@ -81,7 +81,8 @@ def test_a_node_that_shuts_down_is_started_again_and_not_killed(world: "World", 
 
 def test_asking_twice_redeploys_once(world: "World", host: Host) -> None:
     redeploy(world, "camera")
-    assert redeploy(world, "camera").message == "camera is being redeployed already."
+    again = redeploy(world, "camera")
+    assert (again.success, again.message) == (False, "camera is being redeployed already.")
     world.run(5.0)
     assert host.done == ["kill camera", "start camera"]
 

@@ -60,7 +60,12 @@ ACCEPTED, REFUSED = SetParametersResult(successful=True), SetParametersResult(re
         (
             setting("a", "b"),
             SetParameters.Response(results=[ACCEPTED, REFUSED]),
-            ("set_parameters", False, "no"),
+            ("set_parameters", True, "no"),
+        ),
+        (
+            setting("a", "b"),
+            SetParameters.Response(results=[REFUSED, REFUSED]),
+            ("set_parameters", False, "no; no"),
         ),
         (setting(), SetParameters.Response(), ("set_parameters", False, "")),
         (
@@ -89,6 +94,13 @@ def test_a_redeploy_is_a_command_to_the_node_and_not_to_the_launcher(sink: Sink)
     )
     (command,) = [written[2] for written in sink.written]
     assert (command.node, command.kind, command.successful) == ("/managed_subsystem/depth", "redeploy", True)
+
+
+def test_of_several_parameters_those_count_that_were_accepted(sink: Sink) -> None:
+    results = [REFUSED, ACCEPTED, REFUSED]
+    exchange(Observer(sink), setting("a", "b", "c"), SetParameters.Response(results=results))
+    (command,) = [written[2] for written in sink.written]
+    assert (command.parameters, command.values) == (["b"], ["true"])
 
 
 def test_what_is_set_is_kept_as_text(sink: Sink) -> None:

@@ -118,6 +118,15 @@ def test_shutdown_by_a_manager_is_a_redeploy() -> None:
     assert words(command(1, "shutdown")) == ["redeploy camera"]
 
 
+def test_a_shutdown_and_the_redeploy_that_it_needs_are_one() -> None:
+    assert words(
+        command(1, "shutdown"),
+        command(2, "redeploy", "depth"),
+        command(3, "redeploy", client="/another"),
+        command(5, "redeploy"),
+    ) == ["redeploy camera", "redeploy depth", "redeploy camera"]
+
+
 @pytest.mark.parametrize("node", ["/monitor", "/elsewhere/camera", "rviz", ""])
 def test_other_nodes_are_not_the_managed_system(node: str) -> None:
     assert words(Command(1.0, "/manager", node, "redeploy")) == []

@@ -294,6 +294,37 @@ def test_redeploy_in_the_silence_itself_leaves_the_blame_with_the_fault() -> Non
     assert episode.began == 0.02
 
 
+def test_fault_that_was_cured_before_it_showed_is_not_to_blame_for_a_later_silence() -> None:
+    restart, redeploy = adaptation(0.5, kind="restart"), adaptation(10.05)
+    (episode,) = episodes(restart, redeploy, camera=outage(10.1, 13), injections=(DISCONNECT,))
+    assert (episode.began, episode.injected) == (10.0, False)
+
+
+@pytest.mark.parametrize("kind", ["redeploy", "restart", "deactivate", "change_topic"])
+def test_ending_a_silence_of_ones_own_making_resolves_nothing(kind: str) -> None:
+    first, second = adaptation(5.02, kind=kind), adaptation(6.5, kind="activate")
+    found = episodes(
+        first, second, camera=outage(5.1, 7), fusion=outage(5.1, 7), segmentation=outage(5.2, 7.1)
+    )
+    assert [(episode.failure, episode.subsided) for episode in found] == [
+        ("F1", True),
+        ("F2", True),
+        ("F3", True),
+    ]
+
+
+def test_a_silence_is_not_the_making_of_an_adaptation_that_stops_nothing() -> None:
+    near = adaptation(5.02, kind="set_parameter")
+    downstream, before = adaptation(5.02, "segmentation"), adaptation(4.6)
+    (episode,) = episodes(before, near, downstream, adaptation(6.5), fusion=outage(5.1, 7))
+    assert episode.resolved
+
+
+def test_a_silence_with_a_fault_is_that_faults_whatever_was_adapted_then() -> None:
+    (episode,) = episodes(adaptation(0.05), camera=outage(0.1, 6), injections=(DISCONNECT,))
+    assert episode.t_react == pytest.approx(0.03)
+
+
 def test_fault_injected_after_the_symptom_held_is_not_to_blame() -> None:
     late = Injection(5.0, "hardware_disconnect", "F1", "camera")
     (episode,) = episodes(camera=outage(2, 8), injections=(late,))

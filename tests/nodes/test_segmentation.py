@@ -75,6 +75,18 @@ def test_the_network_of_the_modality_is_used(world: "World", modality: Modality)
 
 
 @pytest.mark.usefixtures("segmentation")
+def test_images_of_another_size_are_dropped(world: "World") -> None:
+    header = Header(stamp=Time(sec=1))
+    small = SensorFusion(
+        header=header, rgb=image_of_bgr(header, BGR[::2]), modality=FusionType(fusion_type=1)
+    )
+    assert feed(world, small) == []
+    (line,) = [log.msg for log in world.messages["/rosout"] if log.name.endswith("segmentation")]
+    assert line == "Dropped images of another size than 256x144, which the model lite takes."
+    assert len(feed(world, fused(Modality.RGB, 2))) == 1
+
+
+@pytest.mark.usefixtures("segmentation")
 def test_entropy_is_reported_for_new_frames_only(world: "World") -> None:
     feed(world, fused(Modality.RGB))
     world.run(1.0)

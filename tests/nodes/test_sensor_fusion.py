@@ -52,6 +52,18 @@ def test_its_boot_time_is_the_papers(world: "World") -> None:
 
 
 @pytest.mark.usefixtures("fusion")
+@pytest.mark.parametrize("modality", [0, 1])
+def test_what_is_no_colour_image_is_dropped(world: "World", rgb: Make, depth: Make, modality: int) -> None:
+    world.set("sensor_fusion", "modality", modality)
+    world.set("sensor_fusion", "topic_camera_input", "depth_camera")
+    assert feed(world, (DEPTH_IN, depth(1.0))) == []
+    (line,) = [log.msg for log in world.messages["/rosout"] if log.name.endswith("sensor_fusion")]
+    assert line.startswith("Dropped an image on depth_camera: An image must have the encoding bgr8")
+    world.set("sensor_fusion", "topic_camera_input", "rgb_camera")
+    assert len(feed(world, (RGB_IN, rgb(2.0)), (DEPTH_IN, depth(2.0)))) == 1
+
+
+@pytest.mark.usefixtures("fusion")
 def test_a_matched_pair_is_published_unchanged(world: "World", rgb: Make, depth: Make) -> None:
     (fused,) = feed(world, (RGB_IN, rgb(1.0)), (DEPTH_IN, depth(1.0)))
     assert (fused.rgb, fused.depth, fused.header) == (rgb(1.0), depth(1.0), rgb(1.0).header)

@@ -1,4 +1,5 @@
 import json
+import math
 from collections.abc import Callable
 from pathlib import Path
 
@@ -54,7 +55,7 @@ def test_a_folder_that_is_no_record_is_refused(tmp_path: Path, read: Callable[[P
 
 
 @pytest.mark.parametrize("read", [read_run, *READERS])
-@pytest.mark.parametrize("text", ["", "{", "\xff", '{"record_version": 1'])
+@pytest.mark.parametrize("text", ["", "{", "\xff", '{"record_version": 1', "[" * 100_000])
 def test_a_damaged_run_file_is_refused(record: Path, read: Callable[[Path], object], text: str) -> None:
     (record / "run.json").write_bytes(text.encode("latin-1"))
     with pytest.raises(RecordError, match=r"run\.json is damaged"):
@@ -130,11 +131,18 @@ def test_messages_of_another_record_are_refused(record: Path) -> None:
 
 @pytest.mark.parametrize(
     ("key", "value"),
-    [("duration_s", "20"), ("period_s", None), ("entropy_threshold", True), ("expected_frames", [])],
+    [
+        ("duration_s", "20"),
+        ("period_s", None),
+        ("entropy_threshold", True),
+        ("expected_frames", []),
+        ("duration_s", math.nan),
+        ("expected_frames", math.inf),
+    ],
 )
 def test_a_run_file_without_a_number_for_the_timeline_is_refused(
     record: Path, key: str, value: object
 ) -> None:
     change_run(record, **{key: value})
-    with pytest.raises(RecordError, match=rf"The {key} in .* must be a number, got"):
+    with pytest.raises(RecordError, match=rf"The {key} in .* must be a finite number, got"):
         read_timeline(record)

@@ -99,6 +99,7 @@ def test_values_are_read_as_ros_reads_them(text: str, value: object) -> None:
         ("{a: 1}", "a parameter cannot hold {'a': 1}"),
         ("[1", "line 1 is not valid YAML"),
         ("!!python/object:os.system x", "is not valid YAML"),
+        ("!!timestamp foo", "is not valid YAML"),
         ("99999999999999999999", "must fit into 64 bits"),
     ],
 )

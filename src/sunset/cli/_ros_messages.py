@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 import yaml
 
-from sunset.errors import InterfaceError, InvalidInputError
+from sunset.errors import MALFORMED_YAML, InterfaceError, InvalidInputError
 from sunset.interfaces import FieldType, Message, field_types, get_message, serialize, type_name
 
 __all__ = ["message_from_yaml", "message_to_repr", "message_to_yaml"]
@@ -110,7 +110,7 @@ def message_from_yaml(text: str, kind: type[Message]) -> Message:
         values = yaml.safe_load(text)
     except yaml.MarkedYAMLError as error:
         raise InvalidInputError(f"The values {text!r} are not valid YAML: {error.problem}.") from error
-    except (yaml.YAMLError, ValueError, RecursionError) as error:
+    except (yaml.YAMLError, *MALFORMED_YAML) as error:
         raise InvalidInputError(f"The values {text!r} are not valid YAML: {error}.") from error
     message = _message({} if values is None else values, kind, "")
     serialize(message)  # names the field that does not fit

@@ -102,10 +102,17 @@ def _factory(name: str, manager: str | None) -> Callable[[Context], Node]:
 
         return lambda context: ScenarioExecutor(context=context)
     if manager is not None:
+        from sunset.experiments.manager import check_name  # noqa: PLC0415  slow, and no other node needs it
         from sunset.managing import load_manager  # noqa: PLC0415  slow, and no other node needs it
 
         made = load_manager(manager)
-        return lambda context: made(context=context)
+
+        def make(context: Context) -> Node:
+            node = made(context=context)
+            check_name(node, manager)
+            return node
+
+        return make
     kind: Callable[..., Node] = LiveBagPlayer if name == "bag_player" else NODES[name]
     return lambda context: kind(context=context)
 

@@ -24,7 +24,7 @@ TOLERANCE_S: Final = 0.5
 Progress = Callable[[int, int], None]
 """Called with (pairs that are read, pairs in all)."""
 
-_Key = tuple[str, str, str, int, str]
+_Key = tuple[str, str, str, int, str, str]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -155,7 +155,7 @@ def compare(sim: Path, live: Path, *, progress: Progress | None = None) -> list[
     keys = list(dict.fromkeys([*simulated, *flown]))
     groups: dict[tuple[str, str, str], tuple[list[Pair], list[LeftOut]]] = {}
     for done, key in enumerate(keys, 1):
-        suite, scenario, manager, seed, model = key
+        suite, scenario, manager, seed, model, _ = key
         pairs, left_out = groups.setdefault((suite, manager, model), ([], []))
         one, other = simulated.get(key), flown.get(key)
         reason = _reason(one, other)
@@ -188,7 +188,7 @@ def _runs(folder: Path) -> dict[_Key, RunRow]:
         raise RecordError(f"There is no folder {folder}; 'sunset agree --out' makes one.")
     runs: dict[_Key, RunRow] = {}
     for row in load_results(folder):
-        key = (row.suite, row.scenario, row.manager, row.seed, row.model)
+        key = (row.suite, row.scenario, row.manager, row.seed, row.model, row.networks)
         if key in runs:
             raise RecordError(
                 f"There must be one run of {row.scenario} with seed {row.seed} below {folder}, got "

@@ -95,7 +95,7 @@ def _json_published(name: str) -> dict[str, object]:
 def _as_csv(rows: Sequence[SystemRow]) -> str:
     """Return one line a row, the paper's last; a cell is empty where a figure is not applicable."""
     head = ["system", "source", "suite", "manager", "model", "middleware", "runs", "runs_invalid"]
-    columns = [f"{name}_{part}" for name in FIGURES for part in ("mean", "std", "ci_low", "ci_high", "runs")]
+    columns = [part for name in FIGURES for part in _parts(name)]
     out = io.StringIO()
     writer = csv.DictWriter(out, [*head, *columns, "unresolved_rate"], lineterminator="\n")
     writer.writeheader()

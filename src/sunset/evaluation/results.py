@@ -1,15 +1,18 @@
 """Stored runs: found, read, checked, and computed again where that is asked for."""
 
+import hashlib
+import json
 import math
+from collections import defaultdict
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Final
 
 from sunset.errors import RecordError
 from sunset.metrics import score
-from sunset.recording import read_run, read_timeline
+from sunset.recording import RUN_FILE, read_run, read_timeline
 
 __all__ = ["FIGURES", "RunRow", "load_results", "recompute"]
 
@@ -33,8 +36,6 @@ FIGURES: Final = (
 )
 """The names of a run's figures, as `RunMetrics` has them."""
 
-_RUN_FILE: Final = "run.json"
-
 Progress = Callable[[int, int], None]
 """Called with (runs that are read, runs in all)."""
 
@@ -49,7 +50,8 @@ class RunRow:
         suite: the suite that it was flown for; empty for a scenario of one's own.
         manager: the managing system.
         seed: of the run.
-        model: the segmentation's model.
+        model: the segmentation's model, by its name; where models that differ have one name, with `networks`.
+        networks: a short checksum of the model's networks.
         middleware: `sim` or `cyclonedds`.
         digest: of the record's messages.
         metrics: the figures by name; None where there is none to take.
@@ -63,6 +65,7 @@ class RunRow:
     manager: str
     seed: int
     model: str
+    networks: str
     middleware: str
     digest: str
     metrics: Mapping[str, float | None]
@@ -88,19 +91,24 @@ def load_results(folder: Path, *, again: bool = False, progress: Progress | None
         raise RecordError(f"There is no folder {folder}; name the one that 'sunset bench --out' wrote.")
     found = [
         file.parent
-        for file in sorted(folder.rglob(_RUN_FILE))
+        for file in sorted(folder.rglob(RUN_FILE))
         if not any(part.startswith(".") for part in file.relative_to(folder).parts)
     ]
     if not found:
-        raise RecordError(f"There is no finished run below {folder}: no folder with a {_RUN_FILE} in it.")
+        raise RecordError(f"There is no finished run below {folder}: no folder with a {RUN_FILE} in it.")
     rows: dict[tuple[object, ...], RunRow] = {}
+    models: defaultdict[str, set[str]] = defaultdict(set)
     for done, place in enumerate(found, 1):
         row = _read(place, again=again)
-        key = (row.suite, row.scenario, row.manager, row.seed, row.model, row.middleware, row.digest)
+        key = (row.suite, row.scenario, row.manager, row.seed, row.networks, row.middleware, row.digest)
         rows.setdefault(key, row)
+        models[row.model].add(row.networks)
         if progress is not None:
             progress(done, len(found))
-    return list(rows.values())
+    return [
+        replace(row, model=f"{row.model} {row.networks}") if len(models[row.model]) > 1 else row
+        for row in rows.values()
+    ]
 
 
 def recompute(folder: Path) -> Mapping[str, float | None]:
@@ -115,7 +123,7 @@ def recompute(folder: Path) -> Mapping[str, float | None]:
 def _read(folder: Path, *, again: bool) -> RunRow:
     """Read one run's `run.json` and check what the table needs of it."""
     run = read_run(folder)
-    where = folder / _RUN_FILE
+    where = folder / RUN_FILE
     text = {
         key: _checked(run, key, str, where)
         for key in ("scenario", "suite", "manager", "model", "middleware", "digest", "reason")
@@ -125,7 +133,8 @@ def _read(folder: Path, *, again: bool) -> RunRow:
         seed=_checked(run, "seed", int, where),
         metrics=recompute(folder) if again else _stored(run, where),
         valid=_checked(run, "valid", bool, where),
-        **text | {"suite": text["suite"] or _suite_of(text["scenario"])},
+        networks=_checksum(_checked(run, "model_checksums", dict, where)),
+        **text,
     )
 
 
@@ -134,6 +143,10 @@ def _checked(run: Mapping[str, Any], key: str, kind: type, where: Path) -> Any:
     if not isinstance(value, kind):
         raise RecordError(f"The {key} in {where} must be of type {kind.__name__}, got {value!r}.")
     return value
+
+
+def _checksum(checksums: Mapping[str, Any]) -> str:
+    return hashlib.sha256(json.dumps(checksums, sort_keys=True).encode()).hexdigest()[:8]
 
 
 def _stored(run: Mapping[str, Any], where: Path) -> Mapping[str, float | None]:
@@ -151,10 +164,3 @@ def _figure(stored: Mapping[str, Any], name: str, where: Path) -> float | None:
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
         raise RecordError(f"The metric {name} in {where} must be a finite number or null, got {value!r}.")
     return value
-
-
-def _suite_of(scenario: str) -> str:
-    """Return the suite that a scenario was taken from, by its name; empty if from none."""
-    if "/" in scenario:
-        return scenario.partition("/")[0]
-    return scenario if scenario in {"nofault", "degraded"} else ""

@@ -7,16 +7,18 @@ import os
 import re
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
-from dataclasses import dataclass, field
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
 from sunset.errors import InvalidInputError, OutputError
 from sunset.experiments.files import make_folder, write_text
 from sunset.experiments.resources import Resources
-from sunset.experiments.run import RUN_FILE, prepare, run, versions
+from sunset.experiments.run import prepare, run, versions
 from sunset.experiments.spec import EXTERNAL, RunSpec, Timing
 from sunset.managing import load_manager
+from sunset.recording import RUN_FILE
 from sunset.scenarios import Scenario, suite
 from sunset.seeding import check_seed
 from sunset.workers import check_jobs, processors, worker_pool
@@ -85,7 +87,6 @@ def plan(spec: BenchSpec) -> tuple[RunSpec, ...]:
     return tuple(
         RunSpec(
             scenario=scenario,
-            suite=name,
             manager=manager,
             seed=spec.seed + repetition,
             model=spec.model,
@@ -140,21 +141,37 @@ def bench(spec: BenchSpec, out: Path, *, jobs: int | None = None, progress: Prog
     Raises:
         InvalidInputError: `out` holds another campaign, or a scenario, model or bag is not usable.
         ManagerError: a managing system cannot be loaded or failed.
-        OutputError: `out` cannot be written.
+        OutputError: `out` cannot be written, or another process flies its campaign.
     """
     check_jobs(jobs)
     runs = plan(spec)
     # rendering a flight and loading a model are done once, before the workers need them
     _claim(out, describe(spec, prepare(runs[0])))
-    todo = [one for one in runs if not (run_folder(out, one) / RUN_FILE).is_file()]
-    done = len(runs) - len(todo)
-    if progress is not None:
-        progress(done, len(runs))
-    if todo:
-        for count in _run_all(todo, out, min(jobs or _jobs(spec), len(todo))):
-            if progress is not None:
-                progress(done + count, len(runs))
+    with _alone(out):
+        todo = [one for one in runs if not (run_folder(out, one) / RUN_FILE).is_file()]
+        done = len(runs) - len(todo)
+        if progress is not None:
+            progress(done, len(runs))
+        if todo:
+            for count in _run_all(todo, out, min(jobs or _jobs(spec), len(todo))):
+                if progress is not None:
+                    progress(done + count, len(runs))
     return len(todo)
+
+
+@contextmanager
+def _alone(out: Path) -> Iterator[None]:
+    """Keep other processes from flying the campaign of a folder."""
+    import fcntl  # noqa: PLC0415  not on every system
+
+    with (out / _PLAN_FILE).open("rb") as file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError as error:
+            raise OutputError(
+                f"The campaign in {out} is being flown by another process: wait for its end, or name another folder."
+            ) from error
+        yield
 
 
 def _jobs(spec: BenchSpec) -> int:
@@ -246,6 +263,7 @@ def describe(spec: BenchSpec, resources: Resources) -> dict[str, Any]:
         "scenarios_checksum": _checksum(repr([one.scenario for one in plan(spec)])),
         "seed": spec.seed,
         "suite": spec.suite,
+        "timing": asdict(spec.timing),
         "versions": versions(),
         **({"scenarios": [one.name for one in _chosen(spec)]} if spec.scenarios else {}),
         **({} if spec.middleware == "sim" else {"middleware": spec.middleware, "speed": spec.speed}),

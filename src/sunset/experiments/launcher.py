@@ -75,6 +75,7 @@ class Launcher(Node):
                 "and redeploy it then."
             )
         elif node in self._redeploying:
+            response.success = False
             response.message = f"{node} is being redeployed already."
         elif not is_running:
             self._host.start(node)

@@ -9,9 +9,10 @@ from sunset.errors import ManagerError
 from sunset.experiments.graph import SYSTEM_NODES
 from sunset.experiments.spec import RunSpec
 from sunset.managing import ManagingSystem, load_manager
+from sunset.rmw.sim import LimitExceeded, run_limited
 from sunset.ros import CallbackError, CallbackTimeoutError, Context, Parameter
 
-__all__ = ["failure", "manager_factory"]
+__all__ = ["check_name", "failure", "manager_factory"]
 
 
 def manager_factory(spec: RunSpec, entropy_threshold: float) -> Callable[[Context], ManagingSystem]:
@@ -25,20 +26,37 @@ def manager_factory(spec: RunSpec, entropy_threshold: float) -> Callable[[Contex
 
     def make(context: Context) -> ManagingSystem:
         try:
-            manager = made(context=context, parameter_overrides=overrides)
+            manager = run_limited(
+                spec.manager_limit_s, lambda: made(context=context, parameter_overrides=overrides)
+            )
+        except LimitExceeded as error:
+            raise ManagerError(
+                f"The managing system {spec.manager} cannot be made: it did not return within "
+                f"{spec.manager_limit_s:g} s{_place(made, error)}."
+            ) from error
         except (Exception, SystemExit) as error:
             raise ManagerError(
                 f"The managing system {spec.manager} cannot be made: it raised "
                 f"{_described(error)}{_place(made, error)}."
             ) from error
-        if manager.get_fully_qualified_name() in SYSTEM_NODES:
-            raise ManagerError(
-                f"The managing system {spec.manager} has the name {manager.get_fully_qualified_name()}, which is a "
-                "node of the system; give its class another node_name."
-            )
+        check_name(manager, spec.manager)
         return manager
 
     return make
+
+
+def check_name(manager: ManagingSystem, given: str) -> None:
+    """Refuse a managing system that goes by the name of another node; `given` is what the user calls it.
+
+    Raises:
+        ManagerError: it does.
+    """
+    name = manager.get_fully_qualified_name()
+    if name in SYSTEM_NODES:
+        raise ManagerError(
+            f"The managing system {given} has the name {name}, which is a node of the system; give its class another "
+            "node_name."
+        )
 
 
 def failure(spec: RunSpec, manager: ManagingSystem, error: BaseException) -> ManagerError:

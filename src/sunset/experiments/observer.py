@@ -143,6 +143,8 @@ class Observer(Tap):
         command = self._pending.pop((service, request_id), None)
         if command is not None:
             command.successful, command.reason = _outcome(response)
+            if isinstance(response, SetParameters.Response) and command.successful:  # each is set for itself
+                _keep_accepted(command, response)
             self._sink.write(COMMANDS_TOPIC, time_ns, command)
 
     def finish(self, time_ns: int) -> None:
@@ -199,7 +201,7 @@ def _command_of(server: str, request: Message) -> Command | None:
 def _outcome(response: Message) -> tuple[bool, str]:
     if isinstance(response, SetParameters.Response):
         refusals = [result.reason for result in response.results if not result.successful]
-        return bool(response.results) and not refusals, "; ".join(refusals)
+        return len(refusals) < len(response.results), "; ".join(refusals)
     if isinstance(response, SetParametersAtomically.Response):
         return response.result.successful, response.result.reason
     if isinstance(response, ChangeState.Response):
@@ -207,6 +209,15 @@ def _outcome(response: Message) -> tuple[bool, str]:
     if isinstance(response, Redeploy.Response):
         return response.success, response.message
     raise TypeError(f"A command was answered with {type(response).__name__}.")
+
+
+def _keep_accepted(command: Command, response: SetParameters.Response) -> None:
+    """Leave only those parameters in a command that the node has accepted."""
+    triples = zip(
+        command.parameters, command.values, response.results, strict=False
+    )  # a foreign node may answer less
+    kept = [(name, value) for name, value, result in triples if result.successful]
+    command.parameters, command.values = [name for name, _ in kept], [value for _, value in kept]
 
 
 def _text(message: ParameterValue) -> str:

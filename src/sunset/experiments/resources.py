@@ -96,8 +96,8 @@ def _reader(path: Path, size: tuple[int, int]) -> tuple[BagReader, str]:
 
     It is opened and checked once, unless its files have changed since.
     """
-    files = sorted(path.iterdir()) if path.is_dir() else [path] if path.exists() else []
-    states = [(file, file.stat()) for file in files]
+    files = sorted(path.iterdir()) if path.is_dir() else [path]
+    states = [(file, file.stat()) for file in files if file.is_file()]
     return _opened(path, size, tuple((file, state.st_size, state.st_mtime_ns) for file, state in states))
 
 

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any, Final
+from typing import Any
 
 import onnxruntime
 
@@ -18,10 +18,7 @@ from sunset.metrics import RunMetrics, Timeline, score
 from sunset.recording import RecordWriter
 from sunset.rmw.sim import DEFAULT_COMPUTE
 
-__all__ = ["RUN_FILE", "RunResult", "prepare", "run", "versions"]
-
-RUN_FILE: Final = "run.json"
-"""The file of a run's folder that is there only when the run is complete."""
+__all__ = ["RunResult", "prepare", "run", "versions"]
 
 
 @dataclass(frozen=True)

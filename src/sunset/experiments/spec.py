@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Final
 
 from sunset.errors import InvalidInputError
-from sunset.scenarios import Scenario
+from sunset.scenarios import Scenario, suite_of
 from sunset.seeding import check_seed
 
 __all__ = ["DEFAULT_SCENARIO", "EXTERNAL", "MIDDLEWARES", "RunSpec", "Timing"]
@@ -14,6 +14,9 @@ EXTERNAL: Final = "external"
 """The managing system's name where it is another process on the graph, which somebody else starts."""
 
 MIDDLEWARES: Final = ("sim", "cyclonedds")
+
+_LONGEST_LIMIT_S: Final = 1_000_000
+"""Twelve days, which a timer of the operating system can hold."""
 
 DEFAULT_SCENARIO: Final = "paper/cuda_out_of_memory+image_shift+autofocus_needed"
 """What is flown where no scenario is named: three failures at once, of which the baseline repairs two."""
@@ -61,8 +64,6 @@ class RunSpec:
     """
 
     scenario: Scenario
-    suite: str = ""
-    """The suite that the scenario was taken from; empty for a scenario of one's own."""
     manager: str = "baseline"
     """`none`, `baseline`, `module:Class` or `path/to/file.py:Class`; live, `external` too."""
     seed: int = 1
@@ -89,9 +90,10 @@ class RunSpec:
             InvalidInputError: a value is out of range, or two contradict each other.
         """
         check_seed(self.seed)
-        if not self.manager_limit_s > 0:
+        if not 0 < self.manager_limit_s <= _LONGEST_LIMIT_S:
             raise InvalidInputError(
-                f"The managing system's time limit must be positive, got {self.manager_limit_s} s."
+                f"The managing system's time limit must be over 0 s and at most {_LONGEST_LIMIT_S:,} s, got "
+                f"{self.manager_limit_s} s."
             )
         if self.middleware not in MIDDLEWARES:
             known = " or ".join(MIDDLEWARES)
@@ -102,6 +104,11 @@ class RunSpec:
             raise InvalidInputError(
                 "A managing system of another process can manage a live run only: --middleware cyclonedds."
             )
+
+    @property
+    def suite(self) -> str:
+        """The suite that the scenario is of; empty for a scenario of one's own."""
+        return suite_of(self.scenario)
 
     @property
     def live(self) -> bool:

@@ -111,17 +111,24 @@ def executed_adaptations(commands: Sequence[Command], *, until_s: float) -> tupl
       where one of them is named `topic_…`.
     - A deactivation and an activation of the same node, by the same client, at most 1 s apart, are one
       restart, together with a cleanup and a configuration between them.
-    - A lifecycle shutdown ends the process, and is a redeploy.
+    - A lifecycle shutdown ends the process, and is a redeploy, together with the launcher's that makes a new one.
 
     Args:
         commands: in order of time.
         until_s: the end of the experiment.
     """
     done: list[ExecutedAdaptation] = []
+    shut_down: set[str] = set()
     for command in commands:
         adaptation = _adaptation(command)
-        if adaptation is not None and adaptation.time <= until_s:
-            _append(done, adaptation)
+        if adaptation is None or adaptation.time > until_s:
+            continue
+        if command.kind == "shutdown":
+            shut_down.add(adaptation.node)
+        elif command.kind == "redeploy" and adaptation.node in shut_down:
+            shut_down.remove(adaptation.node)
+            continue
+        _append(done, adaptation)
     return tuple(done)
 
 

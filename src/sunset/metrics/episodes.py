@@ -10,10 +10,14 @@ The definitions, which the paper leaves open:
 - An episode counts if it holds at any time within the experiment.
 - A failure *began* when its fault was injected, the earliest if there are several and none of them has
   been blamed for an episode before. A fault that ended with its process before the silence or the samples
-  in question is not to blame. Where there is no fault to blame, as in a ripple or a relapse, the failure
-  began with its topic's last message, or with the first of the five samples; 0 at the earliest.
+  in question is not to blame, and none is for a silence that begins more than 1 s later: those of F1, F2 and
+  F3 show at once. Where there is no fault to blame, as in a ripple or a relapse, the failure began with its
+  topic's last message, or with the first of the five samples; 0 at the earliest.
 - It is *resolved* if it ended within the experiment, after at least one adaptation of the failing node or of
   one upstream of it since it began. The last such adaptation is the one that resolved it.
+- A silence without a fault to blame is the managing system's *own making* if it began within two periods of an
+  adaptation, of the failing node or of one upstream of it, that stops messages or reroutes them. Whoever ends what
+  he has begun has resolved nothing.
 """
 
 import itertools
@@ -43,7 +47,9 @@ WINDOW_S: Final = 1.0
 SAMPLES: Final = 5
 """So many samples are averaged."""
 
-_OUTAGES = (("F1", CAMERA_TOPIC), ("F2", FUSION_TOPIC), ("F3", SEGMENTATION_TOPIC))
+_OUTAGES = {"F1": CAMERA_TOPIC, "F2": FUSION_TOPIC, "F3": SEGMENTATION_TOPIC}
+_SILENCING = frozenset({"redeploy", "restart", "deactivate", "cleanup", "change_topic"})
+_PERIODS = 2  # a gap up to this many periods is none
 
 
 @dataclass(frozen=True, slots=True)
@@ -187,14 +193,14 @@ def failure_episodes(timeline: Timeline, adaptations: Sequence[ExecutedAdaptatio
     duration = timeline.duration_s
     spells = {
         failure: silences(timeline.message_times.get(topic, np.empty(0)), duration_s=duration)
-        for failure, topic in _OUTAGES
+        for failure, topic in _OUTAGES.items()
     }
     spells["F4"] = excesses(timeline.entropy, timeline.entropy_threshold, duration_s=duration)
     spells["F5"] = excesses(timeline.sharpness, timeline.sharpness_threshold, below=True, duration_s=duration)
     episodes = [
         episode
         for failure in spells
-        for episode in _episodes(failure, spells[failure], timeline.injections, adaptations)
+        for episode in _episodes(failure, spells[failure], timeline, adaptations)
     ]
     return tuple(sorted(episodes, key=lambda episode: (episode.holds, episode.failure)))
 
@@ -202,7 +208,7 @@ def failure_episodes(timeline: Timeline, adaptations: Sequence[ExecutedAdaptatio
 def _episodes(
     failure: str,
     spells: Sequence[Spell],
-    injections: Sequence[Injection],
+    timeline: Timeline,
     adaptations: Sequence[ExecutedAdaptation],
 ) -> list[Episode]:
     """Say of each spell of one failure when the failure began, and what resolved it."""
@@ -211,14 +217,19 @@ def _episodes(
     for spell in spells:
         due = [
             injection
-            for injection in injections
+            for injection in timeline.injections
             if injection.failure == failure
             and injection.fault not in blamed
             and injection.time <= spell.holds
         ]
         blamed.update(injection.fault for injection in due)
-        causes = [injection.time for injection in due if not _ended_before(injection, spell, adaptations)]
+        causes = [injection.time for injection in due if not _is_past(injection, spell, adaptations)]
         began = min(causes) if causes else max(spell.origin, 0.0)
+        own = (
+            failure in _OUTAGES
+            and not causes
+            and _is_own_making(failure, spell, timeline.period_s, adaptations)
+        )
         episodes.append(
             Episode(
                 failure=failure,
@@ -226,18 +237,32 @@ def _episodes(
                 holds=spell.holds,
                 ended=spell.ended,
                 injected=bool(causes),
-                adaptation=_resolving(failure, began, spell.ended, adaptations),
+                adaptation=None if own else _resolving(failure, began, spell.ended, adaptations),
             )
         )
     return episodes
 
 
-def _ended_before(injection: Injection, spell: Spell, adaptations: Sequence[ExecutedAdaptation]) -> bool:
-    """Return whether the fault lived in a process that was gone before the spell's first evidence."""
+def _is_past(injection: Injection, spell: Spell, adaptations: Sequence[ExecutedAdaptation]) -> bool:
+    """Return whether a fault was gone before the spell's first evidence: cured, or ended with its process."""
+    if injection.failure in _OUTAGES and spell.origin > injection.time + WINDOW_S:
+        return True
     return injection.internal and any(
         adaptation.kind == "redeploy"
         and adaptation.node == short_name(injection.node)
         and injection.time <= adaptation.time < spell.origin
+        for adaptation in adaptations
+    )
+
+
+def _is_own_making(
+    failure: str, spell: Spell, period_s: float, adaptations: Sequence[ExecutedAdaptation]
+) -> bool:
+    """Return whether a silence began with an adaptation."""
+    return any(
+        adaptation.kind in _SILENCING
+        and affects(adaptation.node, failure)
+        and abs(adaptation.time - spell.origin) <= _PERIODS * period_s + TOLERANCE_S
         for adaptation in adaptations
     )
 

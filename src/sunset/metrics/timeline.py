@@ -112,7 +112,7 @@ class Command:
         kind: `set_parameters`, `activate`, `deactivate`, `configure`, `cleanup`, `shutdown` or `redeploy`.
         parameters: the names of the parameters that it sets.
         values: their values as text.
-        successful: whether the answer says that all of it was done.
+        successful: whether the answer says that it was done.
     """
 
     time: float

@@ -6,6 +6,7 @@ keeps a ROS parameter file in a place that depends on the domain only, for as lo
 """
 
 import os
+import stat
 import tempfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -18,6 +19,12 @@ from sunset.errors import MiddlewareError, OutputError
 __all__ = ["deployed_parameters", "deployed_scenario", "deployment"]
 
 Value = bool | int | float | str
+
+
+def _is_ours(folder: Path) -> bool:
+    """Return whether a folder in a place that everybody can write to is this user's, and nobody else's."""
+    state = folder.lstat()
+    return stat.S_ISDIR(state.st_mode) and state.st_uid == os.getuid() and not state.st_mode & 0o022
 
 
 def _file(domain_id: int) -> Path:
@@ -43,7 +50,7 @@ def deployment(
 
     Raises:
         MiddlewareError: another system runs in the domain.
-        OutputError: the file cannot be written.
+        OutputError: the file cannot be written, or its folder is another user's.
     """
     import fcntl  # noqa: PLC0415  not on every system
 
@@ -51,6 +58,11 @@ def deployment(
     content = {node: {"ros__parameters": dict(values)} for node, values in parameters.items()}
     try:
         path.parent.mkdir(mode=0o700, exist_ok=True)
+        if not _is_ours(path.parent):
+            raise OutputError(
+                f"The folder {path.parent} must be yours, and nobody else may write there: remove it, or set "
+                "XDG_RUNTIME_DIR."
+            )
         file = path.open("a", encoding="utf-8")
     except OSError as error:
         raise OutputError(f"The parameters {path} cannot be written: {error.strerror}.") from error
@@ -78,6 +90,8 @@ def deployed_parameters(domain_id: int) -> Path | None:
 
     path = _file(domain_id)
     try:
+        if not _is_ours(path.parent):
+            return None
         with path.open("rb") as file:
             fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
     except BlockingIOError:  # its writer holds it, so that it lives

@@ -103,6 +103,14 @@ class SegmentationNode(AdaptiveNode):
         if self.cuda_out_of_memory or self.gpu_failure:
             return
         modality = Modality(message.modality.fusion_type)
+        card = self._segmenter.model.card
+        images = ((message.rgb, modality.needs_rgb), (message.depth, modality.needs_depth))
+        if any(used and (image.height, image.width) != (card.height, card.width) for image, used in images):
+            self.get_logger().error(
+                f"Dropped images of another size than {card.width}x{card.height}, which the model {card.name} takes.",
+                throttle_duration_sec=10.0,
+            )
+            return
         result = self._segmenter.segment(
             modality,
             array_of_bgr(message.rgb) if modality.needs_rgb else None,

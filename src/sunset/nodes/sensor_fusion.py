@@ -2,6 +2,7 @@
 
 from typing import Final
 
+from sunset.errors import DataError
 from sunset.faults import REFERENCE_WIDTH, shift_image
 from sunset.interfaces.sensor_msgs.msg import Image
 from sunset.interfaces.std_msgs.msg import Header
@@ -23,7 +24,8 @@ class Fusion(AdaptiveNode):
 
     It publishes one message for each matched pair, never the same twice and never one older than the
     last, unless by so much that time must have been set back. With the modality rgb or depth it
-    publishes that sensor's images only.
+    publishes that sensor's images only. What comes on `topic_camera_input` and is no colour image is
+    dropped, and logged.
     """
 
     node_name = "sensor_fusion"
@@ -80,6 +82,11 @@ class Fusion(AdaptiveNode):
 
     def _on_rgb(self, message: Image) -> None:
         self._forget_other_topic()
+        try:
+            array_of_bgr(message)
+        except DataError as error:
+            self.get_logger().error(f"Dropped an image on {self._topic}: {error}", throttle_duration_sec=10.0)
+            return
         if self.modality == FusionType.RGB:
             self._publish(message.header, rgb=message)
         elif self.modality == FusionType.FUSION:

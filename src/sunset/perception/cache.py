@@ -121,7 +121,9 @@ class InferenceCache:
 
     def __del__(self) -> None:
         """Close the file."""
-        if getattr(self, "_connection", None) is not None:
+        if (
+            getattr(self, "_connection", None) is not None and os
+        ):  # not when the interpreter has let go of modules
             self.close()
 
     def _create(self) -> None:

@@ -7,11 +7,12 @@ runs of the same specification leave the same bytes.
 
 from sunset.recording.reader import read_messages, read_run, read_timeline
 from sunset.recording.timelines import timeline
-from sunset.recording.values import RECORD_VERSION, RecordedMessage
+from sunset.recording.values import RECORD_VERSION, RUN_FILE, RecordedMessage
 from sunset.recording.writer import RecordWriter
 
 __all__ = [
     "RECORD_VERSION",
+    "RUN_FILE",
     "RecordWriter",
     "RecordedMessage",
     "read_messages",

@@ -1,6 +1,7 @@
 """Reading the record of a run."""
 
 import json
+import sys
 from collections.abc import Collection
 from pathlib import Path
 from typing import Any, Final
@@ -35,7 +36,7 @@ def read_run(folder: Path) -> dict[str, Any]:
         raise RecordError(f"{folder} is no complete record: {RUN_FILE} is missing.") from error
     except OSError as error:
         raise RecordError(f"The file {file} cannot be read: {error.strerror}.") from error
-    except ValueError as error:
+    except (RecursionError, ValueError) as error:
         raise RecordError(f"The file {file} is damaged: {error}.") from error
     version = run.get("record_version") if isinstance(run, dict) else None
     if version != RECORD_VERSION:
@@ -76,6 +77,12 @@ def read_timeline(folder: Path) -> Timeline:
     run = read_run(folder)
     for key in _TIMELINE_KEYS:
         value = run.get(key)
-        if isinstance(value, bool) or not isinstance(value, int | float):
-            raise RecordError(f"The {key} in {Path(folder) / RUN_FILE} must be a number, got {value!r}.")
+        if (
+            isinstance(value, bool)
+            or not isinstance(value, int | float)
+            or not abs(value) <= sys.float_info.max
+        ):
+            raise RecordError(
+                f"The {key} in {Path(folder) / RUN_FILE} must be a finite number, got {value!r}."
+            )
     return timeline(read_messages(folder, MEASURED_TOPICS), **{key: run[key] for key in _TIMELINE_KEYS})

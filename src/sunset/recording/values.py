@@ -14,6 +14,7 @@ RECORD_VERSION: Final = 1
 """The version of the layout of records; it changes when an older reader would misread a newer record."""
 
 RUN_FILE: Final = "run.json"
+"""The file of a run's folder that is there only when the run is complete."""
 
 
 @dataclass(frozen=True, slots=True)

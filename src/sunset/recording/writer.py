@@ -46,6 +46,8 @@ class RecordWriter:
 
     def __init__(self, folder: Path) -> None:
         self._folder = Path(folder).absolute()
+        if not self._folder.name:
+            raise OutputError(f"A record needs a folder of its own, got {folder}.")
         self._partial = self._folder.with_name(f".{self._folder.name}{_SUFFIX}")
         self._payloads: list[Payload] = []
         self._sorted = True

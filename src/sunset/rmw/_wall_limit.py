@@ -4,12 +4,15 @@ import signal
 import threading
 from collections.abc import Callable
 from types import FrameType
+from typing import TypeVar
 
 from sunset.errors import MiddlewareError
 
 __all__ = ["LimitExceeded", "check_possible", "run_limited"]
 
 _REPEAT_S = 0.1
+
+_T = TypeVar("_T")
 
 
 class LimitExceeded(BaseException):
@@ -28,8 +31,8 @@ def check_possible() -> None:
         )
 
 
-def run_limited(limit_s: float, function: Callable[[], None]) -> None:
-    """Call a function and interrupt it after `limit_s` seconds of wall time.
+def run_limited(limit_s: float, function: Callable[[], _T]) -> _T:
+    """Return what a function returns, and interrupt it after `limit_s` seconds of wall time.
 
     Raises:
         LimitExceeded: the function ran for longer.
@@ -46,7 +49,7 @@ def run_limited(limit_s: float, function: Callable[[], None]) -> None:
     try:
         # It repeats, because a callback may swallow even this one.
         signal.setitimer(signal.ITIMER_REAL, limit_s, _REPEAT_S)
-        function()
+        return function()
     finally:
         running = False
         signal.setitimer(signal.ITIMER_REAL, 0)

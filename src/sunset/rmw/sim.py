@@ -14,11 +14,11 @@ from sunset.rmw._compute import DEFAULT_COMPUTE, ComputeModel
 from sunset.rmw._network import Network
 from sunset.rmw._process import SimProcess
 from sunset.rmw._scheduler import Priority
-from sunset.rmw._wall_limit import check_possible
+from sunset.rmw._wall_limit import LimitExceeded, check_possible, run_limited
 from sunset.rmw.port import EndpointInfo, EndpointKind
 from sunset.rmw.tap import Tap
 
-__all__ = ["DEFAULT_COMPUTE", "SimProcess", "Simulation", "Tap"]
+__all__ = ["DEFAULT_COMPUTE", "LimitExceeded", "SimProcess", "Simulation", "Tap", "run_limited"]
 
 
 class Simulation:

@@ -8,7 +8,7 @@ from typing import Any
 
 import yaml
 
-from sunset.errors import ParameterError
+from sunset.errors import MALFORMED_YAML, ParameterError
 from sunset.ros.exceptions import InvalidParameterTypeException
 from sunset.ros.parameter import Parameter, Value
 
@@ -133,7 +133,7 @@ def _load(text: str, what: str) -> object:
     except yaml.MarkedYAMLError as error:
         line = f", line {error.problem_mark.line + 1}" if error.problem_mark else ""
         raise ParameterError(f"The {what}{line} is not valid YAML: {error.problem}.") from error
-    except (yaml.YAMLError, ValueError, RecursionError) as error:
+    except (yaml.YAMLError, *MALFORMED_YAML) as error:
         raise ParameterError(f"The {what} is not valid YAML: {error}.") from error
 
 

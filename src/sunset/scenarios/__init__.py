@@ -3,7 +3,7 @@
 from sunset.scenarios.executor import ScenarioExecutor
 from sunset.scenarios.loading import generate, load_scenario, parse_scenario
 from sunset.scenarios.schema import Scenario, ScenarioFault
-from sunset.scenarios.suites import scenario_names, suite, suite_names
+from sunset.scenarios.suites import scenario_names, suite, suite_names, suite_of
 
 __all__ = [
     "Scenario",
@@ -15,4 +15,5 @@ __all__ = [
     "scenario_names",
     "suite",
     "suite_names",
+    "suite_of",
 ]

@@ -5,7 +5,7 @@ from contextlib import contextmanager
 
 import yaml
 
-from sunset.errors import ScenarioError
+from sunset.errors import MALFORMED_YAML, ScenarioError
 from sunset.faults import Value
 
 __all__ = ["Document", "Item"]
@@ -101,7 +101,7 @@ class Item:
         if isinstance(self._node, yaml.ScalarNode):
             try:
                 value = self._document.loader.construct_object(self._node)
-            except (yaml.YAMLError, ValueError) as error:
+            except (yaml.YAMLError, *MALFORMED_YAML) as error:
                 raise self.error(f"{self._node.value!r} is no value that a fault can have.") from error
             if isinstance(value, bool | int | float | str):
                 return value

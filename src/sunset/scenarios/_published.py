@@ -46,6 +46,9 @@ _PUBLISHED_STRENGTHS: Final[Mapping[str, float]] = MappingProxyType(
 )
 """The strengths of the published files, on full-size images and the published networks."""
 
+_LARGEST: Final = 1e9
+"""Far above every strength that a fault can have."""
+
 
 def translate(name: str, target_node: str, kind: str, value: Value) -> tuple[str, Value]:
     """Return (fault, value) of one entry of a published file.
@@ -71,5 +74,7 @@ def translate(name: str, target_node: str, kind: str, value: Value) -> tuple[str
     ours = FAULTS[fault.name].value
     if published is None or isinstance(value, bool | str) or isinstance(ours, bool | str):
         return fault.name, value
+    if not abs(value) <= _LARGEST:
+        return fault.name, value  # which the scenario refuses, by the number that was given
     scaled = ours * value / published
     return fault.name, round(scaled) if isinstance(ours, int) else scaled

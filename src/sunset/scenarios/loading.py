@@ -7,7 +7,7 @@ from typing import Final
 
 import yaml
 
-from sunset.errors import ScenarioError
+from sunset.errors import MALFORMED_YAML, ScenarioError
 from sunset.faults import FAULTS, Value
 from sunset.scenarios._document import Document, Item
 from sunset.scenarios._published import IGNORED_KEYS, REQUIRED_KEYS, translate
@@ -141,6 +141,6 @@ def _value(text: str) -> Value:
     """Return the value that a text on the command line means, by YAML's rules."""
     try:
         value = yaml.safe_load(text)
-    except yaml.YAMLError:
+    except (yaml.YAMLError, *MALFORMED_YAML):
         return text
     return value if isinstance(value, bool | int | float) else text

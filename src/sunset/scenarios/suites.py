@@ -9,7 +9,7 @@ from sunset.errors import ScenarioError
 from sunset.faults import EXCLUSIVE, FAULTS, Failure
 from sunset.scenarios.schema import Scenario, ScenarioFault
 
-__all__ = ["scenario_names", "suite", "suite_names"]
+__all__ = ["scenario_names", "suite", "suite_names", "suite_of"]
 
 _OUTAGES: Final = tuple(
     name for name, fault in FAULTS.items() if fault.failure in {Failure.F1, Failure.F2, Failure.F3}
@@ -88,6 +88,19 @@ def suite(name: str) -> tuple[Scenario, ...]:
         return _SUITES[name]
     except KeyError:
         raise ScenarioError(f"There is no suite {name!r}; there are {', '.join(_SUITES)}.") from None
+
+
+def suite_of(scenario: Scenario) -> str:
+    """Return the name of the suite that has a scenario, with its name and its faults; empty if none has.
+
+    >>> suite_of(Scenario("nofault")), suite_of(Scenario("nofault", (ScenarioFault("gpu_failure"),)))
+    ('nofault', '')
+    """
+    what = (scenario.name, scenario.faults)
+    suites = (
+        name for name, scenarios in _SUITES.items() if what in [(one.name, one.faults) for one in scenarios]
+    )
+    return next(suites, "")
 
 
 def scenario_names() -> tuple[str, ...]:

@@ -52,7 +52,8 @@ def worker_pool(jobs: int) -> Iterator[ProcessPoolExecutor]:
             raise
         raise SunsetError(
             "A worker process ended in the middle of its work: it was killed, for instance for want of memory, or "
-            "a managing system ended it; what was finished is kept: run the same command again, with fewer --jobs."
+            "a managing system ended it; what was finished is kept: run the same command again, with fewer --jobs "
+            "if memory was short."
         ) from error
     finally:
         pool.shutdown(wait=True, cancel_futures=True)

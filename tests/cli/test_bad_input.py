@@ -75,6 +75,35 @@ MANAGERS: dict[str, tuple[str, str]] = {
         ),
         "nothing like it",
     ),
+    "does not make the node": (
+        (
+            "from sunset.managing import ManagingSystem\nclass Mine(ManagingSystem):\n"
+            "    def __init__(self, **_): pass\n    def adapt(self, symptoms): pass"
+        ),
+        "cannot be made: it raised AttributeError",
+    ),
+    "raises what is no exception": (
+        (
+            "from sunset.managing import ManagingSystem\nclass Mine(ManagingSystem):\n"
+            "    def adapt(self, symptoms): raise BaseException('hm')"
+        ),
+        "it raised BaseException: hm (mine.py, line 3, in adapt)",
+    ),
+    "raises what has no text": (
+        (
+            "from sunset.managing import ManagingSystem\nclass Bad(Exception):\n    def __str__(self): return 1 / 0\n"
+            "class Mine(ManagingSystem):\n    def adapt(self, symptoms): raise Bad"
+        ),
+        "it raised Bad (mine.py, line 5, in adapt)",
+    ),
+    "repairs what was never there": (
+        (
+            "from sunset.managing import ManagingSystem\nclass Mine(ManagingSystem):\n"
+            "    def adapt(self, symptoms): self.redeploy('camera')"
+        ),
+        "which symptoms.stopped() knows",
+    ),
+    "no text": ("x = 1\0", "mine.py: this is no valid Python"),
     "exits on import": ("raise SystemExit('bye')", "bye"),
     "exits in adapt": (
         (
@@ -123,6 +152,12 @@ ARGUMENTS: dict[str, tuple[Sequence[str], str]] = {
     "no repetition": (["bench", "--repetitions", "0", "--out", "o"], "0"),
     "no job": (["bench", "--jobs", "0", "--out", "o"], "0"),
     "no time": (["run", "--manager-limit", "0"], "0"),
+    "a rate in the simulation": (["run", "--rate", "2"], "live runs"),
+    "a file without a name": (["scenarios", "generate", "gpu_failure", "--out", ""], "exists"),
+    "a file that is there": (
+        ["scenarios", "generate", "gpu_failure", "--out", "/dev/null"],
+        "/dev/null exists",
+    ),
     "time without end": (["run", "--manager-limit", "inf"], "at most 1,000,000 s, got inf s"),
     "a record nowhere": (["run", "nofault", "--out", "/"], "a folder of its own"),
     "a strength that is no YAML": (["scenarios", "show", "image_shift=!!int ''"], "image_shift"),

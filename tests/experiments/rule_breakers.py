@@ -90,6 +90,14 @@ class Conductor(NoAdaptation):
         self.create_client(Trigger, "/scenario_executor/inject").call_async(Trigger.Request())
 
 
+class Bypass(ManagingSystem):
+    """Lets the fusion look at the world without the camera."""
+
+    def adapt(self, symptoms: Symptoms) -> None:
+        if symptoms.stopped("rgb_camera"):
+            self.change_topic("sensor_fusion", "topic_camera_input", "/rgb_raw")
+
+
 class Namesake(NoAdaptation):
     """Goes by the name of a node of the experiment."""
 

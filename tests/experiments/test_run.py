@@ -90,6 +90,7 @@ def test_false_claims_of_success_change_no_metric(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("manager", "word"),
     [
+        ("Bypass", "sensor_fusion subscribes to /rgb_raw, which only /managed_subsystem/camera may"),
         ("Forger", "publishes on /managed_subsystem/segmentation"),
         ("Eavesdropper", "subscribes to /gt_segmentation"),
         ("Peeper", "reads the fault parameter hardware_disconnect"),

@@ -1,5 +1,6 @@
 """Finding a managing system, and what is said when there is none."""
 
+import sys
 from pathlib import Path
 
 import pytest
@@ -44,6 +45,13 @@ def test_a_class_of_a_file_is_found(tmp_path: Path) -> None:
     assert manager.__name__ == "Mine"
 
 
+def test_a_module_beside_a_file_is_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("sys.path", [*sys.path])
+    (tmp_path / "a_helper_of_mine.py").write_text("from sunset.managing import NoAdaptation\n")
+    (tmp_path / "mine.py").write_text("from a_helper_of_mine import NoAdaptation as Mine\n")
+    assert issubclass(load_manager(f"{tmp_path / 'mine.py'}:Mine"), ManagingSystem)
+
+
 def test_a_file_is_read_anew_each_time(tmp_path: Path) -> None:
     first = load_manager(f"{write(tmp_path, MINE)}:Mine")
     second = load_manager(f"{write(tmp_path, MINE.replace('pass', 'return'))}:Mine")
@@ -61,7 +69,10 @@ def test_an_unknown_name_is_answered_with_the_known_ones(spec: str) -> None:
     ("spec", "said"),
     [
         ("no_such_module:Mine", "There is no module 'no_such_module'"),
-        ("sunset.no_such_module:Mine", "There is no module 'sunset.no_such_module'"),
+        (
+            "sunset.no_such_module:Mine",
+            "There is no module 'sunset.no_such_module'; .* such as sunset/no_such_module.py:Class",
+        ),
         ("sunset.managing:Mine", "There is no class Mine in sunset.managing"),
         ("sunset.managing:load_manager", "is no managing system: it must be a subclass"),
         ("pathlib:Path", "is no managing system: it must be a subclass"),

@@ -95,6 +95,7 @@ def test_the_published_degradations_become_the_strengths_of_our_suite(tmp_path: 
 def test_faults_joined_by_plus_make_a_scenario() -> None:
     assert faults(load_scenario("gpu_failure+image_shift")) == [("gpu_failure", True), ("image_shift", 10)]
     assert faults(generate(["image_degradation=0.5"], name="dim")) == [("image_degradation", 0.5)]
+    assert faults(generate(["image_degradation=5e-1"])) == [("image_degradation", 0.5)]
 
 
 def test_a_misspelt_name_is_answered_with_the_nearest() -> None:

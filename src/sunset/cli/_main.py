@@ -80,10 +80,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _execute(verb: str, arguments: Sequence[str], given: argparse.Namespace) -> int:
-    parsed = _parser(verb).parse_args(arguments, given)
-    if verb in _FLYING and threading.current_thread() is threading.main_thread():
-        signal.signal(signal.SIGTERM, _interrupt)
     try:
+        parsed = _parser(verb).parse_args(arguments, given)
+        if verb in _FLYING and threading.current_thread() is threading.main_thread():
+            signal.signal(signal.SIGTERM, _interrupt)
         code = parsed.execute(parsed)
         print(end="", flush=True)
     except SunsetError as error:

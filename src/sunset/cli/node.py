@@ -109,7 +109,7 @@ def _factory(name: str, manager: str | None) -> Callable[[Context], Node]:
 
         def make(context: Context) -> Node:
             node = made(context=context)
-            check_name(node, manager)
+            check_name(node.get_fully_qualified_name(), manager)
             return node
 
         return make

@@ -1,10 +1,12 @@
 """`sunset report`: the table from stored records."""
 
 import argparse
+import sys
 from pathlib import Path
 
 from sunset.cli._progress import progress_bar
 from sunset.evaluation import FORMATS, render_report
+from sunset.experiments import count_runs
 
 __all__ = ["add_parser", "execute", "print_report"]
 
@@ -44,3 +46,9 @@ def print_report(folder: Path, form: str, *, recompute: bool = False) -> None:
     with progress_bar("Reading runs") as progress:
         text = render_report(folder, form, recompute=recompute, progress=progress if recompute else None)
     print(text.rstrip("\n"))
+    counted = count_runs(folder)
+    if counted is not None and counted[0] < counted[1]:
+        print(
+            f"The campaign in {folder} is not finished: {counted[0]} of {counted[1]} runs are there.",
+            file=sys.stderr,
+        )

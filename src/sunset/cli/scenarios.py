@@ -5,6 +5,7 @@ import json
 import sys
 from pathlib import Path
 
+from sunset.errors import OutputError
 from sunset.experiments.files import write_text
 from sunset.scenarios import generate, load_scenario, suite, suite_names
 
@@ -57,6 +58,8 @@ def generate_scenario(arguments: argparse.Namespace) -> int:
     if arguments.out is None:
         sys.stdout.write(text)
     else:
+        if arguments.out.exists():
+            raise OutputError(f"The file {arguments.out} exists: name a new one with --out.")
         write_text(arguments.out, text)
         print(f"The scenario is in {arguments.out}.", file=sys.stderr)
     return 0

@@ -1,6 +1,6 @@
 """The composition root: (scenario, seed, managing system, middleware) → one record."""
 
-from sunset.experiments.bench import BenchSpec, bench, plan, run_folder
+from sunset.experiments.bench import BenchSpec, bench, count_runs, plan, run_folder
 from sunset.experiments.run import RunResult, prepare, run
 from sunset.experiments.spec import DEFAULT_SCENARIO, MIDDLEWARES, RunSpec, Timing
 
@@ -12,6 +12,7 @@ __all__ = [
     "RunSpec",
     "Timing",
     "bench",
+    "count_runs",
     "plan",
     "prepare",
     "run",

@@ -116,6 +116,15 @@ def _chosen(spec: BenchSpec) -> tuple[Scenario, ...]:
     return tuple(scenario for name, scenario in every.items() if name in wanted or not wanted)
 
 
+def count_runs(out: Path) -> tuple[int, int] | None:
+    """Return how many runs of a folder's campaign are there, and how many it has; None if it holds no campaign."""
+    try:
+        planned = json.loads((out / _PLAN_FILE).read_text(encoding="utf-8"))["runs"]
+    except (OSError, KeyError, TypeError, ValueError):
+        return None
+    return sum(1 for _ in out.glob(f"runs/*/*/*/seed-*/{RUN_FILE}")), planned
+
+
 def run_folder(out: Path, spec: RunSpec) -> Path:
     """Return where a campaign in `out` keeps this run."""
     parts = (spec.suite, spec.manager, spec.scenario.name.rsplit("/", 1)[-1])
@@ -179,8 +188,11 @@ def _jobs(spec: BenchSpec) -> int:
 
 
 def _run_all(todo: Sequence[RunSpec], out: Path, jobs: int) -> Iterator[int]:
-    """Fly all runs; yield how many are finished, after each."""
-    if jobs == 1:
+    """Fly all runs; yield how many are finished, after each.
+
+    Simulated ones are flown by other processes, since a managing system is in the one that flies.
+    """
+    if todo[0].live and jobs == 1:
         for count, one in enumerate(todo, 1):
             run(one, run_folder(out, one))
             yield count
@@ -228,8 +240,14 @@ def _claim(out: Path, described: dict[str, Any]) -> None:
     theirs, ours = _flat(found), _flat(described)
     differing = sorted(key for key in ours | theirs if theirs.get(key) != ours.get(key))
     if differing:
-        # a name that differs says more than the checksum that differs with it
-        key = min(differing, key=lambda name: "checksum" in name)
+        # a name that differs says more than the checksum or the number that differs with it
+        key = min(differing, key=lambda name: (name == "runs", "checksum" in name))
+        changed = key.removeprefix("manager_checksums.")
+        if changed != key and key in ours and key in theirs:
+            raise InvalidInputError(
+                f"The managing system {changed} has changed since the campaign in {out} was begun, and its runs are of "
+                "the old one; name a new folder."
+            )
         raise InvalidInputError(
             f"The folder {out} holds another campaign: its {key} is {theirs.get(key)!r}, this one's is "
             f"{ours.get(key)!r}; name a new folder."
@@ -260,6 +278,7 @@ def describe(spec: BenchSpec, resources: Resources) -> dict[str, Any]:
         "model": spec.model,
         "model_checksum": _checksum(json.dumps(resources.model.card.to_json(), sort_keys=True)),
         "repetitions": spec.repetitions,
+        "runs": len(plan(spec)),
         "scenarios_checksum": _checksum(repr([one.scenario for one in plan(spec)])),
         "seed": spec.seed,
         "suite": spec.suite,
@@ -273,7 +292,7 @@ def describe(spec: BenchSpec, resources: Resources) -> dict[str, Any]:
 def _source_checksum(manager: str) -> str:
     """Return the SHA-256 of the file in which a managing system is written; empty if nobody knows."""
     source = None if manager == EXTERNAL else inspect.getsourcefile(load_manager(manager))
-    return _checksum(Path(source).read_text(encoding="utf-8")) if source else ""
+    return hashlib.sha256(Path(source).read_bytes()).hexdigest() if source else ""
 
 
 def _checksum(text: str) -> str:

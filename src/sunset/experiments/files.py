@@ -28,6 +28,8 @@ def write_text(file: Path, text: str) -> None:
     Raises:
         OutputError: it cannot be written.
     """
+    if not file.name:
+        raise OutputError(f"A file to write to must have a name, got {file}.")
     temporary = file.with_name(f".{file.name}.{os.getpid()}.part")
     try:
         temporary.write_text(text, encoding="utf-8")

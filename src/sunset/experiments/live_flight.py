@@ -10,6 +10,7 @@ from itertools import pairwise
 from sunset.errors import SunsetError
 from sunset.experiments.graph import MANAGER_PROCESS, SYSTEM_NODES
 from sunset.experiments.live import LiveClock, LiveSystem
+from sunset.experiments.manager import absent
 from sunset.experiments.observer import Observer
 from sunset.experiments.resources import Resources
 from sunset.experiments.spec import EXTERNAL, RunSpec, Timing
@@ -216,7 +217,7 @@ def fly(
             if supervisor.phase is not Phase.BRING_UP and system.is_disturbed():
                 frames.note_disturbance(clock.at(time.time_ns()))
 
-        _conduct(system, supervisor, spec, look)
+        _conduct(system, supervisor, spec, observer, look)
         end_ns = clock.at(time.time_ns())
         tap.finish()
     frames.clock_step_ns = _clock_offset_ns() - offset_ns
@@ -243,7 +244,13 @@ def _readiness(spec: RunSpec, watch: _Watch, domain_id: int) -> Callable[[], boo
     return lambda: watch.is_ready and bool(watch.strangers)
 
 
-def _conduct(system: LiveSystem, supervisor: LiveSupervisor, spec: RunSpec, look: Callable[[], None]) -> None:
+def _conduct(
+    system: LiveSystem,
+    supervisor: LiveSupervisor,
+    spec: RunSpec,
+    observer: Observer,
+    look: Callable[[], None],
+) -> None:
     """Let the experiment happen; call `look` often, which may end it by an error."""
     timing = spec.timing
 
@@ -257,8 +264,7 @@ def _conduct(system: LiveSystem, supervisor: LiveSupervisor, spec: RunSpec, look
 
     limit = timing.bring_up_limit_s / min(1.0, spec.speed)
     if not wait(lambda: supervisor.phase is not Phase.BRING_UP or not supervisor.missing, limit):
-        states = ", ".join(f"{node} is {state}" for node, state in supervisor.missing.items())
-        raise SunsetError(f"The managed system did not come up within {limit:g} s: {states}.")
+        raise absent(spec, limit, supervisor.missing, observer.commands)
     patience = math.inf if spec.manager == EXTERNAL else limit  # who waits for another process waits long
     if not wait(lambda: supervisor.phase is not Phase.BRING_UP, patience):
         raise SunsetError(f"The computer is too slow: nothing was observed of the system within {limit:g} s.")

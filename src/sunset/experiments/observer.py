@@ -40,6 +40,11 @@ OFF_LIMITS_TOPICS: Final = (
 )
 """Topics that carry the truth: a managing system that reads them is not scored."""
 
+_SENSOR_OF: Final = MappingProxyType(
+    {"/rgb_raw": "/managed_subsystem/camera", "/depth_raw": "/managed_subsystem/depth"}
+)
+"""What the world shows, and the node that may look at it: whoever goes past a sensor goes past its faults."""
+
 _OWN_PREFIXES: Final = ("/managed_subsystem/", "/experiment/")
 _OFF_LIMITS_SERVERS: Final = frozenset({"/bag_player", "/evaluator", "/experiment", "/scenario_executor"})
 """Nodes that a managing system must not call."""
@@ -92,6 +97,8 @@ class Observer(Tap):
     def __init__(self, sink: Sink) -> None:
         self._sink = sink
         self._pending: dict[tuple[str, RequestId], Command] = {}
+        self.commands = 0
+        """How often the managed system was asked for something."""
         self.violations: dict[str, None] = {}
         """What the managing system did that it must not, in words; in order, each once."""
 
@@ -101,7 +108,9 @@ class Observer(Tap):
             self.violations[f"the managing system has a node {node}, which is a name of the system's"] = None
 
     def on_endpoint(self, node: str, kind: EndpointKind, name: str) -> None:
-        """Note who of the managing system listens to the truth, or answers in place of the system."""
+        """Note who goes past a sensor, who of the managing system listens to the truth, or answers for the system."""
+        if kind is EndpointKind.SUBSCRIPTION and node not in {_SENSOR_OF.get(name, node), "/monitor"}:
+            self.violations[f"{node} subscribes to {name}, which only {_SENSOR_OF[name]} may"] = None
         if node in SYSTEM_NODES:
             return
         if kind is EndpointKind.SUBSCRIPTION and name in OFF_LIMITS_TOPICS:
@@ -133,6 +142,7 @@ class Observer(Tap):
         command.stamp = Time(sec=time_ns // 10**9, nanosec=time_ns % 10**9)
         command.client = client
         command.service = service
+        self.commands += 1
         self._pending[service, request_id] = command
 
     def on_response(

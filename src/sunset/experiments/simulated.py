@@ -7,7 +7,7 @@ from typing import TypeVar
 from sunset.errors import SunsetError
 from sunset.experiments.graph import INITIAL_STATES, MANAGER_PROCESS, SYSTEM_NODES
 from sunset.experiments.launcher import Launcher
-from sunset.experiments.manager import failure, manager_factory
+from sunset.experiments.manager import absent, failure, manager_factory
 from sunset.experiments.observer import Observer
 from sunset.experiments.parameters import node_parameters
 from sunset.experiments.resources import Resources
@@ -112,12 +112,14 @@ def fly(spec: RunSpec, resources: Resources, observer: Observer, *, log: bool = 
     process = simulation.create_process(MANAGER_PROCESS, wall_limit_s=spec.manager_limit_s)
     manager = bring_up(process, factory, log=log)
     try:
-        start_ns = _conduct(simulation, supervisor, round(timing.bring_up_limit_s * _S))
+        start_ns = _conduct(simulation, supervisor, spec, observer)
     except CallbackError as error:
         if error.node in SYSTEM_NODES:
             raise
         raise failure(spec, manager, error) from error
-    except (SystemExit, GeneratorExit) as error:
+    except (Exception, KeyboardInterrupt):
+        raise
+    except BaseException as error:
         raise failure(spec, manager, error) from error
     observer.finish(simulation.now)
     return start_ns
@@ -128,12 +130,12 @@ def _launch_ns(seed: int, process: str) -> int:
     return int(generator(seed, "launch", process).integers(_LAUNCH_NS))
 
 
-def _conduct(simulation: Simulation, supervisor: Supervisor, limit_ns: int) -> int:
+def _conduct(simulation: Simulation, supervisor: Supervisor, spec: RunSpec, observer: Observer) -> int:
     """Let the experiment happen; return the time of the injection."""
-    simulation.run_while(lambda: supervisor.phase is Phase.BRING_UP, limit_ns)
+    limit_s = spec.timing.bring_up_limit_s
+    simulation.run_while(lambda: supervisor.phase is Phase.BRING_UP, round(limit_s * _S))
     if supervisor.phase is Phase.BRING_UP:
-        states = ", ".join(f"{node} is {state}" for node, state in supervisor.missing.items())
-        raise SunsetError(f"The managed system did not come up within {limit_ns / _S:g} s: {states}.")
+        raise absent(spec, limit_s, supervisor.missing, observer.commands)
     duration_ns = round((supervisor.timing.warm_up_s + supervisor.timing.duration_s) * _S)
     simulation.run_while(lambda: supervisor.phase is not Phase.OVER, simulation.now + duration_ns + _S)
     if supervisor.start_ns is None or supervisor.phase is not Phase.OVER:

@@ -100,6 +100,10 @@ class RunSpec:
             raise InvalidInputError(f"The middleware must be {known}, got {self.middleware!r}.")
         if not 0.01 <= self.speed <= 100:  # noqa: PLR2004  the bag player's limits
             raise InvalidInputError(f"The rate of a live run must be from 0.01 to 100, got {self.speed}.")
+        if self.speed != 1 and not self.live:
+            raise InvalidInputError(
+                "The rate is one of live runs, --middleware cyclonedds; simulated ones are as fast as can be."
+            )
         if self.manager == EXTERNAL and not self.live:
             raise InvalidInputError(
                 "A managing system of another process can manage a live run only: --middleware cyclonedds."

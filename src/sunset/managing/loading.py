@@ -56,7 +56,7 @@ def _load_module(name: str) -> ModuleType:
         if name == missing or name.startswith(f"{missing}."):
             raise ManagerError(
                 f"There is no module {name!r}; a file of your own is named by its path, "
-                f"such as {name}.py:Class."
+                f"such as {name.replace('.', '/')}.py:Class."
             ) from error
         raise _import_error(name, error) from error
     except (Exception, SystemExit) as error:
@@ -64,7 +64,7 @@ def _load_module(name: str) -> ModuleType:
 
 
 def _load_file(path: Path) -> ModuleType:
-    """Import a file under a name that depends on its path only, each time anew."""
+    """Import a file under a name that depends on its path only, each time anew; modules beside it are found."""
     if not path.is_file():
         raise ManagerError(f"There is no file {path}.")
     resolved = path.resolve()
@@ -74,6 +74,8 @@ def _load_file(path: Path) -> ModuleType:
         raise ManagerError(f"{path} is no Python file.")
     module = importlib.util.module_from_spec(spec)
     sys.modules[name] = module  # dataclasses and pickle look a class's module up
+    if str(resolved.parent) not in sys.path:
+        sys.path.append(str(resolved.parent))  # modules beside it can be imported, as those beside a script
     try:
         spec.loader.exec_module(module)
     except (Exception, SystemExit) as error:
@@ -84,7 +86,8 @@ def _load_file(path: Path) -> ModuleType:
 
 def _import_error(where: str, error: BaseException) -> ManagerError:
     if isinstance(error, SyntaxError):
-        return ManagerError(f"{where}, line {error.lineno}: this is no valid Python: {error.msg}.")
+        line = f", line {error.lineno}" if error.lineno else ""
+        return ManagerError(f"{where}{line}: this is no valid Python: {error.msg}.")
     return ManagerError(f"Importing {where} raised {type(error).__name__}: {error}.")
 
 

@@ -59,7 +59,10 @@ class CallbackError(MiddlewareError):
     @classmethod
     def of(cls, node: str, callback: str, error: Exception) -> "CallbackError":
         """Wrap what a callback raised; the caller raises the result `from error`."""
-        text = str(error)
+        try:
+            text = str(error)
+        except Exception as inner:  # noqa: BLE001  a class of the user's, whose text is a mistake of its own
+            text = f"no text, since that raised {type(inner).__name__}"
         if len(text) > _LONGEST:  # what came over the network may be in it
             text = f"{text[:_LONGEST]}…"
         return cls(node, callback, f"raised {type(error).__name__}: {text}")

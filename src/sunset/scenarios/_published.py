@@ -74,7 +74,7 @@ def translate(name: str, target_node: str, kind: str, value: Value) -> tuple[str
     ours = FAULTS[fault.name].value
     if published is None or isinstance(value, bool | str) or isinstance(ours, bool | str):
         return fault.name, value
-    if not abs(value) <= _LARGEST:
+    if not 0 <= value <= _LARGEST:
         return fault.name, value  # which the scenario refuses, by the number that was given
     scaled = ours * value / published
     return fault.name, round(scaled) if isinstance(ours, int) else scaled

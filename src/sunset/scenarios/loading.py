@@ -143,4 +143,9 @@ def _value(text: str) -> Value:
         value = yaml.safe_load(text)
     except (yaml.YAMLError, *MALFORMED_YAML):
         return text
-    return value if isinstance(value, bool | int | float) else text
+    if isinstance(value, bool | int | float):
+        return value
+    try:
+        return float(text)  # such as 1e-1, which is a text in YAML 1.1
+    except ValueError:
+        return text

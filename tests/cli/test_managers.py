@@ -1,0 +1,82 @@
+"""`sunset managers check`, and what managing systems do to campaigns."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from sunset.cli import main
+
+pytestmark = pytest.mark.usefixtures("flight")
+
+HEAD = "from sunset.managing import ManagingSystem\n\n\nclass Mine(ManagingSystem):\n    def adapt(self, symptoms):\n"
+STEADY = HEAD + "        self.set_parameter('camera', 'perform_autofocus', True)\n"
+UNORDERED = (
+    HEAD
+    + "        for node in {'depth', 'camera', 'sensor_fusion', 'segmentation'}:\n"
+    + ("            self.activate(node)\n")
+)
+ENDING = "import os\n" + HEAD + "        os._exit(0)\n"
+
+
+@pytest.fixture
+def mine(tmp_path: Path) -> Callable[[str], str]:
+    """Return a function that writes a managing system and returns how it is called."""
+
+    def write(source: str) -> str:
+        (tmp_path / "mine.py").write_text(source, encoding="latin-1")
+        return f"{tmp_path / 'mine.py'}:Mine"
+
+    return write
+
+
+@pytest.mark.parametrize(("source", "code", "answer"), [(STEADY, 0, "yes"), (UNORDERED, 1, "no")])
+def test_the_order_of_sets_must_not_matter(
+    source: str, code: int, answer: str, mine: Callable[[str], str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["managers", "check", mine(source), "--scenario", "nofault"]) == code
+    (line,) = [line for line in capsys.readouterr().out.splitlines() if line.startswith("deterministic")]
+    assert line.split()[1].rstrip(":") == answer
+
+
+@pytest.mark.parametrize("verb", ["bench", "check"])
+def test_a_managing_system_that_ends_its_process_is_not_passed_over(
+    verb: str, mine: Callable[[str], str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    bench = [
+        "bench",
+        "--suite",
+        "nofault",
+        "--repetitions",
+        "1",
+        "--jobs",
+        "1",
+        "--out",
+        str(tmp_path / "out"),
+    ]
+    assert main([*([*bench, "--managers"] if verb == "bench" else ["managers", "check"]), mine(ENDING)]) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.splitlines()[-1].startswith("sunset: A worker process ended in the middle of its work")
+
+
+def test_a_source_in_another_encoding_is_flown(mine: Callable[[str], str], tmp_path: Path) -> None:
+    source = "# -*- coding: latin-1 -*-\n# für alle\n" + STEADY
+    command = ["bench", "--suite", "nofault", "--repetitions", "1", "--managers", mine(source)]
+    assert main([*command, "--out", str(tmp_path / "out")]) == 0
+
+
+def test_a_report_says_that_a_campaign_is_not_finished(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "out"
+    command = ["bench", "--suite", "nofault", "--managers", "none", "--repetitions", "2", "--out", str(out)]
+    assert main(command) == 0
+    assert main(["report", str(out)]) == 0
+    assert "is not finished" not in capsys.readouterr().err
+
+    (next(out.glob("runs/nofault/none/*/seed-2")) / "run.json").unlink()
+
+    assert main(["report", str(out)]) == 0
+    planned = 1 + 1 + 9 + 9  # both reference suites, twice
+    assert f"is not finished: {planned - 1} of {planned} runs are there." in capsys.readouterr().err

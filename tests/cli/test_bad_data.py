@@ -322,6 +322,8 @@ def test_what_is_no_bag(tmp_path: Path, complaint: Complaint) -> None:
     assert "rosbags-convert" in complaint(["run", "--bag", "old.bag"])
     assert "There is no bag at nowhere" in complaint(["data", "info", "nowhere"])
     assert "There is no bag at nowhere" in complaint(["data", "import", "--bag", "nowhere", "--out", "o"])
+    idle = ["data", "import", "--bag", "nowhere", "--rate", "5", "--out", "o"]
+    assert "--rate is for SynDrone's folders" in complaint(idle)
 
 
 def test_frames_that_a_bag_does_not_have(tmp_path: Path, complaint: Complaint) -> None:

@@ -41,3 +41,10 @@ def test_a_folder_that_cannot_be_written_is_named(tmp_path: Path) -> None:
     plan = FramePlan((Passage(3, 1, 50.0),))
     with pytest.raises(OutputError, match=r"The training frames cannot be written to .*file"):
         render_set(plan, tmp_path / "file" / "set", jobs=1)
+
+
+def test_what_is_no_set_of_frames_is_not_removed(tmp_path: Path) -> None:
+    (tmp_path / "photo.txt").write_text("dear", encoding="utf-8")
+    with pytest.raises(OutputError, match=r"holds photo\.txt, which is none of a training's frames"):
+        render_set(FramePlan((Passage(3, 1, 50.0),)), tmp_path, jobs=1)
+    assert (tmp_path / "photo.txt").read_text(encoding="utf-8") == "dear"

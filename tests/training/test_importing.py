@@ -205,6 +205,15 @@ def test_a_file_that_is_no_checkpoint_is_refused_in_one_sentence(content: bytes,
     assert "\n" not in str(refusal.value)
 
 
+def test_a_checkpoint_with_a_flipped_bit_is_refused(tmp_path: Path) -> None:
+    torch.save(light(), tmp_path / "rgb.pth")
+    data = bytearray((tmp_path / "rgb.pth").read_bytes())
+    data[len(data) // 2] ^= 1
+    (tmp_path / "rgb.pth").write_bytes(data)
+    with pytest.raises(ModelError, match=r"rgb\.pth cannot be read as a PyTorch checkpoint"):
+        import_checkpoints(tmp_path, tmp_path / "model", name="x")
+
+
 def test_a_truncated_checkpoint_is_refused(tmp_path: Path) -> None:
     torch.save(light(), tmp_path / "whole.pth")
     data = (tmp_path / "whole.pth").read_bytes()

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sunset.errors import DataError, InvalidInputError, OutputError
+from sunset.errors import DataError, InvalidInputError, OutputError, SunsetError
 from sunset.perception import Modality, Segmenter
 from sunset.training import (
     FrameSet,
@@ -222,12 +222,48 @@ def test_a_damaged_checkpoint_is_named(sets: FrameSets, tmp_path: Path) -> None:
     learn(config, sets.train, sets.validation, tmp_path)
     checkpoint = tmp_path / "networks" / "checkpoint.pt"
     whole = checkpoint.read_bytes()
-    for content in (b"", whole[:1000], whole[:-1000], b"PK" + whole[2:5000]):
+    middle = len(whole) // 2
+    flipped = whole[:middle] + bytes([whole[middle] ^ 1]) + whole[middle + 1 :]
+    for content in (b"", whole[:1000], whole[:-1000], b"PK" + whole[2:5000], flipped):
         checkpoint.write_bytes(content)
-        with pytest.raises(DataError, match=r"checkpoint\.pt cannot be used \(.*delete it"):
+        with pytest.raises(DataError, match=r"checkpoint\.pt is damaged: delete it, and train anew\."):
             learn(config, sets.train, sets.validation, tmp_path, resume=True)
     torch.save({"modules": {}}, checkpoint)
     with pytest.raises(DataError, match="'config'"):
+        learn(config, sets.train, sets.validation, tmp_path, resume=True)
+
+
+def test_a_training_is_not_begun_where_there_is_one(sets: FrameSets, tmp_path: Path) -> None:
+    config = replace(TINY, modalities=("depth",))
+    learn(config, sets.train, sets.validation, tmp_path)
+    log = (tmp_path / "networks" / "log.jsonl").read_text(encoding="utf-8")
+    with pytest.raises(InvalidInputError, match="holds a training already: go on with it"):
+        learn(config, sets.train, sets.validation, tmp_path)
+    assert (tmp_path / "networks" / "log.jsonl").read_text(encoding="utf-8") == log
+
+
+def test_a_branch_is_not_merged_by_what_was_learned_on_another(sets: FrameSets, tmp_path: Path) -> None:
+    learn(NARROW, sets.train, few(sets.validation), tmp_path)
+    checkpoint = tmp_path / "rgb" / "checkpoint.pt"
+    state = torch.load(checkpoint, weights_only=True)
+    state["modules"]["rgb.backbone.conv1.weight"] += 1
+    torch.save(state, checkpoint)
+    with pytest.raises(InvalidInputError, match=r"depth/checkpoint\.pt is of another training"):
+        learn(NARROW, sets.train, few(sets.validation), tmp_path, resume=True)
+
+
+def test_a_training_that_diverges_ends(sets: FrameSets, tmp_path: Path) -> None:
+    config = replace(TINY, schedule=replace(TINY.schedule, learning_rate=1e30, warm_up=1))
+    with pytest.raises(SunsetError, match="The training of networks diverged at step"):
+        learn(config, sets.train, sets.validation, tmp_path)
+
+
+@pytest.mark.parametrize("line", ["{}", "[]", '{"step": 1, "x}', '{"step": "x"}'])
+def test_a_damaged_log_is_named(line: str, sets: FrameSets, tmp_path: Path) -> None:
+    config = replace(TINY, modalities=("depth",)).with_steps(1)
+    learn(config, sets.train, sets.validation, tmp_path)
+    (tmp_path / "networks" / "log.jsonl").write_text(f"{line}\n", encoding="utf-8")
+    with pytest.raises(DataError, match=r"log\.jsonl is damaged"):
         learn(config, sets.train, sets.validation, tmp_path, resume=True)
 
 

@@ -24,6 +24,8 @@ _SIGNALLED: Final = 128
 
 _UP: Final = "up"
 _FLYING: Final = ("run", "bench", "agree")
+_WRITING: Final = (*_FLYING, "data", "models", "train")
+"""Those that tidy up when they are asked to end."""
 _VERBS: Final = (
     *(*_FLYING, "report", "scenarios", "faults", "managers"),
     *("data", "models", "train", "node", _UP, "ros"),
@@ -82,7 +84,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _execute(verb: str, arguments: Sequence[str], given: argparse.Namespace) -> int:
     try:
         parsed = _parser(verb).parse_args(arguments, given)
-        if verb in _FLYING and threading.current_thread() is threading.main_thread():
+        if verb in _WRITING and threading.current_thread() is threading.main_thread():
             signal.signal(signal.SIGTERM, _interrupt)
         code = parsed.execute(parsed)
         print(end="", flush=True)

@@ -111,7 +111,7 @@ def model_options(arguments: argparse.Namespace) -> dict[str, Any]:
     """Return the options of `add_model_options` as arguments of `RunSpec`."""
     return {
         "model": arguments.model,
-        "bag": Path(arguments.bag) if arguments.bag else None,
+        "bag": None if arguments.bag is None else Path(arguments.bag),
         "device": arguments.device,
     }
 

@@ -7,6 +7,7 @@ import sys
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, Final
 
 import numpy as np
@@ -35,6 +36,8 @@ from sunset.errors import InvalidInputError
 __all__ = ["add_parser", "import_flight", "info", "render"]
 
 _FAR: Final = 65535
+_OF_SYNDRONE: Final = MappingProxyType({"town": "1", "height": 50, "weather": None, "rate": 10.0})
+"""Options of `import` that a bag has no use for → what they are where they are not given."""
 _RATES_HZ: Final = (0.1, 1000)
 
 
@@ -168,6 +171,11 @@ def render(arguments: argparse.Namespace) -> int:
 
 def import_flight(arguments: argparse.Namespace) -> int:
     """Make a bag of SynDrone's folders or of another bag."""
+    idle = [name for name, unset in _OF_SYNDRONE.items() if getattr(arguments, name) != unset]
+    if arguments.bag is not None and idle:
+        raise InvalidInputError(
+            f"The option --{idle[0]} is for SynDrone's folders and means nothing with --bag."
+        )
     first, last = arguments.frames
     if arguments.syndrone is not None:
         flight = find_syndrone(

@@ -6,6 +6,7 @@ import sys
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Final
 
 from sunset.cli._options import add_device_option, at_least_one
 from sunset.cli._progress import progress_bar, rendering_progress, stages_progress
@@ -24,6 +25,9 @@ from sunset.training.tables import VIEWS, measure_iou
 from sunset.training.tables_text import iou_csv, iou_json, iou_markdown
 
 __all__ = ["add_parser", "calibrate", "curves", "import_model", "iou", "list_models", "show"]
+
+_DIGITS: Final = 4
+"""Of a width or a height in pixels, at most."""
 
 
 def add_parser(verbs: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
@@ -162,8 +166,11 @@ def _add_measuring_options(parser: argparse.ArgumentParser) -> None:
 
 def _size(text: str) -> tuple[int, int]:
     width, _, height = text.partition("x")
-    if not (width.isdecimal() and height.isdecimal() and int(width) and int(height)):
-        raise argparse.ArgumentTypeError(f"expected width and height in pixels such as 256x144, got {text!r}")
+    sides = [int(side) if side.isdecimal() and len(side) <= _DIGITS else 0 for side in (width, height)]
+    if not all(sides):
+        raise argparse.ArgumentTypeError(
+            f"expected width and height in pixels, of at most {_DIGITS} digits each, such as 256x144, got {text!r}"
+        )
     return int(width), int(height)
 
 
@@ -256,7 +263,7 @@ def calibrate(arguments: argparse.Namespace) -> int:
 def curves(arguments: argparse.Namespace) -> int:
     """Measure a model by fault and strength."""
     model, device = load_model(arguments.model), find_device(arguments.device)
-    bag = arguments.bag or _default_flight(model)
+    bag = arguments.bag or _default_flight(model, arguments.jobs)
     _prepare(arguments.out)
     with progress_bar("Measuring") as progress:
         found = measure_curves(
@@ -279,10 +286,10 @@ def curves(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _default_flight(model: Model) -> Path:
+def _default_flight(model: Model, jobs: int | None) -> Path:
     plan = replace(DEFAULT_FLIGHT, size=(model.card.height, model.card.width))
     with rendering_progress() as progress:
-        return flight_bag(plan, progress=progress)
+        return flight_bag(plan, progress=progress, jobs=jobs)
 
 
 def _prepare(out: Path | None) -> None:

@@ -47,7 +47,8 @@ def add_parser(verbs: "argparse._SubParsersAction[argparse.ArgumentParser]") -> 
         "--steps",
         type=at_least_one,
         metavar="N",
-        help=f"optimiser steps, of each branch where they are trained one by one (default: {steps})",
+        help="optimiser steps; where branches are trained one by one, of each, and those that merge them stay as many "
+        f"(default: {steps})",
     )
     parser.add_argument(
         "--jobs", type=at_least_one, metavar="N", help="processes that render (default: one a core)"

@@ -4,6 +4,7 @@ A bag holds images on three topics, `/rgb_raw`, `/depth_raw` and `/gt_segmentati
 the stamps of their headers. `write_bag` writes them in one way; `read_bag` reads what ROS 2 tools record.
 """
 
+import sqlite3
 import tempfile
 import weakref
 from collections import Counter
@@ -71,8 +72,8 @@ def write_bag(
             made = Path(draft) / (path.stem if alone else path.name)
             _write(made, frames, stamps_ns, StoragePlugin[plugin])
             (made / path.name if alone else made).rename(path)
-    except OSError as error:
-        reason = error.strerror or str(error)
+    except (OSError, sqlite3.Error) as error:
+        reason = getattr(error, "strerror", None) or str(error)
         raise OutputError(f"The bag {path} cannot be written: {reason}; choose another place.") from error
     return path
 

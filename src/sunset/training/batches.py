@@ -15,11 +15,13 @@ from sunset.errors import DataError
 from sunset.seeding import generator
 from sunset.training.inputs import HEIGHT, WIDTH
 
-__all__ = ["Batch", "FrameSet", "augment", "batches", "class_weights"]
+__all__ = ["ARRAY_FILES", "Batch", "FrameSet", "augment", "batches", "class_weights"]
 
 _MAX_ZOOM: Final = 1.3
 _BRIGHTNESS: Final = 0.1
 _ARRAYS: Final = ("bgr", "depth", "labels")
+ARRAY_FILES: Final = tuple(f"{name}.npy" for name in _ARRAYS)
+"""The files of a set of frames."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +61,7 @@ class FrameSet:
         """
         try:
             bgr, depth, labels = (np.load(folder / f"{name}.npy", mmap_mode="r") for name in _ARRAYS)
-        except (OSError, ValueError) as error:
+        except (EOFError, OSError, ValueError) as error:
             raise DataError(f"The training frames in {folder} cannot be read: {error}.") from error
         return cls(bgr, depth, labels)
 

@@ -72,6 +72,8 @@ class Schedule:
 
     def __post_init__(self) -> None:
         """Refuse what cannot be learned from."""
+        if min(self.warm_up, self.checkpoint_every, self.log_every, self.validate_every) < 1:
+            raise InvalidInputError("A training's warm_up and its intervals must be of at least 1 step each.")
         if not self.phases:
             raise InvalidInputError("A training needs at least one step.")
         for phase in self.phases:

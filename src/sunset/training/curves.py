@@ -235,6 +235,7 @@ def measure_curves(
         raise DataError(f"The bag {bag} must have at least {SAMPLES} frames, got {count}.")
     frames = chosen_frames(count, every)
     work = partial(_look_at, model.folder, find_device(device), bag, plan.conditions())
+    _opened.cache_clear()  # what the paths name may have changed since this process measured before
     parts = list(spread(work, [(index,) for index in frames], jobs=jobs, progress=progress))
     return curves_of(plan, model.card, np.concatenate(parts), partial(window_means, every=every))
 

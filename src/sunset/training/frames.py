@@ -25,7 +25,7 @@ from sunset.data import (
 )
 from sunset.data.cache import RENDER_VERSION
 from sunset.errors import OutputError
-from sunset.training.batches import FrameSet
+from sunset.training.batches import ARRAY_FILES, FrameSet
 from sunset.workers import worker_pool
 
 __all__ = ["FrameCounts", "FramePlan", "FrameSets", "Passage", "Views", "render_set", "render_sets"]
@@ -195,19 +195,33 @@ def render_set(
         progress: called with frames done and frames in all.
 
     Raises:
-        OutputError: the folder cannot be written.
+        OutputError: the folder cannot be written, or holds something else.
     """
     views = [asdict(views) for views in plan.views]
     text = json.dumps({"renderer": RENDER_VERSION, "views": views}, indent=1)
     try:
         if (folder / _PLAN).exists() and (folder / _PLAN).read_text(encoding="utf-8") == text:
             return FrameSet.load(folder)
-        shutil.rmtree(folder, ignore_errors=True)
+        _remove(folder)
         _render_all(plan, jobs, progress).save(folder)
         (folder / _PLAN).write_text(text, encoding="utf-8")
     except OSError as error:
-        raise OutputError(f"The training frames cannot be written to {folder}: {error.strerror}.") from error
+        raise OutputError(
+            f"The training frames cannot be written to {folder}: {error.strerror or error}."
+        ) from error
     return FrameSet.load(folder)
+
+
+def _remove(folder: Path) -> None:
+    """Remove an older set of frames, or what an interrupted call left of one, and nothing else."""
+    if not folder.exists():
+        return
+    others = sorted({path.name for path in folder.iterdir()} - {_PLAN, *ARRAY_FILES})
+    if others:
+        raise OutputError(
+            f"The folder {folder} holds {others[0]}, which is none of a training's frames: name another."
+        )
+    shutil.rmtree(folder)
 
 
 def _render_all(plan: FramePlan, jobs: int, progress: Callable[[int, int], None] | None) -> FrameSet:

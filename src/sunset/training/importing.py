@@ -6,6 +6,8 @@ dicts that were wrapped in a training's checkpoint or saved from a parallel mode
 """
 
 import hashlib
+import shutil
+import zipfile
 from collections.abc import Callable, Mapping
 from importlib.util import find_spec
 from pathlib import Path
@@ -19,6 +21,7 @@ from sunset.classes import CLASSES
 from sunset.errors import InvalidInputError, MissingExtraError, ModelError, OutputError
 from sunset.perception import Modality, Model, ModelCard, load_model
 from sunset.training.architecture import Layer
+from sunset.training.archives import check_archive
 from sunset.training.config import MODALITIES, TrainingConfig
 from sunset.training.inputs import HEIGHT, WIDTH
 from sunset.training.reference import ReferenceShape
@@ -27,7 +30,7 @@ __all__ = ["import_checkpoints"]
 
 _WRAPPERS: Final = ("state_dict", "model_state_dict", "model")
 _PARALLEL: Final = "module."
-_REFUSED: Final = ("Unsupported global", "unrecognized function", "Unsupported class")
+_REFUSED: Final = ("Unsupported global", "Unsupported GLOBAL", "unrecognized function", "Unsupported class")
 """How torch says that a file refers to other code than that of tensors."""
 
 _VARIANCE: Final = ".running_var"
@@ -88,6 +91,7 @@ def import_checkpoints(
         if progress is not None:
             progress("Importing", done, len(paths))
         networks[_modality(modality)] = Network(*_layers_and_weights(modality, path))
+    is_new = not out.exists()
     try:
         cards = export(out, networks, Format(size=(height, width), published_depth=True))
         digests = "".join(card.digest for card in cards.values())
@@ -111,8 +115,12 @@ def import_checkpoints(
             architecture=ReferenceShape().name,
             precision="float32",
         ).write(out)
-    except OSError as error:
-        raise OutputError(f"The model cannot be written to {out}: {error.strerror}.") from error
+    except BaseException as error:
+        if is_new:
+            shutil.rmtree(out, ignore_errors=True)  # half a model would be in the way of the next try
+        if not isinstance(error, OSError):
+            raise
+        raise OutputError(f"The model cannot be written to {out}: {error.strerror or error}.") from error
     if progress is not None:
         progress("Importing", len(paths), len(paths))
     return load_model(out)
@@ -163,6 +171,8 @@ def _entries(path: Path) -> Mapping[str, Any]:
     """Return the state dict in a checkpoint."""
     import torch  # noqa: PLC0415  an optional extra
 
+    if zipfile.is_zipfile(path):  # older ones are none
+        check_archive(path, _unreadable(path))
     try:
         with catch_warnings(action="ignore"):  # on what the file is like: what is wrong is said below
             content = torch.load(path, map_location="cpu", weights_only=True)

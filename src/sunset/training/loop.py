@@ -1,5 +1,6 @@
 """The training loop: the networks of a stage at once, resumable, with a log that curves are drawn from."""
 
+import hashlib
 import json
 import math
 import pickle
@@ -16,15 +17,16 @@ from torch import nn
 from torch.nn import functional
 
 from sunset.classes import CLASSES
-from sunset.errors import DataError, InvalidInputError, OutputError
+from sunset.errors import DataError, InvalidInputError, OutputError, SunsetError
 from sunset.metrics import count_classes, image_iou
 from sunset.seeding import generator
+from sunset.training.archives import check_archive
 from sunset.training.batches import Batch, FrameSet, batches, class_weights
 from sunset.training.config import Schedule, Stage, TrainingConfig
 from sunset.training.inputs import HEIGHT, WIDTH
 from sunset.training.network import build, depth_input, forward, rgb_input, shift_logits, upsample
 
-__all__ = ["CHECKPOINT", "LOG", "Progress", "Weights", "learn", "start_from_the_sum"]
+__all__ = ["CHECKPOINT", "LOG", "Progress", "Weights", "check_work", "learn", "start_from_the_sum"]
 
 CHECKPOINT = "checkpoint.pt"
 LOG = "log.jsonl"
@@ -81,10 +83,12 @@ def learn(
         A torch module with the weights of all networks, their logits adjusted, in evaluation mode, on the CPU.
 
     Raises:
-        InvalidInputError: a checkpoint to resume at is another training's.
+        InvalidInputError: a checkpoint to resume at is another training's, or there is one without `resume`.
         DataError: it cannot be used.
         OutputError: none can be written.
+        SunsetError: the training diverged.
     """
+    check_work(config, work, resume=resume)
     weights: dict[str, Any] = {}
     for stage in config.stages():
         run = _Run(config, stage, work / stage.name, weights)
@@ -95,6 +99,18 @@ def learn(
     shift = np.float32(-config.logit_adjustment) * np.log(_class_weights(frames, config.schedule))
     shift_logits({name: config.plan((name,)) for name in config.modalities}, modules, shift)
     return modules.eval()
+
+
+def check_work(config: TrainingConfig, work: Path, *, resume: bool) -> None:
+    """Refuse to begin a training where there is one.
+
+    Raises:
+        InvalidInputError: the folder holds a checkpoint, and `resume` is not asked for.
+    """
+    if not resume and any((work / stage.name / CHECKPOINT).exists() for stage in config.stages()):
+        raise InvalidInputError(
+            f"The work folder {work} holds a training already: go on with it (--resume), or name another folder."
+        )
 
 
 class _Run:
@@ -126,6 +142,8 @@ class _Run:
             _parameters(self.modules, stage.schedule.weight_decay), fused=True
         )
         self._description = f"{stage!r}, {config.shape!r}, seed {config.seed}"
+        if stage.frozen or stage.begun_with:
+            self._description += f", on weights {_digest(known)}"
         self._step, self._seconds = 0, 0.0
         self._losses: list[dict[str, float]] = []
         self._kept: dict[int, dict[str, Any]] = {}
@@ -196,7 +214,13 @@ class _Run:
         torch.stack(list(losses.values())).sum().backward()
         self._optimiser.step()
         self._step += 1
-        return {name: float(loss.detach()) for name, loss in losses.items()}
+        found = {name: float(loss.detach()) for name, loss in losses.items()}
+        if not all(map(math.isfinite, found.values())):
+            raise SunsetError(
+                f"The training of {self._stage.name} diverged at step {self._step}: its losses are {found}; what it "
+                "had learned at its last checkpoint is kept."
+            )
+        return found
 
     def _frozen_logits(self, batch: Batch) -> dict[str, Any]:
         """Return the frozen branches' logits of the step's batch, and `moved`, those of its moved colour pictures.
@@ -308,14 +332,20 @@ class _Run:
         state = {"modules": self.modules.state_dict(), "optimiser": self._optimiser.state_dict()}
         state |= {"step": self._step, "seconds": self._seconds, "config": self._description}
         state |= {"losses": self._losses, "random": torch.get_rng_state()}
+        if self._device.type == "cuda":
+            state["cuda_random"] = torch.cuda.get_rng_state()
         try:
             torch.save(state, temporary)
         except RuntimeError as error:  # whatever is wrong with the disk
-            raise OutputError(f"The training cannot write {temporary}: {error}.") from error
+            temporary.unlink(missing_ok=True)
+            raise OutputError(
+                f"The training cannot write {temporary}; is the disk full? ({error})"
+            ) from error
         temporary.replace(path)
 
     def _load(self) -> None:
         path = self._folder / CHECKPOINT
+        check_archive(path, DataError(f"The checkpoint {path} is damaged: delete it, and train anew."))
         try:
             state = torch.load(path, weights_only=True, map_location=self._device)
             if state["config"] != self._description:
@@ -328,9 +358,11 @@ class _Run:
             self._step, self._seconds = int(state["step"]), float(state["seconds"])
             self._losses = list(state["losses"])
             torch.set_rng_state(state["random"].cpu())
+            if "cuda_random" in state and self._device.type == "cuda":
+                torch.cuda.set_rng_state(state["cuda_random"].cpu())
         except _UNREADABLE as error:
             raise DataError(
-                f"The checkpoint {path} cannot be used ({type(error).__name__}: {error}): delete it, and train anew."
+                f"The checkpoint {path} cannot be used ({type(error).__name__}: {error})."
             ) from error
 
 
@@ -382,6 +414,20 @@ def _class_weights(frames: FrameSet, schedule: Schedule) -> npt.NDArray[np.float
 
 def _truncate_log(path: Path, step: int) -> None:
     """Drop lines after a step, which a resumed run writes again, and what was being written at the end."""
-    lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
-    kept = [line for line in lines if line.endswith("}") and json.loads(line)["step"] <= step]
-    path.write_text("".join(f"{line}\n" for line in kept), encoding="utf-8")
+    lines = path.read_text(encoding="utf-8").splitlines(keepends=True) if step and path.exists() else []
+    try:
+        kept = [line for line in lines if line.endswith("\n") and json.loads(line)["step"] <= step]
+    except (KeyError, TypeError, ValueError) as error:
+        raise DataError(
+            f"The training log {path} is damaged ({type(error).__name__}: {error}): delete its damaged lines."
+        ) from error
+    path.write_text("".join(kept), encoding="utf-8")
+
+
+def _digest(weights: Weights) -> str:
+    """Return a short checksum of tensors."""
+    digest = hashlib.sha256()
+    for name, value in weights.items():
+        digest.update(name.encode())
+        digest.update(value.contiguous().numpy().tobytes())
+    return digest.hexdigest()[:12]

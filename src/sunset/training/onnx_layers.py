@@ -32,6 +32,9 @@ _Array: TypeAlias = npt.NDArray[np.float32]
 _KERNEL_LIMIT: Final = 63
 """Kernels take 7 bits: processors without instructions for 8-bit products add two of them in 16 bits."""
 
+_BIAS_LIMIT: Final = 2**30
+"""Biases take 32 bits, with room for the products that are added."""
+
 _ROWS: Final = 2
 """The axis of an image's rows; that of its columns is the next."""
 
@@ -163,11 +166,13 @@ class Layers:
         """Add a convolution by a kernel in 7 bits, with a scale per output channel, the bias on its grid."""
         graph, name = self._graph, layer.name
         greatest = np.abs(kernel).max(axis=(1, 2, 3))
+        step_of_input = np.float32(_grid(self._ranges[layer.source])[0])
         scales = np.maximum(greatest, 1e-8).astype(np.float32) / _KERNEL_LIMIT
+        scales = np.maximum(scales, np.abs(bias) / (step_of_input * _BIAS_LIMIT)).astype(np.float32)
         graph.weights(f"{name}.kernel.8bit", np.rint(kernel / scales[:, None, None, None]), np.int8)
         graph.constant(f"{name}.kernel.scale", scales)
         graph.constant(f"{name}.kernel.zero", np.zeros(len(scales)), np.int8)
-        products = scales * np.float32(_grid(self._ranges[layer.source])[0])
+        products = scales * step_of_input
         rounded = graph.constant(f"{name}.bias.32bit", np.rint(bias / products), np.int32)
         step = graph.constant(f"{name}.bias.scale", products)
         graph.node("DequantizeLinear", [rounded, step], f"{name}.bias", axis=0)

@@ -134,7 +134,7 @@ def calibrate_model(
             _write_card(tempered, plan, values, source)
             _publish(draft, target, whole=out is not None)
     except OSError as error:
-        raise OutputError(f"The model {target} cannot be written: {error.strerror}.") from error
+        raise OutputError(f"The model {target} cannot be written: {error.strerror or error}.") from error
     return load_model(target)
 
 
@@ -234,6 +234,7 @@ def _looks(
         work = partial(_look_at, model.folder, device, Path(name), plan.conditions())
         numbers = [(index,) for index in range(len(frames))]
         measuring = partial(progress, "Measuring") if progress else None
+        _opened.cache_clear()  # what the paths name may have changed since this process measured before
         return np.concatenate(list(spread(work, numbers, jobs=jobs, progress=measuring)))
 
 

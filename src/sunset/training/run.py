@@ -50,7 +50,7 @@ def train(
         out: the model's folder: networks, `card.json`, `card.md`.
         work: keeps frames, checkpoints and the log; what is there already is used again.
         counts: how many frames to render.
-        resume: go on at the last checkpoint in `work`, if there is one.
+        resume: go on at the last checkpoint in `work`, if there is one; else it must hold none.
         jobs: processes that render and measure.
         progress: called now and then.
 
@@ -60,10 +60,15 @@ def train(
         InvalidInputError: the checkpoint to resume at is another training's.
     """
     _check_extra()
-    try:
-        out.mkdir(parents=True, exist_ok=True)  # to know before hours of work
-    except OSError as error:
-        raise OutputError(f"The training cannot write to {out}: {error.strerror}.") from error
+    from sunset.training.loop import check_work  # noqa: PLC0415  torch is an optional dependency
+
+    for folder in (out, work):  # to know before hours of work
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            TemporaryDirectory(dir=folder).cleanup()
+        except OSError as error:
+            raise OutputError(f"The training cannot write to {folder}: {error.strerror}.") from error
+    check_work(config, work, resume=resume)
     counts = counts or FrameCounts()
     sets = render_sets(counts, work / "frames", jobs=jobs, progress=progress)
     return train_on(config, sets, out, work=work, resume=resume, jobs=jobs, progress=progress)
@@ -112,7 +117,9 @@ def train_on(
                 shutil.copyfile(path, out / f"{path.name}.tmp")
                 (out / f"{path.name}.tmp").replace(out / path.name)
     except OSError as error:
-        raise OutputError(f"The training cannot write to {out} or {work}: {error.strerror}.") from error
+        raise OutputError(
+            f"The training cannot write to {out} or {work}: {error.strerror or error}."
+        ) from error
     return load_model(out)
 
 

@@ -227,6 +227,7 @@ def measure_iou(
     looks = [(place, index) for place, indices in enumerate(chosen) for index in indices]
     work = partial(_count, tuple(model.folder for model in models), device, tuple(bags), looks)
     numbers = [(number,) for number in range(len(looks))]
+    _opened.cache_clear()  # what the paths name may have changed since this process measured before
     counts = np.concatenate(list(spread(work, numbers, jobs=jobs, progress=progress)))
     *held_out, flight = np.split(counts, np.cumsum([len(indices) for indices in chosen])[:-1])
     return IouTables(

@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 
+from sunset.errors import ManagerError
 from sunset.experiments import RunResult, RunSpec, Timing, run
 from sunset.faults import FAULTS
 from sunset.metrics import score
@@ -107,6 +108,14 @@ def test_whoever_breaks_the_rules_is_not_scored(manager: str, word: str, tmp_pat
     assert not result.valid
     assert word in result.reason
     assert read_run(tmp_path / "run")["valid"] is False
+
+
+@pytest.mark.parametrize("middleware", ["sim", "cyclonedds"])
+def test_a_managing_system_with_the_name_of_a_node_of_the_system_is_refused(
+    middleware: str, tmp_path: Path
+) -> None:
+    with pytest.raises(ManagerError, match="has the name /experiment, which is a node of the system"):
+        fly(tmp_path / "run", "nofault", f"{RULE_BREAKERS}:Namesake", middleware=middleware)
 
 
 def test_a_forged_segmentation_does_not_end_the_downtime(tmp_path: Path) -> None:

@@ -5,7 +5,6 @@ import signal
 import subprocess
 import sys
 from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
 from tests.live.systems import PATIENCE_S, Tool
@@ -18,8 +17,6 @@ from sunset.rmw.domains import free_domain_id
 pytestmark = pytest.mark.xdist_group("live")
 
 Process = subprocess.Popen[str]
-
-RULE_BREAKERS = Path(__file__).parents[1] / "experiments" / "rule_breakers.py"
 
 
 @pytest.fixture
@@ -106,10 +103,6 @@ def test_it_outlives_a_message_that_it_cannot_use(camera: Process, tool: Tool) -
         (["camera", "--ros-args", "-p", "image_degradation:=99.0"], "99"),
         (["bag_player"], "needs the parameter bag"),
         (["managing_system", "--manager", "nobody"], "nobody"),
-        (
-            ["managing_system", "--manager", f"{RULE_BREAKERS}:Namesake"],
-            "/experiment, which is a node of the system",
-        ),
     ],
 )
 def test_what_is_wrong_is_said_in_one_sentence(domain_id: int, arguments: list[str], expected: str) -> None:

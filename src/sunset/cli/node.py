@@ -102,17 +102,10 @@ def _factory(name: str, manager: str | None) -> Callable[[Context], Node]:
 
         return lambda context: ScenarioExecutor(context=context)
     if manager is not None:
-        from sunset.experiments.manager import check_name  # noqa: PLC0415  slow, and no other node needs it
         from sunset.managing import load_manager  # noqa: PLC0415  slow, and no other node needs it
 
         made = load_manager(manager)
-
-        def make(context: Context) -> Node:
-            node = made(context=context)
-            check_name(node.get_fully_qualified_name(), manager)
-            return node
-
-        return make
+        return lambda context: made(context=context)
     kind: Callable[..., Node] = LiveBagPlayer if name == "bag_player" else NODES[name]
     return lambda context: kind(context=context)
 

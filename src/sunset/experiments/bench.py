@@ -136,6 +136,7 @@ def bench(spec: BenchSpec, out: Path, *, jobs: int | None = None, progress: Prog
 
     Every run is written to a temporary folder and renamed when it is complete, so that nothing that was
     finished is lost, whatever ends this process, and an interrupted campaign is continued by the same call.
+    Worker processes import the script that calls this, which should therefore do so below `if __name__ == "__main__":`.
 
     Args:
         spec: what to run.

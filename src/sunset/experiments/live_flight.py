@@ -10,7 +10,7 @@ from itertools import pairwise
 from sunset.errors import SunsetError
 from sunset.experiments.graph import MANAGER_PROCESS, SYSTEM_NODES
 from sunset.experiments.live import LiveClock, LiveSystem
-from sunset.experiments.manager import absent
+from sunset.experiments.manager import absent, check_name
 from sunset.experiments.observer import Observer
 from sunset.experiments.resources import Resources
 from sunset.experiments.spec import EXTERNAL, RunSpec, Timing
@@ -198,7 +198,9 @@ def fly(
             print(line, file=sys.stderr)  # noqa: T201  as in the simulation
 
     if spec.manager != EXTERNAL:
-        load_manager(spec.manager)  # what is wrong with it is said at once
+        check_name(
+            f"/{load_manager(spec.manager).node_name}", spec.manager
+        )  # what is wrong with it is said at once
     clock = LiveClock(time.time_ns(), float(spec.speed))
     offset_ns = _clock_offset_ns()
     watch = _Watch(observer, frames, clock)

@@ -72,6 +72,12 @@ def test_fusion_without_its_branches_is_refused() -> None:
         TrainingConfig(modalities=("rgb", "fusion"))
 
 
+@pytest.mark.parametrize("name", ["warm_up", "checkpoint_every", "log_every", "validate_every"])
+def test_an_interval_of_no_steps_is_refused(name: str) -> None:
+    with pytest.raises(InvalidInputError, match="at least 1 step each"):
+        replace(Schedule(), **{name: 0})
+
+
 def test_no_steps_are_refused() -> None:
     with pytest.raises(InvalidInputError, match="at least one step and one frame a step, got 0 and 16"):
         Schedule(phases=(Phase(0, 16),))

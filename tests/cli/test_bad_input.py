@@ -103,6 +103,24 @@ MANAGERS: dict[str, tuple[str, str]] = {
         ),
         "which symptoms.stopped() knows",
     ),
+    "publishes what does not fit": (
+        (
+            "from sunset.interfaces.std_msgs.msg import Int32\nfrom sunset.managing import ManagingSystem\n"
+            "class Mine(ManagingSystem):\n"
+            "    def on_start(self): self.out = self.create_publisher(Int32, 'number', 1)\n"
+            "    def adapt(self, symptoms): self.out.publish(Int32(data='a'))"
+        ),
+        "The managing system mine.py:Mine failed",
+    ),
+    "asks what does not fit": (
+        (
+            "from sunset.interfaces.std_srvs.srv import SetBool\nfrom sunset.managing import ManagingSystem\n"
+            "class Mine(ManagingSystem):\n"
+            "    def on_start(self): self.ask = self.create_client(SetBool, 'question')\n"
+            "    def adapt(self, symptoms): self.ask.call_async(SetBool.Request(data='a'))"
+        ),
+        "mine.py, line 5, in adapt",
+    ),
     "no text": ("x = 1\0", "mine.py: this is no valid Python"),
     "exits on import": ("raise SystemExit('bye')", "bye"),
     "exits in adapt": (

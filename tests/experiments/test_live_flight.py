@@ -102,3 +102,9 @@ def test_an_experiment_in_which_the_clock_is_set_does_not_count(step_s: float, c
     reason = count.shortfall(START_NS, timeline(), TIMING)
     assert (reason == "") is counts
     assert counts or f"clock was set by {step_s:+.3f} s" in reason
+
+
+def test_a_forged_time_of_any_kind_is_noted() -> None:
+    count = FrameCount()
+    count.note(5, "/clock", Clock(clock=Time(sec=-1, nanosec=7)))
+    assert count.clock == [(5, -S + 7)]

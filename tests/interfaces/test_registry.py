@@ -80,6 +80,7 @@ def test_services_are_found_by_name() -> None:
         "os.path/msg/Image",
         "std_srvs/srv/SetBool",
         "_codec/msg/Message",
+        "std_msgs/msg/" + "A" * 300,
     ],
 )
 def test_an_unknown_message_is_an_interface_error(name: str) -> None:

@@ -32,6 +32,7 @@ from sunset.interfaces.sensor_msgs.msg import Image
 from sunset.interfaces.std_msgs.msg import (
     Bool,
     Float32,
+    Float64,
     Float64MultiArray,
     Header,
     Int8,
@@ -183,6 +184,8 @@ def test_numpy_scalars_and_plain_sequences_are_accepted() -> None:
         (Int8(data="1"), "must be a whole number from -128 to 127, got str '1'"),  # type: ignore[arg-type]
         (Float32(data="1"), "must be a number, got str"),  # type: ignore[arg-type]
         (Float32(data=1e39), "must be a number that fits 32 bits, got float 1e[+]39"),
+        (Float32(data=10**400), "must be a number that fits 32 bits"),
+        (Float64(data=10**400), "must be a number that fits 64 bits"),
         (String(data=7), "'data' of std_msgs/msg/String must be a string, got int 7"),  # type: ignore[arg-type]
         (String(data="\ud800"), "must be a string that UTF-8 can express"),
         (Header(stamp=None), None),

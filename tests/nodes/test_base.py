@@ -7,8 +7,9 @@ import pytest
 from sunset.errors import ParameterError
 from sunset.interfaces.std_msgs.msg import String
 from sunset.nodes import AdaptiveNode, FaultParameter, NodeParameter, TopicParameter, action
-from sunset.ros import CallbackError
+from sunset.ros import CallbackError, Parameter
 from sunset.ros.exceptions import InvalidParameterValueException
+from sunset.ros.lifecycle import LifecycleState, TransitionCallbackReturn
 
 if TYPE_CHECKING:
     from tests.conftest import World
@@ -28,6 +29,8 @@ class Shouter(AdaptiveNode):
     mark = NodeParameter("!", "what is appended")
     gain = NodeParameter(1.0, "how loud", minimum=0.0, maximum=2.0)
     pitch = NodeParameter(0.0, "how high")
+    breath = NodeParameter(1.0, "seconds between two shouts", minimum=0.0)
+    volume = NodeParameter(3, "how loud at most", maximum=11)
     hoarse = FaultParameter(False, "nothing comes out until a restart", cured_by_restart=True)
     mute = FaultParameter(False, "nothing comes out until a redeploy")
     stutter = FaultParameter(0, "repetitions", minimum=0, maximum=9, ends_with="calm_down")
@@ -281,6 +284,40 @@ def test_an_action_is_done_and_its_parameter_becomes_false_again(world: "World",
         assert shouter.stutter == 0
         assert shouter.get_parameter("calm_down").value is False
     assert world.set("shouter", "calm_down", value=False).successful
+
+
+def test_an_action_comes_after_all_that_is_set_with_it(shouter: Shouter) -> None:
+    both = [Parameter("calm_down", value=True), Parameter("stutter", value=5)]
+    assert shouter.set_parameters_atomically(both).successful
+    assert (shouter.stutter, shouter.get_parameter("stutter").value) == (0, 0)
+
+
+@pytest.mark.parametrize(("name", "refused", "accepted"), [("breath", -0.5, 1e300), ("volume", 12, -(2**63))])
+def test_a_bound_on_one_side_holds(
+    name: str, refused: float, accepted: float, world: "World", shouter: Shouter
+) -> None:
+    assert not world.set("shouter", name, refused).successful
+    assert world.set("shouter", name, accepted).successful
+    assert getattr(shouter, name) == accepted
+
+
+def test_an_activation_that_failed_leaves_no_second_subscription(world: "World") -> None:
+    class Timid(Shouter):
+        """Dares at the second try only."""
+
+        tries = 0
+
+        def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
+            super().on_activate(state)
+            self.tries += 1
+            return TransitionCallbackReturn.SUCCESS if self.tries > 1 else TransitionCallbackReturn.FAILURE
+
+    world.start(Timid)
+    world.run(1.0)
+    assert world.transition("shouter", "activate")
+    assert say(world, "a") == ["A!"]
+    assert world.transition("shouter", "deactivate")
+    assert say(world, "b") == []
 
 
 def test_what_an_action_does_is_seen_by_everyone(world: "World", shouter: Shouter) -> None:

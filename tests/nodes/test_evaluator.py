@@ -9,7 +9,7 @@ from sunset.interfaces.builtin_interfaces.msg import Time
 from sunset.interfaces.sensor_msgs.msg import Image
 from sunset.interfaces.std_msgs.msg import Header
 from sunset.nodes import Evaluator
-from sunset.nodes.images import image_of_labels
+from sunset.nodes.images import image_of_bgr, image_of_labels
 
 if TYPE_CHECKING:
     from tests.conftest import World
@@ -47,6 +47,18 @@ def test_results_are_matched_by_stamp_in_either_order(world: "World") -> None:
     arrivals = [(TRUTH, labels(1, 7)), (TRUTH, labels(2, 1)), (RESULT, labels(2, 0)), (RESULT, labels(1, 0))]
     assert feed(world, *arrivals) == [(2, 1.0), (1, 0.0)]
     assert feed(world, (RESULT, labels(3, 5)), (TRUTH, labels(3, 7)))[-1] == (3, 1.0)
+
+
+@pytest.mark.usefixtures("evaluator")
+def test_what_cannot_be_compared_is_dropped(world: "World") -> None:
+    colour = image_of_bgr(Header(stamp=Time(sec=1)), np.zeros((1, 1, 3), dtype=np.uint8))
+    assert feed(world, (TRUTH, labels(1, 7)), (RESULT, colour)) == []
+    assert feed(world, (TRUTH, labels(2, 7)), (RESULT, labels(2, 5, 5))) == []
+    logs = [log.msg for log in world.messages["/rosout"] if log.name == "evaluator"]
+    assert [log.split(":")[0] for log in logs] == [
+        "Dropped a segmentation",
+        "Dropped a segmentation of 2x1 pixels, where the truth has 1x1.",
+    ]
 
 
 @pytest.mark.usefixtures("evaluator")

@@ -106,7 +106,7 @@ NETWORK = {"file": "rgb.onnx", "sha256": "0" * 64, "parameters": 1, "temperature
         ({"entropy_threshold": 1.5}, "a number from 0 to 1 as 'entropy_threshold', got 1.5"),
         ({"entropy_threshold": "low"}, "a number from 0 to 1 as 'entropy_threshold', got 'low'"),
         ({"entropy_threshold": float("nan")}, "a number from 0 to 1 as 'entropy_threshold', got nan"),
-        ({"sharpness_threshold": -1}, "a number from 0 to inf as 'sharpness_threshold', got -1"),
+        ({"sharpness_threshold": -1}, "a number from 0 to 64 as 'sharpness_threshold', got -1"),
         ({"networks": {}}, "at least one network as 'networks'"),
         ({"networks": {"lidar": NETWORK}}, "networks named depth, fusion, rgb only as 'networks'"),
         (

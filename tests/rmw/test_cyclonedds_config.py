@@ -137,6 +137,7 @@ def test_a_file_that_cannot_be_read_is_refused(tmp_path: Path) -> None:
     [
         (LO.format('name="eth0"'), "eth0"),
         (LO.format('name="lo"/><NetworkInterface address="192.168.0.1"'), "192.168.0.1"),
+        (LO.format('NAME="eth0"').lower(), "eth0"),
         (LO.format('autodetermine="true"'), "chosen automatically"),
         ("<General><NetworkInterfaceAddress>eth1</NetworkInterfaceAddress></General>", "eth1"),
     ],

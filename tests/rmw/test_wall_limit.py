@@ -42,6 +42,15 @@ def test_a_function_that_returns_is_not_interrupted_and_the_signal_is_as_before(
     assert signal.getitimer(signal.ITIMER_REAL) == (0.0, 0.0)
 
 
+def test_a_limit_within_a_limit_leaves_that_one_as_it_was() -> None:
+    def outer() -> None:
+        run_limited(10.0, lambda: None)
+        loop_for_ever()
+
+    with pytest.raises(LimitExceeded):
+        run_limited(0.05, outer)
+
+
 def test_another_thread_cannot_have_a_limit() -> None:
     errors: list[MiddlewareError] = []
 

@@ -36,6 +36,35 @@ def test_time_starts_at_zero_and_goes_where_the_topic_says(world: "World") -> No
     assert calls == [1.0, 2.25, 3.0]
 
 
+def test_a_timer_of_no_period_needs_no_time(world: "World") -> None:
+    node, _, _ = follower(world)
+    called: list[int] = []
+
+    def call() -> None:
+        called.append(1)
+        timer.cancel()
+
+    timer = node.create_timer(0.0, call)
+    world.pass_time(0.1)
+    assert called == [1]
+
+
+def test_a_timer_that_is_reset_just_before_its_call_waits_anew(world: "World") -> None:
+    publisher = world.node("player").create_publisher(ClockMessage, "/clock", 10)
+    node = world.node("follower", ["--ros-args", "-p", "use_sim_time:=true"])
+    calls: list[float] = []
+
+    def call() -> None:
+        second.reset()
+
+    first = node.create_timer(1.0, call)
+    second = node.create_timer(1.0, lambda: calls.append(node.get_clock().now().nanoseconds / 1e9))
+    set_time(world, publisher, 0.5, 1.0)
+    first.cancel()
+    set_time(world, publisher, 1.5, 2.0)
+    assert calls == [2.0]
+
+
 def test_a_timer_may_use_another_clock_than_its_nodes(world: "World") -> None:
     node, _, _ = follower(world)
     calls: list[int] = []

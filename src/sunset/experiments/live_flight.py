@@ -19,13 +19,13 @@ from sunset.interfaces import Message
 from sunset.interfaces.rosgraph_msgs.msg import Clock
 from sunset.interfaces.sensor_msgs.msg import Image
 from sunset.interfaces.std_srvs.srv import Trigger
+from sunset.interruption import held_signals
 from sunset.managing import load_manager
 from sunset.metrics import SEGMENTATION_TOPIC, Timeline
 from sunset.rmw.domains import free_domain_id
 from sunset.rmw.port import EndpointKind, RequestId
 from sunset.rmw.tap import Tap
 from sunset.ros.context import Context
-from sunset.ros.time import Time
 
 __all__ = ["FrameCount", "LiveSupervisor", "fly"]
 
@@ -62,7 +62,7 @@ class FrameCount:
     def note(self, time_ns: int, topic: str, message: Message) -> None:
         """Note a message."""
         if topic == _CLOCK and isinstance(message, Clock):
-            self.clock.append((time_ns, Time.from_msg(message.clock).nanoseconds))
+            self.clock.append((time_ns, message.clock.sec * _S + message.clock.nanosec))
         frames = {_TRUTH: self.taken, SEGMENTATION_TOPIC: self.segmented}.get(topic)
         if frames is not None and isinstance(message, Image):
             frames[message.header.stamp.sec, message.header.stamp.nanosec] = time_ns
@@ -141,7 +141,8 @@ class _Watch(Tap):
     def on_request(  # noqa: PLR0917  as of Tap
         self, time_ns: int, service: str, client: str, server: str, request: Message, request_id: RequestId
     ) -> None:
-        self._observer.on_request(self._clock.at(time_ns), service, client, server, request, request_id)
+        at_ns = self._clock.at(time_ns)
+        self._observer.on_request(at_ns, service, client or _NAMELESS, server, request, request_id)
 
     def on_response(
         self, time_ns: int, service: str, server: str, response: Message, request_id: RequestId
@@ -205,9 +206,11 @@ def fly(
     offset_ns = _clock_offset_ns()
     watch = _Watch(observer, frames, clock)
     with ExitStack() as stack:
+        check_signals = stack.enter_context(held_signals())
         domain_id = stack.enter_context(_domain(spec))
         # it comes before the nodes and leaves after them: each of its readers that comes or goes occupies all of them
         tap = stack.enter_context(CycloneTap(watch, domain_id=domain_id))
+        check_signals()
         system = stack.enter_context(LiveSystem(spec, resources, domain_id, clock=clock, on_line=show))
         supervisor = LiveSupervisor(
             spec.scenario.name, spec.timing, _readiness(spec, watch, system.domain_id), context=system.context

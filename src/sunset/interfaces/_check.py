@@ -1,8 +1,9 @@
 """Says in one sentence which field of a message does not fit its definition."""
 
 import math
+import sys
 from collections.abc import Iterator
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -83,15 +84,13 @@ def _expected_number(kind: FieldType, value: object) -> str:
     if kind.base.startswith("float"):
         if not isinstance(value, int | float | np.floating | np.integer):
             return "a number"
-        return "a number that fits 32 bits" if kind.base == "float32" and _too_large(float(value)) else ""
+        greatest, bits = (_FLOAT32_MAX, 32) if kind.base == "float32" else (sys.float_info.max, 64)
+        size: Any = abs(value)  # whole numbers too, of any length
+        return f"a number that fits {bits} bits" if greatest < size < math.inf else ""
     limits = np.iinfo(kind.base)
     if isinstance(value, int | np.integer) and limits.min <= int(value) <= limits.max:
         return ""
     return f"a whole number from {limits.min} to {limits.max}"
-
-
-def _too_large(value: float) -> bool:
-    return _FLOAT32_MAX < abs(value) < math.inf
 
 
 def _expected_string(kind: FieldType, value: object) -> str:

@@ -37,6 +37,9 @@ _ARRAY, _BOUNDED_SEQUENCE, _SEQUENCE = 48, 96, 144
 _PARTS: Final = ("Request", "Response")
 _RULE: Final = "=" * 80
 
+_LONGEST_NAME: Final = 200
+"""Of an interface; longer than that are no names of files."""
+
 
 def type_name(kind: type[Message | Service]) -> str:
     """Return the full ROS name of a message or service class.
@@ -83,7 +86,7 @@ def get_service(name: str) -> type[Service]:
 
 def _find(name: str, kind: str) -> object:
     match = re.fullmatch(rf"([a-z]\w*)/{kind}/([A-Z]\w*)", name)
-    if match is None or not (DEFINITIONS / f"{name}.{kind}").is_file():
+    if match is None or len(name) > _LONGEST_NAME or not (DEFINITIONS / f"{name}.{kind}").is_file():
         return None
     package, short = match.groups()
     return getattr(import_module(f"sunset.interfaces.{package}.{kind}"), short)

@@ -100,6 +100,13 @@ def _check_numbers(array: npt.NDArray[np.number], dtype: np.dtype[_T]) -> None:
     if array.dtype.kind not in ("iuf" if dtype.kind == "f" else "iu"):
         raise InterfaceError(f"Expected an array of {dtype}, got one of {array.dtype}.")
     if dtype.kind == "f":
+        finite = array[np.isfinite(array)]
+        if (
+            array.dtype.itemsize > dtype.itemsize
+            and finite.size
+            and abs(finite).max() > np.finfo(dtype.name).max
+        ):
+            raise InterfaceError(f"Expected numbers that fit {dtype}, got {abs(finite).max():g}.")
         return
     limits = np.iinfo(dtype.name)
     low, high = array.min(), array.max()

@@ -228,6 +228,7 @@ class AdaptiveNode(LifecycleNode):
         self.__diagnostics.publish(DiagnosticArray(header=Header(stamp=stamp), status=[status]))
 
     def __open(self, one: _Input) -> None:
+        self.__close(one)  # an activation that failed may have left it open
         topic = self.parameter_values[one.parameter] if one.parameter else one.topic
         one.subscription = self.create_subscription(one.message_type, topic, one.callback, one.depth)
 
@@ -256,18 +257,16 @@ class AdaptiveNode(LifecycleNode):
         return SetParametersResult(successful=True)
 
     def __take_parameters(self, parameters: Sequence[Parameter]) -> None:
-        for parameter in parameters:
-            bound = self.__bound.get(parameter.name)
-            if bound is None:
-                continue
+        ours = [parameter for parameter in parameters if parameter.name in self.__bound]
+        for parameter in ours:
             changed = self.parameter_values[parameter.name] != parameter.value
             self.parameter_values[parameter.name] = parameter.value
             if changed:
                 self.__switch_inputs(parameter.name)
-            bound.after_set(self, parameter.value)
+        for parameter in ours:  # what follows may set some of them once more
+            self.__bound[parameter.name].after_set(self, parameter.value)
 
     def __switch_inputs(self, parameter: str) -> None:
         for one in self.__inputs:
             if one.parameter == parameter and one.subscription is not None:
-                self.__close(one)
                 self.__open(one)

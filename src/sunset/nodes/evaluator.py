@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from sunset.classes import CLASS_OF_CARLA_ID, CLASSES
+from sunset.errors import DataError
 from sunset.interfaces.sensor_msgs.msg import Image
 from sunset.interfaces.system_interfaces.msg import FrameEvaluation
 from sunset.nodes.images import array_of_labels, stamp_ns
@@ -99,7 +100,19 @@ class Evaluator(Node):
             self._evaluate(result, message)
 
     def _evaluate(self, result: Image, truth: Image) -> None:
-        counts = compare(array_of_labels(result), array_of_labels(truth))
+        try:
+            labels, expected = array_of_labels(result), array_of_labels(truth)
+        except DataError as error:
+            self.get_logger().error(f"Dropped a segmentation: {error}", throttle_duration_sec=10.0)
+            return
+        if labels.shape != expected.shape:
+            self.get_logger().error(
+                f"Dropped a segmentation of {labels.shape[1]}x{labels.shape[0]} pixels, where the truth has "
+                f"{expected.shape[1]}x{expected.shape[0]}.",
+                throttle_duration_sec=10.0,
+            )
+            return
+        counts = compare(labels, expected)
         self._metrics.publish(
             FrameEvaluation(
                 header=result.header,

@@ -2,6 +2,7 @@
 
 import math
 import re
+import sys
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Final, Generic, Self, TypeVar, overload
 
@@ -29,8 +30,8 @@ class NodeParameter(Generic[ValueT]):
     Args:
         default: the value without an override; its type is the parameter's.
         description: what it is, with its unit, for `ros2 param describe`.
-        minimum: least allowed number.
-        maximum: greatest allowed number.
+        minimum: least allowed number; None for any.
+        maximum: greatest allowed number; None for any.
         read_only: whether it can be set at the start only.
     """
 
@@ -73,13 +74,18 @@ class NodeParameter(Generic[ValueT]):
         descriptor = ParameterDescriptor(
             name=self.name, description=self.description, read_only=self.read_only
         )
-        if self.minimum is not None and self.maximum is not None:
+        low, high = self.minimum, self.maximum
+        if low is not None or high is not None:
             if isinstance(self.default, int):
-                limits = IntegerRange(from_value=int(self.minimum), to_value=int(self.maximum), step=0)
-                descriptor.integer_range = [limits]
+                whole = (-(2**63) if low is None else int(low), 2**63 - 1 if high is None else int(high))
+                descriptor.integer_range = [IntegerRange(from_value=whole[0], to_value=whole[1], step=0)]
             else:
+                real = (
+                    -sys.float_info.max if low is None else low,
+                    sys.float_info.max if high is None else high,
+                )
                 descriptor.floating_point_range = [
-                    FloatingPointRange(from_value=self.minimum, to_value=self.maximum, step=0.0)
+                    FloatingPointRange(from_value=real[0], to_value=real[1], step=0.0)
                 ]
         return descriptor
 

@@ -2,7 +2,6 @@
 
 import hashlib
 import json
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -100,7 +99,7 @@ class ModelCard:
             raw = json.loads(path.read_text(encoding="utf-8"))
         except FileNotFoundError:
             raise ModelError(f"The model card {path} is missing.") from None
-        except (OSError, UnicodeDecodeError, json.JSONDecodeError, RecursionError) as error:
+        except (OSError, RecursionError, ValueError) as error:
             raise ModelError(f"The model card {path} cannot be read as JSON: {error}.") from error
         return _parse(_Fields(raw, f"model card {path}"))
 
@@ -249,7 +248,7 @@ def _parse(fields: _Fields) -> ModelCard:
         width=fields.whole("width"),
         classes=fields.classes("classes"),
         entropy_threshold=fields.number("entropy_threshold", 0, 1),
-        sharpness_threshold=fields.number("sharpness_threshold", 0, math.inf),
+        sharpness_threshold=fields.number("sharpness_threshold", 0, 64),
         networks=MappingProxyType(networks),
         training=MappingProxyType(fields.object("training")),
         results=MappingProxyType(fields.object("results")),

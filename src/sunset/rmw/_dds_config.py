@@ -142,10 +142,11 @@ def _reach(environment: Mapping[str, str], *, network: bool) -> str:
 def _interfaces(uri: str) -> Iterator[str]:
     """Yield the network interfaces, names or addresses, that CYCLONEDDS_URI selects."""
     text = re.sub(r"<!--.*?-->", "", "".join(_fragments(uri)), flags=re.DOTALL)
-    for attributes in re.findall(r"<NetworkInterface\b([^>]*)>", text):
-        found = dict(re.findall(r"""(\w+)\s*=\s*["']([^"']*)["']""", attributes))
+    for attributes in re.findall(r"<NetworkInterface\b([^>]*)>", text, re.IGNORECASE):
+        pairs = re.findall(r"""(\w+)\s*=\s*["']([^"']*)["']""", attributes)
+        found = {name.lower(): value for name, value in pairs}
         yield found.get("address") or found.get("name") or "chosen automatically"
-    for addresses in re.findall(r"<NetworkInterfaceAddress>([^<]*)<", text):
+    for addresses in re.findall(r"<NetworkInterfaceAddress>([^<]*)<", text, re.IGNORECASE):
         yield from (address.strip() for address in addresses.split(","))
 
 

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from sunset.errors import MiddlewareError
-from sunset.interfaces import Message, Service, type_name
+from sunset.interfaces import Message, Service, serialize, type_name
 from sunset.rmw._entity import Entity
 from sunset.rmw._scheduler import Priority
 from sunset.rmw.port import ClientHandle, EndpointKind, QoSProfile, RequestId, ServiceHandle
@@ -47,8 +47,13 @@ class SimClient(Entity, ClientHandle):
         return [service for service in services if service.type_name == self.type_name]
 
     def send_request(self, request: Message) -> int:
-        """Send a request and return its number."""
+        """Send a request and return its number.
+
+        Raises:
+            InterfaceError: it does not fit its definition.
+        """
         self.check_alive(f"call {self.name}")
+        serialize(request)
         self._sequence += 1
         self.process.send(self._leave, (self._sequence, request.copy()))
         return self._sequence
@@ -147,8 +152,10 @@ class SimService(Entity, ServiceHandle):
 
         Raises:
             MiddlewareError: no such request waits for a response.
+            InterfaceError: the response does not fit its definition.
         """
         self.check_alive(f"answer on {self.name}")
+        serialize(response)
         client = self._asking.pop(request_id, None)
         if client is None:
             raise MiddlewareError(f"Service {self.name} has no request {tuple(request_id)} to answer.")

@@ -4,10 +4,12 @@ from collections import deque
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from sunset.errors import InterfaceError
 from sunset.interfaces import Message, type_name
 from sunset.rmw._entity import Entity
 from sunset.rmw._scheduler import Priority
 from sunset.rmw.port import (
+    CallbackError,
     DurabilityPolicy,
     EndpointKind,
     PublisherHandle,
@@ -133,8 +135,13 @@ class SimPublisher(Entity, PublisherHandle):
     def _leave(self, message: Message) -> None:
         network = self.node.network
         now = network.scheduler.now
-        for tap in network.taps:
-            tap.on_message(now, self.name, self.node.fully_qualified_name, message)
+        try:
+            for tap in network.taps:
+                tap.on_message(now, self.name, self.node.fully_qualified_name, message)
+        except InterfaceError as error:  # it does not fit its definition
+            raise CallbackError.of(
+                self.node.fully_qualified_name, f"that publishes on {self.name}", error
+            ) from error
         if self._kept is not None:
             self._kept.append((now, message))
         add = network.scheduler.add

@@ -46,11 +46,13 @@ def run_limited(limit_s: float, function: Callable[[], _T]) -> _T:
             raise LimitExceeded
 
     previous = signal.signal(signal.SIGALRM, interrupt)
+    outer = (0.0, 0.0)  # where a limited function limits another
     try:
         # It repeats, because a callback may swallow even this one.
-        signal.setitimer(signal.ITIMER_REAL, limit_s, _REPEAT_S)
+        outer = signal.setitimer(signal.ITIMER_REAL, limit_s, _REPEAT_S)
         return function()
     finally:
         running = False
         signal.setitimer(signal.ITIMER_REAL, 0)
         signal.signal(signal.SIGALRM, previous)
+        signal.setitimer(signal.ITIMER_REAL, *outer)

@@ -12,7 +12,7 @@ import threading
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import partial
 from itertools import count
 from queue import Empty
@@ -230,7 +230,8 @@ class CycloneDDS(Middleware):
         self._reported[where] = (now, self.problems[where])
         untold = self.problems[where] - told - 1
         more = f" There were {untold} more since the last such message." if untold else ""
-        node.post(partial(warn, f"{where}: {problem}{more}"), "warning")
+        with suppress(MiddlewareError):  # another thread may have ended the node meanwhile
+            node.post(partial(warn, f"{where}: {problem}{more}"), "warning")
 
     # The port
 

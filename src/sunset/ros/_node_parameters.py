@@ -118,7 +118,7 @@ class NodeParameters:
         """Return the parameters under a prefix, by the rest of their names."""
         start = f"{prefix}." if prefix else ""
         return {
-            name[len(start) :]: self._parameters.get(name)
+            name[len(start) :]: self._parameters.peek(name) or Parameter(name)
             for name in self._parameters.names()
             if name.startswith(start)
         }
@@ -181,9 +181,8 @@ class NodeParameters:
         """Set parameters one after the other, and return one result each.
 
         Raises:
-            ParameterNotDeclaredException: one is not declared.
+            ParameterNotDeclaredException: one is not declared; those before it are set.
         """
-        self._parameters.check_declared(parameter.name for parameter in parameter_list)
         return [self._parameters.set_together([parameter]) for parameter in parameter_list]
 
     def set_parameters_atomically(self, parameter_list: list[Parameter]) -> SetParametersResult:

@@ -23,6 +23,10 @@ class NodeLogSink:
         """Return the time by which messages are throttled, which nobody can set."""
         return self._context.middleware.steady_ns()
 
+    def leave(self) -> None:
+        """Send to /rosout no more: the node has left the graph."""
+        self._rosout = None
+
     def write(self, record: LogRecord) -> None:
         """Send a message; once the context is shut down, to stderr only."""
         if self._rosout is not None and self._context.ok():

@@ -1,7 +1,8 @@
 """Callback groups, as in `rclpy.callback_groups`.
 
-A process has one thread of callbacks, so every group is mutually exclusive; the classes are there so that
-node code keeps its rclpy form.
+A process has one thread of callbacks, so no two of them run at the same time, whatever their groups. A callback
+that is a coroutine leaves the thread to others wherever it awaits, those of its own group too; rclpy keeps a
+mutually exclusive group until the coroutine ends. The classes are there so that node code keeps its rclpy form.
 """
 
 __all__ = ["CallbackGroup", "MutuallyExclusiveCallbackGroup", "ReentrantCallbackGroup"]

@@ -305,6 +305,7 @@ class Node(NodeParameters, NodeGraph):
 
     def destroy_node(self) -> None:
         """Leave the graph with everything that the node consists of."""
+        self._log_sink.leave()
         for timer in list(self._timers):
             self.destroy_timer(timer)
         self.handle.destroy()
@@ -318,7 +319,7 @@ class Node(NodeParameters, NodeGraph):
         arguments = self._context.arguments
         if enable_rosout and arguments.log_to_rosout:
             rosout = self.create_publisher(Log, "/rosout", qos_profile_rosout_default)
-        sink = NodeLogSink(self._context, self._clock, rosout)
+        self._log_sink = sink = NodeLogSink(self._context, self._clock, rosout)
         name = self.get_fully_qualified_name().lstrip("/").replace("/", ".")
         return Logger(name, sink, arguments.log_level or LoggingSeverity.INFO)
 
@@ -383,6 +384,7 @@ def _renamed(node_name: str, namespace: str, rules: Sequence[RemapRule]) -> tupl
     namespace = namespace if namespace.startswith("/") else f"/{namespace}"
     applying = [rule for rule in rules if rule.node in {None, node_name}]
     node_name = next((rule.target for rule in applying if rule.source == "__node"), node_name)
+    applying = [rule for rule in rules if rule.node in {None, node_name}]
     namespace = next((rule.target for rule in applying if rule.source == "__ns"), namespace)
     validate_node_name(node_name)
     validate_namespace(namespace)

@@ -28,7 +28,7 @@ class Timer:
         self._canceled = False
         self._posted = False
         self._due_ns: int | None = None  # by /clock; None while the system's clock rules
-        self._handle: TimerHandle = node.create_timer(period_ns, self._call, label)
+        self._handle: TimerHandle = node.create_timer(period_ns, self._driven, label)
         if isinstance(clock, ROSClock):
             clock.add_listener(self._on_time_set)
             self._on_time_set()
@@ -58,6 +58,7 @@ class Timer:
             self._handle.reset()
         else:
             self._due_ns = self.clock.now_ns() + self._period_ns
+            self._post_if_due()
 
     def is_canceled(self) -> bool:
         """Return whether it is stopped."""
@@ -81,9 +82,6 @@ class Timer:
             self.clock.remove_listener(self._on_time_set)
         self._handle.destroy()
 
-    def _call(self) -> None:
-        self._driven()
-
     def _on_time_set(self) -> None:
         if not (isinstance(self.clock, ROSClock) and self.clock.ros_time_is_active):
             if self._due_ns is not None:
@@ -95,15 +93,19 @@ class Timer:
         if self._due_ns is None or self._due_ns - now > self._period_ns:  # new to /clock, or it went back
             self._handle.cancel()
             self._due_ns = now + self._period_ns
-        elif now >= self._due_ns and not self._canceled and not self._posted:
+        self._post_if_due()
+
+    def _post_if_due(self) -> None:
+        due = self._due_ns is not None and self.clock.now_ns() >= self._due_ns
+        if due and not self._canceled and not self._posted:
             self._posted = True
             self._node.post(self._call_by_ros_time, self._label)
 
     def _call_by_ros_time(self) -> None:
         self._posted = False
-        if self._canceled or self._due_ns is None:
+        late = -1 if self._due_ns is None else self.clock.now_ns() - self._due_ns
+        if self._canceled or self._due_ns is None or late < 0:  # it may have been reset meanwhile
             return
-        late = max(0, self.clock.now_ns() - self._due_ns)
         periods = late // self._period_ns if self._period_ns else 0
         self._due_ns += (periods + 1) * self._period_ns
         self._driven()

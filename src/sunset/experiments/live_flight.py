@@ -213,7 +213,7 @@ def fly(
         check_signals()
         system = stack.enter_context(LiveSystem(spec, resources, domain_id, clock=clock, on_line=show))
         supervisor = LiveSupervisor(
-            spec.scenario.name, spec.timing, _readiness(spec, watch, system.domain_id), context=system.context
+            spec.scenario.name, spec.timing, _readiness(spec, watch, system), context=system.context
         )
         system.executor.add_node(supervisor)
 
@@ -241,12 +241,17 @@ def _domain(spec: RunSpec) -> AbstractContextManager[int | None]:
     return nullcontext() if spec.manager == EXTERNAL else free_domain_id()
 
 
-def _readiness(spec: RunSpec, watch: _Watch, domain_id: int) -> Callable[[], bool]:
+def _readiness(spec: RunSpec, watch: _Watch, system: LiveSystem) -> Callable[[], bool]:
     """Return what says whether the observer is there, and the managing system."""
     if spec.manager != EXTERNAL:
         return lambda: watch.is_ready
-    print(f"Waiting for the managing system: any node in domain {domain_id}.", file=sys.stderr)  # noqa: T201
-    return lambda: watch.is_ready and bool(watch.strangers)
+    print(f"Waiting for the managing system: any node in domain {system.domain_id}.", file=sys.stderr)  # noqa: T201
+
+    def is_there() -> bool:
+        nodes = system.context.middleware.nodes()
+        return any(f"{namespace.rstrip('/')}/{name}" in watch.strangers for name, namespace in nodes)
+
+    return lambda: watch.is_ready and is_there()
 
 
 def _conduct(

@@ -226,6 +226,17 @@ def test_a_bad_argument(case: str, flight: Path, complaint: Callable[[Sequence[s
     assert word in complaint(arguments)
 
 
+@pytest.mark.parametrize("verb", ["run", "up"])
+def test_processes_that_cannot_find_each_other(
+    verb: str, flight: Path, monkeypatch: pytest.MonkeyPatch, complaint: Callable[[Sequence[str]], str]
+) -> None:
+    del flight
+    monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "OFF")
+    live = ["run", "nofault", "--middleware", "cyclonedds"] if verb == "run" else ["up"]
+
+    assert "no two processes find each other" in complaint(live)
+
+
 def _missing(folder: Path, name: str) -> None:
     (folder / name).unlink()
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Final, Self
 
-from sunset.errors import ManagerError, SunsetError
+from sunset.errors import InvalidInputError, ManagerError, SunsetError
 from sunset.experiments.graph import INITIAL_STATES, MANAGER_PROCESS
 from sunset.experiments.launcher import Launcher
 from sunset.experiments.parameters import Parameters, node_parameters
@@ -84,6 +84,7 @@ class LiveSystem:
     Raises:
         MissingExtraError: the extra `live` is not installed.
         MiddlewareError: the domain cannot be entered, or another system runs in it.
+        InvalidInputError: the environment keeps processes from finding each other.
     """
 
     def __init__(
@@ -101,6 +102,11 @@ class LiveSystem:
     ) -> None:
         from sunset.rmw.cyclonedds import CycloneDDS  # noqa: PLC0415  an optional extra
 
+        if os.environ.get("ROS_AUTOMATIC_DISCOVERY_RANGE", "").strip() == "OFF":
+            raise InvalidInputError(
+                "With ROS_AUTOMATIC_DISCOVERY_RANGE=OFF no two processes find each other: unset it, or choose "
+                "LOCALHOST."
+            )
         self._spec = spec
         self._lasts = loop
         self._clock = clock or LiveClock(time.time_ns(), float(spec.speed))

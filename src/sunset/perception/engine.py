@@ -38,8 +38,11 @@ _PROVIDERS: Final[dict[str, list[Any]]] = {
     "cuda": [(_CUDA, {"use_tf32": "0", "cudnn_conv_algo_search": "DEFAULT"}), "CPUExecutionProvider"],
 }
 
-_LOCATION: Final = re.compile(rb"\x0a\x08location\x12([\x01-\x7f])")
-"""How a tensor in an ONNX file names the file of its values: an entry "location" and a text, with its length."""
+_LOCATION: Final = re.compile(rb"\x0a\x08location(\x12[\x01-\x7f])?")
+"""How a tensor in an ONNX file names the file of its values: an entry "location" and a text, with its length.
+
+Where the text is longer or comes first, the file is not found out.
+"""
 
 
 def find_device(wanted: str) -> str:
@@ -98,10 +101,12 @@ def open_session(path: Path, *, threads: int = 1, device: str = "cpu") -> Any:
 def external_files(network: bytes) -> set[str]:
     r"""Return the names of the files in which an ONNX file keeps tensors (ONNX's external data).
 
-    >>> sorted(external_files(b"...\n\x08location\x12\x05a.bin..."))
-    ['a.bin']
+    One that cannot be found out is `?`.
+
+    >>> sorted(external_files(b"...\n\x08location\x12\x05a.bin...\x12\x05b.bin\n\x08location..."))
+    ['?', 'a.bin']
     """
-    found = (network[at.end() : at.end() + at[1][0]] for at in _LOCATION.finditer(network))
+    found = (network[at.end() : at.end() + at[1][1]] if at[1] else b"?" for at in _LOCATION.finditer(network))
     return {name.decode("utf-8", "replace") for name in found}
 
 

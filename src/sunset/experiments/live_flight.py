@@ -199,9 +199,8 @@ def fly(
             print(line, file=sys.stderr)  # noqa: T201  as in the simulation
 
     if spec.manager != EXTERNAL:
-        check_name(
-            f"/{load_manager(spec.manager).node_name}", spec.manager
-        )  # what is wrong with it is said at once
+        name = f"/{load_manager(spec.manager).node_name}"
+        check_name(name, spec.manager)  # what is wrong with it is said at once
     clock = LiveClock(time.time_ns(), float(spec.speed))
     offset_ns = _clock_offset_ns()
     watch = _Watch(observer, frames, clock)

@@ -29,7 +29,7 @@ import numpy as np
 import numpy.typing as npt
 
 from sunset.metrics.adaptations import ExecutedAdaptation, affects, short_name
-from sunset.metrics.downtime import TOLERANCE_S
+from sunset.metrics.downtime import PERIODS, TOLERANCE_S
 from sunset.metrics.timeline import (
     CAMERA_TOPIC,
     FUSION_TOPIC,
@@ -49,7 +49,6 @@ SAMPLES: Final = 5
 
 _OUTAGES = {"F1": CAMERA_TOPIC, "F2": FUSION_TOPIC, "F3": SEGMENTATION_TOPIC}
 _SILENCING = frozenset({"redeploy", "restart", "deactivate", "cleanup", "change_topic"})
-_PERIODS = 2  # a gap up to this many periods is none
 
 
 @dataclass(frozen=True, slots=True)
@@ -262,7 +261,7 @@ def _is_own_making(
     return any(
         adaptation.kind in _SILENCING
         and affects(adaptation.node, failure)
-        and abs(adaptation.time - spell.origin) <= _PERIODS * period_s + TOLERANCE_S
+        and abs(adaptation.time - spell.origin) <= PERIODS * period_s + TOLERANCE_S
         for adaptation in adaptations
     )
 

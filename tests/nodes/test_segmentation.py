@@ -74,15 +74,28 @@ def test_the_network_of_the_modality_is_used(world: "World", modality: Modality)
     assert entropies(world) == [expected.entropy]
 
 
+HEADER = Header(stamp=Time(sec=1))
+
+
+@pytest.mark.parametrize(
+    ("message", "why"),
+    [
+        (
+            SensorFusion(rgb=image_of_bgr(HEADER, BGR[::2]), modality=FusionType(fusion_type=1)),
+            "The model lite takes images of 256x144 pixels, got 256x72.",
+        ),
+        (
+            SensorFusion(rgb=image_of_depth(HEADER, DEPTH), modality=FusionType(fusion_type=1)),
+            "An image must have the encoding bgr8 here, got '16UC1'.",
+        ),
+        (SensorFusion(modality=FusionType(fusion_type=3)), "There is no modality 3."),
+    ],
+)
 @pytest.mark.usefixtures("segmentation")
-def test_images_of_another_size_are_dropped(world: "World") -> None:
-    header = Header(stamp=Time(sec=1))
-    small = SensorFusion(
-        header=header, rgb=image_of_bgr(header, BGR[::2]), modality=FusionType(fusion_type=1)
-    )
-    assert feed(world, small) == []
+def test_what_the_model_cannot_take_is_dropped(world: "World", message: SensorFusion, why: str) -> None:
+    assert feed(world, message) == []
     (line,) = [log.msg for log in world.messages["/rosout"] if log.name.endswith("segmentation")]
-    assert line == "Dropped images of another size than 256x144, which the model lite takes."
+    assert line == f"Dropped images: {why}"
     assert len(feed(world, fused(Modality.RGB, 2))) == 1
 
 

@@ -3,6 +3,7 @@
 from functools import cache
 from typing import TYPE_CHECKING
 
+from sunset.errors import DataError
 from sunset.faults import FAULTS
 from sunset.interfaces.sensor_msgs.msg import Image
 from sunset.interfaces.system_interfaces.msg import SensorFusion
@@ -13,7 +14,11 @@ from sunset.ros.context import Context
 from sunset.ros.lifecycle import LifecycleState, TransitionCallbackReturn
 from sunset.ros.parameter import Parameter
 
-if TYPE_CHECKING:  # imported where it is used: it takes time and starts a thread, and no other node needs it
+if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
+
+    # imported where it is used: it takes time and starts a thread, and no other node needs it
     from sunset.perception import InferenceCache, Modality, Segmenter
 
 __all__ = ["SegmentationNode"]
@@ -98,26 +103,41 @@ class SegmentationNode(AdaptiveNode):
         self.call_later(0.0, run)
 
     def _on_fused(self, message: SensorFusion) -> None:
-        from sunset.perception import Modality  # noqa: PLC0415  see above
-
         if self.cuda_out_of_memory or self.gpu_failure:
             return
-        modality = Modality(message.modality.fusion_type)
-        card = self._segmenter.model.card
-        images = ((message.rgb, modality.needs_rgb), (message.depth, modality.needs_depth))
-        if any(used and (image.height, image.width) != (card.height, card.width) for image, used in images):
-            self.get_logger().error(
-                f"Dropped images of another size than {card.width}x{card.height}, which the model {card.name} takes.",
-                throttle_duration_sec=10.0,
-            )
+        try:
+            inputs = self._inputs(message)
+        except DataError as error:
+            self.get_logger().error(f"Dropped images: {error}", throttle_duration_sec=10.0)
             return
-        result = self._segmenter.segment(
-            modality,
-            array_of_bgr(message.rgb) if modality.needs_rgb else None,
-            array_of_depth(message.depth) if modality.needs_depth else None,
-        )
+        result = self._segmenter.segment(*inputs)
         self.report("entropy", result.entropy)
         self._labels.publish(image_of_labels(message.header, result.labels))
+
+    def _inputs(
+        self, message: SensorFusion
+    ) -> "tuple[Modality, npt.NDArray[np.uint8] | None, npt.NDArray[np.uint16] | None]":
+        """Return what the segmenter takes.
+
+        Raises:
+            DataError: the message has no such modality, or not the images that the model takes.
+        """
+        from sunset.perception import Modality  # noqa: PLC0415  see above
+
+        card = self._segmenter.model.card
+        try:
+            modality = Modality(message.modality.fusion_type)
+        except ValueError as error:
+            raise DataError(f"There is no modality {message.modality.fusion_type}.") from error
+        bgr = array_of_bgr(message.rgb) if modality.needs_rgb else None
+        depth = array_of_depth(message.depth) if modality.needs_depth else None
+        for array in (bgr, depth):
+            if array is not None and array.shape[:2] != (card.height, card.width):
+                height, width = array.shape[:2]
+                raise DataError(
+                    f"The model {card.name} takes images of {card.width}x{card.height} pixels, got {width}x{height}."
+                )
+        return modality, bgr, depth
 
 
 @cache

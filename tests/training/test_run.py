@@ -130,6 +130,52 @@ def test_the_second_branch_begins_with_the_first_ones_weights(sets: FrameSets, t
     assert all(torch.equal(known[name.replace("rgb.", "dth.", 1)], known[name]) for name in kernels)
 
 
+@pytest.mark.parametrize("config", [TINY, NARROW], ids=["lite", "reference"])
+def test_a_training_goes_on_where_a_model_was(
+    config: TrainingConfig, sets: FrameSets, tmp_path: Path
+) -> None:
+    start = train_on(config, sets, tmp_path / "start", work=tmp_path / "work")
+    still = Schedule(phases=(Phase(1, 2, momentum=1e-9),), learning_rate=0.0)
+    unmoved = replace(
+        config, schedule=still, merging=config.merging and still, logit_adjustment=0.0, seed=config.seed + 1
+    )
+    model = train_on(unmoved, sets, tmp_path / "out", work=tmp_path / "on", start=start)
+    frame = sets.test.bgr[0], sets.test.depth[0]
+    for modality in Modality:
+        before, after = (Segmenter(each).logits(modality, *frame) for each in (start, model))
+        assert np.abs(after - before).max() < 0.1 * np.abs(before).max()  # rounded to 8 bits twice
+        assert np.abs(before).max() > 0.1
+    facts: Any = model.card.training
+    assert facts["before"] == dict(start.card.training)
+    origins = {name: stage["started_from"] for name, stage in facts["stages"].items()}
+    assert origins.pop("fusion", "rgb and depth, frozen") == "rgb and depth, frozen"
+    assert set(origins.values()) == {f"{config.name}, version {start.card.version}"}
+
+
+def test_a_training_does_not_start_from_other_networks(sets: FrameSets, tmp_path: Path) -> None:
+    depth = replace(TINY, modalities=("depth",)).with_steps(1)
+    start = train_on(depth, sets, tmp_path / "start", work=tmp_path / "work")
+    wide = replace(depth, shape=replace(TINY.shape, pyramid=32))
+    for config, why in (
+        (TINY, "it has no network 'rgb'"),
+        (
+            replace(NARROW, modalities=("depth",)),
+            r"its network 'depth' has no such layer dth\.backbone\.conv1",
+        ),
+        (wide, r"its network 'depth' has no such layer depth\.\w+"),
+    ):
+        with pytest.raises(InvalidInputError, match=f"cannot start from the model 'tiny': {why}"):
+            train(config, tmp_path / "out", work=tmp_path / "other", start=start)
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_start_from_other_weights_is_another_training(sets: FrameSets, tmp_path: Path) -> None:
+    depth = replace(TINY, modalities=("depth",)).with_steps(1)
+    start = train_on(depth, sets, tmp_path / "start", work=tmp_path / "work")
+    with pytest.raises(InvalidInputError, match="is of another training"):
+        train_on(depth, sets, tmp_path / "out", work=tmp_path / "work", start=start, resume=True)
+
+
 def test_the_fusion_of_learned_branches_begins_as_about_their_sum() -> None:
     modules = build(NARROW.plan(("fusion",)))
     start_from_the_sum(modules)

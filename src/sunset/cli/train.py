@@ -14,6 +14,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextC
 
 from sunset.cli._options import at_least_one
 from sunset.experiments.resources import missing_networks
+from sunset.perception import load_model
 from sunset.training import CONFIGS, MODALITIES, train
 
 __all__ = ["add_parser", "execute"]
@@ -26,7 +27,7 @@ def add_parser(verbs: "argparse._SubParsersAction[argparse.ArgumentParser]") -> 
     parser = verbs.add_parser(
         "train",
         help="train a segmentation model on rendered towns",
-        description="Render frames of towns that the flight is not over, train the networks from scratch, calibrate "
+        description="Render frames of towns that the flight is not over, train the networks, calibrate "
         "their thresholds, and write a model folder with its card. Needs the extra 'train'.",
     )
     parser.add_argument(
@@ -49,6 +50,11 @@ def add_parser(verbs: "argparse._SubParsersAction[argparse.ArgumentParser]") -> 
         metavar="N",
         help="optimiser steps; where branches are trained one by one, of each, and those that merge them stay as many "
         f"(default: {steps})",
+    )
+    parser.add_argument(
+        "--start-from",
+        metavar="MODEL",
+        help="train a model's networks further: a name or a folder (default: from random weights)",
     )
     parser.add_argument(
         "--jobs", type=at_least_one, metavar="N", help="processes that render (default: one a core)"
@@ -81,6 +87,7 @@ def execute(arguments: argparse.Namespace) -> int:
             config.with_steps(arguments.steps) if arguments.steps else config,
             arguments.out,
             work=arguments.work,
+            start=load_model(arguments.start_from) if arguments.start_from else None,
             resume=arguments.resume,
             jobs=arguments.jobs or os.cpu_count() or 1,
             progress=progress,

@@ -24,7 +24,17 @@ from sunset.training.archives import check_archive
 from sunset.training.batches import Batch, FrameSet, batches, class_weights
 from sunset.training.config import Schedule, Stage, TrainingConfig
 from sunset.training.inputs import HEIGHT, WIDTH
-from sunset.training.network import build, depth_input, forward, rgb_input, shift_logits, upsample
+from sunset.training.network import (
+    build,
+    depth_input,
+    forward,
+    frame_inputs,
+    rgb_input,
+    shift_logits,
+    unfold,
+    upsample,
+)
+from sunset.training.onnx_layers import Weights as FoldedWeights
 
 __all__ = ["CHECKPOINT", "LOG", "Progress", "Weights", "check_work", "learn", "start_from_the_sum"]
 
@@ -46,6 +56,8 @@ _UNREADABLE = (
     struct.error,
 )
 """What reading a damaged checkpoint raises."""
+_UNFOLDED = 24
+"""Training frames that normalisation's statistics are found on again."""
 _VALIDATED = 48
 """Held-out frames that the log's IoU is measured on."""
 _SHIFT_PX = ((2, 20), (0, 6))
@@ -65,6 +77,7 @@ def learn(
     validation: FrameSet,
     work: Path,
     *,
+    start: FoldedWeights | None = None,
     resume: bool = False,
     progress: Progress | None = None,
 ) -> Any:
@@ -76,6 +89,7 @@ def learn(
         validation: held-out frames, which the log's IoU is measured on.
         work: a folder a stage is kept there, with `checkpoint.pt` and `log.jsonl` (a line per `log_every`
             steps: step, learning rate, loss per network, seconds, and now and then the IoU).
+        start: what the networks begin with, as `stored_weights` gives it; None for random weights.
         resume: go on at the folders' checkpoints where there are some; stages that are done are not repeated.
         progress: called after every step.
 
@@ -89,7 +103,7 @@ def learn(
         SunsetError: the training diverged.
     """
     check_work(config, work, resume=resume)
-    weights: dict[str, Any] = {}
+    weights: dict[str, Any] = {} if start is None else _unfolded(config, start, frames)
     for stage in config.stages():
         run = _Run(config, stage, work / stage.name, weights)
         run.fit(frames, validation, resume=resume, progress=progress)
@@ -99,6 +113,15 @@ def learn(
     shift = np.float32(-config.logit_adjustment) * np.log(_class_weights(frames, config.schedule))
     shift_logits({name: config.plan((name,)) for name in config.modalities}, modules, shift)
     return modules.eval()
+
+
+def _unfolded(config: TrainingConfig, start: FoldedWeights, frames: FrameSet) -> dict[str, Any]:
+    """Return weights of convolutions as torch modules hold them; normalisation is found on evenly chosen frames."""
+    chosen = np.linspace(0, len(frames) - 1, min(_UNFOLDED, len(frames))).astype(int)
+    modules = build(config.plan(config.modalities)).eval()
+    results = frame_inputs(frames.bgr[chosen], frames.depth[chosen])
+    unfold(config.plan(config.modalities), modules, start, results)
+    return dict(modules.state_dict())
 
 
 def check_work(config: TrainingConfig, work: Path, *, resume: bool) -> None:
@@ -120,7 +143,7 @@ class _Run:
         config: the training.
         stage: the stage.
         folder: keeps its checkpoint and log.
-        known: the weights of the stages before.
+        known: the weights of the stages before, and those that the training starts from.
     """
 
     def __init__(self, config: TrainingConfig, stage: Stage, folder: Path, known: Weights) -> None:
@@ -128,21 +151,22 @@ class _Run:
         self._config, self._stage, self._folder = config, stage, folder
         self._device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
         self.modules = build(config.plan(stage.learned))
-        if stage.begun_with is not None:
-            names = zip(
-                self.modules.state_dict(), build(config.plan((stage.begun_with,))).state_dict(), strict=True
-            )
+        own = self.modules.state_dict()
+        if own.keys() <= known.keys():
+            self.modules.load_state_dict({name: known[name] for name in own})
+        elif stage.begun_with is not None:
+            names = zip(own, build(config.plan((stage.begun_with,))).state_dict(), strict=True)
             self.modules.load_state_dict({name: known[other] for name, other in names})
+        elif stage.frozen:
+            start_from_the_sum(self.modules)
         self.modules.to(self._device)
         self._frozen = build(config.plan(stage.frozen)).to(self._device).eval()
         self._frozen.load_state_dict({name: known[name] for name in self._frozen.state_dict()})
-        if stage.frozen:
-            start_from_the_sum(self.modules)
         self._optimiser = torch.optim.AdamW(
             _parameters(self.modules, stage.schedule.weight_decay), fused=True
         )
         self._description = f"{stage!r}, {config.shape!r}, seed {config.seed}"
-        if stage.frozen or stage.begun_with:
+        if known:
             self._description += f", on weights {_digest(known)}"
         self._step, self._seconds = 0, 0.0
         self._losses: list[dict[str, float]] = []

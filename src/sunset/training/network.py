@@ -1,6 +1,8 @@
 """The torch side of the networks: runs a plan of `architecture`, and gives its weights as arrays."""
 
+import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -30,7 +32,17 @@ from sunset.training.inputs import (
     upsampling,
 )
 
-__all__ = ["build", "depth_input", "folded_weights", "forward", "rgb_input", "shift_logits", "upsample"]
+__all__ = [
+    "build",
+    "depth_input",
+    "folded_weights",
+    "forward",
+    "frame_inputs",
+    "rgb_input",
+    "shift_logits",
+    "unfold",
+    "upsample",
+]
 
 _Array: TypeAlias = npt.NDArray[np.float32]
 
@@ -126,6 +138,14 @@ def depth_input(counts: Any) -> Any:
     return torch.cat(channels, 1)
 
 
+def frame_inputs(bgr: npt.NDArray[np.uint8], depth: npt.NDArray[np.uint16]) -> dict[str, Any]:
+    """Return both branches' inputs, `rgb.input` and `depth.input`, of frames (N, H, W, 3) and (N, H, W)."""
+    return {
+        "rgb.input": rgb_input(torch.from_numpy(np.array(bgr))),
+        "depth.input": depth_input(torch.from_numpy(depth.astype(np.float32))),
+    }
+
+
 def upsample(
     maps: Any,
     factor: int,
@@ -159,6 +179,52 @@ def folded_weights(layers: Sequence[Layer], modules: Any) -> dict[str, tuple[_Ar
             bias = conv.bias.detach().double().numpy()
         weights[layer.name] = (kernel.astype(np.float32), bias.astype(np.float32))
     return weights
+
+
+def unfold(
+    layers: Sequence[Layer],
+    modules: Any,
+    weights: Mapping[str, tuple[_Array, _Array]],
+    results: dict[str, Any],
+) -> None:
+    """Give modules the weights that `folded_weights` returned, so that they can be learned on.
+
+    What a plan computes stays as it was. Normalisation gets the statistics of the values that it finds, and kernels
+    the size that `build` gives them: it makes no difference after normalisation, but the steps of Adam are made for it.
+
+    Args:
+        layers: the plan.
+        modules: hold the weights, in evaluation mode.
+        weights: kernels and biases by layer.
+        results: the plan's inputs on some frames; receives every layer's result, like `forward`.
+    """
+    with torch.no_grad():
+        for layer in layers:
+            if isinstance(layer, Conv):
+                conv = modules.get_submodule(layer.weights)
+                kernel, bias = (torch.from_numpy(array) for array in weights[layer.name])
+                conv.weight.copy_(kernel)
+                if layer.norm:
+                    _normalise(layer, modules, bias, results)
+                else:
+                    conv.bias.copy_(bias)
+            forward([layer], modules, results)
+
+
+def _normalise(layer: Conv, modules: Any, bias: Any, results: Mapping[str, Any]) -> None:
+    """Make a kernel's results normalised ones, and undo that by what normalisation learns, on some frames."""
+    kernel, norm = modules.get_submodule(layer.weights).weight, modules.get_submodule(layer.norm)
+    found = {layer.source: results[layer.source]}
+    forward([replace(layer, norm="", add="", relu=False)], modules, found)
+    variance, mean = torch.var_mean(found[layer.name], (0, 2, 3), correction=0)
+    inputs, outputs = layer.channels
+    size = kernel.flatten(1).norm(dim=1)
+    scale = torch.where(size > 0, math.sqrt(2 * inputs / outputs) / size, 1.0)
+    kernel.mul_(scale[:, None, None, None])
+    norm.running_mean.copy_(mean * scale)
+    norm.running_var.copy_(variance * scale**2)
+    norm.weight.copy_((norm.running_var + norm.eps).sqrt() / scale)
+    norm.bias.copy_(bias + mean)
 
 
 def shift_logits(

@@ -8,7 +8,7 @@ import torch
 
 from sunset.training.architecture import Concat, Conv, Layer, MaxPool, Pool, Spread
 from sunset.training.batches import FrameSet
-from sunset.training.network import depth_input, forward, rgb_input
+from sunset.training.network import forward, frame_inputs
 from sunset.training.onnx_layers import Ranges
 
 __all__ = ["ranges"]
@@ -31,10 +31,7 @@ def ranges(layers: Sequence[Layer], modules: Any, frames: FrameSet) -> Ranges:
     names = set(_rounded(layers))
     found: dict[str, list[tuple[float, float]]] = {name: [] for name in names}
     for index in np.linspace(0, len(frames) - 1, min(_FRAMES, len(frames))).astype(int):
-        results: dict[str, Any] = {
-            "rgb.input": rgb_input(torch.tensor(frames.bgr[index : index + 1])),
-            "depth.input": depth_input(torch.from_numpy(frames.depth[index : index + 1].astype(np.float32))),
-        }
+        results = frame_inputs(frames.bgr[index : index + 1], frames.depth[index : index + 1])
         with torch.no_grad():
             forward(layers, modules, results)
         for name, limits in found.items():

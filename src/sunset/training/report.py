@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from sunset.classes import CLASSES
-from sunset.perception import Segmenter
+from sunset.perception import Model, Segmenter
 from sunset.training.config import Stage, TrainingConfig
 from sunset.training.evaluate import measure
 from sunset.training.frames import FrameSets
@@ -34,14 +34,18 @@ def held_out_results(segmenter: Segmenter, sets: FrameSets) -> dict[str, object]
     }
 
 
-def training_facts(config: TrainingConfig, sets: FrameSets, logs: dict[str, Path]) -> dict[str, object]:
+def training_facts(
+    config: TrainingConfig, sets: FrameSets, logs: dict[str, Path], start: Model | None = None
+) -> dict[str, object]:
     """Return how a model was trained: the card's `training`.
 
     Args:
         config: the training.
         sets: its frames.
         logs: by stage.
+        start: the model that the training started from; how that was trained is told, too.
     """
+    origin = None if start is None else f"{start.card.name}, version {start.card.version}"
     lines = {
         name: [json.loads(line) for line in log.read_text(encoding="utf-8").splitlines()]
         for name, log in logs.items()
@@ -58,7 +62,7 @@ def training_facts(config: TrainingConfig, sets: FrameSets, logs: dict[str, Path
         },
         "seed": config.seed,
         "network": asdict(config.shape),
-        "stages": {stage.name: _stage_facts(stage, lines[stage.name]) for stage in config.stages()},
+        "stages": {stage.name: _stage_facts(stage, lines[stage.name], origin) for stage in config.stages()},
         "loss": (
             "cross entropy at every second row and column, classes weighted by 1/sqrt(share of pixels) within "
             "class_weight_range; the sum over the networks learned at once, and for the fusion the same on "
@@ -70,16 +74,16 @@ def training_facts(config: TrainingConfig, sets: FrameSets, logs: dict[str, Path
             "cameras; classes of a few pixels (riders, motorcycles, bicycles) are hardly learned"
         ),
         **({"remark": config.remark} if config.remark else {}),
+        **({"before": dict(start.card.training)} if start is not None else {}),
     }
 
 
-def _stage_facts(stage: Stage, lines: list[dict[str, Any]]) -> dict[str, object]:
+def _stage_facts(stage: Stage, lines: list[dict[str, Any]], origin: str | None) -> dict[str, object]:
     tenth = max(1, len(lines) // 10)
+    begun = origin or stage.begun_with or "random weights"
     return {
         "learned": list(stage.learned),
-        "started_from": f"{' and '.join(stage.frozen)}, frozen"
-        if stage.frozen
-        else stage.begun_with or "random weights",
+        "started_from": f"{' and '.join(stage.frozen)}, frozen" if stage.frozen else begun,
         "schedule": asdict(stage.schedule) | {"steps": stage.schedule.steps},
         "hours": round(lines[-1]["seconds"] / 3600, 2),
         "losses": {

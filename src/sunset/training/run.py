@@ -39,6 +39,7 @@ def train(
     *,
     work: Path,
     counts: FrameCounts | None = None,
+    start: Model | None = None,
     resume: bool = False,
     jobs: int = 2,
     progress: "Progress | None" = None,
@@ -50,6 +51,7 @@ def train(
         out: the model's folder: networks, `card.json`, `card.md`.
         work: keeps frames, checkpoints and the log; what is there already is used again.
         counts: how many frames to render.
+        start: a model whose weights the networks begin with; None for random ones.
         resume: go on at the last checkpoint in `work`, if there is one; else it must hold none.
         jobs: processes that render and measure.
         progress: called now and then.
@@ -57,12 +59,15 @@ def train(
     Raises:
         MissingExtraError: torch or onnx is not installed.
         OutputError: a folder cannot be written.
-        InvalidInputError: the checkpoint to resume at is another training's.
+        InvalidInputError: the checkpoint to resume at is another training's, or `start` has other networks.
     """
     _check_extra()
     from sunset.training.loop import check_work  # noqa: PLC0415  torch is an optional dependency
+    from sunset.training.onnx_reader import stored_weights  # noqa: PLC0415  onnx is one, too
 
-    for folder in (out, work):  # to know before hours of work
+    if start is not None:  # to know before hours of work
+        stored_weights(start, config)
+    for folder in (out, work):
         try:
             folder.mkdir(parents=True, exist_ok=True)
             TemporaryDirectory(dir=folder).cleanup()
@@ -71,7 +76,7 @@ def train(
     check_work(config, work, resume=resume)
     counts = counts or FrameCounts()
     sets = render_sets(counts, work / "frames", jobs=jobs, progress=progress)
-    return train_on(config, sets, out, work=work, resume=resume, jobs=jobs, progress=progress)
+    return train_on(config, sets, out, work=work, start=start, resume=resume, jobs=jobs, progress=progress)
 
 
 def train_on(
@@ -80,6 +85,7 @@ def train_on(
     out: Path,
     *,
     work: Path,
+    start: Model | None = None,
     resume: bool = False,
     jobs: int = 1,
     progress: "Progress | None" = None,
@@ -89,14 +95,18 @@ def train_on(
     Raises:
         MissingExtraError: torch or onnx is not installed.
         OutputError: a folder cannot be written.
-        InvalidInputError: the checkpoint to resume at is another training's.
+        InvalidInputError: the checkpoint to resume at is another training's, or `start` has other networks.
     """
     _check_extra()
     from sunset.training.loop import LOG, learn  # noqa: PLC0415  torch is an optional dependency
+    from sunset.training.onnx_reader import stored_weights  # noqa: PLC0415  onnx is one, too
 
+    weights = None if start is None else stored_weights(start, config)
     logs = {stage.name: work / stage.name / LOG for stage in config.stages()}
     try:
-        modules = learn(config, sets.train, sets.validation, work, resume=resume, progress=progress)
+        modules = learn(
+            config, sets.train, sets.validation, work, start=weights, resume=resume, progress=progress
+        )
         for log in logs.values():
             draw_log(log, log.with_suffix(".png"))
         with TemporaryDirectory(dir=work) as name:
@@ -110,7 +120,7 @@ def train_on(
                 progress=progress,
             )
             measured |= held_out_results(Segmenter(model), sets)
-            facts = training_facts(config, sets, logs)
+            facts = training_facts(config, sets, logs, start)
             replace(model.card, training=facts, results={**measured, **model.card.results}).write(draft)
             out.mkdir(parents=True, exist_ok=True)
             for path in sorted(draft.iterdir(), reverse=True):  # the card last
@@ -165,15 +175,12 @@ def _errors(config: TrainingConfig, modules: Any, segmenter: Segmenter, frames: 
     """Return by network how far logits are from torch's on a few frames, at most."""
     import torch  # noqa: PLC0415  an optional dependency
 
-    from sunset.training.network import depth_input, forward, rgb_input  # noqa: PLC0415
+    from sunset.training.network import forward, frame_inputs  # noqa: PLC0415
 
     errors: dict[str, float] = {}
     for index in range(min(_COMPARED, len(frames))):
         bgr, depth = np.array(frames.bgr[index]), np.array(frames.depth[index])
-        results = {
-            "rgb.input": rgb_input(torch.from_numpy(bgr[None])),
-            "depth.input": depth_input(torch.from_numpy(depth[None].astype(np.float32))),
-        }
+        results = frame_inputs(bgr[None], depth[None])
         with torch.no_grad():
             forward(config.plan(config.modalities), modules, results)
         for modality in segmenter.model.card.networks:
@@ -213,7 +220,7 @@ def _write(config: TrainingConfig, weights: "Weights", form: "Format", out: Path
 
 
 _DESCRIPTION = (
-    " Trained from scratch on rendered towns. The networks take raw frames: colours are normalised with "
+    " Trained on rendered towns. The networks take raw frames: colours are normalised with "
     "ImageNet's mean and standard deviation; depth enters as log(depth / 50 m) and as its difference to its "
     "mean over blocks of 16 and 8 pixels, cut at 10 m and 2 m."
 )

@@ -1,0 +1,74 @@
+"""Reads the weights of a model's networks, so that a training can go on from them."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import onnx
+from onnx import numpy_helper
+
+from sunset.errors import InvalidInputError
+from sunset.perception import Modality, Model
+from sunset.training.architecture import Conv, convolutions
+from sunset.training.config import TrainingConfig
+from sunset.training.onnx_layers import Weights
+
+__all__ = ["stored_weights"]
+
+
+def stored_weights(model: Model, config: TrainingConfig) -> Weights:
+    """Return what a model has learned of the networks that a training is about.
+
+    Weights that are stored in 8 bits come as they are computed with; rows and columns of kernels that are not stored,
+    since they never see more than padding, come as zeros.
+
+    Args:
+        model: one that `train` wrote.
+        config: the training.
+
+    Raises:
+        InvalidInputError: the model has other networks.
+    """
+    weights = {}
+    for name in config.modalities:
+        modality = next(modality for modality in Modality if modality.key == name)
+        if modality not in model.card.networks:
+            raise _misfit(model, config, f"it has no network {name!r}")
+        graph = onnx.load(model.folder / model.card.networks[modality].file).graph
+        constants = {tensor.name: tensor for tensor in graph.initializer}
+        for layer in convolutions(config.plan((name,))):
+            try:
+                weights[layer.name] = _stored(layer, constants)
+            except (KeyError, ValueError) as error:
+                raise _misfit(
+                    model, config, f"its network {name!r} has no such layer {layer.name}"
+                ) from error
+    return weights
+
+
+def _stored(layer: Conv, constants: Mapping[str, Any]) -> tuple[Any, Any]:
+    """Return a layer's kernel and bias.
+
+    Raises:
+        KeyError, ValueError: there is none, or it has another shape.
+    """
+
+    def constant(key: str) -> Any:
+        return numpy_helper.to_array(constants[f"{layer.name}.{key}"])
+
+    if f"{layer.name}.kernel.8bit" in constants:
+        kernel = constant("kernel.8bit") * constant("kernel.scale")[:, None, None, None]
+        bias = constant("bias.32bit") * constant("bias.scale")
+    else:
+        kernel, bias = constant("kernel"), constant("bias")
+    kernel = kernel.reshape(*layer.channels[::-1], *(kernel.shape[2:] or (1, 1)))
+    unstored = [(layer.kernel - taps) // 2 for taps in kernel.shape[2:]]
+    kernel = np.pad(kernel, [(0, 0), (0, 0), *((each, each) for each in unstored)])
+    return kernel.astype(np.float32), bias.astype(np.float32).reshape(layer.channels[1])
+
+
+def _misfit(model: Model, config: TrainingConfig, why: str) -> InvalidInputError:
+    return InvalidInputError(
+        f"A training of {config.shape.name} ({', '.join(config.modalities)}) cannot start from the model "
+        f"{model.card.name!r}: {why}. Start from a model that 'sunset train' made with the same --model and --modality."
+    )

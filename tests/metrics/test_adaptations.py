@@ -124,7 +124,13 @@ def test_a_shutdown_and_the_redeploy_that_it_needs_are_one() -> None:
         command(2, "redeploy", "depth"),
         command(3, "redeploy", client="/another"),
         command(5, "redeploy"),
-    ) == ["redeploy camera", "redeploy depth", "redeploy camera"]
+    ) == ["redeploy depth", "redeploy camera", "redeploy camera"]
+
+
+def test_such_a_redeploy_is_of_the_time_at_which_a_new_process_was_asked_for() -> None:
+    commands = [command(1, "shutdown"), command(3, "redeploy")]
+    assert [adaptation.time for adaptation in executed_adaptations(commands, until_s=20)] == [3.0]
+    assert [adaptation.time for adaptation in executed_adaptations(commands, until_s=2)] == [1.0]
 
 
 @pytest.mark.parametrize("node", ["/monitor", "/elsewhere/camera", "rviz", ""])

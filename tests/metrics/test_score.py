@@ -143,7 +143,11 @@ def test_outage_repaired_by_redeploys_and_a_change_of_modality() -> None:
 
 def test_reaction_is_detection_and_decision() -> None:
     metrics = score(
-        run(np.concatenate([steady(-3, 2), steady(6, 20)]), (command(3.7, "redeploy", "camera"),))
+        run(
+            np.concatenate([steady(-3, 2), steady(6, 20)]),
+            (command(3.7, "redeploy", "camera"),),
+            injections=(Injection(2.0, "camera_driver_issue", "F1", "camera"),),
+        )
     )
     assert metrics.t_react_s is not None
     assert metrics.t_detect_s is not None
@@ -153,7 +157,11 @@ def test_reaction_is_detection_and_decision() -> None:
 
 def test_one_adaptation_that_resolves_three_failures_scores_three() -> None:
     metrics = score(
-        run(np.concatenate([steady(-3, 0), steady(5, 20)]), (command(1.2, "redeploy", "camera"),))
+        run(
+            np.concatenate([steady(-3, 0), steady(5, 20)]),
+            (command(1.2, "redeploy", "camera"),),
+            injections=INJECTIONS,
+        )
     )
     assert metrics.f_resolved_per_adaptation == 3.0
 
@@ -180,6 +188,7 @@ def test_restart_is_one_adaptation() -> None:
         run(
             np.concatenate([steady(-3, 0), steady(1.5, 20)]),
             (command(1.2, "deactivate", "camera"), command(1.25, "activate", "camera")),
+            injections=INJECTIONS,
         )
     )
     assert metrics.adaptations == 1

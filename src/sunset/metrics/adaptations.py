@@ -111,23 +111,23 @@ def executed_adaptations(commands: Sequence[Command], *, until_s: float) -> tupl
       where one of them is named `topic_…`.
     - A deactivation and an activation of the same node, by the same client, at most 1 s apart, are one
       restart, together with a cleanup and a configuration between them.
-    - A lifecycle shutdown ends the process, and is a redeploy, together with the launcher's that makes a new one.
+    - A lifecycle shutdown ends the process, and is a redeploy; where the launcher's that makes a new one follows, the
+      two are one, at the time of the second.
 
     Args:
         commands: in order of time.
         until_s: the end of the experiment.
     """
     done: list[ExecutedAdaptation] = []
-    shut_down: set[str] = set()
+    shut_down: dict[str, ExecutedAdaptation] = {}
     for command in commands:
         adaptation = _adaptation(command)
         if adaptation is None or adaptation.time > until_s:
             continue
         if command.kind == "shutdown":
-            shut_down.add(adaptation.node)
+            shut_down[adaptation.node] = adaptation
         elif command.kind == "redeploy" and adaptation.node in shut_down:
-            shut_down.remove(adaptation.node)
-            continue
+            done.remove(shut_down.pop(adaptation.node))
         _append(done, adaptation)
     return tuple(done)
 

@@ -5,13 +5,12 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["PERIODS", "TOLERANCE_S", "downtime"]
+__all__ = ["TOLERANCE_S", "downtime"]
 
 TOLERANCE_S: Final = 1e-6
 """Times that differ by less are the same: what is left of nanoseconds after arithmetic in seconds."""
 
-PERIODS: Final = 2
-"""A gap up to this many periods is the expected rate, with jitter."""
+_PERIODS: Final = 2  # a gap up to this many periods is the expected rate, with jitter
 
 
 def downtime(times: npt.NDArray[np.float64], *, period_s: float, duration_s: float) -> float:
@@ -38,4 +37,4 @@ def downtime(times: npt.NDArray[np.float64], *, period_s: float, duration_s: flo
     moments = np.concatenate([[start], within, [duration_s]])
     gaps = np.diff(moments)
     inside = np.diff(np.maximum(moments, 0.0))
-    return round(float(inside[gaps > PERIODS * period_s + TOLERANCE_S].sum()), 9)
+    return round(float(inside[gaps > _PERIODS * period_s + TOLERANCE_S].sum()), 9)

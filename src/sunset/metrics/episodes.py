@@ -15,9 +15,9 @@ The definitions, which the paper leaves open:
   topic's last message, or with the first of the five samples; 0 at the earliest.
 - It is *resolved* if it ended within the experiment, after at least one adaptation of the failing node or of
   one upstream of it since it began. The last such adaptation is the one that resolved it.
-- A silence without a fault to blame is the managing system's *own making* if it began within two periods of an
-  adaptation, of the failing node or of one upstream of it, that stops messages or reroutes them. Whoever ends what
-  he has begun has resolved nothing.
+- Nobody resolves what no fault has broken: a silence that does not begin within 1 s of a fault of F1, F2 or F3 in the
+  failing node or one upstream of it, or an F4 or F5 before which there was no fault of either. Else a managing
+  system could break what it then repairs.
 """
 
 import itertools
@@ -29,7 +29,7 @@ import numpy as np
 import numpy.typing as npt
 
 from sunset.metrics.adaptations import ExecutedAdaptation, affects, short_name
-from sunset.metrics.downtime import PERIODS, TOLERANCE_S
+from sunset.metrics.downtime import TOLERANCE_S
 from sunset.metrics.timeline import (
     CAMERA_TOPIC,
     FUSION_TOPIC,
@@ -48,7 +48,6 @@ SAMPLES: Final = 5
 """So many samples are averaged."""
 
 _OUTAGES = {"F1": CAMERA_TOPIC, "F2": FUSION_TOPIC, "F3": SEGMENTATION_TOPIC}
-_SILENCING = frozenset({"redeploy", "restart", "deactivate", "cleanup", "change_topic"})
 
 
 @dataclass(frozen=True, slots=True)
@@ -224,11 +223,7 @@ def _episodes(
         blamed.update(injection.fault for injection in due)
         causes = [injection.time for injection in due if not _is_past(injection, spell, adaptations)]
         began = min(causes) if causes else max(spell.origin, 0.0)
-        own = (
-            failure in _OUTAGES
-            and not causes
-            and _is_own_making(failure, spell, timeline.period_s, adaptations)
-        )
+        broken = _has_a_fault_behind_it(failure, spell, timeline.injections)
         episodes.append(
             Episode(
                 failure=failure,
@@ -236,7 +231,7 @@ def _episodes(
                 holds=spell.holds,
                 ended=spell.ended,
                 injected=bool(causes),
-                adaptation=None if own else _resolving(failure, began, spell.ended, adaptations),
+                adaptation=_resolving(failure, began, spell.ended, adaptations) if broken else None,
             )
         )
     return episodes
@@ -254,15 +249,17 @@ def _is_past(injection: Injection, spell: Spell, adaptations: Sequence[ExecutedA
     )
 
 
-def _is_own_making(
-    failure: str, spell: Spell, period_s: float, adaptations: Sequence[ExecutedAdaptation]
-) -> bool:
-    """Return whether a silence began with an adaptation."""
+def _has_a_fault_behind_it(failure: str, spell: Spell, injections: Sequence[Injection]) -> bool:
+    """Return whether a fault can have brought a failure about, by itself or by what else it does."""
+    if failure in _OUTAGES:
+        return any(
+            injection.failure in _OUTAGES
+            and affects(short_name(injection.node), failure)
+            and abs(spell.origin - injection.time) <= WINDOW_S + TOLERANCE_S
+            for injection in injections
+        )
     return any(
-        adaptation.kind in _SILENCING
-        and affects(adaptation.node, failure)
-        and abs(adaptation.time - spell.origin) <= PERIODS * period_s + TOLERANCE_S
-        for adaptation in adaptations
+        injection.failure not in _OUTAGES and injection.time <= spell.holds for injection in injections
     )
 
 

@@ -39,6 +39,17 @@ def test_the_order_of_sets_must_not_matter(
     assert line.split()[1].rstrip(":") == answer
 
 
+def test_a_module_must_remember_nothing_from_run_to_run(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    body = "        CALLS.append(1)\n        if len(CALLS) == 200:\n            self.redeploy('camera')\n"
+    (tmp_path / "module_that_remembers.py").write_text(f"CALLS = []\n{HEAD}{body}")
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    assert main(["managers", "check", "module_that_remembers:Mine", "--scenario", "nofault"]) == 1
+    assert "deterministic    no: the same seed gave different records" in capsys.readouterr().out
+
+
 @pytest.mark.parametrize("verb", ["bench", "check"])
 def test_a_managing_system_that_ends_its_process_is_not_passed_over(
     verb: str, mine: Callable[[str], str], tmp_path: Path, capsys: pytest.CaptureFixture[str]

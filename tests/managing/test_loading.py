@@ -2,11 +2,12 @@
 
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from sunset.errors import ManagerError
-from sunset.managing import MANAGERS, Baseline, ManagingSystem, NoAdaptation, load_manager
+from sunset.managing import MANAGERS, Baseline, ManagingSystem, NoAdaptation, load_manager, manager_sources
 
 MINE = """\
 from sunset.managing import ManagingSystem, Symptoms
@@ -50,6 +51,40 @@ def test_a_module_beside_a_file_is_found(tmp_path: Path, monkeypatch: pytest.Mon
     (tmp_path / "a_helper_of_mine.py").write_text("from sunset.managing import NoAdaptation\n")
     (tmp_path / "mine.py").write_text("from a_helper_of_mine import NoAdaptation as Mine\n")
     assert issubclass(load_manager(f"{tmp_path / 'mine.py'}:Mine"), ManagingSystem)
+
+
+def test_files_with_neighbours_of_one_name_have_their_own(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("sys.path", [*sys.path])
+    for folder in ("a", "b"):
+        (tmp_path / folder / "policy").mkdir(parents=True)
+        (tmp_path / folder / "policy" / "__init__.py").write_text(f"NAME = {folder!r}\nSEEN = []\n")
+        write(tmp_path / folder, f"import policy\n{MINE}    policy = policy\n")
+    for folder in ("a", "b", "a"):
+        manager: Any = load_manager(f"{tmp_path / folder / 'mine.py'}:Mine")
+        assert folder == manager.policy.NAME
+        assert not manager.policy.SEEN
+        manager.policy.SEEN.append(1)
+
+
+def test_a_managing_systems_sources_are_those_beside_it_that_it_imports(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("sys.path", [*sys.path])
+    for name in ("policy_of_mine", "unused"):
+        (tmp_path / f"{name}.py").write_text("")
+    mine = write(tmp_path, f"import math, numpy, policy_of_mine\n{MINE}")
+    assert manager_sources(f"{mine}:Mine") == (tmp_path / "mine.py", tmp_path / "policy_of_mine.py")
+    (package := tmp_path / "package_of_mine").mkdir()
+    (package / "__init__.py").write_text("")
+    (package / "managers.py").write_text(f"from package_of_mine import policy\n{MINE}")
+    (package / "policy.py").write_text("")
+    names = ("__init__", "managers", "policy")
+    sources = manager_sources("package_of_mine.managers:Mine")
+    assert sources == tuple(package / f"{name}.py" for name in names)
+    assert [path.name for path in manager_sources("baseline")] == ["baseline.py"]
+    assert [path.name for path in manager_sources("sunset.managing.none:NoAdaptation")] == ["none.py"]
 
 
 def test_a_file_is_read_anew_each_time(tmp_path: Path) -> None:

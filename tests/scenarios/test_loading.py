@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from sunset.errors import ScenarioError
-from sunset.scenarios import Scenario, generate, load_scenario
+from sunset.scenarios import Scenario, generate, load_scenario, load_suite, suite
 
 GOOD = """\
 name: mine
@@ -53,6 +53,24 @@ def test_a_file_of_ours_is_read(tmp_path: Path) -> None:
     scenario = load_scenario(write(tmp_path, GOOD))
     assert (scenario.name, scenario.description) == ("mine", "Two at once.")
     assert faults(scenario) == [("image_shift", 25), ("gpu_failure", True)]
+
+
+def test_a_folder_of_files_is_a_suite_in_their_order(tmp_path: Path) -> None:
+    for file, name in (("b.yaml", "first"), ("c.yml", "last"), ("notes.txt", "none"), ("a.yaml", "zeroth")):
+        (tmp_path / file).write_text(GOOD.replace("mine", name), encoding="utf-8")
+    assert [one.name for one in load_suite(tmp_path)] == ["zeroth", "first", "last"]
+    assert load_suite("paper") == suite("paper")
+
+
+def test_a_folder_that_is_no_suite_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(ScenarioError, match=r"There is no suite '.*/none': name paper, .* or a folder"):
+        load_suite(tmp_path / "none")
+    with pytest.raises(ScenarioError, match="there is no YAML file in this folder"):
+        load_suite(tmp_path)
+    for file, name in (("a.yaml", "x/mine"), ("b.yaml", "mine")):
+        (tmp_path / file).write_text(GOOD.replace("mine", name), encoding="utf-8")
+    with pytest.raises(ScenarioError, match=r"a\.yaml and .*b\.yaml are both called 'mine': rename one"):
+        load_suite(tmp_path)
 
 
 def test_a_published_file_is_read_with_strengths_scaled_to_our_images(tmp_path: Path) -> None:

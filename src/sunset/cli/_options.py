@@ -58,7 +58,10 @@ def add_campaign_options(
         more: what else is said of managing systems.
     """
     parser.add_argument(
-        "--suite", default=suite, help=f"one of {', '.join(suite_names())} (default: {suite})"
+        "--suite",
+        default=suite,
+        metavar="NAME|DIR",
+        help=f"one of {', '.join(suite_names())}, or a folder of scenario files (default: {suite})",
     )
     parser.add_argument(
         "--managers",

@@ -30,9 +30,10 @@ def add_parser(verbs: "argparse._SubParsersAction[argparse.ArgumentParser]") -> 
     listing.set_defaults(execute=list_managers)
     checking = actions.add_parser(
         "check",
-        help="load a managing system and fly it twice, each time in a process of its own",
-        description="Load a managing system, fly one scenario twice, and say whether it can be scored: it must not "
-        "raise, hang, read the truth or set faults, and the same seed must give the same record.",
+        help="load a managing system and fly it three times, in two processes",
+        description="Load a managing system, fly one scenario three times, and say whether it can be scored: it must "
+        "not raise, hang, read the truth or set faults, and the same seed must give the same record, in another "
+        "process and a second time in the same one.",
     )
     checking.add_argument("manager", help="NAME, FILE.py:CLASS or MODULE:CLASS")
     checking.add_argument("--scenario", default=DEFAULT_SCENARIO, help=f"default: {DEFAULT_SCENARIO}")
@@ -54,7 +55,7 @@ def list_managers(arguments: argparse.Namespace) -> int:
 
 
 def check(arguments: argparse.Namespace) -> int:
-    """Fly twice and judge."""
+    """Fly three times and judge."""
     with redirect_stdout(sys.stderr):
         load_manager(arguments.manager)
     spec = RunSpec(
@@ -66,24 +67,27 @@ def check(arguments: argparse.Namespace) -> int:
     with rendering_progress() as progress:
         prepare(spec, progress=progress)
     with tempfile.TemporaryDirectory(prefix="sunset-") as folder, redirect_stdout(sys.stderr):
-        first = _flown(spec, Path(folder) / "first", "1", log=True)
-        second = _flown(spec, Path(folder) / "second", "2", log=False)
+        (first,) = _flown(spec, Path(folder), 1, hash_seed="1", log=True)
+        others = _flown(spec, Path(folder), 2, hash_seed="2", log=False)
     adaptations, _, reason = first
     print(f"loads            yes: {arguments.manager}")
     print(f"flies            yes: {adaptations} adaptations in {spec.scenario.name}")
     print(f"keeps the rules  {f'no: {reason}' if reason else 'yes'}")
-    same = first == second
-    print(f"deterministic    {'yes' if same else 'no: the same seed gave two different records'}")
+    same = set(others) == {first}
+    print(f"deterministic    {'yes' if same else 'no: the same seed gave different records'}")
     return 1 if reason or not same else 0
 
 
-def _flown(spec: RunSpec, folder: Path, hash_seed: str, *, log: bool) -> tuple[int, str, str]:
-    """Fly in a process of its own, in which sets of texts have another order; return what is judged."""
+def _flown(
+    spec: RunSpec, folder: Path, times: int, *, hash_seed: str, log: bool
+) -> list[tuple[int, str, str]]:
+    """Fly in a process of its own, in which sets of texts have another order; return what is judged, each time."""
     own = os.environ.get(_HASH_SEED)
     os.environ[_HASH_SEED] = hash_seed
     try:
         with worker_pool(1) as pool:
-            return pool.submit(_fly, spec, folder, log=log).result()
+            places = [folder / f"{hash_seed}-{number}" for number in range(times)]
+            return [pool.submit(_fly, spec, place, log=log).result() for place in places]
     finally:
         del os.environ[_HASH_SEED]
         if own is not None:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from sunset.errors import OutputError
 from sunset.experiments.files import write_text
-from sunset.scenarios import generate, load_scenario, suite, suite_names
+from sunset.scenarios import generate, load_scenario, load_suite, suite_names
 
 __all__ = ["add_parser", "generate_scenario", "list_scenarios", "show"]
 
@@ -17,7 +17,7 @@ def add_parser(verbs: "argparse._SubParsersAction[argparse.ArgumentParser]") -> 
     parser = verbs.add_parser("scenarios", help="list, show and generate scenarios")
     actions = parser.add_subparsers(title="actions", metavar="ACTION", required=True)
     listing = actions.add_parser("list", help="list the scenarios of the suites")
-    listing.add_argument("--suite", choices=suite_names(), help="of one suite only")
+    listing.add_argument("--suite", metavar="NAME|DIR", help="of one suite, or of a folder of scenario files")
     listing.add_argument("--json", action="store_true", help="print one JSON object")
     listing.set_defaults(execute=list_scenarios)
     showing = actions.add_parser("show", help="print a scenario as YAML")
@@ -38,10 +38,10 @@ def list_scenarios(arguments: argparse.Namespace) -> int:
     """Print the names."""
     chosen = [arguments.suite] if arguments.suite else list(suite_names())
     if arguments.json:
-        print(json.dumps({name: [one.name for one in suite(name)] for name in chosen}, sort_keys=True))
+        print(json.dumps({name: [one.name for one in load_suite(name)] for name in chosen}, sort_keys=True))
         return 0
     for name in chosen:
-        for one in suite(name):
+        for one in load_suite(name):
             print(one.name)
     return 0
 

@@ -2,8 +2,16 @@
 
 from sunset.managing.base import ManagingSystem
 from sunset.managing.baseline import Baseline
-from sunset.managing.loading import MANAGERS, load_manager
+from sunset.managing.loading import MANAGERS, load_manager, manager_sources
 from sunset.managing.none import NoAdaptation
 from sunset.managing.symptoms import Symptoms
 
-__all__ = ["MANAGERS", "Baseline", "ManagingSystem", "NoAdaptation", "Symptoms", "load_manager"]
+__all__ = [
+    "MANAGERS",
+    "Baseline",
+    "ManagingSystem",
+    "NoAdaptation",
+    "Symptoms",
+    "load_manager",
+    "manager_sources",
+]

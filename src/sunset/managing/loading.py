@@ -5,6 +5,7 @@ import importlib.util
 import inspect
 import sys
 from collections.abc import Mapping
+from collections.abc import Set as AbstractSet
 from pathlib import Path
 from types import MappingProxyType, ModuleType
 from typing import Final
@@ -14,12 +15,18 @@ from sunset.managing.base import ManagingSystem
 from sunset.managing.baseline import Baseline
 from sunset.managing.none import NoAdaptation
 
-__all__ = ["MANAGERS", "load_manager"]
+__all__ = ["MANAGERS", "load_manager", "manager_sources"]
 
 MANAGERS: Final[Mapping[str, type[ManagingSystem]]] = MappingProxyType(
     {"none": NoAdaptation, "baseline": Baseline}
 )
 """The managing systems that come with SUNSET, by name."""
+
+_OURS: Final = frozenset({"sunset", "__main__", "__mp_main__"})
+"""Top-level modules that are no part of a managing system, wherever they are."""
+
+_folders: set[Path] = set()
+"""Where files were loaded from."""
 
 
 def load_manager(spec: str) -> type[ManagingSystem]:
@@ -46,6 +53,42 @@ def load_manager(spec: str) -> type[ManagingSystem]:
     return _checked(spec, where, getattr(module, name, None), name)
 
 
+def manager_sources(spec: str) -> tuple[Path, ...]:
+    """Return the files in which a managing system is written: its own, and what it imports of its package or folder.
+
+    Raises:
+        ManagerError: as of `load_manager`.
+    """
+    source = inspect.getsourcefile(load_manager(spec))
+    if source is None:
+        return ()
+    where = spec.rpartition(":")[0]
+    package = where.partition(".")[0]
+    names = _beside(Path(source).parent) if where.endswith(".py") else _modules_of({package} - _OURS)
+    files = {Path(source)} | {
+        Path(file) for name in names if (file := vars(sys.modules[name]).get("__file__")) is not None
+    }
+    return tuple(sorted(files))
+
+
+def _modules_of(packages: AbstractSet[str]) -> list[str]:
+    """Return the names of the loaded modules that are, or are in, some top-level modules."""
+    return [name for name in sys.modules if name.partition(".")[0] in packages]
+
+
+def _beside(folder: Path) -> list[str]:
+    """Return the names of the loaded modules that a folder holds."""
+    found = set()
+    for name, module in sys.modules.items():
+        about = (
+            vars(module) if isinstance(module, ModuleType) else {}
+        )  # not getattr: some make up what is asked for
+        where = [*about.get("__path__", ()), about.get("__file__")][0]
+        if "." not in name and where and Path(where).parent == folder:
+            found.add(name)
+    return _modules_of(found - _OURS)
+
+
 def _load_module(name: str) -> ModuleType:
     if not all(part.isidentifier() for part in name.split(".")):
         raise ManagerError(f"{name!r} is no module name, such as package.module.")
@@ -64,7 +107,11 @@ def _load_module(name: str) -> ModuleType:
 
 
 def _load_file(path: Path) -> ModuleType:
-    """Import a file under a name that depends on its path only, each time anew; modules beside it are found."""
+    """Import a file under a name that depends on its path only.
+
+    Modules beside it can be imported, as those beside a script. They are loaded anew each time, as it is: nothing is
+    left of an earlier run, nor of another file's neighbour of the same name.
+    """
     if not path.is_file():
         raise ManagerError(f"There is no file {path}.")
     resolved = path.resolve()
@@ -72,10 +119,14 @@ def _load_file(path: Path) -> ModuleType:
     spec = importlib.util.spec_from_file_location(name, resolved)
     if spec is None or spec.loader is None:
         raise ManagerError(f"{path} is no Python file.")
+    _folders.add(resolved.parent)
+    for old in [name for known in _folders for name in _beside(known)]:
+        del sys.modules[old]
+    folder = str(resolved.parent)
+    sys.path[:] = [folder, *(path for path in sys.path if path != folder)]
+    importlib.invalidate_caches()  # a neighbour may be younger than what is known of the folder
     module = importlib.util.module_from_spec(spec)
     sys.modules[name] = module  # dataclasses and pickle look a class's module up
-    if str(resolved.parent) not in sys.path:
-        sys.path.append(str(resolved.parent))  # modules beside it can be imported, as those beside a script
     try:
         spec.loader.exec_module(module)
     except (Exception, SystemExit) as error:

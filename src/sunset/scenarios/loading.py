@@ -14,7 +14,7 @@ from sunset.scenarios._published import IGNORED_KEYS, REQUIRED_KEYS, translate
 from sunset.scenarios.schema import Scenario, ScenarioFault
 from sunset.scenarios.suites import scenario_names, suite, suite_names
 
-__all__ = ["generate", "load_scenario", "parse_scenario"]
+__all__ = ["generate", "load_scenario", "load_suite", "parse_scenario"]
 
 _MAX_BYTES: Final = 1_000_000
 _SUFFIXES: Final = frozenset({".yaml", ".yml"})
@@ -53,6 +53,35 @@ def load_scenario(name: str | Path) -> Scenario:
         f"There is no scenario {text!r}: {hint}name a scenario of the suites {', '.join(suite_names())} "
         "('sunset scenarios list'), a YAML file, or faults joined by +."
     )
+
+
+def load_suite(name: str | Path) -> tuple[Scenario, ...]:
+    """Return the scenarios of a suite, by its name; or those of a folder's YAML files, in the files' order.
+
+    Raises:
+        ScenarioError: there is no such suite or folder, or a file is not usable.
+    """
+    folder = Path(name)
+    if str(name) in suite_names() or not folder.is_dir():
+        return suite(str(name))
+    try:
+        files = sorted(path for path in folder.iterdir() if path.suffix.lower() in _SUFFIXES)
+    except OSError as error:
+        raise ScenarioError(f"The suite {folder} cannot be read: {error.strerror}.") from error
+    if not files:
+        raise ScenarioError(f"The suite {folder} must have scenarios: there is no YAML file in this folder.")
+    known: dict[str, Path] = {}
+    scenarios = []
+    for file in files:
+        scenario = _from_file(file)
+        short = scenario.name.rpartition("/")[2]
+        if short in known:
+            raise ScenarioError(
+                f"The scenarios {known[short]} and {file} are both called {short!r}: rename one."
+            )
+        known[short] = file
+        scenarios.append(scenario)
+    return tuple(scenarios)
 
 
 def generate(faults: Sequence[str], *, name: str = "") -> Scenario:

@@ -87,7 +87,9 @@ def suite(name: str) -> tuple[Scenario, ...]:
     try:
         return _SUITES[name]
     except KeyError:
-        raise ScenarioError(f"There is no suite {name!r}; there are {', '.join(_SUITES)}.") from None
+        raise ScenarioError(
+            f"There is no suite {name!r}: name {', '.join(_SUITES)} or a folder of scenario files."
+        ) from None
 
 
 def suite_of(scenario: Scenario) -> str:

@@ -55,6 +55,22 @@ def test_a_scenario_of_another_suite_is_refused() -> None:
         plan(BenchSpec(suite="artifact", scenarios=("nofault",)))
 
 
+def test_a_campaign_over_scenarios_of_ones_own(tmp_path: Path) -> None:
+    (tmp_path / "rain.yaml").write_text("name: rainy evening\nfaults: [gpu_failure]\n", encoding="utf-8")
+    (tmp_path / "sun.yaml").write_text("name: nofault\nfaults: []\n", encoding="utf-8")
+
+    runs = plan(BenchSpec(suite=str(tmp_path), managers=("none", "baseline"), repetitions=1))
+
+    assert [(one.suite, one.manager) for one in runs[10:]] == [
+        ("", "none"),
+        ("", "baseline"),
+        ("nofault", "baseline"),
+    ]
+    folders = [run_folder(Path("out"), one) for one in runs]
+    assert len(set(folders)) == len(folders)
+    assert {len(folder.parts) for folder in folders} == {6}
+
+
 def test_managing_systems_with_similar_names_do_not_share_a_folder() -> None:
     runs = plan(BenchSpec(suite="nofault", managers=("a/b.py:C", "a-b.py:C"), repetitions=1))
 

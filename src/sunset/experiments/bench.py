@@ -1,7 +1,6 @@
 """A campaign: every scenario of a suite, every managing system, several repetitions; resumable."""
 
 import hashlib
-import inspect
 import json
 import os
 import re
@@ -17,9 +16,9 @@ from sunset.experiments.files import make_folder, write_text
 from sunset.experiments.resources import Resources
 from sunset.experiments.run import prepare, run, versions
 from sunset.experiments.spec import EXTERNAL, RunSpec, Timing
-from sunset.managing import load_manager
+from sunset.managing import manager_sources
 from sunset.recording import RUN_FILE
-from sunset.scenarios import Scenario, suite
+from sunset.scenarios import Scenario, load_suite, suite
 from sunset.seeding import check_seed
 from sunset.workers import check_jobs, processors, worker_pool
 
@@ -29,6 +28,7 @@ REFERENCE_SUITES: Final = ("nofault", "degraded")
 """The suites that, without a managing system, give the first two rows of the paper's table."""
 
 _PLAN_FILE: Final = "bench.json"
+_LOCK_FILE: Final = ".lock"
 
 Progress = Callable[[int, int], None]
 """Called with (runs that are done, runs in all), first with those that an earlier call had done."""
@@ -43,6 +43,7 @@ class BenchSpec:
     """
 
     suite: str = "paper"
+    """A suite's name, or the path of a folder with scenario files."""
     scenarios: tuple[str, ...] = ()
     """Those of the suite that are flown, named with or without the suite; all if empty."""
     references: bool = True
@@ -78,13 +79,13 @@ def plan(spec: BenchSpec) -> tuple[RunSpec, ...]:
     """Return all runs of a campaign, reference rows first, in the order in which they are started.
 
     Raises:
-        ScenarioError: there is no such suite.
+        ScenarioError: there is no such suite, or it is not usable.
         InvalidInputError: a scenario is not of the suite.
     """
     groups = [(name, "none") for name in REFERENCE_SUITES] if spec.references else []
     groups += [(spec.suite, manager) for manager in spec.managers]
-    flown = {name: suite(name) for name, _ in groups} | {spec.suite: _chosen(spec)}
-    return tuple(
+    flown = {name: suite(name) for name in REFERENCE_SUITES} | {spec.suite: _chosen(spec)}
+    runs = (
         RunSpec(
             scenario=scenario,
             manager=manager,
@@ -100,14 +101,15 @@ def plan(spec: BenchSpec) -> tuple[RunSpec, ...]:
         )
         # a repetition at a time: runs that share their frames are neighbours, for the inference cache
         for repetition in range(spec.repetitions)
-        for name, manager in dict.fromkeys(groups)
+        for name, manager in groups
         for scenario in flown[name]
     )
+    return tuple({run_folder(Path(), one): one for one in runs}.values())  # each is flown once
 
 
 def _chosen(spec: BenchSpec) -> tuple[Scenario, ...]:
     """Return the scenarios of the suite that are flown, in its order."""
-    every = {scenario.name.rpartition("/")[2]: scenario for scenario in suite(spec.suite)}
+    every = {scenario.name.rpartition("/")[2]: scenario for scenario in load_suite(spec.suite)}
     wanted = {name.removeprefix(f"{spec.suite}/") for name in spec.scenarios}
     for name in sorted(wanted - every.keys()):
         raise InvalidInputError(
@@ -119,15 +121,15 @@ def _chosen(spec: BenchSpec) -> tuple[Scenario, ...]:
 def count_runs(out: Path) -> tuple[int, int] | None:
     """Return how many runs of a folder's campaign are there, and how many it has; None if it holds no campaign."""
     try:
-        planned = json.loads((out / _PLAN_FILE).read_text(encoding="utf-8"))["runs"]
-    except (OSError, KeyError, TypeError, ValueError):
+        planned = int(json.loads((out / _PLAN_FILE).read_text(encoding="utf-8"))["runs"])
+    except (OSError, KeyError, TypeError, ValueError, RecursionError):
         return None
     return sum(1 for _ in out.glob(f"runs/*/*/*/seed-*/{RUN_FILE}")), planned
 
 
 def run_folder(out: Path, spec: RunSpec) -> Path:
     """Return where a campaign in `out` keeps this run."""
-    parts = (spec.suite, spec.manager, spec.scenario.name.rsplit("/", 1)[-1])
+    parts = (spec.suite or "own", spec.manager, spec.scenario.name.rsplit("/", 1)[-1])
     return out.joinpath("runs", *(_slug(part) for part in parts), f"seed-{spec.seed}")
 
 
@@ -156,8 +158,9 @@ def bench(spec: BenchSpec, out: Path, *, jobs: int | None = None, progress: Prog
     check_jobs(jobs)
     runs = plan(spec)
     # rendering a flight and loading a model are done once, before the workers need them
-    _claim(out, describe(spec, prepare(runs[0])))
+    described = describe(spec, prepare(runs[0]))
     with _alone(out):
+        _claim(out, described)
         todo = [one for one in runs if not (run_folder(out, one) / RUN_FILE).is_file()]
         done = len(runs) - len(todo)
         if progress is not None:
@@ -171,10 +174,14 @@ def bench(spec: BenchSpec, out: Path, *, jobs: int | None = None, progress: Prog
 
 @contextmanager
 def _alone(out: Path) -> Iterator[None]:
-    """Keep other processes from flying the campaign of a folder."""
+    """Make a campaign's folder, if there is none, and keep other processes from flying in it."""
     import fcntl  # noqa: PLC0415  not on every system
 
-    with (out / _PLAN_FILE).open("rb") as file:
+    make_folder(out)
+    names = {path.name for path in out.iterdir()}
+    if names - {_LOCK_FILE} and _PLAN_FILE not in names:
+        raise OutputError(f"The folder {out} is not empty and holds no campaign; name a new folder.")
+    with (out / _LOCK_FILE).open("ab") as file:
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError as error:
@@ -227,9 +234,6 @@ def _claim(out: Path, described: dict[str, Any]) -> None:
     """Write the campaign's plan into its folder, or check that it is the one that stands there."""
     file = out / _PLAN_FILE
     if not file.exists():
-        make_folder(out)
-        if any(path.name != _PLAN_FILE for path in out.iterdir()):
-            raise OutputError(f"The folder {out} is not empty and holds no campaign; name a new folder.")
         write_text(file, json.dumps(described, indent=2, sort_keys=True) + "\n")
         return
     try:
@@ -291,9 +295,12 @@ def describe(spec: BenchSpec, resources: Resources) -> dict[str, Any]:
 
 
 def _source_checksum(manager: str) -> str:
-    """Return the SHA-256 of the file in which a managing system is written; empty if nobody knows."""
-    source = None if manager == EXTERNAL else inspect.getsourcefile(load_manager(manager))
-    return hashlib.sha256(Path(source).read_bytes()).hexdigest() if source else ""
+    """Return the SHA-256 of the files in which a managing system is written; empty if nobody knows."""
+    sources = () if manager == EXTERNAL else manager_sources(manager)
+    digest = hashlib.sha256()
+    for source in sources:
+        digest.update(hashlib.sha256(source.read_bytes()).digest())
+    return digest.hexdigest() if sources else ""
 
 
 def _checksum(text: str) -> str:

@@ -35,7 +35,9 @@ def manager_factory(spec: RunSpec, entropy_threshold: float) -> Callable[[Contex
                 f"The managing system {spec.manager} cannot be made: it did not return within "
                 f"{spec.manager_limit_s:g} s{_place(made, error)}."
             ) from error
-        except (Exception, SystemExit) as error:
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:
             raise ManagerError(
                 f"The managing system {spec.manager} cannot be made: it raised "
                 f"{_described(error)}{_place(made, error)}."

@@ -44,7 +44,7 @@ def run(
         manager=manager,
         seed=seed,
         model="lite",
-        networks="0f",
+        setting="0f",
         middleware="sim",
         digest="",
         metrics=figures | metrics,

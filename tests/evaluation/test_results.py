@@ -81,11 +81,12 @@ def test_a_hidden_folder_can_be_named_itself(store: Store) -> None:
 def test_models_of_one_name_that_differ_are_told_apart(store: Store, tmp_path: Path) -> None:
     store("shipped", model_checksums={"fusion": "0f"})
     store("trained", model_checksums={"fusion": "1e"})
+    store("calibrated", entropy_threshold=0.3)
+    store("elsewhere", bag_checksum="3c")
     store("another", model="mine", model_checksums={"fusion": "2d"})
-    shipped, trained, another = sorted(load_results(tmp_path), key=lambda row: row.folder.name, reverse=True)[
-        ::-1
-    ]
-    assert len({shipped.model, trained.model, another.model}) == 3
+    models = [row.model for row in load_results(tmp_path)]
+    assert len(set(models)) == 5
+    assert models.count("mine") == 1
 
 
 def test_a_scenario_of_ones_own_is_of_no_suite_whatever_its_name(store: Store) -> None:

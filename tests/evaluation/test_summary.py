@@ -38,7 +38,7 @@ def run(
         manager=manager,
         seed=seed,
         model=model,
-        networks="0f",
+        setting="0f",
         middleware=middleware,
         digest="",
         metrics=HEALTHY | metrics,

@@ -188,7 +188,7 @@ def _runs(folder: Path) -> dict[_Key, RunRow]:
         raise RecordError(f"There is no folder {folder}; 'sunset agree --out' makes one.")
     runs: dict[_Key, RunRow] = {}
     for row in load_results(folder):
-        key = (row.suite, row.scenario, row.manager, row.seed, row.model, row.networks)
+        key = (row.suite, row.scenario, row.manager, row.seed, row.model, row.setting)
         if key in runs:
             raise RecordError(
                 f"There must be one run of {row.scenario} with seed {row.seed} below {folder}, got "

@@ -40,6 +40,9 @@ Progress = Callable[[int, int], None]
 """Called with (runs that are read, runs in all)."""
 
 
+_SETTING: Final = ("model_checksums", "entropy_threshold", "sharpness_threshold", "bag_checksum")
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunRow:
     """One stored run.
@@ -50,8 +53,9 @@ class RunRow:
         suite: the suite that it was flown for; empty for a scenario of one's own.
         manager: the managing system.
         seed: of the run.
-        model: the segmentation's model, by its name; where models that differ have one name, with `networks`.
-        networks: a short checksum of the model's networks.
+        model: the segmentation's model, by its name; where runs with one model's name differ in it or in the flight,
+            with `setting`.
+        setting: a short checksum of the model's networks and thresholds and of the flight.
         middleware: `sim` or `cyclonedds`.
         digest: of the record's messages.
         metrics: the figures by name; None where there is none to take.
@@ -65,7 +69,7 @@ class RunRow:
     manager: str
     seed: int
     model: str
-    networks: str
+    setting: str
     middleware: str
     digest: str
     metrics: Mapping[str, float | None]
@@ -100,13 +104,13 @@ def load_results(folder: Path, *, again: bool = False, progress: Progress | None
     models: defaultdict[str, set[str]] = defaultdict(set)
     for done, place in enumerate(found, 1):
         row = _read(place, again=again)
-        key = (row.suite, row.scenario, row.manager, row.seed, row.networks, row.middleware, row.digest)
+        key = (row.suite, row.scenario, row.manager, row.seed, row.setting, row.middleware, row.digest)
         rows.setdefault(key, row)
-        models[row.model].add(row.networks)
+        models[row.model].add(row.setting)
         if progress is not None:
             progress(done, len(found))
     return [
-        replace(row, model=f"{row.model} {row.networks}") if len(models[row.model]) > 1 else row
+        replace(row, model=f"{row.model} {row.setting}") if len(models[row.model]) > 1 else row
         for row in rows.values()
     ]
 
@@ -133,7 +137,7 @@ def _read(folder: Path, *, again: bool) -> RunRow:
         seed=_checked(run, "seed", int, where),
         metrics=recompute(folder) if again else _stored(run, where),
         valid=_checked(run, "valid", bool, where),
-        networks=_checksum(_checked(run, "model_checksums", dict, where)),
+        setting=_checksum({key: run.get(key) for key in _SETTING}),
         **text,
     )
 
@@ -145,8 +149,8 @@ def _checked(run: Mapping[str, Any], key: str, kind: type, where: Path) -> Any:
     return value
 
 
-def _checksum(checksums: Mapping[str, Any]) -> str:
-    return hashlib.sha256(json.dumps(checksums, sort_keys=True).encode()).hexdigest()[:8]
+def _checksum(values: Mapping[str, Any]) -> str:
+    return hashlib.sha256(json.dumps(values, sort_keys=True).encode()).hexdigest()[:8]
 
 
 def _stored(run: Mapping[str, Any], where: Path) -> Mapping[str, float | None]:

@@ -136,9 +136,7 @@ def test_a_training_goes_on_where_a_model_was(
 ) -> None:
     start = train_on(config, sets, tmp_path / "start", work=tmp_path / "work")
     still = Schedule(phases=(Phase(1, 2, momentum=1e-9),), learning_rate=0.0)
-    unmoved = replace(
-        config, schedule=still, merging=config.merging and still, logit_adjustment=0.0, seed=config.seed + 1
-    )
+    unmoved = replace(config, schedule=still, merging=config.merging and still, seed=config.seed + 1)
     model = train_on(unmoved, sets, tmp_path / "out", work=tmp_path / "on", start=start)
     frame = sets.test.bgr[0], sets.test.depth[0]
     for modality in Modality:

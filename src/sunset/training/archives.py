@@ -16,7 +16,7 @@ def check_archive(path: Path, damaged: Exception) -> None:
     try:
         with zipfile.ZipFile(path) as archive:
             entry = archive.testzip()
-    except (EOFError, NotImplementedError, zipfile.BadZipFile, zlib.error) as error:
+    except (EOFError, RuntimeError, ValueError, zipfile.BadZipFile, zlib.error) as error:
         raise damaged from error
     if entry is not None:
         raise damaged

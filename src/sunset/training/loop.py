@@ -6,7 +6,8 @@ import math
 import pickle
 import struct
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -20,6 +21,7 @@ from sunset.classes import CLASSES
 from sunset.errors import DataError, InvalidInputError, OutputError, SunsetError
 from sunset.metrics import count_classes, image_iou
 from sunset.seeding import generator
+from sunset.training.architecture import Layer
 from sunset.training.archives import check_archive
 from sunset.training.batches import Batch, FrameSet, batches, class_weights
 from sunset.training.config import Schedule, Stage, TrainingConfig
@@ -36,7 +38,7 @@ from sunset.training.network import (
 )
 from sunset.training.onnx_layers import Weights as FoldedWeights
 
-__all__ = ["CHECKPOINT", "LOG", "Progress", "Weights", "check_work", "learn", "start_from_the_sum"]
+__all__ = ["CHECKPOINT", "LOG", "Progress", "Start", "Weights", "check_work", "learn", "start_from_the_sum"]
 
 CHECKPOINT = "checkpoint.pt"
 LOG = "log.jsonl"
@@ -56,12 +58,27 @@ _UNREADABLE = (
     struct.error,
 )
 """What reading a damaged checkpoint raises."""
-_UNFOLDED = 24
+_UNFOLDED = 12
 """Training frames that normalisation's statistics are found on again."""
 _VALIDATED = 48
 """Held-out frames that the log's IoU is measured on."""
 _SHIFT_PX = ((2, 20), (0, 6))
 """How far the colour camera's picture is moved in a misaligned pair, least and most: across, down."""
+
+
+@dataclass(frozen=True, slots=True)
+class Start:
+    """What a training starts from.
+
+    Attributes:
+        origin: says which model it is, and of which version.
+        weights: of the training's convolutions.
+        logit_adjustment: of the training that learned them, which is taken back before they are learned further.
+    """
+
+    origin: str
+    weights: FoldedWeights
+    logit_adjustment: float
 
 
 class Progress(Protocol):
@@ -77,7 +94,7 @@ def learn(
     validation: FrameSet,
     work: Path,
     *,
-    start: FoldedWeights | None = None,
+    start: Start | None = None,
     resume: bool = False,
     progress: Progress | None = None,
 ) -> Any:
@@ -89,7 +106,7 @@ def learn(
         validation: held-out frames, which the log's IoU is measured on.
         work: a folder a stage is kept there, with `checkpoint.pt` and `log.jsonl` (a line per `log_every`
             steps: step, learning rate, loss per network, seconds, and now and then the IoU).
-        start: what the networks begin with, as `stored_weights` gives it; None for random weights.
+        start: what the networks begin with; None for random weights.
         resume: go on at the folders' checkpoints where there are some; stages that are done are not repeated.
         progress: called after every step.
 
@@ -103,25 +120,34 @@ def learn(
         SunsetError: the training diverged.
     """
     check_work(config, work, resume=resume)
-    weights: dict[str, Any] = {} if start is None else _unfolded(config, start, frames)
+    networks = {name: config.plan((name,)) for name in config.modalities}
+    log_weights = np.log(_class_weights(frames, config.schedule))
+    begun: Weights = {}
+    if start is not None:
+        started = _unfolded(networks, start.weights, frames)
+        shift_logits(networks, started, np.float32(start.logit_adjustment) * log_weights)
+        begun = started.state_dict()
+    weights: dict[str, Any] = {}
     for stage in config.stages():
-        run = _Run(config, stage, work / stage.name, weights)
+        run = _Run(config, stage, work / stage.name, weights, begun, start.origin if start else "")
         run.fit(frames, validation, resume=resume, progress=progress)
         weights |= {name: value.cpu() for name, value in run.modules.state_dict().items()}
     modules = build(config.plan(config.modalities))
     modules.load_state_dict(weights)
-    shift = np.float32(-config.logit_adjustment) * np.log(_class_weights(frames, config.schedule))
-    shift_logits({name: config.plan((name,)) for name in config.modalities}, modules, shift)
+    shift_logits(networks, modules, np.float32(-config.logit_adjustment) * log_weights)
     return modules.eval()
 
 
-def _unfolded(config: TrainingConfig, start: FoldedWeights, frames: FrameSet) -> dict[str, Any]:
-    """Return weights of convolutions as torch modules hold them; normalisation is found on evenly chosen frames."""
+def _unfolded(networks: Mapping[str, Sequence[Layer]], weights: FoldedWeights, frames: FrameSet) -> Any:
+    """Return torch modules with folded weights; what normalisation undoes is found on evenly chosen frames."""
     chosen = np.linspace(0, len(frames) - 1, min(_UNFOLDED, len(frames))).astype(int)
-    modules = build(config.plan(config.modalities)).eval()
-    results = frame_inputs(frames.bgr[chosen], frames.depth[chosen])
-    unfold(config.plan(config.modalities), modules, start, results)
-    return dict(modules.state_dict())
+    modules = build([layer for layers in networks.values() for layer in layers]).eval()
+    logits: dict[str, Any] = {}
+    for name, layers in networks.items():
+        results = frame_inputs(frames.bgr[chosen], frames.depth[chosen]) | logits
+        unfold(layers, modules, weights, results)
+        logits[f"{name}.logits"] = results[f"{name}.logits"]
+    return modules
 
 
 def check_work(config: TrainingConfig, work: Path, *, resume: bool) -> None:
@@ -143,17 +169,21 @@ class _Run:
         config: the training.
         stage: the stage.
         folder: keeps its checkpoint and log.
-        known: the weights of the stages before, and those that the training starts from.
+        known: the weights of the stages before.
+        begun: those that the training starts from; empty for random ones.
+        origin: says which they are.
     """
 
-    def __init__(self, config: TrainingConfig, stage: Stage, folder: Path, known: Weights) -> None:
+    def __init__(  # noqa: PLR0917
+        self, config: TrainingConfig, stage: Stage, folder: Path, known: Weights, begun: Weights, origin: str
+    ) -> None:
         torch.manual_seed(config.seed)
         self._config, self._stage, self._folder = config, stage, folder
         self._device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
         self.modules = build(config.plan(stage.learned))
         own = self.modules.state_dict()
-        if own.keys() <= known.keys():
-            self.modules.load_state_dict({name: known[name] for name in own})
+        if begun:
+            self.modules.load_state_dict({name: begun[name] for name in own})
         elif stage.begun_with is not None:
             names = zip(own, build(config.plan((stage.begun_with,))).state_dict(), strict=True)
             self.modules.load_state_dict({name: known[other] for name, other in names})
@@ -168,6 +198,8 @@ class _Run:
         self._description = f"{stage!r}, {config.shape!r}, seed {config.seed}"
         if known:
             self._description += f", on weights {_digest(known)}"
+        if origin:
+            self._description += f", from {origin}"
         self._step, self._seconds = 0, 0.0
         self._losses: list[dict[str, float]] = []
         self._kept: dict[int, dict[str, Any]] = {}

@@ -23,7 +23,7 @@ from sunset.training.recalibrate import calibrate_model
 from sunset.training.report import held_out_results, training_facts
 
 if TYPE_CHECKING:
-    from sunset.training.loop import Progress
+    from sunset.training.loop import Progress, Start
     from sunset.training.onnx_graph import Format
     from sunset.training.onnx_layers import Weights
 
@@ -63,10 +63,8 @@ def train(
     """
     _check_extra()
     from sunset.training.loop import check_work  # noqa: PLC0415  torch is an optional dependency
-    from sunset.training.onnx_reader import stored_weights  # noqa: PLC0415  onnx is one, too
 
-    if start is not None:  # to know before hours of work
-        stored_weights(start, config)
+    _start(start, config)  # to know before hours of work
     for folder in (out, work):
         try:
             folder.mkdir(parents=True, exist_ok=True)
@@ -99,13 +97,12 @@ def train_on(
     """
     _check_extra()
     from sunset.training.loop import LOG, learn  # noqa: PLC0415  torch is an optional dependency
-    from sunset.training.onnx_reader import stored_weights  # noqa: PLC0415  onnx is one, too
 
-    weights = None if start is None else stored_weights(start, config)
+    begin = _start(start, config)
     logs = {stage.name: work / stage.name / LOG for stage in config.stages()}
     try:
         modules = learn(
-            config, sets.train, sets.validation, work, start=weights, resume=resume, progress=progress
+            config, sets.train, sets.validation, work, start=begin, resume=resume, progress=progress
         )
         for log in logs.values():
             draw_log(log, log.with_suffix(".png"))
@@ -139,6 +136,21 @@ def _check_extra() -> None:
         raise MissingExtraError(
             f"Training needs {' and '.join(missing)}, not installed: pip install 'sunset-exemplar[train]'."
         )
+
+
+def _start(model: Model | None, config: TrainingConfig) -> "Start | None":
+    from sunset.training.loop import Start  # noqa: PLC0415  torch is an optional dependency
+    from sunset.training.onnx_reader import stored_weights  # noqa: PLC0415  onnx is one, too
+
+    if model is None:
+        return None
+    card = model.card
+    share = card.training.get("logit_adjustment")
+    return Start(
+        origin=f"{card.name}, version {card.version}",
+        weights=stored_weights(model, config),
+        logit_adjustment=float(share) if isinstance(share, int | float) else 0.0,
+    )
 
 
 def _export(config: TrainingConfig, modules: Any, sets: FrameSets, draft: Path) -> dict[str, object]:

@@ -55,6 +55,11 @@ class CallbackError(MiddlewareError):
         super().__init__(f"Callback {callback} of node {node} {reason}")
         self.node = node
         self.callback = callback
+        self._reason = reason
+
+    def __reduce__(self) -> tuple[type["CallbackError"], tuple[str, str, str]]:
+        """Let it come back from another process."""
+        return type(self), (self.node, self.callback, self._reason)
 
     @classmethod
     def of(cls, node: str, callback: str, error: Exception) -> "CallbackError":

@@ -52,6 +52,20 @@ def test_the_new_node_of_the_page_does_what_the_page_says(tmp_path: Path) -> Non
     assert done.stdout == expected
 
 
+def test_the_program_of_the_page_reads_a_record(flight: Path, tmp_path: Path) -> None:
+    del flight
+    run(RunSpec(scenario=load_scenario("gpu_failure"), manager="baseline"), tmp_path / "run")
+    (program,) = blocks("docs/metrics.md", "python")
+
+    done = subprocess.run(
+        [sys.executable, "-c", program], cwd=tmp_path, capture_output=True, text=True, check=False
+    )
+
+    assert done.stderr == ""
+    assert re.fullmatch(r"(\d+ /managed_subsystem/\w+ \w+\n)+", done.stdout)
+    assert " /managed_subsystem/segmentation redeploy\n" in done.stdout
+
+
 @pytest.mark.parametrize("number", [0, 1])
 def test_the_scenarios_of_the_page_load(number: int) -> None:
     assert parse_scenario(blocks("docs/scenarios.md", "yaml")[number], "page.yaml").faults

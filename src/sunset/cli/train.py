@@ -33,7 +33,7 @@ def add_parser(verbs: "argparse._SubParsersAction[argparse.ArgumentParser]") -> 
     parser.add_argument(
         "--model", choices=list(CONFIGS), default="lite", help="architecture and schedule (default: lite)"
     )
-    parser.add_argument("--name", help="the model's name in its card (default: the same)")
+    parser.add_argument("--name", help="the name in the model's card (default: that of --model)")
     parser.add_argument(
         "--modality",
         default="all",

@@ -84,7 +84,7 @@ class ManagingSystem(Node):
                 floating_point_range=[FloatingPointRange(from_value=0.01, to_value=60.0)],
             ),
         )
-        # Two underscores: a subclass may give its own attributes any name.
+        # Two underscores: out of the way of a subclass's own attributes.
         self.__blackboard: dict[str, Value] = {}
         self.__seen: set[str] = set()
         self.__callers: dict[str, Client[Any, Any]] = {}

@@ -85,7 +85,7 @@ class AdaptiveNode(LifecycleNode):
             namespace=NAMESPACE,
             parameter_overrides=parameter_overrides,
         )
-        # Two underscores: a subclass may give its own attributes any name.
+        # Two underscores: out of the way of a subclass's own attributes.
         self.__bound = MappingProxyType(bound_parameters(type(self)))
         self.parameter_values: dict[str, Any] = {}
         """The present values of the bound parameters, by name."""

@@ -6,15 +6,28 @@ from types import MappingProxyType
 from typing import Final
 
 from sunset.errors import ScenarioError
-from sunset.faults import EXCLUSIVE, FAULTS, Failure
+from sunset.faults import EXCLUSIVE, FAULTS
 from sunset.scenarios.schema import Scenario, ScenarioFault
 
 __all__ = ["scenario_names", "suite", "suite_names", "suite_of"]
 
-_OUTAGES: Final = tuple(
-    name for name, fault in FAULTS.items() if fault.failure in {Failure.F1, Failure.F2, Failure.F3}
+_OUTAGES: Final = (
+    "camera_driver_issue",
+    "hardware_disconnect",
+    "sync_issue",
+    "memory_leakage",
+    "cuda_out_of_memory",
+    "gpu_failure",
 )
-_DEGRADATIONS: Final = tuple(name for name in FAULTS if name not in _OUTAGES)
+_DEGRADATIONS: Final = (
+    "image_degradation",
+    "unneeded_enhancement",
+    "image_shift",
+    "depth_degradation",
+    "autofocus_needed",
+)
+"""The paper's faults, by name: faults that are added to the catalogue change no suite."""
+
 _PAIRS: Final = tuple(
     pair
     for pair in combinations(_DEGRADATIONS, 2)

@@ -8,7 +8,7 @@ from sunset.faults import BLUR_SIGMA, FAULTS
 from sunset.perception import Modality, ModelCard, list_models, load_model
 from sunset.training import CONFIGS
 
-DROP = {"lite": 0.03, "reference": 0.01}
+DROP = {"lite": 0.03, "reference": 0.02}
 """What a fault costs at least in IoU. `reference`, trained without an accelerator, has less to lose: its card tells."""
 
 
@@ -80,8 +80,9 @@ def test_a_shipped_model_is_what_its_configuration_trains(card: ModelCard) -> No
     config = CONFIGS[card.name]()
     stages: Any = card.training["stages"]
     assert card.architecture == config.shape.name
-    assert card.training["seed"] == config.seed
-    assert card.training["logit_adjustment"] == {"lite": config.logit_adjustment, "reference": 0}[card.name]
+    first: Any = card.training.get("before", card.training)
+    assert first["seed"] == config.seed
+    assert card.training["logit_adjustment"] == config.logit_adjustment
     assert list(stages) == [stage.name for stage in config.stages()]
     for stage in config.stages():
         assert stages[stage.name]["schedule"]["learning_rate"] == stage.schedule.learning_rate

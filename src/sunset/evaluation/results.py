@@ -38,9 +38,7 @@ FIGURES: Final = (
 
 Progress = Callable[[int, int], None]
 """Called with (runs that are read, runs in all)."""
-
-
-_SETTING: Final = ("model_checksums", "entropy_threshold", "sharpness_threshold", "bag_checksum")
+_SETTING: Final = ("entropy_threshold", "sharpness_threshold", "bag_checksum")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -137,7 +135,12 @@ def _read(folder: Path, *, again: bool) -> RunRow:
         seed=_checked(run, "seed", int, where),
         metrics=recompute(folder) if again else _stored(run, where),
         valid=_checked(run, "valid", bool, where),
-        setting=_checksum({key: run.get(key) for key in _SETTING}),
+        setting=_checksum(
+            {
+                "model_checksums": _checked(run, "model_checksums", dict, where),
+                **{key: run.get(key) for key in _SETTING},
+            }
+        ),
         **text,
     )
 

@@ -80,9 +80,8 @@ def _beside(folder: Path) -> list[str]:
     """Return the names of the loaded modules that a folder holds."""
     found = set()
     for name, module in sys.modules.items():
-        about = (
-            vars(module) if isinstance(module, ModuleType) else {}
-        )  # not getattr: some make up what is asked for
+        # not getattr: some modules make up what is asked for
+        about = vars(module) if isinstance(module, ModuleType) else {}
         where = [*about.get("__path__", ()), about.get("__file__")][0]
         if "." not in name and where and Path(where).parent == folder:
             found.add(name)

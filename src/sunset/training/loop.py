@@ -73,12 +73,18 @@ class Start:
     Attributes:
         origin: says which model it is, and of which version.
         weights: of the training's convolutions.
-        logit_adjustment: of the training that learned them, which is taken back before they are learned further.
+        training: how they were learned, as the model's card tells.
     """
 
     origin: str
     weights: FoldedWeights
-    logit_adjustment: float
+    training: Mapping[str, object]
+
+    @property
+    def logit_adjustment(self) -> float:
+        """Of the training that learned the weights; it is taken back before they are learned further."""
+        share = self.training.get("logit_adjustment")
+        return float(share) if isinstance(share, int | float) else 0.0
 
 
 class Progress(Protocol):

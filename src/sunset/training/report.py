@@ -3,13 +3,16 @@
 import json
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sunset.classes import CLASSES
-from sunset.perception import Model, Segmenter
+from sunset.perception import Segmenter
 from sunset.training.config import Stage, TrainingConfig
 from sunset.training.evaluate import measure
 from sunset.training.frames import FrameSets
+
+if TYPE_CHECKING:
+    from sunset.training.loop import Start
 
 __all__ = ["held_out_results", "training_facts"]
 
@@ -35,7 +38,7 @@ def held_out_results(segmenter: Segmenter, sets: FrameSets) -> dict[str, object]
 
 
 def training_facts(
-    config: TrainingConfig, sets: FrameSets, logs: dict[str, Path], start: Model | None = None
+    config: TrainingConfig, sets: FrameSets, logs: dict[str, Path], start: "Start | None" = None
 ) -> dict[str, object]:
     """Return how a model was trained: the card's `training`.
 
@@ -43,9 +46,9 @@ def training_facts(
         config: the training.
         sets: its frames.
         logs: by stage.
-        start: the model that the training started from; how that was trained is told, too.
+        start: what the training started from; how that was trained is told, too.
     """
-    origin = None if start is None else f"{start.card.name}, version {start.card.version}"
+    origin = None if start is None else start.origin
     lines = {
         name: [json.loads(line) for line in log.read_text(encoding="utf-8").splitlines()]
         for name, log in logs.items()
@@ -74,7 +77,7 @@ def training_facts(
             "cameras; classes of a few pixels (riders, motorcycles, bicycles) are hardly learned"
         ),
         **({"remark": config.remark} if config.remark else {}),
-        **({"before": dict(start.card.training)} if start is not None else {}),
+        **({"before": dict(start.training)} if start is not None else {}),
     }
 
 

@@ -117,7 +117,7 @@ def train_on(
                 progress=progress,
             )
             measured |= held_out_results(Segmenter(model), sets)
-            facts = training_facts(config, sets, logs, start)
+            facts = training_facts(config, sets, logs, begin)
             replace(model.card, training=facts, results={**measured, **model.card.results}).write(draft)
             out.mkdir(parents=True, exist_ok=True)
             for path in sorted(draft.iterdir(), reverse=True):  # the card last
@@ -145,12 +145,7 @@ def _start(model: Model | None, config: TrainingConfig) -> "Start | None":
     if model is None:
         return None
     card = model.card
-    share = card.training.get("logit_adjustment")
-    return Start(
-        origin=f"{card.name}, version {card.version}",
-        weights=stored_weights(model, config),
-        logit_adjustment=float(share) if isinstance(share, int | float) else 0.0,
-    )
+    return Start(f"{card.name}, version {card.version}", stored_weights(model, config), card.training)
 
 
 def _export(config: TrainingConfig, modules: Any, sets: FrameSets, draft: Path) -> dict[str, object]:

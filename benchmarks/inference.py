@@ -2,8 +2,10 @@
 
 For every network of the models that are named, prints its multiply-adds (a million a Mmac), and by engine and number of
 threads: the time of a frame in a bare session, as the median and the least of several rounds, and which share of the
-processor's peak the least is, at its measured rates of float32 and int8 products. Then the time of a frame when two
-processes of one thread share the frames, and what the `Segmenter` takes, its checks and copies included.
+processor's peak the least is, at its rates of float32 and int8 products. These are measured before every network, and
+the highest count, since other users of a computer may slow it for a while; so the table comes at the end. Then the time
+of a frame when two processes of one thread share the frames, and what the `Segmenter` takes, its checks and copies
+included.
 
 `--plans` measures the networks that a training would give, in float32 and in int8, with random weights. `--batches`
 also runs the branches, which do most of the work, on several frames at once, a frame being a batch of one. What
@@ -16,8 +18,9 @@ float32 asked for.
 import argparse
 import math
 import statistics
+import sys
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from functools import partial
@@ -124,8 +127,8 @@ def product(size: int, *, quantised: bool) -> bytes:
     return bytes(model.SerializeToString())
 
 
-def peak(threads: int) -> Work:
-    """Return the multiply-adds a second of the fastest product of two square matrices."""
+def peak(threads: int, known: Work = Work()) -> Work:
+    """Return the multiply-adds a second of the fastest product of two square matrices, or those known if higher."""
     rates = {}
     for quantised in (False, True):
         best = 0.0
@@ -134,7 +137,7 @@ def peak(threads: int) -> Work:
             opened = session(product(size, quantised=quantised), threads)
             best = max(best, size**3 / min(seconds(lambda: opened.run(None, {"a": a}), 10)))  # noqa: B023
         rates[quantised] = round(best)
-    return Work(float32=rates[False], int8=rates[True])
+    return Work(float32=max(known.float32, rates[False]), int8=max(known.int8, rates[True]))
 
 
 def frame(size: tuple[int, int]) -> Arrays:
@@ -208,15 +211,28 @@ def together(engine: str, path: Path, inputs: Arrays, rounds: int) -> list[float
     return [each / 2 for each in times]
 
 
-def line(engine: str, how: str, times: list[float], todo: Work, rates: Work, *, frames: int = 1) -> str:
-    """Return a line of figures for calls that take so many frames each, and have so much to do."""
-    median, least = (1e3 * each / frames for each in (statistics.median(times), min(times)))
-    share = 100 * todo.seconds(rates) / min(times)
-    return f"  {engine:<13}{how:<27}{median:7.1f} ms{least:7.1f} ms{share:6.0f} %"
+@dataclass(frozen=True)
+class Row:
+    """The seconds of calls that take so many frames each, and have so much to do."""
+
+    engine: str
+    how: str
+    times: list[float]
+    todo: Work
+    threads: int
+    frames: int = 1
+
+    def line(self, peaks: dict[int, Work]) -> str:
+        """Return a line of figures."""
+        median, least = (
+            1e3 * each / self.frames for each in (statistics.median(self.times), min(self.times))
+        )
+        share = 100 * self.todo.seconds(peaks[self.threads]) / min(self.times)
+        return f"  {self.engine:<13}{self.how:<27}{median:7.1f} ms{least:7.1f} ms{share:6.0f} %"
 
 
-def rows(model: Model, modality: Modality, peaks: dict[int, Work], rounds: int) -> Iterator[str]:
-    """Yield a line of figures for every way to run a network."""
+def rows(model: Model, modality: Modality, threads: Iterable[int], rounds: int) -> Iterator[Row]:
+    """Yield a row of figures for every way to run a network."""
     path = model.folder / model.card.networks[modality].file
     noise = frame((model.card.height, model.card.width))
     inputs = {name: value for name, value in noise.items() if _needs(modality, name)}
@@ -225,31 +241,28 @@ def rows(model: Model, modality: Modality, peaks: dict[int, Work], rounds: int) 
     def answer(segmenter: Segmenter) -> object:
         return segmenter.segment(modality, inputs.get("bgr"), inputs.get("depth"))
 
-    yield f"{model.card.name} {modality.key}: {todo.float32 / 1e6:.0f} Mmac float32, {todo.int8 / 1e6:.0f} int8"
     for engine, opened in ENGINES.items():
-        for threads, rates in peaks.items():
-            times = seconds(opened(path, inputs, threads), rounds)
-            yield line(engine, f"{threads} thread(s)", times, todo, rates)
-        yield line(engine, "2 processes", together(engine, path, inputs, rounds), todo, peaks[2])
-    for threads, rates in peaks.items():
-        times = seconds(partial(answer, Segmenter(model, threads=threads)), rounds)
-        yield line("Segmenter", f"{threads} thread(s)", times, todo, rates)
+        for many in threads:
+            times = seconds(opened(path, inputs, many), rounds)
+            yield Row(engine, f"{many} thread(s)", times, todo, many)
+        yield Row(engine, "2 processes", together(engine, path, inputs, rounds), todo, 2)
+    for many in threads:
+        times = seconds(partial(answer, Segmenter(model, threads=many)), rounds)
+        yield Row("Segmenter", f"{many} thread(s)", times, todo, many)
 
 
 def batch_rows(
-    model: Model, modality: Modality, peaks: dict[int, Work], rounds: int, frames: int
-) -> Iterator[str]:
-    """Yield a line of figures for every way to run a network's branches on several frames at once."""
+    model: Model, modality: Modality, threads: Iterable[int], rounds: int, frames: int
+) -> Iterator[Row]:
+    """Yield a row of figures for every way to run a network's branches on several frames at once."""
     with TemporaryDirectory() as folder:
         path = Path(folder) / "branches.onnx"
         inputs = write_branches(model.folder / model.card.networks[modality].file, modality, frames, path)
         todo = work(path)
         for engine, opened in ENGINES.items():
-            for threads, rates in peaks.items():
-                times = seconds(opened(path, inputs, threads), rounds)
-                yield line(
-                    engine, f"{threads} thread(s), branches by {frames}", times, todo, rates, frames=frames
-                )
+            for many in threads:
+                times = seconds(opened(path, inputs, many), rounds)
+                yield Row(engine, f"{many} thread(s), branches by {frames}", times, todo, many, frames)
 
 
 def _needs(modality: Modality, name: str) -> bool:
@@ -269,20 +282,26 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--rounds", type=int, default=20, help="of each measurement (default: %(default)s)")
     parser.add_argument("--threads", type=int, nargs="+", default=[1, 2], help="(default: 1 2)")
     given = parser.parse_args(arguments)
-    peaks = {threads: peak(threads) for threads in sorted({1, 2, *given.threads})}
+    peaks = {threads: Work() for threads in sorted({1, 2, *given.threads})}
+    table: list[tuple[str, list[Row]]] = []
+    with TemporaryDirectory() as folder:
+        for model in models(given.models, given.plans, Path(folder)):
+            for modality in sorted(model.card.networks):
+                print(f"Measuring {model.card.name} {modality.key}", file=sys.stderr, flush=True)
+                peaks = {threads: peak(threads, known) for threads, known in peaks.items()}
+                measured = list(rows(model, modality, peaks, given.rounds))
+                todo = measured[0].todo
+                for frames in given.batches:
+                    measured += batch_rows(model, modality, peaks, given.rounds, frames)
+                size = f"{todo.float32 / 1e6:.0f} Mmac float32, {todo.int8 / 1e6:.0f} int8"
+                table.append((f"{model.card.name} {modality.key}: {size}", measured))
     for threads, rates in peaks.items():
         print(
             f"peak of {threads} thread(s): {rates.float32 / 1e9:.0f} Gmac/s float32, {rates.int8 / 1e9:.0f} int8"
         )
     print(f"  {'':40}{'median':>7}{'least':>10}{'of peak':>11}")
-    with TemporaryDirectory() as folder:
-        for model in models(given.models, given.plans, Path(folder)):
-            for modality in sorted(model.card.networks):
-                for row in rows(model, modality, peaks, given.rounds):
-                    print(row, flush=True)
-                for frames in given.batches:
-                    for row in batch_rows(model, modality, peaks, given.rounds, frames):
-                        print(row, flush=True)
+    for title, measured in table:
+        print("\n".join([title, *(row.line(peaks) for row in measured)]))
 
 
 def models(names: Sequence[str], plans: Sequence[str], folder: Path) -> Iterator[Model]:

@@ -284,17 +284,25 @@ def main(arguments: Sequence[str] | None = None) -> None:
     given = parser.parse_args(arguments)
     peaks = {threads: Work() for threads in sorted({1, 2, *given.threads})}
     table: list[tuple[str, list[Row]]] = []
-    with TemporaryDirectory() as folder:
-        for model in models(given.models, given.plans, Path(folder)):
-            for modality in sorted(model.card.networks):
-                print(f"Measuring {model.card.name} {modality.key}", file=sys.stderr, flush=True)
-                peaks = {threads: peak(threads, known) for threads, known in peaks.items()}
-                measured = list(rows(model, modality, peaks, given.rounds))
-                todo = measured[0].todo
-                for frames in given.batches:
-                    measured += batch_rows(model, modality, peaks, given.rounds, frames)
-                size = f"{todo.float32 / 1e6:.0f} Mmac float32, {todo.int8 / 1e6:.0f} int8"
-                table.append((f"{model.card.name} {modality.key}: {size}", measured))
+    try:
+        with TemporaryDirectory() as folder:
+            for model in models(given.models, given.plans, Path(folder)):
+                for modality in sorted(model.card.networks):
+                    print(f"Measuring {model.card.name} {modality.key}", file=sys.stderr, flush=True)
+                    peaks = {threads: peak(threads, known) for threads, known in peaks.items()}
+                    measured = list(rows(model, modality, peaks, given.rounds))
+                    todo = measured[0].todo
+                    for frames in given.batches:
+                        measured += batch_rows(model, modality, peaks, given.rounds, frames)
+                    size = f"{todo.float32 / 1e6:.0f} Mmac float32, {todo.int8 / 1e6:.0f} int8"
+                    table.append((f"{model.card.name} {modality.key}: {size}", measured))
+    finally:
+        if table:  # what was measured is not lost
+            show(table, peaks)
+
+
+def show(table: Sequence[tuple[str, list[Row]]], peaks: dict[int, Work]) -> None:
+    """Print the processor's peaks and the figures of every network."""
     for threads, rates in peaks.items():
         print(
             f"peak of {threads} thread(s): {rates.float32 / 1e9:.0f} Gmac/s float32, {rates.int8 / 1e9:.0f} int8"

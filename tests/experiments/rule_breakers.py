@@ -1,5 +1,6 @@
 """Managing systems that try to look better than they are."""
 
+from sunset.interfaces.rcl_interfaces.msg import ParameterEvent
 from sunset.interfaces.rcl_interfaces.srv import GetParameters, SetParameters
 from sunset.interfaces.sensor_msgs.msg import Image
 from sunset.interfaces.std_srvs.srv import Trigger
@@ -96,6 +97,35 @@ class Bypass(ManagingSystem):
     def adapt(self, symptoms: Symptoms) -> None:
         if symptoms.stopped("rgb_camera"):
             self.change_topic("sensor_fusion", "topic_camera_input", "/rgb_raw")
+
+
+class Feeder(ManagingSystem):
+    """Lets the fusion take pictures that the managing system made up."""
+
+    def on_start(self) -> None:
+        self.made_up = self.create_publisher(Image, "/mine/rgb", 10)
+
+    def adapt(self, symptoms: Symptoms) -> None:
+        if symptoms.stopped("rgb_camera"):
+            self.change_topic("sensor_fusion", "topic_camera_input", "/mine/rgb")
+
+
+class Impatient(ManagingSystem):
+    """Chooses a node's clock."""
+
+    def adapt(self, symptoms: Symptoms) -> None:
+        if symptoms.stopped("rgb_camera"):
+            self.set_parameter("camera", "use_sim_time", True)
+
+
+class Ventriloquist(ManagingSystem):
+    """Says in the fusion's name that its topic was changed, so that the configuration counts as chosen by somebody."""
+
+    def on_start(self) -> None:
+        self.events = self.create_publisher(ParameterEvent, "/parameter_events", 10)
+
+    def adapt(self, symptoms: Symptoms) -> None:
+        self.events.publish(ParameterEvent(node="/managed_subsystem/sensor_fusion"))
 
 
 class Namesake(NoAdaptation):

@@ -8,7 +8,7 @@ from sunset.experiments.observer import COMMANDS_TOPIC, Observer
 from sunset.interfaces import Message
 from sunset.interfaces.lifecycle_msgs.msg import Transition
 from sunset.interfaces.lifecycle_msgs.srv import ChangeState
-from sunset.interfaces.rcl_interfaces.msg import SetParametersResult
+from sunset.interfaces.rcl_interfaces.msg import ParameterEvent, SetParametersResult
 from sunset.interfaces.rcl_interfaces.srv import GetParameters, SetParameters, SetParametersAtomically
 from sunset.interfaces.std_msgs.msg import String
 from sunset.interfaces.system_interfaces.msg import Command
@@ -145,6 +145,37 @@ def test_messages_of_the_system_on_its_topics_are_recorded_and_forged_ones_are_n
     observer.on_message(3, "/my_own_topic", MANAGER, String())
     assert [time_ns for _, time_ns, _ in sink.written] == [1, 3]
     assert [MANAGER in violation for violation in observer.violations] == [True]
+
+
+@pytest.mark.parametrize(
+    ("topic", "allowed"),
+    [
+        ("/managed_subsystem/rgb_enhanced", True),
+        ("/clock", True),
+        ("/parameter_events", True),
+        ("/mine/rgb", False),
+        ("/gt_segmentation", False),
+        ("/experiment/log", False),
+    ],
+)
+def test_what_may_feed_a_managed_node(topic: str, allowed: bool, sink: Sink) -> None:
+    observer = Observer(sink)
+
+    observer.on_endpoint("/managed_subsystem/sensor_fusion", EndpointKind.SUBSCRIPTION, topic)
+
+    assert (not observer.violations) is allowed
+
+
+def test_a_parameter_event_in_the_name_of_another_is_not_recorded(sink: Sink) -> None:
+    observer = Observer(sink)
+
+    observer.on_message(1, "/parameter_events", MANAGER, ParameterEvent(node=MANAGER))
+    observer.on_message(2, "/parameter_events", MANAGER, ParameterEvent(node=CAMERA))
+
+    assert [time_ns for _, time_ns, _ in sink.written] == [1]
+    assert list(observer.violations) == [
+        f"{MANAGER} publishes on /parameter_events in the name of another node"
+    ]
 
 
 def test_whoever_reads_or_sets_the_truth_is_noted_once(sink: Sink) -> None:

@@ -99,6 +99,9 @@ def test_false_claims_of_success_change_no_metric(tmp_path: Path) -> None:
         ("Spy", "/spy subscribes to /gt_segmentation"),
         ("Impostor", "has a node /launcher"),
         ("Stand", "offers /managed_subsystem/camera/set_parameters"),
+        ("Feeder", "sensor_fusion subscribes to /mine/rgb, on which the managed system does not publish"),
+        ("Impatient", "/managing_system sets use_sim_time of /managed_subsystem/camera"),
+        ("Ventriloquist", "publishes on /parameter_events in the name of another node"),
         ("Conductor", "calls /scenario_executor/inject"),
     ],
 )

@@ -11,7 +11,7 @@ from sunset.faults import FAULTS
 from sunset.interfaces import Message
 from sunset.interfaces.builtin_interfaces.msg import Time
 from sunset.interfaces.lifecycle_msgs.srv import ChangeState
-from sunset.interfaces.rcl_interfaces.msg import ParameterValue
+from sunset.interfaces.rcl_interfaces.msg import ParameterEvent, ParameterValue
 from sunset.interfaces.rcl_interfaces.srv import (
     DescribeParameters,
     GetParameters,
@@ -66,6 +66,12 @@ _OWN_TOPICS: Final = frozenset(
 )
 """Topics on which only the managed system and the experiment publish; nobody else's message counts."""
 
+_PARAMETER_EVENTS: Final = "/parameter_events"
+"""On which every node publishes, each of itself; some clients subscribe to it by themselves."""
+
+_USE_SIM_TIME: Final = "use_sim_time"
+"""The parameter that chooses a node's clock: where that jumps, a redeployed node need not boot."""
+
 _TRANSITIONS: Final = MappingProxyType(
     {
         1: "configure",
@@ -108,9 +114,13 @@ class Observer(Tap):
             self.violations[f"the managing system has a node {node}, which is a name of the system's"] = None
 
     def on_endpoint(self, node: str, kind: EndpointKind, name: str) -> None:
-        """Note who goes past a sensor, who of the managing system listens to the truth, or answers for the system."""
+        """Note who goes past a sensor, is fed by others, listens to the truth, or answers for the system."""
         if kind is EndpointKind.SUBSCRIPTION and node not in {_SENSOR_OF.get(name, node), "/monitor"}:
             self.violations[f"{node} subscribes to {name}, which only {_SENSOR_OF[name]} may"] = None
+        elif kind is EndpointKind.SUBSCRIPTION and node in MANAGED_NODES and not _may_feed(name):
+            self.violations[f"{node} subscribes to {name}, on which the managed system does not publish"] = (
+                None
+            )
         if node in SYSTEM_NODES:
             return
         if kind is EndpointKind.SUBSCRIPTION and name in OFF_LIMITS_TOPICS:
@@ -120,7 +130,10 @@ class Observer(Tap):
 
     def on_message(self, time_ns: int, topic: str, node: str, message: Message) -> None:
         """Record a message that leaves its publisher, unless it is forged."""
-        if node not in SYSTEM_NODES and (topic in _OWN_TOPICS or topic.startswith(_OWN_PREFIXES)):
+        of_another = isinstance(message, ParameterEvent) and message.node != node
+        if topic == _PARAMETER_EVENTS and of_another:
+            self.violations[f"{node} publishes on {topic} in the name of another node"] = None
+        elif node not in SYSTEM_NODES and (topic in _OWN_TOPICS or topic.startswith(_OWN_PREFIXES)):
             self.violations[f"{node} publishes on {topic}, which belongs to the experiment"] = None
         else:
             self._sink.write(topic, time_ns, message)
@@ -173,8 +186,16 @@ class Observer(Tap):
             return
         for name in names:
             if (server, name) in _FAULT_PARAMETERS:
-                what = f"{client} {verb} the fault parameter {name} of {server}"
-                self.violations[what] = None
+                self.violations[f"{client} {verb} the fault parameter {name} of {server}"] = None
+            elif name == _USE_SIM_TIME and verb == "sets":
+                self.violations[f"{client} sets {name} of {server}, which belongs to the experiment"] = None
+
+
+def _may_feed(topic: str) -> bool:
+    """Return whether a managed node may subscribe to a topic: neither the managing system nor the truth feeds it."""
+    if topic in OFF_LIMITS_TOPICS:
+        return topic == _PARAMETER_EVENTS
+    return topic in _OWN_TOPICS or topic.startswith("/managed_subsystem/")
 
 
 def _fault_parameters() -> frozenset[tuple[str, str]]:

@@ -137,7 +137,13 @@ def test_unresolved_failures_are_reported() -> None:
 
 
 def test_runs_that_lack_a_figure_are_told() -> None:
-    assert "baseline: t_react is of 2 of 3 runs" in format_report(table())
+    timid = [
+        run("timid", "paper", seed, f_resolved_per_adaptation=ratio) for seed, ratio in ((1, 1.0), (2, None))
+    ]
+    text = format_report(table(*timid, run("timid", "paper", 3, iou=None)))
+    assert "baseline: t_react is of 2 of 3 runs; in the others nothing was resolved." in text
+    assert "timid: f_res/a_exec is of 1 of 3 runs; in the others nothing was adapted." in text
+    assert "timid: IoU is of 2 of 3 runs; in the others no frame came." in text
 
 
 def test_invalid_runs_are_told_with_their_reasons() -> None:

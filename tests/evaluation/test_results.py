@@ -89,6 +89,20 @@ def test_models_of_one_name_that_differ_are_told_apart(store: Store, tmp_path: P
     assert models.count("mine") == 1
 
 
+def test_managing_systems_and_scenarios_of_one_name_that_differ_are_told_apart(
+    store: Store, tmp_path: Path
+) -> None:
+    store("first", manager="mine.py:Mine", manager_checksum="0f0f0f0f0f")
+    store("rewritten", manager="mine.py:Mine", manager_checksum="1e1e1e1e1e")
+    store("harder", scenario="a", faults=[{"name": "gpu_failure", "value": True}])
+    store("easier", scenario="a", faults=[])
+    rows = {row.folder.name: row for row in load_results(tmp_path)}
+    assert rows["first"].manager == "mine.py:Mine 0f0f0f0f"
+    assert rows["rewritten"].manager == "mine.py:Mine 1e1e1e1e"
+    assert rows["first"].scenario == rows["rewritten"].scenario
+    assert rows["harder"].scenario != rows["easier"].scenario
+
+
 def test_a_scenario_of_ones_own_is_of_no_suite_whatever_its_name(store: Store) -> None:
     (row,) = load_results(store("run", scenario="nofault", suite=""))
     assert row.suite == ""

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from sunset.errors import InvalidInputError, OutputError
+from sunset.errors import InvalidInputError, ManagerError, OutputError
 from sunset.evaluation import render_report
 from sunset.experiments import BenchSpec, Timing, bench, plan, run_folder
 
@@ -164,6 +164,30 @@ def test_a_report_can_be_computed_from_the_records_again(undisturbed: Path) -> N
 
 
 MANAGER = "from sunset.managing import NoAdaptation\n\n\nclass Mine(NoAdaptation):\n    pass\n"
+
+
+EDITED = """
+from pathlib import Path
+
+from sunset.managing import NoAdaptation
+
+
+class Mine(NoAdaptation):
+    def on_start(self):
+        with Path(__file__).open("a") as file:
+            file.write("# another line\\n")
+"""
+
+
+def test_a_managing_system_that_is_changed_while_it_is_flown_ends_the_campaign(tmp_path: Path) -> None:
+    file = tmp_path / "mine.py"
+    file.write_text(EDITED)
+    spec = BenchSpec(suite="nofault", managers=(f"{file}:Mine",), references=False, repetitions=2)
+
+    with pytest.raises(ManagerError, match=r"mine\.py:Mine was changed while it was flown"):
+        bench(spec, tmp_path / "out", jobs=1)
+
+    assert not list((tmp_path / "out").rglob("run.json"))
 
 
 def test_a_campaign_is_not_continued_with_a_managing_system_that_was_rewritten(tmp_path: Path) -> None:

@@ -78,8 +78,8 @@ def test_a_managing_systems_sources_are_those_beside_it_that_it_imports(
     assert manager_sources(f"{mine}:Mine") == (tmp_path / "mine.py", tmp_path / "policy_of_mine.py")
     (package := tmp_path / "package_of_mine").mkdir()
     (package / "__init__.py").write_text("")
-    (package / "managers.py").write_text(f"from package_of_mine import policy\n{MINE}")
-    (package / "policy.py").write_text("")
+    (package / "managers.py").write_text(MINE)
+    (package / "policy.py").write_text("")  # it may be imported when it is needed
     names = ("__init__", "managers", "policy")
     sources = manager_sources("package_of_mine.managers:Mine")
     assert sources == tuple(package / f"{name}.py" for name in names)
@@ -92,6 +92,13 @@ def test_a_file_is_read_anew_each_time(tmp_path: Path) -> None:
     second = load_manager(f"{write(tmp_path, MINE.replace('pass', 'return'))}:Mine")
     assert first is not second
     assert first.__module__ == second.__module__
+
+
+def test_a_name_that_no_record_can_hold_is_refused(tmp_path: Path) -> None:
+    folder = tmp_path / "d\udcff"
+    folder.mkdir()
+    with pytest.raises(ManagerError, match="has a character in its name that no record can hold"):
+        load_manager(f"{write(folder, MINE)}:Mine")
 
 
 @pytest.mark.parametrize("spec", ["basline", "", ":", "mine.py", "Mine:", ":Mine"])

@@ -158,6 +158,14 @@ _COLUMNS: Final[Mapping[str, Column]] = MappingProxyType(
 )
 _MAIN: Final = ("f_resolved_per_adaptation", "t_react_s", "redeploys_unnecessary", "t_down_s", "iou")
 _MORE: Final = ("unresolved", "t_detect_s", "t_decide_s", "t_repair_s", "iou_all")
+_LACKING: Final = MappingProxyType(
+    {
+        "f_resolved_per_adaptation": ("f_res/a_exec", "nothing was adapted"),
+        "t_react_s": ("t_react", "nothing was resolved"),
+        "iou": ("IoU", "no frame came"),
+    }
+)
+"""Figure → what it is called, and what happened in the runs that have none."""
 _SHOWN_REASONS: Final = 10
 
 
@@ -215,13 +223,12 @@ def _notes(rows: Sequence[SystemRow]) -> list[str]:
     """Say what a reader would otherwise take for granted: runs that are missing from a figure."""
     notes = []
     for row in rows:
-        react = row.estimates["t_react_s"]
-        with_reaction = 0 if react is None else react.runs
-        if not row.is_reference and 0 < with_reaction < row.runs:
-            notes.append(
-                f"{row.system}: t_react is of {with_reaction} of {row.runs} runs; in the others nothing was "
-                "resolved."
-            )
+        for name, (figure, reason) in _LACKING.items():
+            found = row.estimates[name]
+            if found is not None and found.runs < row.runs:
+                notes.append(
+                    f"{row.system}: {figure} is of {found.runs} of {row.runs} runs; in the others {reason}."
+                )
     notes += [_invalid_note(row) for row in rows if row.invalid]
     if not any(row.invalid for row in rows):
         notes.append("Every run is valid.")

@@ -4,7 +4,7 @@ import hashlib
 import json
 import math
 from collections import defaultdict
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import MappingProxyType
@@ -38,6 +38,8 @@ FIGURES: Final = (
 
 Progress = Callable[[int, int], None]
 """Called with (runs that are read, runs in all)."""
+_CHECKSUM: Final = 8
+"""Digits of a short checksum."""
 _SETTING: Final = ("entropy_threshold", "sharpness_threshold", "bag_checksum")
 
 
@@ -47,13 +49,15 @@ class RunRow:
 
     Attributes:
         folder: where its record is.
-        scenario: the scenario's name.
+        scenario: the scenario's name; where scenarios with one name differ in their faults, with `faults`.
         suite: the suite that it was flown for; empty for a scenario of one's own.
-        manager: the managing system.
+        manager: the managing system; where those with one name differ in their files, with `sources`.
         seed: of the run.
         model: the segmentation's model, by its name; where runs with one model's name differ in it or in the flight,
             with `setting`.
         setting: a short checksum of the model's networks and thresholds and of the flight.
+        sources: a short checksum of the files that the managing system is written in; empty if nobody knows.
+        faults: a short checksum of the scenario's faults.
         middleware: `sim` or `cyclonedds`.
         digest: of the record's messages.
         metrics: the figures by name; None where there is none to take.
@@ -71,6 +75,8 @@ class RunRow:
     middleware: str
     digest: str
     metrics: Mapping[str, float | None]
+    sources: str = ""
+    faults: str = ""
     valid: bool = True
     reason: str = ""
 
@@ -99,18 +105,31 @@ def load_results(folder: Path, *, again: bool = False, progress: Progress | None
     if not found:
         raise RecordError(f"There is no finished run below {folder}: no folder with a {RUN_FILE} in it.")
     rows: dict[tuple[object, ...], RunRow] = {}
-    models: defaultdict[str, set[str]] = defaultdict(set)
     for done, place in enumerate(found, 1):
         row = _read(place, again=again)
-        key = (row.suite, row.scenario, row.manager, row.seed, row.setting, row.middleware, row.digest)
-        rows.setdefault(key, row)
-        models[row.model].add(row.setting)
+        what = (row.suite, row.scenario, row.faults, row.manager, row.sources, row.setting)
+        rows.setdefault((*what, row.seed, row.middleware, row.digest), row)
         if progress is not None:
             progress(done, len(found))
-    return [
-        replace(row, model=f"{row.model} {row.setting}") if len(models[row.model]) > 1 else row
-        for row in rows.values()
-    ]
+    told = list(rows.values())
+    for name, checksum in (("model", "setting"), ("manager", "sources"), ("scenario", "faults")):
+        told = _tell_apart(told, name, checksum)
+    return told
+
+
+def _tell_apart(rows: Sequence[RunRow], name: str, checksum: str) -> list[RunRow]:
+    """Return the rows, with the checksum behind each name that stands for several things."""
+    found: defaultdict[str, set[str]] = defaultdict(set)
+    for row in rows:
+        found[getattr(row, name)].add(getattr(row, checksum))
+    several = {one for one, checksums in found.items() if len(checksums) > 1}
+
+    def told(row: RunRow) -> RunRow:
+        one = getattr(row, name)
+        changed: dict[str, Any] = {name: f"{one} {getattr(row, checksum) or 'unknown'}"}
+        return replace(row, **changed) if one in several else row
+
+    return [told(row) for row in rows]
 
 
 def recompute(folder: Path) -> Mapping[str, float | None]:
@@ -141,6 +160,8 @@ def _read(folder: Path, *, again: bool) -> RunRow:
                 **{key: run.get(key) for key in _SETTING},
             }
         ),
+        sources=str(run.get("manager_checksum", ""))[:_CHECKSUM],
+        faults=_checksum({"faults": run.get("faults")}),
         **text,
     )
 
@@ -153,7 +174,7 @@ def _checked(run: Mapping[str, Any], key: str, kind: type, where: Path) -> Any:
 
 
 def _checksum(values: Mapping[str, Any]) -> str:
-    return hashlib.sha256(json.dumps(values, sort_keys=True).encode()).hexdigest()[:8]
+    return hashlib.sha256(json.dumps(values, sort_keys=True).encode()).hexdigest()[:_CHECKSUM]
 
 
 def _stored(run: Mapping[str, Any], where: Path) -> Mapping[str, float | None]:

@@ -14,9 +14,9 @@ from typing import Any, Final
 from sunset.errors import InvalidInputError, OutputError
 from sunset.experiments.files import make_folder, write_text
 from sunset.experiments.resources import Resources
-from sunset.experiments.run import prepare, run, versions
-from sunset.experiments.spec import EXTERNAL, RunSpec, Timing
-from sunset.managing import manager_sources
+from sunset.experiments.run import prepare, run, sources_of, versions
+from sunset.experiments.spec import RunSpec, Timing
+from sunset.managing import checksum
 from sunset.recording import RUN_FILE
 from sunset.scenarios import Scenario, load_suite, suite
 from sunset.seeding import check_seed
@@ -166,7 +166,9 @@ def bench(spec: BenchSpec, out: Path, *, jobs: int | None = None, progress: Prog
         if progress is not None:
             progress(done, len(runs))
         if todo:
-            for count in _run_all(todo, out, min(jobs or _jobs(spec), len(todo))):
+            checksums = described["manager_checksums"]
+            flights = [(one, run_folder(out, one), checksums.get(one.manager)) for one in todo]
+            for count in _run_all(flights, min(jobs or _jobs(spec), len(todo))):
                 if progress is not None:
                     progress(done + count, len(runs))
     return len(todo)
@@ -195,23 +197,23 @@ def _jobs(spec: BenchSpec) -> int:
     return processors() if spec.middleware == "sim" else 1
 
 
-def _run_all(todo: Sequence[RunSpec], out: Path, jobs: int) -> Iterator[int]:
-    """Fly all runs; yield how many are finished, after each.
+def _run_all(flights: Sequence[tuple[RunSpec, Path, str | None]], jobs: int) -> Iterator[int]:
+    """Fly all runs, each into its folder, with the managing system's checksum; yield how many are finished, after each.
 
     Simulated ones are flown by other processes, since a managing system is in the one that flies.
     """
-    if todo[0].live and jobs == 1:
-        for count, one in enumerate(todo, 1):
-            run(one, run_folder(out, one))
+    if flights[0][0].live and jobs == 1:
+        for count, (spec, folder, known) in enumerate(flights, 1):
+            run(spec, folder, manager_checksum=known)
             yield count
         return
-    waiting = iter(todo)
+    waiting = iter(flights)
     pending: set[Future[None]] = set()
     finished = 0
     with worker_pool(jobs) as pool:
         while True:
             for one in waiting:
-                pending.add(pool.submit(_fly, one, run_folder(out, one)))
+                pending.add(pool.submit(_fly, *one))
                 if len(pending) >= 2 * jobs:
                     break
             if not pending:
@@ -223,9 +225,9 @@ def _run_all(todo: Sequence[RunSpec], out: Path, jobs: int) -> Iterator[int]:
                 yield finished
 
 
-def _fly(spec: RunSpec, folder: Path) -> None:
+def _fly(spec: RunSpec, folder: Path, manager_checksum: str | None) -> None:
     try:
-        run(spec, folder)
+        run(spec, folder, manager_checksum=manager_checksum)
     except KeyboardInterrupt:
         os._exit(1)  # nobody wants its runs any more, but the worker would go on with the next one
 
@@ -278,7 +280,7 @@ def describe(spec: BenchSpec, resources: Resources) -> dict[str, Any]:
         "bag": str(spec.bag) if spec.bag else None,
         "bag_checksum": resources.bag_checksum,
         "device": resources.segmenter.device,
-        "manager_checksums": {name: _source_checksum(name) for name in spec.managers},
+        "manager_checksums": {name: checksum(sources_of(name)) for name in spec.managers},
         "managers": list(spec.managers),
         "model": spec.model,
         "model_checksum": _checksum(json.dumps(resources.model.card.to_json(), sort_keys=True)),
@@ -292,15 +294,6 @@ def describe(spec: BenchSpec, resources: Resources) -> dict[str, Any]:
         **({"scenarios": [one.name for one in _chosen(spec)]} if spec.scenarios else {}),
         **({} if spec.middleware == "sim" else {"middleware": spec.middleware, "speed": spec.speed}),
     }
-
-
-def _source_checksum(manager: str) -> str:
-    """Return the SHA-256 of the files in which a managing system is written; empty if nobody knows."""
-    sources = () if manager == EXTERNAL else manager_sources(manager)
-    digest = hashlib.sha256()
-    for source in sources:
-        digest.update(hashlib.sha256(source.read_bytes()).digest())
-    return digest.hexdigest() if sources else ""
 
 
 def _checksum(text: str) -> str:

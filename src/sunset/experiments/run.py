@@ -10,15 +10,17 @@ from typing import Any
 import onnxruntime
 
 from sunset import __version__
+from sunset.errors import ManagerError
 from sunset.experiments.observer import Observer
 from sunset.experiments.resources import Resources, find_resources
 from sunset.experiments.simulated import fly
-from sunset.experiments.spec import RunSpec, Timing
+from sunset.experiments.spec import EXTERNAL, RunSpec, Timing
+from sunset.managing import checksum, manager_sources
 from sunset.metrics import RunMetrics, Timeline, score
 from sunset.recording import RecordWriter
 from sunset.rmw.sim import DEFAULT_COMPUTE
 
-__all__ = ["RunResult", "prepare", "run", "versions"]
+__all__ = ["RunResult", "prepare", "run", "sources_of", "versions"]
 
 
 @dataclass(frozen=True)
@@ -69,7 +71,7 @@ def prepare(spec: RunSpec, *, progress: Callable[[int, int], None] | None = None
     return find_resources(spec, progress=progress)
 
 
-def run(spec: RunSpec, folder: Path, *, log: bool = False) -> RunResult:
+def run(spec: RunSpec, folder: Path, *, log: bool = False, manager_checksum: str | None = None) -> RunResult:
     """Fly one experiment, write its record to a new folder, and score it.
 
     The folder appears when the run is complete, under its final name; what is measured is read from the
@@ -79,17 +81,24 @@ def run(spec: RunSpec, folder: Path, *, log: bool = False) -> RunResult:
         spec: what is flown.
         folder: the record's folder, which must not exist, or be empty.
         log: whether what the managing system logs goes to stderr as well as to the record.
+        manager_checksum: of the files that the managing system must be written in; whatever they hold if None.
 
     Raises:
-        ManagerError: the managing system could not be loaded, raised, or did not return.
+        ManagerError: the managing system could not be loaded, raised, did not return, or was changed meanwhile.
         ModelError: the model cannot be used.
         DataError: the bag cannot be used.
         OutputError: the record cannot be written.
     """
     resources = find_resources(spec)
+    sources = sources_of(spec.manager)
+    flown = checksum(sources) if manager_checksum is None else manager_checksum
     with RecordWriter(folder) as writer:
         observer = Observer(writer)
         start_ns, shortfall = _fly(spec, resources, observer, log=log)
+        if checksum(sources) != flown:
+            raise ManagerError(
+                f"The managing system {spec.manager} was changed while it was flown; fly the new one in a new folder."
+            )
         timeline = writer.timeline(
             entropy_threshold=resources.model.card.entropy_threshold,
             sharpness_threshold=resources.model.card.sharpness_threshold,
@@ -100,6 +109,7 @@ def run(spec: RunSpec, folder: Path, *, log: bool = False) -> RunResult:
         metrics = score(timeline)
         reasons = [*observer.violations, *filter(None, [shortfall(timeline)])]
         described = _describe(spec, resources) | {
+            "manager_checksum": flown,
             "start_ns": start_ns,
             "digest": writer.digest,
             "metrics": metrics.to_json(),
@@ -108,6 +118,15 @@ def run(spec: RunSpec, folder: Path, *, log: bool = False) -> RunResult:
         }
         writer.close(described)
     return RunResult(spec, folder, described, timeline, metrics)
+
+
+def sources_of(manager: str) -> tuple[Path, ...]:
+    """Return the files in which a managing system is written; none if nobody knows.
+
+    Raises:
+        ManagerError: it cannot be loaded.
+    """
+    return () if manager == EXTERNAL else manager_sources(manager)
 
 
 def _fly(

@@ -2,7 +2,7 @@
 
 from sunset.managing.base import ManagingSystem
 from sunset.managing.baseline import Baseline
-from sunset.managing.loading import MANAGERS, load_manager, manager_sources
+from sunset.managing.loading import MANAGERS, checksum, load_manager, manager_sources
 from sunset.managing.none import NoAdaptation
 from sunset.managing.symptoms import Symptoms
 
@@ -12,6 +12,7 @@ __all__ = [
     "ManagingSystem",
     "NoAdaptation",
     "Symptoms",
+    "checksum",
     "load_manager",
     "manager_sources",
 ]

@@ -1,11 +1,11 @@
 """Finding a managing system by name, in a module, or in a file of one's own."""
 
+import hashlib
 import importlib
 import importlib.util
 import inspect
 import sys
-from collections.abc import Mapping
-from collections.abc import Set as AbstractSet
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from types import MappingProxyType, ModuleType
 from typing import Final
@@ -15,7 +15,7 @@ from sunset.managing.base import ManagingSystem
 from sunset.managing.baseline import Baseline
 from sunset.managing.none import NoAdaptation
 
-__all__ = ["MANAGERS", "load_manager", "manager_sources"]
+__all__ = ["MANAGERS", "checksum", "load_manager", "manager_sources"]
 
 MANAGERS: Final[Mapping[str, type[ManagingSystem]]] = MappingProxyType(
     {"none": NoAdaptation, "baseline": Baseline}
@@ -43,6 +43,10 @@ def load_manager(spec: str) -> type[ManagingSystem]:
     """
     if spec in MANAGERS:
         return MANAGERS[spec]
+    if not spec.isprintable():
+        raise ManagerError(
+            f"The managing system {spec!r} has a character in its name that no record can hold."
+        )
     where, separator, name = spec.rpartition(":")
     if not separator or not where or not name:
         raise ManagerError(
@@ -54,7 +58,7 @@ def load_manager(spec: str) -> type[ManagingSystem]:
 
 
 def manager_sources(spec: str) -> tuple[Path, ...]:
-    """Return the files in which a managing system is written: its own, and what it imports of its package or folder.
+    """Return the files in which a managing system is written: its own, with what it imports beside it, or its package.
 
     Raises:
         ManagerError: as of `load_manager`.
@@ -64,20 +68,24 @@ def manager_sources(spec: str) -> tuple[Path, ...]:
         return ()
     where = spec.rpartition(":")[0]
     package = where.partition(".")[0]
-    names = _beside(Path(source).parent) if where.endswith(".py") else _modules_of({package} - _OURS)
-    files = {Path(source)} | {
-        Path(file) for name in names if (file := vars(sys.modules[name]).get("__file__")) is not None
-    }
+    files = {Path(source)}
+    if where.endswith(".py"):
+        loaded = [vars(sys.modules[name]).get("__file__") for name in _beside(Path(source).parent)]
+        files.update(Path(file) for file in loaded if file is not None)
+    elif package not in {"", *_OURS}:  # all of it: what is loaded depends on what was flown before
+        folders = vars(sys.modules[package]).get("__path__", ())
+        files.update(file for folder in folders for file in Path(folder).rglob("*.py"))
     return tuple(sorted(files))
 
 
-def _modules_of(packages: AbstractSet[str]) -> list[str]:
-    """Return the names of the loaded modules that are, or are in, some top-level modules."""
-    return [name for name in sys.modules if name.partition(".")[0] in packages]
+def checksum(sources: Iterable[Path]) -> str:
+    """Return the SHA-256 of what stands in a managing system's files now, in hexadecimal; of none, an empty text."""
+    digests = [hashlib.sha256(source.read_bytes()).digest() for source in sources]
+    return hashlib.sha256(b"".join(digests)).hexdigest() if digests else ""
 
 
 def _beside(folder: Path) -> list[str]:
-    """Return the names of the loaded modules that a folder holds."""
+    """Return the names of the loaded modules that a folder holds, and of those in them."""
     found = set()
     for name, module in sys.modules.items():
         # not getattr: some modules make up what is asked for
@@ -85,7 +93,7 @@ def _beside(folder: Path) -> list[str]:
         where = [*about.get("__path__", ()), about.get("__file__")][0]
         if "." not in name and where and Path(where).parent == folder:
             found.add(name)
-    return _modules_of(found - _OURS)
+    return [name for name in sys.modules if name.partition(".")[0] in found - _OURS]
 
 
 def _load_module(name: str) -> ModuleType:

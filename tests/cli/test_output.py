@@ -1,6 +1,7 @@
 """What goes to stdout, whoever reads it and whatever a managing system prints."""
 
 import json
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -75,6 +76,20 @@ def test_a_reader_that_has_seen_enough_is_no_error(arguments: list[str], reader:
     assert done.returncode == 0
     assert "Traceback" not in done.stderr
     assert "Broken" not in done.stderr
+
+
+def test_a_terminal_without_arrows_gets_the_table_too(tmp_path: Path) -> None:
+    assert main(["run", "nofault", "--manager", "none", "--out", str(tmp_path / "run")]) == 0
+
+    done = subprocess.run(
+        [sys.executable, "-m", "sunset", "report", str(tmp_path / "run")],
+        capture_output=True,
+        check=False,
+        env=os.environ | {"PYTHONIOENCODING": "ascii"},
+    )
+
+    assert (done.returncode, done.stderr) == (0, b"")
+    assert b"IoU ?" in done.stdout
 
 
 @pytest.mark.parametrize("noun", ["faults", "managers", "models", "scenarios"])

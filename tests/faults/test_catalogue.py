@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import pytest
 
 from sunset.errors import ScenarioError
@@ -134,3 +136,7 @@ def test_catalogue_is_read_only() -> None:
 
 def test_every_failure_says_what_one_sees() -> None:
     assert len({failure.description for failure in Failure}) == 5
+
+
+def test_a_fault_that_nothing_cures_is_not_cured_by_a_redeploy() -> None:
+    assert not replace(get_fault("hardware_disconnect"), cures=()).redeploy_only

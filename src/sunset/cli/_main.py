@@ -8,6 +8,7 @@ import threading
 from collections.abc import Sequence
 from contextlib import ExitStack
 from importlib import import_module
+from io import TextIOWrapper
 from types import FrameType
 from typing import Final, NoReturn
 
@@ -70,6 +71,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         The exit code: 0 done, 1 done and the answer is no (`managers check`, `ros`), 2 bad input (one sentence stands
         on stderr), 130 interrupted, 143 ended by SIGTERM.
     """
+    if isinstance(sys.stdout, TextIOWrapper):
+        sys.stdout.reconfigure(errors="replace")  # some terminals have no arrows
     arguments = sys.argv[1:] if arguments is None else arguments
     verb = next(iter(arguments), "")
     if verb != _UP:

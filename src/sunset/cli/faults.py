@@ -46,9 +46,7 @@ def list_faults(arguments: argparse.Namespace) -> int:
         print(json.dumps({"faults": [_described(fault) for fault in FAULTS.values()]}, sort_keys=True))
         return 0
     for fault in FAULTS.values():
-        print(
-            f"{fault.name:22}{fault.failure}  {fault.kind:15}{fault.node:15}cured by: {', or '.join(_cures(fault))}"
-        )
+        print(f"{fault.name:22}{fault.failure}  {fault.kind:15}{fault.node:15}cured by: {_told_cures(fault)}")
     return 0
 
 
@@ -66,7 +64,7 @@ def show(arguments: argparse.Namespace) -> int:
         print(
             f"  strength   {fault.value} in the suites; above {fault.limits[0]:g} and at most {fault.limits[1]:g}"
         )
-    print(f"  cured by   {', or '.join(_cures(fault))}; by nothing else")
+    print(f"  cured by   {_told_cures(fault)}{'; by nothing else' if fault.cures else ''}")
     return 0
 
 
@@ -100,6 +98,10 @@ def draw(arguments: argparse.Namespace) -> int:
 
 def _cures(fault: Fault) -> list[str]:
     return [" and ".join(str(step) for step in cure) for cure in fault.cures]
+
+
+def _told_cures(fault: Fault) -> str:
+    return ", or ".join(_cures(fault)) or "nothing"
 
 
 def _described(fault: Fault) -> dict[str, Any]:

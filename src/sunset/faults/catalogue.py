@@ -136,8 +136,8 @@ class Fault:
 
     @property
     def redeploy_only(self) -> bool:
-        """Whether nothing cheaper than a redeploy cures it."""
-        return self.cures[0][0].kind is AdaptationKind.REDEPLOY
+        """Whether a redeploy cures it, and nothing cheaper."""
+        return bool(self.cures) and self.cures[0][0].kind is AdaptationKind.REDEPLOY
 
 
 _NODES = ("camera", "depth", "image_enhancement", "sensor_fusion", "segmentation")

@@ -27,6 +27,7 @@ from functools import partial
 from importlib import import_module
 from importlib.util import find_spec
 from multiprocessing import get_context
+from multiprocessing.synchronize import Barrier
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, Final
@@ -38,6 +39,7 @@ import onnxruntime
 from onnx import TensorProto, helper, numpy_helper
 
 from sunset.classes import CLASSES
+from sunset.errors import SunsetError
 from sunset.perception import Modality, Model, ModelCard, Segmenter, list_models, load_model
 from sunset.training import CONFIGS, FrameSet, TrainingConfig
 from sunset.training.network import build, folded_weights
@@ -48,6 +50,12 @@ Arrays = dict[str, npt.NDArray[Any]]
 
 _SIZES: Final = (576, 1024, 2048)
 """Sides of the square matrices that the peak is measured with; the fastest counts."""
+
+_PATIENCE_S: Final = 60.0
+"""How long a process waits for the other one to be ready."""
+
+_barriers: list[Barrier] = []
+"""In a process that measures beside another one: where the two wait for each other."""
 
 
 @dataclass(frozen=True)
@@ -85,9 +93,12 @@ def work(path: Path) -> Work:
     return Work(float32=counts[False], int8=counts[True])
 
 
-def seconds(function: Callable[[], object], rounds: int) -> list[float]:
-    """Return the wall times of calls, after one that is not counted."""
+def seconds(
+    function: Callable[[], object], rounds: int, begin: Callable[[], object] = lambda: None
+) -> list[float]:
+    """Return the wall times of calls, after one that is not counted, and a call of `begin`."""
     function()
+    begin()
     times = []
     for _ in range(rounds):
         started = time.perf_counter()
@@ -198,14 +209,22 @@ ENGINES: Final = {"ONNX Runtime": with_onnxruntime} | (
 )
 
 
+def _meet(barrier: Barrier) -> None:
+    """Let a process know where it waits for the other one."""
+    _barriers.append(barrier)
+
+
 def worker(engine: str, path: Path, inputs: Arrays, rounds: int) -> list[float]:
-    """Return the seconds of frames in a process of its own, with one thread."""
-    return seconds(ENGINES[engine](path, inputs, 1), rounds)
+    """Return the seconds of frames in a process of its own, with one thread, when the other process is ready too."""
+    (barrier,) = _barriers
+    return seconds(ENGINES[engine](path, inputs, 1), rounds, barrier.wait)
 
 
 def together(engine: str, path: Path, inputs: Arrays, rounds: int) -> list[float]:
     """Return the seconds of a frame when two processes share the frames; the slower of the two counts."""
-    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
+    context = get_context("spawn")
+    barrier = context.Barrier(2, timeout=_PATIENCE_S)
+    with ProcessPoolExecutor(2, context, initializer=_meet, initargs=(barrier,)) as pool:
         both = [pool.submit(worker, engine, path, inputs, rounds) for _ in range(2)]
         times = max((one.result() for one in both), key=statistics.median)
     return [each / 2 for each in times]
@@ -269,6 +288,12 @@ def _needs(modality: Modality, name: str) -> bool:
     return modality.needs_rgb if name == "bgr" else modality.needs_depth
 
 
+def _at_least_one(text: str) -> int:
+    if not text.isdecimal() or not int(text):
+        raise argparse.ArgumentTypeError(f"expected a whole number of at least 1, got {text!r}")
+    return int(text)
+
+
 def main(arguments: Sequence[str] | None = None) -> None:
     """Measure and print."""
     parser = argparse.ArgumentParser(
@@ -278,9 +303,13 @@ def main(arguments: Sequence[str] | None = None) -> None:
         "models", nargs="*", help="names or folders (default: all that come along, or --plans)"
     )
     parser.add_argument("--plans", choices=CONFIGS, nargs="+", default=[], help="trainings (default: none)")
-    parser.add_argument("--batches", type=int, nargs="+", default=[], help="frames at once (default: none)")
-    parser.add_argument("--rounds", type=int, default=20, help="of each measurement (default: %(default)s)")
-    parser.add_argument("--threads", type=int, nargs="+", default=[1, 2], help="(default: 1 2)")
+    parser.add_argument(
+        "--batches", type=_at_least_one, nargs="+", default=[], help="frames at once (default: none)"
+    )
+    parser.add_argument(
+        "--rounds", type=_at_least_one, default=20, help="of each measurement (default: %(default)s)"
+    )
+    parser.add_argument("--threads", type=_at_least_one, nargs="+", default=[1, 2], help="(default: 1 2)")
     given = parser.parse_args(arguments)
     peaks = {threads: Work() for threads in sorted({1, 2, *given.threads})}
     table: list[tuple[str, list[Row]]] = []
@@ -296,6 +325,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
                         measured += batch_rows(model, modality, peaks, given.rounds, frames)
                     size = f"{todo.float32 / 1e6:.0f} Mmac float32, {todo.int8 / 1e6:.0f} int8"
                     table.append((f"{model.card.name} {modality.key}: {size}", measured))
+    except SunsetError as error:
+        parser.error(str(error))
     finally:
         if table:  # what was measured is not lost
             show(table, peaks)
@@ -314,8 +345,7 @@ def show(table: Sequence[tuple[str, list[Row]]], peaks: dict[int, Work]) -> None
 
 def models(names: Sequence[str], plans: Sequence[str], folder: Path) -> Iterator[Model]:
     """Yield the models that are measured."""
-    for name in names or ([] if plans else list_models()):
-        yield load_model(name)
+    yield from [load_model(name) for name in names or ([] if plans else list_models())]
     for name in plans:
         yield from drawn(CONFIGS[name](), folder / name)
 

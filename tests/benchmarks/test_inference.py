@@ -1,3 +1,5 @@
+import threading
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -75,3 +77,43 @@ def test_branches_take_several_frames_at_once(
         for logits, expected in zip(all_at_once, inference.with_onnxruntime(out, one, 1)(), strict=True):
             assert logits.shape == (3, 28, 72, 128)
             np.testing.assert_allclose(logits[index : index + 1], expected, atol=1e-5)
+
+
+def test_two_processes_measure_when_both_are_ready(monkeypatch: pytest.MonkeyPatch) -> None:
+    calls: list[None] = []
+    barrier = threading.Barrier(2, timeout=60)
+    monkeypatch.setitem(inference.ENGINES, "none", lambda *_: lambda: calls.append(None))
+    monkeypatch.setattr(inference, "_barriers", [barrier])
+    with ThreadPoolExecutor(2) as pool:
+        one = pool.submit(inference.worker, "none", Path(), {}, 3)
+        while not barrier.n_waiting and not one.done():
+            pass
+        assert len(calls) == 1  # not counted
+        other = pool.submit(inference.worker, "none", Path(), {}, 3)
+        assert len(one.result()) == len(other.result()) == 3
+
+
+def test_two_processes_share_the_frames(models: list[Model]) -> None:
+    noise = {"depth": inference.frame((144, 256))["depth"]}
+    times = inference.together("ONNX Runtime", models[0].folder / "depth.onnx", noise, 3)
+    assert len(times) == 3
+    assert min(times) > 0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--rounds", "0"], "at least 1"),
+        (["--threads", "1", "0"], "at least 1"),
+        (["--batches", "few"], "at least 1"),
+        (["lite", "huge"], "There is no model 'huge'"),
+    ],
+)
+def test_what_cannot_be_measured_is_refused(
+    arguments: list[str], words: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit) as way_out:
+        inference.main(arguments)
+    out, err = capsys.readouterr()
+    assert (way_out.value.code, out) == (2, "")
+    assert words in err

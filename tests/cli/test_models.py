@@ -41,6 +41,8 @@ ARGUMENTS: dict[str, tuple[Sequence[str], str]] = {
     "importing from nothing": (["import", "nowhere"], "rgb.pth, depth.pth and fusion.pth"),
     "importing over a folder": (["import", ".", "--out", "."], "exists"),
     "importing at an odd size": (["import", ".", "--size", "30x20", "--out", "o"], "got 30x20"),
+    "importing with a name that is no text": (["import", ".", "--out", "o", "--name", "a\udcff"], "UTF-8"),
+    "importing into a folder whose name is no text": (["import", ".", "--out", "a\udcff"], "UTF-8"),
     "importing over a model": (["import", "old"], "--out"),
     "calibrating on a missing device": (
         ["calibrate", "lite", "--out", "o", "--device", "cuda"],
@@ -59,6 +61,8 @@ NEEDS_TRAIN = {
     "calibrating on a missing device",
     "importing from nothing",
     "importing at an odd size",
+    "importing with a name that is no text",
+    "importing into a folder whose name is no text",
 }
 """Without the extra `train`, these end with the sentence that names it."""
 
@@ -164,14 +168,15 @@ def test_a_model_is_calibrated_on_a_bag(
     model: Path, bag: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     pytest.importorskip("onnx")
+    named = shutil.copytree(bag, tmp_path / "five\udcff")  # whose name no card can hold
 
-    assert main(["models", "calibrate", str(model), "--bag", str(bag), "--out", str(tmp_path / "o")]) == 0
+    assert main(["models", "calibrate", str(model), "--bag", str(named), "--out", str(tmp_path / "o")]) == 0
 
     printed = dict(line.rsplit(maxsplit=1) for line in capsys.readouterr().out.splitlines())
     card = load_model(tmp_path / "o").card
     assert float(printed["entropy threshold"]) == pytest.approx(card.entropy_threshold, abs=1e-4)
     assert printed["depth temperature"] == "1.0000"
-    assert "5 frames: the bag five" in str(card.results["measured_on"])
+    assert "5 frames: the bag five\ufffd" in str(card.results["measured_on"])
 
 
 def test_a_model_without_fusion_is_said_not_to_fly(

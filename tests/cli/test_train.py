@@ -25,6 +25,16 @@ def test_a_training_that_there_is_not_is_refused(
     assert expected.replace("'", "") in sentence.replace("'", "")
 
 
+@pytest.mark.parametrize(
+    ("option", "value", "expected"),
+    [("--steps", "9" * 400, "at most 1000000000 steps"), ("--name", "a\udcff", "UTF-8")],
+)
+def test_a_training_that_cannot_end_well_is_refused(
+    option: str, value: str, expected: str, complaint: Complaint
+) -> None:
+    assert expected in complaint(["train", "--out", "model", option, value])
+
+
 def test_lines_tell_how_far_a_training_is() -> None:
     console = Console(width=200, record=True, force_terminal=False)
     times = iter((0.0, 1.0, 75.0, 151.0))

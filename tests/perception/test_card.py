@@ -5,8 +5,9 @@ from pathlib import Path
 import pytest
 
 from sunset.classes import CLASSES
-from sunset.errors import ModelError
+from sunset.errors import InvalidInputError, ModelError
 from sunset.perception import Modality, Model, ModelCard, NetworkCard
+from sunset.perception.card import check_name
 
 
 def test_the_card_that_is_read_is_the_card_that_was_written(tmp_path: Path, lite: Model) -> None:
@@ -70,7 +71,10 @@ def test_a_missing_card_is_named(tmp_path: Path) -> None:
         ModelCard.read(tmp_path / "card.json")
 
 
-@pytest.mark.parametrize("text", ["", '{"name": ', "[" * 100_000])
+@pytest.mark.parametrize(
+    "text",
+    ["", '{"name": ', "[" * 100_000, '{"training": NaN}', '{"training": 1e999}', '{"name": "\\udcff"}'],
+)
 def test_a_card_that_is_no_json_is_refused(tmp_path: Path, text: str) -> None:
     path = tmp_path / "card.json"
     path.write_text(text, encoding="utf-8")
@@ -105,7 +109,6 @@ NETWORK = {"file": "rgb.onnx", "sha256": "0" * 64, "parameters": 1, "temperature
         ({"classes": ["road"]}, "the list of the 28 classes in their order as 'classes'"),
         ({"entropy_threshold": 1.5}, "a number from 0 to 1 as 'entropy_threshold', got 1.5"),
         ({"entropy_threshold": "low"}, "a number from 0 to 1 as 'entropy_threshold', got 'low'"),
-        ({"entropy_threshold": float("nan")}, "a number from 0 to 1 as 'entropy_threshold', got nan"),
         ({"sharpness_threshold": -1}, "a number from 0 to 64 as 'sharpness_threshold', got -1"),
         ({"networks": {}}, "at least one network as 'networks'"),
         ({"networks": {"lidar": NETWORK}}, "networks named depth, fusion, rgb only as 'networks'"),
@@ -140,3 +143,9 @@ def test_a_malformed_card_says_where_what_was_expected_and_what_it_got(
     with pytest.raises(ModelError) as caught:
         ModelCard.read(folder / "card.json")
     assert message in str(caught.value)
+
+
+@pytest.mark.parametrize("name", ["", "a\udcff"])
+def test_a_name_that_a_card_cannot_hold_is_refused(name: str) -> None:
+    with pytest.raises(InvalidInputError, match="must be a text that UTF-8 can encode, got '"):
+        check_name(name)

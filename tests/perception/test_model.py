@@ -43,6 +43,26 @@ def test_a_truncated_network_is_told_from_the_card(copied: Path) -> None:
         load_model(copied)
 
 
+def constant(labels: str = "uint8[144, 256]", entropy: str = "float", value: str = "Identity(half)") -> bytes:
+    """A network that gives the same whatever it sees; the arguments are in ONNX's own notation."""
+    kind, _, sides = labels.partition("[")
+    parser = pytest.importorskip("onnx.parser")
+    network = parser.parse_model(f"""
+        <ir_version: 9, opset_import: ["" : 18]>
+        graph (uint8[144, 256, 3] bgr) => (float[1, 28, 1, 1] logits, {labels} labels, {entropy} entropy) {{
+            small = Constant<value_ints = [1, 28, 1, 1]>()
+            logits = ConstantOfShape(small)
+            size = Constant<value_ints = [{sides}>()
+            labels = ConstantOfShape<value = {kind}[1] {{0}}>(size)
+            half = Constant<value_float = 0.5>()
+            below = Neg(half)
+            one = Constant<value_ints = [1]>()
+            entropy = {value}
+        }}
+    """)
+    return bytes(network.SerializeToString())
+
+
 @pytest.fixture
 def with_network(copied: Path) -> Callable[[bytes], Path]:
     """Put other bytes in the place of rgb.onnx, with their checksum on the card."""
@@ -159,6 +179,37 @@ def test_a_card_of_another_size_than_the_network_is_refused(edit_card: Callable[
     with pytest.raises(ModelError) as caught:
         model.session(Modality.DEPTH)
     assert model_card_size in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("network", "words"),
+    [
+        ({"labels": "int64[144, 256]"}, "but gives labels tensor(int64) [144, 256] and entropy"),
+        ({"labels": "uint8[72, 128]"}, "but gives labels tensor(uint8) [72, 128] and entropy"),
+        (
+            {"entropy": "float[1]", "value": "ConstantOfShape(one)"},
+            "and entropy tensor(float) [1].",
+        ),
+    ],
+)
+def test_a_network_with_outputs_of_another_kind_is_refused(
+    network: dict[str, str], words: str, with_network: Callable[[bytes], Path]
+) -> None:
+    model = load_model(with_network(constant(**network)))
+    with pytest.raises(ModelError, match=r"rgb\.onnx must give labels .* and entropy") as caught:
+        model.session(Modality.RGB)
+    assert words in str(caught.value)
+
+
+@pytest.mark.parametrize(("value", "words"), [("Log(below)", "got nan"), ("Exp(half)", "got 1.64")])
+def test_an_entropy_that_is_none_is_refused(
+    value: str, words: str, with_network: Callable[[bytes], Path], frame: Frame
+) -> None:
+    good = Segmenter(load_model(with_network(constant())))
+    assert good.segment(Modality.RGB, *frame).entropy == 0.5
+    segmenter = Segmenter(load_model(with_network(constant(value=value))))
+    with pytest.raises(ModelError, match=f"must give an entropy from 0 to 1, {words}"):
+        segmenter.segment(Modality.RGB, *frame)
 
 
 def test_a_modality_without_network_is_refused(edit_card: Callable[..., Path], lite: Model) -> None:

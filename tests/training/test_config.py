@@ -95,3 +95,14 @@ def test_the_learning_rate_rises_falls_and_falls_anew_where_a_phase_says_so() ->
     assert rates[299] < 1e-3
     assert max(rates[:100]) < 1.0
     assert max(rates[100:]) < 0.5
+
+
+def test_too_many_steps_are_refused() -> None:
+    assert CONFIGS["reference"]().with_steps(10**9).schedule.steps == 10**9
+    with pytest.raises(InvalidInputError, match="at most 1000000000 steps"):
+        CONFIGS["reference"]().with_steps(10**400)
+
+
+def test_a_name_that_no_card_can_hold_is_refused() -> None:
+    with pytest.raises(InvalidInputError, match="UTF-8"):
+        TrainingConfig(name="a\udcff")

@@ -249,3 +249,10 @@ def test_a_model_folder_that_cannot_be_written_is_named(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("", encoding="utf-8")
     with pytest.raises(OutputError, match=r"The model cannot be written to .*file"):
         import_checkpoints(tmp_path, tmp_path / "file" / "model", name="x", height=16, width=16)
+
+
+def test_a_name_that_no_card_can_hold_is_refused_before_the_work(tmp_path: Path) -> None:
+    torch.save(light(), tmp_path / "rgb.pth")
+    with pytest.raises(InvalidInputError, match="UTF-8"):
+        import_checkpoints(tmp_path, tmp_path / "model", name="a\udcff", height=16, width=16)
+    assert not (tmp_path / "model").exists()

@@ -122,6 +122,17 @@ def test_a_model_of_ones_own_is_changed_in_its_place(small: Path, frames: FrameS
     assert again.card == calibrated.card
 
 
+def test_a_model_in_the_current_folder_is_calibrated(
+    small: Path, frames: FrameSet, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (small / "inner").mkdir()
+    for folder, name in ((small, "."), (small / "inner", "..")):
+        monkeypatch.chdir(folder)
+        assert (
+            calibrate_model(load_model(name), frames, jobs=1).card.networks[Modality.DEPTH].temperature == 1.0
+        )
+
+
 def test_weights_beside_a_network_are_kept_and_shared(small: Path, frames: FrameSet, tmp_path: Path) -> None:
     network = onnx.load(small / "depth.onnx")
     onnx.save(network, small / "depth.onnx", save_as_external_data=True, location="weights.bin")

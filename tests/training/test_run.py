@@ -1,4 +1,6 @@
+import hashlib
 import json
+import shutil
 import subprocess
 import sys
 from dataclasses import replace
@@ -8,8 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sunset.errors import DataError, InvalidInputError, OutputError, SunsetError
-from sunset.perception import Modality, Segmenter
+from sunset.errors import DataError, InvalidInputError, ModelError, OutputError, SunsetError
+from sunset.perception import Modality, ModelCard, Segmenter, load_model
 from sunset.training import (
     FrameSet,
     FrameSets,
@@ -167,6 +169,19 @@ def test_a_training_does_not_start_from_other_networks(sets: FrameSets, tmp_path
     assert not (tmp_path / "out").exists()
 
 
+def test_a_training_does_not_start_from_a_file_that_is_no_network(tmp_path: Path) -> None:
+    folder = Path(shutil.copytree(load_model("lite").folder, tmp_path / "start"))
+    (folder / "depth.onnx").write_bytes(b"\xff" * 50)
+    card = ModelCard.read(folder / "card.json")
+    digest = hashlib.sha256(b"\xff" * 50).hexdigest()
+    network = replace(card.networks[Modality.DEPTH], sha256=digest)
+    replace(card, networks={Modality.DEPTH: network}).write(folder)
+    config = replace(TINY, modalities=("depth",))
+    with pytest.raises(ModelError, match=r"depth\.onnx is no ONNX model"):
+        train(config, tmp_path / "out", work=tmp_path / "work", start=load_model(folder))
+    assert not (tmp_path / "out").exists()
+
+
 def test_a_start_from_other_weights_is_another_training(sets: FrameSets, tmp_path: Path) -> None:
     depth = replace(TINY, modalities=("depth",)).with_steps(1)
     start = train_on(depth, sets, tmp_path / "start", work=tmp_path / "work")
@@ -261,6 +276,14 @@ def test_the_checkpoint_of_another_run_is_refused(sets: FrameSets, tmp_path: Pat
         learn(TINY, sets.train, sets.validation, tmp_path, resume=True)
 
 
+def test_a_checkpoint_of_other_frames_is_refused(sets: FrameSets, tmp_path: Path) -> None:
+    config = replace(TINY, modalities=("depth",)).with_steps(1)
+    learn(config, sets.train, sets.validation, tmp_path)
+    brighter = replace(sets.train, bgr=sets.train.bgr + np.uint8(1))
+    with pytest.raises(InvalidInputError, match="is of another training"):
+        learn(config, brighter, sets.validation, tmp_path, resume=True)
+
+
 def test_a_damaged_checkpoint_is_named(sets: FrameSets, tmp_path: Path) -> None:
     config = replace(TINY, modalities=("depth",)).with_steps(1)
     learn(config, sets.train, sets.validation, tmp_path)
@@ -302,11 +325,25 @@ def test_a_training_that_diverges_ends(sets: FrameSets, tmp_path: Path) -> None:
         learn(config, sets.train, sets.validation, tmp_path)
 
 
-@pytest.mark.parametrize("line", ["{}", "[]", '{"step": 1, "x}', '{"step": "x"}'])
-def test_a_damaged_log_is_named(line: str, sets: FrameSets, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    "line",
+    [
+        b"{}",
+        b"[]",
+        b'{"step": 1, "x}',
+        b'{"step": "x"}',
+        b'{"step": 1, "\xff": 1}',
+        b'{"step": 1, "depth": 1}',
+        b'{"step": 1, "seconds": 1}',
+        b'{"step": 1, "seconds": 1, "depth": NaN}',
+        b'{"step": 1, "seconds": 1, "depth": 1, "iou": "none"}',
+        b'{"step": 1, "seconds": 1, "depth": 1, "more": 1}\n{"step": 1, "seconds": 1, "depth": 1}',
+    ],
+)
+def test_a_damaged_log_is_named(line: bytes, sets: FrameSets, tmp_path: Path) -> None:
     config = replace(TINY, modalities=("depth",)).with_steps(1)
     learn(config, sets.train, sets.validation, tmp_path)
-    (tmp_path / "networks" / "log.jsonl").write_text(f"{line}\n", encoding="utf-8")
+    (tmp_path / "networks" / "log.jsonl").write_bytes(line + b"\n")
     with pytest.raises(DataError, match=r"log\.jsonl is damaged"):
         learn(config, sets.train, sets.validation, tmp_path, resume=True)
 

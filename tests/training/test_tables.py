@@ -137,3 +137,10 @@ def test_models_of_other_sizes_are_not_put_in_one_table() -> None:
     larger = Model(lite.folder, replace(lite.card, height=288, width=512))
     with pytest.raises(InvalidInputError, match="of one size, got lite 256x144, lite 512x288"):
         measure_iou([lite, larger])
+
+
+def test_models_that_cannot_be_told_apart_are_not_put_in_one_table() -> None:
+    lite = load_model("lite")
+    version = lite.card.version
+    with pytest.raises(InvalidInputError, match=rf"got lite \({version}\) more than once\."):
+        measure_iou([lite, load_model(lite.folder)])

@@ -2,6 +2,7 @@
 
 import argparse
 import json
+import os
 import sys
 from collections.abc import Callable
 from dataclasses import replace
@@ -237,7 +238,8 @@ def calibrate(arguments: argparse.Namespace) -> int:
             source = "flights over town 7"
             frames = validation_flight(size, jobs=arguments.jobs, progress=progress)
         else:
-            source = f"the bag {arguments.bag.resolve().name}"
+            name = os.fsencode(arguments.bag.resolve().name).decode("utf-8", "replace")  # for the card
+            source = f"the bag {name}"
             frames = frames_of_bag(arguments.bag, size)
         calibrated = calibrate_model(
             model,

@@ -9,16 +9,28 @@ from types import MappingProxyType
 from typing import Final
 
 from sunset.classes import CLASSES
-from sunset.errors import ModelError
+from sunset.errors import InvalidInputError, ModelError
 from sunset.perception.card_text import card_text
 from sunset.perception.modality import Modality
 
-__all__ = ["CARD_FORMAT", "CARD_NAME", "ModelCard", "NetworkCard"]
+__all__ = ["CARD_FORMAT", "CARD_NAME", "ModelCard", "NetworkCard", "check_name"]
 
 CARD_NAME: Final = "card.json"
 CARD_FORMAT: Final = 1
 
 _SHA256_DIGITS: Final = 64
+
+
+def check_name(name: str) -> None:
+    """Refuse a model's name that its card cannot hold, before the model is made.
+
+    Raises:
+        InvalidInputError: it is empty, or UTF-8 cannot encode it.
+    """
+    if not name or name.encode("utf-8", "ignore").decode() != name:
+        raise InvalidInputError(
+            f"A model's name must be a text that UTF-8 can encode, got {name!r}: choose another one (--name)."
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,10 +105,11 @@ class ModelCard:
         """Read and check a card.
 
         Raises:
-            ModelError: it is missing, no JSON, or lacks something.
+            ModelError: it is missing, no JSON, lacks something, or has what cannot be written again.
         """
         try:
             raw = json.loads(path.read_text(encoding="utf-8"))
+            json.dumps(raw, ensure_ascii=False, allow_nan=False).encode()  # as it is written again
         except FileNotFoundError:
             raise ModelError(f"The model card {path} is missing.") from None
         except (OSError, RecursionError, ValueError) as error:

@@ -128,9 +128,14 @@ def _check_signature(session: Any, card: ModelCard, modality: Modality, path: Pa
     got = {value.name: (value.type, value.shape) for value in session.get_inputs()}
     if got != expected:
         raise ModelError(f"The network {path} must take {_words(expected)}, but takes {_words(got)}.")
-    missing = {"logits", "labels", "entropy"} - {value.name for value in session.get_outputs()}
+    outputs = {value.name: (value.type, value.shape) for value in session.get_outputs()}
+    missing = {"logits", "labels", "entropy"} - set(outputs)
     if missing:
         raise ModelError(f"The network {path} lacks the output {', '.join(sorted(missing))}.")
+    expected = {"labels": ("tensor(uint8)", [card.height, card.width]), "entropy": ("tensor(float)", [])}
+    got = {name: outputs[name] for name in expected}
+    if got != expected:
+        raise ModelError(f"The network {path} must give {_words(expected)}, but gives {_words(got)}.")
 
 
 def _words(signature: dict[str, tuple[str, list[int]]]) -> str:

@@ -1,6 +1,7 @@
 """Running a model's networks."""
 
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 import numpy.typing as npt
@@ -12,6 +13,9 @@ from sunset.perception.modality import Modality
 from sunset.perception.model import Model
 
 __all__ = ["Segmentation", "Segmenter"]
+
+_ROUNDING: Final = 1e-3
+"""How far an entropy may be outside [0, 1], for a network sums in float32."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -96,7 +100,7 @@ class Segmenter:
 
         Raises:
             ModelError: an input is missing or of another shape or type, the model has no such network, or
-                the network fails.
+                the network fails or gives an entropy that is none.
             DataError: the cache is damaged.
             OutputError: the cache cannot be written.
         """
@@ -117,7 +121,7 @@ class Segmenter:
         """Run a network once on an empty image, past the cache: what was never run takes several times as long.
 
         Raises:
-            ModelError: the model has no such network, or it fails.
+            ModelError: the model has no such network, or it fails or gives an entropy that is none.
         """
         size = (self._model.card.height, self._model.card.width)
         bgr, depth = np.zeros((*size, 3), np.uint8), np.zeros(size, np.uint16)
@@ -154,8 +158,13 @@ class Segmenter:
 
     def _infer(self, modality: Modality, inputs: dict[str, npt.NDArray[np.generic]]) -> Segmentation:
         labels, entropy = self._run(modality, ["labels", "entropy"], inputs)
+        value = float(entropy.item())
+        if not -_ROUNDING <= value <= 1 + _ROUNDING:
+            raise ModelError(
+                f"The network {modality.key!r} of {self._model!r} must give an entropy from 0 to 1, got {value:g}."
+            )
         labels.flags.writeable = False
-        return Segmentation(labels.view(np.uint8), float(entropy.item()))
+        return Segmentation(labels.view(np.uint8), value)
 
     def _run(
         self, modality: Modality, outputs: list[str], inputs: dict[str, npt.NDArray[np.generic]]

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 from typing import Final
 
 from sunset.errors import InvalidInputError
+from sunset.perception.card import check_name
 from sunset.seeding import check_seed
 from sunset.training.architecture import Layer
 from sunset.training.lite import LiteShape
@@ -15,6 +16,8 @@ __all__ = ["CONFIGS", "MODALITIES", "Phase", "Schedule", "Stage", "TrainingConfi
 
 MODALITIES: Final = ("rgb", "depth", "fusion")
 """The networks of a model; the fusion needs the other two."""
+
+_MOST_STEPS: Final = 10**9
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,7 +111,13 @@ class Schedule:
         return risen * greatest * 0.5 * (1 + math.cos(math.pi * (step - begin) / (end - begin)))
 
     def with_steps(self, steps: int) -> "Schedule":
-        """Return the same schedule with so many steps in all; phases that are left with none are dropped."""
+        """Return the same schedule with so many steps in all; phases that are left with none are dropped.
+
+        Raises:
+            InvalidInputError: there would be none, or too many.
+        """
+        if steps > _MOST_STEPS:
+            raise InvalidInputError(f"A training takes at most {_MOST_STEPS} steps: ask for no more.")
         phases, old, new = [], 0, 0
         for phase in self.phases:
             old += phase.steps
@@ -167,6 +176,7 @@ class TrainingConfig:
 
     def __post_init__(self) -> None:
         """Refuse what cannot be trained."""
+        check_name(self.name)
         check_seed(self.seed)
         unknown = sorted(set(self.modalities) - set(MODALITIES))
         if unknown or not self.modalities:

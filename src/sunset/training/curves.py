@@ -20,8 +20,12 @@ from sunset.training.evaluate import roc_auc
 from sunset.training.spread import Progress, spread
 
 __all__ = [
+    "AUC",
     "BAND",
+    "CURED",
+    "DROP",
     "SAMPLES",
+    "SHARPNESS_AUC",
     "Case",
     "Curves",
     "Figures",
@@ -38,10 +42,17 @@ SAMPLES: Final = 5
 BAND: Final = (0.5, 0.75)
 """A fault at suite strength should leave this share of the nominal IoU."""
 
-_DROP: Final = 0.03
-_AUC: Final = 0.95
-_SHARPNESS_AUC: Final = 0.99
-_CURED: Final = 0.02
+DROP: Final = 0.03
+"""The least that the IoU should fall by."""
+
+AUC: Final = 0.95
+"""The least AUC of the entropy."""
+
+SHARPNESS_AUC: Final = 0.99
+"""The least AUC of the sharpness, of a fault that blurs."""
+
+CURED: Final = 0.02
+"""How far the IoU after the cure may be below that without a fault."""
 
 Values = npt.NDArray[np.float64]
 
@@ -100,16 +111,16 @@ class Case:
         """
         low, high = BAND
         blurred = BLURRED in self.strengths
-        auc, least = (self.before.sharpness_auc, _SHARPNESS_AUC) if blurred else (self.before.auc, _AUC)
+        auc, least = (self.before.sharpness_auc, SHARPNESS_AUC) if blurred else (self.before.auc, AUC)
         share = self.before.iou / nominal if nominal else 0.0
         found = (
             (share < low and not blurred, f"IoU only {share:.0%} of nominal"),
             (share > high and not blurred, f"IoU still {share:.0%} of nominal"),
-            (nominal - self.before.iou < _DROP, f"IoU falls by less than {_DROP}"),
+            (nominal - self.before.iou < DROP, f"IoU falls by less than {DROP}"),
             (auc < least, f"{'sharpness' if blurred else 'entropy'} AUC {auc:.3f}, less than {least}"),
             (
-                self.after is not None and self.goal - self.after.iou > _CURED,
-                f"IoU after the cure more than {_CURED} below {self.goal:.3f}",
+                self.after is not None and self.goal - self.after.iou > CURED,
+                f"IoU after the cure more than {CURED} below {self.goal:.3f}",
             ),
         )
         return tuple(text for missing, text in found if missing)

@@ -7,7 +7,7 @@ from dataclasses import asdict, fields
 from typing import Final
 
 from sunset.training.conditions import BLURRED, UNSURE, cure_of
-from sunset.training.curves import BAND, Case, Curves, Figures
+from sunset.training.curves import AUC, BAND, CURED, DROP, SHARPNESS_AUC, Case, Curves, Figures
 
 __all__ = ["as_csv", "as_json", "as_text"]
 
@@ -74,8 +74,9 @@ def _advice(curves: Curves) -> Iterator[str]:
             f"pairs at suite strength: {min(shares):.0%} to {max(shares):.0%} of the nominal IoU, {mean:.0%} on average"
         )
     yield (
-        f"A strength fits if the IoU falls by 0.03 or more, to {BAND[0]:.0%}-{BAND[1]:.0%} of nominal (blur: by "
-        "0.03), the AUC of the symptom is 0.95 or more (blur: 0.99), and the cure brings the IoU back to within 0.02."
+        f"A strength fits if the IoU falls by {DROP} or more, to {BAND[0]:.0%}-{BAND[1]:.0%} of nominal (blur: by "
+        f"{DROP}), the AUC of the symptom is {AUC} or more (blur: {SHARPNESS_AUC}), and the cure brings the IoU back "
+        f"to within {CURED}."
     )
 
 

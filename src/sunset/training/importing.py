@@ -20,6 +20,7 @@ import numpy as np
 from sunset.classes import CLASSES
 from sunset.errors import InvalidInputError, MissingExtraError, ModelError, OutputError
 from sunset.perception import Modality, Model, ModelCard, load_model
+from sunset.perception.card import check_name
 from sunset.training.architecture import Layer
 from sunset.training.archives import check_archive
 from sunset.training.config import MODALITIES, TrainingConfig
@@ -66,7 +67,7 @@ def import_checkpoints(
 
     Raises:
         MissingExtraError: torch or onnx is not installed.
-        InvalidInputError: the size is none that the networks can take.
+        InvalidInputError: the size is none that the networks can take, or the name none that a card can hold.
         ModelError: no checkpoint is there, or one is unusable.
         OutputError: the model's folder cannot be written.
     """
@@ -78,6 +79,7 @@ def import_checkpoints(
         raise InvalidInputError(
             f"The networks take frames whose width and height are multiples of {_STRIDE}, got {width}x{height}."
         )
+    check_name(name)
     paths = {name: folder / f"{name}.pth" for name in MODALITIES if (folder / f"{name}.pth").is_file()}
     if not paths:
         raise ModelError(
@@ -90,7 +92,7 @@ def import_checkpoints(
     for done, (modality, path) in enumerate(paths.items()):
         if progress is not None:
             progress("Importing", done, len(paths))
-        networks[_modality(modality)] = Network(*_layers_and_weights(modality, path))
+        networks[Modality[modality.upper()]] = Network(*_layers_and_weights(modality, path))
     is_new = not out.exists()
     try:
         cards = export(out, networks, Format(size=(height, width), published_depth=True))
@@ -137,10 +139,6 @@ _LEFT_OUT: Final = (
     "SynDrone's own training code also normalises depth like a colour, which the exemplar's checkpoints do not "
     "expect: depth is not normalised here"
 )
-
-
-def _modality(name: str) -> Modality:
-    return next(modality for modality in Modality if modality.key == name)
 
 
 def _layers_and_weights(modality: str, path: Path) -> tuple[tuple[Layer, ...], Mapping[str, Any]]:

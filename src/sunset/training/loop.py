@@ -17,7 +17,7 @@ import torch
 from torch import nn
 from torch.nn import functional
 
-from sunset.classes import CLASSES
+from sunset.classes import CLASSES, IGNORED
 from sunset.errors import DataError, InvalidInputError, OutputError, SunsetError
 from sunset.metrics import count_classes, image_iou
 from sunset.seeding import generator
@@ -46,7 +46,6 @@ LOG = "log.jsonl"
 Weights = Mapping[str, Any]
 """Tensors by name: a torch state dict."""
 
-_IGNORED = 255
 _UNREADABLE = (
     EOFError,
     KeyError,
@@ -120,14 +119,16 @@ def learn(
         A torch module with the weights of all networks, their logits adjusted, in evaluation mode, on the CPU.
 
     Raises:
-        InvalidInputError: a checkpoint to resume at is another training's, or there is one without `resume`.
-        DataError: it cannot be used.
+        InvalidInputError: a checkpoint to resume at is another training's or of other frames, or there is one without
+            `resume`.
+        DataError: it or its log cannot be used.
         OutputError: none can be written.
         SunsetError: the training diverged.
     """
     check_work(config, work, resume=resume)
     networks = {name: config.plan((name,)) for name in config.modalities}
     log_weights = np.log(_class_weights(frames, config.schedule))
+    digest = _digest_of(frames)
     begun: Weights = {}
     if start is not None:
         started = _unfolded(networks, start.weights, frames)
@@ -135,7 +136,8 @@ def learn(
         begun = started.state_dict()
     weights: dict[str, Any] = {}
     for stage in config.stages():
-        run = _Run(config, stage, work / stage.name, weights, begun, start.origin if start else "")
+        origin = start.origin if start else ""
+        run = _Run(config, stage, work / stage.name, digest, weights, begun, origin)
         run.fit(frames, validation, resume=resume, progress=progress)
         weights |= {name: value.cpu() for name, value in run.modules.state_dict().items()}
     modules = build(config.plan(config.modalities))
@@ -175,13 +177,21 @@ class _Run:
         config: the training.
         stage: the stage.
         folder: keeps its checkpoint and log.
+        frames: checksum of the training frames.
         known: the weights of the stages before.
         begun: those that the training starts from; empty for random ones.
         origin: says which they are.
     """
 
     def __init__(  # noqa: PLR0917
-        self, config: TrainingConfig, stage: Stage, folder: Path, known: Weights, begun: Weights, origin: str
+        self,
+        config: TrainingConfig,
+        stage: Stage,
+        folder: Path,
+        frames: str,
+        known: Weights,
+        begun: Weights,
+        origin: str,
     ) -> None:
         torch.manual_seed(config.seed)
         self._config, self._stage, self._folder = config, stage, folder
@@ -201,7 +211,7 @@ class _Run:
         self._optimiser = torch.optim.AdamW(
             _parameters(self.modules, stage.schedule.weight_decay), fused=True
         )
-        self._description = f"{stage!r}, {config.shape!r}, seed {config.seed}"
+        self._description = f"{stage!r}, {config.shape!r}, seed {config.seed}, frames {frames}"
         if known:
             self._description += f", on weights {_digest(known)}"
         if origin:
@@ -215,7 +225,7 @@ class _Run:
         self._folder.mkdir(parents=True, exist_ok=True)
         if resume and (self._folder / CHECKPOINT).exists():
             self._load()
-        _truncate_log(self._folder / LOG, self._step)
+        _truncate_log(self._folder / LOG, self._step, self._stage.learned)
         stage, schedule = self._stage, self._stage.schedule
         self._weights = torch.from_numpy(_class_weights(frames, schedule)).to(self._device)
         note = ""
@@ -262,14 +272,14 @@ class _Run:
         losses = {}
         for name in self._stage.learned:
             logits = _full_size(results[f"{name}.logits"], batch.phase, 2)
-            losses[name] = functional.cross_entropy(logits, labels, self._weights, ignore_index=_IGNORED)
+            losses[name] = functional.cross_entropy(logits, labels, self._weights, ignore_index=IGNORED)
         if "fusion" in losses and self._stage.schedule.misaligned_weight:
             logits = _full_size(self._misaligned(results), batch.phase, 2)
             losses["misaligned"] = self._stage.schedule.misaligned_weight * functional.cross_entropy(
                 logits,
                 labels,
                 self._weights,
-                ignore_index=_IGNORED,
+                ignore_index=IGNORED,
                 label_smoothing=self._stage.schedule.misaligned_smoothing,
             )
         self._optimiser.zero_grad()
@@ -474,12 +484,22 @@ def _class_weights(frames: FrameSet, schedule: Schedule) -> npt.NDArray[np.float
     return class_weights(np.asarray(frames.labels[::every]), schedule.class_weight_range)
 
 
-def _truncate_log(path: Path, step: int) -> None:
-    """Drop lines after a step, which a resumed run writes again, and what was being written at the end."""
-    lines = path.read_text(encoding="utf-8").splitlines(keepends=True) if step and path.exists() else []
+def _truncate_log(path: Path, step: int, learned: Sequence[str]) -> None:
+    """Drop lines after a step, which a resumed run writes again, and what was being written at the end.
+
+    What is drawn and told of a training, the losses of what is learned too, must be in every line.
+    """
     try:
-        kept = [line for line in lines if line.endswith("\n") and json.loads(line)["step"] <= step]
-    except (KeyError, TypeError, ValueError) as error:
+        text = path.read_text(encoding="utf-8") if step and path.exists() else ""
+        lines = [line for line in text.splitlines(keepends=True) if line.endswith("\n")]
+        read = [json.loads(line) for line in lines]
+        names = {"step", "seconds", *learned}.union(*read[:1]) - {"iou"}
+        for found in read:
+            values = [*(found[name] for name in names), *{**found.get("iou", {})}.values()]
+            if not all(map(math.isfinite, values)):
+                raise ValueError(f"a number at step {found['step']} is not finite")  # noqa: TRY301
+        kept = [line for line, found in zip(lines, read, strict=True) if found["step"] <= step]
+    except (KeyError, OverflowError, RecursionError, TypeError, ValueError) as error:
         raise DataError(
             f"The training log {path} is damaged ({type(error).__name__}: {error}): delete its damaged lines."
         ) from error
@@ -492,4 +512,12 @@ def _digest(weights: Weights) -> str:
     for name, value in weights.items():
         digest.update(name.encode())
         digest.update(value.contiguous().numpy().tobytes())
+    return digest.hexdigest()[:12]
+
+
+def _digest_of(frames: FrameSet) -> str:
+    """Return a short checksum of frames."""
+    digest = hashlib.sha256()
+    for array in (frames.bgr, frames.depth, frames.labels):
+        digest.update(np.ascontiguousarray(array).data)
     return digest.hexdigest()[:12]

@@ -1,19 +1,37 @@
 """Reads the weights of a model's networks, so that a training can go on from them."""
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import onnx
+from google.protobuf.message import DecodeError  # type: ignore[import-untyped]  # comes with onnx
 from onnx import numpy_helper
 
-from sunset.errors import InvalidInputError
+from sunset.errors import InvalidInputError, ModelError
 from sunset.perception import Modality, Model
 from sunset.training.architecture import Conv, convolutions
 from sunset.training.config import TrainingConfig
 from sunset.training.onnx_layers import Weights
 
-__all__ = ["stored_weights"]
+__all__ = ["read_network", "stored_weights"]
+
+
+def read_network(path: Path, *, weights: bool = True) -> Any:
+    """Return what an ONNX file holds.
+
+    Args:
+        path: of the file.
+        weights: whether those that are in files beside it are read, too.
+
+    Raises:
+        ModelError: the file is no network.
+    """
+    try:
+        return onnx.load(path, load_external_data=weights)
+    except DecodeError as error:
+        raise ModelError(f"The network {path} is no ONNX model: {error}.") from error
 
 
 def stored_weights(model: Model, config: TrainingConfig) -> Weights:
@@ -28,13 +46,14 @@ def stored_weights(model: Model, config: TrainingConfig) -> Weights:
 
     Raises:
         InvalidInputError: the model has other networks.
+        ModelError: a network's file is none.
     """
     weights = {}
     for name in config.modalities:
-        modality = next(modality for modality in Modality if modality.key == name)
+        modality = Modality[name.upper()]
         if modality not in model.card.networks:
             raise _misfit(model, config, f"it has no network {name!r}")
-        graph = onnx.load(model.folder / model.card.networks[modality].file).graph
+        graph = read_network(model.folder / model.card.networks[modality].file).graph
         constants = {tensor.name: tensor for tensor in graph.initializer}
         for layer in convolutions(config.plan((name,))):
             try:

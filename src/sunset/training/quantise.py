@@ -15,17 +15,17 @@ __all__ = ["ranges"]
 
 _FRAMES: Final = 32
 _OUTLIERS: Final = 1e-4
-"""The share of a result's values that may lie outside its range on either side."""
+"""The share of the values looked at, of a frame's result, that may lie outside its range on either side."""
 
 
 def ranges(layers: Sequence[Layer], modules: Any, frames: FrameSet) -> Ranges:
-    """Return the ranges of the results that can do with 8 bits, on evenly chosen frames.
+    """Return the ranges of the results that can do with 8 bits, on evenly chosen frames and values.
 
     The rest stays in float: a branch's input and first convolution, the logits, and the late fusion.
 
     Args:
-        layers: a branch's plan.
-        modules: with its weights, in evaluation mode.
+        layers: the plan of all branches.
+        modules: with their weights, in evaluation mode.
         frames: that the weights were learned on.
     """
     names = set(_rounded(layers))

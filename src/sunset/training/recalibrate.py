@@ -127,7 +127,7 @@ def calibrate_model(
         home = model.folder if out is None else out.parent
         home.mkdir(parents=True, exist_ok=True)
         with TemporaryDirectory(prefix=".calibrating-", dir=home) as name:
-            draft = Path(name) / target.name
+            draft = Path(name) / "model"
             tempered = _tempered(_copied(model, draft), device, frames, progress)
             plan = plan_curves(tempered.card, grid={})
             values = _looks(tempered, device, plan, frames, jobs=jobs, progress=progress)
@@ -345,19 +345,15 @@ def set_temperature(path: Path, temperature: float) -> None:
     Raises:
         ModelError: the file is no network, or has no constant of the name.
     """
-    import onnx  # noqa: PLC0415  an optional dependency
-    from google.protobuf.message import (  # type: ignore[import-untyped]  # noqa: PLC0415  comes with onnx
-        DecodeError,
-    )
+    from onnx import numpy_helper  # noqa: PLC0415  an optional dependency
 
-    try:
-        network = onnx.load(path, load_external_data=False)
-    except DecodeError as error:
-        raise ModelError(f"The network {path} is no ONNX model: {error}.") from error
+    from sunset.training.onnx_reader import read_network  # noqa: PLC0415  needs it
+
+    network = read_network(path, weights=False)
     for constant in network.graph.initializer:
         if constant.name == TEMPERATURE:
             value = np.full(tuple(constant.dims), temperature, dtype=np.float32)
-            constant.CopyFrom(onnx.numpy_helper.from_array(value, TEMPERATURE))
+            constant.CopyFrom(numpy_helper.from_array(value, TEMPERATURE))
             path.write_bytes(network.SerializeToString(deterministic=True))
             return
     raise ModelError(

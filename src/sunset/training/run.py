@@ -59,7 +59,9 @@ def train(
     Raises:
         MissingExtraError: torch or onnx is not installed.
         OutputError: a folder cannot be written.
-        InvalidInputError: the checkpoint to resume at is another training's, or `start` has other networks.
+        InvalidInputError: the checkpoint to resume at is another training's or of other frames, or `start` has other
+            networks.
+        ModelError: a network's file of `start` is none.
     """
     _check_extra()
     from sunset.training.loop import check_work  # noqa: PLC0415  torch is an optional dependency
@@ -93,7 +95,9 @@ def train_on(
     Raises:
         MissingExtraError: torch or onnx is not installed.
         OutputError: a folder cannot be written.
-        InvalidInputError: the checkpoint to resume at is another training's, or `start` has other networks.
+        InvalidInputError: the checkpoint to resume at is another training's or of other frames, or `start` has other
+            networks.
+        ModelError: a network's file of `start` is none.
     """
     _check_extra()
     from sunset.training.loop import LOG, learn  # noqa: PLC0415  torch is an optional dependency

@@ -205,7 +205,7 @@ def measure_iou(
     Frames are rendered once and kept in the cache folder.
 
     Args:
-        models: of one size; at least one.
+        models: of one size, and each of another name or version; at least one.
         frames: views of each held-out town, and frames of the default flight, at regular distances, at least 1;
             if None, two views of every setting and the whole flight.
         jobs: processes; as many as there are processors if None. It has no influence on the result.
@@ -214,11 +214,11 @@ def measure_iou(
         rendering: called likewise while frames are rendered.
 
     Raises:
-        InvalidInputError: models differ in size, or there is no such device.
+        InvalidInputError: models differ in size, two have the same name and version, or there is no such device.
         MissingExtraError: the device needs a package that is not installed.
         OutputError: the cache folder cannot be written.
     """
-    size, device = _common_size(models), find_device(device)
+    size, names, device = _common_size(models), _names(models), find_device(device)
     taken = settings(frames or VIEWS)
     bags = [_views_bag(town, taken, size, jobs, rendering) for town in HELD_OUT]
     bags.append(flight_bag(replace(DEFAULT_FLIGHT, size=size), progress=rendering, jobs=jobs))
@@ -233,7 +233,7 @@ def measure_iou(
     return IouTables(
         networks=tuple(
             Entry(name, modality)
-            for name, model in zip(_names(models), models, strict=True)
+            for name, model in zip(names, models, strict=True)
             for modality in sorted(model.card.networks)
         ),
         views={town: Measured(part) for town, part in zip(HELD_OUT, held_out, strict=True)},
@@ -254,10 +254,16 @@ def _common_size(models: Sequence[Model]) -> tuple[int, int]:
 
 def _names(models: Sequence[Model]) -> list[str]:
     names = [model.card.name for model in models]
-    return [
+    headings = [
         name if names.count(name) == 1 else f"{name} ({model.card.version})"
         for name, model in zip(names, models, strict=True)
     ]
+    for heading in headings:
+        if headings.count(heading) > 1:
+            raise InvalidInputError(
+                f"The models of one table must differ in name or version, got {heading} more than once."
+            )
+    return headings
 
 
 def _views_bag(

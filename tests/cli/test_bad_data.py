@@ -123,6 +123,7 @@ FOLDERS: dict[str, tuple[Spoil, Sequence[str], Sequence[str]]] = {
     "missing weather": (untouched, ["--weather", "HardRainNoon"], ["HardRainNoon", "got ClearNoon"]),
     "missing height": (untouched, ["--height", "20"], ["height20m", "got height50m"]),
     "no frame selected": (untouched, ["--frames", "7:9"], ["from 00007 to 00009", "00000 to 00001"]),
+    "some frame selected": (untouched, ["--frames", "0:9"], ["from 00000 to 00009", "00000 to 00001"]),
     "frames no span": (untouched, ["--frames", "7"], ["FIRST:LAST", "'7'"]),
     "size no size": (untouched, ["--size", "256"], ["WIDTHxHEIGHT", "'256'"]),
     "size of nothing": (untouched, ["--size", "0x144"], ["WIDTHxHEIGHT", "'0x144'"]),
@@ -322,14 +323,27 @@ def test_what_is_no_bag(tmp_path: Path, complaint: Complaint) -> None:
     assert "rosbags-convert" in complaint(["run", "--bag", "old.bag"])
     assert "There is no bag at nowhere" in complaint(["data", "info", "nowhere"])
     assert "There is no bag at nowhere" in complaint(["data", "import", "--bag", "nowhere", "--out", "o"])
-    idle = ["data", "import", "--bag", "nowhere", "--rate", "5", "--out", "o"]
-    assert "--rate is for SynDrone's folders" in complaint(idle)
+    for option in ("--rate", "--jobs"):
+        idle = ["data", "import", "--bag", "nowhere", option, "5", "--out", "o"]
+        assert f"{option} is for SynDrone's folders" in complaint(idle)
 
 
-def test_frames_that_a_bag_does_not_have(tmp_path: Path, complaint: Complaint) -> None:
+@pytest.mark.parametrize(("span", "got"), [("3:", "3 to 2"), ("0:3", "0 to 3"), ("2:1", "2 to 1")])
+def test_frames_that_a_bag_does_not_have(span: str, got: str, tmp_path: Path, complaint: Complaint) -> None:
     record(tmp_path / "bag", rows_of(make_frames()))
 
-    sentence = complaint(["data", "import", "--bag", "bag", "--frames", "3:", "--out", "o"])
+    sentence = complaint(["data", "import", "--bag", "bag", "--frames", span, "--out", "o"])
 
-    assert "frames 0 to 2" in sentence
+    assert f"frames 0 to 2, got --frames from {got}; choose" in sentence
     assert not (tmp_path / "o").exists()
+
+
+def test_sqlite3_under_a_path_that_it_would_misread(tmp_path: Path, complaint: Complaint) -> None:
+    record(tmp_path / "bag", rows_of(make_frames()))
+    (tmp_path / "run").write_text("dear reader")
+
+    sentence = complaint(["data", "import", "--bag", "bag", "--out", "run#3/flight.db3"])
+
+    assert "without #, ? and %" in sentence
+    assert (tmp_path / "run").read_text() == "dear reader"
+    assert not (tmp_path / "run#3").exists()

@@ -1,8 +1,10 @@
+import contextlib
 import hashlib
+import shutil
 import sqlite3
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +14,7 @@ import numpy.typing as npt
 import pytest
 import yaml
 from rosbags.highlevel import AnyReader
+from rosbags.interfaces import Qos, QosDurability, QosHistory, QosLiveliness, QosReliability, QosTime
 from rosbags.rosbag2 import CompressionMode, StoragePlugin, Writer
 from tests.data.material import (
     COMPRESSED,
@@ -129,6 +132,109 @@ def test_a_recording_in_several_files_is_one_bag(tmp_path: Path, plugin: Storage
     (folder / "metadata.yaml").write_text(yaml.safe_dump(metadata))
     with read_bag(folder) as bag:
         assert all(_equal(bag.frame(index), frames[index]) for index in range(3))
+
+
+def _edit(folder: Path, change: Callable[[dict[str, Any]], None]) -> Path:
+    path = folder / "metadata.yaml"
+    metadata = yaml.safe_load(path.read_text())
+    change(metadata["rosbag2_bagfile_information"])
+    path.write_text(yaml.safe_dump(metadata))
+    return folder
+
+
+def _count(number: int) -> Callable[[dict[str, Any]], None]:
+    def change(metadata: dict[str, Any]) -> None:
+        for topic in metadata["topics_with_message_count"]:
+            topic["message_count"] = number
+
+    return change
+
+
+@pytest.mark.parametrize("plugin", list(StoragePlugin))
+def test_files_whose_qos_is_not_that_of_the_metadata_are_read(tmp_path: Path, plugin: StoragePlugin) -> None:
+    frames = make_frames()
+    rows = rows_of(frames)
+    zero = QosTime(0, 0)
+    qos = Qos(
+        QosHistory.KEEP_LAST,
+        5,
+        QosReliability.BEST_EFFORT,
+        QosDurability.VOLATILE,
+        zero,
+        zero,
+        QosLiveliness.AUTOMATIC,
+        zero,
+        avoid_ros_namespace_conventions=False,
+    )
+    folder = tmp_path / "bag_0"
+    with Writer(folder, version=9, storage_plugin=plugin) as writer:
+        topics = [row[0] for row in rows[:3]]
+        connections = {
+            topic: writer.add_connection(topic, IMAGE, typestore=STORE, offered_qos_profiles=[qos])
+            for topic in topics
+        }
+        for topic, time, message in rows[:6]:
+            writer.write(connections[topic], time, STORE.serialize_cdr(message, IMAGE))
+    (other,) = record(tmp_path / "bag_1", rows[6:], plugin).glob("bag_1.*")
+    other.rename(folder / other.name)
+    _edit(folder, lambda metadata: metadata["relative_file_paths"].append(other.name))
+    with read_bag(_edit(folder, _count(3))) as bag:
+        assert all(_equal(bag.frame(index), frames[index]) for index in range(3))
+
+
+@pytest.mark.parametrize("plugin", list(StoragePlugin))
+def test_a_bag_that_lacks_images_that_its_metadata_tells_of_is_refused(
+    tmp_path: Path, plugin: StoragePlugin
+) -> None:
+    folder = _edit(record(tmp_path / "bag", rows_of(make_frames()), plugin), _count(6))
+    with pytest.raises(
+        DataError, match=r"the 6 images on /rgb_raw that its metadata tells of, got 3; .*reindex"
+    ):
+        read_bag(folder)
+
+
+def test_a_bag_whose_images_were_not_counted_is_read(tmp_path: Path) -> None:
+    folder = _edit(record(tmp_path / "bag", rows_of(make_frames())), _count(0))
+    with read_bag(folder) as bag:
+        assert len(bag) == 3
+
+
+def test_what_a_killed_recorder_left_is_read_once_it_is_moved(tmp_path: Path) -> None:
+    frames = make_frames()
+    file = record(tmp_path / "bag", rows_of(frames), StoragePlugin.SQLITE3) / "bag.db3"
+    killed = tmp_path / "killed"
+    killed.mkdir()
+    with contextlib.closing(sqlite3.connect(file)) as base:
+        base.execute("PRAGMA journal_mode=WAL")
+        base.execute("PRAGMA wal_autocheckpoint=0")
+        base.execute("CREATE TABLE more(x)")
+        base.commit()
+        for path in file.parent.iterdir():
+            shutil.copy(path, killed)
+    for path in (killed, killed / "bag.db3"):
+        with pytest.raises(DataError, match=r"bag\.db3 must be closed, .* in bag\.db3-wal: .*wal_checkpoint"):
+            read_bag(path)
+    with contextlib.closing(sqlite3.connect(killed / "bag.db3")) as base:
+        base.execute("PRAGMA wal_checkpoint(TRUNCATE)")
+    with read_bag(killed) as bag:
+        assert all(_equal(bag.frame(index), frames[index]) for index in range(3))
+
+
+@pytest.mark.parametrize("name", ["run#3", "run?", "run%20"])
+def test_sqlite3_under_a_path_that_it_would_misread_is_refused(tmp_path: Path, name: str) -> None:
+    frames = make_frames()
+    rule = "under a path without #, . and %, got .*: rename it, or use MCAP"
+    for path in (tmp_path / name / "flight.db3", tmp_path / f"{name}.db3", tmp_path / name):
+        with pytest.raises(OutputError, match=rule):
+            write_bag(path, frames, STAMPS, storage="sqlite3")
+    assert list(tmp_path.iterdir()) == []
+
+    folder = record(tmp_path / "bag", rows_of(frames), StoragePlugin.SQLITE3).rename(tmp_path / name)
+    for path in (folder, folder / "bag.db3"):
+        with pytest.raises(DataError, match=rule):
+            read_bag(path)
+    with read_bag(write_bag(tmp_path / name / "flight.mcap", frames, STAMPS)) as bag:
+        assert len(bag) == 3
 
 
 def test_a_recording_of_humble_is_read(tmp_path: Path) -> None:
@@ -284,6 +390,53 @@ def test_compressed_images_are_read(tmp_path: Path, suffixes: tuple[str, str, st
         assert bag.topics["/rgb_raw" + suffixes[0]] == (COMPRESSED, 2)
 
 
+def _depth_as(rows: Rows, suffix: str, make: Callable[[npt.NDArray[Any]], bytes], text: str) -> Rows:
+    pictures = [
+        make(message.data.view("<u2").reshape(SIZE)) for topic, _, message in rows if topic == "/depth_raw"
+    ]
+    return [
+        ("/depth_raw" + suffix, stamp, compressed_message(picture, text, stamp))
+        for picture, stamp in zip(pictures, STAMPS, strict=True)
+    ]
+
+
+def _jpeg(array: npt.NDArray[Any]) -> bytes:
+    return bytes(cv2.imencode(".jpg", (array >> 8).astype(np.uint8))[1])
+
+
+@pytest.mark.parametrize("counted", [True, False])
+def test_the_transport_of_depth_that_keeps_it_is_read(tmp_path: Path, counted: bool) -> None:
+    frames = make_frames()
+    rows = rows_of(frames)
+    useless = _depth_as(rows, "/compressed", _jpeg, "16UC1; jpeg compressed ")
+    useful = _depth_as(rows, "/compressedDepth", _png, "16UC1; compressedDepth png")
+    folder = record(tmp_path / "bag", [row for row in rows if row[0] != "/depth_raw"] + useless + useful)
+    with read_bag(folder if counted else _edit(folder, _count(0))) as bag:
+        assert all(_equal(bag.frame(index), frames[index]) for index in range(3))
+
+
+@pytest.mark.parametrize("plugin", list(StoragePlugin))
+@pytest.mark.parametrize("counted", [True, False])
+def test_a_topic_without_messages_hides_no_other(
+    tmp_path: Path, plugin: StoragePlugin, counted: bool
+) -> None:
+    frames = make_frames()
+    rows = rows_of(frames)
+    useful = _depth_as(rows, "/compressedDepth", _png, "16UC1; compressedDepth png")
+    with Writer(tmp_path / "bag", version=9, storage_plugin=plugin) as writer:
+        writer.add_connection("/depth_raw", IMAGE, typestore=STORE)
+        connections = {
+            topic: writer.add_connection(topic, kind, typestore=STORE)
+            for topic, kind in (("/rgb_raw", IMAGE), ("/gt_segmentation", IMAGE), (useful[0][0], COMPRESSED))
+        }
+        for topic, time, message in rows + useful:
+            if topic in connections:
+                raw = STORE.serialize_cdr(message, message.__msgtype__)
+                writer.write(connections[topic], time, raw)
+    with read_bag(tmp_path / "bag" if counted else _edit(tmp_path / "bag", _count(0))) as bag:
+        assert all(_equal(bag.frame(index), frames[index]) for index in range(3))
+
+
 def test_a_jpeg_is_nearly_its_picture(tmp_path: Path) -> None:
     colour = np.zeros((64, 64, 3), dtype=np.uint8)
     colour[:32], colour[32:] = (200, 100, 50), (10, 60, 110)
@@ -334,6 +487,15 @@ def test_a_frame_that_is_not_there_is_an_index_error(tmp_path: Path) -> None:
         for index in (3, -1):
             with pytest.raises(IndexError, match=f"frames 0 to 2, got {index}"):
                 bag.frame(index)
+
+
+def test_an_image_that_was_damaged_after_the_bag_was_opened_is_named(tmp_path: Path) -> None:
+    with read_bag(write_bag(tmp_path / "bag.mcap", make_frames(3, (60, 100)), STAMPS)) as bag:
+        # larger than what is buffered
+        data = bag.path.read_bytes()
+        bag.path.write_bytes(data.replace(b"bgr8", b"bgr7"))
+        with pytest.raises(DataError, match=r"image of frame 2 on /rgb_raw of the bag .* got 'bgr7'"):
+            bag.frame(2)
 
 
 def test_a_closed_bag_says_so(tmp_path: Path) -> None:
@@ -390,6 +552,10 @@ def _no_depth_measured(rows: Rows) -> Rows:
     ]
 
 
+def _depth_in_a_dropped_image_only(rows: Rows) -> Rows:
+    return [rows[0], rows[1], *_no_depth_measured(rows)[3:]]
+
+
 def _jpeg_of_labels(rows: Rows) -> Rows:
     jpeg = bytes(cv2.imencode(".jpg", np.zeros(SIZE, dtype=np.uint8))[1])
     rows[2::3] = [
@@ -417,6 +583,7 @@ def _reciprocal_depth(rows: Rows) -> Rows:
         (_zero_width, "at least one pixel"),
         (_class_indices, "SynDrone's label ids .* got 23, 24, 25, 26, 27"),
         (_no_depth_measured, "some depth below 1000 m on /depth_raw, got none"),
+        (_depth_in_a_dropped_image_only, "some depth below 1000 m on /depth_raw, got none in any frame"),
         (_jpeg_of_labels, "of the kind 8-bit greyscale PNG, got 8-bit colour JPEG"),
         (_reciprocal_depth, "depth as it was measured, got '32FC1; png'"),
     ],
@@ -439,8 +606,10 @@ def test_a_bag_without_messages_is_refused(tmp_path: Path) -> None:
 
 def test_a_message_that_only_its_folder_can_unpack_is_refused(tmp_path: Path) -> None:
     folder = record(tmp_path / "bag", rows_of(make_frames()), StoragePlugin.SQLITE3, CompressionMode.MESSAGE)
-    with pytest.raises(DataError, match="give the bag's folder"):
-        read_bag(folder / "bag.db3")
+    _edit(folder, lambda metadata: metadata.update(compression_mode="", compression_format=""))
+    for path in (folder, folder / "bag.db3"):
+        with pytest.raises(DataError, match=r"bag's folder, with compression_mode MESSAGE and .*format zstd"):
+            read_bag(path)
 
 
 def test_another_message_type_is_refused(tmp_path: Path) -> None:
@@ -512,6 +681,13 @@ def test_a_broken_metadata_file_is_refused(tmp_path: Path, text: str) -> None:
     (folder / "metadata.yaml").write_text(text)
     with pytest.raises(DataError, match="cannot be read as a rosbag2"):
         read_bag(folder)
+
+
+def test_a_schema_that_is_not_of_ros_is_refused(tmp_path: Path) -> None:
+    path = write_bag(tmp_path / "bag.mcap", make_frames(), STAMPS)
+    path.write_bytes(path.read_bytes().replace(b"ros2msg", b"unknown"))
+    with pytest.raises(DataError, match=r"has an unknown 'unknown'; .* without topics that are not CDR\."):
+        read_bag(path)
 
 
 @pytest.mark.parametrize("name", ["flight.mcap", "flight.db3"])

@@ -170,13 +170,24 @@ def test_a_damaged_png_is_refused_wherever_the_damage_is(kind: str) -> None:
             picture(bytes(spoiled), "x", [kind])
 
 
-def test_a_png_whose_pixels_cannot_be_unpacked_is_refused() -> None:
-    def chunk(kind: bytes, data: bytes) -> bytes:
-        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+def _chunk(kind: bytes, data: bytes) -> bytes:
+    return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
 
+
+_SIGNATURE = b"\x89PNG\r\n\x1a\n"
+
+
+def test_a_png_whose_pixels_cannot_be_unpacked_is_refused() -> None:
     header = struct.pack(">IIBBBBB", 4, 4, 8, 0, 0, 0, 0)
-    data = b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", b"nothing") + chunk(b"IEND", b"")
+    data = _SIGNATURE + _chunk(b"IHDR", header) + _chunk(b"IDAT", b"nothing") + _chunk(b"IEND", b"")
     with pytest.raises(DataError, match="the decoder gives up"):
+        picture(data, "x", [LABEL_PNG])
+
+
+@pytest.mark.parametrize("chunks", [b"", _chunk(b"IHDR", b""), _chunk(b"IDAT", b"no header here")])
+def test_a_png_without_its_header_is_refused(chunks: bytes) -> None:
+    data = _SIGNATURE + chunks + _chunk(b"IEND", b"")
+    with pytest.raises(DataError, match="a damaged one: it does not begin with its header; copy it again"):
         picture(data, "x", [LABEL_PNG])
 
 

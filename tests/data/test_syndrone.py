@@ -74,7 +74,7 @@ def test_frames_are_read_a_few_at_a_time(root: Path) -> None:
 
 @pytest.mark.parametrize(
     ("first", "last", "numbers"),
-    [(None, None, (0, 1, 2)), (1, None, (1, 2)), (None, 1, (0, 1)), (1, 1, (1,)), (2, 900, (2,))],
+    [(None, None, (0, 1, 2)), (1, None, (1, 2)), (None, 1, (0, 1)), (1, 1, (1,)), (2, 2, (2,))],
 )
 def test_a_part_can_be_chosen(
     kept: Path, first: int | None, last: int | None, numbers: tuple[int, ...]
@@ -85,6 +85,14 @@ def test_a_part_can_be_chosen(
 def test_a_part_may_be_chosen_that_is_complete(root: Path) -> None:
     (root / FLIGHT / "semantic" / "00000.png").unlink()
     assert find_syndrone(root, town="1", height=50, first=1).numbers == (1, 2)
+
+
+def test_a_part_must_be_all_there(root: Path) -> None:
+    for name in ("rgb/00001.jpg", "depth/00001.png", "semantic/00001.png"):
+        (root / FLIGHT / name).unlink()
+    with pytest.raises(DataError, match=r"every chosen frame in all three folders, .* lacks 00001;"):
+        find_syndrone(root, town="1", height=50, first=0, last=2)
+    assert find_syndrone(root, town="1", height=50).numbers == (0, 2)
 
 
 @pytest.mark.parametrize("town", ["10", "10HD", "10hd"])
@@ -156,6 +164,7 @@ FOLDERS: dict[str, tuple[Callable[[Path], None], dict[str, Any], str]] = {
     ),
     "none": (_empty, {}, "must hold frames such as rgb/00000.jpg.* got none"),
     "none chosen": (lambda _: None, {"first": 5, "last": 9}, "from 00005 to 00009, got 00000 to 00002"),
+    "some chosen": (lambda _: None, {"first": 1, "last": 10**9}, "to 1000000000, got 00000 to 00002"),
     "backwards": (lambda _: None, {"first": 2, "last": 1}, "from 00002 to 00001"),
 }
 

@@ -31,12 +31,14 @@ from sunset.data import (
     survey_syndrone,
     write_bag,
 )
+from sunset.data.pixels import FAR
 from sunset.errors import InvalidInputError
 
 __all__ = ["add_parser", "import_flight", "info", "render"]
 
-_FAR: Final = 65535
-_OF_SYNDRONE: Final = MappingProxyType({"town": "1", "height": 50, "weather": None, "rate": 10.0})
+_OF_SYNDRONE: Final = MappingProxyType(
+    {"town": "1", "height": 50, "weather": None, "rate": 10.0, "jobs": None}
+)
 """Options of `import` that a bag has no use for → what they are where they are not given."""
 _RATES_HZ: Final = (0.1, 1000)
 
@@ -190,11 +192,13 @@ def import_flight(arguments: argparse.Namespace) -> int:
         _write("Importing", arguments.out, flight.frames(arguments.size, jobs=arguments.jobs), stamps)
         return 0
     with read_bag(arguments.bag, size=arguments.size) as reader:
-        chosen = range(len(reader))[first or 0 : None if last is None else last + 1]
-        if not chosen:
+        low, high = first or 0, len(reader) - 1 if last is None else last
+        if not low <= high < len(reader):
             raise InvalidInputError(
-                f"The bag {reader.path} has frames 0 to {len(reader) - 1}, got --frames with none of them."
+                f"The bag {reader.path} has frames 0 to {len(reader) - 1}, got --frames from {low} to {high}; "
+                "choose them among these."
             )
+        chosen = range(low, high + 1)
         stamps = [reader.stamps_ns[index] for index in chosen]
         _write("Importing", arguments.out, map(reader.frame, chosen), stamps)
     return 0
@@ -247,11 +251,11 @@ def _syndrone(root: Path) -> tuple[dict[str, Any], str]:
 
 def _bag(reader: BagReader, progress: Any) -> dict[str, Any]:
     """Return what a bag holds, as it is printed in JSON."""
-    pixels, nearest, furthest, far = np.zeros(256, dtype=np.int64), _FAR, 0, 0
+    pixels, nearest, furthest, far = np.zeros(256, dtype=np.int64), FAR, 0, 0
     for index in range(len(reader)):
         frame = reader.frame(index)
         pixels += np.bincount(CLASS_OF_CARLA_ID[frame.labels].ravel(), minlength=256)
-        near = frame.depth[frame.depth < _FAR]
+        near = frame.depth[frame.depth < FAR]
         far += frame.depth.size - near.size
         if near.size:
             nearest, furthest = min(nearest, int(near.min())), max(furthest, int(near.max()))
@@ -275,7 +279,7 @@ def _bag(reader: BagReader, progress: Any) -> dict[str, Any]:
         "dropped": dict(reader.dropped),
         "classes": {name: share for name, share in shares.most_common() if share},
         "ignored": int(pixels[len(CLASSES) :].sum()) / total,
-        "depth_m": [nearest * DEPTH_RANGE_M / _FAR, furthest * DEPTH_RANGE_M / _FAR],
+        "depth_m": [nearest * DEPTH_RANGE_M / FAR, furthest * DEPTH_RANGE_M / FAR],
         "depth_far": far / total,
     }
 

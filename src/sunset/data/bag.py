@@ -18,7 +18,9 @@ from typing import Any, Final, Self
 
 import numpy as np
 import numpy.typing as npt
+from rosbags.interfaces import Connection
 from rosbags.rosbag2 import Reader, StoragePlugin, Writer
+from rosbags.rosbag2.reader import DirectoryReader
 
 from sunset.data.bag_images import (
     COMPRESSED_IMAGE,
@@ -30,6 +32,7 @@ from sunset.data.bag_images import (
     decoded,
     serialized,
 )
+from sunset.data.bag_paths import STORAGES, check_bag_path, check_uri
 from sunset.data.frame import Frame
 from sunset.data.pairing import pair
 from sunset.data.pixels import FAR, check_ids, dimensions, resample
@@ -38,7 +41,6 @@ from sunset.errors import DataError, InvalidInputError, OutputError
 __all__ = ["TOPICS", "BagReader", "read_bag", "write_bag"]
 
 REMEDY: Final = "record, copy or import it again"
-_STORAGES: Final = {".mcap": "mcap", ".db3": "sqlite3"}
 
 
 def write_bag(
@@ -56,16 +58,18 @@ def write_bag(
     Raises:
         InvalidInputError: frames and stamps are not as many, a stamp is not later than the one before, or the
             storage is unknown.
-        OutputError: the path exists or cannot be written.
+        OutputError: the path exists or cannot be written, or is for sqlite3 and has #, ? or % in it.
     """
-    alone = path.suffix in _STORAGES
-    plugin = _STORAGES.get(path.suffix, storage).upper()
+    alone = path.suffix in STORAGES
+    plugin = STORAGES.get(path.suffix, storage).upper()
     if plugin not in StoragePlugin.__members__:
         raise InvalidInputError(f"A bag's storage must be mcap or sqlite3, got {storage!r}.")
     if any(stamp < 0 for stamp in stamps_ns) or any(np.diff(np.asarray(stamps_ns, dtype=np.int64)) <= 0):
         raise InvalidInputError("A bag's stamps must be from 0 on and strictly increasing, got others.")
     if path.exists():
         raise OutputError(f"The bag {path} cannot be written because it exists: choose another name.")
+    if plugin == StoragePlugin.SQLITE3.name:
+        check_uri(path, OutputError)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(prefix=".writing-", dir=path.parent) as draft:
@@ -102,6 +106,11 @@ def _translated(path: Path) -> Iterator[None]:
         yield
     except DataError:
         raise
+    except KeyError as error:
+        raise DataError(
+            f"The bag {path} cannot be read as a rosbag2: it lacks or has an unknown {error}; {REMEDY}, "
+            "without topics that are not CDR."
+        ) from error
     except Exception as error:  # the library raises a dozen kinds on broken files, none documented
         what = str(error).splitlines()[0].rstrip(".") if str(error) else type(error).__name__
         raise DataError(f"The bag {path} cannot be read as a rosbag2: {what}; {REMEDY}.") from error
@@ -109,10 +118,11 @@ def _translated(path: Path) -> Iterator[None]:
 
 @dataclass(frozen=True, slots=True)
 class _Entry:
-    """Where one image is: its time in the bag, and the stamp that it carries."""
+    """Where one image is: its time in the bag, the stamp that it carries, whether any depth in it is known."""
 
     logged_ns: int
     stamp_ns: int
+    depth: bool
 
 
 class BagReader:
@@ -200,7 +210,10 @@ class BagReader:
         images: dict[str, Recorded] = {}
         with _translated(self._path):
             for time in sorted({entry.logged_ns for entry in wanted.values()}):
-                for topic, _, image in _images(self._path, self._reader, time, time + 1):
+                for connection, _, raw in self._reader.messages(self._survey.wanted, time, time + 1):
+                    topic = self._survey.sources[connection.topic]
+                    place = f"of frame {index} on {connection.topic} of the bag {self._path}"
+                    image = decoded(raw, connection.msgtype, topic, place)
                     if image.stamp_ns == wanted[topic].stamp_ns:
                         images.setdefault(topic, image)
         if len(images) != len(TOPICS):
@@ -218,28 +231,19 @@ def _close(reader: Reader) -> None:
         reader.close()
 
 
-def _sources(reader: Reader) -> dict[str, str]:
+def _connections(reader: Reader) -> list[Connection]:
+    """Return what a bag's metadata tells of, and what each of its files has, which may differ in QoS."""
+    bag = reader.storage
+    files = bag.storages if isinstance(bag, DirectoryReader) else []
+    return [*reader.connections, *(connection for file in files for connection in file.connections)]
+
+
+def _sources(connections: Iterable[Connection]) -> dict[str, str]:
     """Return, by the topic in the bag, which of `TOPICS` it stands for."""
-    present = {connection.topic for connection in reader.connections}
-    return {sensor.topic(topic, present): topic for topic, sensor in SENSORS.items()}
-
-
-def _images(
-    path: Path, reader: Reader, start: int | None = None, stop: int | None = None
-) -> Iterator[tuple[str, int, Recorded]]:
-    """Yield (which of `TOPICS`, time in the bag, image) of all images in a span of time [start, stop)."""
-    sources = _sources(reader)
-    numbers: Counter[str] = Counter()
-    wanted = [connection for connection in reader.connections if connection.topic in sources]
-    for connection, logged_ns, raw in reader.messages(wanted, start, stop):
-        name = connection.topic
-        place = _place(numbers[name], name, path)
-        numbers[name] += 1
-        yield sources[name], logged_ns, decoded(raw, connection.msgtype, sources[name], place)
-
-
-def _place(number: int, name: str, path: Path) -> str:
-    return f"{number} on {name} of the bag {path}"
+    counts: Counter[str] = Counter()
+    for connection in connections:
+        counts[connection.topic] += connection.msgcount
+    return {sensor.topic(topic, counts): topic for topic, sensor in SENSORS.items()}
 
 
 class _Survey:
@@ -248,34 +252,28 @@ class _Survey:
     def __init__(self, path: Path, reader: Reader) -> None:
         self._path = path
         self.size = (0, 0)
+        connections = _connections(reader)
+        self.sources = _sources(connections)
+        self.wanted = [connection for connection in connections if connection.topic in self.sources]
         self.topics = self._present(reader)
-        self.encodings: dict[str, set[str]] = {topic: set() for topic in _sources(reader)}
+        self.encodings: dict[str, set[str]] = {name: set() for name in self.sources}
         self._entries: dict[str, list[_Entry]] = {topic: [] for topic in TOPICS}
-        self._depth = False
-        recorded = {topic: name for name, topic in _sources(reader).items()}
-        for topic, logged_ns, image in _images(path, reader):
-            self._add(recorded[topic], topic, logged_ns, image)
-        if not all(self._entries.values()):
-            told = ", ".join(f"{count} on {topic}" for topic, count in self.counts.items())
-            raise DataError(f"The bag {path} must have at least one frame, got {told}; {REMEDY}.")
-        if not self._depth:
-            raise DataError(
-                f"The bag {path} must have some depth below 1000 m on {recorded['/depth_raw']}, got none in "
-                "any image; check the depth camera and its units."
-            )
+        for connection, logged_ns, raw in reader.messages(self.wanted):
+            self._add(connection, logged_ns, raw)
+        self._check_counts()
 
     def _present(self, reader: Reader) -> Mapping[str, tuple[str, int]]:
         """Return all topics with their types and numbers of messages, when those that are needed fit."""
         found: dict[str, tuple[str, int]] = {}
         for one in sorted(reader.connections, key=lambda connection: connection.topic):
             found[one.topic] = one.msgtype, found.get(one.topic, ("", 0))[1] + one.msgcount
-        for one in reader.connections:
-            if one.topic in _sources(reader) and one.msgtype not in {IMAGE, COMPRESSED_IMAGE}:
+        for one in self.wanted:
+            if one.msgtype not in {IMAGE, COMPRESSED_IMAGE}:
                 raise DataError(
                     f"The bag {self._path} must have {IMAGE} or {COMPRESSED_IMAGE} on {one.topic}, "
                     f"got {one.msgtype}; record the camera's images."
                 )
-        for name in _sources(reader):
+        for name in self.sources:
             if name not in found:
                 raise DataError(
                     f"The bag {self._path} must have the topic {name}, got {', '.join(found) or 'none'}; "
@@ -283,10 +281,12 @@ class _Survey:
                 )
         return MappingProxyType(found)
 
-    def _add(self, name: str, topic: str, logged_ns: int, image: Recorded) -> None:
+    def _add(self, connection: Connection, logged_ns: int, raw: bytes) -> None:
+        topic = self.sources[connection.topic]
+        place = f"{len(self._entries[topic])} on {connection.topic} of the bag {self._path}"
+        image = decoded(raw, connection.msgtype, topic, place)
         size = image.pixels.shape[0], image.pixels.shape[1]
         self.size = self.size if any(self.size) else size
-        place = _place(len(self._entries[topic]), name, self._path)
         if size != self.size:
             raise DataError(
                 f"The image {place} must have the size of those before it, {dimensions(self.size)}, got "
@@ -294,10 +294,22 @@ class _Survey:
             )
         if topic == "/gt_segmentation":
             check_ids(image.pixels, place)
-        elif topic == "/depth_raw":
-            self._depth = self._depth or bool((image.pixels < FAR).any())
-        self.encodings[name].add(image.encoding)
-        self._entries[topic].append(_Entry(logged_ns, image.stamp_ns))
+        depth = topic == "/depth_raw" and bool((image.pixels < FAR).any())
+        self.encodings[connection.topic].add(image.encoding)
+        self._entries[topic].append(_Entry(logged_ns, image.stamp_ns, depth))
+
+    def _check_counts(self) -> None:
+        """Check that all images were found, and some on every topic."""
+        for name, topic in self.sources.items():
+            told, found = self.topics[name][1], self.counts[topic]
+            if found < told:
+                raise DataError(
+                    f"The bag {self._path} must have the {told} images on {name} that its metadata tells of, "
+                    f"got {found}; {REMEDY}, or let 'ros2 bag reindex' count what is there."
+                )
+        if not all(self.counts.values()):
+            counts = ", ".join(f"{count} on {topic}" for topic, count in self.counts.items())
+            raise DataError(f"The bag {self._path} must have at least one frame, got {counts}; {REMEDY}.")
 
     @property
     def counts(self) -> dict[str, int]:
@@ -308,7 +320,7 @@ class _Survey:
         """Return where the images of each frame are, in the order of their stamps.
 
         Raises:
-            DataError: no three images belong together.
+            DataError: no three images belong together, or no depth is known in any of them.
         """
         # of images with the same stamp, the first that was recorded
         firsts = [
@@ -328,10 +340,17 @@ class _Survey:
                 f"The bag {self._path} must have images of one moment on all three topics, got none "
                 f"({spans}); synchronise the cameras' clocks."
             )
-        return [
+        moments = [
             tuple(entries[position] for entries, position in zip(firsts, match, strict=True))
             for match in matches
         ]
+        if not any(entry.depth for moment in moments for entry in moment):
+            name = next(name for name, topic in self.sources.items() if topic == "/depth_raw")
+            raise DataError(
+                f"The bag {self._path} must have some depth below 1000 m on {name}, got none in any frame; "
+                "check the depth camera and its units."
+            )
+        return moments
 
 
 def read_bag(path: Path, *, size: tuple[int, int] | None = None) -> BagReader:
@@ -346,11 +365,12 @@ def read_bag(path: Path, *, size: tuple[int, int] | None = None) -> BagReader:
             None for the size of the recording.
 
     Raises:
-        DataError: it is missing or unreadable, or no recording of the three topics in encodings that are
-            understood and in one size, or none of their images belong together.
+        DataError: it is missing, unreadable or not closed, lies where sqlite3 cannot open it, lacks images that
+            its metadata tells of, is no recording of the three topics in encodings that are understood and in
+            one size, or none of their images belong together, or no depth is known in those that do.
     """
-    _check_kind(path)
     with _translated(path):
+        check_bag_path(path)
         reader = Reader(path)
         reader.open()
         try:
@@ -358,22 +378,3 @@ def read_bag(path: Path, *, size: tuple[int, int] | None = None) -> BagReader:
         except BaseException:
             reader.close()
             raise
-
-
-def _check_kind(path: Path) -> None:
-    """Check that a path looks like a bag."""
-    if not path.exists():
-        raise DataError(f"There is no bag at {path}: give the folder or the file of a rosbag2 recording.")
-    if path.is_dir():
-        if not (path / "metadata.yaml").exists():
-            raise DataError(
-                f"The folder {path} must be a rosbag2 with a metadata.yaml, got none: "
-                f"'ros2 bag reindex {path}' writes it, 'sunset data import' makes a bag of SynDrone's folders."
-            )
-    elif path.suffix == ".bag":
-        raise DataError(f"The bag {path} must be of ROS 2, got one of ROS 1: 'rosbags-convert' converts it.")
-    elif path.suffix not in _STORAGES:
-        raise DataError(
-            f"The bag {path} must be a rosbag2 folder or a file in .mcap or .db3, got {path.suffix!r}; "
-            "give the folder of a compressed bag."
-        )

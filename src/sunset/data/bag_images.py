@@ -1,6 +1,6 @@
 """Between the image messages of a bag and the arrays of a frame."""
 
-from collections.abc import Collection
+from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any, Final
@@ -53,24 +53,29 @@ class Sensor:
     Attributes:
         encodings: of a `sensor_msgs/msg/Image`.
         pictures: of a `sensor_msgs/msg/CompressedImage`.
-        transports: what image_transport may append to the topic; the first that is there is read.
+        transports: what image_transport may append to the topic; the first that has messages is read.
     """
 
     encodings: tuple[str, ...]
     pictures: tuple[str, ...]
     transports: tuple[str, ...] = ("", "/compressed")
 
-    def topic(self, topic: str, present: Collection[str]) -> str:
-        """Return the name under which the sensor's topic is recorded; `topic` itself if it is not at all."""
-        names = [topic + transport for transport in self.transports]
-        return next((name for name in names if name in present), topic)
+    def topic(self, topic: str, counts: Mapping[str, int]) -> str:
+        """Return the name under which the sensor's topic is recorded; `topic` itself if it is not at all.
+
+        Args:
+            topic: one of `SENSORS`.
+            counts: numbers of messages of all that is recorded, by topic; all 0 if they were not counted.
+        """
+        names = [topic + transport for transport in self.transports if topic + transport in counts]
+        return min(names, key=lambda name: not counts[name], default=topic)
 
 
 SENSORS: Final = MappingProxyType(
     {
         "/rgb_raw": Sensor(("bgr8", "rgb8", "bgra8", "rgba8"), (COLOUR_JPEG, COLOUR_PNG)),
         "/depth_raw": Sensor(
-            ("16UC1", "mono16", "32FC1"), (DEPTH_PNG,), ("", "/compressed", "/compressedDepth")
+            ("16UC1", "mono16", "32FC1"), (DEPTH_PNG,), ("", "/compressedDepth", "/compressed")
         ),
         "/gt_segmentation": Sensor(("8UC1", "mono8"), (LABEL_PNG,)),
     }
@@ -107,8 +112,8 @@ def decoded(raw: bytes | memoryview, kind: str, topic: str, place: str) -> Recor
     """
     if bytes(raw[:4]) == _ZSTD:
         raise DataError(
-            f"The image {place} must be a plain message, got a compressed one: "
-            "give the bag's folder, whose metadata.yaml says how to read it."
+            f"The image {place} must be a plain message, got a compressed one: give the bag's folder, with "
+            "compression_mode MESSAGE and compression_format zstd in its metadata.yaml."
         )
     message: Any = STORE.deserialize_cdr(raw, kind)
     stamp = message.header.stamp

@@ -62,6 +62,7 @@ _ENCODINGS: Final = {
 
 _JPEG: Final = b"\xff\xd8\xff"
 _PNG: Final = b"\x89PNG\r\n\x1a\n"
+_PNG_HEADER: Final = b"\0\0\0\x0dIHDR"
 _PNG_COLOURS: Final = {0: "greyscale", 2: "colour", 3: "palette", 4: "greyscale-alpha", 6: "colour-alpha"}
 
 
@@ -152,6 +153,8 @@ def _kind(data: bytes, place: str) -> str:
         return COLOUR_JPEG
     if data.startswith(_PNG):
         _check_chunks(data, place)
+        if not data.startswith(_PNG_HEADER, len(_PNG)):
+            raise _damaged(place, "it does not begin with its header")
         return f"{data[24]}-bit {_PNG_COLOURS.get(data[25], 'unknown')} PNG"
     return "neither JPEG nor PNG" if data else "no data"
 

@@ -141,8 +141,8 @@ def find_syndrone(
         last: number of the last one; to the end if None.
 
     Raises:
-        DataError: there is no such flight, it lacks a modality, the modalities have different frames, or no
-            frame has such a number.
+        DataError: there is no such flight, it lacks a modality, the modalities have different frames, or
+            frames that are wanted are not there.
     """
     name = town.zfill(2).upper()
     name = "10HD" if name == "10" else name
@@ -206,17 +206,17 @@ def _numbers(folder: Path, town: str, first: int | None, last: int | None) -> tu
             f"semantic/00000.png, got none; {_unpack(town)}."
         )
     low, high = everything[0] if first is None else first, everything[-1] if last is None else last
-    wanted = {number for number in everything if low <= number <= high}
-    if not wanted:
+    if not everything[0] <= low <= high <= everything[-1]:
         raise DataError(
             f"The folder {folder} must hold frames from {low:05} to {high:05}, got {everything[0]:05} to "
             f"{everything[-1]:05}; choose --frames among these."
         )
+    wanted = set(everything if first is None and last is None else range(low, high + 1))
     for name, numbers in found.items():
         if missing := sorted(wanted - numbers):
             counts = ", ".join(f"{len(wanted & own)} in {one}" for one, own in found.items())
             raise DataError(
-                f"The folder {folder} must hold the same frames in all three folders, got {counts}, and "
+                f"The folder {folder} must hold every chosen frame in all three folders, got {counts}, and "
                 f"{name} lacks {missing[0]:05}; {_unpack(town, name)}, or choose complete ones with --frames."
             )
     return tuple(sorted(wanted))

@@ -1,0 +1,62 @@
+"""Whether a path can be a bag's."""
+
+from pathlib import Path
+from typing import Final
+
+from sunset.errors import DataError, OutputError
+
+__all__ = ["STORAGES", "check_bag_path", "check_uri"]
+
+STORAGES: Final = {".mcap": "mcap", ".db3": "sqlite3"}
+
+
+def check_bag_path(path: Path) -> None:
+    """Check that a path looks like a bag whose files are whole.
+
+    Raises:
+        DataError: it is missing, of another kind, in sqlite3 under a path that cannot be opened, or was not
+            closed by its recorder.
+    """
+    if not path.exists():
+        raise DataError(f"There is no bag at {path}: give the folder or the file of a rosbag2 recording.")
+    if path.is_dir():
+        if not (path / "metadata.yaml").exists():
+            raise DataError(
+                f"The folder {path} must be a rosbag2 with a metadata.yaml, got none: "
+                f"'ros2 bag reindex {path}' writes it, 'sunset data import' makes a bag of SynDrone's folders."
+            )
+    elif path.suffix == ".bag":
+        raise DataError(f"The bag {path} must be of ROS 2, got one of ROS 1: 'rosbags-convert' converts it.")
+    elif path.suffix not in STORAGES:
+        raise DataError(
+            f"The bag {path} must be a rosbag2 folder or a file in .mcap or .db3, got {path.suffix!r}; "
+            "give the folder of a compressed bag."
+        )
+    for file in sorted(path.glob("*.db3")) if path.is_dir() else [path]:
+        if file.suffix == ".db3":
+            check_uri(file, DataError)
+            _check_closed(file)
+
+
+def check_uri(path: Path, error: type[DataError | OutputError]) -> None:
+    """Check that sqlite3, which is given a path as a URI, opens it and no other file.
+
+    Raises:
+        DataError: it does not, and that is the `error` which is asked for.
+        OutputError: likewise.
+    """
+    if set("#?%") & set(str(path.absolute())):
+        raise error(
+            f"A bag in sqlite3 must lie under a path without #, ? and %, got {path.absolute()}: rename it, "
+            "or use MCAP."
+        )
+
+
+def _check_closed(file: Path) -> None:
+    """Check that a file of sqlite3's has no messages left in its write-ahead log, which is not read."""
+    log = Path(f"{file}-wal")
+    if log.exists() and log.stat().st_size:
+        raise DataError(
+            f"The bag {file} must be closed, got one whose last messages are in {log.name}: when nothing "
+            f"records it any more, 'sqlite3 {file} \"PRAGMA wal_checkpoint(TRUNCATE)\"' moves them."
+        )

@@ -23,13 +23,14 @@ EXIT_INTERRUPTED: Final = 130
 _SIGNALLED: Final = 128
 """Added to a signal's number, as shells do."""
 
+_NODE: Final = "node"
 _UP: Final = "up"
 _FLYING: Final = ("run", "bench", "agree")
 _WRITING: Final = (*_FLYING, "data", "models", "train")
 """Those that tidy up when they are asked to end."""
 _VERBS: Final = (
     *(*_FLYING, "report", "scenarios", "faults", "managers"),
-    *("data", "models", "train", "node", _UP, "ros"),
+    *("data", "models", "train", _NODE, _UP, "ros"),
 )
 """Each is a module beside this one."""
 
@@ -71,10 +72,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
         The exit code: 0 done, 1 done and the answer is no (`managers check`, `ros`), 2 bad input (one sentence stands
         on stderr), 130 interrupted, 143 ended by SIGTERM.
     """
-    if isinstance(sys.stdout, TextIOWrapper):
-        sys.stdout.reconfigure(errors="replace")  # some terminals have no arrows
     arguments = sys.argv[1:] if arguments is None else arguments
     verb = next(iter(arguments), "")
+    if verb != _NODE and isinstance(sys.stdout, TextIOWrapper):
+        # some terminals have no arrows; a forked node's output is not what it was opened as
+        sys.stdout.reconfigure(errors="replace")
     if verb != _UP:
         return _execute(verb, arguments, argparse.Namespace())
     with ExitStack() as stack:

@@ -1,6 +1,8 @@
 """Campaigns: what is planned, and that killing one costs nothing that was finished."""
 
+import json
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -235,3 +237,46 @@ def test_a_campaign_is_flown_by_one_process_at_a_time(tmp_path: Path) -> None:
                 bench(spec, tmp_path / "out", jobs=1)
 
     assert bench(spec, tmp_path / "out", jobs=1, progress=another) == 1
+
+
+TROUBLEMAKERS = {
+    "RaisesInConstructor": r"it raised LookupError: nothing to begin with \(troublemakers.py, line \d+, in __init__\)",
+    "RaisesInOnStart": r"it raised LookupError: nothing to start with \(troublemakers.py, line \d+, in on_start\)",
+    "RaisesInAdapt": r"it raised KeyboardInterrupt \(troublemakers.py, line \d+, in adapt\)",
+    "Exits": r"it raised SystemExit: enough \(troublemakers.py, line \d+, in adapt\)",
+    "EndsItsProcess": r"it ended its process with exit code 0",
+    "Hangs": r"it did not return within 1 s \(troublemakers.py, line \d+, in adapt\)",
+    "Patches": r"The run failed with ZeroDivisionError: patched",
+}
+
+
+def test_nothing_that_a_managing_system_does_ends_a_campaign_or_shows_in_the_runs_of_others(
+    tmp_path: Path,
+) -> None:
+    file = Path(__file__).with_name("troublemakers.py")
+    spec = BenchSpec(
+        suite="nofault",
+        managers=(*(f"{file}:{name}" for name in (*TROUBLEMAKERS, "Forks")), "baseline"),
+        references=False,
+        repetitions=2,
+        timing=Timing(duration_s=2.0),
+        manager_limit_s=1.0,
+    )
+
+    assert bench(spec, tmp_path / "out", jobs=1) == 18
+    assert bench(replace(spec, managers=("baseline",)), tmp_path / "alone", jobs=1) == 2
+
+    rows = {row["system"]: row for row in json.loads(render_report(tmp_path / "out", "json"))["rows"]}
+    for name, reason in TROUBLEMAKERS.items():
+        row = rows.pop(f"troublemakers.py:{name}, no faults")
+        assert (row["runs"], row["runs_invalid"], row["runs_failed"]) == (0, 2, 2)
+        assert [run["seed"] for run in row["invalid"]] == [1, 2]
+        for run in row["invalid"]:
+            assert re.search(reason, run["reason"])
+    for row in rows.values():  # a forked copy goes nowhere, and the baseline is the baseline
+        assert (row["runs"], row["runs_failed"]) == (2, 0)
+    assert len(rows) == 2
+    alone = _content(tmp_path / "alone")
+    assert alone
+    together = _content(tmp_path / "out")
+    assert {path: content for path, content in together.items() if path in alone} == alone

@@ -2,14 +2,13 @@
 
 import pickle
 from collections.abc import Callable
-from contextlib import suppress
 
 import pytest
 
 from sunset.errors import InvalidInputError, MiddlewareError
 from sunset.interfaces import Message
 from sunset.interfaces.std_msgs.msg import String
-from sunset.rmw.port import CallbackError, CallbackTimeoutError, NodeHandle, PublisherHandle, QoSProfile
+from sunset.rmw.port import CallbackError, NodeHandle, PublisherHandle, QoSProfile
 from sunset.rmw.sim import SimProcess, Simulation, Tap
 
 MS = 1_000_000
@@ -17,8 +16,10 @@ QOS = QoSProfile(depth=10)
 Handler = Callable[[Message], None]
 
 
-def start(sim: Simulation, name: str, *, wall_limit_s: float | None = None) -> tuple[SimProcess, NodeHandle]:
-    process = sim.create_process(name, wall_limit_s=wall_limit_s)
+def start(
+    sim: Simulation, name: str, *, around: Callable[[Callable[[], None]], None] | None = None
+) -> tuple[SimProcess, NodeHandle]:
+    process = sim.create_process(name, around=around)
     node = process.create_node(name, "/")
     node.attach()
     process.run()
@@ -272,29 +273,19 @@ def test_the_world_goes_on_after_an_exception_and_nothing_is_lost() -> None:
     assert [topic for _, topic, _ in departures.seen] == ["/chat", "/answer"]
 
 
-def test_a_callback_that_hangs_is_interrupted() -> None:
+def test_callbacks_of_a_process_can_be_called_by_somebody_else() -> None:
     sim = Simulation()
-    _, node = start(sim, "manager", wall_limit_s=0.02)
+    around: list[str] = []
 
-    def hang() -> None:
-        while True:
-            with suppress(Exception):
-                pass
+    def call(callback: Callable[[], None]) -> None:
+        around.append("before")
+        callback()
+        around.append("after")
 
-    node.create_timer(10 * MS, hang, label="hang")
-    with pytest.raises(
-        CallbackTimeoutError, match=r"Callback hang of node /manager did not return within 0.02 s."
-    ):
-        sim.run_until(100 * MS)
-
-
-def test_a_callback_that_is_quick_enough_is_left_alone() -> None:
-    sim = Simulation()
-    _, node = start(sim, "manager", wall_limit_s=10.0)
-    calls: list[int] = []
-    node.create_timer(10 * MS, lambda: calls.append(sim.now), label="tick")
-    sim.run_until(35 * MS)
-    assert calls == [10 * MS, 20 * MS, 30 * MS]
+    _, node = start(sim, "manager", around=call)
+    node.create_timer(10 * MS, lambda: around.append("callback"), label="tick")
+    sim.run_until(15 * MS)
+    assert around == ["before", "callback", "after"]
 
 
 def test_a_callback_cannot_run_the_world_that_it_is_part_of() -> None:
@@ -396,9 +387,3 @@ def test_the_latency_must_be_possible(latency: float) -> None:
 def test_a_seed_must_be_valid() -> None:
     with pytest.raises(InvalidInputError, match="seed"):
         Simulation(seed=-1)
-
-
-@pytest.mark.parametrize("limit", [0.0, -1.0, float("nan")])
-def test_a_wall_limit_must_be_positive(limit: float) -> None:
-    with pytest.raises(MiddlewareError, match="wall time limit of process node must be above 0 s"):
-        Simulation().create_process("node", wall_limit_s=limit)

@@ -245,6 +245,9 @@ def _invalid_note(row: SystemRow) -> str:
     if len(told) > _SHOWN_REASONS:
         told = [*told[:_SHOWN_REASONS], f"and {len(told) - _SHOWN_REASONS} other reasons"]
     number = len(row.invalid)
-    return f"{row.system}: {number} invalid {'run is' if number == 1 else 'runs are'} left out: " + (
-        "; ".join(told) + "."
+    failed = f", in {row.failed} of which the managing system failed" if row.failed else ""
+    return (
+        f"{row.system}: {number} invalid {'run is' if number == 1 else 'runs are'} left out{failed}: "
+        + "; ".join(told)
+        + "."
     )

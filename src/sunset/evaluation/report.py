@@ -80,6 +80,7 @@ def _json_row(row: SystemRow) -> dict[str, object]:
         **figures,
         "unresolved_rate": row.unresolved_rate,
         "runs_invalid": len(row.invalid),
+        "runs_failed": row.failed,
         "invalid": [
             {"scenario": run.scenario, "seed": run.seed, "reason": run.reason} for run in row.invalid
         ],
@@ -94,7 +95,17 @@ def _json_published(name: str) -> dict[str, object]:
 
 def _as_csv(rows: Sequence[SystemRow]) -> str:
     """Return one line a row, the paper's last; a cell is empty where a figure is not applicable."""
-    head = ["system", "source", "suite", "manager", "model", "middleware", "runs", "runs_invalid"]
+    head = [
+        "system",
+        "source",
+        "suite",
+        "manager",
+        "model",
+        "middleware",
+        "runs",
+        "runs_invalid",
+        "runs_failed",
+    ]
     columns = [part for name in FIGURES for part in _parts(name)]
     out = io.StringIO()
     writer = csv.DictWriter(out, [*head, *columns, "unresolved_rate"], lineterminator="\n")
@@ -109,6 +120,7 @@ def _as_csv(rows: Sequence[SystemRow]) -> str:
             "middleware": row.middleware,
             "runs": row.runs,
             "runs_invalid": len(row.invalid),
+            "runs_failed": row.failed,
             "unresolved_rate": row.unresolved_rate,
         }
         for name, found in row.estimates.items():

@@ -63,6 +63,7 @@ class RunRow:
         metrics: the figures by name; None where there is none to take.
         valid: whether the run counts.
         reason: why it does not; empty if it does.
+        failed: whether its managing system failed, so that there is no record and no figure.
     """
 
     folder: Path
@@ -79,6 +80,7 @@ class RunRow:
     faults: str = ""
     valid: bool = True
     reason: str = ""
+    failed: bool = False
 
 
 def load_results(folder: Path, *, again: bool = False, progress: Progress | None = None) -> list[RunRow]:
@@ -149,10 +151,11 @@ def _read(folder: Path, *, again: bool) -> RunRow:
         key: _checked(run, key, str, where)
         for key in ("scenario", "suite", "manager", "model", "middleware", "digest", "reason")
     }
+    failed = run.get("manager_failed") is not None
     return RunRow(
         folder=folder,
         seed=_checked(run, "seed", int, where),
-        metrics=recompute(folder) if again else _stored(run, where),
+        metrics=recompute(folder) if again and not failed else _stored(run, where),
         valid=_checked(run, "valid", bool, where),
         setting=_checksum(
             {
@@ -162,6 +165,7 @@ def _read(folder: Path, *, again: bool) -> RunRow:
         ),
         sources=str(run.get("manager_checksum", ""))[:_CHECKSUM],
         faults=_checksum({"faults": run.get("faults")}),
+        failed=failed,
         **text,
     )
 

@@ -75,6 +75,11 @@ class SystemRow:
     invalid: tuple[RunRow, ...] = ()
 
     @property
+    def failed(self) -> int:
+        """In how many of the invalid runs the managing system failed."""
+        return sum(run.failed for run in self.invalid)
+
+    @property
     def published(self) -> str | None:
         """The name of the paper's row that this one stands beside; None if there is none."""
         return _PUBLISHED_OF.get((self.suite, self.manager))

@@ -2,21 +2,22 @@
 
 import hashlib
 import json
-import os
 import re
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
-from sunset.errors import InvalidInputError, OutputError
+from sunset.errors import InvalidInputError, ManagerError, OutputError, SunsetError
 from sunset.experiments.files import make_folder, write_text
+from sunset.experiments.manager import manager_checksum
 from sunset.experiments.resources import Resources
-from sunset.experiments.run import prepare, run, sources_of, versions
-from sunset.experiments.spec import RunSpec, Timing
-from sunset.managing import checksum
+from sunset.experiments.run import prepare, record, record_failure, versions
+from sunset.experiments.spec import EXTERNAL, RunSpec, Timing
+from sunset.managing import MANAGERS
 from sunset.recording import RUN_FILE
 from sunset.scenarios import Scenario, load_suite, suite
 from sunset.seeding import check_seed
@@ -200,16 +201,37 @@ def _jobs(spec: BenchSpec) -> int:
 def _run_all(flights: Sequence[tuple[RunSpec, Path, str | None]], jobs: int) -> Iterator[int]:
     """Fly all runs, each into its folder, with the managing system's checksum; yield how many are finished, after each.
 
-    Simulated ones are flown by other processes, since a managing system is in the one that flies.
+    Simulated ones are flown by other processes, as many at a time as there are jobs.
+
+    Raises:
+        ManagerError: a managing system was changed meanwhile; the runs of the others are finished by then.
     """
+    changed: list[ManagerError] = []
+    finished = 0
+
+    def count(outcome: Callable[[], None]) -> int:
+        try:
+            outcome()
+        except ManagerError as error:
+            changed.append(error)
+        return finished + 1
+
     if flights[0][0].live and jobs == 1:
-        for count, (spec, folder, known) in enumerate(flights, 1):
-            run(spec, folder, manager_checksum=known)
-            yield count
-        return
+        for flight in flights:
+            finished = count(partial(_fly, *flight))
+            yield finished
+    else:
+        for future in _submit_all(flights, jobs):
+            finished = count(future.result)
+            yield finished
+    if changed:
+        raise changed[0]
+
+
+def _submit_all(flights: Sequence[tuple[RunSpec, Path, str | None]], jobs: int) -> Iterator[Future[None]]:
+    """Let worker processes fly; give the runs that have ended, in the order of their ends."""
     waiting = iter(flights)
     pending: set[Future[None]] = set()
-    finished = 0
     with worker_pool(jobs) as pool:
         while True:
             for one in waiting:
@@ -219,17 +241,39 @@ def _run_all(flights: Sequence[tuple[RunSpec, Path, str | None]], jobs: int) -> 
             if not pending:
                 return
             complete, pending = wait(pending, return_when=FIRST_COMPLETED)
-            for future in complete:
-                future.result()
-                finished += 1
-                yield finished
+            yield from complete
 
 
-def _fly(spec: RunSpec, folder: Path, manager_checksum: str | None) -> None:
+def _fly(spec: RunSpec, folder: Path, known: str | None) -> None:
+    """Fly one run of a campaign; one whose managing system fails is recorded as such.
+
+    Args:
+        spec: the run.
+        folder: its folder.
+        known: the checksum of the managing system's files when the campaign was begun.
+
+    Raises:
+        ManagerError: the managing system was changed since.
+        SunsetError: the run failed, and no managing system of the user's can be the reason.
+    """
     try:
-        run(spec, folder, manager_checksum=manager_checksum)
-    except KeyboardInterrupt:
-        os._exit(1)  # nobody wants its runs any more, but the worker would go on with the next one
+        record(spec, folder, known=known)
+    except (SunsetError, RuntimeError) as error:
+        blameless = spec.manager in {*MANAGERS, EXTERNAL}
+        if blameless or (spec.live and not isinstance(error, ManagerError)):
+            raise
+        if manager_checksum(spec.manager, limit_s=spec.manager_limit_s) != known:
+            raise ManagerError(
+                f"The managing system {spec.manager} was changed while it was flown; fly the new one in a new folder."
+            ) from error
+        record_failure(spec, folder, manager_checksum=known or "", reason=_reason(error))
+
+
+def _reason(error: Exception) -> str:
+    """Return why a run failed as one sentence; of an error that nobody raised on purpose, the last line."""
+    if isinstance(error, SunsetError):
+        return str(error)
+    return f"The run failed with {str(error).strip().splitlines()[-1]}."
 
 
 def _claim(out: Path, described: dict[str, Any]) -> None:
@@ -280,7 +324,9 @@ def describe(spec: BenchSpec, resources: Resources) -> dict[str, Any]:
         "bag": str(spec.bag) if spec.bag else None,
         "bag_checksum": resources.bag_checksum,
         "device": resources.segmenter.device,
-        "manager_checksums": {name: checksum(sources_of(name)) for name in spec.managers},
+        "manager_checksums": {
+            name: manager_checksum(name, limit_s=spec.manager_limit_s) for name in spec.managers
+        },
         "managers": list(spec.managers),
         "model": spec.model,
         "model_checksum": _checksum(json.dumps(resources.model.card.to_json(), sort_keys=True)),

@@ -10,7 +10,7 @@ from itertools import pairwise
 from sunset.errors import SunsetError
 from sunset.experiments.graph import MANAGER_PROCESS, SYSTEM_NODES
 from sunset.experiments.live import LiveClock, LiveSystem
-from sunset.experiments.manager import absent, check_name
+from sunset.experiments.manager import absent
 from sunset.experiments.observer import Observer
 from sunset.experiments.resources import Resources
 from sunset.experiments.spec import EXTERNAL, RunSpec, Timing
@@ -20,7 +20,6 @@ from sunset.interfaces.rosgraph_msgs.msg import Clock
 from sunset.interfaces.sensor_msgs.msg import Image
 from sunset.interfaces.std_srvs.srv import Trigger
 from sunset.interruption import held_signals
-from sunset.managing import load_manager
 from sunset.metrics import SEGMENTATION_TOPIC, Timeline
 from sunset.rmw.domains import free_domain_id
 from sunset.rmw.port import EndpointKind, RequestId
@@ -198,9 +197,6 @@ def fly(
         if log and node == MANAGER_PROCESS:
             print(line, file=sys.stderr)  # noqa: T201  as in the simulation
 
-    if spec.manager != EXTERNAL:
-        name = f"/{load_manager(spec.manager).node_name}"
-        check_name(name, spec.manager)  # what is wrong with it is said at once
     clock = LiveClock(time.time_ns(), float(spec.speed))
     offset_ns = _clock_offset_ns()
     watch = _Watch(observer, frames, clock)

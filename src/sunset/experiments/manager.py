@@ -7,36 +7,24 @@ from pathlib import Path
 
 from sunset.errors import ManagerError, SunsetError
 from sunset.experiments.graph import SYSTEM_NODES
-from sunset.experiments.spec import RunSpec
-from sunset.managing import ManagingSystem, load_manager
-from sunset.rmw.sim import LimitExceeded, run_limited
-from sunset.ros import CallbackError, CallbackTimeoutError, Context, Parameter
+from sunset.experiments.spec import EXTERNAL, RunSpec
+from sunset.isolation import ProcessDeath, Watch, call_isolated
+from sunset.managing import MANAGERS, ManagingSystem, checksum, load_manager, manager_sources
+from sunset.ros import CallbackError, Context, Parameter
 
-__all__ = ["absent", "check_name", "failure", "manager_factory"]
+__all__ = ["absent", "check_name", "death_error", "failure", "manager_checksum", "manager_factory"]
 
 
-def manager_factory(spec: RunSpec, entropy_threshold: float) -> Callable[[Context], ManagingSystem]:
-    """Return what makes the managing system; whatever goes wrong in its constructor is its own error.
-
-    Raises:
-        ManagerError: there is no such managing system.
-    """
-    made = load_manager(spec.manager)
+def manager_factory(
+    spec: RunSpec, made: type[ManagingSystem], entropy_threshold: float, watch: Watch
+) -> Callable[[Context], ManagingSystem]:
+    """Return what makes the managing system; whatever goes wrong in its constructor is its own error."""
     overrides = [Parameter("entropy_threshold", value=entropy_threshold)]
 
     def make(context: Context) -> ManagingSystem:
         try:
-            manager = run_limited(
-                spec.manager_limit_s, lambda: made(context=context, parameter_overrides=overrides)
-            )
+            manager = watch.call(lambda: made(context=context, parameter_overrides=overrides))
             name = manager.get_fully_qualified_name()
-        except LimitExceeded as error:
-            raise ManagerError(
-                f"The managing system {spec.manager} cannot be made: it did not return within "
-                f"{spec.manager_limit_s:g} s{_place(made, error)}."
-            ) from error
-        except KeyboardInterrupt:
-            raise
         except BaseException as error:
             raise ManagerError(
                 f"The managing system {spec.manager} cannot be made: it raised "
@@ -46,6 +34,52 @@ def manager_factory(spec: RunSpec, entropy_threshold: float) -> Callable[[Contex
         return manager
 
     return make
+
+
+def manager_checksum(manager: str, *, limit_s: float) -> str:
+    """Load a managing system in a process of its own; return the checksum of its files, of `external` an empty text.
+
+    Args:
+        manager: its name, as of `load_manager`.
+        limit_s: seconds of wall time that loading it may take.
+
+    Raises:
+        ManagerError: it cannot be loaded.
+    """
+
+    def load(watch: Watch) -> str:
+        made = watch.call(lambda: load_manager(manager))
+        check_name(f"/{made.node_name}", manager)
+        return checksum(manager_sources(manager, made))
+
+    if manager == EXTERNAL:
+        return ""
+    try:
+        return str(call_isolated(load, limit_s=limit_s))
+    except ProcessDeath as death:
+        raise death_error(manager, "cannot be loaded", death) from death
+
+
+def death_error(manager: str, what: str, death: ProcessDeath) -> SunsetError:
+    """Return what a user is told when the process of a managing system ended.
+
+    Args:
+        manager: the managing system's name, as of `load_manager`.
+        what: what it did not do.
+        death: how the process ended.
+    """
+    if manager in MANAGERS:
+        return SunsetError(
+            f"The process of the run {death.reason}: it was killed, for instance for want of memory; what was finished "
+            "is kept: run the same command again, with fewer --jobs if memory was short."
+        )
+    source = Path(manager.rpartition(":")[0])
+    places = [
+        f" ({source.name}, line {line}, in {function})"
+        for file, line, function in death.frames
+        if source.suffix and Path(file) == source.resolve()
+    ]
+    return ManagerError(f"The managing system {manager} {what}: it {death.reason}{''.join(places[:1])}.")
 
 
 def check_name(name: str, given: str) -> None:
@@ -82,16 +116,11 @@ def absent(spec: RunSpec, limit_s: float, missing: Mapping[str, str], commands: 
 
 
 def failure(spec: RunSpec, manager: ManagingSystem, error: BaseException) -> ManagerError:
-    """Return what a user is told when a callback of the managing system raised or did not return."""
+    """Return what a user is told when a callback of the managing system raised."""
     cause = error.__cause__ if isinstance(error, CallbackError) and error.__cause__ else error
-    what = (
-        str(error).rstrip(".")
-        if isinstance(error, CallbackTimeoutError)
-        else f"it raised {_described(cause)}"
-    )
     return ManagerError(
-        f"The managing system {spec.manager} failed in {spec.scenario.name}, seed {spec.seed}: {what}"
-        f"{_place(type(manager), cause)}."
+        f"The managing system {spec.manager} failed in {spec.scenario.name}, seed {spec.seed}: it raised "
+        f"{_described(cause)}{_place(type(manager), cause)}."
     )
 
 

@@ -3,6 +3,7 @@
 import platform
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -11,16 +12,21 @@ import onnxruntime
 
 from sunset import __version__
 from sunset.errors import ManagerError
+from sunset.experiments.manager import death_error, manager_checksum
 from sunset.experiments.observer import Observer
 from sunset.experiments.resources import Resources, find_resources
 from sunset.experiments.simulated import fly
-from sunset.experiments.spec import EXTERNAL, RunSpec, Timing
-from sunset.managing import checksum, manager_sources
+from sunset.experiments.spec import RunSpec, Timing
+from sunset.isolation import ProcessDeath, Watch, call_isolated
+from sunset.managing import checksum, load_manager, manager_sources
 from sunset.metrics import RunMetrics, Timeline, score
-from sunset.recording import RecordWriter
+from sunset.recording import RecordWriter, read_run, read_timeline
 from sunset.rmw.sim import DEFAULT_COMPUTE
 
-__all__ = ["RunResult", "prepare", "run", "sources_of", "versions"]
+__all__ = ["RunResult", "prepare", "record", "record_failure", "run", "versions"]
+
+Flown = tuple[int, Callable[[Timeline], str]]
+"""The time of the injection, and what says why the computer could not keep up, if it could not."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +64,18 @@ class RunResult:
 
     def summary(self) -> dict[str, Any]:
         """Return what `sunset run --json` prints."""
-        keys = ("scenario", "manager", "seed", "model", "middleware", "digest", "metrics", "valid", "reason")
+        keys = (
+            "scenario",
+            "manager",
+            "manager_failed",
+            "seed",
+            "model",
+            "middleware",
+            "digest",
+            "metrics",
+            "valid",
+            "reason",
+        )
         return {key: self.described[key] for key in keys}
 
 
@@ -71,7 +88,7 @@ def prepare(spec: RunSpec, *, progress: Callable[[int, int], None] | None = None
     return find_resources(spec, progress=progress)
 
 
-def run(spec: RunSpec, folder: Path, *, log: bool = False, manager_checksum: str | None = None) -> RunResult:
+def run(spec: RunSpec, folder: Path, *, log: bool = False) -> RunResult:
     """Fly one experiment, write its record to a new folder, and score it.
 
     The folder appears when the run is complete, under its final name; what is measured is read from the
@@ -81,21 +98,79 @@ def run(spec: RunSpec, folder: Path, *, log: bool = False, manager_checksum: str
         spec: what is flown.
         folder: the record's folder, which must not exist, or be empty.
         log: whether what the managing system logs goes to stderr as well as to the record.
-        manager_checksum: of the files that the managing system must be written in; whatever they hold if None.
 
     Raises:
-        ManagerError: the managing system could not be loaded, raised, did not return, or was changed meanwhile.
+        ManagerError: the managing system could not be loaded, raised, did not return, ended its process, or was
+            changed meanwhile.
         ModelError: the model cannot be used.
         DataError: the bag cannot be used.
         OutputError: the record cannot be written.
     """
+    record(spec, folder, log=log)
+    timeline = read_timeline(folder)
+    return RunResult(spec, folder, read_run(folder), timeline, score(timeline))
+
+
+def record(spec: RunSpec, folder: Path, *, log: bool = False, known: str | None = None) -> None:
+    """Fly one experiment, and write its record; as `run`, without its result.
+
+    A simulated one is flown in a process of its own, since the managing system is part of it. `known` is the checksum
+    that the managing system's files must have; any if it is None.
+    """
     resources = find_resources(spec)
-    sources = sources_of(spec.manager)
-    flown = checksum(sources) if manager_checksum is None else manager_checksum
+    if spec.live:
+        flown = partial(manager_checksum, spec.manager, limit_s=spec.manager_limit_s)
+        _record(spec, resources, folder, partial(_fly_live, spec, resources, log=log), flown, known=known)
+        return
+
+    def fly_simulated(watch: Watch) -> None:
+        made = watch.call(lambda: load_manager(spec.manager))
+        flown = partial(checksum, manager_sources(spec.manager, made))
+        _record(
+            spec, resources, folder, partial(fly, spec, resources, watch, made, log=log), flown, known=known
+        )
+
+    try:
+        call_isolated(fly_simulated, limit_s=spec.manager_limit_s)
+    except ProcessDeath as death:
+        RecordWriter(folder).abort()  # what it left behind
+        raise death_error(spec.manager, f"failed in {spec.scenario.name}, seed {spec.seed}", death) from death
+
+
+def record_failure(spec: RunSpec, folder: Path, *, manager_checksum: str, reason: str) -> None:
+    """Write what stands in the place of a run whose managing system failed: a record without messages or figures.
+
+    Raises:
+        OutputError: it cannot be written.
+    """
+    with RecordWriter(folder) as writer:
+        writer.close(
+            _describe(spec, find_resources(spec))
+            | {
+                "manager_checksum": manager_checksum,
+                "manager_failed": reason,
+                "metrics": dict.fromkeys(RunMetrics.names()),
+                "valid": False,
+                "reason": reason.rstrip("."),
+            }
+        )
+
+
+def _record(
+    spec: RunSpec,
+    resources: Resources,
+    folder: Path,
+    fly: Callable[[Observer], Flown],
+    flown: Callable[[], str],
+    *,
+    known: str | None,
+) -> None:
+    """Fly, and write the record; `flown` gives the checksum of the managing system's files at the moment."""
+    before = flown() if known is None else known
     with RecordWriter(folder) as writer:
         observer = Observer(writer)
-        start_ns, shortfall = _fly(spec, resources, observer, log=log)
-        if checksum(sources) != flown:
+        start_ns, shortfall = fly(observer)
+        if flown() != before:
             raise ManagerError(
                 f"The managing system {spec.manager} was changed while it was flown; fly the new one in a new folder."
             )
@@ -106,35 +181,19 @@ def run(spec: RunSpec, folder: Path, *, log: bool = False, manager_checksum: str
             period_s=spec.timing.period_s,
             expected_frames=spec.timing.expected_frames,
         )
-        metrics = score(timeline)
         reasons = [*observer.violations, *filter(None, [shortfall(timeline)])]
         described = _describe(spec, resources) | {
-            "manager_checksum": flown,
+            "manager_checksum": before,
+            "manager_failed": None,
             "start_ns": start_ns,
-            "digest": writer.digest,
-            "metrics": metrics.to_json(),
+            "metrics": score(timeline).to_json(),
             "valid": not reasons,
             "reason": "; ".join(reasons),
         }
         writer.close(described)
-    return RunResult(spec, folder, described, timeline, metrics)
 
 
-def sources_of(manager: str) -> tuple[Path, ...]:
-    """Return the files in which a managing system is written; none if nobody knows.
-
-    Raises:
-        ManagerError: it cannot be loaded.
-    """
-    return () if manager == EXTERNAL else manager_sources(manager)
-
-
-def _fly(
-    spec: RunSpec, resources: Resources, observer: Observer, *, log: bool
-) -> tuple[int, Callable[[Timeline], str]]:
-    """Fly; return the time of the injection, and what says why the computer could not keep up, if it could not."""
-    if not spec.live:
-        return fly(spec, resources, observer, log=log), lambda _: ""
+def _fly_live(spec: RunSpec, resources: Resources, observer: Observer, *, log: bool) -> Flown:
     from sunset.experiments import live_flight  # noqa: PLC0415  needs an optional extra
 
     frames = live_flight.FrameCount()

@@ -13,6 +13,9 @@ from sunset.experiments.parameters import node_parameters
 from sunset.experiments.resources import Resources
 from sunset.experiments.spec import RunSpec
 from sunset.experiments.supervisor import Phase, Supervisor
+from sunset.isolation import Watch
+from sunset.managing import ManagingSystem
+from sunset.metrics import Timeline
 from sunset.nodes import NODES, BagPlayer, SegmentationNode
 from sunset.rmw.sim import DEFAULT_COMPUTE, SimProcess, Simulation
 from sunset.ros import CallbackError, Context, Node, Parameter, SingleThreadedExecutor
@@ -73,20 +76,31 @@ def bring_up(process: SimProcess, factory: Callable[[Context], NodeT], *, log: b
     return node
 
 
-def fly(spec: RunSpec, resources: Resources, observer: Observer, *, log: bool = False) -> int:
+def fly(
+    spec: RunSpec,
+    resources: Resources,
+    watch: Watch,
+    made: type[ManagingSystem],
+    observer: Observer,
+    *,
+    log: bool = False,
+) -> tuple[int, Callable[[Timeline], str]]:
     """Fly one experiment in a simulated world.
 
     Args:
         spec: what is flown.
         resources: what it is flown with.
+        watch: watches the managing system.
+        made: the managing system's class.
         observer: sees everything that happens.
         log: whether what the managing system logs goes to stderr too.
 
     Returns:
-        The time of the injection, nanoseconds of the simulated clock.
+        The time of the injection, nanoseconds of the simulated clock; and, as live, what says why the computer could
+        not keep up, which here it always can.
 
     Raises:
-        ManagerError: the managing system raised or did not return.
+        ManagerError: the managing system raised.
         SunsetError: the system did not come up, or the scenario could not be injected.
     """
     timing = spec.timing
@@ -104,12 +118,12 @@ def fly(spec: RunSpec, resources: Resources, observer: Observer, *, log: bool = 
     supervisor = started(
         "experiment", lambda context: Supervisor(spec.scenario.name, spec.timing, context=context)
     )
-    factory = manager_factory(spec, resources.model.card.entropy_threshold)
+    factory = manager_factory(spec, made, resources.model.card.entropy_threshold, watch)
     for launch_ns, name in sorted((_launch_ns(spec.seed, name), name) for name in NODES):
         simulation.run_until(launch_ns)
         processes.start(name)
     simulation.run_until(simulation.now + _launch_ns(spec.seed, MANAGER_PROCESS))
-    process = simulation.create_process(MANAGER_PROCESS, wall_limit_s=spec.manager_limit_s)
+    process = simulation.create_process(MANAGER_PROCESS, around=watch.call)
     manager = bring_up(process, factory, log=log)
     try:
         start_ns = _conduct(simulation, supervisor, spec, observer)
@@ -117,12 +131,12 @@ def fly(spec: RunSpec, resources: Resources, observer: Observer, *, log: bool = 
         if error.node in SYSTEM_NODES:
             raise
         raise failure(spec, manager, error) from error
-    except (Exception, KeyboardInterrupt):
+    except Exception:
         raise
     except BaseException as error:
         raise failure(spec, manager, error) from error
     observer.finish(simulation.now)
-    return start_ns
+    return start_ns, lambda _: ""
 
 
 def _launch_ns(seed: int, process: str) -> int:

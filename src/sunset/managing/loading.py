@@ -57,13 +57,14 @@ def load_manager(spec: str) -> type[ManagingSystem]:
     return _checked(spec, where, getattr(module, name, None), name)
 
 
-def manager_sources(spec: str) -> tuple[Path, ...]:
+def manager_sources(spec: str, made: type[ManagingSystem]) -> tuple[Path, ...]:
     """Return the files in which a managing system is written: its own, with what it imports beside it, or its package.
 
-    Raises:
-        ManagerError: as of `load_manager`.
+    Args:
+        spec: its name.
+        made: what `load_manager` returned for it.
     """
-    source = inspect.getsourcefile(load_manager(spec))
+    source = inspect.getsourcefile(made)
     if source is None:
         return ()
     where = spec.rpartition(":")[0]

@@ -58,13 +58,14 @@ class RunMetrics:
     failures: tuple[Episode, ...] = ()
     executed: tuple[ExecutedAdaptation, ...] = ()
 
+    @classmethod
+    def names(cls) -> tuple[str, ...]:
+        """Return the names of the figures: all fields but the lists of episodes and adaptations."""
+        return tuple(field.name for field in fields(cls) if field.name not in {"failures", "executed"})
+
     def to_json(self) -> dict[str, float | None]:
-        """Return the figures by name, without the lists of episodes and adaptations."""
-        return {
-            field.name: getattr(self, field.name)
-            for field in fields(self)
-            if field.name not in {"failures", "executed"}
-        }
+        """Return the figures by name."""
+        return {name: getattr(self, name) for name in self.names()}
 
 
 def score(timeline: Timeline) -> RunMetrics:

@@ -12,10 +12,8 @@ from sunset.rmw._scheduler import Priority
 from sunset.rmw._services import SimClient, SimService
 from sunset.rmw._timer import SimPosted, SimTimer
 from sunset.rmw._topics import SimPublisher, SimSubscription
-from sunset.rmw._wall_limit import LimitExceeded, run_limited
 from sunset.rmw.port import (
     CallbackError,
-    CallbackTimeoutError,
     EndpointInfo,
     Middleware,
     NodeHandle,
@@ -157,6 +155,7 @@ class SimProcess(Middleware):
 
     __slots__ = (
         "_alive",
+        "_around",
         "_busy",
         "_calls",
         "_ending",
@@ -164,17 +163,18 @@ class SimProcess(Middleware):
         "_outbox",
         "_ready",
         "_running",
-        "_wall_limit_s",
         "name",
         "network",
         "nodes_here",
     )
 
-    def __init__(self, network: Network, name: str, wall_limit_s: float | None) -> None:
+    def __init__(
+        self, network: Network, name: str, around: Callable[[Callable[[], None]], None] | None
+    ) -> None:
         self.name = name
         self.network = network
         self.nodes_here: dict[SimNode, None] = {}
-        self._wall_limit_s = wall_limit_s
+        self._around = around
         self._alive = True
         self._busy = False
         self._running = False
@@ -239,15 +239,12 @@ class SimProcess(Middleware):
         scheduler.add(scheduler.now + entity.cost_ns(), Priority.COMPLETION, self._complete, None)
         network.executing = self
         try:
-            if self._wall_limit_s is None:
+            if self._around is None:
                 entity.run()
             else:
-                run_limited(self._wall_limit_s, entity.run)
+                self._around(entity.run)
         except CallbackError:
             raise
-        except LimitExceeded as error:
-            reason = f"did not return within {self._wall_limit_s:g} s."
-            raise CallbackTimeoutError(entity.node.fqn, entity.label, reason) from error
         except Exception as error:
             raise CallbackError.of(entity.node.fqn, entity.label, error) from error
         finally:

@@ -21,7 +21,6 @@ from sunset.rmw.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, Reliabil
 
 __all__ = [
     "CallbackError",
-    "CallbackTimeoutError",
     "ClientHandle",
     "DurabilityPolicy",
     "EndpointInfo",
@@ -71,10 +70,6 @@ class CallbackError(MiddlewareError):
         if len(text) > _LONGEST:  # what came over the network may be in it
             text = f"{text[:_LONGEST]}…"
         return cls(node, callback, f"raised {type(error).__name__}: {text}")
-
-
-class CallbackTimeoutError(CallbackError):
-    """A callback ran for longer than its process allows, by the wall clock."""
 
 
 class RequestId(NamedTuple):

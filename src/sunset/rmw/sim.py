@@ -14,11 +14,10 @@ from sunset.rmw._compute import DEFAULT_COMPUTE, ComputeModel
 from sunset.rmw._network import Network
 from sunset.rmw._process import SimProcess
 from sunset.rmw._scheduler import Priority
-from sunset.rmw._wall_limit import LimitExceeded, check_possible, run_limited
 from sunset.rmw.port import EndpointInfo, EndpointKind
 from sunset.rmw.tap import Tap
 
-__all__ = ["DEFAULT_COMPUTE", "LimitExceeded", "SimProcess", "Simulation", "Tap", "run_limited"]
+__all__ = ["DEFAULT_COMPUTE", "SimProcess", "Simulation", "Tap"]
 
 
 class Simulation:
@@ -53,24 +52,16 @@ class Simulation:
         """Virtual time in nanoseconds."""
         return self._network.scheduler.now
 
-    def create_process(self, name: str, *, wall_limit_s: float | None = None) -> SimProcess:
+    def create_process(
+        self, name: str, *, around: Callable[[Callable[[], None]], None] | None = None
+    ) -> SimProcess:
         """Start a process, to be given to `Context.init(middleware=…)`.
 
         Args:
             name: names it in errors; two processes may have the same.
-            wall_limit_s: seconds of wall time after which a callback of this process is interrupted and
-                `CallbackTimeoutError` raised; None for no limit. Needs the main thread of a POSIX system.
-
-        Raises:
-            MiddlewareError: the limit is not positive, or cannot be kept here.
+            around: calls each callback of this process, in the place of the simulation; None to just call it.
         """
-        if wall_limit_s is not None and not wall_limit_s > 0:
-            raise MiddlewareError(
-                f"The wall time limit of process {name} must be above 0 s, got {wall_limit_s}."
-            )
-        if wall_limit_s is not None:
-            check_possible()
-        return SimProcess(self._network, name, wall_limit_s)
+        return SimProcess(self._network, name, around)
 
     def run_until(self, t_ns: int) -> None:
         """Let everything happen that is due at or before `t_ns`; the clock then reads `t_ns`.

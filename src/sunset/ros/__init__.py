@@ -9,7 +9,7 @@ from typing import Any
 
 from sunset.rmw.port import Middleware
 from sunset.ros.context import Context, get_default_context
-from sunset.ros.exceptions import CallbackError, CallbackTimeoutError
+from sunset.ros.exceptions import CallbackError
 from sunset.ros.executors import SingleThreadedExecutor
 from sunset.ros.node import Node
 from sunset.ros.parameter import Parameter
@@ -18,7 +18,6 @@ from sunset.ros.task import Future
 
 __all__ = [
     "CallbackError",
-    "CallbackTimeoutError",
     "Context",
     "Future",
     "Node",

@@ -1,11 +1,10 @@
 """The errors of the client library, in rclpy's names and in SUNSET's exception tree."""
 
 from sunset.errors import MiddlewareError, ParameterError
-from sunset.rmw.port import CallbackError, CallbackTimeoutError
+from sunset.rmw.port import CallbackError
 
 __all__ = [
     "CallbackError",
-    "CallbackTimeoutError",
     "InvalidNamespaceException",
     "InvalidNodeNameException",
     "InvalidParameterException",

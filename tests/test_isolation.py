@@ -1,0 +1,172 @@
+import ctypes
+import os
+import re
+import signal
+import threading
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+
+import pytest
+
+from sunset.errors import ModelError
+from sunset.isolation import ProcessDeath, Watch, call_isolated
+
+
+class _UnknownError(ModelError):
+    """An error that only the process knows."""
+
+
+def _raise(error: BaseException) -> None:
+    raise error
+
+
+def _hang(_: Watch) -> None:
+    while True:
+        with suppress(BaseException):
+            while True:
+                pass
+
+
+def _refuse_to_end(watch: Watch) -> None:
+    for number in (signal.SIGABRT, signal.SIGTERM, signal.SIGALRM):
+        signal.signal(number, signal.SIG_IGN)
+    _hang(watch)
+
+
+def _hold_the_interpreter(_: Watch) -> None:
+    re.match(r"(a+)+$", "a" * 64 + "b")
+
+
+def _die_of_its_own_timer(_: Watch) -> None:
+    signal.setitimer(signal.ITIMER_REAL, 0.01)
+    signal.pause()
+
+
+def _start_a_thread(_: Watch) -> str:
+    threading.Thread(target=threading.Event().wait, daemon=False).start()
+    return "left a thread"
+
+
+def test_what_a_call_returns_comes_back() -> None:
+    here = os.getpid()
+
+    assert call_isolated(lambda _: {"other": os.getpid() != here}, limit_s=5) == {"other": True}
+
+
+def test_nothing_that_a_call_does_to_the_interpreter_is_left(monkeypatch: pytest.MonkeyPatch) -> None:
+    call_isolated(lambda _: monkeypatch.setattr(os, "sep", "broken"), limit_s=5)
+
+    assert os.sep == "/"
+
+
+def test_an_error_of_ours_comes_back_as_the_class_that_both_sides_know() -> None:
+    with pytest.raises(ModelError, match=r"^No network\.$") as caught:
+        call_isolated(lambda _: _raise(_UnknownError("No network.")), limit_s=5)
+
+    assert type(caught.value) is ModelError
+
+
+def test_any_other_exception_comes_back_with_its_traceback() -> None:
+    with pytest.raises(RuntimeError, match=r"in _raise\n(.*\n)*KeyError: 'what'"):
+        call_isolated(lambda _: _raise(KeyError("what")), limit_s=5)
+
+
+def test_a_long_error_comes_back_shortened() -> None:
+    with pytest.raises(ModelError, match=r"^ä{8000}$"):
+        call_isolated(lambda _: _raise(ModelError("ä" * 100_000)), limit_s=5)
+
+
+@pytest.mark.parametrize(
+    ("function", "reason"),
+    [
+        (lambda _: os._exit(0), "ended its process with exit code 0"),
+        (lambda _: os._exit(3), "ended its process with exit code 3"),
+        (lambda _: os.closerange(3, 1000), "ended its process with exit code 1"),
+        (lambda _: ctypes.string_at(0), "ended its process by SIGSEGV"),
+        (_die_of_its_own_timer, "ended its process by SIGALRM"),
+    ],
+)
+def test_a_process_that_dies_is_told_of(function: Callable[[Watch], object], reason: str) -> None:
+    with pytest.raises(ProcessDeath, match=f"^{reason}$"):
+        call_isolated(function, limit_s=5)
+
+
+@pytest.mark.parametrize("function", [_hang, _hold_the_interpreter])
+def test_a_call_that_hangs_is_ended_and_says_where(function: Callable[[Watch], object]) -> None:
+    with pytest.raises(ProcessDeath, match=r"^did not return within 0.1 s$") as caught:
+        call_isolated(lambda watch: watch.call(lambda: function(watch)), limit_s=0.1)
+
+    assert function.__name__ in [name for file, _, name in caught.value.frames if file == __file__]
+
+
+def test_a_call_that_refuses_every_signal_is_ended_too() -> None:
+    with pytest.raises(ProcessDeath, match=r"^did not return within 0.1 s$"):
+        call_isolated(lambda watch: watch.call(lambda: _refuse_to_end(watch)), limit_s=0.1)
+
+
+def test_the_limit_is_one_of_calls_under_the_watch_only() -> None:
+    def sleep_twice(watch: Watch) -> str:
+        for _ in range(2):
+            watch.call(lambda: time.sleep(0.15))  # noqa: TID251
+        time.sleep(0.3)  # noqa: TID251
+        return "done"
+
+    assert call_isolated(sleep_twice, limit_s=0.25) == "done"
+
+
+def test_threads_do_not_keep_a_process_from_ending() -> None:
+    assert call_isolated(_start_a_thread, limit_s=5) == "left a thread"
+
+
+def test_a_process_that_a_call_forks_does_not_go_on_with_it(tmp_path: Path) -> None:
+    def fork(watch: Watch) -> str:
+        watch.call(os.fork)
+        (tmp_path / str(os.getpid())).touch()
+        return "done"
+
+    assert call_isolated(fork, limit_s=5) == "done"
+    time.sleep(0.2)  # noqa: TID251  the other one would have written by now
+    assert len(list(tmp_path.iterdir())) == 1
+
+
+def test_a_process_that_a_call_forks_ends_with_it(tmp_path: Path) -> None:
+    def fork(watch: Watch) -> None:
+        def stay() -> None:
+            if not os.fork():
+                (tmp_path / str(os.getpid())).touch()
+                time.sleep(60)  # noqa: TID251
+
+        watch.call(stay)
+        while not list(tmp_path.iterdir()):
+            pass
+
+    call_isolated(fork, limit_s=5)
+    (file,) = tmp_path.iterdir()
+    deadline = time.monotonic() + 5
+    while _is_running(int(file.name)) and time.monotonic() < deadline:
+        time.sleep(0.01)  # noqa: TID251  another process's end is waited for
+    assert not _is_running(int(file.name))
+
+
+def _is_running(pid: int) -> bool:
+    status = Path("/proc", str(pid), "stat")
+    return status.exists() and status.read_text().rpartition(")")[2].split()[0] != "Z"
+
+
+def test_memory_is_limited() -> None:
+    with pytest.raises(RuntimeError, match=r"MemoryError\n$"):
+        call_isolated(lambda _: bytearray(20 << 30) and None, limit_s=30)
+
+
+def test_an_interrupted_caller_leaves_no_process_behind() -> None:
+    def interrupt(_: Watch) -> None:
+        os.kill(os.getppid(), signal.SIGINT)
+        time.sleep(60)  # noqa: TID251
+
+    with pytest.raises(KeyboardInterrupt):
+        call_isolated(interrupt, limit_s=5)
+
+    with pytest.raises(ChildProcessError):
+        os.waitpid(-1, os.WNOHANG)

@@ -276,7 +276,7 @@ def test_nothing_that_a_managing_system_does_ends_a_campaign_or_shows_in_the_run
     for row in rows.values():  # a forked copy goes nowhere, and the baseline is the baseline
         assert (row["runs"], row["runs_failed"]) == (2, 0)
     assert len(rows) == 2
-    alone = _content(tmp_path / "alone")
+    alone = _content(tmp_path / "alone" / "runs")
     assert alone
-    together = _content(tmp_path / "out")
+    together = _content(tmp_path / "out" / "runs")
     assert {path: content for path, content in together.items() if path in alone} == alone

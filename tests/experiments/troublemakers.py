@@ -5,8 +5,6 @@ import sys
 from contextlib import suppress
 from typing import Any
 
-import sunset.experiments.run
-import sunset.metrics
 from sunset.managing import ManagingSystem, NoAdaptation, Symptoms
 
 
@@ -55,5 +53,5 @@ class Patches(NoAdaptation):
         def flatter(*_: object) -> None:
             raise ZeroDivisionError("patched")
 
-        sunset.metrics.score = flatter
-        vars(sunset.experiments.run)["score"] = flatter
+        for name in ("sunset.metrics.score", "sunset.experiments.run"):
+            vars(sys.modules[name])["score"] = flatter

@@ -25,6 +25,10 @@ def write(folder: Path, text: str) -> str:
     return str(file)
 
 
+def sources(spec: str) -> tuple[Path, ...]:
+    return manager_sources(spec, load_manager(spec))
+
+
 def test_the_registered_ones_are_found_by_name() -> None:
     assert dict(MANAGERS) == {"none": NoAdaptation, "baseline": Baseline}
     assert load_manager("none") is NoAdaptation
@@ -75,16 +79,16 @@ def test_a_managing_systems_sources_are_those_beside_it_that_it_imports(
     for name in ("policy_of_mine", "unused"):
         (tmp_path / f"{name}.py").write_text("")
     mine = write(tmp_path, f"import math, numpy, policy_of_mine\n{MINE}")
-    assert manager_sources(f"{mine}:Mine") == (tmp_path / "mine.py", tmp_path / "policy_of_mine.py")
+    assert sources(f"{mine}:Mine") == (tmp_path / "mine.py", tmp_path / "policy_of_mine.py")
     (package := tmp_path / "package_of_mine").mkdir()
     (package / "__init__.py").write_text("")
     (package / "managers.py").write_text(MINE)
     (package / "policy.py").write_text("")  # it may be imported when it is needed
     names = ("__init__", "managers", "policy")
-    sources = manager_sources("package_of_mine.managers:Mine")
-    assert sources == tuple(package / f"{name}.py" for name in names)
-    assert [path.name for path in manager_sources("baseline")] == ["baseline.py"]
-    assert [path.name for path in manager_sources("sunset.managing.none:NoAdaptation")] == ["none.py"]
+    found = sources("package_of_mine.managers:Mine")
+    assert found == tuple(package / f"{name}.py" for name in names)
+    assert [path.name for path in sources("baseline")] == ["baseline.py"]
+    assert [path.name for path in sources("sunset.managing.none:NoAdaptation")] == ["none.py"]
 
 
 def test_a_file_is_read_anew_each_time(tmp_path: Path) -> None:

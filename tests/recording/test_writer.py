@@ -251,6 +251,15 @@ def test_what_a_killed_run_left_is_replaced(tmp_path: Path) -> None:
     assert [path.name for path in tmp_path.iterdir()] == ["r"]
 
 
+def test_two_that_write_to_one_folder_do_not_take_it_from_each_other(tmp_path: Path) -> None:
+    with RecordWriter(tmp_path / "run") as first:
+        with pytest.raises(OutputError, match="Another process writes a record to"):
+            RecordWriter(tmp_path / "run")
+        first.close({})
+
+    assert read_run(tmp_path / "run")
+
+
 def test_an_existing_record_is_not_overwritten(record: Path) -> None:
     before = contents(record)
     with pytest.raises(OutputError, match="exists already; remove it or name another folder"):

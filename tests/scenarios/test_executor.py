@@ -9,7 +9,7 @@ from sunset.faults import FAULTS
 from sunset.interfaces.std_srvs.srv import Trigger
 from sunset.interfaces.system_interfaces.msg import FaultInjection
 from sunset.nodes import AdaptiveNode, Camera, Depth, Fusion, ImageEnhancement
-from sunset.scenarios import Scenario, ScenarioExecutor, ScenarioFault, generate
+from sunset.scenarios import Scenario, ScenarioExecutor, ScenarioFault, generate, suite
 
 if TYPE_CHECKING:
     from tests.conftest import World
@@ -178,3 +178,40 @@ def test_before_the_injection_nothing_is_touched(world: "World", nodes: dict[str
     world.start(ScenarioExecutor, Scenario("dim", (ScenarioFault("image_degradation"),)))
     world.run(0.1)
     assert redeploy(world, Camera).parameter_values["image_degradation"] == 0.0
+
+
+def test_what_is_as_a_fault_needs_it_already_is_injected_too(
+    world: "World", nodes: dict[str, AdaptiveNode]
+) -> None:
+    assert world.transition("image_enhancement", "activate")
+
+    assert inject(world, "unneeded_enhancement").success
+
+    assert nodes["sensor_fusion"].parameter_values["topic_camera_input"] == "rgb_enhanced"
+
+
+def test_a_node_that_cannot_be_activated_is_reported(world: "World", nodes: dict[str, AdaptiveNode]) -> None:
+    assert world.transition("image_enhancement", "cleanup")
+
+    response = inject(world, "unneeded_enhancement")
+
+    assert nodes
+    assert not response.success
+    assert response.message == "unneeded_enhancement: image_enhancement refused to be activated"
+
+
+def test_the_graph_tells_nothing_of_the_scenario(world: "World") -> None:
+    def endpoints(scenario: Scenario) -> list[tuple[str, str, str]]:
+        executor = world.start(ScenarioExecutor, scenario)
+        found = [
+            (str(info.kind), info.name, info.type_name)
+            for info in world.sim.endpoints()
+            if info.node_name == "scenario_executor"
+        ]
+        world.kill(executor.get_name())
+        return found
+
+    (one, *others) = [endpoints(scenario) for scenario in (Scenario("nofault"), *suite("paper"))]
+
+    assert len(others) == 54
+    assert all(other == one for other in others)

@@ -12,11 +12,10 @@ from rich.table import Table
 from sunset.cli._options import add_model_options, model_options
 from sunset.cli._progress import rendering_progress
 from sunset.cli.node import add_network_options
-from sunset.experiments import RunSpec, prepare
+from sunset.experiments import RunSpec, manager_checksum, prepare
 from sunset.experiments.live import LiveSystem
 from sunset.experiments.operator import NodeStatus, Operator
 from sunset.experiments.spec import EXTERNAL
-from sunset.managing import load_manager
 from sunset.scenarios import Scenario, load_scenario
 
 __all__ = ["add_parser", "execute"]
@@ -62,7 +61,7 @@ def execute(arguments: argparse.Namespace) -> int:
         **model_options(arguments),
     )
     if spec.manager != EXTERNAL:
-        load_manager(spec.manager)  # what is wrong with it is said at once
+        manager_checksum(spec.manager, limit_s=spec.manager_limit_s)  # what is wrong with it is said at once
     with rendering_progress() as progress:
         resources = prepare(spec, progress=progress)
     console = Console(highlight=False, markup=False)

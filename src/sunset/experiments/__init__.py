@@ -1,6 +1,7 @@
 """The composition root: (scenario, seed, managing system, middleware) → one record."""
 
 from sunset.experiments.bench import BenchSpec, bench, count_runs, plan, run_folder
+from sunset.experiments.manager import manager_checksum
 from sunset.experiments.run import RunResult, prepare, run
 from sunset.experiments.spec import DEFAULT_SCENARIO, MIDDLEWARES, RunSpec, Timing
 
@@ -13,6 +14,7 @@ __all__ = [
     "Timing",
     "bench",
     "count_runs",
+    "manager_checksum",
     "plan",
     "prepare",
     "run",

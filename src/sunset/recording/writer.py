@@ -1,6 +1,7 @@
 """Writing the record of a run."""
 
 import json
+import os
 import shutil
 from collections.abc import Mapping
 from contextlib import contextmanager
@@ -56,9 +57,7 @@ class RecordWriter:
         with _translated(self._folder):
             if self._folder.exists() and (not self._folder.is_dir() or any(self._folder.iterdir())):
                 raise OutputError(f"The record {folder} exists already; remove it or name another folder.")
-            if self._partial.exists():  # left by a run that was killed
-                shutil.rmtree(self._partial)
-            self._partial.mkdir(parents=True)
+            self._lock = _take_folder(self._partial)
 
     def write(self, topic: str, time_ns: int, message: Message) -> None:
         """Add a message that left its publisher at a time; of an image, only the digest.
@@ -127,13 +126,17 @@ class RecordWriter:
             write_bag(self._partial, payloads)
             (self._partial / RUN_FILE).write_text(text, encoding="utf-8")
             self._partial.rename(self._folder)
-        self._closed = True
+        self._release()
 
     def abort(self) -> None:
         """Remove what was written so far; after `close` there is nothing to remove."""
         if not self._closed:
-            self._closed = True
             shutil.rmtree(self._partial, ignore_errors=True)
+            self._release()
+
+    def _release(self) -> None:
+        self._closed = True
+        os.close(self._lock)
 
     def __enter__(self) -> Self:
         return self
@@ -151,6 +154,35 @@ class RecordWriter:
             self._payloads.sort(key=lambda payload: payload.time_ns)  # stable
             self._sorted = True
         return self._payloads
+
+
+def _take_folder(folder: Path) -> int:
+    """Make an empty folder that is this process's as long as it holds the open file that this returns.
+
+    What a run that was killed has left in it is removed; no other run writes to it meanwhile.
+
+    Raises:
+        OutputError: another process writes to it.
+    """
+    import fcntl  # noqa: PLC0415  not on every system
+
+    while True:
+        folder.mkdir(parents=True, exist_ok=True)
+        lock = os.open(folder, os.O_RDONLY)
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            if os.path.samestat(os.fstat(lock), folder.stat()):
+                for left in folder.iterdir():
+                    shutil.rmtree(left) if left.is_dir() else left.unlink()
+                return lock
+        except BlockingIOError as error:
+            os.close(lock)
+            raise OutputError(
+                f"Another process writes a record to {folder.parent}: name another folder."
+            ) from error
+        except FileNotFoundError:
+            pass
+        os.close(lock)  # it was renamed or removed meanwhile
 
 
 def _canonical(run: Mapping[str, Any]) -> str:

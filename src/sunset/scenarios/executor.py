@@ -1,12 +1,13 @@
 """The node that injects a scenario's faults, and keeps the world as the scenario says."""
 
 from functools import partial
+from types import MappingProxyType
 from typing import Any, Final, cast
 
-from sunset.faults import Adaptation, AdaptationKind, FaultKind, Value
+from sunset.faults import FAULTS, Adaptation, AdaptationKind, FaultKind, Value
 from sunset.interfaces.builtin_interfaces.msg import Time
 from sunset.interfaces.lifecycle_msgs.msg import Transition, TransitionEvent
-from sunset.interfaces.lifecycle_msgs.srv import ChangeState
+from sunset.interfaces.lifecycle_msgs.srv import ChangeState, GetState
 from sunset.interfaces.rcl_interfaces.msg import ParameterDescriptor, ParameterEvent
 from sunset.interfaces.rcl_interfaces.srv import SetParameters
 from sunset.interfaces.std_srvs.srv import Trigger
@@ -23,6 +24,9 @@ from sunset.scenarios.schema import Scenario, ScenarioFault
 __all__ = ["ScenarioExecutor"]
 
 _NAMESPACE: Final = "/managed_subsystem"
+_SERVICES: Final = MappingProxyType(
+    {SetParameters: "set_parameters", ChangeState: "change_state", GetState: "get_state"}
+)
 _CONFIRMATION_S: Final = 2.0
 """How long a node may take to confirm an injection."""
 
@@ -38,6 +42,8 @@ class ScenarioExecutor(Node):
     is put back when its node starts anew. An external one is put back also when somebody sets its
     parameter, since the weather does not change by that; a configuration that somebody else changed is
     theirs from then on.
+
+    Its endpoints are the same in every scenario, so that the graph does not tell what is about to be injected.
 
     Args:
         scenario: what to inject; None to load what the parameter `scenario` names.
@@ -71,20 +77,17 @@ class ScenarioExecutor(Node):
         self.create_service(Trigger, "~/inject", self._inject)
 
     def _prepare(self) -> None:
-        """Create clients and subscriptions before they are needed, so that they are matched by then."""
-        for fault in self.scenario.faults:
-            for step in fault.injection:
-                self._caller(step)
-        outside = [one for one in self.scenario.faults if one.fault.kind is not FaultKind.INTERNAL]
-        for node in dict.fromkeys(step.node for fault in outside for step in fault.injection):
+        """Create what any scenario needs before it is needed, so that it is matched by then."""
+        for node in dict.fromkeys(step.node for fault in FAULTS.values() for step in fault.injection):
+            for service in (SetParameters, ChangeState, GetState):
+                self._caller(service, node)
             self.create_subscription(
                 TransitionEvent,
                 f"{_NAMESPACE}/{node}/transition_event",
                 partial(self._on_transition, node),
                 10,
             )
-        if outside:
-            self.create_subscription(ParameterEvent, "/parameter_events", self._on_parameter_event, 1000)
+        self.create_subscription(ParameterEvent, "/parameter_events", self._on_parameter_event, 1000)
 
     async def _inject(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         del request
@@ -146,32 +149,37 @@ class ScenarioExecutor(Node):
                 self.destroy_timer(timer)
                 outcome.set_result(reason)
 
+        def set_up(future: Future[SetParameters.Response]) -> None:
+            response = future.result()
+            assert response is not None  # noqa: S101  the future is done
+            finish("; ".join(result.reason for result in response.results if not result.successful))
+
+        def activated(future: Future[ChangeState.Response]) -> None:
+            response = future.result()
+            if response is not None and response.success:
+                finish("")
+            else:  # it may be active already
+                self._caller(GetState, step.node).call_async(GetState.Request()).add_done_callback(looked_at)
+
+        def looked_at(future: Future[GetState.Response]) -> None:
+            response = future.result()
+            active = response is not None and response.current_state.label == "active"
+            finish("" if active else f"{step.node} refused to be activated")
+
         late = f"{step.node} did not answer within {_CONFIRMATION_S:g} s"
         timer = self.create_timer(_CONFIRMATION_S, lambda: finish(late))
-        answer = self._caller(step).call_async(_request(step))
-        answer.add_done_callback(lambda future: finish(_refusal(step, future.result())))
+        if step.kind is AdaptationKind.ACTIVATE:
+            transition = Transition(id=Transition.TRANSITION_ACTIVATE, label="activate")
+            activation = ChangeState.Request(transition=transition)
+            self._caller(ChangeState, step.node).call_async(activation).add_done_callback(activated)
+        else:
+            parameter = Parameter(step.parameter, value=step.value)
+            setting = SetParameters.Request(parameters=[parameter.to_parameter_msg()])
+            self._caller(SetParameters, step.node).call_async(setting).add_done_callback(set_up)
         return outcome
 
-    def _caller(self, step: Adaptation) -> Client[Any, Any]:
-        activates = step.kind is AdaptationKind.ACTIVATE
-        name = f"{_NAMESPACE}/{step.node}/{'change_state' if activates else 'set_parameters'}"
+    def _caller(self, service: type[Any], node: str) -> Client[Any, Any]:
+        name = f"{_NAMESPACE}/{node}/{_SERVICES[service]}"
         if name not in self._callers:
-            self._callers[name] = self.create_client(ChangeState if activates else SetParameters, name)
+            self._callers[name] = self.create_client(service, name)
         return self._callers[name]
-
-
-def _request(step: Adaptation) -> ChangeState.Request | SetParameters.Request:
-    if step.kind is AdaptationKind.ACTIVATE:
-        transition = Transition(id=Transition.TRANSITION_ACTIVATE, label="activate")
-        return ChangeState.Request(transition=transition)
-    parameter = Parameter(step.parameter, value=step.value)
-    return SetParameters.Request(parameters=[parameter.to_parameter_msg()])
-
-
-def _refusal(step: Adaptation, response: object) -> str:
-    """Return why a node did not do a step, or an empty text."""
-    if isinstance(response, ChangeState.Response):
-        return "" if response.success else f"{step.node} refused to be activated"
-    if isinstance(response, SetParameters.Response):
-        return "; ".join(result.reason for result in response.results if not result.successful)
-    return f"{step.node} gave no answer"

@@ -1,5 +1,6 @@
 """Whole experiments: what comes out, that it comes out again, and that nobody can flatter themselves."""
 
+import json
 import os
 import subprocess
 import sys
@@ -15,10 +16,11 @@ from sunset.faults import FAULTS
 from sunset.metrics import score
 from sunset.perception import Segmenter
 from sunset.recording import read_run, read_timeline
-from sunset.scenarios import load_scenario
+from sunset.scenarios import load_scenario, suite
 
 SHORT = Timing(duration_s=8.0, warm_up_s=1.0)
 OUTAGES = [fault.name for fault in FAULTS.values() if fault.failure in {"F1", "F2", "F3"}]
+CENSUS = Path(__file__).with_name("census.py")
 RULE_BREAKERS = Path(__file__).with_name("rule_breakers.py")
 
 pytestmark = pytest.mark.usefixtures("flight")
@@ -111,6 +113,27 @@ def test_whoever_breaks_the_rules_is_not_scored(manager: str, word: str, tmp_pat
     assert not result.valid
     assert word in result.reason
     assert read_run(tmp_path / "run")["valid"] is False
+
+
+def test_until_the_injection_the_graph_is_the_same_in_every_scenario(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    before = []
+    scenarios = [suite(name)[0].name for name in ("nofault", "paper", "degraded")]
+    for number, scenario in enumerate(scenarios):
+        result = fly(
+            tmp_path / str(number),
+            scenario,
+            f"{CENSUS}:Census",
+            timing=Timing(duration_s=1.0, warm_up_s=0.5),
+        )
+        lines = [json.loads(line) for line in (tmp_path / "census.jsonl").read_text().splitlines()]
+        before.append([line for line in lines if line[0] < result.described["start_ns"]])
+
+    assert len(before[0]) > 20
+    assert "/|scenario_executor" in before[0][-1][1][0]
+    assert before[1:] == before[:1] * 2
 
 
 @pytest.mark.parametrize("middleware", ["sim", "cyclonedds"])

@@ -245,8 +245,8 @@ def test_an_interrupted_run_leaves_nothing(tmp_path: Path) -> None:
 
 
 def test_what_a_killed_run_left_is_replaced(tmp_path: Path) -> None:
-    RecordWriter(tmp_path / "r")
-    (tmp_path / ".r.partial" / "messages").mkdir()
+    (tmp_path / ".r.partial" / "messages").mkdir(parents=True)
+    (tmp_path / ".r.partial" / "messages" / "messages.mcap").touch()
     assert written(tmp_path / "r", String(data="a")) == [String(data="a")]
     assert [path.name for path in tmp_path.iterdir()] == ["r"]
 

@@ -31,6 +31,7 @@ __all__ = [
     "RecordError",
     "ScenarioError",
     "SunsetError",
+    "shorten",
 ]
 
 
@@ -84,3 +85,12 @@ class MissingExtraError(SunsetError):
 
 MALFORMED_YAML = (ArithmeticError, AttributeError, LookupError, RecursionError, ValueError)
 """What PyYAML raises besides its own errors, where a value does not fit its tag or is nested too deeply."""
+
+
+def shorten(text: str, longest: int = 1000) -> str:
+    """Return a text that a message quotes, cut to so many characters: what came over a network may be long.
+
+    >>> shorten("a" * 30, 10)
+    'aaaaaaaaaa…'
+    """
+    return text if len(text) <= longest else f"{text[:longest]}…"

@@ -115,6 +115,15 @@ def test_what_is_set_is_kept_as_text(sink: Sink) -> None:
     )
 
 
+def test_of_a_long_value_only_the_beginning_is_kept(sink: Sink) -> None:
+    parameter = Parameter("topic", value="t" * 10_000_000).to_parameter_msg()
+    request = SetParameters.Request(parameters=[parameter])
+
+    exchange(Observer(sink), request, SetParameters.Response(results=[ACCEPTED]))
+
+    assert sink.written[0][2].values == ["t" * 1000 + "…"]
+
+
 @pytest.mark.parametrize(
     ("client", "server"), [("/scenario_executor", CAMERA), (MANAGER, "/monitor"), (MANAGER, MANAGER)]
 )

@@ -134,6 +134,17 @@ def test_a_refusal_is_an_answer_and_is_logged(world: "World", watcher: Watcher) 
     assert any("sensor_fusion refused modality = 9" in text for text in warnings(world))
 
 
+def test_a_refusal_does_not_repeat_all_of_what_it_refuses(world: "World", watcher: Watcher) -> None:
+    world.start(Fusion)
+
+    for name in ("modality", "topic_camera_input"):
+        assert outcome(world, watcher.set_parameter("sensor_fusion", name, "no topic " * 100_000)) is False
+
+    told = warnings(world)
+    assert len(told) == 2
+    assert max(map(len, told)) < 4000
+
+
 def test_a_topic_is_changed(world: "World", watcher: Watcher) -> None:
     fusion = world.start(Fusion)
     change = watcher.change_topic("sensor_fusion", "topic_camera_input", "rgb_enhanced")

@@ -162,6 +162,7 @@ def test_what_a_module_raises_is_told(
         ("\x00", "no valid Python|raised"),
         (MINE.replace("(ManagingSystem)", ""), "must be a subclass of ManagingSystem"),
         (MINE.replace("adapt", "adopt"), "has no method adapt"),
+        (MINE.replace("pass", "yield self.redeploy('camera')"), "adapt of .* contains yield"),
         (MINE.replace(", symptoms: Symptoms", ""), "must accept one argument, symptoms"),
         (
             MINE.replace("    def", "    def __init__(self) -> None:\n        super().__init__()\n\n    def"),

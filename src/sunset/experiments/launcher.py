@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 from typing import Any, Protocol
 
+from sunset.errors import shorten
 from sunset.interfaces.lifecycle_msgs.msg import Transition
 from sunset.interfaces.lifecycle_msgs.srv import ChangeState
 from sunset.interfaces.system_interfaces.srv import Redeploy
@@ -64,7 +65,9 @@ class Launcher(Node):
         node = request.node.rsplit("/", 1)[-1]
         if node not in self._nodes:
             known = ", ".join(self._nodes)
-            response.message = f"No node of the managed system is named {request.node!r}; there are {known}."
+            response.message = (
+                f"No node of the managed system is named {shorten(repr(request.node))}; there are {known}."
+            )
             return response
         response.success = True
         is_running = self._host.is_running(node)

@@ -6,6 +6,7 @@ It listens at the middleware, not at any node: what a managing system says of it
 from types import MappingProxyType
 from typing import Final, Protocol
 
+from sunset.errors import shorten
 from sunset.experiments.graph import MANAGED_NODES, MANAGER_PROCESS, SYSTEM_NODES
 from sunset.faults import FAULTS
 from sunset.interfaces import Message
@@ -259,4 +260,4 @@ def _text(message: ParameterValue) -> str:
         value = None
     if value is None:
         return "unset"
-    return str(value).lower() if isinstance(value, bool) else str(value)
+    return shorten(str(value).lower() if isinstance(value, bool) else str(value))

@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 from inspect import iscoroutine
 from typing import TYPE_CHECKING, Any, ClassVar, cast
 
+from sunset.errors import shorten
 from sunset.interfaces.lifecycle_msgs.msg import Transition
 from sunset.interfaces.lifecycle_msgs.srv import ChangeState
 from sunset.interfaces.rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor
@@ -125,7 +126,7 @@ class ManagingSystem(Node):
         def accepted(response: SetParameters.Response) -> bool:
             refusals = [result.reason for result in response.results if not result.successful]
             for reason in refusals:
-                self.get_logger().warning(f"{node} refused {name} = {value!r}: {reason}")
+                self.get_logger().warning(f"{node} refused {name} = {shorten(repr(value))}: {reason}")
             return not refusals
 
         return self.__call(SetParameters, f"{_full(node)}/set_parameters", request, accepted)

@@ -157,6 +157,11 @@ def _checked(spec: str, where: str, found: object, name: str) -> type[ManagingSy
         raise ManagerError(f"{spec} is no managing system: it must be a subclass of ManagingSystem.")
     if inspect.isabstract(found) or found.adapt is ManagingSystem.adapt:
         raise ManagerError(f"{spec} has no method adapt(self, symptoms).")
+    if inspect.isgeneratorfunction(found.adapt) or inspect.isasyncgenfunction(found.adapt):
+        raise ManagerError(
+            f"The method adapt of {spec} contains yield, so that a call of it does nothing: call the adaptations, or "
+            "write 'async def adapt' and await them."
+        )
     _check_signatures(spec, found)
     return found
 

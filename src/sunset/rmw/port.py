@@ -13,9 +13,9 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import Enum
-from typing import Final, NamedTuple
+from typing import NamedTuple
 
-from sunset.errors import MiddlewareError
+from sunset.errors import MiddlewareError, shorten
 from sunset.interfaces import Message, Service
 from sunset.rmw.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy, incompatibility
 
@@ -37,9 +37,6 @@ __all__ = [
     "TimerHandle",
     "incompatibility",
 ]
-
-_LONGEST: Final = 1000
-"""Characters of what a callback raised that are told."""
 
 
 class CallbackError(MiddlewareError):
@@ -67,9 +64,7 @@ class CallbackError(MiddlewareError):
             text = str(error)
         except Exception as inner:  # noqa: BLE001  a class of the user's, whose text is a mistake of its own
             text = f"no text, since that raised {type(inner).__name__}"
-        if len(text) > _LONGEST:  # what came over the network may be in it
-            text = f"{text[:_LONGEST]}…"
-        return cls(node, callback, f"raised {type(error).__name__}: {text}")
+        return cls(node, callback, f"raised {type(error).__name__}: {shorten(text)}")
 
 
 class RequestId(NamedTuple):

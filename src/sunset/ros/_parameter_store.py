@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 
+from sunset.errors import shorten
 from sunset.interfaces.rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
 from sunset.ros._parameter_checks import refusal
 from sunset.ros.exceptions import (
@@ -213,7 +214,7 @@ class ParameterStore:
         """
         self.check_declared(parameter.name for parameter in parameters)
         reason = self._store(parameters, declaring=False)
-        return SetParametersResult(successful=reason is None, reason=reason or "")
+        return SetParametersResult(successful=reason is None, reason=shorten(reason or ""))
 
     def _store(self, parameters: list[Parameter], *, declaring: bool) -> str | None:
         for parameter in parameters:

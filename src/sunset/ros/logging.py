@@ -5,9 +5,14 @@ from dataclasses import dataclass
 from enum import IntEnum
 from pathlib import PurePath
 from types import FrameType
-from typing import Protocol, TypedDict, Unpack
+from typing import Final, Protocol, TypedDict, Unpack
+
+from sunset.errors import shorten
 
 __all__ = ["LogOptions", "LogRecord", "LogSink", "Logger", "LoggingSeverity"]
+
+_LONGEST: Final = 10_000
+"""Characters of a message that are logged."""
 
 
 class LoggingSeverity(IntEnum):
@@ -168,7 +173,7 @@ class Logger:
             LogRecord(
                 severity,
                 self.name,
-                str(message),
+                shorten(str(message), _LONGEST),
                 PurePath(code.co_filename).name,
                 code.co_name,
                 frame.f_lineno,

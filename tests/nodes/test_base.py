@@ -5,6 +5,8 @@ from typing import TYPE_CHECKING
 import pytest
 
 from sunset.errors import ParameterError
+from sunset.interfaces.builtin_interfaces.msg import Time
+from sunset.interfaces.rosgraph_msgs.msg import Clock
 from sunset.interfaces.std_msgs.msg import String
 from sunset.nodes import AdaptiveNode, FaultParameter, NodeParameter, TopicParameter, action
 from sunset.ros import CallbackError, Parameter
@@ -81,6 +83,18 @@ def test_it_configures_itself_and_activates_itself_after_the_delay(world: "World
     heartbeats = zip(world.times["/diagnostics"], states(world), strict=True)
     assert {state for time, state in heartbeats if time < 0.5} == {"inactive"}
     assert states(world)[5:] == ["active"] * 5
+
+
+def test_the_delay_counts_from_when_the_time_is_known(world: "World") -> None:
+    world.start(Shouter, parameters={"use_sim_time": True})
+    world.run(3.0)  # nobody tells the time
+    for step in range(100):
+        world.publish("/clock", Clock(clock=Time(sec=100, nanosec=step * 10**7)))
+        world.run(0.01)
+    heartbeats = world.messages["/diagnostics"]
+    stamps = [message.header.stamp.nanosec / 1e9 for message in heartbeats]
+    assert stamps == pytest.approx([0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9])
+    assert states(world) == ["inactive"] * 5 + ["active"] * 4
 
 
 def test_a_negative_delay_leaves_it_inactive_until_somebody_activates_it(world: "World") -> None:

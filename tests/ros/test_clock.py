@@ -31,9 +31,31 @@ def test_time_starts_at_zero_and_goes_where_the_topic_says(world: "World") -> No
     node, publisher, calls = follower(world)
     world.pass_time(5.0)
     assert node.get_clock().now().nanoseconds == 0
-    set_time(world, publisher, 0.5, 1.0, 1.5, 2.25, 3.0)
-    assert node.get_clock().now() == Time(seconds=3, clock_type=ClockType.ROS_TIME)
-    assert calls == [1.0, 2.25, 3.0]
+    set_time(world, publisher, 0.5, 1.0, 1.5, 2.75, 3.5)
+    assert node.get_clock().now() == Time(seconds=3.5, clock_type=ClockType.ROS_TIME)
+    assert calls == [1.5, 2.75, 3.5]
+
+
+@pytest.mark.parametrize("first", [0.3, 100.0])
+def test_timers_begin_to_count_when_the_time_is_known(world: "World", first: float) -> None:
+    _, publisher, calls = follower(world)
+    set_time(world, publisher, 0.0, first, first + 0.9, first + 1.0, first + 2.0)
+    assert calls == [first + 1.0, first + 2.0]
+
+
+def test_a_timer_that_is_reset_before_the_time_is_known_counts_from_then(world: "World") -> None:
+    node, publisher, calls = follower(world)
+    (timer,) = node.timers
+    timer.reset()
+    assert (timer.is_ready(), timer.time_until_next_call()) == (False, 1_000_000_000)
+    set_time(world, publisher, 100.0, 100.9, 101.0)
+    assert calls == [101.0]
+
+
+def test_after_a_jump_forward_a_timer_calls_once_and_keeps_its_times(world: "World") -> None:
+    _, publisher, calls = follower(world)
+    set_time(world, publisher, 10.0, 17.25, 17.75, 18.0)
+    assert calls == [17.25, 18.0]
 
 
 def test_a_timer_of_no_period_needs_no_time(world: "World") -> None:
@@ -59,10 +81,10 @@ def test_a_timer_that_is_reset_just_before_its_call_waits_anew(world: "World") -
 
     first = node.create_timer(1.0, call)
     second = node.create_timer(1.0, lambda: calls.append(node.get_clock().now().nanoseconds / 1e9))
-    set_time(world, publisher, 0.5, 1.0)
+    set_time(world, publisher, 0.5, 1.5)
     first.cancel()
-    set_time(world, publisher, 1.5, 2.0)
-    assert calls == [2.0]
+    set_time(world, publisher, 2.0, 2.5)
+    assert calls == [2.5]
 
 
 def test_a_timer_may_use_another_clock_than_its_nodes(world: "World") -> None:
@@ -77,7 +99,7 @@ def test_a_timer_may_use_another_clock_than_its_nodes(world: "World") -> None:
 def test_when_time_goes_back_timers_start_again(world: "World") -> None:
     _, publisher, calls = follower(world)
     set_time(world, publisher, 10.0, 11.0, 2.0, 2.5, 3.0)
-    assert calls == [10.0, 11.0, 3.0]
+    assert calls == [11.0, 3.0]
 
 
 def test_timers_can_be_canceled_and_reset_in_ros_time(world: "World") -> None:
@@ -93,6 +115,27 @@ def test_timers_can_be_canceled_and_reset_in_ros_time(world: "World") -> None:
     node.destroy_timer(timer)
     set_time(world, publisher, 4.0, 5.0)
     assert calls == [3.0]
+
+
+def test_when_time_goes_back_within_its_period_a_timer_keeps_its_time(world: "World") -> None:
+    _, publisher, calls = follower(world)
+    set_time(world, publisher, 10.0, 10.8, 10.2, 11.0)
+    assert calls == [11.0]
+
+
+def test_when_time_goes_back_to_nothing_timers_wait_until_it_is_known_again(world: "World") -> None:
+    _, publisher, calls = follower(world)
+    set_time(world, publisher, 10.0, 10.5, 0.0, 50.0, 50.5, 51.0)
+    assert calls == [51.0]
+
+
+def test_a_shorter_period_holds_from_the_next_call_on(world: "World") -> None:
+    node, publisher, calls = follower(world)
+    set_time(world, publisher, 10.0)
+    (timer,) = node.timers
+    timer.timer_period_ns = 100_000_000
+    set_time(world, publisher, 10.05, 10.2, 11.0, 11.1)
+    assert calls == [11.0, 11.1]
 
 
 def test_the_parameter_switches_between_clocks(world: "World") -> None:

@@ -50,8 +50,8 @@ class AdaptiveNode(LifecycleNode):
       while it is not;
     - *redeploy*: the lifecycle's shutdown ends the node's process.
 
-    It configures itself, activates itself `lifecycle_activation_delay` seconds after its start (the time that
-    its hardware takes to boot, before which it cannot be activated), and reports its state and the
+    It configures itself, activates itself `lifecycle_activation_delay` seconds after it has started and knows the
+    time (as long as its hardware takes to boot, before which it cannot be activated), and reports its state and the
     values given to `report` on `/diagnostics` ten times a second, until it is shut down.
 
     Args:

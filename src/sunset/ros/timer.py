@@ -13,7 +13,10 @@ __all__ = ["Timer"]
 class Timer:
     """Calls its callback periodically; made by `Node.create_timer`.
 
-    Timers of a clock that follows `/clock` expire when a message on it says so, all others by the system's clock.
+    Timers of a clock that follows `/clock` expire when a message on it says so, all others by the system's clock. The
+    former begin to count when the time is known, that is with the first message on `/clock` that is not 0. Where it
+    jumps, they do as those of rcl: due after a jump forward, they call once and keep to their whole periods; back to
+    before the present period, they begin a new one. A clock that is switched from one to the other begins a new one too.
     """
 
     def __init__(
@@ -27,7 +30,9 @@ class Timer:
         self._period_ns = period_ns
         self._canceled = False
         self._posted = False
-        self._due_ns: int | None = None  # by /clock; None while the system's clock rules
+        self._follows = False  # /clock, which then rules in place of the middleware's timer
+        self._began_ns = 0  # by /clock; 0 until the time is known
+        self._due_ns = 0
         self._handle: TimerHandle = node.create_timer(period_ns, self._driven, label)
         if isinstance(clock, ROSClock):
             clock.add_listener(self._on_time_set)
@@ -54,11 +59,11 @@ class Timer:
     def reset(self) -> None:
         """Start again: the next call is due one period from now."""
         self._canceled = False
-        if self._due_ns is None:
-            self._handle.reset()
-        else:
-            self._due_ns = self.clock.now_ns() + self._period_ns
+        if self._follows:
+            self._begin()
             self._post_if_due()
+        else:
+            self._handle.reset()
 
     def is_canceled(self) -> bool:
         """Return whether it is stopped."""
@@ -73,7 +78,7 @@ class Timer:
         """Return the nanoseconds until the next call is due, negative if it is late; None if stopped."""
         if self._canceled:
             return None
-        return (self._handle.due_ns if self._due_ns is None else self._due_ns) - self.clock.now_ns()
+        return (self._due_ns if self._follows else self._handle.due_ns) - self.clock.now_ns()
 
     def destroy(self) -> None:
         """Stop for good; prefer `Node.destroy_timer`."""
@@ -82,30 +87,36 @@ class Timer:
             self.clock.remove_listener(self._on_time_set)
         self._handle.destroy()
 
+    def _begin(self) -> None:
+        """Begin a period by /clock; where it shows 0, the time is not known and the period begins once it is."""
+        self._began_ns = self.clock.now_ns()
+        self._due_ns = self._began_ns + self._period_ns
+
     def _on_time_set(self) -> None:
-        if not (isinstance(self.clock, ROSClock) and self.clock.ros_time_is_active):
-            if self._due_ns is not None:
-                self._due_ns = None
-                if not self._canceled:
-                    self._handle.reset()
-            return
-        now = self.clock.now_ns()
-        if self._due_ns is None or self._due_ns - now > self._period_ns:  # new to /clock, or it went back
+        follows = isinstance(self.clock, ROSClock) and self.clock.ros_time_is_active
+        if follows is not self._follows:
+            self._follows = follows
             self._handle.cancel()
-            self._due_ns = now + self._period_ns
+            if not self._canceled:
+                self.reset()
+        elif follows and not 0 < self._began_ns <= self.clock.now_ns():
+            self._begin()
         self._post_if_due()
 
     def _post_if_due(self) -> None:
-        due = self._due_ns is not None and self.clock.now_ns() >= self._due_ns
-        if due and not self._canceled and not self._posted:
+        if self._is_due() and not self._posted:
             self._posted = True
             self._node.post(self._call_by_ros_time, self._label)
 
+    def _is_due(self) -> bool:
+        return self._follows and not self._canceled and self.clock.now_ns() >= self._due_ns
+
     def _call_by_ros_time(self) -> None:
         self._posted = False
-        late = -1 if self._due_ns is None else self.clock.now_ns() - self._due_ns
-        if self._canceled or self._due_ns is None or late < 0:  # it may have been reset meanwhile
+        if not self._is_due():  # it may have been reset meanwhile
             return
-        periods = late // self._period_ns if self._period_ns else 0
+        now = self.clock.now_ns()
+        periods = (now - self._due_ns) // self._period_ns if self._period_ns else 0
+        self._began_ns = now
         self._due_ns += (periods + 1) * self._period_ns
         self._driven()

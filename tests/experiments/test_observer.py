@@ -6,7 +6,7 @@ import pytest
 
 from sunset.experiments.observer import COMMANDS_TOPIC, Observer
 from sunset.interfaces import Message
-from sunset.interfaces.lifecycle_msgs.msg import Transition
+from sunset.interfaces.lifecycle_msgs.msg import State, Transition, TransitionEvent
 from sunset.interfaces.lifecycle_msgs.srv import ChangeState
 from sunset.interfaces.rcl_interfaces.msg import ParameterEvent, SetParametersResult
 from sunset.interfaces.rcl_interfaces.srv import GetParameters, SetParameters, SetParametersAtomically
@@ -145,6 +145,59 @@ def test_a_command_that_was_never_answered_is_unsuccessful(sink: Sink) -> None:
     assert (topic, time_ns) == (COMMANDS_TOPIC, 9)
     assert isinstance(command, Command)
     assert (command.successful, command.reason) == (False, "never answered")
+
+
+def went(start: int, goal: int) -> TransitionEvent:
+    return TransitionEvent(start_state=State(id=start), goal_state=State(id=goal))
+
+
+@pytest.mark.parametrize(
+    ("label", "events", "outcome"),
+    [
+        ("shutdown", [went(3, 12), went(12, 4)], (True, "not answered, but done")),
+        ("activate", [went(2, 13), went(13, 3)], (True, "not answered, but done")),
+        ("deactivate", [went(3, 14), went(14, 2)], (True, "not answered, but done")),
+        ("configure", [went(1, 10), went(10, 2)], (True, "not answered, but done")),
+        ("cleanup", [went(2, 11), went(11, 1)], (True, "not answered, but done")),
+        ("activate", [went(2, 13), went(13, 2), went(2, 13), went(13, 3)], (False, "never answered")),
+        ("activate", [went(2, 13), went(13, 15), went(15, 1)], (False, "never answered")),
+        ("shutdown", [went(2, 13), went(13, 3)], (False, "never answered")),
+        ("destroy", [went(3, 12), went(12, 4)], (False, "never answered")),
+    ],
+)
+def test_a_transition_that_happened_is_evidence_of_a_command_that_was_not_answered(
+    sink: Sink, label: str, events: list[TransitionEvent], outcome: tuple[bool, str]
+) -> None:
+    observer = Observer(sink)
+    observer.on_message(1, f"{CAMERA}/transition_event", CAMERA, events[0])  # before the request
+    observer.on_message(1, f"{CAMERA}/transition_event", CAMERA, events[1])
+    observer.on_request(2, "/service", MANAGER, CAMERA, change(label), NUMBER)
+    observer.on_message(3, "/managed_subsystem/depth/transition_event", "/managed_subsystem/depth", events[1])
+    observer.on_message(3, "/elsewhere", CAMERA, events[1])
+    for event in events:
+        observer.on_message(4, f"{CAMERA}/transition_event", CAMERA, event)
+    observer.finish(9)
+    (command,) = [message for topic, _, message in sink.written if topic == COMMANDS_TOPIC]
+    assert (command.successful, command.reason, command.stamp.nanosec) == (*outcome, 2)
+
+
+def test_one_transition_is_evidence_of_one_command(sink: Sink) -> None:
+    observer = Observer(sink)
+    for number in range(2):
+        observer.on_request(2, "/service", MANAGER, CAMERA, change("activate"), RequestId(1, number))
+    observer.on_message(4, f"{CAMERA}/transition_event", CAMERA, went(13, 3))
+    observer.finish(9)
+    commands = [message for topic, _, message in sink.written if topic == COMMANDS_TOPIC]
+    assert [command.successful for command in commands] == [True, False]
+
+
+def test_an_answer_has_more_weight_than_a_transition(sink: Sink) -> None:
+    observer = Observer(sink)
+    observer.on_request(2, "/service", MANAGER, CAMERA, change("activate"), NUMBER)
+    observer.on_message(4, f"{CAMERA}/transition_event", CAMERA, went(13, 3))
+    observer.on_response(5, "/service", CAMERA, ChangeState.Response(), NUMBER)
+    (command,) = [message for topic, _, message in sink.written if topic == COMMANDS_TOPIC]
+    assert (command.successful, command.reason) == (False, "transition refused")
 
 
 def test_messages_of_the_system_on_its_topics_are_recorded_and_forged_ones_are_not(sink: Sink) -> None:

@@ -1,6 +1,7 @@
 """Services on DDS: who is asked, who is answered, and what is dropped."""
 
 import threading
+import time
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -8,7 +9,7 @@ from tests.rmw.peer import Peer, header, payload
 
 from sunset.errors import MiddlewareError
 from sunset.interfaces.std_srvs.srv import SetBool, Trigger
-from sunset.rmw import _dds_services
+from sunset.rmw import _dds_services, cyclonedds
 from sunset.ros import CallbackError, Future, Node, SingleThreadedExecutor
 
 if TYPE_CHECKING:
@@ -110,6 +111,51 @@ def test_few_responses_wait_for_those_who_do_not_listen(
     peer.leave()
     assert live.spin(executor, lambda: not process.timers)  # who is gone is waited for no more
     assert process.problems["/server/set"] == 7
+
+
+def serve_once(live: "Live") -> tuple[SingleThreadedExecutor, Peer]:
+    """Let a client that does not listen ask a server that ends its process with its answer."""
+    live.process()  # which stays, and the domain with it
+    node, executor = live.node("server")
+
+    def go(_: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
+        node.context.shutdown()
+        return response
+
+    node.create_service(SetBool, "~/set", go)
+    peer = live.peer()
+    requests = peer.writer(*REQUEST, user_data=b"clientid=1;")
+    assert matched(peer, requests)
+    peer.send(requests, request(1, 1))
+    return executor, peer
+
+
+def test_an_answer_leaves_before_the_process_does_though_its_client_listens_late(live: "Live") -> None:
+    executor, peer = serve_once(live)
+    listen: list[Any] = []
+    late = threading.Timer(0.5, lambda: listen.append(peer.reader(*REPLY, user_data=b"clientid=1;")))
+    late.start()
+    live.spin(executor, lambda: not executor.context.ok())
+    late.join()
+    assert answered(peer.collect(listen[0], 1)) == [header(1, 1)]
+
+
+def test_a_process_does_not_wait_long_for_a_client_that_never_listens(live: "Live") -> None:
+    executor, _ = serve_once(live)
+    began = time.monotonic()
+    live.spin(executor, lambda: not executor.context.ok())
+    assert time.monotonic() - began < 3.0
+
+
+def test_a_process_does_not_wait_for_a_client_that_is_gone(
+    live: "Live", monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(cyclonedds, "_PARTING_NS", 60 * 10**9)
+    executor, peer = serve_once(live)
+    threading.Timer(0.3, peer.leave).start()
+    began = time.monotonic()
+    live.spin(executor, lambda: not executor.context.ok())
+    assert time.monotonic() - began < 10.0
 
 
 def test_a_client_without_an_id_is_answered_at_once(live: "Live") -> None:

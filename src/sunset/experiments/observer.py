@@ -11,6 +11,7 @@ from sunset.experiments.graph import MANAGED_NODES, MANAGER_PROCESS, SYSTEM_NODE
 from sunset.faults import FAULTS
 from sunset.interfaces import Message
 from sunset.interfaces.builtin_interfaces.msg import Time
+from sunset.interfaces.lifecycle_msgs.msg import TransitionEvent
 from sunset.interfaces.lifecycle_msgs.srv import ChangeState
 from sunset.interfaces.rcl_interfaces.msg import ParameterEvent, ParameterValue
 from sunset.interfaces.rcl_interfaces.srv import (
@@ -86,6 +87,17 @@ _TRANSITIONS: Final = MappingProxyType(
 )
 """Transition id → label, of lifecycle_msgs/msg/Transition."""
 
+_OUTCOMES: Final = MappingProxyType(
+    {
+        10: ("configure", 2),
+        11: ("cleanup", 1),
+        12: ("shutdown", 4),
+        13: ("activate", 3),
+        14: ("deactivate", 2),
+    }
+)
+"""Id of a state that a node is in during a transition → the transition, and the state after it if it succeeds."""
+
 
 class Sink(Protocol):
     """What the observer writes to."""
@@ -138,6 +150,8 @@ class Observer(Tap):
             self.violations[f"{node} publishes on {topic}, which belongs to the experiment"] = None
         else:
             self._sink.write(topic, time_ns, message)
+            if isinstance(message, TransitionEvent) and topic == f"{node}/transition_event":
+                self._note_transition(node, message)
 
     def on_request(  # noqa: PLR0917  as of Tap
         self, time_ns: int, service: str, client: str, server: str, request: Message, request_id: RequestId
@@ -172,11 +186,24 @@ class Observer(Tap):
             self._sink.write(COMMANDS_TOPIC, time_ns, command)
 
     def finish(self, time_ns: int) -> None:
-        """Record the commands that were never answered, as unsuccessful."""
+        """Record the commands that were never answered, as unsuccessful unless their node was seen to do them."""
         for command in self._pending.values():
-            command.reason = "never answered"
+            command.reason = "not answered, but done" if command.successful else "never answered"
             self._sink.write(COMMANDS_TOPIC, time_ns, command)
         self._pending.clear()
+
+    def _note_transition(self, node: str, event: TransitionEvent) -> None:
+        """Take the outcome of a transition as that of the first command that asked for it and has none yet."""
+        kind, goal = _OUTCOMES.get(event.start_state.id, ("", 0))
+        asked = (
+            command
+            for command in self._pending.values()
+            if (command.node, command.kind, command.reason) == (node, kind, "")
+        )
+        command = next(asked, None)
+        if command is not None:
+            command.successful = event.goal_state.id == goal
+            command.reason = "not answered"
 
     def _note_violations(self, client: str, server: str, request: Message) -> None:
         if isinstance(request, SetParameters.Request | SetParametersAtomically.Request):

@@ -68,6 +68,10 @@ class Entity(ABC):
         """Return the DDS writers whose samples are to arrive before the process leaves."""
         return ()
 
+    def settle(self) -> bool:
+        """Send what waits for its receiver, if that is there by now; return whether nothing waits any more."""
+        return True
+
     def check_alive(self, action: str) -> None:
         """Refuse to do something with what is destroyed.
 

@@ -281,6 +281,11 @@ class DdsService(_ServiceEnd, ServiceHandle):
             reader is not None and _id_of(reader, "clientid") == client for reader in readers
         )
 
+    def settle(self) -> bool:
+        """Send the responses whose client listens by now; return whether none waits any more."""
+        self._send_late()
+        return not self._late
+
     def _send_late(self) -> None:
         """Send the responses whose client listens by now; give up those of clients that are gone, or never will."""
         waiting, self._late = self._late, []

@@ -11,7 +11,7 @@ import os
 import threading
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from functools import partial
 from itertools import count
@@ -35,6 +35,8 @@ from sunset.rmw.port import CallbackError, EndpointInfo, Middleware
 __all__ = ["CycloneDDS", "CycloneTap", "prepare"]
 
 _STEP_S: Final = 0.005
+_PARTING_NS: Final = 1_500_000_000
+"""How long a process that leaves waits for clients that it has not answered yet to listen."""
 _LONG_NS: Final = 3600 * 10**9
 _REPORT_EVERY_NS: Final = 10 * 10**9
 
@@ -352,6 +354,7 @@ class CycloneDDS(Middleware):
             return
         self._alive = False
         entities = [entity for node in self._nodes for entity in node.entities]
+        self._settle(entities)
         writers = [writer for entity in entities for writer in entity.reliable_writers()]
         for entity in entities:
             entity.alive = False
@@ -362,6 +365,13 @@ class CycloneDDS(Middleware):
         self.link.leave(writers)
         atexit.unregister(self._leave)
         self.wake()
+
+    def _settle(self, entities: Sequence[Entity]) -> None:
+        """Wait until clients listen that are still to be answered, though not for long."""
+        end_ns = self.steady_ns() + _PARTING_NS
+        pause = threading.Event()
+        while (entities := [one for one in entities if not one.settle()]) and self.steady_ns() < end_ns:
+            pause.wait(_STEP_S)
 
     def nodes(self) -> list[tuple[str, str]]:
         """(name, namespace) of every node on the graph, sorted by full name."""

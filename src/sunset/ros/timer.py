@@ -15,8 +15,8 @@ class Timer:
 
     Timers of a clock that follows `/clock` expire when a message on it says so, all others by the system's clock. The
     former begin to count when the time is known, that is with the first message on `/clock` that is not 0. Where it
-    jumps, they do as those of rcl: due after a jump forward, they call once and keep to their whole periods; back to
-    before the present period, they begin a new one. A clock that is switched from one to the other begins a new one too.
+    jumps, they do as those of rcl: due after a jump forward, they call once and keep to their whole periods; after a
+    jump to before their present period, they begin a new one, as they do when their clock is switched over.
     """
 
     def __init__(

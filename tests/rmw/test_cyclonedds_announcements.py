@@ -1,11 +1,12 @@
 """What endpoints and participants say of themselves, as real ROS 2 nodes do."""
 
 import re
+import struct
 from typing import TYPE_CHECKING, Any
 
 import pytest
 from cyclonedds.qos import Policy
-from tests.rmw.peer import LATCHED, Peer
+from tests.rmw.peer import LATCHED, Peer, payload, text
 
 from sunset.interfaces.rcl_interfaces.srv import GetParameters
 from sunset.interfaces.std_msgs.msg import String
@@ -18,8 +19,10 @@ if TYPE_CHECKING:
 
 FOREVER = 2**63 - 1
 STRING = "std_msgs::msg::dds_::String_"
+DISCOVERY = ("ros_discovery_info", "rmw_dds_common::msg::dds_::ParticipantEntitiesInfo_")
+DISCOVERY_HASH = b"typehash=RIHS01_91a0593bacdcc50ea9bdcf849a938b128412cc1ea821245c663bcd26f83c295e;"
 STRING_HASH = b"typehash=RIHS01_df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18;"
-"""Of a real Jazzy installation."""
+"""Both of a real Jazzy installation."""
 
 
 class Sampler(LifecycleNode):
@@ -110,10 +113,11 @@ def test_user_data_tell_enclave_and_type(live: "Live") -> None:
     peer = live.peer()
     participant = peer.participants()[peer.other_participant()]
     assert user_data(participant) == b"enclave=/;"
-    for endpoints in (peer.writers("rt/default"), peer.readers("rt/default")):
-        (endpoint,) = endpoints
-        assert user_data(endpoint) == STRING_HASH
-        assert endpoint.type_name == STRING
+    for topic, type_name, type_hash in (("rt/default", STRING, STRING_HASH), (*DISCOVERY, DISCOVERY_HASH)):
+        for endpoints in (peer.writers(topic), peer.readers(topic)):
+            (endpoint,) = endpoints
+            assert user_data(endpoint) == type_hash
+            assert endpoint.type_name == type_name
 
 
 def test_both_ends_of_a_service_and_of_a_client_carry_an_id_of_their_own(live: "Live") -> None:
@@ -146,8 +150,10 @@ def test_both_ends_of_a_service_and_of_a_client_carry_an_id_of_their_own(live: "
 
 def test_humble_knows_no_type_hashes(live: "Live") -> None:
     live.process(distro="humble").create_node("node", "/").create_publisher(String, "/chatter", QoSProfile())
-    (writer,) = live.peer().writers("rt/chatter")
-    assert "Userdata" not in Peer.policies(writer)
+    peer = live.peer()
+    for topic in ("rt/chatter", "ros_discovery_info"):
+        (writer,) = peer.writers(topic)
+        assert "Userdata" not in Peer.policies(writer)
 
 
 def test_endpoints_of_others_are_described(live: "Live") -> None:
@@ -192,3 +198,29 @@ def test_the_graph_follows_nodes_that_come_and_go(live: "Live") -> None:
     )
     node.destroy_node()
     assert process.wait_for(lambda: process.nodes() == [] and process.endpoints() == [], 10**10)
+
+
+def test_participants_that_came_and_went_meanwhile_are_no_problem(live: "Live") -> None:
+    process = live.process()
+    with process.link._looking:  # as on a computer that is busy
+        for _ in range(3):
+            other = live.process()
+            other.create_node("short", "/")
+            other.shutdown()
+    assert process.nodes() == []
+    assert not process.problems
+
+
+@pytest.mark.parametrize(("nodes", "problems"), [(0, {}), (1, {"ros_discovery_info": 1})])
+def test_nodes_of_a_participant_that_is_not_there_are_dropped(
+    live: "Live", nodes: int, problems: dict[str, int]
+) -> None:
+    process = live.process()
+    peer = live.peer()
+    writer = peer.writer(*DISCOVERY, LATCHED)
+    assert peer.wait(lambda: bool(writer.get_matched_subscriptions()))
+    node = text("/") + text("ghost") + bytes(8)
+    Peer.send(writer, payload(bytes(range(16)) + struct.pack("<I", nodes) + node * nodes))
+    assert peer.wait(lambda: bool(process.problems), 0.5) is bool(problems)
+    assert process.nodes() == []
+    assert process.problems == problems

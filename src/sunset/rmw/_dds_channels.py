@@ -5,7 +5,7 @@ from dataclasses import replace
 from itertools import count
 from typing import NamedTuple
 
-from sunset.interfaces import Message, get_message, get_service, type_hash, type_name
+from sunset.interfaces import Message, get_message, get_service, type_name
 from sunset.rmw import _dds_library as dds
 from sunset.rmw import _dds_wheel as wheel
 from sunset.rmw._dds_link import FIRST_NUMBER, Link
@@ -130,10 +130,10 @@ class Channels:
         qos: QoSProfile = _SERVICE_QOS,
         own_id: str = "",
     ) -> None:
-        user_data = f"{OBSERVER}=1;{own_id}typehash={type_hash(message)};"
+        user_data = f"{OBSERVER}=1;{own_id}".encode() + self._link.type_data(message)
         mangled = dds_type_name(type_name(message))
         with wheel.topic_of(self._link.participant, topic, mangled) as dds_topic:
-            reader = dds.create_reader(self._link.subscriber, dds_topic, qos, user_data.encode())
+            reader = dds.create_reader(self._link.subscriber, dds_topic, qos, user_data)
         number = next(self._numbers)
         self._channels[number] = Channel(reader, dds.data_condition(reader), writers, name, message, qos)
         self.watch(number)

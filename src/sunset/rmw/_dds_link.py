@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from typing import Final
 
 from sunset.errors import InterfaceError, MiddlewareError
+from sunset.interfaces import Message, type_hash, type_name
+from sunset.interfaces.rmw_dds_common.msg import ParticipantEntitiesInfo
 from sunset.rmw import _dds_library as dds
 from sunset.rmw import _dds_wheel as wheel
 from sunset.rmw._dds_config import Configuration
@@ -17,6 +19,7 @@ from sunset.rmw._dds_graph import (
     decode_participant,
     encode_participant,
 )
+from sunset.rmw._dds_names import dds_type_name
 from sunset.rmw.port import DurabilityPolicy, HistoryPolicy, QoSProfile
 
 __all__ = ["FIRST_NUMBER", "Link"]
@@ -27,7 +30,6 @@ FIRST_NUMBER: Final = 16
 _NODES, _PARTICIPANTS, _WRITERS, _READERS = range(1, 5)
 _ENDPOINTS: Final = "endpoints"
 _DISCOVERY_TOPIC: Final = "ros_discovery_info"
-_DISCOVERY_TYPE: Final = "rmw_dds_common::msg::dds_::ParticipantEntitiesInfo_"
 _DISCOVERY_QOS: Final = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 _DISCOVERY_READER_QOS: Final = QoSProfile(
     history=HistoryPolicy.KEEP_ALL, durability=DurabilityPolicy.TRANSIENT_LOCAL
@@ -94,6 +96,7 @@ class Link:
         guid: 16 bytes that identify the participant.
         participant, publisher, subscriber: the entities.
         gid_size: bytes of a gid in its announcements.
+        announces_hashes: whether its endpoints say which version of their type they have, as in ROS 2 since Iron.
         has_left: whether it has left the domain.
 
     Raises:
@@ -113,6 +116,7 @@ class Link:
         self._on_problem = on_problem
         self._on_failure = on_failure
         self.gid_size = configuration.gid_size
+        self.announces_hashes = configuration.gid_size == 16  # noqa: PLR2004  since Iron, as hashes
         self._adapts = configuration.adapts
         self._nodes: tuple[NodeEntities, ...] = ()
         self._announcing = threading.RLock()
@@ -133,9 +137,13 @@ class Link:
         self.guid = dds.guid_of(self.participant)
         self.publisher = dds.create_publisher(self.participant)
         self.subscriber = dds.create_subscriber(self.participant)
-        with wheel.topic_of(self.participant, _DISCOVERY_TOPIC, _DISCOVERY_TYPE) as topic:
-            self._writer = dds.create_writer(self.publisher, topic, _DISCOVERY_QOS)
-            reader = dds.create_reader(self.subscriber, topic, _DISCOVERY_READER_QOS, ignore_own=True)
+        type_data = self.type_data(ParticipantEntitiesInfo)
+        mangled = dds_type_name(type_name(ParticipantEntitiesInfo))
+        with wheel.topic_of(self.participant, _DISCOVERY_TOPIC, mangled) as topic:
+            self._writer = dds.create_writer(self.publisher, topic, _DISCOVERY_QOS, type_data)
+            reader = dds.create_reader(
+                self.subscriber, topic, _DISCOVERY_READER_QOS, type_data, ignore_own=True
+            )
         self._readers = {_NODES: reader}
         for number, topic in zip((_PARTICIPANTS, _WRITERS, _READERS), dds.BUILTIN_TOPICS, strict=True):
             self._readers[number] = dds.create_reader(self.subscriber, topic, None)
@@ -143,6 +151,10 @@ class Link:
         self._conditions = {number: dds.data_condition(each) for number, each in self._readers.items()}
         for number in self._conditions:
             self.watch(number, self._conditions[number])
+
+    def type_data(self, kind: type[Message]) -> bytes:
+        """Return what an endpoint says of its type."""
+        return f"typehash={type_hash(kind)};".encode() if self.announces_hashes else b""
 
     def watch(self, number: int, condition: int) -> None:
         """Call `on_data(number)` once as soon as a condition holds."""
@@ -171,9 +183,12 @@ class Link:
             samples = []
             while (sample := wheel.take(self._readers[_NODES])) is not None:
                 samples.append(sample[0])
-            self._listener.learn_participants(wheel.take_participants(self._readers[_PARTICIPANTS]))
+            participants = wheel.take_participants(self._readers[_PARTICIPANTS])
+            # those that are gone by now were there when they announced what was taken before
+            self._listener.learn_participants([(guid, True) for guid, _ in participants])
             for payload in samples:
                 self._learn_nodes(payload)
+            self._listener.learn_participants([(guid, False) for guid, alive in participants if not alive])
             for number in (_WRITERS, _READERS):
                 endpoints, unknown = wheel.take_endpoints(self._readers[number])
                 for _ in range(unknown):
@@ -186,9 +201,12 @@ class Link:
         except InterfaceError as error:
             self._on_problem(_DISCOVERY_TOPIC, f"dropped a malformed announcement: {error}")
             return
-        if not self._listener.learn_nodes(participant):
+        is_there = self._listener.learn_nodes(participant)
+        if (
+            not is_there and participant.nodes
+        ):  # who leaves says that it has none, and may be gone before that comes
             self._on_problem(_DISCOVERY_TOPIC, "dropped an announcement of a participant that is not there.")
-        elif self._adapts and participant.gid_size > self.gid_size:
+        elif is_there and self._adapts and participant.gid_size > self.gid_size:
             with self._announcing:
                 self.gid_size = participant.gid_size
                 self.announce(self._nodes)

@@ -83,7 +83,7 @@ class _ServiceEnd(ReadingEntity):
             strict=True,
         )
         for topic, kind, writes in parts:
-            user_data = own_id + process.type_data(kind)
+            user_data = own_id + link.type_data(kind)
             with process.topic(topic, kind) as dds_topic:
                 if writes:
                     self._writer = dds.create_writer(link.publisher, dds_topic, qos, user_data)

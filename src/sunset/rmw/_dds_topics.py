@@ -34,9 +34,7 @@ class DdsPublisher(Entity, PublisherHandle):
         self._transient_local = qos.durability is DurabilityPolicy.TRANSIENT_LOCAL
         link = self.process.link
         with self.process.topic(topic_name(topic), message_type) as dds_topic:
-            self._writer = dds.create_writer(
-                link.publisher, dds_topic, qos, self.process.type_data(message_type)
-            )
+            self._writer = dds.create_writer(link.publisher, dds_topic, qos, link.type_data(message_type))
         self.writers = (dds.guid_of(self._writer),)
         self.join()
 
@@ -96,7 +94,7 @@ class DdsSubscription(ReadingEntity, SubscriptionHandle):
         self._handler = handler
         link = self.process.link
         with self.process.topic(topic_name(topic), message_type) as dds_topic:
-            reader = dds.create_reader(link.subscriber, dds_topic, qos, self.process.type_data(message_type))
+            reader = dds.create_reader(link.subscriber, dds_topic, qos, link.type_data(message_type))
         self.readers = (dds.guid_of(reader),)
         self.listen_to(reader)
 

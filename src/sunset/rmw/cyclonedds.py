@@ -86,7 +86,6 @@ class CycloneDDS(Middleware):
         )
         self.domain_id = configuration.domain_id
         self.problems: Counter[str] = Counter()
-        self._announces_hashes = configuration.gid_size == 16  # noqa: PLR2004  since Iron, as hashes
         self.timers: dict[DdsTimer, None] = {}
         self._nodes: dict[DdsNode, None] = {}
         self._numbers = count(FIRST_NUMBER)
@@ -185,10 +184,6 @@ class CycloneDDS(Middleware):
         with self.undisturbed(), wheel.topic_of(self.link.participant, name, mangled) as topic:
             yield topic
 
-    def type_data(self, kind: type[Message]) -> bytes:
-        """Return what an endpoint says of its type."""
-        return f"typehash={type_hash(kind)};".encode() if self._announces_hashes else b""
-
     def new_endpoint_id(self) -> str:
         """Return a text that both ends of a service's client or server carry, and no others."""
         first, *others = self.link.guid[:12] + next(self._ids).to_bytes(4, "big")
@@ -236,6 +231,11 @@ class CycloneDDS(Middleware):
             node.post(partial(warn, f"{where}: {problem}{more}"), "warning")
 
     # The port
+
+    @property
+    def describes_types(self) -> bool:
+        """Whether its nodes tell others what their types are made of: not where other nodes are of Humble."""
+        return self.link.announces_hashes
 
     def now_ns(self) -> int:
         """The system clock, in nanoseconds since 1970."""

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from sunset.errors import InterfaceError
-from sunset.interfaces import Message, field_types, serialize
+from sunset.interfaces import Message, field_types, serialize, type_name
 from sunset.interfaces.builtin_interfaces.msg import Time
 from sunset.interfaces.diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from sunset.interfaces.lifecycle_msgs.msg import State, Transition
@@ -17,6 +17,7 @@ from sunset.interfaces.std_msgs.msg import Header, String
 from sunset.interfaces.system_interfaces.msg import FrameEvaluation, FusionType, SensorFusion
 
 DEFAULTS = {"bool": False, "byte": b"\0", "string": "", "float32": 0.0, "float64": 0.0}
+OWN_DEFAULTS = {("type_description_interfaces/srv/GetTypeDescription_Request", "include_type_sources"): True}
 
 
 def test_fields_default_to_zero_empty_and_false(kind: type[Message]) -> None:
@@ -30,7 +31,7 @@ def test_fields_default_to_zero_empty_and_false(kind: type[Message]) -> None:
         elif field.is_message:
             assert value.__ros_name__ == field.base
         else:
-            assert value == DEFAULTS.get(field.base, 0)
+            assert value == OWN_DEFAULTS.get((type_name(kind), name), DEFAULTS.get(field.base, 0))
             assert type(value) is type(DEFAULTS.get(field.base, 0))
 
 

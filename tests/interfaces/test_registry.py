@@ -58,6 +58,24 @@ def test_hashes_are_those_that_real_nodes_announce(name: str, expected: str) -> 
     assert type_hash(get_message(name)) == f"RIHS01_{expected}"
 
 
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [
+        ("std_srvs/srv/SetBool", "abe9e4bb6b41b40e6789712c00ec8871923e089af3f667a79992a428cff2da0a"),
+        (
+            "lifecycle_msgs/srv/ChangeState",
+            "356fe34f0475a43acf54542013af4167b0e729f77ea22ffb045c6ad8e20668e5",
+        ),
+        (
+            "type_description_interfaces/srv/GetTypeDescription",
+            "69b9c19c1021405984cc60dbbb1edceb147a6538b411d812ba6afabeed962cd5",
+        ),
+    ],
+)
+def test_hashes_of_services_are_those_of_the_distribution(name: str, expected: str) -> None:
+    assert type_hash(get_service(name)) == f"RIHS01_{expected}"
+
+
 def test_names_and_classes_map_both_ways(kind: type[Message]) -> None:
     assert get_message(type_name(kind)) is kind
 

@@ -43,7 +43,7 @@ from sunset.interfaces.system_interfaces.srv import Redeploy
 
 pytestmark = pytest.mark.xdist_group("live")
 
-PARAMETER_SERVICES = {
+OF_EVERY_NODE = {
     name: f"rcl_interfaces/srv/{kind}"
     for name, kind in {
         "describe_parameters": "DescribeParameters",
@@ -53,7 +53,7 @@ PARAMETER_SERVICES = {
         "set_parameters": "SetParameters",
         "set_parameters_atomically": "SetParametersAtomically",
     }.items()
-}
+} | {"get_type_description": "type_description_interfaces/srv/GetTypeDescription"}
 LIFECYCLE_SERVICES = {
     name: f"lifecycle_msgs/srv/{kind}"
     for name, kind in {
@@ -161,9 +161,7 @@ def put_together(asker: Asker, node: str, *parameters: Parameter) -> bool:
 
 @every_node
 def test_a_node_offers_the_services_of_its_kind(asker: Asker, node: str) -> None:
-    expected = {
-        f"{node}/{name}": kind for name, kind in {**PARAMETER_SERVICES, **OTHERS.get(node, {})}.items()
-    }
+    expected = {f"{node}/{name}": kind for name, kind in {**OF_EVERY_NODE, **OTHERS.get(node, {})}.items()}
     namespace, _, name = node.rpartition("/")
 
     def offered() -> dict[str, str]:

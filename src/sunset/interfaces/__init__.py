@@ -14,12 +14,17 @@ Header(stamp=Time(sec=0, nanosec=0), frame_id='camera')
 from sunset.interfaces._definition import FieldType
 from sunset.interfaces._message import Message, Service
 from sunset.interfaces._registry import (
+    TypeDescription,
+    TypeFields,
+    field_defaults,
     field_types,
     get_message,
     get_service,
     message_definition,
+    type_description,
     type_hash,
     type_name,
+    type_source,
 )
 from sunset.interfaces._serialization import deserialize, serialize
 
@@ -27,12 +32,17 @@ __all__ = [
     "FieldType",
     "Message",
     "Service",
+    "TypeDescription",
+    "TypeFields",
     "deserialize",
+    "field_defaults",
     "field_types",
     "get_message",
     "get_service",
     "message_definition",
     "serialize",
+    "type_description",
     "type_hash",
     "type_name",
+    "type_source",
 ]

@@ -107,7 +107,7 @@ def class_text(definition: Definition, structs: Structs, name: str | None = None
         _constructor(definition, margin),
         _copy(definition, margin),
         _encoder(runs, structs),
-        _decoder(runs, structs),
+        _decoder(runs, structs, margin),
     ]
     lines = [*_head(definition, name or definition.name.rpartition("/")[2])]
     for method in methods:
@@ -173,15 +173,19 @@ def _exploded(start: str, items: list[str], end: str) -> Iterator[str]:
 
 
 def _assignment(line: str, margin: int) -> Iterator[str]:
-    """Break an assignment of a list or a conditional expression as the formatter does, if it is too long."""
+    """Break an assignment of a list, a call or a conditional expression as the formatter does, if it is too long."""
     if margin + len(line) <= _LINE_LENGTH:
         yield line
         return
     target, _, value = line.partition(" = ")
-    start, end = ("[", "]") if value.startswith("[") else ("(", ")")
+    if " is None else " in value:
+        start, inner, end = "(", value, ")"
+    else:
+        cut = 1 if value.startswith("[") else value.index("(") + 1
+        start, inner, end = value[:cut], value[cut:-1], value[-1]
     indent = " " * (len(line) - len(line.lstrip()))
     yield f"{target} = {start}"
-    yield f"{indent}    {value[1:-1] if start == '[' else value}"
+    yield f"{indent}    {inner}"
     yield f"{indent}{end}"
 
 
@@ -281,7 +285,7 @@ def _encode_field(member: Field) -> Iterator[str]:
     yield f"write_{_plural(kind)}(out, {value}{elements})"
 
 
-def _decoder(runs: list[Field | _Run], structs: Structs) -> Iterator[str]:
+def _decoder(runs: list[Field | _Run], structs: Structs, margin: int) -> Iterator[str]:
     yield "@classmethod"
     yield "def decode_from(cls, raw: bytes, position: int) -> tuple[Self, int]:"
     if not runs:
@@ -289,8 +293,11 @@ def _decoder(runs: list[Field | _Run], structs: Structs) -> Iterator[str]:
         return
     yield "    new = object.__new__(cls)"
     for part in runs:
-        lines = _decode_run(part, structs) if isinstance(part, _Run) else _decode_field(part)
-        yield from (f"    {line}" for line in lines)
+        if isinstance(part, _Run):
+            yield from (f"    {line}" for line in _decode_run(part, structs))
+        else:
+            for line in _decode_field(part):
+                yield from _assignment(f"    {line}", margin)
     yield "    return new, position"
 
 

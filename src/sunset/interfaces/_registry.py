@@ -6,13 +6,32 @@ import re
 from collections.abc import Iterator
 from functools import cache
 from importlib import import_module
-from typing import Final
+from typing import Final, TypedDict
 
 from sunset.errors import InterfaceError
-from sunset.interfaces._definition import DEFINITIONS, DUMMY_FIELD, FieldType, parse_type, split_service
+from sunset.interfaces._definition import (
+    DEFINITIONS,
+    DUMMY_FIELD,
+    FieldType,
+    parse_message,
+    parse_type,
+    split_service,
+)
 from sunset.interfaces._message import Message, Service
 
-__all__ = ["field_types", "get_message", "get_service", "message_definition", "type_hash", "type_name"]
+__all__ = [
+    "TypeDescription",
+    "TypeFields",
+    "field_defaults",
+    "field_types",
+    "get_message",
+    "get_service",
+    "message_definition",
+    "type_description",
+    "type_hash",
+    "type_name",
+    "type_source",
+]
 
 _NESTED: Final = 1
 _BOUNDED_STRING: Final = 21
@@ -35,6 +54,8 @@ _ARRAY, _BOUNDED_SEQUENCE, _SEQUENCE = 48, 96, 144
 """What is added to an element's id; all ids are those of type_description_interfaces/msg/FieldType."""
 
 _PARTS: Final = ("Request", "Response")
+_EVENT: Final = "Event"
+"""What ROS 2 makes of every service besides its parts: what an introspected service publishes."""
 _RULE: Final = "=" * 80
 
 _LONGEST_NAME: Final = 200
@@ -98,8 +119,34 @@ def field_types(kind: type[Message]) -> dict[str, FieldType]:
     return {name: parse_type(text, package) for name, text in kind.__ros_fields__.items()}
 
 
-def type_hash(kind: type[Message]) -> str:
-    """Return the hash by which ROS 2 tells whether two processes mean the same message.
+class _FieldType(TypedDict):
+    type_id: int
+    capacity: int
+    string_capacity: int
+    nested_type_name: str
+
+
+class _Field(TypedDict):
+    name: str
+    type: _FieldType
+
+
+class TypeFields(TypedDict):
+    """A type and its fields, with the names of type_description_interfaces/msg/IndividualTypeDescription."""
+
+    type_name: str
+    fields: list[_Field]
+
+
+class TypeDescription(TypedDict):
+    """What a type is made of, with the names of type_description_interfaces/msg/TypeDescription."""
+
+    type_description: TypeFields
+    referenced_type_descriptions: list[TypeFields]
+
+
+def type_hash(kind: type[Message | Service]) -> str:
+    """Return the hash by which ROS 2 tells whether two processes mean the same message, or service.
 
     Source: REP 2016, version 1 of the hash ("RIHS01"): SHA-256 of the type description as JSON.
 
@@ -112,33 +159,49 @@ def type_hash(kind: type[Message]) -> str:
 
 @cache
 def _hash_of(name: str) -> str:
-    kind = get_message(name)
-    referenced = sorted(set(_referenced(kind)), key=type_name)
-    description = {
-        "type_description": _description(kind),
-        "referenced_type_descriptions": [_description(other) for other in referenced],
-    }
-    return f"RIHS01_{hashlib.sha256(json.dumps(description).encode()).hexdigest()}"
+    return f"RIHS01_{hashlib.sha256(json.dumps(_described(name)).encode()).hexdigest()}"
 
 
-def _referenced(kind: type[Message]) -> Iterator[type[Message]]:
-    """Return all messages in the fields of a message, depth first; one may come several times."""
-    for field in field_types(kind).values():
-        if field.is_message:
-            other = get_message(field.base)
-            yield other
-            yield from _referenced(other)
+def type_description(kind: type[Message | Service]) -> TypeDescription:
+    """Return what a message or service is made of, and all messages in it, by name."""
+    return _described(kind.__ros_name__)
 
 
-def _description(kind: type[Message]) -> dict[str, object]:
-    fields = field_types(kind) or {DUMMY_FIELD: FieldType("uint8")}
+def _described(name: str) -> TypeDescription:
     return {
-        "type_name": kind.__ros_name__,
-        "fields": [{"name": name, "type": _field_type(field)} for name, field in fields.items()],
+        "type_description": _description(name),
+        "referenced_type_descriptions": [_description(other) for other in sorted(set(_referenced(name)))],
     }
 
 
-def _field_type(field: FieldType) -> dict[str, object]:
+def _referenced(name: str) -> Iterator[str]:
+    """Return the names of all messages in the fields of a type, depth first; one may come several times."""
+    for field in _fields(name).values():
+        if field.is_message:
+            yield field.base
+            yield from _referenced(field.base)
+
+
+def _fields(name: str) -> dict[str, FieldType]:
+    """Return the fields of a message, of a service, which are three messages, or of the last of these."""
+    service, _, part = name.rpartition("_")
+    if "/srv/" not in name or part in _PARTS:
+        return field_types(get_message(name))
+    if part == _EVENT:
+        parts = {one.lower(): FieldType(f"{service}_{one}", is_array=True, limit=1) for one in _PARTS}
+        return {"info": FieldType("service_msgs/msg/ServiceEventInfo"), **parts}
+    return {f"{one.lower()}_message": FieldType(f"{name}_{one}") for one in (*_PARTS, _EVENT)}
+
+
+def _description(name: str) -> TypeFields:
+    fields = _fields(name) or {DUMMY_FIELD: FieldType("uint8")}
+    return {
+        "type_name": name,
+        "fields": [{"name": field, "type": _field_type(kind)} for field, kind in fields.items()],
+    }
+
+
+def _field_type(field: FieldType) -> _FieldType:
     if field.is_message:  # noqa: SIM108  two conditions in one line read badly
         type_id = _NESTED
     else:
@@ -157,18 +220,33 @@ def _field_type(field: FieldType) -> dict[str, object]:
 
 def message_definition(kind: type[Message]) -> str:
     """Return the definition's text, followed by those of all messages in it, as rosbag2 stores it."""
-    others = list(dict.fromkeys(_referenced(kind)))
-    parts = [_definition_text(kind)]
+    name = kind.__ros_name__
+    parts = [_definition_text(name)]
     parts += [
-        f"{_RULE}\nMSG: {other.__ros_name__.replace('/msg/', '/')}\n{_definition_text(other)}"
-        for other in others
+        f"{_RULE}\nMSG: {other.replace('/msg/', '/')}\n{_definition_text(other)}"
+        for other in dict.fromkeys(_referenced(name))
     ]
     return "".join(parts)
 
 
-def _definition_text(kind: type[Message]) -> str:
-    name, _, part = kind.__ros_name__.rpartition("_")
-    if "/srv/" not in kind.__ros_name__:
-        return (DEFINITIONS / f"{kind.__ros_name__}.msg").read_text()
-    texts = split_service((DEFINITIONS / f"{name}.srv").read_text(), name)
-    return texts[_PARTS.index(part)]
+def _definition_text(name: str) -> str:
+    service, _, part = name.rpartition("_")
+    if "/srv/" not in name:
+        return (DEFINITIONS / f"{name}.msg").read_text()
+    return split_service((DEFINITIONS / f"{service}.srv").read_text(), service)[_PARTS.index(part)]
+
+
+def type_source(name: str) -> tuple[str, str]:
+    """Return how a type is defined, `msg`, `srv` or, as a part of a service, `implicit`, and the text of its file."""
+    _, kind, short = name.split("/")
+    if "_" in short:
+        return "implicit", ""
+    return kind, (DEFINITIONS / f"{name}.{kind}").read_text()
+
+
+def field_defaults(name: str) -> dict[str, str]:
+    """Return the defaults that the definition of a message gives to its fields, by field, as ROS 2 describes them."""
+    if "/srv/" in name and not name.endswith(_PARTS):  # ROS 2 has made it
+        return {}
+    fields = parse_message(_definition_text(name), name).fields
+    return {field.name: str(field.default) for field in fields if field.default is not None}

@@ -285,6 +285,11 @@ class SimProcess(Middleware):
 
     # The port
 
+    @property
+    def describes_types(self) -> bool:
+        """No: everybody in a simulation knows them."""
+        return False
+
     def now_ns(self) -> int:
         """Virtual time: nanoseconds since the simulation began; constant during a callback."""
         return self.network.scheduler.now

@@ -294,6 +294,11 @@ class NodeHandle(ABC):
 class Middleware(ABC):
     """One process on the network."""
 
+    @property
+    @abstractmethod
+    def describes_types(self) -> bool:
+        """Whether its nodes tell others what their types are made of, as those of ROS 2 since Jazzy do."""
+
     @abstractmethod
     def now_ns(self) -> int:
         """The system clock, in nanoseconds since its epoch."""

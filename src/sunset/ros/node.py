@@ -15,6 +15,7 @@ from sunset.ros._parameter_services import ParameterServices
 from sunset.ros._parameter_store import Changes, ParameterStore
 from sunset.ros._rosout import NodeLogSink
 from sunset.ros._time_source import TimeSource
+from sunset.ros._type_descriptions import offer_type_descriptions
 from sunset.ros.arguments import Arguments
 from sunset.ros.callback_groups import CallbackGroup
 from sunset.ros.client import Client
@@ -105,6 +106,7 @@ class Node(NodeParameters, NodeGraph):
             on_change=self._on_parameters_changed,
         )
         self.declare_parameter("use_sim_time", False)
+        offer_type_descriptions(self)
         if automatically_declare_parameters_from_overrides:
             self._declare_overrides()
         if start_parameter_services:
@@ -336,10 +338,8 @@ class Node(NodeParameters, NodeGraph):
             offered, requested = (qos, other.qos) if kind is EndpointKind.PUBLISHER else (other.qos, qos)
             policy = incompatibility(offered, requested)
             if policy is not None:
-                mine, theirs = (
-                    f"the {kind.value} of this node",
-                    f"the {other.kind.value} of {other.node_name}",
-                )
+                mine = f"the {kind.value} of this node"
+                theirs = f"the {other.kind.value} of {other.node_name}"
                 self._logger.warning(
                     f"On {topic}, {mine} and {theirs} do not match: incompatible {policy}."  # noqa: G004  as in ROS
                 )

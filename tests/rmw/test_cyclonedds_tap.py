@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from .conftest import Live
 
 S = 10**9
-IGNORED_SERVICES = "parameter"
+IGNORED_SERVICES = ("parameter", "type_description")
 
 
 class Notes(Tap):
@@ -42,7 +42,7 @@ class Notes(Tap):
         self.nodes.append(node)
 
     def on_endpoint(self, node: str, kind: EndpointKind, name: str) -> None:
-        if IGNORED_SERVICES not in name:
+        if not any(ignored in name for ignored in IGNORED_SERVICES):
             self.endpoints.append((node, kind, name))
 
     def on_message(self, time_ns: int, topic: str, node: str, message: Message) -> None:

@@ -72,7 +72,7 @@ def test_fusion_without_its_branches_is_refused() -> None:
         TrainingConfig(modalities=("rgb", "fusion"))
 
 
-@pytest.mark.parametrize("name", ["warm_up", "checkpoint_every", "log_every", "validate_every"])
+@pytest.mark.parametrize("name", ["warm_up", "log_every", "validate_every"])
 def test_an_interval_of_no_steps_is_refused(name: str) -> None:
     with pytest.raises(InvalidInputError, match="at least 1 step each"):
         Schedule(**{name: 0})  # type: ignore[arg-type]

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from sunset.data import read_bag, write_bag
 from sunset.errors import DataError, ModelError
 from sunset.faults import BLUR_SIGMA, FAULTS
-from sunset.perception import Modality, Segmenter, load_model
+from sunset.perception import Modality, load_model
 from sunset.training.conditions import BLURRED, UNSURE, Condition, CurvesPlan, plan_curves
 from sunset.training.curves import (
     BAND,
@@ -168,7 +168,7 @@ def test_the_number_of_processes_changes_no_figure(bag: Path, measured: Curves) 
 
 
 def test_the_nominal_figures_are_those_of_a_plain_measurement(bag: Path, measured: Curves) -> None:
-    plain = measure(Segmenter(load_model("lite")), Modality.DEPTH, frames_of_bag(bag))
+    plain = measure(load_model("lite"), frames_of_bag(bag), jobs=1)[Modality.DEPTH]
     assert measured.nominal[Modality.DEPTH].iou == pytest.approx(float(plain.iou.mean()))
     assert measured.nominal[Modality.DEPTH].entropy == pytest.approx(float(plain.entropy.mean()))
     assert measured.frames == 5

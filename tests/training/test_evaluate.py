@@ -10,7 +10,7 @@ from sunset.training.evaluate import measure, roc_auc
 def test_a_measurement_is_that_of_each_frame(sets: FrameSets) -> None:
     few = FrameSet(sets.test.bgr[:3], sets.test.depth[:3], sets.test.labels[:3])
     segmenter = Segmenter(load_model("lite"))
-    measured = measure(segmenter, Modality.FUSION, few)
+    measured = measure(segmenter.model, few, jobs=1)[Modality.FUSION]
     results = [segmenter.segment(Modality.FUSION, few.bgr[i], few.depth[i]) for i in range(3)]
     counts = [count_classes(result.labels, few.labels[i]) for i, result in enumerate(results)]
     assert measured.iou.tolist() == [image_iou(count) for count in counts]

@@ -28,8 +28,14 @@ from sunset.training.batches import class_weights
 torch = pytest.importorskip("torch")
 pytest.importorskip("onnx")
 
-from sunset.training.loop import learn, start_from_the_sum  # noqa: E402  needs torch
-from sunset.training.network import build, forward, shift_logits, upsample  # noqa: E402
+from sunset.training.loop import learn  # noqa: E402  needs torch
+from sunset.training.network import (  # noqa: E402
+    build,
+    forward,
+    shift_logits,
+    start_from_the_sum,
+    upsample,
+)
 
 torch.set_num_threads(1)  # the networks are tiny, and other tests run beside
 
@@ -40,7 +46,6 @@ TINY = TrainingConfig(
         phases=(Phase(6, 2),),
         learning_rate=5e-3,
         warm_up=2,
-        checkpoint_every=3,
         log_every=2,
         validate_every=4,
     ),

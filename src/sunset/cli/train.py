@@ -1,7 +1,6 @@
 """`sunset train`: train the networks of a model on rendered towns."""
 
 import argparse
-import os
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -14,8 +13,9 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextC
 
 from sunset.cli._options import at_least_one
 from sunset.experiments.resources import missing_networks
-from sunset.perception import load_model
-from sunset.training import CONFIGS, MODALITIES, train
+from sunset.perception import DEVICES, load_model
+from sunset.training import CONFIGS, MODALITIES, FrameCounts, train
+from sunset.workers import processors
 
 __all__ = ["add_parser", "execute"]
 
@@ -57,10 +57,38 @@ def add_parser(verbs: "argparse._SubParsersAction[argparse.ArgumentParser]") -> 
         help="train a model's networks further: a name or a folder (default: from random weights)",
     )
     parser.add_argument(
-        "--jobs", type=at_least_one, metavar="N", help="processes that render (default: one a core)"
+        "--frames",
+        type=at_least_one,
+        metavar="N",
+        help="training frames, about; fewer than the default, and fewer are rendered to validate and test, too: for a "
+        "quick training (default: 5500)",
     )
     parser.add_argument(
-        "--resume", action="store_true", help="go on at the last checkpoints in the work folder"
+        "--batch",
+        type=at_least_one,
+        metavar="N",
+        help="frames a step, more of which fill an accelerator (default: as planned for --model)",
+    )
+    parser.add_argument(
+        "--device",
+        default="cpu",
+        choices=DEVICES,
+        help="what networks are learned on; auto: CUDA where torch offers it (default: cpu)",
+    )
+    parser.add_argument(
+        "--compile", action="store_true", help="let torch compile the networks; needs a C compiler"
+    )
+    parser.add_argument(
+        "--jobs", type=at_least_one, metavar="N", help="processes that render and measure (default: one a core)"
+    )
+    parser.add_argument(
+        "--minutes",
+        type=at_least_one,
+        metavar="N",
+        help="stop in order after so long, with exit code 1; --resume goes on",
+    )
+    parser.add_argument(
+        "--resume", action="store_true", help="go on where the training in the work folder was interrupted"
     )
     parser.add_argument(
         "--work",
@@ -82,20 +110,51 @@ def execute(arguments: argparse.Namespace) -> int:
         modalities=MODALITIES if whole else (arguments.modality,),
         seed=arguments.seed,
     )
-    with _progress() as progress:
-        model = train(
-            config.with_steps(arguments.steps) if arguments.steps else config,
-            arguments.out,
-            work=arguments.work,
-            start=load_model(arguments.start_from) if arguments.start_from else None,
-            resume=arguments.resume,
-            jobs=arguments.jobs or os.cpu_count() or 1,
-            progress=progress,
+    if arguments.steps:
+        config = config.with_steps(arguments.steps)
+    if arguments.batch:
+        config = config.with_batch(arguments.batch)
+    try:
+        with _progress() as progress:
+            model = train(
+                config,
+                arguments.out,
+                work=arguments.work,
+                counts=FrameCounts.of(arguments.frames) if arguments.frames else None,
+                start=load_model(arguments.start_from) if arguments.start_from else None,
+                resume=arguments.resume,
+                jobs=arguments.jobs or processors(),
+                device=arguments.device,
+                compiled=arguments.compile,
+                progress=_until(arguments.minutes, progress) if arguments.minutes else progress,
+            )
+    except _TimeIsUpError:
+        print(
+            f"The {arguments.minutes} min are over; the same command with --resume goes on.", file=sys.stderr
         )
+        return 1
     missing = missing_networks(model)
     use = f"it cannot fly without {missing}" if missing else f"'sunset run --model {arguments.out}' flies it"
     print(f"The model is in {arguments.out}; {use}.", file=sys.stderr)
     return 0
+
+
+class _TimeIsUpError(Exception):
+    """The training has used the time that it was given."""
+
+
+def _until(
+    minutes: float, progress: Callable[..., None], clock: Callable[[], float] = monotonic
+) -> Callable[..., None]:
+    """Return a function that passes progress on, and from a time on ends what makes it."""
+    end = clock() + 60 * minutes
+
+    def update(what: str, done: int, total: int, note: str = "") -> None:
+        progress(what, done, total, note)
+        if clock() >= end:
+            raise _TimeIsUpError
+
+    return update
 
 
 @contextmanager

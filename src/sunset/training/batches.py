@@ -1,12 +1,10 @@
-"""Batches of augmented frames."""
+"""Sets of frames, and which of them a batch consists of."""
 
-from collections.abc import Iterable, Iterator
-from concurrent.futures import Future, ThreadPoolExecutor
+import hashlib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-import cv2
 import numpy as np
 import numpy.typing as npt
 
@@ -15,13 +13,11 @@ from sunset.errors import DataError
 from sunset.seeding import generator
 from sunset.training.inputs import HEIGHT, WIDTH
 
-__all__ = ["ARRAY_FILES", "Batch", "FrameSet", "augment", "batches", "class_weights"]
+__all__ = ["Draw", "FrameSet", "class_weights", "draw"]
 
 _MAX_ZOOM: Final = 1.3
 _BRIGHTNESS: Final = 0.1
 _ARRAYS: Final = ("bgr", "depth", "labels")
-ARRAY_FILES: Final = tuple(f"{name}.npy" for name in _ARRAYS)
-"""The files of a set of frames."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,19 +44,32 @@ class FrameSet:
                 f"shapes {shapes}."
             )
 
+    @classmethod
+    def blank(cls, count: int, height: int, width: int) -> "FrameSet":
+        """Return so many black frames; they take no memory."""
+        shape = (count, height, width)
+        return cls(np.zeros((*shape, 3), np.uint8), np.zeros(shape, np.uint16), np.zeros(shape, np.uint8))
+
     def __len__(self) -> int:
         """Return the number of frames."""
         return len(self.bgr)
 
+    def digest(self) -> str:
+        """Return a short checksum of the frames."""
+        digest = hashlib.sha256()
+        for name in _ARRAYS:
+            digest.update(np.ascontiguousarray(getattr(self, name)).data)
+        return digest.hexdigest()[:12]
+
     @classmethod
     def load(cls, folder: Path) -> "FrameSet":
-        """Map the arrays of a folder.
+        """Map the arrays of a folder; what is written into them stays in memory.
 
         Raises:
             DataError: they are missing or no arrays.
         """
         try:
-            bgr, depth, labels = (np.load(folder / f"{name}.npy", mmap_mode="r") for name in _ARRAYS)
+            bgr, depth, labels = (np.load(folder / f"{name}.npy", mmap_mode="c") for name in _ARRAYS)
         except (EOFError, OSError, ValueError) as error:
             raise DataError(f"The training frames in {folder} cannot be read: {error}.") from error
         return cls(bgr, depth, labels)
@@ -71,78 +80,64 @@ class FrameSet:
         for name in _ARRAYS:
             np.save(folder / f"{name}.npy", getattr(self, name))
 
+    def write_into(self, folder: Path, place: int) -> None:
+        """Write the frames over those of a folder, from a place on; they are on the disk then."""
+        for name in _ARRAYS:
+            array = np.load(folder / f"{name}.npy", mmap_mode="r+")
+            array[place : place + len(self)] = getattr(self, name)
+            array.flush()
+
 
 @dataclass(frozen=True, slots=True)
-class Batch:
-    """Augmented frames.
+class Draw:
+    """What a batch is to consist of: which frames, what each is enlarged to, and how much brighter it becomes.
 
     Attributes:
-        bgr: (N, 144, 256, 3) uint8.
-        depth: (N, 144, 256) float32, counts.
-        labels: (N, 144, 256) int64.
+        frames: (N,) int64, indices.
+        transforms: (N, 2, 3) float32, from a place in the picture to that in the frame which it shows; both have the
+            corners (-1, -1) and (1, 1), as torch's `affine_grid` takes it.
+        gains: (N,) float32, what colours are multiplied by.
         phase: the first row and column of the pixels, every second one, that the loss is taken on.
     """
 
-    bgr: npt.NDArray[np.uint8]
-    depth: npt.NDArray[np.float32]
-    labels: npt.NDArray[np.int64]
+    frames: npt.NDArray[np.int64]
+    transforms: npt.NDArray[np.float32]
+    gains: npt.NDArray[np.float32]
     phase: tuple[int, int]
 
 
-def augment(
-    bgr: npt.NDArray[np.uint8],
-    depth: npt.NDArray[np.uint16],
-    labels: npt.NDArray[np.uint8],
-    rng: np.random.Generator,
-) -> tuple[npt.NDArray[np.uint8], npt.NDArray[np.float32], npt.NDArray[np.uint8]]:
-    """Return a frame mirrored or not, cropped and enlarged by up to 1.3, and up to 10 % brighter or darker.
+def draw(count: int, size: int, seed: int, number: int) -> Draw:
+    """Draw the batch of a number from so many frames.
 
-    Nothing here resembles a fault (no strong darkening, noise, shift of one sensor, or blur): a network
-    that has learned to shrug off a fault would not show it.
+    Each frame is mirrored or not, cropped and enlarged by up to 1.3, and up to 10 % brighter or darker. Nothing here
+    resembles a fault (no strong darkening, noise, shift of one sensor, or blur): a network that has learned to shrug
+    off a fault would not show it.
+
+    A batch depends on the seed and its number only, so that a resumed run sees what an undisturbed one would have
+    seen.
     """
-    zoom = 1.0 if rng.random() < 0.5 else rng.uniform(1.0, _MAX_ZOOM)  # noqa: PLR2004  half of them
-    left, top = rng.random(2) * (1 - 1 / zoom) * (WIDTH, HEIGHT)
-    flip = rng.random() < 0.5  # noqa: PLR2004  half of them
-    sign, offset = (-1.0, WIDTH - 1.0) if flip else (1.0, 0.0)
-    # Destination to source: x_source = left + (mirrored x) / zoom.
-    matrix = np.array([[sign / zoom, 0, left + offset / zoom], [0, 1 / zoom, top]])
-    nearest = cv2.INTER_NEAREST | cv2.WARP_INVERSE_MAP
-    linear = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
-    size = (WIDTH, HEIGHT)
-    gain = 1 + rng.uniform(-_BRIGHTNESS, _BRIGHTNESS)
-    picture = cv2.warpAffine(bgr, matrix, size, flags=linear, borderMode=cv2.BORDER_REPLICATE)
-    return (
-        cv2.convertScaleAbs(picture, alpha=gain),
-        cv2.warpAffine(depth, matrix, size, flags=nearest, borderMode=cv2.BORDER_REPLICATE).astype(
-            np.float32
-        ),
-        cv2.warpAffine(labels, matrix, size, flags=nearest, borderMode=cv2.BORDER_REPLICATE),
-    )
-
-
-def _batch(frames: FrameSet, size: int, seed: int, number: int) -> Batch:
     rng = generator(seed, "training", "batch", number)
-    chosen = rng.choice(len(frames), size=size, replace=len(frames) < size)
-    parts = [augment(frames.bgr[i], frames.depth[i], frames.labels[i], rng) for i in chosen]
-    bgr, depth, labels = (np.stack(arrays) for arrays in zip(*parts, strict=True))
+    frames = rng.choice(count, size=size, replace=count < size)
+    transforms, gains = [], []
+    for _ in frames:
+        zoom = 1.0 if rng.random() < 0.5 else rng.uniform(1.0, _MAX_ZOOM)  # noqa: PLR2004  half of them
+        left, top = rng.random(2) * (1 - 1 / zoom) * (WIDTH, HEIGHT)
+        flip = rng.random() < 0.5  # noqa: PLR2004  half of them
+        sign, offset = (-1.0, WIDTH - 1.0) if flip else (1.0, 0.0)
+        transforms.append(
+            (
+                (sign / zoom, 0.0, _translation(WIDTH, sign / zoom, left + offset / zoom)),
+                (0.0, 1 / zoom, _translation(HEIGHT, 1 / zoom, top)),
+            )
+        )
+        gains.append(1 + rng.uniform(-_BRIGHTNESS, _BRIGHTNESS))
     phase = (int(rng.integers(2)), int(rng.integers(2)))
-    return Batch(bgr, depth, labels.astype(np.int64), phase)
+    return Draw(frames, np.array(transforms, np.float32), np.array(gains, np.float32), phase)
 
 
-def batches(frames: FrameSet, size: int, seed: int, numbers: Iterable[int]) -> Iterator[Batch]:
-    """Yield the batches of some numbers, prepared one ahead in a thread.
-
-    A batch depends on the seed and its number only, so that a resumed run sees what an undisturbed one
-    would have seen.
-    """
-    with ThreadPoolExecutor(1) as pool:
-        coming: Future[Batch] | None = None
-        for number in numbers:
-            before, coming = coming, pool.submit(_batch, frames, size, seed, number)
-            if before is not None:
-                yield before.result()
-        if coming is not None:
-            yield coming.result()
+def _translation(size: int, scale: float, first: float) -> float:
+    """Return what is added to `scale` times a place from -1 to 1, so that the first pixel shows pixel `first`."""
+    return (2 * first + 1 - scale) / size - 1 + scale
 
 
 def class_weights(labels: npt.NDArray[np.uint8], limits: tuple[float, float]) -> npt.NDArray[np.float32]:

@@ -56,7 +56,6 @@ class Schedule:
         misaligned_smoothing: share of a target there that is spread over all classes, in [0, 1].
         distinct: steps after which the same batches come again, of which frozen branches' logits are kept; None
             for never.
-        checkpoint_every: steps between checkpoints.
         log_every: steps between lines of the log.
         validate_every: steps between lines of the log that tell the IoU on held-out frames.
     """
@@ -69,13 +68,12 @@ class Schedule:
     misaligned_weight: float = 0.4
     misaligned_smoothing: float = 0.3
     distinct: int | None = None
-    checkpoint_every: int = 200
     log_every: int = 20
     validate_every: int = 400
 
     def __post_init__(self) -> None:
         """Refuse what cannot be learned from."""
-        if min(self.warm_up, self.checkpoint_every, self.log_every, self.validate_every) < 1:
+        if min(self.warm_up, self.log_every, self.validate_every) < 1:
             raise InvalidInputError("A training's warm_up and its intervals must be of at least 1 step each.")
         if not self.phases:
             raise InvalidInputError("A training needs at least one step.")
@@ -126,6 +124,10 @@ class Schedule:
                 phases.append(replace(phase, steps=end - new))
             new = end
         return replace(self, phases=tuple(phases))
+
+    def with_batch(self, frames: int) -> "Schedule":
+        """Return the same schedule with so many frames in every step."""
+        return replace(self, phases=tuple(replace(phase, batch=frames) for phase in self.phases))
 
 
 @dataclass(frozen=True, slots=True)
@@ -224,6 +226,11 @@ class TrainingConfig:
         """Return the same run with another number of steps; merging on learned branches keeps its own."""
         return replace(self, schedule=self.schedule.with_steps(steps))
 
+    def with_batch(self, frames: int) -> "TrainingConfig":
+        """Return the same run with so many frames in every step; what fills an accelerator, for instance."""
+        merging = self.merging and self.merging.with_batch(frames)
+        return replace(self, schedule=self.schedule.with_batch(frames), merging=merging)
+
 
 def _reference() -> TrainingConfig:
     return TrainingConfig(
@@ -238,7 +245,6 @@ def _reference() -> TrainingConfig:
             learning_rate=1e-3,
             weight_decay=0.02,
             warm_up=200,
-            checkpoint_every=100,
             validate_every=250,
         ),
         merging=Schedule(
@@ -246,7 +252,6 @@ def _reference() -> TrainingConfig:
             learning_rate=2e-3,
             warm_up=20,
             distinct=140,
-            checkpoint_every=70,
             validate_every=350,
         ),
     )

@@ -1,14 +1,16 @@
 """Measuring an exported model, through the same inference that runs use."""
 
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
-from sunset.classes import CLASSES
 from sunset.metrics import ClassCounts, class_iou, count_classes, image_iou
-from sunset.perception import Modality, Segmenter
+from sunset.perception import Modality, Model, Segmenter
 from sunset.training.batches import FrameSet
+from sunset.training.over_frames import Images, over_frames
+from sunset.training.spread import Arrays, Progress
 
 __all__ = ["Measured", "measure", "roc_auc"]
 
@@ -33,22 +35,50 @@ class Measured:
         return {int(index): float(iou[index]) for index in np.flatnonzero(present)}
 
 
-def measure(segmenter: Segmenter, modality: Modality, frames: FrameSet) -> Measured:
-    """Segment frames and compare with the truth.
+def measure(
+    model: Model,
+    frames: FrameSet,
+    *,
+    jobs: int | None = None,
+    progress: Progress | None = None,
+    kept: Path | None = None,
+) -> dict[Modality, Measured]:
+    """Segment frames with all networks of a model, and compare with the truth.
 
     Args:
-        segmenter: runs the model.
-        modality: which network.
+        model: whose networks.
         frames: with their truth.
+        jobs: as `over_frames` takes it.
+        progress: likewise.
+        kept: likewise.
     """
-    ious, entropies, totals = [], [], np.zeros((3, len(CLASSES)), dtype=np.int64)
-    for index in range(len(frames)):
-        result = segmenter.segment(modality, np.asarray(frames.bgr[index]), np.asarray(frames.depth[index]))
-        counts = count_classes(result.labels, np.asarray(frames.labels[index]))
-        ious.append(image_iou(counts))
-        entropies.append(result.entropy)
-        totals += np.stack([counts.intersection, counts.predicted, counts.truth])
-    return Measured(np.array(ious), np.array(entropies), ClassCounts(totals[0], totals[1], totals[2]))
+    modalities = tuple(model.card.networks)
+    iou, entropy, counts = over_frames(
+        _look, (modalities,), model, frames, jobs=jobs, progress=progress, kept=kept
+    )
+    totals = counts.sum(axis=0)
+    return {
+        modality: Measured(iou[:, place], entropy[:, place], ClassCounts(*totals[place]))
+        for place, modality in enumerate(modalities)
+    }
+
+
+def _look(segmenter: Segmenter, _: int, images: Images, modalities: tuple[Modality, ...]) -> Arrays:
+    """Return by network the image's IoU (M,), its entropy (M,), and the counts (M, 3, 28)."""
+    bgr, depth, truth = images
+    found = []
+    for modality in modalities:
+        result = segmenter.segment(modality, bgr, depth)
+        counts = count_classes(result.labels, truth)
+        found.append(
+            (
+                image_iou(counts),
+                result.entropy,
+                np.stack([counts.intersection, counts.predicted, counts.truth]),
+            )
+        )
+    iou, entropy, totals = zip(*found, strict=True)
+    return np.array(iou), np.array(entropy), np.array(totals)
 
 
 def roc_auc(negative: npt.NDArray[np.float64], positive: npt.NDArray[np.float64]) -> float:

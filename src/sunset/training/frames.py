@@ -1,16 +1,16 @@
 """Rendering the frames that models are trained and tested on."""
 
 import json
-import shutil
+import math
 from collections.abc import Callable, Iterator
 from concurrent.futures import as_completed
+from contextlib import suppress
 from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any, Final, TypeAlias
+from typing import Final
 
 import numpy as np
-import numpy.typing as npt
 
 from sunset.classes import CLASS_OF_CARLA_ID
 from sunset.data import (
@@ -25,7 +25,8 @@ from sunset.data import (
 )
 from sunset.data.cache import RENDER_VERSION
 from sunset.errors import OutputError
-from sunset.training.batches import ARRAY_FILES, FrameSet
+from sunset.training.batches import FrameSet
+from sunset.training.inputs import HEIGHT, WIDTH
 from sunset.workers import worker_pool
 
 __all__ = ["FrameCounts", "FramePlan", "FrameSets", "Passage", "Views", "render_set", "render_sets"]
@@ -37,9 +38,14 @@ COURSES_DEG: Final = (50.0, 140.0)
 """Directions of the two flights over a held-out town; the first is the default flight's."""
 
 _CHUNK: Final = 50
+_LEAST_PASSAGE: Final = 10
+"""Fewer consecutive frames are too few to choose thresholds on."""
 _PLAN: Final = "plan.json"
-
-_Array: TypeAlias = npt.NDArray[Any]
+"""Stands beside frames that are all there."""
+_PARTIAL: Final = "partial.json"
+"""Stands beside frames of which some are there; says which."""
+_UNFINISHED: Final = ".tmp"
+"""Ends the name of a file that is being written."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,6 +102,23 @@ class FrameCounts:
     other: int = 300
     held_out: int = 150
     passage: int = 200
+
+    @classmethod
+    def of(cls, frames: int) -> "FrameCounts":
+        """Return counts with about so many training frames, and with as much fewer held-out ones; no fewer than work.
+
+        >>> FrameCounts.of(550)
+        FrameCounts(flight=80, other=30, held_out=15, passage=20)
+        """
+        most = cls()
+        share = frames / (len(TRAINING_TOWNS) * (most.flight + most.other))
+        held_out = min(share, 1.0)
+        return cls(
+            flight=math.ceil(most.flight * share),
+            other=math.ceil(most.other * share),
+            held_out=math.ceil(most.held_out * held_out),
+            passage=max(math.ceil(most.passage * held_out), _LEAST_PASSAGE),
+        )
 
     def plans(self) -> dict[str, FramePlan]:
         """Return the plan of each set."""
@@ -173,10 +196,14 @@ def _frames(views: Views | Passage, start: int, count: int) -> Iterator[Frame]:
     )
 
 
-def _render(views: Views | Passage, start: int, count: int) -> tuple[_Array, _Array, _Array]:
+def _render(folder: Path, place: int, views: Views | Passage, start: int, count: int) -> None:
+    """Render a chunk into its place in the arrays of a folder."""
     frames = list(_frames(views, start, count))
     labels = CLASS_OF_CARLA_ID[np.stack([frame.labels for frame in frames])]
-    return np.stack([frame.rgb for frame in frames]), np.stack([frame.depth for frame in frames]), labels
+    chunk = FrameSet(
+        np.stack([frame.rgb for frame in frames]), np.stack([frame.depth for frame in frames]), labels
+    )
+    chunk.write_into(folder, place)
 
 
 def render_set(
@@ -186,25 +213,25 @@ def render_set(
     jobs: int = 2,
     progress: Callable[[int, int], None] | None = None,
 ) -> FrameSet:
-    """Render a set into a folder, or map the one that is there if it was made by the same plan.
+    """Render a set into a folder, or what is missing of it there, and map it.
+
+    Chunks of 50 frames are kept as they are finished, so that an interrupted call loses no others.
 
     Args:
         plan: which frames.
-        folder: receives three arrays and the plan; an older set in it is replaced.
+        folder: receives three arrays and the plan.
         jobs: processes.
         progress: called with frames done and frames in all.
 
     Raises:
-        OutputError: the folder cannot be written, or holds something else.
+        OutputError: the folder cannot be written, or holds something else, frames of another plan for instance.
     """
     views = [asdict(views) for views in plan.views]
-    text = json.dumps({"renderer": RENDER_VERSION, "views": views}, indent=1)
+    wanted = {"renderer": RENDER_VERSION, "views": views}
     try:
-        if (folder / _PLAN).exists() and (folder / _PLAN).read_text(encoding="utf-8") == text:
-            return FrameSet.load(folder)
-        _remove(folder)
-        _render_all(plan, jobs, progress).save(folder)
-        (folder / _PLAN).write_text(text, encoding="utf-8")
+        folder.mkdir(parents=True, exist_ok=True)
+        if not _is_complete(folder, wanted):
+            _render_missing(plan, wanted, folder, jobs, progress)
     except OSError as error:
         raise OutputError(
             f"The training frames cannot be written to {folder}: {error.strerror or error}."
@@ -212,32 +239,68 @@ def render_set(
     return FrameSet.load(folder)
 
 
-def _remove(folder: Path) -> None:
-    """Remove an older set of frames, or what an interrupted call left of one, and nothing else."""
-    if not folder.exists():
-        return
-    others = sorted({path.name for path in folder.iterdir()} - {_PLAN, *ARRAY_FILES})
-    if others:
-        raise OutputError(
-            f"The folder {folder} holds {others[0]}, which is none of a training's frames: name another."
-        )
-    shutil.rmtree(folder)
+def _is_complete(folder: Path, wanted: dict[str, object]) -> bool:
+    """Return whether a folder holds all frames of a plan, and not only some, or none yet."""
+    names = sorted(path.name for path in folder.iterdir() if path.suffix != _UNFINISHED)
+    if not names:
+        return False
+    for name in (_PLAN, _PARTIAL):
+        with suppress(AttributeError, FileNotFoundError, ValueError):
+            if json.loads((folder / name).read_text(encoding="utf-8")).items() >= wanted.items():
+                return name == _PLAN
+    raise OutputError(
+        f"The folder {folder} holds {names[0]}, which is not of this training's frames: name another work folder, or "
+        "delete this one."
+    )
 
 
-def _render_all(plan: FramePlan, jobs: int, progress: Callable[[int, int], None] | None) -> FrameSet:
-    chunks = [
-        (views, start, min(_CHUNK, views.count - start))
-        for views in plan.views
-        for start in range(0, views.count, _CHUNK)
-    ]
-    total, done = sum(views.count for views in plan.views), 0
-    parts = []
+def _render_missing(
+    plan: FramePlan,
+    wanted: dict[str, object],
+    folder: Path,
+    jobs: int,
+    progress: Callable[[int, int], None] | None,
+) -> None:
+    """Render the chunks that are not in the folder yet."""
+    chunks = list(_chunks(plan))
+    total = sum(views.count for views in plan.views)
+    finished = _finished(folder)
+    if not finished:
+        _write(folder / _PARTIAL, wanted | {"finished": finished})
+        FrameSet.blank(total, HEIGHT, WIDTH).save(folder)  # a disk that is too small shows now
     with worker_pool(jobs) as pool:
-        futures = [pool.submit(_render, *chunk) for chunk in chunks]
-        counts = dict(zip(futures, (count for _, _, count in chunks), strict=True))
+        futures = {
+            pool.submit(_render, folder, *chunk): number
+            for number, chunk in enumerate(chunks)
+            if number not in finished
+        }
         for future in as_completed(futures):
-            done += counts[future]
+            future.result()
+            finished.append(futures[future])
+            _write(folder / _PARTIAL, wanted | {"finished": finished})
             if progress is not None:
-                progress(done, total)
-        parts = [future.result() for future in futures]
-    return FrameSet(*(np.concatenate(arrays) for arrays in zip(*parts, strict=True)))
+                progress(sum(chunks[number][-1] for number in finished), total)
+    _write(folder / _PLAN, wanted)
+    (folder / _PARTIAL).unlink()
+
+
+def _chunks(plan: FramePlan) -> Iterator[tuple[int, Views | Passage, int, int]]:
+    """Yield what is rendered at once: its place in the set, of which views, from which of them on, and how many."""
+    place = 0
+    for views in plan.views:
+        for start in range(0, views.count, _CHUNK):
+            count = min(_CHUNK, views.count - start)
+            yield place, views, start, count
+            place += count
+
+
+def _finished(folder: Path) -> list[int]:
+    """Return the numbers of the chunks that are in a folder."""
+    path = folder / _PARTIAL
+    return list(json.loads(path.read_text(encoding="utf-8"))["finished"]) if path.exists() else []
+
+
+def _write(path: Path, document: dict[str, object]) -> None:
+    temporary = path.with_suffix(_UNFINISHED)
+    temporary.write_text(json.dumps(document, indent=1), encoding="utf-8")
+    temporary.replace(path)

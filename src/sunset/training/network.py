@@ -1,8 +1,10 @@
 """The torch side of the networks: runs a plan of `architecture`, and gives its weights as arrays."""
 
+import hashlib
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import lru_cache, reduce
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -11,6 +13,7 @@ import torch
 from torch import nn
 from torch.nn import functional
 
+from sunset.classes import CLASSES
 from sunset.training.architecture import (
     Concat,
     Conv,
@@ -35,11 +38,13 @@ from sunset.training.inputs import (
 __all__ = [
     "build",
     "depth_input",
+    "digest_of_weights",
     "folded_weights",
     "forward",
     "frame_inputs",
     "rgb_input",
     "shift_logits",
+    "start_from_the_sum",
     "unfold",
     "upsample",
 ]
@@ -105,13 +110,13 @@ def forward(layers: Sequence[Layer], modules: Any, results: dict[str, Any]) -> N
 
 
 def _convolve(layer: Conv, modules: Any, results: dict[str, Any]) -> Any:
-    conv, source = modules.get_submodule(layer.weights), results[layer.source]
+    conv, source = _module(modules, layer.weights), results[layer.source]
     height, width = source.shape[2:]
     kernel = conv.weight[:, :, layer.taps(height), layer.taps(width)]
     padding = (layer.padding(height), layer.padding(width))
     y = functional.conv2d(source, kernel, conv.bias, layer.stride, padding, layer.dilation)
     if layer.norm:
-        y = modules.get_submodule(layer.norm)(y)
+        y = _module(modules, layer.norm)(y)
     if layer.add:
         results[f"{layer.name}.conv"] = y
         y = y + results[layer.add]
@@ -120,11 +125,21 @@ def _convolve(layer: Conv, modules: Any, results: dict[str, Any]) -> Any:
     return functional.dropout(y, layer.dropout, modules.training) if layer.dropout else y
 
 
+def _module(modules: Any, path: str) -> Any:
+    """Return a module by its path; torch's `get_submodule` cannot be compiled, for one is called `global`."""
+    return reduce(getattr, path.split("."), modules)
+
+
 def rgb_input(bgr: Any) -> Any:
     """Return the RGB branch's input (N, 3, H, W) float32 from frames (N, H, W, 3) uint8 BGR."""
     rgb = bgr.permute(0, 3, 1, 2).flip(1).float() / 255
-    mean, std = (torch.tensor(values, device=rgb.device).view(3, 1, 1) for values in (RGB_MEAN, RGB_STD))
-    return (rgb - mean) / std
+    return (rgb - _by_channel(RGB_MEAN, rgb.device)) / _by_channel(RGB_STD, rgb.device)
+
+
+@lru_cache
+def _by_channel(values: tuple[float, ...], device: Any) -> Any:
+    """Return numbers as (C, 1, 1) on a device, sent there once."""
+    return torch.tensor(values, device=device).view(-1, 1, 1)
 
 
 def depth_input(counts: Any) -> Any:
@@ -159,9 +174,16 @@ def upsample(
     `phase` on. With a `size`, what reaches beyond it at full resolution is left out.
     """
     height, width = size or (maps.shape[2] * factor, maps.shape[3] * factor)
-    rows = torch.from_numpy(upsampling(maps.shape[2], factor)[phase[0] : height : step].copy())
-    columns = torch.from_numpy(upsampling(maps.shape[3], factor)[phase[1] : width : step].T.copy())
-    return rows.to(maps.device) @ (maps @ columns.to(maps.device))
+    rows = _interpolation(maps.shape[2], factor, range(phase[0], height, step), maps.device)
+    columns = _interpolation(maps.shape[3], factor, range(phase[1], width, step), maps.device, across=True)
+    return rows @ (maps @ columns)
+
+
+@lru_cache(maxsize=64)
+def _interpolation(size: int, factor: int, wanted: range, device: Any, *, across: bool = False) -> Any:
+    """Return the wanted rows of a matrix of interpolation on a device, sent there once; as columns if `across`."""
+    matrix = upsampling(size, factor)[wanted]
+    return torch.from_numpy((matrix.T if across else matrix).copy()).to(device)
 
 
 def folded_weights(layers: Sequence[Layer], modules: Any) -> dict[str, tuple[_Array, _Array]]:
@@ -246,3 +268,27 @@ def shift_logits(
                 first.bias -= (first.weight[:, :, 0, 0] * added.repeat(2)).sum(1)
             pixels = len(last.bias) // len(added)  # that a row of logits is shuffled into
             last.bias += added.repeat_interleave(pixels)
+
+
+def start_from_the_sum(modules: Any) -> None:
+    """Let the merging layers begin as about the sum of both branches' logits, which is a fusion already.
+
+    The logits are raised for the layers with a ReLU, and lowered again by the last.
+    """
+    raised, weight = 10.0, 0.6
+    layers = [modules.get_submodule(f"merge.{index}") for index in (0, 2, 4)]
+    both = torch.eye(2 * len(CLASSES))
+    means = [both, both, weight * (both[: len(CLASSES)] + both[len(CLASSES) :])]
+    with torch.no_grad():
+        for layer, mean, bias in zip(layers, means, (raised, 0.0, -2 * weight * raised), strict=True):
+            layer.weight.normal_(std=0.002).add_(mean[:, :, None, None].to(layer.weight.device))
+            layer.bias.fill_(bias)
+
+
+def digest_of_weights(weights: Mapping[str, Any]) -> str:
+    """Return a short checksum of tensors."""
+    digest = hashlib.sha256()
+    for name, value in weights.items():
+        digest.update(name.encode())
+        digest.update(value.contiguous().numpy().tobytes())
+    return digest.hexdigest()[:12]

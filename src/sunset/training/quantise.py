@@ -1,6 +1,8 @@
 """Finds the ranges of results, so that networks can be computed in 8 bits."""
 
 from collections.abc import Iterator, Sequence
+from functools import partial
+from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
@@ -8,8 +10,9 @@ import torch
 
 from sunset.training.architecture import Concat, Conv, Layer, MaxPool, Pool, Spread
 from sunset.training.batches import FrameSet
-from sunset.training.network import forward, frame_inputs
+from sunset.training.network import digest_of_weights, forward, frame_inputs
 from sunset.training.onnx_layers import Ranges
+from sunset.training.spread import Arrays, keep
 
 __all__ = ["ranges"]
 
@@ -18,7 +21,7 @@ _OUTLIERS: Final = 1e-4
 """The share of the values looked at, of a frame's result, that may lie outside its range on either side."""
 
 
-def ranges(layers: Sequence[Layer], modules: Any, frames: FrameSet) -> Ranges:
+def ranges(layers: Sequence[Layer], modules: Any, frames: FrameSet, kept: Path | None = None) -> Ranges:
     """Return the ranges of the results that can do with 8 bits, on evenly chosen frames and values.
 
     The rest stays in float: a branch's input and first convolution, the logits, and the late fusion.
@@ -27,21 +30,30 @@ def ranges(layers: Sequence[Layer], modules: Any, frames: FrameSet) -> Ranges:
         layers: the plan of all branches.
         modules: with their weights, in evaluation mode.
         frames: that the weights were learned on.
+        kept: a folder that keeps what was found, frame by frame; None for nowhere.
     """
-    names = set(_rounded(layers))
-    found: dict[str, list[tuple[float, float]]] = {name: [] for name in names}
-    for index in np.linspace(0, len(frames) - 1, min(_FRAMES, len(frames))).astype(int):
-        results = frame_inputs(frames.bgr[index : index + 1], frames.depth[index : index + 1])
-        with torch.no_grad():
-            forward(layers, modules, results)
-        for name, limits in found.items():
-            values = results[name].numpy().ravel()
-            low, high = np.quantile(values[:: 1 + values.size // 50_000], (_OUTLIERS, 1 - _OUTLIERS))
-            limits.append((float(low), float(high)))
-    return {
-        name: (min(low for low, _ in limits), max(high for _, high in limits))
-        for name, limits in found.items()
-    }
+    names = tuple(sorted(set(_rounded(layers))))
+    what = kept and (digest_of_weights(modules.state_dict()), frames.digest())
+    work = keep(partial(_limits, layers, modules, frames, names), kept, "ranges", names, what)
+    chosen = np.linspace(0, len(frames) - 1, min(_FRAMES, len(frames))).astype(int)
+    limits = np.array([work([index])[0] for index in chosen])
+    lowest, highest = limits[:, :, 0].min(axis=0), limits[:, :, 1].max(axis=0)
+    return {name: (float(low), float(high)) for name, low, high in zip(names, lowest, highest, strict=True)}
+
+
+def _limits(
+    layers: Sequence[Layer], modules: Any, frames: FrameSet, names: Sequence[str], indices: Sequence[int]
+) -> Arrays:
+    """Return the ranges of results on a frame, (names, 2)."""
+    (index,) = indices
+    results = frame_inputs(frames.bgr[index : index + 1], frames.depth[index : index + 1])
+    with torch.no_grad():
+        forward(layers, modules, results)
+    limits = []
+    for name in names:
+        values = results[name].numpy().ravel()
+        limits.append(np.quantile(values[:: 1 + values.size // 50_000], (_OUTLIERS, 1 - _OUTLIERS)))
+    return (np.array(limits, dtype=np.float64),)
 
 
 def _rounded(layers: Sequence[Layer]) -> Iterator[str]:

@@ -4,7 +4,7 @@ import hashlib
 import shutil
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, replace
-from functools import lru_cache, partial
+from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -23,7 +23,8 @@ from sunset.training.calibrate import Separation, separate, temperature_for
 from sunset.training.conditions import BLURRED, UNSURE, Condition, CurvesPlan, plan_curves
 from sunset.training.curves import SAMPLES, Case, Curves, curves_of, look, window_means
 from sunset.training.frames import COURSES_DEG, VALIDATION_TOWN, FrameCounts
-from sunset.training.spread import spread
+from sunset.training.over_frames import Images, over_frames
+from sunset.training.spread import Arrays
 
 __all__ = ["calibrate_model", "check_target", "frames_of_bag", "set_temperature", "validation_flight"]
 
@@ -97,6 +98,7 @@ def calibrate_model(
     jobs: int | None = None,
     device: str = "cpu",
     progress: Progress | None = None,
+    kept: Path | None = None,
 ) -> Model:
     """Give a model its temperatures, its two thresholds, measured results, and a card that says so.
 
@@ -111,6 +113,7 @@ def calibrate_model(
         jobs: processes; as many as there are processors if None. It has no influence on the result.
         device: what the networks run on, as a `Segmenter` takes it.
         progress: called now and then.
+        kept: a folder that keeps what was measured, so that an interrupted call loses little; None for nowhere.
 
     Raises:
         MissingExtraError: onnx is not installed, or what the device needs.
@@ -128,9 +131,11 @@ def calibrate_model(
         home.mkdir(parents=True, exist_ok=True)
         with TemporaryDirectory(prefix=".calibrating-", dir=home) as name:
             draft = Path(name) / "model"
-            tempered = _tempered(_copied(model, draft), device, frames, progress)
+            tempered = _tempered(
+                _copied(model, draft), device, frames, jobs=jobs, progress=progress, kept=kept
+            )
             plan = plan_curves(tempered.card, grid={})
-            values = _looks(tempered, device, plan, frames, jobs=jobs, progress=progress)
+            values = _looks(tempered, device, plan, frames, jobs=jobs, progress=progress, kept=kept)
             _write_card(tempered, plan, values, source)
             _publish(draft, target, whole=out is not None)
     except OSError as error:
@@ -203,20 +208,42 @@ def _write_card(model: Model, plan: CurvesPlan, values: Values, source: str) -> 
     )  # what else was measured still holds
 
 
-def _tempered(model: Model, device: str, frames: FrameSet, progress: Progress | None) -> Model:
+def _tempered(
+    model: Model,
+    device: str,
+    frames: FrameSet,
+    *,
+    jobs: int | None,
+    progress: Progress | None,
+    kept: Path | None,
+) -> Model:
     """Give every network the mean entropy that the main one has without a temperature; return the model then."""
-    segmenter = Segmenter(model, device=device)
     main, *others = sorted(model.card.networks)
     chosen = np.linspace(0, len(frames) - 1, min(_CALIBRATION_FRAMES, len(frames))).astype(int)
-    pairs = [(np.asarray(frames.bgr[index]), np.asarray(frames.depth[index])) for index in chosen]
-    target = float(np.mean([segmenter.segment(main, *pair).entropy for pair in pairs]))
+    entropies, *logits = over_frames(
+        _entropy_and_logits,
+        (main, tuple(others)),
+        model,
+        FrameSet(frames.bgr[chosen], frames.depth[chosen], frames.labels[chosen]),
+        device=device,
+        jobs=jobs,
+        progress=partial(progress, "Temperatures") if progress else None,
+        kept=kept,
+    )
+    target = float(np.mean(entropies))
     found = {main: 1.0}
-    for modality in others:
-        logits = [segmenter.logits(modality, *pair) for pair in pairs]
-        found[modality] = temperature_for(logits, target, model.card.width)
-        if progress is not None:
-            progress("Temperatures", len(found) - 1, len(others))
+    for modality, maps in zip(others, logits, strict=True):
+        found[modality] = temperature_for(list(maps), target, model.card.width)
     return _with_temperatures(model, found)
+
+
+def _entropy_and_logits(
+    segmenter: Segmenter, _: int, images: Images, main: Modality, others: tuple[Modality, ...]
+) -> Arrays:
+    """Return the entropy that the main network has for a frame, and the logits of the others."""
+    bgr, depth = images[:2]
+    entropy = segmenter.segment(main, bgr, depth).entropy
+    return np.array(entropy), *(segmenter.logits(modality, bgr, depth) for modality in others)
 
 
 def _looks(
@@ -227,32 +254,18 @@ def _looks(
     *,
     jobs: int | None,
     progress: Progress | None,
+    kept: Path | None,
 ) -> Values:
     """Return IoU, entropy and sharpness of every frame in every condition (frames, conditions, 3)."""
-    with TemporaryDirectory(prefix="sunset-") as name:
-        frames.save(Path(name))  # where other processes find them
-        work = partial(_look_at, model.folder, device, Path(name), plan.conditions())
-        numbers = [(index,) for index in range(len(frames))]
-        measuring = partial(progress, "Measuring") if progress else None
-        _opened.cache_clear()  # what the paths name may have changed since this process measured before
-        return np.concatenate(list(spread(work, numbers, jobs=jobs, progress=measuring)))
+    measuring = partial(progress, "Measuring") if progress else None
+    (found,) = over_frames(
+        _look_at, (plan.conditions(),), model, frames, device=device, jobs=jobs, progress=measuring, kept=kept
+    )
+    return found
 
 
-def _look_at(
-    folder: Path, device: str, saved: Path, conditions: Sequence[Condition], indices: Sequence[int]
-) -> Values:
-    segmenter, frames = _opened(folder, device, saved)
-    looks = []
-    for index in indices:
-        images = (frames.bgr[index], frames.depth[index], frames.labels[index])
-        looks.append(look(segmenter, conditions, index, images))
-    return np.stack(looks)
-
-
-@lru_cache(maxsize=1)
-def _opened(folder: Path, device: str, saved: Path) -> tuple[Segmenter, FrameSet]:
-    """Return model and frames, opened once a process."""
-    return Segmenter(load_model(folder), device=device), FrameSet.load(saved)
+def _look_at(segmenter: Segmenter, index: int, images: Images, conditions: Sequence[Condition]) -> Arrays:
+    return (look(segmenter, conditions, index, images),)
 
 
 def _thresholds(plan: CurvesPlan, values: Values) -> tuple[Separation, Separation]:

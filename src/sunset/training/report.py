@@ -1,14 +1,15 @@
 """What a training run writes on the model's card about itself."""
 
 import json
+from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from sunset.classes import CLASSES
-from sunset.perception import Segmenter
+from sunset.perception import Modality
 from sunset.training.config import Stage, TrainingConfig
-from sunset.training.evaluate import measure
+from sunset.training.evaluate import Measured
 from sunset.training.frames import FrameSets
 
 if TYPE_CHECKING:
@@ -17,13 +18,12 @@ if TYPE_CHECKING:
 __all__ = ["held_out_results", "training_facts"]
 
 
-def held_out_results(segmenter: Segmenter, sets: FrameSets) -> dict[str, object]:
-    """Return the IoU of every network on random views of the held-out towns, and by class on the last one."""
-    modalities = list(segmenter.model.card.networks)
-    held_out = {
-        name: {modality: measure(segmenter, modality, frames) for modality in modalities}
-        for name, frames in (("validation", sets.validation), ("test", sets.test))
-    }
+def held_out_results(held_out: Mapping[str, Mapping[Modality, Measured]]) -> dict[str, object]:
+    """Return the IoU of every network on random views of held-out towns, and by class on the one for the test.
+
+    Args:
+        held_out: by town, "validation" and "test", and network.
+    """
     classes: dict[str, dict[str, float]] = {}
     for modality, measured in held_out["test"].items():
         for index, iou in measured.class_iou().items():
@@ -38,7 +38,11 @@ def held_out_results(segmenter: Segmenter, sets: FrameSets) -> dict[str, object]
 
 
 def training_facts(
-    config: TrainingConfig, sets: FrameSets, logs: dict[str, Path], start: "Start | None" = None
+    config: TrainingConfig,
+    sets: FrameSets,
+    logs: dict[str, Path],
+    device: str,
+    start: "Start | None" = None,
 ) -> dict[str, object]:
     """Return how a model was trained: the card's `training`.
 
@@ -46,6 +50,7 @@ def training_facts(
         config: the training.
         sets: its frames.
         logs: by stage.
+        device: what the networks were learned on.
         start: what the training started from; how that was trained is told, too.
     """
     origin = None if start is None else start.origin
@@ -64,6 +69,7 @@ def training_facts(
             for name in ("train", "validation", "validation_flight", "test", "test_flight")
         },
         "seed": config.seed,
+        "device": device,
         "network": asdict(config.shape),
         "stages": {stage.name: _stage_facts(stage, lines[stage.name], origin) for stage in config.stages()},
         "loss": (

@@ -2,7 +2,8 @@
 
 import hashlib
 import shutil
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -15,7 +16,7 @@ from sunset.errors import MissingExtraError, OutputError
 from sunset.perception import Modality, Model, ModelCard, Segmenter, load_model
 from sunset.training.batches import FrameSet
 from sunset.training.config import TrainingConfig
-from sunset.training.evaluate import measure
+from sunset.training.evaluate import Measured, measure
 from sunset.training.frames import VALIDATION_TOWN, FrameCounts, FrameSets, render_sets
 from sunset.training.inputs import HEIGHT, WIDTH
 from sunset.training.log_figure import draw_log
@@ -23,12 +24,15 @@ from sunset.training.recalibrate import calibrate_model
 from sunset.training.report import held_out_results, training_facts
 
 if TYPE_CHECKING:
-    from sunset.training.loop import Progress, Start
+    from sunset.training.loop import Start
     from sunset.training.onnx_graph import Format
     from sunset.training.onnx_layers import Weights
+    from sunset.training.stage import Progress
 
 __all__ = ["train", "train_on"]
 
+_FINISH: Final = "finish"
+"""The folder in which a model is finished when its weights are learned."""
 _COMPARED: Final = 4
 """Frames on which exported networks are compared with torch."""
 
@@ -42,6 +46,8 @@ def train(
     start: Model | None = None,
     resume: bool = False,
     jobs: int = 2,
+    device: str = "cpu",
+    compiled: bool = False,
     progress: "Progress | None" = None,
 ) -> Model:
     """Render frames, learn weights, calibrate, measure, and write a model.
@@ -54,29 +60,48 @@ def train(
         start: a model whose weights the networks begin with; None for random ones.
         resume: go on at the last checkpoint in `work`, if there is one; else it must hold none.
         jobs: processes that render and measure.
-        progress: called now and then.
+        device: what networks are learned on, "cpu", "cuda" or "auto", which is "cuda" where torch offers it.
+        compiled: let torch compile the networks for the device.
+        progress: called now and then; what it raises ends the training in order, so that it can be resumed.
 
     Raises:
-        MissingExtraError: torch or onnx is not installed.
+        MissingExtraError: torch or onnx is not installed, or torch cannot use the device.
         OutputError: a folder cannot be written.
         InvalidInputError: the checkpoint to resume at is another training's or of other frames, or `start` has other
             networks.
         ModelError: a network's file of `start` is none.
     """
     _check_extra()
-    from sunset.training.loop import check_work  # noqa: PLC0415  torch is an optional dependency
+    from sunset.training.loop import check_work, find_torch_device  # noqa: PLC0415  torch is an optional dependency
 
     _start(start, config)  # to know before hours of work
+    find_torch_device(device)
     for folder in (out, work):
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-            TemporaryDirectory(dir=folder).cleanup()
-        except OSError as error:
-            raise OutputError(f"The training cannot write to {folder}: {error.strerror}.") from error
+        _check_writable(folder)
     check_work(config, work, resume=resume)
     counts = counts or FrameCounts()
     sets = render_sets(counts, work / "frames", jobs=jobs, progress=progress)
-    return train_on(config, sets, out, work=work, start=start, resume=resume, jobs=jobs, progress=progress)
+    return train_on(
+        config,
+        sets,
+        out,
+        work=work,
+        start=start,
+        resume=resume,
+        jobs=jobs,
+        device=device,
+        compiled=compiled,
+        progress=progress,
+    )
+
+
+def _check_writable(folder: Path) -> None:
+    """Make sure that a folder can be written, without making it."""
+    there = next(path for path in (folder, *folder.absolute().parents) if path.exists())
+    try:
+        TemporaryDirectory(dir=there).cleanup()
+    except OSError as error:
+        raise OutputError(f"The training cannot write to {folder}: {error.strerror}.") from error
 
 
 def train_on(
@@ -88,6 +113,8 @@ def train_on(
     start: Model | None = None,
     resume: bool = False,
     jobs: int = 1,
+    device: str = "cpu",
+    compiled: bool = False,
     progress: "Progress | None" = None,
 ) -> Model:
     """Do what `train` does with frames that are there already.
@@ -100,33 +127,48 @@ def train_on(
         ModelError: a network's file of `start` is none.
     """
     _check_extra()
-    from sunset.training.loop import LOG, learn  # noqa: PLC0415  torch is an optional dependency
+    from sunset.training.loop import find_torch_device, learn  # noqa: PLC0415  torch is an optional dependency
+    from sunset.training.stage import LOG  # noqa: PLC0415
 
     begin = _start(start, config)
     logs = {stage.name: work / stage.name / LOG for stage in config.stages()}
     try:
         modules = learn(
-            config, sets.train, sets.validation, work, start=begin, resume=resume, progress=progress
+            config,
+            sets.train,
+            sets.validation,
+            work,
+            start=begin,
+            resume=resume,
+            device=device,
+            compiled=compiled,
+            progress=progress,
         )
         for log in logs.values():
             draw_log(log, log.with_suffix(".png"))
-        with TemporaryDirectory(dir=work) as name:
-            draft = Path(name)
-            measured = _export(config, modules, sets, draft)
-            model = calibrate_model(
-                load_model(draft),
-                sets.validation_flight,
-                source=f"two flights over town {VALIDATION_TOWN}",
-                jobs=jobs,
-                progress=progress,
-            )
-            measured |= held_out_results(Segmenter(model), sets)
-            facts = training_facts(config, sets, logs, begin)
-            replace(model.card, training=facts, results={**measured, **model.card.results}).write(draft)
-            out.mkdir(parents=True, exist_ok=True)
-            for path in sorted(draft.iterdir(), reverse=True):  # the card last
-                shutil.copyfile(path, out / f"{path.name}.tmp")
-                (out / f"{path.name}.tmp").replace(out / path.name)
+        draft = _empty_folder(work / _FINISH / "draft")
+        measuring = _Measuring(jobs, progress, work / _FINISH / "kept")
+        measured = _export(config, modules, sets, draft, measuring)
+        model = calibrate_model(
+            load_model(draft),
+            sets.validation_flight,
+            source=f"two flights over town {VALIDATION_TOWN}",
+            jobs=jobs,
+            progress=progress,
+            kept=measuring.kept,
+        )
+        held_out = {
+            name: measuring(f"Measuring on the {name} town", model, frames)
+            for name, frames in (("validation", sets.validation), ("test", sets.test))
+        }
+        measured |= held_out_results(held_out)
+        facts = training_facts(config, sets, logs, find_torch_device(device).type, begin)
+        replace(model.card, training=facts, results={**measured, **model.card.results}).write(draft)
+        out.mkdir(parents=True, exist_ok=True)
+        for path in sorted(draft.iterdir(), reverse=True):  # the card last
+            shutil.copyfile(path, out / f"{path.name}.tmp")
+            (out / f"{path.name}.tmp").replace(out / path.name)
+        shutil.rmtree(work / _FINISH)
     except OSError as error:
         raise OutputError(
             f"The training cannot write to {out} or {work}: {error.strerror or error}."
@@ -152,7 +194,28 @@ def _start(model: Model | None, config: TrainingConfig) -> "Start | None":
     return Start(f"{card.name}, version {card.version}", stored_weights(model, config), card.training)
 
 
-def _export(config: TrainingConfig, modules: Any, sets: FrameSets, draft: Path) -> dict[str, object]:
+@dataclass(frozen=True, slots=True)
+class _Measuring:
+    """How networks are measured: in how many processes, what is told, and where results are kept."""
+
+    jobs: int
+    progress: "Progress | None"
+    kept: Path
+
+    def __call__(self, what: str, model: Model, frames: FrameSet) -> dict[Modality, Measured]:
+        told = partial(self.progress, what) if self.progress else None
+        return measure(model, frames, jobs=self.jobs, progress=told, kept=self.kept)
+
+
+def _empty_folder(folder: Path) -> Path:
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir(parents=True)
+    return folder
+
+
+def _export(
+    config: TrainingConfig, modules: Any, sets: FrameSets, draft: Path, measured: _Measuring
+) -> dict[str, object]:
     """Write the networks in 8 bits and a card without temperatures and thresholds.
 
     Returns:
@@ -163,22 +226,20 @@ def _export(config: TrainingConfig, modules: Any, sets: FrameSets, draft: Path) 
     from sunset.training.quantise import ranges  # noqa: PLC0415
 
     weights = folded_weights(config.plan(config.modalities), modules)
-    limits = ranges(config.plan(config.branches), modules, sets.train)
+    limits = ranges(config.plan(config.branches), modules, sets.train, measured.kept)
     _write(config, weights, Format(ranges=limits), draft)
-    with TemporaryDirectory(dir=draft.parent) as exact:
-        _write(config, weights, Format(), Path(exact))
-        pair = {"float32": Segmenter(load_model(exact)), "int8": Segmenter(load_model(draft))}
-        iou = {
-            modality.key: {
-                name: round(float(measure(segmenter, modality, sets.validation).iou.mean()), 4)
-                for name, segmenter in pair.items()
-            }
-            for modality in pair["int8"].model.card.networks
-        }
-        errors = _errors(config, modules, pair["float32"], sets.validation)
+    exact = _empty_folder(draft.parent / "exact")
+    _write(config, weights, Format(), exact)
+    models = {"float32": load_model(exact), "int8": load_model(draft)}
+    found = {name: measured(f"Measuring {name}", model, sets.validation) for name, model in models.items()}
     return {
-        "iou_by_precision_on_the_validation_town": iou,
-        "largest_difference_of_logits_from_torch": errors,
+        "iou_by_precision_on_the_validation_town": {
+            modality.key: {name: round(float(each[modality].iou.mean()), 4) for name, each in found.items()}
+            for modality in models["int8"].card.networks
+        },
+        "largest_difference_of_logits_from_torch": _errors(
+            config, modules, Segmenter(models["float32"]), sets.validation
+        ),
     }
 
 

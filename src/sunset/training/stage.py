@@ -1,0 +1,397 @@
+"""One stage of a training: networks that are learned at once, resumable, with a log that curves are drawn from."""
+
+import json
+import math
+import pickle
+import struct
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final, Protocol
+
+import numpy as np
+import numpy.typing as npt
+import torch
+from torch import nn
+from torch.nn import functional
+
+from sunset.classes import IGNORED
+from sunset.errors import DataError, InvalidInputError, OutputError, SunsetError
+from sunset.interruption import held_signals
+from sunset.metrics import count_classes, image_iou
+from sunset.seeding import generator
+from sunset.training.archives import check_archive
+from sunset.training.augment import Batch, DeviceFrames, cells_of, movement
+from sunset.training.batches import draw
+from sunset.training.config import Stage, TrainingConfig
+from sunset.training.inputs import HEIGHT, WIDTH
+from sunset.training.network import (
+    build,
+    depth_input,
+    digest_of_weights,
+    forward,
+    rgb_input,
+    start_from_the_sum,
+    upsample,
+)
+from sunset.training.training_log import truncate_log
+
+__all__ = [
+    "CHECKPOINT",
+    "CHECKPOINT_EVERY_S",
+    "LOG",
+    "Progress",
+    "StageRun",
+    "Training",
+    "Weights",
+]
+
+CHECKPOINT: Final = "checkpoint.pt"
+LOG: Final = "log.jsonl"
+CHECKPOINT_EVERY_S: Final = 30.0
+"""Seconds between checkpoints: with the slowest step and the IoU on held-out frames, less than a minute."""
+
+Weights = Mapping[str, Any]
+"""Tensors by name: a torch state dict."""
+
+_UNREADABLE: Final = (
+    EOFError,
+    KeyError,
+    OSError,
+    RuntimeError,
+    TypeError,
+    ValueError,
+    pickle.UnpicklingError,
+    struct.error,
+)
+"""What reading a damaged checkpoint raises."""
+_VALIDATED: Final = 48
+"""Held-out frames that the log's IoU is measured on."""
+
+
+class Progress(Protocol):
+    """Called now and then while something is being done; what it raises ends that in order."""
+
+    def __call__(self, what: str, done: int, total: int, note: str = "", /) -> None:
+        """Take what is being done, how much of it is done, how much there is, and a remark."""
+
+
+@dataclass(frozen=True, slots=True)
+class Training:
+    """What all stages of a training share.
+
+    Attributes:
+        config: what to train.
+        frames: the training frames, on the device that learns.
+        digest: checksum of the training frames.
+        validation: held-out frames, which the log's IoU is measured on, on the same device.
+        class_weights: (28,), of the loss, by stage.
+        begun: the weights that the training starts from; empty for random ones.
+        origin: says which they are.
+        device: of torch.
+        compiled: whether the networks are compiled for it.
+    """
+
+    config: TrainingConfig
+    frames: DeviceFrames
+    digest: str
+    validation: DeviceFrames
+    class_weights: Mapping[str, npt.NDArray[np.float32]]
+    begun: Weights
+    origin: str
+    device: Any
+    compiled: bool
+
+
+class StageRun:
+    """A stage's modules, its optimiser, and how far it has come.
+
+    Args:
+        training: what all stages share.
+        stage: the stage.
+        folder: keeps its checkpoint and log.
+        known: the weights of the stages before.
+    """
+
+    def __init__(self, training: Training, stage: Stage, folder: Path, known: Weights) -> None:
+        config = training.config
+        torch.manual_seed(config.seed)
+        self._training, self._config, self._stage, self._folder = training, config, stage, folder
+        self._device = training.device
+        self.modules = build(config.plan(stage.learned))
+        own = self.modules.state_dict()
+        if training.begun:
+            self.modules.load_state_dict({name: training.begun[name] for name in own})
+        elif stage.begun_with is not None:
+            names = zip(own, build(config.plan((stage.begun_with,))).state_dict(), strict=True)
+            self.modules.load_state_dict({name: known[other] for name, other in names})
+        elif stage.frozen:
+            start_from_the_sum(self.modules)
+        self.modules.to(self._device)
+        self._frozen = build(config.plan(stage.frozen)).to(self._device).eval()
+        self._frozen.load_state_dict({name: known[name] for name in self._frozen.state_dict()})
+        self._optimiser = torch.optim.AdamW(
+            _parameters(self.modules, stage.schedule.weight_decay), fused=True
+        )
+        self._learned_forward = torch.compile(forward) if training.compiled else forward
+        self._weights = torch.from_numpy(training.class_weights[stage.name]).to(self._device)
+        self._description = f"{stage!r}, {config.shape!r}, seed {config.seed}, frames {training.digest}"
+        if known:
+            self._description += f", on weights {digest_of_weights(known)}"
+        if training.origin:
+            self._description += f", from {training.origin}"
+        self._step, self._seconds, self._since = 0, 0.0, 0.0
+        self._losses: list[Any] = []  # (losses,) a step since the last line of the log, on the device
+        self._kept: dict[int, dict[str, Any]] = {}
+
+    def fit(self, *, resume: bool, progress: Progress | None) -> None:
+        """Take all steps that are left; a checkpoint is written now and then, and when this is interrupted."""
+        self._folder.mkdir(parents=True, exist_ok=True)
+        if resume and (self._folder / CHECKPOINT).exists():
+            self._load()
+        truncate_log(self._folder / LOG, self._step, self._stage.learned)
+        schedule, note = self._stage.schedule, ""
+        self._since = saved = time.perf_counter()
+        with held_signals() as raise_signal:
+            while self._step < schedule.steps:
+                self._learn(self._batch())
+                last = self._step == schedule.steps
+                if self._step % schedule.log_every == 0 or last:
+                    note = self._log()
+                try:
+                    raise_signal()
+                    if progress is not None:
+                        progress(self._stage.name, self._step, schedule.steps, note)
+                except BaseException:
+                    self._save()
+                    raise
+                if last or time.perf_counter() - saved >= CHECKPOINT_EVERY_S:
+                    self._save()
+                    saved = time.perf_counter()
+
+    def _batch(self) -> Batch:
+        """Return the batch of the next step."""
+        size = self._stage.schedule.phase(self._step).batch
+        frames = self._training.frames
+        return frames.batch(draw(len(frames), size, self._config.seed, self._number(self._step)))
+
+    def _number(self, step: int) -> int:
+        """Return the number of a step's batch."""
+        distinct = self._stage.schedule.distinct
+        return step if distinct is None else step % distinct
+
+    def _learn(self, batch: Batch) -> None:
+        """Take one step, without waiting for the device."""
+        phase = self._stage.schedule.phase(self._step)
+        self.modules.train()
+        for module in self.modules.modules():
+            if isinstance(module, nn.BatchNorm2d):
+                module.momentum = phase.momentum
+        for group in self._optimiser.param_groups:
+            group["lr"] = self._stage.schedule.learning_rate_at(self._step)
+        frozen = self._frozen_logits(batch)
+        results = self._logits(self._learned_forward, batch, phase.output_stride, frozen)
+        row, column = batch.phase
+        labels = batch.labels[:, row::2, column::2].contiguous()
+
+        def loss(maps: Any, smoothing: float = 0.0) -> Any:
+            logits = _full_size(maps, batch.phase, 2)
+            return functional.cross_entropy(
+                logits, labels, self._weights, ignore_index=IGNORED, label_smoothing=smoothing
+            )
+
+        losses = [loss(results[f"{name}.logits"]) for name in self._stage.learned]
+        schedule = self._stage.schedule
+        if "misaligned" in self._losses_learned():
+            misaligned = loss(self._misaligned(results), schedule.misaligned_smoothing)
+            losses.append(schedule.misaligned_weight * misaligned)
+        stacked = torch.stack(losses)
+        self._optimiser.zero_grad()
+        stacked.sum().backward()
+        self._optimiser.step()
+        self._step += 1
+        self._losses.append(stacked.detach())
+
+    def _losses_learned(self) -> tuple[str, ...]:
+        """Return the names of the losses of a step."""
+        learned = self._stage.learned
+        also = "fusion" in learned and self._stage.schedule.misaligned_weight
+        return (*learned, "misaligned") if also else learned
+
+    def _frozen_logits(self, batch: Batch) -> dict[str, Any]:
+        """Return the frozen branches' logits of the step's batch, and `moved`, those of its moved colour pictures.
+
+        They are kept for when the batch comes again.
+        """
+        if not self._stage.frozen:
+            return {}
+        number = self._number(self._step)
+        if number not in self._kept:
+            seed = generator(self._config.seed, "training", "movement", number).integers(2**31)
+            across, down = movement(torch.Generator().manual_seed(int(seed)))
+            moved = self._run_frozen(("rgb",), batch.bgr.roll((down, across), (1, 2)), batch.depth)
+            kept = self._run_frozen(self._stage.frozen, batch.bgr, batch.depth)
+            kept["moved"] = moved["rgb.logits"]
+            if self._stage.schedule.distinct is None:
+                return kept
+            self._kept[number] = kept
+        return self._kept[number]
+
+    def _run_frozen(self, names: tuple[str, ...], bgr: Any, depth: Any) -> dict[str, Any]:
+        """Return frozen branches' logits of frames."""
+        results = _inputs(names, bgr, depth)
+        with torch.autocast(self._device.type, torch.bfloat16), torch.no_grad():
+            forward(self._config.plan(names), self._frozen, results)
+        return {f"{name}.logits": results[f"{name}.logits"] for name in names}
+
+    def _misaligned(self, results: Mapping[str, Any]) -> Any:
+        """Return the merged logits of a colour picture that is moved against the depth picture.
+
+        Only the merging layers learn from it. Frozen branches have seen the moved picture; of others the
+        logits are moved by whole cells, which is their picture's movement but for the borders.
+        """
+        moved = results.get("moved")
+        if moved is None:
+            stride = WIDTH // results["rgb.logits"].shape[3]
+            across, down = movement()
+            cells = (cells_of(down, stride), cells_of(across, stride))
+            moved = results["rgb.logits"].detach().roll(cells, (2, 3))
+        merged = {"rgb.logits": moved, "depth.logits": results["depth.logits"].detach()}
+        with torch.autocast(self._device.type, torch.bfloat16):
+            forward(self._config.plan(("fusion",)), self.modules, merged)
+        return merged["fusion.logits"]
+
+    def _logits(
+        self, run: Any, frames: Batch, output_stride: int | None, frozen: Mapping[str, Any]
+    ) -> dict[str, Any]:
+        """Run the networks that are learned on frames; `frozen` are the frozen branches' logits of them."""
+        learned = self._stage.learned
+        results = {**frozen, **_inputs(learned, frames.bgr, frames.depth)}
+        with torch.autocast(self._device.type, torch.bfloat16):
+            run(self._config.plan(learned, output_stride), self.modules, results)
+        return results
+
+    def _iou(self) -> dict[str, float]:
+        """Return the mean over held-out frames of each network's IoU, at the present phase's stride."""
+        self.modules.eval()
+        frames = self._training.validation
+        stride = self._stage.schedule.phase(self._step - 1).output_stride
+        known = np.linspace(0, len(frames) - 1, min(_VALIDATED, len(frames))).astype(int)
+        ious: dict[str, list[float]] = {name: [] for name in self._stage.learned}
+        for indices in np.array_split(known, math.ceil(len(known) / 8)):
+            batch = frames.plain(indices)
+            truth = batch.labels.cpu().numpy()
+            with torch.no_grad():
+                frozen = self._run_frozen(self._stage.frozen, batch.bgr, batch.depth)
+                results = self._logits(forward, batch, stride, frozen)
+            for name, values in ious.items():
+                labels = _full_size(results[f"{name}.logits"]).argmax(1).cpu().numpy()
+                values.extend(image_iou(count_classes(*pair)) for pair in zip(labels, truth, strict=True))
+        return {name: round(float(np.mean(values)), 4) for name, values in ious.items()}
+
+    def _spend(self) -> None:
+        """Count the seconds until now."""
+        now = time.perf_counter()
+        self._seconds, self._since = self._seconds + now - self._since, now
+
+    def _found_losses(self) -> Any:
+        """Return the losses (steps, losses) since the last line of the log, which the device is waited for.
+
+        Raises:
+            SunsetError: they are not finite.
+        """
+        names = self._losses_learned()
+        losses = torch.stack(self._losses).cpu() if self._losses else torch.empty(0, len(names))
+        for number, values in enumerate(losses.tolist()):
+            if not all(map(math.isfinite, values)):
+                step = self._step - len(losses) + number + 1
+                raise SunsetError(
+                    f"The training of {self._stage.name} diverged at step {step}: its losses are "
+                    f"{dict(zip(names, values, strict=True))}; what it had learned at its last checkpoint is kept."
+                )
+        return losses
+
+    def _log(self) -> str:
+        """Add a line to the log, with the mean losses since the one before; returns it in words."""
+        self._spend()
+        schedule = self._stage.schedule
+        rate = schedule.learning_rate_at(self._step - 1)
+        means = self._found_losses().double().mean(0).tolist()
+        losses = {name: round(mean, 5) for name, mean in zip(self._losses_learned(), means, strict=True)}
+        self._losses = []
+        line: dict[str, object] = {"step": self._step, "learning_rate": round(rate, 8), **losses}
+        line["seconds"] = round(self._seconds, 1)
+        if self._step % schedule.validate_every < schedule.log_every or self._step == schedule.steps:
+            line["iou"] = self._iou()
+        with (self._folder / LOG).open("a", encoding="utf-8") as file:
+            file.write(json.dumps(line) + "\n")
+        return "loss " + ", ".join(f"{name} {value:.3f}" for name, value in losses.items())
+
+    def _save(self) -> None:
+        """Write a checkpoint; of a stage that is done, only what others need: a third of it."""
+        self._spend()
+        path = self._folder / CHECKPOINT
+        temporary = path.with_suffix(".tmp")
+        state = {"modules": self.modules.state_dict(), "step": self._step, "seconds": self._seconds}
+        state |= {
+            "config": self._description,
+            "losses": self._found_losses(),
+            "random": torch.get_rng_state(),
+        }
+        if self._step < self._stage.schedule.steps:
+            state["optimiser"] = self._optimiser.state_dict()
+        if self._device.type == "cuda":
+            state["cuda_random"] = torch.cuda.get_rng_state()
+        try:
+            torch.save(state, temporary)
+        except RuntimeError as error:  # whatever is wrong with the disk
+            temporary.unlink(missing_ok=True)
+            raise OutputError(
+                f"The training cannot write {temporary}; is the disk full? ({error})"
+            ) from error
+        temporary.replace(path)
+
+    def _load(self) -> None:
+        path = self._folder / CHECKPOINT
+        check_archive(path, DataError(f"The checkpoint {path} is damaged: delete it, and train anew."))
+        try:
+            state = torch.load(path, weights_only=True, map_location=self._device)
+            if state["config"] != self._description:
+                raise InvalidInputError(
+                    f"The checkpoint {path} is of another training ({state['config']}), this one is "
+                    f"{self._description}: choose another folder, or do not resume."
+                )
+            self.modules.load_state_dict(state["modules"])
+            self._step, self._seconds = int(state["step"]), float(state["seconds"])
+            if self._step < self._stage.schedule.steps:
+                self._optimiser.load_state_dict(state["optimiser"])
+            self._losses = list(state["losses"])
+            torch.set_rng_state(state["random"].cpu())
+            if "cuda_random" in state and self._device.type == "cuda":
+                torch.cuda.set_rng_state(state["cuda_random"].cpu())
+        except _UNREADABLE as error:
+            raise DataError(
+                f"The checkpoint {path} cannot be used ({type(error).__name__}: {error})."
+            ) from error
+
+
+def _inputs(names: tuple[str, ...], bgr: Any, depth: Any) -> dict[str, Any]:
+    """Return the inputs of branches."""
+    frames: dict[str, Any] = {}
+    if "rgb" in names:
+        frames["rgb.input"] = rgb_input(bgr)
+    if "depth" in names:
+        frames["depth.input"] = depth_input(depth)
+    return {name: value.contiguous(memory_format=torch.channels_last) for name, value in frames.items()}
+
+
+def _full_size(maps: Any, phase: tuple[int, int] = (0, 0), step: int = 1) -> Any:
+    """Return logits (N, 28, h, w) of any stride at the frames' size, or of every so-manieth pixel of it."""
+    return upsample(maps.float(), WIDTH // maps.shape[3], phase, step, (HEIGHT, WIDTH))
+
+
+def _parameters(modules: Any, decay: float) -> list[dict[str, Any]]:
+    kernels = [p for p in modules.parameters() if p.ndim > 1]
+    others = [p for p in modules.parameters() if p.ndim <= 1]
+    return [{"params": kernels, "weight_decay": decay}, {"params": others, "weight_decay": 0.0}]

@@ -16,6 +16,7 @@ import pytest
 from sunset.errors import InvalidInputError, ManagerError, OutputError
 from sunset.evaluation import render_report
 from sunset.experiments import BenchSpec, Timing, bench, plan, run_folder
+from sunset.recording import read_run
 
 pytestmark = pytest.mark.usefixtures("flight")
 
@@ -215,6 +216,43 @@ def test_a_campaign_is_not_continued_with_another_bag(tmp_path: Path, flight: Pa
     metadata.write_text(metadata.read_text() + "\n")
 
     with pytest.raises(InvalidInputError, match="bag_checksum is"):
+        bench(spec, tmp_path / "out", jobs=1)
+
+
+def test_a_label_is_the_name_everywhere(tmp_path: Path) -> None:
+    file = tmp_path / "mine.py"
+    file.write_text(MANAGER)
+    managers = (f"mine={file}:Mine", "idle=none", "none")
+    timing = Timing(duration_s=2.0)
+    spec = BenchSpec(suite="nofault", managers=managers, references=False, repetitions=1, timing=timing)
+
+    assert bench(spec, tmp_path / "out", jobs=1) == 3
+
+    folders = sorted(folder.name for folder in (tmp_path / "out" / "runs" / "nofault").iterdir())
+    assert folders == ["idle", "mine", "none"]
+    record = read_run(next((tmp_path / "out").glob("runs/*/mine/*/seed-1")))
+    assert (record["manager"], record["manager_spec"]) == ("mine", f"{file}:Mine")
+    planned = json.loads((tmp_path / "out" / "bench.json").read_text())
+    assert sorted(planned["manager_checksums"]) == ["idle", "mine", "none"]
+    rows = json.loads(render_report(tmp_path / "out", "json"))["rows"]
+    assert [row["manager"] for row in rows] == ["none", "idle", "mine"]
+
+    file.write_text(MANAGER + "\n# another one\n")
+
+    with pytest.raises(InvalidInputError, match=r"The managing system mine has changed since"):
+        bench(spec, tmp_path / "out", jobs=1)
+
+
+def test_labels_must_differ() -> None:
+    with pytest.raises(InvalidInputError, match="must be named once, got a, a"):
+        BenchSpec(managers=("a=none", "a=baseline"))
+
+
+def test_a_campaign_without_references_is_another(tmp_path: Path) -> None:
+    spec = BenchSpec(suite="nofault", managers=("none",), repetitions=1, timing=Timing(duration_s=2.0))
+    bench(replace(spec, references=False), tmp_path / "out", jobs=1)
+
+    with pytest.raises(InvalidInputError, match="its references is False"):
         bench(spec, tmp_path / "out", jobs=1)
 
 

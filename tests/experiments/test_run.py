@@ -8,14 +8,16 @@ import time
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
-from sunset.errors import ManagerError
+from sunset.data import read_bag, write_bag
+from sunset.errors import DataError, ManagerError
 from sunset.experiments import RunResult, RunSpec, Timing, run
 from sunset.faults import FAULTS
 from sunset.metrics import score
 from sunset.perception import Segmenter
-from sunset.recording import read_run, read_timeline
+from sunset.recording import read_messages, read_run, read_timeline
 from sunset.scenarios import load_scenario, suite
 
 SHORT = Timing(duration_s=8.0, warm_up_s=1.0)
@@ -214,3 +216,37 @@ def test_a_slower_computer_changes_no_byte(tmp_path: Path, monkeypatch: pytest.M
     fly(tmp_path / "slow", "cuda_out_of_memory+image_shift", timing=timing, cache=False)
 
     assert content(tmp_path / "fast") == content(tmp_path / "slow")
+
+
+@pytest.fixture
+def short_bag(tmp_path: Path, flight: Path) -> Path:
+    with read_bag(flight) as reader:
+        write_bag(tmp_path / "short", map(reader.frame, range(20)), reader.stamps_ns[:20])
+    return tmp_path / "short"
+
+
+def test_a_bag_that_is_too_short_is_looped_where_that_is_asked_for(short_bag: Path, tmp_path: Path) -> None:
+    timing = Timing(duration_s=3.0, warm_up_s=1.0)
+    with pytest.raises(DataError, match=r"holds 20 frames; an experiment needs 40 .* or --loop\."):
+        fly(tmp_path / "short run", "nofault", bag=short_bag, timing=timing)
+
+    first = fly(tmp_path / "1", "depth_degradation", bag=short_bag, loop=True, timing=timing, seed=2)
+    fly(tmp_path / "2", "depth_degradation", bag=short_bag, loop=True, timing=timing, seed=2)
+
+    assert content(tmp_path / "1") == content(tmp_path / "2")
+    assert read_run(tmp_path / "1")["bag_looped"] is True
+    assert first.score.t_down_s == 0
+    truths: list[Any] = [one.message for one in read_messages(tmp_path / "1", ["/gt_segmentation"])]
+    stamps = [truth.header.stamp.sec * 10**9 + truth.header.stamp.nanosec for truth in truths]
+    assert np.diff(stamps).tolist() == [10**8] * 39
+    assert [bytes(truth.digest) for truth in truths[20:]] == [bytes(truth.digest) for truth in truths[:20]]
+
+
+def test_looping_changes_nothing_where_the_bag_is_long_enough(tmp_path: Path) -> None:
+    timing = Timing(duration_s=2.0, warm_up_s=1.0)
+    once = fly(tmp_path / "once", "nofault", timing=timing)
+    looped = fly(tmp_path / "looped", "nofault", timing=timing, loop=True)
+
+    topics = ["/gt_segmentation", "/managed_subsystem/segmentation", "/seg_metrics"]
+    assert read_messages(tmp_path / "once", topics) == read_messages(tmp_path / "looped", topics)
+    assert once.score == looped.score

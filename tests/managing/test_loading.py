@@ -7,7 +7,15 @@ from typing import Any
 import pytest
 
 from sunset.errors import ManagerError
-from sunset.managing import MANAGERS, Baseline, ManagingSystem, NoAdaptation, load_manager, manager_sources
+from sunset.managing import (
+    MANAGERS,
+    Baseline,
+    ManagingSystem,
+    NoAdaptation,
+    load_manager,
+    manager_sources,
+    split_label,
+)
 
 MINE = """\
 from sunset.managing import ManagingSystem, Symptoms
@@ -27,6 +35,34 @@ def write(folder: Path, text: str) -> str:
 
 def sources(spec: str) -> tuple[Path, ...]:
     return manager_sources(spec, load_manager(spec))
+
+
+@pytest.mark.parametrize(
+    ("text", "parts"),
+    [
+        ("mine=mine.py:Mine", ("mine", "mine.py:Mine")),
+        ("v2.1_a+b-c=baseline", ("v2.1_a+b-c", "baseline")),
+        ("9=a=b.py:Mine", ("9", "a=b.py:Mine")),
+        ("baseline", ("", "baseline")),
+        ("folder/mine.py:Mine", ("", "folder/mine.py:Mine")),
+        ("./a=b/mine.py:Mine", ("", "./a=b/mine.py:Mine")),
+        ("mine.py:Mi=ne", ("", "mine.py:Mi=ne")),
+    ],
+)
+def test_a_label_stands_before_the_first_equals_sign(text: str, parts: tuple[str, str]) -> None:
+    assert split_label(text) == parts
+
+
+@pytest.mark.parametrize("label", ["", " ", "-x", "a b", "ä", "a,b", "a\n", "x" * 41])
+def test_a_label_that_is_none_is_refused(label: str) -> None:
+    with pytest.raises(ManagerError, match="must be 1 to 40 of the letters"):
+        split_label(f"{label}=mine.py:Mine")
+
+
+@pytest.mark.parametrize("label", ["none", "baseline", "external"])
+def test_nobody_goes_by_the_name_of_a_shipped_one(label: str) -> None:
+    with pytest.raises(ManagerError, match=f"'{label}' is the name of a managing system that comes with"):
+        split_label(f"{label}=mine.py:Mine")
 
 
 def test_the_registered_ones_are_found_by_name() -> None:

@@ -87,6 +87,30 @@ def test_a_part_is_played(world: "World", bag: str) -> None:
     assert [stamp_ns(image.header) for image in world.messages["/rgb_raw"]] == STAMPS[3:7]
 
 
+@pytest.mark.parametrize("count", [0, 25])
+def test_a_bag_that_loops_goes_on_with_its_first_frame_and_later_stamps(
+    world: "World", bag: str, count: int
+) -> None:
+    play(world, bag=bag, start_frame=9, frames=count, loop=True)
+    world.run(2.95)
+    stamps = [stamp_ns(image.header) for image in world.messages["/rgb_raw"]]
+    assert stamps == [STAMPS[0] + 10**8 * number for number in range(9, 9 + (count or 30))]
+    assert [
+        image.clock.sec + image.clock.nanosec / 1e9 for image in world.messages["/clock"]
+    ] == pytest.approx([stamp / 1e9 for stamp in stamps])
+    images = world.messages["/rgb_raw"]
+    for number in range(12):
+        np.testing.assert_array_equal(images[number].data, images[number + 12].data)
+
+
+def test_a_bag_of_one_frame_loops_at_the_rate(world: "World", tmp_path: Path, frames: list[Frame]) -> None:
+    write_bag(tmp_path / "bag", frames[:1], [5])
+    play(world, bag=str(tmp_path / "bag"), frames=3, loop=True, rate=20.0)
+    world.run(1.0)
+    stamps = [stamp_ns(image.header) for image in world.messages["/rgb_raw"]]
+    assert stamps == [5, 50_000_005, 100_000_005]
+
+
 def test_a_second_start_begins_anew(world: "World", bag: str) -> None:
     play(world, bag=bag, frames=5)
     world.run(0.25)
@@ -102,6 +126,7 @@ def test_a_second_start_begins_anew(world: "World", bag: str) -> None:
         ({"start_frame": 12}, "12 frames, which is too few for any from frame 12 on"),
         ({"start_frame": 5, "frames": 8}, "too few for 8 from frame 5 on"),
         ({"frames": 13}, "too few for 13 from frame 0 on"),
+        ({"start_frame": 12, "loop": True}, "too few for any from frame 12 on"),
     ],
 )
 def test_a_bag_that_is_too_short_is_refused(

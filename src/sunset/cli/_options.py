@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from sunset.experiments import MIDDLEWARES
+from sunset.experiments import MIDDLEWARES, Timing
 from sunset.perception import DEVICES
 from sunset.scenarios import suite_names
 
@@ -64,10 +64,14 @@ def add_campaign_options(
         help=f"one of {', '.join(suite_names())}, or a folder of scenario files (default: {suite})",
     )
     parser.add_argument(
+        "--scenarios", default="", metavar="A,B,…", help="some scenarios of the suite (default: all)"
+    )
+    parser.add_argument(
         "--managers",
         default=managers,
         metavar="A,B,…",
-        help=f"managing systems, separated by commas{more} (default: {managers})",
+        help=f"managing systems, separated by commas, each as LABEL=… under a name of your own{more} "
+        f"(default: {managers})",
     )
     parser.add_argument(
         "--repetitions",
@@ -85,6 +89,7 @@ def campaign_options(arguments: argparse.Namespace) -> dict[str, Any]:
     """Return the options of `add_campaign_options` as arguments of `BenchSpec`."""
     return {
         "suite": arguments.suite,
+        "scenarios": names(arguments.scenarios),
         "managers": names(arguments.managers),
         "repetitions": arguments.repetitions,
         "seed": arguments.seed,
@@ -122,6 +127,12 @@ def model_options(arguments: argparse.Namespace) -> dict[str, Any]:
 def add_flight_options(parser: argparse.ArgumentParser) -> None:
     """Add what says how a mission is flown, whoever manages it."""
     add_model_options(parser)
+    parser.add_argument(
+        "--loop", action="store_true", help="let a bag that is too short begin again at its first frame"
+    )
+    parser.add_argument(
+        "--duration", type=float, default=20.0, metavar="S", help="seconds that are measured (default: 20)"
+    )
     parser.add_argument(
         "--manager-limit",
         type=float,
@@ -163,6 +174,8 @@ def flight_options(arguments: argparse.Namespace) -> dict[str, Any]:
     """Return the options of `add_flight_options` as arguments of `RunSpec` and `BenchSpec`."""
     return {
         **model_options(arguments),
+        "loop": arguments.loop,
+        "timing": Timing(duration_s=arguments.duration),
         "cache": not arguments.no_cache,
         "manager_limit_s": arguments.manager_limit,
     }

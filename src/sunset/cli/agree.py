@@ -12,7 +12,6 @@ from sunset.cli._options import (
     at_least_one,
     campaign_options,
     flight_options,
-    names,
 )
 from sunset.cli._progress import progress_bar, rendering_progress
 from sunset.evaluation import AGREEMENT_FORMATS, compare, format_agreement
@@ -35,9 +34,6 @@ def add_parser(verbs: "argparse._SubParsersAction[argparse.ArgumentParser]") -> 
         "all runs are there.",
     )
     add_campaign_options(parser, suite="artifact", managers="baseline", repetitions=1, what="pairs")
-    parser.add_argument(
-        "--scenarios", default="", metavar="A,B,…", help="some scenarios of the suite (default: all)"
-    )
     add_flight_options(parser)
     parser.add_argument(
         "--rate",
@@ -79,7 +75,6 @@ def _fly(arguments: argparse.Namespace) -> None:
     import sunset.rmw.cyclonedds  # noqa: F401, PLC0415  an extra: that it is missing is said before anything is flown
 
     sim = BenchSpec(
-        scenarios=names(arguments.scenarios),
         references=False,
         **campaign_options(arguments),
         **flight_options(arguments),

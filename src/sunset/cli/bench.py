@@ -37,6 +37,12 @@ def add_parser(verbs: "argparse._SubParsersAction[argparse.ArgumentParser]") -> 
         repetitions=3,
         more="; live, also external: one that you start yourself",
     )
+    parser.add_argument(
+        "--no-references",
+        action="store_false",
+        dest="references",
+        help="leave out the paper's two reference rows",
+    )
     add_flight_options(parser)
     add_middleware_options(parser)
     parser.add_argument(
@@ -53,6 +59,7 @@ def add_parser(verbs: "argparse._SubParsersAction[argparse.ArgumentParser]") -> 
 def execute(arguments: argparse.Namespace) -> int:
     """Fly, and print the table."""
     spec = BenchSpec(
+        references=arguments.references,
         **campaign_options(arguments),
         **flight_options(arguments),
         **middleware_options(arguments),

@@ -17,7 +17,7 @@ from sunset.experiments.manager import manager_checksum
 from sunset.experiments.resources import Resources
 from sunset.experiments.run import prepare, record, record_failure, versions
 from sunset.experiments.spec import EXTERNAL, RunSpec, Timing
-from sunset.managing import MANAGERS
+from sunset.managing import MANAGERS, split_label
 from sunset.recording import RUN_FILE
 from sunset.scenarios import Scenario, load_suite, suite
 from sunset.seeding import check_seed
@@ -54,6 +54,7 @@ class BenchSpec:
     seed: int = 1
     model: str = "lite"
     bag: Path | None = None
+    loop: bool = False
     device: str = "cpu"
     timing: Timing = field(default_factory=Timing)
     cache: bool = True
@@ -66,13 +67,15 @@ class BenchSpec:
 
         Raises:
             InvalidInputError: a number is out of range or a managing system is named twice.
+            ManagerError: the label of a managing system is none.
         """
         check_seed(self.seed)
         if self.repetitions < 1:
             raise InvalidInputError(f"There must be at least 1 repetition, got {self.repetitions}.")
         check_seed(self.seed + self.repetitions - 1)
-        if not self.managers or len(set(self.managers)) < len(self.managers):
-            named = ", ".join(self.managers) or "none at all"
+        names = [label or manager for label, manager in map(split_label, self.managers)]
+        if not names or len(set(names)) < len(names):
+            named = ", ".join(names) or "none at all"
             raise InvalidInputError(f"Each managing system must be named once, got {named}.")
 
 
@@ -93,6 +96,7 @@ def plan(spec: BenchSpec) -> tuple[RunSpec, ...]:
             seed=spec.seed + repetition,
             model=spec.model,
             bag=spec.bag,
+            loop=spec.loop,
             device=spec.device,
             timing=spec.timing,
             cache=spec.cache,
@@ -130,7 +134,7 @@ def count_runs(out: Path) -> tuple[int, int] | None:
 
 def run_folder(out: Path, spec: RunSpec) -> Path:
     """Return where a campaign in `out` keeps this run."""
-    parts = (spec.suite or "own", spec.manager, spec.scenario.name.rsplit("/", 1)[-1])
+    parts = (spec.suite or "own", spec.manager_name, spec.scenario.name.rsplit("/", 1)[-1])
     return out.joinpath("runs", *(_slug(part) for part in parts), f"seed-{spec.seed}")
 
 
@@ -168,7 +172,7 @@ def bench(spec: BenchSpec, out: Path, *, jobs: int | None = None, progress: Prog
             progress(done, len(runs))
         if todo:
             checksums = described["manager_checksums"]
-            flights = [(one, run_folder(out, one), checksums.get(one.manager)) for one in todo]
+            flights = [(one, run_folder(out, one), checksums.get(one.manager_name)) for one in todo]
             for count in _run_all(flights, min(jobs or _jobs(spec), len(todo))):
                 if progress is not None:
                     progress(done + count, len(runs))
@@ -325,7 +329,8 @@ def describe(spec: BenchSpec, resources: Resources) -> dict[str, Any]:
         "bag_checksum": resources.bag_checksum,
         "device": resources.segmenter.device,
         "manager_checksums": {
-            name: manager_checksum(name, limit_s=spec.manager_limit_s) for name in spec.managers
+            label or manager: manager_checksum(manager, limit_s=spec.manager_limit_s)
+            for label, manager in map(split_label, spec.managers)
         },
         "managers": list(spec.managers),
         "model": spec.model,
@@ -337,6 +342,8 @@ def describe(spec: BenchSpec, resources: Resources) -> dict[str, Any]:
         "suite": spec.suite,
         "timing": asdict(spec.timing),
         "versions": versions(),
+        **({"loop": True} if spec.loop else {}),
+        **({} if spec.references else {"references": False}),
         **({"scenarios": [one.name for one in _chosen(spec)]} if spec.scenarios else {}),
         **({} if spec.middleware == "sim" else {"middleware": spec.middleware, "speed": spec.speed}),
     }

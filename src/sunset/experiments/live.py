@@ -162,7 +162,7 @@ class LiveSystem:
             "height": height,
             "speed": self._clock.speed,
             "origin_ns": self._clock.origin_ns,
-            "loop": loop,
+            "loop": loop or spec.loop,
             "use_sim_time": False,  # it is what gives the time
         }
         parameters["bag_player"] |= played | ({"start_frame": 0, "frames": 0} if loop else {})

@@ -59,12 +59,13 @@ def find_resources(spec: RunSpec, *, progress: Callable[[int, int], None] | None
         )
     path = spec.bag if spec.bag is not None else _default_flight(progress)
     bag, checksum = _reader(path, (model.card.height, model.card.width))
-    if len(bag) < spec.timing.frames:
+    if len(bag) < spec.timing.frames and not spec.loop:
         dropped = sum(bag.dropped.values())
         lacking = f" ({dropped} images have no partner)" if dropped else ""
         raise DataError(
             f"The bag {bag.path} holds {len(bag)} frames{lacking}; an experiment needs {spec.timing.frames} "
-            f"({spec.timing.warm_up_s:g} s of warm-up and {spec.timing.duration_s:g} s that are measured)."
+            f"({spec.timing.warm_up_s:g} s of warm-up and {spec.timing.duration_s:g} s that are measured): take a "
+            "longer one, a shorter --duration, or --loop."
         )
     cache = _inference_cache(cache_folder()) if spec.cache else None
     return Resources(model, Segmenter(model, device=spec.device, cache=cache), bag, checksum)

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Final
 
 from sunset.errors import InvalidInputError
+from sunset.managing import split_label
 from sunset.scenarios import Scenario, suite_of
 from sunset.seeding import check_seed
 
@@ -17,6 +18,9 @@ MIDDLEWARES: Final = ("sim", "cyclonedds")
 
 _LONGEST_LIMIT_S: Final = 1_000_000
 """Twelve days, which a timer of the operating system can hold."""
+
+_DURATIONS_S: Final = (1, 3600)
+"""From the second without messages that makes an outage, to what a record's messages fit in memory."""
 
 DEFAULT_SCENARIO: Final = "paper/cuda_out_of_memory+image_shift+autofocus_needed"
 """What is flown where no scenario is named: three failures at once, of which the baseline repairs two."""
@@ -38,6 +42,18 @@ class Timing:
     """Relative half-width of the uniform jitter of the compute times, in [0, 1)."""
     bring_up_limit_s: float = 60.0
     """How long all nodes may take until they are active."""
+
+    def __post_init__(self) -> None:
+        """Check how long is measured.
+
+        Raises:
+            InvalidInputError: it is out of range.
+        """
+        shortest, longest = _DURATIONS_S
+        if not shortest <= self.duration_s <= longest:
+            raise InvalidInputError(
+                f"The duration that is measured must be from {shortest} to {longest} s, got {self.duration_s:g} s."
+            )
 
     @property
     def frames(self) -> int:
@@ -65,12 +81,17 @@ class RunSpec:
 
     scenario: Scenario
     manager: str = "baseline"
-    """`none`, `baseline`, `module:Class` or `path/to/file.py:Class`; live, `external` too."""
+    """`none`, `baseline`, `module:Class` or `path/to/file.py:Class`; live, `external` too.
+
+    With `LABEL=` before it, the label is kept in `label`.
+    """
     seed: int = 1
     model: str = "lite"
     """A shipped model's name, or the folder of one's own."""
     bag: Path | None = None
     """A rosbag2 folder or file; the default flight if it is None."""
+    loop: bool = False
+    """Whether a bag that is too short begins again at its first frame after its last."""
     timing: Timing = field(default_factory=Timing)
     device: str = "cpu"
     """What networks run on: `cpu`, `cuda` or `auto`. Records of different devices may differ."""
@@ -82,14 +103,20 @@ class RunSpec:
     """One of `MIDDLEWARES`."""
     speed: float = 1.0
     """Seconds of `/clock` in a second; live."""
+    label: str = ""
+    """The managing system's name in tables, records and campaigns, if that is not `manager`."""
 
     def __post_init__(self) -> None:
         """Check what can be checked without loading anything.
 
         Raises:
             InvalidInputError: a value is out of range, or two contradict each other.
+            ManagerError: the managing system's label is none.
         """
         check_seed(self.seed)
+        label, manager = split_label(self.manager)
+        object.__setattr__(self, "label", label or self.label)
+        object.__setattr__(self, "manager", manager)
         if not 0 < self.manager_limit_s <= _LONGEST_LIMIT_S:
             raise InvalidInputError(
                 f"The managing system's time limit must be over 0 s and at most {_LONGEST_LIMIT_S:,} s, got "
@@ -108,6 +135,11 @@ class RunSpec:
             raise InvalidInputError(
                 "A managing system of another process can manage a live run only: --middleware cyclonedds."
             )
+
+    @property
+    def manager_name(self) -> str:
+        """What the managing system is called in tables, records and campaigns."""
+        return self.label or self.manager
 
     @property
     def suite(self) -> str:

@@ -2,7 +2,7 @@
 
 from sunset.managing.base import ManagingSystem
 from sunset.managing.baseline import Baseline
-from sunset.managing.loading import MANAGERS, checksum, load_manager, manager_sources
+from sunset.managing.loading import MANAGERS, checksum, load_manager, manager_sources, split_label
 from sunset.managing.none import NoAdaptation
 from sunset.managing.symptoms import Symptoms
 
@@ -15,4 +15,5 @@ __all__ = [
     "checksum",
     "load_manager",
     "manager_sources",
+    "split_label",
 ]

@@ -4,6 +4,7 @@ import hashlib
 import importlib
 import importlib.util
 import inspect
+import re
 import sys
 from collections.abc import Iterable, Mapping
 from pathlib import Path
@@ -15,7 +16,7 @@ from sunset.managing.base import ManagingSystem
 from sunset.managing.baseline import Baseline
 from sunset.managing.none import NoAdaptation
 
-__all__ = ["MANAGERS", "checksum", "load_manager", "manager_sources"]
+__all__ = ["MANAGERS", "checksum", "load_manager", "manager_sources", "split_label"]
 
 MANAGERS: Final[Mapping[str, type[ManagingSystem]]] = MappingProxyType(
     {"none": NoAdaptation, "baseline": Baseline}
@@ -25,8 +26,39 @@ MANAGERS: Final[Mapping[str, type[ManagingSystem]]] = MappingProxyType(
 _OURS: Final = frozenset({"sunset", "__main__", "__mp_main__"})
 """Top-level modules that are no part of a managing system, wherever they are."""
 
+_LABEL: Final = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.+-]{0,39}")
+_RESERVED: Final = frozenset({*MANAGERS, "external"})
+
 _folders: set[Path] = set()
 """Where files were loaded from."""
+
+
+def split_label(text: str) -> tuple[str, str]:
+    """Return the label of `LABEL=MANAGER` and what stands behind it; an empty label if there is none.
+
+    A path or a module before the first `=` is no label: `a=b/mine.py:Mine` is a file in the folder `a=b`.
+
+    Raises:
+        ManagerError: the label has other characters than a label may have, is too long, or is the name of a
+            managing system that comes with SUNSET.
+
+    >>> split_label("mine-2=mine.py:Mine"), split_label("baseline")
+    (('mine-2', 'mine.py:Mine'), ('', 'baseline'))
+    """
+    label, separator, manager = text.partition("=")
+    if not separator or "/" in label or ":" in label:
+        return "", text
+    if not _LABEL.fullmatch(label):
+        raise ManagerError(
+            f"The label of the managing system {text!r} must be 1 to 40 of the letters a to z and A to Z, digits, "
+            f"'_', '.', '+' and '-', and begin with a letter or digit, got {label!r}."
+        )
+    if label in _RESERVED:
+        raise ManagerError(
+            f"The label {label!r} is the name of a managing system that comes with SUNSET; choose another for "
+            f"{manager}."
+        )
+    return label, manager
 
 
 def load_manager(spec: str) -> type[ManagingSystem]:

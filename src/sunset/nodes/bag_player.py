@@ -1,5 +1,6 @@
 """The bag player: publishes the recorded flight."""
 
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, cast
 
@@ -33,7 +34,8 @@ class BagPlayer(Node):
     Parameters:
         bag: a rosbag2 folder or file.
         start_frame: the first frame that is played.
-        frames: how many are played; 0 for all that follow.
+        frames: how many are played; 0 for all that follow, without an end if `loop`.
+        loop: whether the bag's first frame follows its last, after the bag's mean time between two frames.
         rate: frames per second.
         phase: seconds from the start to the first frame.
 
@@ -75,13 +77,14 @@ class BagPlayer(Node):
             ("bag", "", "a rosbag2 folder or file", None),
             ("start_frame", 0, "first frame that is played", whole),
             ("frames", 0, "how many frames are played; 0 for all that follow", whole),
+            ("loop", False, "whether the bag's first frame follows its last", None),
             ("rate", 10.0, "frames per second", [FloatingPointRange(from_value=0.1, to_value=1000.0)]),
             ("phase", 0.0, "seconds to the first frame", [FloatingPointRange(from_value=0.0, to_value=60.0)]),
         ):
             descriptor = ParameterDescriptor(name=name, description=description, read_only=True)
             if isinstance(default, float):
                 descriptor.floating_point_range = cast("list[FloatingPointRange]", limits)
-            elif isinstance(default, int):
+            elif isinstance(default, int) and limits:
                 descriptor.integer_range = cast("list[IntegerRange]", limits)
             self.declare_parameter(name, default, descriptor)
 
@@ -115,8 +118,9 @@ class BagPlayer(Node):
             ParameterError: the bag is not that long.
         """
         start, count, length = self._value("start_frame"), self._value("frames"), len(self._bag)
-        stop = start + count if count else length
-        if not start < stop <= length:
+        loop = self._value("loop")
+        stop = start + count if count else sys.maxsize if loop else length
+        if start >= length or (stop > length and not loop):
             raise ParameterError(
                 f"The bag {self._value('bag')} has {length} frames, which is too few for "
                 f"{count or 'any'} from frame {start} on."
@@ -149,7 +153,7 @@ class BagPlayer(Node):
         if self._next not in self._range:
             self._stop()
             return
-        frame = self._bag.frame(self._next)
+        frame = self._bag.frame(self._next % len(self._bag))
         stamp = self._stamp()
         header = Header(stamp=stamp, frame_id="camera")
         self._truth.publish(image_of_labels(header, frame.labels))
@@ -159,7 +163,11 @@ class BagPlayer(Node):
 
     def _stamp(self) -> Time:
         """Return the stamp of the frame that is played, after it was made the time."""
-        stamp = time_of(int(self._bag.stamps_ns[self._next]))
+        stamps = self._bag.stamps_ns
+        laps, number = divmod(self._next, len(stamps))
+        span_ns = int(stamps[-1] - stamps[0])
+        period_ns = span_ns // (len(stamps) - 1) if span_ns else round(_NS_PER_S / self._value("rate"))
+        stamp = time_of(int(stamps[number]) + laps * (span_ns + period_ns))
         self._time.publish(Clock(clock=stamp))
         return stamp
 

@@ -24,7 +24,6 @@ class LiveBagPlayer(BagPlayer):
         width, height: the size that frames are played in; 0 for the bag's.
         speed: seconds of `/clock` in a second.
         origin_ns: the system's time, nanoseconds since 1970, at which `/clock` is 0; 0 for the player's start.
-        loop: whether the flight starts again when it is over.
 
     Args:
         context: the context of the process; the default one if None.
@@ -57,7 +56,6 @@ class LiveBagPlayer(BagPlayer):
             ("height", 0, "height of the frames in pixels; 0 for the bag's", size),
             ("speed", 1.0, "seconds of /clock in a second", speed),
             ("origin_ns", 0, "system time at which /clock is 0; 0 for the start of this node", {}),
-            ("loop", False, "whether the flight starts again when it is over", {}),
         ):
             descriptor = ParameterDescriptor(name=name, description=description, read_only=True, **limits)
             self.declare_parameter(name, default, descriptor)
@@ -75,8 +73,3 @@ class LiveBagPlayer(BagPlayer):
 
     def _stamp(self) -> Time:
         return self._now()
-
-    def _play(self) -> None:
-        if self._next not in self._range and self._value("loop"):
-            self._next = self._range.start
-        super()._play()

@@ -99,9 +99,10 @@ MANAGERS: dict[str, tuple[str, str]] = {
     "repairs what was never there": (
         (
             "from sunset.managing import ManagingSystem\nclass Mine(ManagingSystem):\n"
-            "    def adapt(self, symptoms): self.redeploy('camera')"
+            "    def on_start(self): self.create_timer(0.2, lambda: self.redeploy('camera'))\n"
+            "    def adapt(self, symptoms): pass"
         ),
-        "which symptoms.stopped() knows",
+        "until the system is up, which adapt waits for",
     ),
     "publishes what does not fit": (
         (

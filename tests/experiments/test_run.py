@@ -218,6 +218,30 @@ def test_a_slower_computer_changes_no_byte(tmp_path: Path, monkeypatch: pytest.M
     assert content(tmp_path / "fast") == content(tmp_path / "slow")
 
 
+EAGER = """\
+from sunset.managing import ManagingSystem
+
+NODE_OF = {"rgb_camera": "camera", "sensors_fused": "sensor_fusion", "segmentation": "segmentation"}
+
+class Mine(ManagingSystem):
+    def adapt(self, symptoms):
+        for topic, node in NODE_OF.items():
+            if symptoms.frequency(topic) == 0 or symptoms.state(node) != "active":
+                self.redeploy(node)
+        if symptoms.get("segmentation_entropy") is None or symptoms.entropy > 1:
+            self.restart("sensor_fusion")
+"""
+
+
+def test_a_first_manager_that_cures_at_once_does_not_keep_the_system_from_coming_up(tmp_path: Path) -> None:
+    (tmp_path / "mine.py").write_text(EAGER, encoding="utf-8")
+
+    result = fly(tmp_path / "run", "nofault", f"{tmp_path / 'mine.py'}:Mine")
+
+    assert result.valid
+    assert "redeploy" not in {command.kind for command in result.timeline.commands}
+
+
 @pytest.fixture
 def short_bag(tmp_path: Path, flight: Path) -> Path:
     with read_bag(flight) as reader:

@@ -7,6 +7,7 @@ import pytest
 
 from sunset.interfaces.rcl_interfaces.msg import Parameter as ParameterMessage
 from sunset.interfaces.rcl_interfaces.msg import ParameterType, ParameterValue
+from sunset.interfaces.sensor_msgs.msg import Image
 from sunset.interfaces.system_interfaces.msg import SetBlackboardGroup
 from sunset.interfaces.system_interfaces.srv import Redeploy
 from sunset.managing import ManagingSystem, NoAdaptation, Symptoms
@@ -48,7 +49,12 @@ def watcher(world: "World") -> Watcher:
     return world.start(Watcher)
 
 
+UP = {"managed_subsystem_segmentation_freq": 10.0}
+
+
 def show(world: "World", **numbers: float) -> None:
+    """Publish entries of the blackboard, of a system that has come up if nothing else is said."""
+    numbers = UP | numbers
     group = [
         ParameterMessage(
             name=name, value=ParameterValue(type=ParameterType.PARAMETER_DOUBLE, double_value=value)
@@ -70,13 +76,23 @@ def warnings(world: "World") -> list[str]:
 # What it sees
 
 
-def test_it_is_called_every_period_once_there_are_symptoms(world: "World", watcher: Watcher) -> None:
+def test_it_is_called_every_period_once_the_system_is_up(world: "World", watcher: Watcher) -> None:
+    show(world, segmentation_entropy=0.1, managed_subsystem_segmentation_freq=0.0)
     world.run(1.0)
     assert watcher.seen == []
     show(world, segmentation_entropy=0.1)
     world.run(2.0)
     times = [time for time, _ in watcher.seen]
     assert times == pytest.approx([1.2 + 0.2 * tick for tick in range(10)])
+
+
+def test_it_is_called_on_when_the_system_breaks(world: "World", watcher: Watcher) -> None:
+    show(world)
+    world.run(0.5)
+    show(world, managed_subsystem_segmentation_freq=0.0)
+    world.run(1.0)
+    assert len(watcher.seen) == 7
+    assert watcher.seen[-1][1].stopped("segmentation")
 
 
 def test_the_period_is_a_parameter(world: "World") -> None:
@@ -105,6 +121,9 @@ def test_a_topic_stops_only_after_it_was_heard(world: "World", watcher: Watcher)
 def test_it_understands_the_monitor(world: "World", watcher: Watcher) -> None:
     world.start(Monitor)
     world.start(Camera)
+    world.publish(
+        "/managed_subsystem/segmentation", Image(height=1, width=1, encoding="8UC1", step=1, data=[0])
+    )
     world.run(2.0)
     (_, symptoms) = watcher.seen[-1]
     assert symptoms.frequency("rgb_camera") == 0.0
@@ -113,7 +132,12 @@ def test_it_understands_the_monitor(world: "World", watcher: Watcher) -> None:
 
 
 def test_the_threshold_is_a_parameter(world: "World") -> None:
-    assert world.start(Watcher, parameters={"entropy_threshold": 0.25}).entropy_threshold == 0.25
+    watcher = world.start(Watcher, parameters={"entropy_threshold": 0.25})
+    assert watcher.entropy_threshold == 0.25
+    for entropy in (0.25, 0.26):
+        show(world, segmentation_entropy=entropy)
+        world.run(0.2)
+    assert [symptoms.unsure for _, symptoms in watcher.seen] == [False, True]
 
 
 # What it can do
@@ -217,7 +241,7 @@ def test_an_exception_in_adapt_surfaces(world: "World") -> None:
 
     world.start(Broken)
     show(world, segmentation_entropy=0.1)
-    with pytest.raises(CallbackError, match=r"/managing_system.*with 1 symptoms"):
+    with pytest.raises(CallbackError, match=r"/managing_system.*with 2 symptoms"):
         world.run(1.0)
 
 

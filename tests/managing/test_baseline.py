@@ -37,7 +37,7 @@ class Recorded(Baseline):
 
 @pytest.fixture
 def baseline(world: "World") -> Recorded:
-    return world.start(Recorded, parameters={"entropy_threshold": 0.1})
+    return world.start(Recorded)
 
 
 def tick(baseline: Recorded, *, silent: tuple[str, ...] = (), entropy: float = 0.05) -> list[str]:
@@ -46,7 +46,7 @@ def tick(baseline: Recorded, *, silent: tuple[str, ...] = (), entropy: float = 0
         key: 0.0 if topic in silent else 10.0 for topic, key in KEYS.items()
     }
     baseline.done.clear()
-    baseline.adapt(Symptoms(values | {"segmentation_entropy": entropy}, KEYS.values()))
+    baseline.adapt(Symptoms(values | {"segmentation_entropy": entropy}, KEYS.values(), entropy_threshold=0.1))
     return baseline.done.copy()
 
 

@@ -1,11 +1,12 @@
 """What a managing system sees."""
 
+import inspect
 import math
 
 import pytest
 
 from sunset.interfaces.rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
-from sunset.managing import Symptoms
+from sunset.managing import FloatOrNaN, Symptoms
 from sunset.managing.symptoms import read_parameters
 
 KEY = "managed_subsystem_rgb_camera_freq"
@@ -48,9 +49,29 @@ def test_what_is_not_measured_yet_has_a_default_that_triggers_nothing() -> None:
     assert math.isnan(symptoms.frequency("rgb_camera"))
     assert math.isnan(symptoms.entropy)
     assert math.isnan(symptoms.sharpness)
+    assert math.isnan(symptoms.heartbeat("camera"))
     assert not symptoms.entropy > 0
-    assert not symptoms.autofocus_needed
+    answers = (symptoms.unsure, symptoms.autofocus_needed, symptoms.stopped("rgb_camera"), symptoms.up)
+    assert answers == (False, False, False, False)
     assert symptoms.state("camera") == "unknown"
+
+
+@pytest.mark.parametrize(
+    ("entropy", "unsure"), [(0.19, False), (0.2, False), (0.21, True), (math.nan, False)]
+)
+def test_the_segmentation_is_unsure_over_the_threshold(entropy: float, *, unsure: bool) -> None:
+    assert Symptoms({"segmentation_entropy": entropy}, entropy_threshold=0.2).unsure is unsure
+
+
+def test_the_system_has_come_up_when_there_was_a_segmentation() -> None:
+    key = "managed_subsystem_segmentation_freq"
+    assert not Symptoms({key: 0.0}, [KEY]).up
+    assert Symptoms({key: 0.0}, [key]).up
+
+
+def test_the_type_says_what_stands_for_a_number_that_is_not_measured() -> None:
+    for measured in (Symptoms.entropy.fget, Symptoms.sharpness.fget, Symptoms.frequency, Symptoms.heartbeat):
+        assert inspect.signature(measured).return_annotation is FloatOrNaN
 
 
 def test_nodes_have_states_and_heartbeats() -> None:

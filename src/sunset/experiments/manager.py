@@ -107,7 +107,7 @@ def absent(spec: RunSpec, limit_s: float, missing: Mapping[str, str], commands: 
     states = ", ".join(f"{node} is {state}" for node, state in missing.items())
     hint = (
         f"; the managing system {spec.manager} sent {commands} requests meanwhile: it should leave nodes alone until "
-        "they have been active once, which symptoms.stopped() knows"
+        "the system is up, which adapt waits for"
     )
     return SunsetError(
         f"The managed system did not come up within {limit_s:g} s in {spec.scenario.name}, seed {spec.seed}: {states}"

@@ -4,11 +4,12 @@ from sunset.managing.base import ManagingSystem
 from sunset.managing.baseline import Baseline
 from sunset.managing.loading import MANAGERS, checksum, load_manager, manager_sources, split_label
 from sunset.managing.none import NoAdaptation
-from sunset.managing.symptoms import Symptoms
+from sunset.managing.symptoms import FloatOrNaN, Symptoms
 
 __all__ = [
     "MANAGERS",
     "Baseline",
+    "FloatOrNaN",
     "ManagingSystem",
     "NoAdaptation",
     "Symptoms",

@@ -11,7 +11,7 @@ from sunset.interfaces.rcl_interfaces.msg import FloatingPointRange, ParameterDe
 from sunset.interfaces.rcl_interfaces.srv import SetParameters
 from sunset.interfaces.system_interfaces.msg import SetBlackboardGroup
 from sunset.interfaces.system_interfaces.srv import Redeploy
-from sunset.managing.symptoms import Symptoms, Value, read_parameters
+from sunset.managing.symptoms import DEFAULT_ENTROPY_THRESHOLD, Symptoms, Value, read_parameters
 from sunset.ros.context import Context
 from sunset.ros.node import Node
 from sunset.ros.parameter import Parameter
@@ -27,7 +27,8 @@ class ManagingSystem(Node):
     """A managing system: subclass it and write `adapt`.
 
     The monitor publishes what can be seen of the managed system on `/blackboard_group`, ten times a second.
-    Every `period` seconds `adapt` is called with the latest of it. There, decide, and call any of
+    Every `period` seconds `adapt` is called with the latest of it, from the moment on at which the managed system is
+    up: before, all of it is silent and nothing of it ill. There, decide, and call any of
 
     - `set_parameter(node, name, value)`: reparametrisation,
     - `change_topic(node, parameter, topic)`: change of communication,
@@ -73,7 +74,7 @@ class ManagingSystem(Node):
         )
         self.declare_parameter(
             "entropy_threshold",
-            0.06,
+            DEFAULT_ENTROPY_THRESHOLD,
             ParameterDescriptor(description="entropy above which the segmentation counts as unsure"),
         )
         self.declare_parameter(
@@ -100,7 +101,7 @@ class ManagingSystem(Node):
         """Decide what to do about the symptoms, and do it; override this.
 
         Args:
-            symptoms: what can be seen of the managed system now.
+            symptoms: what can be seen of the managed system now. What is not measured is False or NaN, never None.
         """
         raise NotImplementedError(f"{type(self).__name__} has no method adapt.")
 
@@ -198,10 +199,11 @@ class ManagingSystem(Node):
         self.__seen.update(key for key, value in values.items() if key.endswith("_freq") and value)
 
     async def __decide(self) -> None:
-        """Call `adapt`, which may be a coroutine."""
-        if self.__blackboard:
+        """Call `adapt`, which may be a coroutine, if there is a system to adapt."""
+        symptoms = Symptoms(self.__blackboard, self.__seen, entropy_threshold=self.entropy_threshold)
+        if symptoms.up:
             adapt: Callable[[Symptoms], object] = self.adapt
-            outcome = adapt(Symptoms(self.__blackboard, self.__seen))
+            outcome = adapt(symptoms)
             if iscoroutine(outcome):
                 await outcome
 

@@ -36,7 +36,7 @@ class Baseline(ManagingSystem):
         for topic, node in _NODE_OF_TOPIC.items():
             if self._begins(topic, present=symptoms.stopped(topic)):
                 self.redeploy(node)
-        if self._begins("entropy", present=symptoms.entropy > self.entropy_threshold):
+        if self._begins("entropy", present=symptoms.unsure):
             self.set_parameter("sensor_fusion", "do_recalibration", value=True)
 
     def _begins(self, symptom: str, *, present: bool) -> bool:

@@ -2,37 +2,54 @@
 
 import math
 from collections.abc import Iterable, Iterator, Mapping
-from typing import Final
+from typing import Annotated, Final
 
 from sunset.interfaces.rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
 
-__all__ = ["Symptoms", "Value", "read_parameters"]
+__all__ = ["DEFAULT_ENTROPY_THRESHOLD", "FloatOrNaN", "Symptoms", "Value", "read_parameters"]
 
 Value = bool | int | float | str
 """The value of one entry of the blackboard."""
 
+FloatOrNaN = Annotated[float, "NaN until it is measured"]
+"""A measured number, or NaN until there is one: never None. NaN is neither over nor under any threshold."""
+
+DEFAULT_ENTROPY_THRESHOLD: Final = 0.06
+"""The published model's."""
+
 _NAMESPACE: Final = "/managed_subsystem/"
+_LAST_TOPIC: Final = "segmentation"
+"""What the pipeline has at its end: there are messages on it only where all before it works."""
 
 
 class Symptoms(Mapping[str, Value]):
     """The blackboard at one moment.
 
-    All entries are there under their names, `symptoms["segmentation_entropy"]`; the properties and methods
-    give the common ones with a default for what has not been measured yet. Topics and nodes can be given
-    by their short names, such as `rgb_camera`, or their full ones.
+    All entries are there under their names, `symptoms["segmentation_entropy"]`; what has not been measured yet is
+    no entry. The properties and methods give the common ones, and need no test for what is absent: a number is
+    then NaN, which compares false with every threshold, and a question is answered with False. Topics and nodes
+    can be given by their short names, such as `rgb_camera`, or their full ones.
 
     Args:
         values: the entries, by name.
         seen: names of the frequencies that have been above 0 since the managing system started.
+        entropy_threshold: entropy above which the segmentation counts as unsure, from 0 to 1.
 
     >>> symptoms = Symptoms({"managed_subsystem_rgb_camera_freq": 0.0}, ["managed_subsystem_rgb_camera_freq"])
-    >>> symptoms.frequency("rgb_camera"), symptoms.stopped("rgb_camera"), symptoms.entropy
-    (0.0, True, nan)
+    >>> symptoms.frequency("rgb_camera"), symptoms.stopped("rgb_camera"), symptoms.entropy, symptoms.unsure
+    (0.0, True, nan, False)
     """
 
-    def __init__(self, values: Mapping[str, Value], seen: Iterable[str] = ()) -> None:
+    def __init__(
+        self,
+        values: Mapping[str, Value],
+        seen: Iterable[str] = (),
+        *,
+        entropy_threshold: float = DEFAULT_ENTROPY_THRESHOLD,
+    ) -> None:
         self._values = dict(values)
         self._seen = frozenset(seen)
+        self._entropy_threshold = entropy_threshold
 
     def __getitem__(self, key: str) -> Value:
         return self._values[key]
@@ -46,7 +63,7 @@ class Symptoms(Mapping[str, Value]):
     def __repr__(self) -> str:
         return f"Symptoms({self._values!r})"
 
-    def frequency(self, topic: str) -> float:
+    def frequency(self, topic: str) -> FloatOrNaN:
         """Return the messages per second on a topic, over the last second; NaN if it is not measured."""
         return self._number(_frequency_key(topic))
 
@@ -56,29 +73,39 @@ class Symptoms(Mapping[str, Value]):
         return self._values.get(key) == 0 and key in self._seen
 
     @property
-    def entropy(self) -> float:
+    def up(self) -> bool:
+        """Whether the managed system has come up: a segmented frame was seen; True from then on."""
+        return _frequency_key(_LAST_TOPIC) in self._seen
+
+    @property
+    def entropy(self) -> FloatOrNaN:
         """Mean entropy of the last 5 segmented frames, from 0 (sure) to 1; NaN until there are five."""
         return self._number("segmentation_entropy")
 
     @property
-    def sharpness(self) -> float:
+    def unsure(self) -> bool:
+        """Whether the entropy is over its threshold; False until there are five segmented frames."""
+        return self.entropy > self._entropy_threshold
+
+    @property
+    def sharpness(self) -> FloatOrNaN:
         """Mean sharpness of the camera's last 5 images; NaN until there are five."""
         return self._number("camera_sharpness")
 
     @property
     def autofocus_needed(self) -> bool:
-        """Whether the camera finds its own images blurred."""
+        """Whether the camera finds its own images blurred; False until there are five."""
         return self._values.get("camera_autofocus_needed") is True
 
     def state(self, node: str) -> str:
         """Return a node's lifecycle state, such as `active`; `unknown` while its heartbeat is not heard."""
         return str(self._values.get(f"{_short(node)}_lc_state", "unknown"))
 
-    def heartbeat(self, node: str) -> float:
+    def heartbeat(self, node: str) -> FloatOrNaN:
         """Return a node's heartbeats per second, over the last second; NaN if it was never heard."""
         return self._number(f"{_short(node)}_heartbeat_freq")
 
-    def _number(self, key: str) -> float:
+    def _number(self, key: str) -> FloatOrNaN:
         value = self._values.get(key)
         return math.nan if value is None or isinstance(value, str) else float(value)
 

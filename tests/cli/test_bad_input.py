@@ -196,6 +196,7 @@ ARGUMENTS: dict[str, tuple[Sequence[str], str]] = {
     "unknown verb": (["fly"], "fly"),
     "unknown option": (["run", "--quickly"], "--quickly"),
     "unknown format": (["report", ".", "--format", "clay"], "clay"),
+    "list of runs as a table": (["report", ".", "--runs"], "must be csv or json, got 'table'"),
     "report of nothing": (["report", "nowhere"], "nowhere"),
     "report of an empty folder": (["report", "."], "no finished run"),
     "unknown town": (["data", "render", "--town", "99", "--out", "o"], "99"),

@@ -1,7 +1,9 @@
 """What goes to stdout, whoever reads it and whatever a managing system prints."""
 
+import csv
 import json
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -40,17 +42,83 @@ def test_what_a_managing_system_prints_is_no_part_of_the_json(
     assert "{ look at me" in err
 
 
-def test_a_run_shows_what_the_managing_system_logs(
+FOCUSING = """\
+from sunset.managing import ManagingSystem
+
+class Mine(ManagingSystem):
+    def adapt(self, symptoms):
+        if symptoms.autofocus_needed:
+            self.get_logger().info(f"blurred at {self.get_clock().now().nanoseconds}")
+            self.set_parameter("kamera", "perform_autofocus", True)
+            self.set_parameter("camera", "perform_autofocus", True)
+"""
+
+
+def test_what_the_managing_system_logs_stands_in_the_time_line(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     mine = tmp_path / "mine.py"
-    mine.write_text(LOUD, encoding="utf-8")
+    mine.write_text(FOCUSING, encoding="utf-8")
+    out = tmp_path / "run"
 
-    assert main(["run", "nofault", "--manager", f"{mine}:Mine"]) == 0
+    assert main(["run", "autofocus_needed", "--manager", f"{mine}:Mine", "--out", str(out)]) == 0
 
-    err = capsys.readouterr().err
-    assert "[managing_system]: logged" in err
-    assert "No node offers /managed_subsystem/kamera/set_parameters now" in err
+    told, err = capsys.readouterr()
+    assert "blurred" not in err
+    rows = [line.split() for line in told.splitlines() if re.match(r" +-?\d+\.\d\d s  ", line)]
+    (logged,) = [row for row in rows if "blurred" in row]
+    start_ns = json.loads((out / "run.json").read_text())["start_ns"]
+    assert float(logged[0]) == pytest.approx((int(logged[-1]) - start_ns) / 1e9, abs=0.005)
+    kinds = [row[2] for row in rows]
+    assert kinds == ["fault", "symptom", "log", "log", "adaptation", "cured", "end"]
+    assert any(row[3:7] == ["WARN:", "No", "node", "offers"] for row in rows)
+
+
+def test_the_time_line_of_a_stored_run_is_printed_again(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    mine = tmp_path / "mine.py"
+    mine.write_text(FOCUSING, encoding="utf-8")
+    out = str(tmp_path / "run")
+    scenario = "gpu_failure+image_shift"
+
+    assert main(["run", scenario, "--manager", f"mine={mine}:Mine", "--duration", "5", "--out", out]) == 0
+    flown = capsys.readouterr().out
+    mine.unlink()
+    assert main(["report", out]) == 0
+
+    assert capsys.readouterr().out == flown
+    assert "managing system mine, seed 1" in flown
+
+
+def test_runs_are_listed_a_row_each(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out = tmp_path / "out"
+    command = ["bench", "--suite", "nofault", "--managers", "none,idle=none", "--repetitions", "2"]
+    assert main([*command, "--no-references", "--duration", "2", "--out", str(out), "--json"]) == 0
+    capsys.readouterr()
+
+    assert main(["report", str(out), "--runs", "--format", "json"]) == 0
+    runs = json.loads(capsys.readouterr().out)["runs"]
+    assert main(["report", str(out), "--runs", "--format", "csv"]) == 0
+    lines = list(csv.DictReader(capsys.readouterr().out.splitlines()))
+
+    assert [(run["manager"], run["seed"]) for run in runs] == [
+        ("idle", 1),
+        ("idle", 2),
+        ("none", 1),
+        ("none", 2),
+    ]
+    for run, line in zip(runs, lines, strict=True):
+        stored = json.loads((out / run["folder"] / "run.json").read_text())
+        assert {key: run[key] for key in ("scenario", "manager", "seed", "valid", "digest")} == {
+            key: stored[key] for key in ("scenario", "manager", "seed", "valid", "digest")
+        }
+        assert (stored["duration_s"], stored["expected_frames"]) == (2.0, 20)
+        assert run.items() >= stored["metrics"].items()
+        assert line.keys() == run.keys()
+        assert line["valid"] == "true"
+        assert line["t_react_s"] == ""
+        assert float(line["iou"]) == run["iou"]
 
 
 def test_names_with_brackets_are_printed_as_they_are(
@@ -82,7 +150,7 @@ def test_a_terminal_without_arrows_gets_the_table_too(tmp_path: Path) -> None:
     assert main(["run", "nofault", "--manager", "none", "--out", str(tmp_path / "run")]) == 0
 
     done = subprocess.run(
-        [sys.executable, "-m", "sunset", "report", str(tmp_path / "run")],
+        [sys.executable, "-m", "sunset", "report", str(tmp_path / "run"), "--format", "table"],
         capture_output=True,
         check=False,
         env=os.environ | {"PYTHONIOENCODING": "ascii"},

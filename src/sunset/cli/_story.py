@@ -1,19 +1,28 @@
 """What happened in a run, in words."""
 
 from collections.abc import Iterator
-from typing import NoReturn
+from pathlib import Path
+from typing import Final, NoReturn
 
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from sunset.experiments import RunResult
+from sunset.experiments.graph import SYSTEM_NODES
 from sunset.faults import Failure, get_fault
 from sunset.metrics import Episode, RunMetrics
+from sunset.recording import StoredRun, read_stored_run
 
 __all__ = ["print_story"]
 
-_STYLES = {"fault": "red", "symptom": "yellow", "adaptation": "cyan", "cured": "green", "end": "dim"}
+_STYLES = {
+    "fault": "red",
+    "symptom": "yellow",
+    "adaptation": "cyan",
+    "cured": "green",
+    "log": "blue",
+    "end": "dim",
+}
 
 _SYMPTOMS = {
     "F1": "no camera image for 1 s",
@@ -33,18 +42,23 @@ _GONE = {
 
 _OUTAGES = frozenset({"F1", "F2", "F3"})
 
+_SYSTEM_LOGGERS: Final = frozenset(node.strip("/").replace("/", ".") for node in SYSTEM_NODES)
 
-def print_story(result: RunResult) -> None:
-    """Print the time line of a run and its metrics on stdout."""
+
+def print_story(folder: Path) -> None:
+    """Print the time line of a run and its metrics on stdout, from its record.
+
+    Raises:
+        RecordError: the record is missing or damaged.
+    """
+    result = read_stored_run(folder)
     # no markup: names and values are the user's, brackets included
-    console = _Console(highlight=False, markup=False)
-    spec = result.spec
-    faults = ", ".join(fault.name for fault in spec.scenario.faults) or "none"
+    console = _Console(highlight=False, markup=False, emoji=False)
     console.print()
-    console.print(spec.scenario.name, style="bold", soft_wrap=True)
-    described = f"managing system {spec.manager}, seed {spec.seed}, model {result.described['model']}"
+    console.print(result.scenario, style="bold", soft_wrap=True)
+    described = f"managing system {result.manager}, seed {result.seed}, model {result.model}"
     console.print(described, soft_wrap=True)
-    console.print(f"faults: {faults}\n", soft_wrap=True)
+    console.print(f"faults: {', '.join(result.faults) or 'none'}\n", soft_wrap=True)
     table = Table(box=None, padding=(0, 1), show_header=False)
     table.add_column(justify="right")
     table.add_column()
@@ -69,7 +83,7 @@ class _Console(Console):
         raise  # noqa: PLE0704  rich calls this while it handles the BrokenPipeError
 
 
-def _events(result: RunResult) -> Iterator[tuple[float, str, str]]:
+def _events(result: StoredRun) -> Iterator[tuple[float, str, str]]:
     for injection in result.timeline.injections:
         yield injection.time, "fault", f"{injection.fault}: {get_fault(injection.fault).description}"
     for episode in result.score.failures:
@@ -78,6 +92,9 @@ def _events(result: RunResult) -> Iterator[tuple[float, str, str]]:
             yield episode.ended, "cured", f"{episode.failure} {_GONE[episode.failure]}{_resolution(episode)}"
     for adaptation in result.score.executed:
         yield adaptation.time, "adaptation", str(adaptation)
+    for line in result.log:
+        if line.logger not in _SYSTEM_LOGGERS:
+            yield line.time, "log", str(line)
     yield result.timeline.duration_s, "end", _ending(result.score)
 
 

@@ -1,12 +1,14 @@
-"""`sunset report`: the table from stored records."""
+"""`sunset report`: the table of stored runs, or the time line of one."""
 
 import argparse
 import sys
 from pathlib import Path
 
 from sunset.cli._progress import progress_bar
-from sunset.evaluation import FORMATS, render_report
+from sunset.cli._story import print_story
+from sunset.evaluation import FORMATS, RUNS_FORMATS, render_report, render_runs
 from sunset.experiments import count_runs
+from sunset.recording import RUN_FILE
 
 __all__ = ["add_parser", "execute", "print_report"]
 
@@ -15,14 +17,22 @@ def add_parser(verbs: "argparse._SubParsersAction[argparse.ArgumentParser]") -> 
     """Add the verb."""
     parser = verbs.add_parser(
         "report",
-        help="print the table of stored runs",
-        description="Read the runs below a folder and print the paper's table; nothing is flown again.",
+        help="print the table of stored runs, or the time line of one",
+        description="Read the runs below a folder and print the paper's table; of the folder of one run, print its "
+        "time line. Nothing is flown again.",
     )
     parser.add_argument(
         "folder", type=Path, metavar="DIR", help="what 'sunset bench --out' or 'run --out' wrote"
     )
     parser.add_argument(
-        "--format", default="table", choices=FORMATS, help="how it is printed (default: table)"
+        "--format",
+        choices=FORMATS,
+        help="how the table is printed (default: table; of one run, its time line)",
+    )
+    parser.add_argument(
+        "--runs",
+        action="store_true",
+        help=f"list the runs, a row each, in place of the table: --format {' or '.join(RUNS_FORMATS)}",
     )
     parser.add_argument(
         "--recompute",
@@ -37,8 +47,21 @@ def add_parser(verbs: "argparse._SubParsersAction[argparse.ArgumentParser]") -> 
 
 def execute(arguments: argparse.Namespace) -> int:
     """Print the report."""
-    print_report(arguments.folder, arguments.format, recompute=arguments.recompute)
+    folder, form, again = arguments.folder, arguments.format, arguments.recompute
+    if arguments.runs:
+        print_runs(folder, form or "table", recompute=again)
+    elif form is None and (folder / RUN_FILE).is_file():
+        print_story(folder)
+    else:
+        print_report(folder, form or "table", recompute=again)
     return 0
+
+
+def print_runs(folder: Path, form: str, *, recompute: bool = False) -> None:
+    """Print the runs below a folder on stdout, a row each."""
+    with progress_bar("Reading runs") as progress:
+        text = render_runs(folder, form, recompute=recompute, progress=progress if recompute else None)
+    print(text, end="")
 
 
 def print_report(folder: Path, form: str, *, recompute: bool = False) -> None:

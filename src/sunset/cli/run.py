@@ -61,14 +61,17 @@ def execute(arguments: argparse.Namespace) -> int:
     )
     with rendering_progress() as progress:
         prepare(spec, progress=progress)
-    with tempfile.TemporaryDirectory(prefix="sunset-") as folder, redirect_stdout(sys.stderr):
-        result = run(spec, arguments.out or Path(folder) / "run", log=True)
-    if arguments.json:
-        print(json.dumps(result.summary(), sort_keys=True))
+    with tempfile.TemporaryDirectory(prefix="sunset-") as temporary:
+        folder = arguments.out or Path(temporary) / "run"
+        with redirect_stdout(sys.stderr):
+            # a time line has what was logged; one that cannot be seen, and one that is minutes away, has it not
+            result = run(spec, folder, log=arguments.json or spec.live)
+        if arguments.json:
+            print(json.dumps(result.summary(), sort_keys=True))
+            return 0
+        print_story(folder)
+    if arguments.out is None:
+        print("The record was not kept; '--out DIR' keeps it.", file=sys.stderr)
     else:
-        print_story(result)
-        if arguments.out is None:
-            print("The record was not kept; '--out DIR' keeps it.", file=sys.stderr)
-        else:
-            print(f"The record is in {arguments.out}.", file=sys.stderr)
+        print(f"The record is in {arguments.out}.", file=sys.stderr)
     return 0

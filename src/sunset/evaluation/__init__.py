@@ -6,6 +6,7 @@ from sunset.evaluation.estimates import METHOD, Estimate, estimate
 from sunset.evaluation.figures import check_figure, entropy_figure
 from sunset.evaluation.report import FORMATS, format_report, render_report
 from sunset.evaluation.results import FIGURES, RunRow, load_results, recompute
+from sunset.evaluation.runs import RUNS_FORMATS, render_runs
 from sunset.evaluation.summary import PUBLISHED, PUBLISHED_SOURCE, SystemRow, summarise
 
 __all__ = [
@@ -15,6 +16,7 @@ __all__ = [
     "METHOD",
     "PUBLISHED",
     "PUBLISHED_SOURCE",
+    "RUNS_FORMATS",
     "Agreement",
     "Comparison",
     "Estimate",
@@ -31,5 +33,6 @@ __all__ = [
     "load_results",
     "recompute",
     "render_report",
+    "render_runs",
     "summarise",
 ]

@@ -40,7 +40,7 @@ Progress = Callable[[int, int], None]
 """Called with (runs that are read, runs in all)."""
 _CHECKSUM: Final = 8
 """Digits of a short checksum."""
-_SETTING: Final = ("entropy_threshold", "sharpness_threshold", "bag_checksum")
+_SETTING: Final = ("entropy_threshold", "sharpness_threshold", "bag_checksum", "bag_looped", "duration_s")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -55,7 +55,7 @@ class RunRow:
         seed: of the run.
         model: the segmentation's model, by its name; where runs with one model's name differ in it or in the flight,
             with `setting`.
-        setting: a short checksum of the model's networks and thresholds and of the flight.
+        setting: a short checksum of the model's networks and thresholds, of the flight, and of how long is measured.
         sources: a short checksum of the files that the managing system is written in; empty if nobody knows.
         faults: a short checksum of the scenario's faults.
         middleware: `sim` or `cyclonedds`.

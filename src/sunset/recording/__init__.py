@@ -6,6 +6,7 @@ runs of the same specification leave the same bytes.
 """
 
 from sunset.recording.reader import read_messages, read_run, read_timeline
+from sunset.recording.stored import LogLine, StoredRun, read_log, read_stored_run
 from sunset.recording.timelines import timeline
 from sunset.recording.values import RECORD_VERSION, RUN_FILE, RecordedMessage
 from sunset.recording.writer import RecordWriter
@@ -13,10 +14,14 @@ from sunset.recording.writer import RecordWriter
 __all__ = [
     "RECORD_VERSION",
     "RUN_FILE",
+    "LogLine",
     "RecordWriter",
     "RecordedMessage",
+    "StoredRun",
+    "read_log",
     "read_messages",
     "read_run",
+    "read_stored_run",
     "read_timeline",
     "timeline",
 ]

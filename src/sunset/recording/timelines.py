@@ -32,18 +32,18 @@ from sunset.metrics import (
 )
 from sunset.recording.values import RecordedMessage
 
-__all__ = ["MEASURED_TOPICS", "timeline"]
+__all__ = ["LOG_TOPIC", "MEASURED_TOPICS", "content_of", "start_of", "timeline"]
 
 _IMAGES: Final = (CAMERA_TOPIC, FUSION_TOPIC, SEGMENTATION_TOPIC)
 _COMMANDS: Final = "/experiment/commands"
 _DIAGNOSTICS: Final = "/diagnostics"
 _EVALUATIONS: Final = "/seg_metrics"
 _INJECTIONS: Final = "/experiment/injections"
-_LOG: Final = "/experiment/log"
+LOG_TOPIC: Final = "/experiment/log"
 _TRUTH: Final = "/gt_segmentation"
 
 MEASURED_TOPICS: Final = frozenset(
-    {*_IMAGES, _COMMANDS, _DIAGNOSTICS, _EVALUATIONS, _INJECTIONS, _LOG, _TRUTH}
+    {*_IMAGES, _COMMANDS, _DIAGNOSTICS, _EVALUATIONS, _INJECTIONS, LOG_TOPIC, _TRUTH}
 )
 """The topics that a timeline is made of; messages on others do not matter."""
 
@@ -82,7 +82,7 @@ def timeline(
     topics: dict[str, list[RecordedMessage]] = {}
     for recorded in messages:
         topics.setdefault(recorded.topic, []).append(recorded)
-    start_ns = _start(topics.get(_LOG, []))
+    start_ns = start_of(topics.get(LOG_TOPIC, []))
     diagnostics = topics.get(_DIAGNOSTICS, [])
     return Timeline(
         duration_s=duration_s,
@@ -99,7 +99,12 @@ def timeline(
     )
 
 
-def _content(recorded: RecordedMessage, kind: type[_M]) -> _M:
+def content_of(recorded: RecordedMessage, kind: type[_M]) -> _M:
+    """Return a recorded message, which must be of a type.
+
+    Raises:
+        RecordError: it is of another one.
+    """
     if not isinstance(recorded.message, kind):
         raise RecordError(
             f"A message on {recorded.topic} must be a {type_name(kind)}, "
@@ -120,19 +125,24 @@ def _times(recorded: Sequence[RecordedMessage], start_ns: int) -> npt.NDArray[np
     return np.array([_seconds(one.time_ns, start_ns) for one in recorded], dtype=np.float64)
 
 
-def _start(log: Sequence[RecordedMessage]) -> int:
+def start_of(log: Sequence[RecordedMessage]) -> int:
+    """Return the moment at which faults are injected, in nanoseconds, from the messages on `LOG_TOPIC`.
+
+    Raises:
+        RecordError: they lack it.
+    """
     for recorded in log:
-        entry = _content(recorded, ExperimentLogging)
+        entry = content_of(recorded, ExperimentLogging)
         if (entry.source, entry.rule_name) == ("experiment", "start"):
             return entry.timestamp
-    raise RecordError(f"The record does not say when the experiment began: no 'start' on {_LOG}.")
+    raise RecordError(f"The record does not say when the experiment began: no 'start' on {LOG_TOPIC}.")
 
 
 def _samples(diagnostics: Sequence[RecordedMessage], node: str, key: str, start_ns: int) -> Samples:
     times: list[float] = []
     values: list[float] = []
     for recorded in diagnostics:
-        for status in _content(recorded, DiagnosticArray).status:
+        for status in content_of(recorded, DiagnosticArray).status:
             if status.hardware_id != node:
                 continue
             for pair in status.values:
@@ -150,7 +160,7 @@ def _number(text: str, node: str, key: str) -> float:
 
 
 def _injections(recorded: Sequence[RecordedMessage], start_ns: int) -> tuple[Injection, ...]:
-    found = [_content(one, FaultInjection) for one in recorded]
+    found = [content_of(one, FaultInjection) for one in recorded]
     injections = [
         Injection(
             time=_seconds(_nanoseconds(one.stamp), start_ns),
@@ -167,7 +177,7 @@ def _injections(recorded: Sequence[RecordedMessage], start_ns: int) -> tuple[Inj
 
 
 def _commands(recorded: Sequence[RecordedMessage], start_ns: int) -> tuple[Command, ...]:
-    found = [_content(one, CommandMessage) for one in recorded]
+    found = [content_of(one, CommandMessage) for one in recorded]
     commands = [
         Command(
             time=_seconds(_nanoseconds(one.stamp), start_ns),
@@ -186,10 +196,10 @@ def _commands(recorded: Sequence[RecordedMessage], start_ns: int) -> tuple[Comma
 def _frames(
     evaluations: Sequence[RecordedMessage], truths: Sequence[RecordedMessage], start_ns: int
 ) -> Frames:
-    taken_ns = {_nanoseconds(_content(one, ImageDigest).header.stamp): one.time_ns for one in truths}
+    taken_ns = {_nanoseconds(content_of(one, ImageDigest).header.stamp): one.time_ns for one in truths}
     found = []
     for recorded in evaluations:
-        evaluation = _content(recorded, FrameEvaluation)
+        evaluation = content_of(recorded, FrameEvaluation)
         time_ns = taken_ns.get(_nanoseconds(evaluation.header.stamp), recorded.time_ns)
         found.append((_seconds(time_ns, start_ns), evaluation))
     found.sort(key=lambda item: item[0])

@@ -1,0 +1,85 @@
+"""A whole run from its record."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from sunset.errors import RecordError
+from sunset.interfaces import Message
+from sunset.interfaces.rcl_interfaces.msg import Log
+from sunset.metrics import score
+from sunset.recording import read_log, read_stored_run, read_timeline
+
+Row = tuple[str, int, Message]
+Write = Callable[[Path, list[Row]], Path]
+
+START_NS = 3 * 10**9
+ABOUT = {
+    "scenario": "rain",
+    "faults": [{"name": "gpu_failure", "value": None}, {"name": "image_shift", "value": 300}],
+    "manager": "mine",
+    "seed": 4,
+    "model": "lite",
+    "valid": False,
+    "reason": "it looked",
+}
+
+
+def described(record: Path, **changes: object) -> Path:
+    file = record / "run.json"
+    run = json.loads(file.read_text()) | ABOUT | changes
+    file.write_text(json.dumps({key: value for key, value in run.items() if value is not ...}))
+    return record
+
+
+def test_what_was_logged_has_the_experiments_time(
+    rows: list[Row], tmp_path: Path, write_record: Write
+) -> None:
+    logged = [
+        ("/rosout", START_NS - 10**9 // 4, Log(level=20, name="managing_system", msg="ready")),
+        ("/rosout", START_NS + 5 * 10**8, Log(level=30, name="managed_subsystem.camera", msg="refused")),
+        ("/rosout", START_NS + 6 * 10**8, Log(level=99, name="odd", msg="what")),
+    ]
+    record = write_record(tmp_path / "logs", sorted([*rows, *logged], key=lambda row: row[1]))
+
+    lines = read_log(record)
+
+    assert [(line.time, line.logger) for line in lines] == [
+        (-0.25, "managing_system"),
+        (0.5, "managed_subsystem.camera"),
+        (0.6, "odd"),
+    ]
+    assert [str(line) for line in lines] == ["ready", "WARN: refused", "99: what"]
+
+
+def test_a_run_is_what_its_record_tells(record: Path) -> None:
+    run = read_stored_run(described(record))
+
+    assert (run.scenario, run.faults) == ("rain", ("gpu_failure", "image_shift"))
+    assert (run.manager, run.seed, run.model) == ("mine", 4, "lite")
+    assert (run.valid, run.reason, run.log) == (False, "it looked", ())
+    assert run.score == score(read_timeline(record))
+    assert [injection.fault for injection in run.timeline.injections] == ["hardware_disconnect"]
+
+
+@pytest.mark.parametrize("key", ABOUT)
+@pytest.mark.parametrize("value", [..., {"a": 1}])
+def test_a_record_that_does_not_tell_is_refused(record: Path, key: str, value: object) -> None:
+    with pytest.raises(RecordError, match=f"The {key} in .* must be of type"):
+        read_stored_run(described(record, **{key: value}))
+
+
+@pytest.mark.parametrize("faults", [[{}], ["gpu_failure"], [None]])
+def test_faults_without_a_name_are_refused(record: Path, faults: object) -> None:
+    with pytest.raises(RecordError, match="must have a name"):
+        read_stored_run(described(record, faults=faults))
+
+
+def test_a_run_whose_managing_system_failed_has_no_time_line(record: Path) -> None:
+    reason = "The managing system mine.py:Mine failed: it raised KeyError."
+    with pytest.raises(
+        RecordError, match=r"has no time line, since its managing system failed: The .* KeyError\."
+    ):
+        read_stored_run(described(record, manager_failed=reason))

@@ -130,6 +130,24 @@ def test_frames_are_a_tenth_of_a_second_apart_or_as_asked(
         assert bag.stamps_ns == (period_ns, 2 * period_ns, 3 * period_ns)
 
 
+def test_a_folder_of_pictures_is_imported(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    frames = make_frames(3, (90, 160))
+    for number, frame in enumerate(frames):
+        for name, image in (("rgb", frame.rgb), ("depth", frame.depth), ("labels", frame.labels)):
+            (tmp_path / "mine" / name).mkdir(parents=True, exist_ok=True)
+            (tmp_path / "mine" / name / f"{number}.png").write_bytes(picture_file(image, ".png"))
+    place = ["--pictures", str(tmp_path / "mine"), "--frames", "1:2", "--rate", "20", "--size", "160x90"]
+
+    assert main(["data", "import", *place, "--out", str(tmp_path / "flight.mcap")]) == 0
+
+    assert "The flight of 2 frames is in" in capsys.readouterr().err
+    with read_bag(tmp_path / "flight.mcap") as bag:
+        assert bag.stamps_ns == (5 * 10**7, 10**8)
+        for number, frame in enumerate(frames[1:]):
+            for ours, theirs in zip(astuple(bag.frame(number)), astuple(frame), strict=True):
+                np.testing.assert_array_equal(ours, theirs)
+
+
 def test_another_bag_is_imported(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     frames = make_frames(4, (90, 160))
     stamps = [10**9, 2 * 10**9, 3 * 10**9, 4 * 10**9]

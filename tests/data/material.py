@@ -115,3 +115,13 @@ def put_frame(folder: Path, number: int) -> None:
         path = folder / name / f"{number:05}{suffix}"
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_bytes(picture_file(np.repeat(np.repeat(image, BLOCK, axis=0), BLOCK, axis=1), suffix))
+
+
+def put_pictures(folder: Path, name: str, frame: Frame, *, colour: str = ".png") -> None:
+    for kind, suffix, image in (
+        ("rgb", colour, frame.rgb),
+        ("depth", ".png", frame.depth),
+        ("labels", ".png", frame.labels),
+    ):
+        (folder / kind).mkdir(parents=True, exist_ok=True)
+        (folder / kind / f"{name}{suffix}").write_bytes(picture_file(image, suffix.lower()))

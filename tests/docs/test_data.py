@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from tests.data.material import FLIGHT, make_frames, put_frame, record, rows_of
+from tests.data.material import FLIGHT, make_frames, put_frame, put_pictures, record, rows_of
 
 from sunset.classes import CARLA_IDS
 from sunset.cli import main
@@ -38,6 +38,7 @@ def test_the_commands_of_the_page_do_what_it_says(
     for number in range(2):
         put_frame(tmp_path / "syndrone" / FLIGHT, number)
     record(tmp_path / "my_recording", rows_of(make_frames()))
+    put_pictures(tmp_path / "my_pictures", "000", make_frames(1, (90, 160))[0], colour=".jpg")
     lines = [line for block in blocks("") for line in block.splitlines()]
     for line in lines:
         name, verb, *arguments = shlex.split(line)
@@ -49,7 +50,7 @@ def test_the_commands_of_the_page_do_what_it_says(
         # one frame is rendered here for the hundreds of the page
         assert main([verb, *("1" if argument == "230" else argument for argument in arguments)]) == 0
         capsys.readouterr()
-    assert sum("data" in line for line in lines) == 5
+    assert sum("data" in line for line in lines) == 6
 
 
 def test_the_table_of_ids_is_that_of_the_classes() -> None:

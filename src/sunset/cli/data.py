@@ -7,7 +7,6 @@ import sys
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any, Final
 
 import numpy as np
@@ -23,7 +22,10 @@ from sunset.data import (
     BagReader,
     FlightPlan,
     Frame,
+    PictureFolder,
+    SynDroneFlight,
     default_flight,
+    find_pictures,
     find_syndrone,
     is_syndrone,
     read_bag,
@@ -36,10 +38,15 @@ from sunset.errors import InvalidInputError
 
 __all__ = ["add_parser", "import_flight", "info", "render"]
 
-_OF_SYNDRONE: Final = MappingProxyType(
-    {"town": "1", "height": 50, "weather": None, "rate": 10.0, "jobs": None}
+_SOURCES: Final = ("syndrone", "pictures", "bag")
+_OF_SOURCES: Final = (
+    ("town", "1", _SOURCES[:1]),
+    ("height", 50, _SOURCES[:1]),
+    ("weather", None, _SOURCES[:1]),
+    ("rate", 10.0, _SOURCES[:2]),
+    ("jobs", None, _SOURCES[:2]),
 )
-"""Options of `import` that a bag has no use for → what they are where they are not given."""
+"""Options of `import`, what they are where they are not given, and the sources that have a use for them."""
 _RATES_HZ: Final = (0.1, 1000)
 
 
@@ -87,12 +94,15 @@ def _add_render(actions: "argparse._SubParsersAction[argparse.ArgumentParser]") 
 def _add_import(actions: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
     parser = actions.add_parser(
         "import",
-        help="make a flight of SynDrone's folders or of another bag",
-        description="Read a flight of the SynDrone data set, or any rosbag2, check it, resample it, and write it as "
-        "a rosbag2 (MCAP) that 'sunset run --bag' flies.",
+        help="make a flight of SynDrone's folders, of a folder of pictures, or of another bag",
+        description="Read a flight of the SynDrone data set, a folder of pictures, or any rosbag2, check it, resample "
+        "it, and write it as a rosbag2 (MCAP) that 'sunset run --bag' flies.",
     )
     source = parser.add_mutually_exclusive_group(required=True)
     source.add_argument("--syndrone", type=Path, metavar="DIR", help="the folder that holds TownNN_Opt_120")
+    source.add_argument(
+        "--pictures", type=Path, metavar="DIR", help="a folder with pictures in rgb, depth and labels"
+    )
     source.add_argument("--bag", type=Path, metavar="PATH", help="a rosbag2 folder or file")
     parser.add_argument("--town", default="1", metavar="N", help="SynDrone's, 1 to 7 or 10HD (default: 1)")
     parser.add_argument(
@@ -104,10 +114,10 @@ def _add_import(actions: "argparse._SubParsersAction[argparse.ArgumentParser]") 
         type=_span,
         default=(None, None),
         metavar="FIRST:LAST",
-        help="numbers of the first and the last frame (default: all)",
+        help="numbers of the first and the last frame: SynDrone's own, else from 0 (default: all)",
     )
     parser.add_argument(
-        "--rate", type=_rate, default=10.0, metavar="HZ", help="of SynDrone's frames (default: 10)"
+        "--rate", type=_rate, default=10.0, metavar="HZ", help="of the pictures' frames (default: 10)"
     )
     parser.add_argument(
         "--size", type=_size, default=FRAME_SIZE, metavar="WxH", help="in pixels (default: 256x144)"
@@ -172,23 +182,12 @@ def render(arguments: argparse.Namespace) -> int:
 
 
 def import_flight(arguments: argparse.Namespace) -> int:
-    """Make a bag of SynDrone's folders or of another bag."""
-    idle = [name for name, unset in _OF_SYNDRONE.items() if getattr(arguments, name) != unset]
-    if arguments.bag is not None and idle:
-        raise InvalidInputError(
-            f"The option --{idle[0]} is for SynDrone's folders and means nothing with --bag."
-        )
+    """Make a bag of SynDrone's folders, of a folder of pictures, or of another bag."""
+    _check_idle(arguments)
     first, last = arguments.frames
-    if arguments.syndrone is not None:
-        flight = find_syndrone(
-            arguments.syndrone,
-            town=arguments.town,
-            height=arguments.height,
-            weather=arguments.weather,
-            first=first,
-            last=last,
-        )
-        stamps = [round((index + 1) * 1e9 / arguments.rate) for index in range(len(flight.numbers))]
+    if arguments.bag is None:
+        flight = _found_flight(arguments, first, last)
+        stamps = [round((index + 1) * 1e9 / arguments.rate) for index in range(len(flight))]
         _write("Importing", arguments.out, flight.frames(arguments.size, jobs=arguments.jobs), stamps)
         return 0
     with read_bag(arguments.bag, size=arguments.size) as reader:
@@ -202,6 +201,30 @@ def import_flight(arguments: argparse.Namespace) -> int:
         stamps = [reader.stamps_ns[index] for index in chosen]
         _write("Importing", arguments.out, map(reader.frame, chosen), stamps)
     return 0
+
+
+def _check_idle(arguments: argparse.Namespace) -> None:
+    """Refuse options that the source has no use for."""
+    (source,) = (name for name in _SOURCES if getattr(arguments, name) is not None)
+    for option, unset, sources in _OF_SOURCES:
+        if source not in sources and getattr(arguments, option) != unset:
+            uses = " and ".join(f"--{name}" for name in sources)
+            raise InvalidInputError(f"The option --{option} is for {uses} and means nothing with --{source}.")
+
+
+def _found_flight(
+    arguments: argparse.Namespace, first: int | None, last: int | None
+) -> PictureFolder | SynDroneFlight:
+    if arguments.pictures is not None:
+        return find_pictures(arguments.pictures, first=first, last=last)
+    return find_syndrone(
+        arguments.syndrone,
+        town=arguments.town,
+        height=arguments.height,
+        weather=arguments.weather,
+        first=first,
+        last=last,
+    )
 
 
 def _write(doing: str, out: Path, frames: Iterable[Frame], stamps_ns: Sequence[int]) -> None:

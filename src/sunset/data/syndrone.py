@@ -5,12 +5,10 @@ Scenarios, ICCV Workshops 2023. A flight is a folder `TownNN_Opt_120/<weather>/h
 `rgb`, `depth` and `semantic`, whose files have the frame's number for a name.
 """
 
-import os
 import re
-from collections import deque
 from collections.abc import Collection, Iterator, Mapping
-from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Final, NoReturn
@@ -19,6 +17,7 @@ import numpy.typing as npt
 
 from sunset.data.frame import FRAME_SIZE, Frame
 from sunset.data.pixels import COLOUR_JPEG, DEPTH_PNG, LABEL_PNG, check_ids, dimensions, picture, resample
+from sunset.data.reading_ahead import read_ahead
 from sunset.errors import DataError
 
 __all__ = ["SynDroneFlight", "find_syndrone", "is_syndrone", "survey_syndrone"]
@@ -64,10 +63,12 @@ class SynDroneFlight:
     folder: Path
     numbers: tuple[int, ...]
 
-    def frames(self, size: tuple[int, int] = FRAME_SIZE, *, jobs: int | None = None) -> Iterator[Frame]:
-        """Yield the frames in order; files are read ahead by several threads, a few frames at a time.
+    def __len__(self) -> int:
+        """Return the number of frames."""
+        return len(self.numbers)
 
-        The number of threads changes no byte.
+    def frames(self, size: tuple[int, int] = FRAME_SIZE, *, jobs: int | None = None) -> Iterator[Frame]:
+        """Return the frames in order, read as `read_ahead` does it.
 
         Args:
             size: height and width in pixels to which they are resampled.
@@ -76,20 +77,9 @@ class SynDroneFlight:
         Raises:
             DataError: a picture is missing, damaged, of another kind or size, or its ids are none of CARLA's.
         """
-        workers = jobs or os.cpu_count() or 1
-        pool = ThreadPoolExecutor(workers)
-        pending: deque[Future[Frame]] = deque()
-        try:
-            for number in self.numbers:
-                pending.append(pool.submit(self._frame, number, size))
-                if len(pending) > 2 * workers:
-                    yield pending.popleft().result()
-            while pending:
-                yield pending.popleft().result()
-        finally:
-            pool.shutdown(cancel_futures=True)
+        return read_ahead(partial(self._frame, size), self.numbers, jobs=jobs)
 
-    def _frame(self, number: int, size: tuple[int, int]) -> Frame:
+    def _frame(self, size: tuple[int, int], number: int) -> Frame:
         rgb, depth, labels = (self._pixels(name, number) for name in _MODALITIES)
         check_ids(labels, str(self._file("semantic", number)))
         return resample(Frame(rgb, depth, labels), size)

@@ -1,0 +1,159 @@
+"""A plain folder of pictures: the frames of a flight from anywhere, in `rgb`, `depth` and `labels`."""
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any, Final
+
+import numpy.typing as npt
+
+from sunset.data.frame import FRAME_SIZE, Frame
+from sunset.data.pixels import (
+    COLOUR_JPEG,
+    COLOUR_PNG,
+    DEPTH_PNG,
+    LABEL_PNG,
+    check_ids,
+    dimensions,
+    picture,
+    resample,
+)
+from sunset.data.reading_ahead import read_ahead
+from sunset.errors import DataError
+
+__all__ = ["PictureFolder", "find_pictures"]
+
+_KINDS: Final = MappingProxyType(
+    {"rgb": (COLOUR_JPEG, COLOUR_PNG), "depth": (DEPTH_PNG,), "labels": (LABEL_PNG,)}
+)
+"""Folder → the kinds of its pictures."""
+_SUFFIXES: Final = frozenset({".jpg", ".jpeg", ".png"})
+_NUMBERS: Final = re.compile(r"([0-9]+)")
+
+
+@dataclass(frozen=True, slots=True)
+class PictureFolder:
+    """The pictures of a flight, or of a part of it.
+
+    Attributes:
+        folder: that of `rgb`, `depth` and `labels`.
+        files: of each frame, in order, the files of its colour, depth and labels.
+    """
+
+    folder: Path
+    files: tuple[tuple[Path, ...], ...]
+
+    def __len__(self) -> int:
+        """Return the number of frames."""
+        return len(self.files)
+
+    def frames(self, size: tuple[int, int] = FRAME_SIZE, *, jobs: int | None = None) -> Iterator[Frame]:
+        """Return the frames in order, read as `read_ahead` does it.
+
+        Args:
+            size: height and width in pixels to which they are resampled.
+            jobs: how many threads read; as many as there are processors if not given.
+
+        Raises:
+            DataError: a picture cannot be read, is damaged, of another kind or of another size than the first, or its
+                ids are none of CARLA's.
+        """
+        first = _pixels(self.files[0][0], "rgb").shape
+        return read_ahead(partial(_frame, (first[0], first[1]), size), self.files, jobs=jobs)
+
+
+def _frame(recorded: tuple[int, int], size: tuple[int, int], files: tuple[Path, ...]) -> Frame:
+    pictures = []
+    for name, path in zip(_KINDS, files, strict=True):
+        pixels = _pixels(path, name)
+        found = pixels.shape[0], pixels.shape[1]
+        if found != recorded:
+            raise DataError(
+                f"The image {path} must have the size of the flight's first colour picture, {dimensions(recorded)}, "
+                f"got {dimensions(found)}; record colour, depth and labels aligned and of one size."
+            )
+        pictures.append(pixels)
+    rgb, depth, labels = pictures
+    check_ids(labels, str(files[-1]))
+    return resample(Frame(rgb, depth, labels), size)
+
+
+def _pixels(path: Path, name: str) -> npt.NDArray[Any]:
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise DataError(f"The image {path} cannot be read: {error.strerror}; copy it again.") from error
+    return picture(data, str(path), _KINDS[name])
+
+
+def find_pictures(folder: Path, *, first: int | None = None, last: int | None = None) -> PictureFolder:
+    """Find a flight's pictures in `rgb`, `depth` and `labels`, and check that its frames are complete.
+
+    The three pictures of a frame have the same name but for the suffix. Frames are in the order of their names, in
+    which numbers count by their value: `9` comes before `10`.
+
+    Args:
+        folder: the one that holds the three.
+        first: which frame of the flight is the first that is wanted, from 0; from the beginning if None.
+        last: which is the last, included; to the end if None.
+
+    Raises:
+        DataError: a folder is missing, has no pictures or two of one name, or the three have different names, or
+            frames that are wanted are not there.
+    """
+    for name in _KINDS:
+        if not (folder / name).is_dir():
+            raise DataError(
+                f"The folder {folder} must hold the folders {', '.join(_KINDS)}, got no {name}; "
+                "put the pictures of the three kinds into one each."
+            )
+    found = {name: _pictures(folder / name) for name in _KINDS}
+    names = sorted(set().union(*found.values()), key=_order)
+    for name, pictures in found.items():
+        if missing := [stem for stem in names if stem not in pictures]:
+            counts = ", ".join(f"{len(own)} in {one}" for one, own in found.items())
+            raise DataError(
+                f"The folder {folder} must hold pictures of the same names in all three folders, got {counts}, and "
+                f"{name} lacks {missing[0]}; name the three pictures of a frame alike."
+            )
+    low, high = first or 0, len(names) - 1 if last is None else last
+    if not low <= high < len(names):
+        raise DataError(
+            f"The folder {folder} has frames 0 to {len(names) - 1}, got --frames from {low} to {high}; "
+            "choose them among these."
+        )
+    files = tuple(tuple(own[stem] for own in found.values()) for stem in names[low : high + 1])
+    return PictureFolder(folder, files)
+
+
+def _pictures(folder: Path) -> dict[str, Path]:
+    """Return the pictures in a folder by their names without the suffix."""
+    pictures: dict[str, Path] = {}
+    others = set()
+    for path in sorted(folder.iterdir()):
+        if path.suffix.lower() not in _SUFFIXES or path.name.startswith(".") or not path.is_file():
+            others.add(path.suffix or path.name)
+        elif pictures.setdefault(path.stem, path) != path:
+            raise DataError(
+                f"The folder {folder} must hold one picture of each name, got {pictures[path.stem].name} and "
+                f"{path.name}; remove one."
+            )
+    if not pictures:
+        found = ", ".join(sorted(others)[:5]) or "nothing"
+        raise DataError(
+            f"The folder {folder} must hold pictures in {', '.join(sorted(_SUFFIXES))}, got {found}; convert them."
+        )
+    return pictures
+
+
+def _order(name: str) -> tuple[list[str | int], str]:
+    """Return what names are sorted by: texts and numbers in turns, then the name itself.
+
+    >>> sorted(["10", "9", "b2", "09"], key=_order)
+    ['09', '9', '10', 'b2']
+    """
+    parts = _NUMBERS.split(name)
+    return [int(part) if place % 2 else part for place, part in enumerate(parts)], name

@@ -1,0 +1,131 @@
+"""A plain folder of pictures: which frames it holds, and what is said of one that is not as it must be."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+from tests.data.material import make_frames, picture_file, put_pictures
+
+from sunset.data import Frame, find_pictures
+from sunset.errors import DataError
+
+SIZE = (18, 32)
+NAMES = ("a9", "a10", "a8")
+IN_ORDER = (2, 0, 1)
+"""Of the frames, which are written under these names."""
+
+
+@pytest.fixture(scope="module")
+def frames() -> list[Frame]:
+    return make_frames(len(NAMES), SIZE)
+
+
+@pytest.fixture
+def folder(tmp_path: Path, frames: list[Frame]) -> Path:
+    """Return a folder of pictures, to be changed."""
+    for name, frame in zip(NAMES, frames, strict=True):
+        put_pictures(tmp_path / "pictures", name, frame)
+    return tmp_path / "pictures"
+
+
+@pytest.mark.parametrize("jobs", [1, 3])
+def test_frames_are_those_of_the_pictures_in_the_order_of_their_names(
+    folder: Path, frames: list[Frame], jobs: int
+) -> None:
+    flight = find_pictures(folder)
+    assert [path.stem for path, _, _ in flight.files] == ["a8", "a9", "a10"]
+    for number, frame in zip(IN_ORDER, flight.frames(SIZE, jobs=jobs), strict=True):
+        np.testing.assert_array_equal(frame.rgb, frames[number].rgb)
+        np.testing.assert_array_equal(frame.depth, frames[number].depth)
+        np.testing.assert_array_equal(frame.labels, frames[number].labels)
+
+
+def test_colour_may_be_jpeg_and_frames_have_the_models_size_by_default(tmp_path: Path) -> None:
+    put_pictures(tmp_path, "0", make_frames(1, (90, 160))[0], colour=".JPG")
+    (frame,) = find_pictures(tmp_path).frames()
+    assert frame.size == (144, 256)
+
+
+@pytest.mark.parametrize(
+    ("first", "last", "stems"), [(1, None, ["a9", "a10"]), (None, 0, ["a8"]), (1, 1, ["a9"])]
+)
+def test_a_part_can_be_chosen(folder: Path, first: int | None, last: int | None, stems: list[str]) -> None:
+    assert [path.stem for path, _, _ in find_pictures(folder, first=first, last=last).files] == stems
+
+
+def remove_depth(folder: Path) -> None:
+    for path in (folder / "depth").iterdir():
+        path.unlink()
+    (folder / "depth").rmdir()
+
+
+def convert_depth(folder: Path) -> None:
+    for path in (folder / "depth").iterdir():
+        path.rename(path.with_suffix(".npy"))
+
+
+def write(name: str, image: npt.NDArray[Any]) -> Callable[[Path], object]:
+    return lambda folder: (folder / name).write_bytes(picture_file(image, Path(name).suffix.lower()))
+
+
+MISTAKES: dict[str, tuple[Callable[[Path], object], str]] = {
+    "no depth": (remove_depth, "must hold the folders rgb, depth, labels, got no depth; put"),
+    "another format": (
+        convert_depth,
+        r"depth must hold pictures in \.jpeg, \.jpg, \.png, got \.npy; convert",
+    ),
+    "a gap": (
+        lambda folder: (folder / "labels" / "a9.png").unlink(),
+        "got 3 in rgb, 3 in depth, 2 in labels, and labels lacks a9; name the three",
+    ),
+    "two of one name": (
+        write("rgb/a9.jpg", np.zeros((*SIZE, 3), np.uint8)),
+        r"one picture of each name, got a9\.jpg and a9\.png; remove one",
+    ),
+    "depth of 8 bits": (
+        write("depth/a10.png", np.zeros(SIZE, np.uint8)),
+        r"a10\.png must be of the kind 16-bit greyscale PNG, got 8-bit greyscale PNG",
+    ),
+    "labels in colour": (
+        write("labels/a10.png", np.zeros((*SIZE, 3), np.uint8)),
+        r"a10\.png must be of the kind 8-bit greyscale PNG, got 8-bit colour PNG",
+    ),
+    "another size": (
+        write("depth/a10.png", np.zeros((18, 30), np.uint16)),
+        r"a10\.png must have the size of the flight's first colour picture, 32x18, got 30x18; record",
+    ),
+    "ids of another data set": (
+        write("labels/a10.png", np.full(SIZE, 99, np.uint8)),
+        r"a10\.png must hold SynDrone's label ids .*, got 99",
+    ),
+    "a broken picture": (
+        lambda folder: (folder / "rgb" / "a9.png").write_bytes(b"\x89PNG\r\n\x1a\n"),
+        r"a9\.png must be a whole picture",
+    ),
+}
+
+
+@pytest.mark.parametrize("mistake", MISTAKES)
+def test_what_is_not_as_it_must_be_is_said_in_one_sentence(folder: Path, mistake: str) -> None:
+    make, sentence = MISTAKES[mistake]
+    make(folder)
+    with pytest.raises(DataError, match=sentence) as told:
+        list(find_pictures(folder).frames(SIZE))
+    assert str(told.value).endswith(".")
+    assert "\n" not in str(told.value)
+
+
+@pytest.mark.parametrize(("first", "last"), [(3, None), (None, 3), (2, 1)])
+def test_frames_that_are_not_there_are_refused(folder: Path, first: int | None, last: int | None) -> None:
+    with pytest.raises(DataError, match=r"has frames 0 to 2, got --frames from"):
+        find_pictures(folder, first=first, last=last)
+
+
+def test_what_is_no_picture_is_passed_over(folder: Path) -> None:
+    (folder / "rgb" / ".thumbnail.png").write_bytes(b"")
+    (folder / "depth" / "notes.txt").write_bytes(b"")
+    (folder / "labels" / "more.png").mkdir()
+    assert len(find_pictures(folder)) == 3

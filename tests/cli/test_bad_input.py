@@ -167,10 +167,11 @@ ARGUMENTS: dict[str, tuple[Sequence[str], str]] = {
     "label twice": (["bench", "--managers", "a=none,a=baseline", "--out", "o"], "once, got a, a"),
     "label of a shipped one": (["run", "--manager", "none=mine.py:Mine"], "comes with SUNSET"),
     "no label": (["run", "--manager", "my own=mine.py:Mine"], "got 'my own'"),
-    "no duration": (["run", "--duration", "0"], "from 1 to 3600 s, got 0 s"),
+    "no duration": (["run", "--duration", "0"], "of 0.1 s, in which a frame comes, got 0 s"),
+    "duration of half a frame": (["run", "--duration", "2.55"], "got 2.55 s"),
     "duration that is no number": (
         ["bench", "--duration", "nan", "--out", "o"],
-        "from 1 to 3600 s, got nan s",
+        "from 1 to 3600 s and a multiple",
     ),
     "scenario of another suite": (["bench", "--scenarios", "rain", "--out", "o"], "no scenario 'rain'"),
     "no manager": (["bench", "--managers", ",", "--out", "o"], "none at all"),

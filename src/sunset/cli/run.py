@@ -34,7 +34,7 @@ def add_parser(verbs: "argparse._SubParsersAction[argparse.ArgumentParser]") -> 
     parser.add_argument(
         "--manager",
         default="baseline",
-        metavar="NAME|FILE.py:CLASS|MODULE:CLASS",
+        metavar="[LABEL=]NAME|FILE.py:CLASS|MODULE:CLASS",
         help="the managing system: none, baseline, or your own; live, also external: one that you start yourself "
         "(default: baseline)",
     )
@@ -64,7 +64,7 @@ def execute(arguments: argparse.Namespace) -> int:
     with tempfile.TemporaryDirectory(prefix="sunset-") as temporary:
         folder = arguments.out or Path(temporary) / "run"
         with redirect_stdout(sys.stderr):
-            # a time line has what was logged; one that cannot be seen, and one that is minutes away, has it not
+            # what is logged stands in the time line, which JSON has not, and which a live run leaves much later
             result = run(spec, folder, log=arguments.json or spec.live)
         if arguments.json:
             print(json.dumps(result.summary(), sort_keys=True))

@@ -1,6 +1,7 @@
 """What is run: the full specification of one experiment, as it is stored with its result."""
 
 from dataclasses import dataclass, field
+from math import isclose
 from pathlib import Path
 from typing import Final
 
@@ -47,12 +48,16 @@ class Timing:
         """Check how long is measured.
 
         Raises:
-            InvalidInputError: it is out of range.
+            InvalidInputError: it is out of range, or no whole number of frames.
         """
         shortest, longest = _DURATIONS_S
-        if not shortest <= self.duration_s <= longest:
+        whole = shortest <= self.duration_s <= longest and isclose(
+            self.duration_s, self.expected_frames * self.period_s
+        )
+        if not whole:
             raise InvalidInputError(
-                f"The duration that is measured must be from {shortest} to {longest} s, got {self.duration_s:g} s."
+                f"The duration that is measured must be from {shortest} to {longest} s and a multiple of "
+                f"{self.period_s:g} s, in which a frame comes, got {self.duration_s:g} s."
             )
 
     @property

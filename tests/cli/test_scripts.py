@@ -14,6 +14,7 @@ SCRIPTS = Path(__file__).parents[2] / "scripts"
     [
         ("count_episodes", ["nowhere"], "There is no folder nowhere."),
         ("count_episodes", [".", "nobody"], "has no run of nobody on paper."),
+        ("published_figures", ["nowhere"], "name the one that 'sunset bench --out' wrote."),
         ("measure_stride_limits", ["--every", "0"], "must be at least 1, got 0."),
         ("measure_stride_limits", ["--every", "-5"], "must be at least 1, got -5."),
     ],

@@ -167,6 +167,9 @@ _LACKING: Final = MappingProxyType(
 )
 """Figure → what it is called, and what happened in the runs that have none."""
 _SHOWN_REASONS: Final = 10
+_PUBLISHED_NOTE: Final = (
+    f"Published: {PUBLISHED_SOURCE}; by other definitions, which docs/metrics.md compares with ours."
+)
 
 
 def arrange(rows: Sequence[SystemRow]) -> Report:
@@ -185,7 +188,7 @@ def arrange(rows: Sequence[SystemRow]) -> Report:
             tuple(_COLUMNS[name] for name in _MORE),
             tuple(_group(row, _MORE) for row in judged),
         ),
-        notes=(METHOD, f"Published: {PUBLISHED_SOURCE}.", *_notes(rows)),
+        notes=(METHOD, _PUBLISHED_NOTE, *_notes(rows)),
     )
 
 

@@ -17,6 +17,8 @@ sentence on stderr and exit code 2::
     └── MissingExtraError          an optional dependency that is not installed
 """
 
+from sunset.texts import printable
+
 __all__ = [
     "MALFORMED_YAML",
     "DataError",
@@ -37,6 +39,10 @@ __all__ = [
 
 class SunsetError(Exception):
     """Base of all errors that SUNSET raises on purpose; its text is one sentence for the user."""
+
+    def __str__(self) -> str:
+        """Return the sentence, whatever the names in it hold."""
+        return printable(super().__str__())
 
 
 class InvalidInputError(SunsetError):

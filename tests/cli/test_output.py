@@ -6,11 +6,15 @@ import os
 import re
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from sunset.cli import main
+from sunset.cli._story import print_story
+from sunset.experiments import RunSpec, run
+from sunset.scenarios import load_scenario
 
 pytestmark = pytest.mark.usefixtures("flight")
 
@@ -165,3 +169,16 @@ def test_every_list_is_there_as_json(noun: str, capsys: pytest.CaptureFixture[st
     assert main([noun, "list", "--json"]) == 0
 
     assert isinstance(json.loads(capsys.readouterr().out), dict)
+
+
+def test_what_a_terminal_would_obey_is_shown_instead(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    result = run(RunSpec(scenario=load_scenario("nofault"), manager="none"), tmp_path / "run")
+    print_story(replace(result, described=result.described | {"model": "lite\x1b[2J"}))
+    assert main(["report", str(tmp_path / "none\x1b[2J")]) == 2
+
+    out, err = capsys.readouterr()
+    assert r"model lite\x1b[2J" in out
+    assert r"none\x1b[2J; name the one" in err
+    assert "\x1b" not in out + err

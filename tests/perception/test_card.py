@@ -26,6 +26,13 @@ def test_what_a_card_may_say_besides_is_read_and_written(tmp_path: Path, lite: M
     assert "float16 weights" in (tmp_path / "card.md").read_text(encoding="utf-8")
 
 
+def test_what_a_terminal_would_obey_in_a_card_is_shown_instead(tmp_path: Path, lite: Model) -> None:
+    replace(lite.card, description="\x1b]0;owned\x07 towns", results={"\x1b[2J": ["\x9b1A"]}).write(tmp_path)
+    text = ModelCard.read(tmp_path / "card.json").to_text()
+    assert not {c for c in text if not c.isprintable()} - {"\n"}
+    assert r"\x1b]0;owned\x07 towns" in text
+
+
 def test_a_networks_digest_tells_its_weights_files_apart() -> None:
     plain = NetworkCard("rgb.onnx", "0" * 64, 1, 1.0)
     assert plain.digest == plain.sha256

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Final, NoReturn
+from typing import Any, Final, NoReturn
 
 from rich.console import Console
 from rich.table import Table
@@ -12,6 +12,7 @@ from sunset.experiments.graph import SYSTEM_NODES
 from sunset.faults import Failure, get_fault
 from sunset.metrics import Episode, RunMetrics
 from sunset.recording import StoredRun, read_stored_run
+from sunset.texts import printable
 
 __all__ = ["print_story"]
 
@@ -76,7 +77,11 @@ def print_story(folder: Path) -> None:
 
 
 class _Console(Console):
-    """A console that leaves a closed pipe to the entry point, as `print` does."""
+    """A console that shows every text as it is, and leaves a closed pipe to the entry point, as `print` does."""
+
+    def render_str(self, text: str, **options: Any) -> Text:
+        """Return a text of the user's or of a record's, made printable."""
+        return super().render_str(printable(text), **options)
 
     def on_broken_pipe(self) -> NoReturn:
         """Raise on; rich would exit with code 1."""

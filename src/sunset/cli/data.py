@@ -35,6 +35,7 @@ from sunset.data import (
 )
 from sunset.data.pixels import FAR
 from sunset.errors import InvalidInputError
+from sunset.texts import printable
 
 __all__ = ["add_parser", "import_flight", "info", "render"]
 
@@ -253,7 +254,7 @@ def info(arguments: argparse.Namespace) -> int:
         with read_bag(path) as reader, progress_bar("Looking") as progress:
             found = _bag(reader, progress)
         text = _bag_text(found)
-    print(json.dumps(found, sort_keys=True) if arguments.json else text)
+    print(json.dumps(found, sort_keys=True) if arguments.json else printable(text))
     return 0
 
 

@@ -1,7 +1,5 @@
 """The agreement report in the format that is asked for."""
 
-import csv
-import io
 import json
 import textwrap
 from collections.abc import Iterator, Sequence
@@ -10,6 +8,7 @@ from typing import Final
 from sunset.errors import InvalidInputError
 from sunset.evaluation.agreement import TOLERANCE, TOLERANCE_S, Agreement, Comparison, LeftOut, Pair
 from sunset.evaluation.text import WIDTH
+from sunset.texts import csv_text
 
 __all__ = ["AGREEMENT_FORMATS", "format_agreement"]
 
@@ -184,15 +183,13 @@ def _json_pair(pair: Pair) -> dict[str, object]:
 
 def _as_csv(agreements: Sequence[Agreement]) -> str:
     """Return one line a figure; a cell is empty where there is nothing to compare."""
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
     head = ("manager", "suite", "model", "figure", "sim", "live", "difference", "ci_low", "ci_high")
-    writer.writerow([*head, "pairs", "one_sided", "agrees"])
+    rows: list[tuple[object, ...]] = [(*head, "pairs", "one_sided", "agrees")]
     for agreement in agreements:
         for one in agreement.comparisons:
             found = one.difference
             numbers = (None,) * 3 if found is None else (found.mean, found.low, found.high)
             verdict = None if one.agrees is None else str(one.agrees).lower()
             start = (agreement.manager, agreement.suite, agreement.model, one.name, one.sim, one.live)
-            writer.writerow([*start, *numbers, one.pairs, one.one_sided, verdict])
-    return out.getvalue()
+            rows.append((*start, *numbers, one.pairs, one.one_sided, verdict))
+    return csv_text(rows)

@@ -12,6 +12,7 @@ from sunset.classes import CLASSES
 from sunset.errors import InvalidInputError, ModelError
 from sunset.perception.card_text import card_text
 from sunset.perception.modality import Modality
+from sunset.texts import printable_json
 
 __all__ = ["CARD_FORMAT", "CARD_NAME", "ModelCard", "NetworkCard", "check_name"]
 
@@ -110,6 +111,7 @@ class ModelCard:
         try:
             raw = json.loads(path.read_text(encoding="utf-8"))
             json.dumps(raw, ensure_ascii=False, allow_nan=False).encode()  # as it is written again
+            raw = printable_json(raw)
         except FileNotFoundError:
             raise ModelError(f"The model card {path} is missing.") from None
         except (OSError, RecursionError, ValueError) as error:

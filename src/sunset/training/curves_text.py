@@ -1,11 +1,10 @@
 """Curves as a table for reading, as rows, and as one JSON object."""
 
-import csv
-import io
 from collections.abc import Iterator
 from dataclasses import asdict, fields
 from typing import Final
 
+from sunset.texts import csv_text
 from sunset.training.conditions import BLURRED, UNSURE, cure_of
 from sunset.training.curves import AUC, BAND, CURED, DROP, SHARPNESS_AUC, Case, Curves, Figures
 
@@ -87,17 +86,15 @@ def _fitting(curves: Curves, fault: str) -> list[float]:
 
 def as_csv(curves: Curves) -> str:
     """Return one line a measurement, with a line of names."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(["faults", "strengths", "suite", "state", "share_of_nominal_iou", *_FIGURES])
+    rows: list[list[object]] = [["faults", "strengths", "suite", "state", "share_of_nominal_iou", *_FIGURES]]
     for network, figures in curves.nominal.items():
-        writer.writerow(["", "", "", network.key, *_cells(curves, figures)])
+        rows.append(["", "", "", network.key, *_cells(curves, figures)])
     for case in (*curves.points, *curves.pairs):
         what = [case.name, " + ".join(f"{value:g}" for value in case.strengths.values()), int(case.suite)]
-        writer.writerow([*what, "faulty", *_cells(curves, case.before)])
+        rows.append([*what, "faulty", *_cells(curves, case.before)])
         if case.after is not None:
-            writer.writerow([*what, "cured", *_cells(curves, case.after)])
-    return text.getvalue()
+            rows.append([*what, "cured", *_cells(curves, case.after)])
+    return csv_text(rows)
 
 
 def _cells(curves: Curves, figures: Figures) -> list[str]:

@@ -1,7 +1,5 @@
 """Tables of IoU as Markdown and as rows, and whether they bear out what the project claims."""
 
-import csv
-import io
 from collections.abc import Iterator, Sequence
 from typing import Final
 
@@ -9,6 +7,7 @@ import numpy as np
 
 from sunset.classes import CLASSES
 from sunset.perception import Modality
+from sunset.texts import csv_text
 from sunset.training.tables import AXES, Entry, IouTables, Measured
 
 __all__ = ["claims", "iou_csv", "iou_json", "iou_markdown"]
@@ -129,20 +128,20 @@ def _order(tables: IouTables, name: str, means: dict[Entry, float]) -> Iterator[
 
 def iou_csv(tables: IouTables) -> str:
     """Return one line a figure, with a line of names."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(["frames", "count", "measure", "class", "share_of_pixels", "model", "modality", "iou"])
+    rows: list[list[object]] = [
+        ["frames", "count", "measure", "class", "share_of_pixels", "model", "modality", "iou"]
+    ]
     for name, measured in _groups(tables).items():
         shares, by_class = measured.shares(), measured.by_class()
         means = (("mean over frames", measured.per_image()), ("mIoU", measured.dataset()))
         for place, entry in enumerate(tables.networks):
             network = [entry.model, entry.modality.key]
             for measure, values in means:
-                writer.writerow([name, len(measured), measure, "", "", *network, f"{values[place]:.6g}"])
+                rows.append([name, len(measured), measure, "", "", *network, f"{values[place]:.6g}"])
             for index in np.flatnonzero(~np.isnan(by_class[place])):
                 row = [name, len(measured), "class IoU", CLASSES[index], f"{shares[index]:.6g}", *network]
-                writer.writerow([*row, f"{by_class[place, index]:.6g}"])
-    return text.getvalue()
+                rows.append([*row, f"{by_class[place, index]:.6g}"])
+    return csv_text(rows)
 
 
 def _groups(tables: IouTables) -> dict[str, Measured]:

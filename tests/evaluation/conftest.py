@@ -37,14 +37,14 @@ def at(seconds: float) -> int:
     return START_NS + round(seconds * 1e9)
 
 
-def messages(command_s: float, iou: float) -> list[tuple[str, int, Message]]:
+def messages(run: str, command_s: float, iou: float) -> list[tuple[str, int, Message]]:
     """Return a flight with one outage of everything, and one redeploy of the camera within it."""
     camera = "/managed_subsystem/camera"
     rows: list[tuple[str, int, Message]] = [
         (
             "/experiment/log",
             at(0),
-            ExperimentLogging(timestamp=START_NS, source="experiment", rule_name="start"),
+            ExperimentLogging(timestamp=START_NS, scenario=run, source="experiment", rule_name="start"),
         ),
         (
             "/experiment/injections",
@@ -119,8 +119,6 @@ def store(tmp_path: Path) -> Store:
             "expected_frames": 200,
         }
         with RecordWriter(folder) as writer:
-            for topic, time_ns, message in messages(command_s, iou):
-                writer.write(topic, time_ns, message)
             described = {
                 "scenario": "paper/camera_driver_issue",
                 "suite": "paper",
@@ -129,11 +127,16 @@ def store(tmp_path: Path) -> Store:
                 "model": "lite",
                 "model_checksums": {"fusion": "0f"},
                 "middleware": "sim",
-                "metrics": score(writer.timeline(**settings)).to_json(),  # type: ignore[arg-type]
                 "valid": True,
                 "reason": "",
+                **about,
             }
-            writer.close({**settings, **described, **about})
+            # two flights never have the same messages
+            run = f"{described['scenario']}, seed {described['seed']}, {about.get('faults')}"
+            for topic, time_ns, message in messages(run, command_s, iou):
+                writer.write(topic, time_ns, message)
+            metrics = score(writer.timeline(**settings)).to_json()  # type: ignore[arg-type]
+            writer.close({**settings, "metrics": metrics, **described})
         return folder
 
     return write

@@ -328,3 +328,41 @@ def test_a_folder_of_runs_is_rendered_stored_or_recomputed(
     store("runs/1", seed=1)
     store("runs/2", seed=2, iou=0.3)
     assert render_report(tmp_path, form) == render_report(tmp_path, form, recompute=True)
+
+
+@pytest.mark.parametrize("form", FORMATS)
+def test_what_recomputing_corrects_is_told_in_every_format(
+    store: Callable[..., Path], edit: Callable[..., None], tmp_path: Path, form: str
+) -> None:
+    store("runs/1", seed=1)
+    folder = store("runs/2", seed=2)
+    honest = render_report(tmp_path, form, recompute=True)
+    stored = json.loads((folder / "run.json").read_text())["metrics"]
+    edit(folder, metrics=stored | {"t_down_s": 0.0})
+    told = render_report(tmp_path, form, recompute=True)
+    assert told != honest
+    words = {"json": '"figures": [', "csv": "runs_differing"}.get(
+        form, "figures were stored that the messages"
+    )
+    assert words in " ".join(told.split())
+
+
+@pytest.mark.parametrize("form", FORMATS)
+def test_what_a_terminal_would_obey_is_shown_instead(
+    store: Callable[..., Path], tmp_path: Path, form: str
+) -> None:
+    hostile = "\x1b[2J\x1b]0;owned\x07\u202e\x9b1A"
+    store("1", manager=f"mine{hostile}.py:Mine", model=f"lite{hostile}")
+    store("2", seed=2, valid=False, reason=f"it raised{hostile}", manager="baseline")
+    told = render_report(tmp_path, form)
+    assert not {character for character in told if not character.isprintable()} - {"\n"}
+
+
+@pytest.mark.parametrize("name", ["=1+1", "@SUM(A1)", "+cmd|'A0'", "-2+3"])
+def test_csv_has_no_cell_that_a_spreadsheet_computes(name: str) -> None:
+    lines = list(
+        csv.DictReader(io.StringIO(format_report(table(run(name, "paper", 1, t_react_s=-0.5)), "csv")))
+    )
+    (line,) = [line for line in lines if line["manager"].endswith(name)]
+    assert line["manager"] == line["system"] == f"'{name}"
+    assert line["t_react_s_mean"] == "-0.5"

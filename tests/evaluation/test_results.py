@@ -1,6 +1,8 @@
 import json
+import shutil
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -103,6 +105,14 @@ def test_managing_systems_and_scenarios_of_one_name_that_differ_are_told_apart(
     assert rows["harder"].scenario != rows["easier"].scenario
 
 
+def test_a_run_says_which_version_flew_it(store: Store, tmp_path: Path) -> None:
+    store("old", versions={"sunset": "0.9.0", "numpy": "2.0.0"})
+    store("older", seed=2)
+    store("edited", seed=3, versions="none")
+    found = {row.folder.name: row.version for row in load_results(tmp_path)}
+    assert found == {"old": "0.9.0", "older": "", "edited": ""}
+
+
 def test_a_scenario_of_ones_own_is_of_no_suite_whatever_its_name(store: Store) -> None:
     (row,) = load_results(store("run", scenario="nofault", suite=""))
     assert row.suite == ""
@@ -136,6 +146,7 @@ def test_a_truncated_file_is_refused_with_its_name(store: Store) -> None:
     [
         ("scenario", ..., r"The scenario in .*run\.json must be of type str, got None"),
         ("seed", "1", "The seed in .* must be of type int, got '1'"),
+        ("seed", True, "The seed in .* must be of type int, got True"),
         ("valid", "yes", "The valid in .* must be of type bool"),
         ("metrics", [], "The metrics in .* must be of type dict"),
         ("record_version", 99, "version 99"),
@@ -150,10 +161,73 @@ def test_a_file_of_another_form_is_refused(
         load_results(folder)
 
 
-@pytest.mark.parametrize("value", ["fast", True, float("nan"), float("inf")])
-def test_a_figure_that_is_no_number_is_refused(store: Store, edit: Edit, value: object) -> None:
+@pytest.mark.parametrize("value", ["fast", True, float("nan"), float("inf"), 7, -0.1, 10**400])
+def test_a_figure_that_no_run_can_have_is_refused(store: Store, edit: Edit, value: object) -> None:
     folder = store("run")
     (row,) = load_results(folder)
     edit(folder, metrics=dict(row.metrics) | {"iou": value})
-    with pytest.raises(RecordError, match=r"The metric iou in .* must be a finite number or null"):
+    with pytest.raises(
+        RecordError, match=r"The metric iou in .* must be a number from 0 to 1 or null"
+    ) as found:
         load_results(folder)
+    assert len(str(found.value)) < 300
+
+
+@pytest.mark.parametrize(("name", "value"), [("t_down_s", 1e308), ("adaptations", 10**400), ("episodes", -1)])
+def test_a_figure_out_of_all_proportion_is_refused(store: Store, edit: Edit, name: str, value: float) -> None:
+    folder = store("run")
+    (row,) = load_results(folder)
+    edit(folder, metrics=dict(row.metrics) | {name: value})
+    with pytest.raises(
+        RecordError, match=rf"The metric {name} in .* must be a number from 0 to 1e\+06 or null"
+    ):
+        load_results(folder)
+
+
+@pytest.mark.parametrize("value", [1e300, 10**400, 0, True])
+def test_a_duration_that_no_run_has_is_refused(store: Store, edit: Edit, value: object) -> None:
+    folder = store("run")
+    edit(folder, duration_s=value)
+    with pytest.raises(
+        RecordError, match=r"The duration_s in .* must be a number above 0 and at most 1e\+06"
+    ):
+        load_results(folder, again=True)
+
+
+def copy(folder: Path, name: str) -> Path:
+    return Path(shutil.copytree(folder, folder.parent / name))
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [{"seed": 2}, {"scenario": "paper/another"}, {"valid": False}, {"metrics": {"t_down_s": 0.0}}],
+    ids=lambda changes: next(iter(changes)),
+)
+@pytest.mark.parametrize("name", ["a", "z"])
+def test_a_copy_that_was_edited_neither_counts_nor_wins(
+    store: Store, edit: Edit, changes: dict[str, Any], name: str
+) -> None:
+    folder = store("run")
+    (row,) = load_results(folder)
+    (key,) = changes
+    edit(copy(folder, name), **{key: dict(row.metrics) | changes[key] if key == "metrics" else changes[key]})
+    words = (
+        rf"have the same messages and must be the same run, but differ in their {key}: .*; remove that one\."
+    )
+    with pytest.raises(RecordError, match=words):
+        load_results(folder.parent)
+
+
+def test_what_recomputing_corrects_is_named(store: Store, edit: Edit) -> None:
+    folder = store("run")
+    (honest,) = load_results(folder, again=True)
+    edit(folder, metrics=dict(honest.metrics) | {"t_down_s": 0.0, "adaptations": "none"})
+    (row,) = load_results(folder, again=True)
+    assert (honest.differing, row.differing) == ((), ("t_down_s", "adaptations"))
+
+
+def test_last_digits_of_another_computer_do_not_differ(store: Store, edit: Edit) -> None:
+    folder = store("run")
+    (honest,) = load_results(folder)
+    edit(folder, metrics=dict(honest.metrics) | {"iou_all": 0.4 + 1e-13})
+    assert load_results(folder, again=True)[0].differing == ()

@@ -28,6 +28,7 @@ def run(
     scenario: str = "paper/a",
     model: str = "lite",
     middleware: str = "sim",
+    version: str = "1.0.0",
     valid: bool = True,
     **metrics: float | None,
 ) -> RunRow:
@@ -40,6 +41,7 @@ def run(
         model=model,
         setting="0f",
         middleware=middleware,
+        version=version,
         digest="",
         metrics=HEALTHY | metrics,
         valid=valid,
@@ -76,6 +78,15 @@ def test_other_suites_say_which_they_are() -> None:
         "baseline, F4 and F5",
         "baseline (own scenarios)",
         "baseline (mine)",
+    ]
+
+
+def test_runs_of_several_versions_of_the_package_are_kept_apart() -> None:
+    assert names(run(), run(seed=2)) == ["baseline"]
+    assert names(run(), run(version="1.1.0"), run(version="")) == [
+        "baseline [sunset unknown]",
+        "baseline [sunset 1.0.0]",
+        "baseline [sunset 1.1.0]",
     ]
 
 

@@ -144,5 +144,7 @@ def test_a_run_file_without_a_number_for_the_timeline_is_refused(
     record: Path, key: str, value: object
 ) -> None:
     change_run(record, **{key: value})
-    with pytest.raises(RecordError, match=rf"The {key} in .* must be a finite number, got"):
+    with pytest.raises(
+        RecordError, match=rf"The {key} in .* must be a number above 0 and at most 1e\+06, got"
+    ):
         read_timeline(record)

@@ -166,7 +166,7 @@ _LACKING: Final = MappingProxyType(
     }
 )
 """Figure → what it is called, and what happened in the runs that have none."""
-_SHOWN_REASONS: Final = 10
+_SHOWN: Final = 10
 _PUBLISHED_NOTE: Final = (
     f"Published: {PUBLISHED_SOURCE}; by other definitions, which docs/metrics.md compares with ours."
 )
@@ -233,6 +233,7 @@ def _notes(rows: Sequence[SystemRow]) -> list[str]:
                     f"{row.system}: {figure} is of {found.runs} of {row.runs} runs; in the others {reason}."
                 )
     notes += [_invalid_note(row) for row in rows if row.invalid]
+    notes += [_differing_note(row) for row in rows if row.differing]
     if not any(row.invalid for row in rows):
         notes.append("Every run is valid.")
     return notes
@@ -245,12 +246,22 @@ def _invalid_note(row: SystemRow) -> str:
         reason = run.reason.rstrip(".") or "no reason given"
         reasons[reason] = reasons.get(reason, 0) + 1
     told = [f"{reason} ({count} times)" if count > 1 else reason for reason, count in reasons.items()]
-    if len(told) > _SHOWN_REASONS:
-        told = [*told[:_SHOWN_REASONS], f"and {len(told) - _SHOWN_REASONS} other reasons"]
     number = len(row.invalid)
     failed = f", in {row.failed} of which the managing system failed" if row.failed else ""
-    return (
-        f"{row.system}: {number} invalid {'run is' if number == 1 else 'runs are'} left out{failed}: "
-        + "; ".join(told)
-        + "."
+    return f"{row.system}: {number} invalid {'run is' if number == 1 else 'runs are'} left out{failed}: " + (
+        _listed(told, "reasons")
     )
+
+
+def _differing_note(row: SystemRow) -> str:
+    """Return which of a row's runs had other figures stored than are shown."""
+    told = [f"{', '.join(run.differing)} of {run.folder}" for run in row.differing]
+    return f"{row.system}: figures were stored that the messages do not give, and are computed here: " + (
+        _listed(told, "runs")
+    )
+
+
+def _listed(texts: Sequence[str], what: str) -> str:
+    """Return the texts in one sentence; of many only the first."""
+    more = [f"and {len(texts) - _SHOWN} other {what}"] if len(texts) > _SHOWN else []
+    return "; ".join([*texts[:_SHOWN], *more]) + "."

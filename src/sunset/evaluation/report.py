@@ -1,7 +1,5 @@
 """From a folder of runs to a report, in the format that is asked for."""
 
-import csv
-import io
 import json
 from collections.abc import Sequence
 from pathlib import Path
@@ -15,6 +13,7 @@ from sunset.evaluation.results import FIGURES, Progress, load_results
 from sunset.evaluation.summary import PUBLISHED, PUBLISHED_SOURCE, SystemRow, summarise
 from sunset.evaluation.text import as_text
 from sunset.evaluation.webpage import as_html
+from sunset.texts import csv_text
 
 __all__ = ["FORMATS", "format_report", "render_report"]
 
@@ -76,6 +75,7 @@ def _json_row(row: SystemRow) -> dict[str, object]:
         "manager": row.manager,
         "model": row.model,
         "middleware": row.middleware,
+        "version": row.version,
         "runs": row.runs,
         **figures,
         "unresolved_rate": row.unresolved_rate,
@@ -83,6 +83,10 @@ def _json_row(row: SystemRow) -> dict[str, object]:
         "runs_failed": row.failed,
         "invalid": [
             {"scenario": run.scenario, "seed": run.seed, "reason": run.reason} for run in row.invalid
+        ],
+        "differing": [
+            {"scenario": run.scenario, "seed": run.seed, "figures": list(run.differing)}
+            for run in row.differing
         ],
         "published": row.published,
     }
@@ -95,21 +99,11 @@ def _json_published(name: str) -> dict[str, object]:
 
 def _as_csv(rows: Sequence[SystemRow]) -> str:
     """Return one line a row, the paper's last; a cell is empty where a figure is not applicable."""
-    head = [
-        "system",
-        "source",
-        "suite",
-        "manager",
-        "model",
-        "middleware",
-        "runs",
-        "runs_invalid",
-        "runs_failed",
-    ]
+    head = ["system", "source", "suite", "manager", "model", "middleware", "version"]
+    head += ["runs", "runs_invalid", "runs_failed", "runs_differing"]
     columns = [part for name in FIGURES for part in _parts(name)]
-    out = io.StringIO()
-    writer = csv.DictWriter(out, [*head, *columns, "unresolved_rate"], lineterminator="\n")
-    writer.writeheader()
+    names = [*head, *columns, "unresolved_rate"]
+    lines: list[dict[str, object]] = []
     for row in rows:
         cells: dict[str, object] = {
             "system": row.system,
@@ -118,22 +112,24 @@ def _as_csv(rows: Sequence[SystemRow]) -> str:
             "manager": row.manager,
             "model": row.model,
             "middleware": row.middleware,
+            "version": row.version,
             "runs": row.runs,
             "runs_invalid": len(row.invalid),
             "runs_failed": row.failed,
+            "runs_differing": len(row.differing),
             "unresolved_rate": row.unresolved_rate,
         }
         for name, found in row.estimates.items():
             if found is not None:
                 parts = (found.mean, found.std, found.low, found.high, found.runs)
                 cells |= dict(zip(_parts(name), parts, strict=True))
-        writer.writerow(cells)
+        lines.append(cells)
     for name, figures in PUBLISHED.items():
         cells = {"system": name, "source": "published"}
         for figure, pair in figures.items():
             cells |= dict(zip(_parts(figure)[:2], pair, strict=True))
-        writer.writerow(cells)
-    return out.getvalue()
+        lines.append(cells)
+    return csv_text([names, *([cells.get(name) for name in names] for cells in lines)])
 
 
 def _parts(name: str) -> tuple[str, ...]:

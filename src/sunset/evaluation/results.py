@@ -3,6 +3,7 @@
 import hashlib
 import json
 import math
+import reprlib
 from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -40,6 +41,9 @@ Progress = Callable[[int, int], None]
 """Called with (runs that are read, runs in all)."""
 _CHECKSUM: Final = 8
 """Digits of a short checksum."""
+_SHARES: Final = frozenset({"availability", "iou", "iou_all", "miou"})
+_MOST: Final = 1e6
+"""No figure of a run is larger; twelve days, of those that are times."""
 _SETTING: Final = ("entropy_threshold", "sharpness_threshold", "bag_checksum", "bag_looped", "duration_s")
 
 
@@ -61,9 +65,11 @@ class RunRow:
         middleware: `sim` or `cyclonedds`.
         digest: of the record's messages.
         metrics: the figures by name; None where there is none to take.
+        version: of the package that flew it; empty if nobody knows.
         valid: whether the run counts.
         reason: why it does not; empty if it does.
         failed: whether its managing system failed, so that there is no record and no figure.
+        differing: the figures that were computed again and are stored otherwise.
     """
 
     folder: Path
@@ -78,15 +84,17 @@ class RunRow:
     metrics: Mapping[str, float | None]
     sources: str = ""
     faults: str = ""
+    version: str = ""
     valid: bool = True
     reason: str = ""
     failed: bool = False
+    differing: tuple[str, ...] = ()
 
 
 def load_results(folder: Path, *, again: bool = False, progress: Progress | None = None) -> list[RunRow]:
     """Return every run below a folder, in order of its path.
 
-    A run that lies there twice, with the same specification and the same messages, is returned once.
+    A run that lies there twice, with the same messages, is returned once.
 
     Args:
         folder: of one run, of a campaign, or of several; hidden folders in it are not looked at, since
@@ -95,7 +103,8 @@ def load_results(folder: Path, *, again: bool = False, progress: Progress | None
         progress: called after each run.
 
     Raises:
-        RecordError: there is no such folder, no run in it, or one that is damaged.
+        RecordError: there is no such folder, no run in it, one that is damaged, or two with the same messages that
+            differ in what is stored beside them.
     """
     if not folder.is_dir():
         raise RecordError(f"There is no folder {folder}; name the one that 'sunset bench --out' wrote.")
@@ -109,14 +118,29 @@ def load_results(folder: Path, *, again: bool = False, progress: Progress | None
     rows: dict[tuple[object, ...], RunRow] = {}
     for done, place in enumerate(found, 1):
         row = _read(place, again=again)
-        what = (row.suite, row.scenario, row.faults, row.manager, row.sources, row.setting)
-        rows.setdefault((*what, row.seed, row.middleware, row.digest), row)
+        flown = (row.suite, row.manager, row.sources, row.setting, row.middleware, row.version)
+        messages = (row.scenario, row.faults, row.seed) if row.failed else (row.digest,)
+        _check_copy(row, rows.setdefault((*flown, *messages), row))
         if progress is not None:
             progress(done, len(found))
     told = list(rows.values())
     for name, checksum in (("model", "setting"), ("manager", "sources"), ("scenario", "faults")):
         told = _tell_apart(told, name, checksum)
     return told
+
+
+def _check_copy(row: RunRow, known: RunRow) -> None:
+    """Refuse a run with the messages of another one, unless it is the same.
+
+    Raises:
+        RecordError: something else is stored beside them, so that one of the two was edited.
+    """
+    for name in ("scenario", "faults", "model", "seed", "valid", "metrics"):
+        if getattr(row, name) != getattr(known, name):
+            raise RecordError(
+                f"The runs {known.folder} and {row.folder} have the same messages and must be the same run, but differ "
+                f"in their {name}: one of them was edited; remove that one."
+            )
 
 
 def _tell_apart(rows: Sequence[RunRow], name: str, checksum: str) -> list[RunRow]:
@@ -152,10 +176,14 @@ def _read(folder: Path, *, again: bool) -> RunRow:
         for key in ("scenario", "suite", "manager", "model", "middleware", "digest", "reason")
     }
     failed = run.get("manager_failed") is not None
+    metrics = recompute(folder) if again and not failed else _stored(run, where)
+    versions = run.get("versions")
     return RunRow(
         folder=folder,
         seed=_checked(run, "seed", int, where),
-        metrics=recompute(folder) if again and not failed else _stored(run, where),
+        metrics=metrics,
+        differing=_differing(run.get("metrics"), metrics),
+        version=str(versions.get("sunset", "")) if isinstance(versions, dict) else "",
         valid=_checked(run, "valid", bool, where),
         setting=_checksum(
             {
@@ -172,8 +200,8 @@ def _read(folder: Path, *, again: bool) -> RunRow:
 
 def _checked(run: Mapping[str, Any], key: str, kind: type, where: Path) -> Any:
     value = run.get(key)
-    if not isinstance(value, kind):
-        raise RecordError(f"The {key} in {where} must be of type {kind.__name__}, got {value!r}.")
+    if not isinstance(value, kind) or (kind is int and isinstance(value, bool)):
+        raise RecordError(f"The {key} in {where} must be of type {kind.__name__}, got {reprlib.repr(value)}.")
     return value
 
 
@@ -187,12 +215,29 @@ def _stored(run: Mapping[str, Any], where: Path) -> Mapping[str, float | None]:
 
 
 def _figure(stored: Mapping[str, Any], name: str, where: Path) -> float | None:
-    """Return one stored figure: a finite number, or None."""
+    """Return one stored figure: a number that a run can have, or None."""
     if name not in stored:
         raise RecordError(f"The metrics in {where} lack {name}; run it again, or use --recompute.")
     value = stored[name]
     if value is None:
         return None
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        raise RecordError(f"The metric {name} in {where} must be a finite number or null, got {value!r}.")
+    low, high = (-_MOST, _MOST) if name == "t_decide_s" else (0, 1 if name in _SHARES else _MOST)
+    if isinstance(value, bool) or not isinstance(value, int | float) or not low <= value <= high:
+        raise RecordError(
+            f"The metric {name} in {where} must be a number from {low:g} to {high:g} or null, got "
+            f"{reprlib.repr(value)}."
+        )
     return value
+
+
+def _differing(stored: object, computed: Mapping[str, float | None]) -> tuple[str, ...]:
+    """Return the names of the figures that are stored otherwise than they were computed."""
+    known = stored if isinstance(stored, dict) else {}
+    return tuple(name for name in FIGURES if name in known and not _same(known[name], computed[name]))
+
+
+def _same(one: object, other: object) -> bool:
+    """Return whether two figures are equal, but for the last digits that another computer may give."""
+    if isinstance(one, float) and isinstance(other, float):
+        return math.isclose(one, other, rel_tol=1e-9, abs_tol=1e-9)
+    return one == other

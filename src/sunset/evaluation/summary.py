@@ -56,11 +56,13 @@ class SystemRow:
         manager: the managing system.
         model: the segmentation's model.
         middleware: `sim` or `cyclonedds`.
+        version: of the package that flew the runs.
         runs: how many valid runs there are.
         estimates: figure → estimate over the valid runs; None where it is not applicable.
         episodes: failure episodes of all valid runs together.
         unresolved: those of them that no adaptation ended.
         invalid: the runs that do not count, each with its reason.
+        differing: the runs whose stored figures are not what was computed again.
     """
 
     system: str
@@ -68,11 +70,13 @@ class SystemRow:
     manager: str
     model: str
     middleware: str
+    version: str
     runs: int
     estimates: Mapping[str, Estimate | None]
     episodes: int
     unresolved: int
     invalid: tuple[RunRow, ...] = ()
+    differing: tuple[RunRow, ...] = ()
 
     @property
     def failed(self) -> int:
@@ -98,25 +102,27 @@ class SystemRow:
 def summarise(rows: Iterable[RunRow]) -> list[SystemRow]:
     """Return one row a managing system and suite, the paper's two reference rows first.
 
-    Runs of different models or middlewares are never put together; where there are several, the row's
-    name says which. Invalid runs take no part in any figure, and are listed.
+    Runs of different models, middlewares or versions of the package are never put together; where there are
+    several, the row's name says which. Invalid runs take no part in any figure, and are listed.
     """
     runs = list(rows)
-    groups: dict[tuple[str, str, str, str], list[RunRow]] = {}
+    groups: dict[tuple[str, ...], list[RunRow]] = {}
     for run in sorted(runs, key=_order):
-        groups.setdefault((run.suite, run.manager, run.model, run.middleware), []).append(run)
+        groups.setdefault((run.suite, run.manager, run.model, run.middleware, run.version), []).append(run)
     names = _manager_names({run.manager for run in runs})
     several_models = len({run.model for run in runs}) > 1
     several_middlewares = len({run.middleware for run in runs}) > 1
+    several_versions = len({run.version for run in runs}) > 1
     return [
         _row(
             names[manager]
             + _SUITE_LABELS.get(suite, f" ({suite})")
             + (f" [{model}]" if several_models else "")
-            + (f" [{middleware}]" if several_middlewares else ""),
+            + (f" [{middleware}]" if several_middlewares else "")
+            + (f" [sunset {version or 'unknown'}]" if several_versions else ""),
             group,
         )
-        for (suite, manager, model, middleware), group in groups.items()
+        for (suite, manager, model, middleware, version), group in groups.items()
     ]
 
 
@@ -131,6 +137,7 @@ def _order(run: RunRow) -> tuple[object, ...]:
         run.manager,
         run.model,
         run.middleware,
+        run.version,
         run.scenario,
         run.seed,
     )
@@ -158,6 +165,7 @@ def _row(system: str, group: Sequence[RunRow]) -> SystemRow:
         manager=first.manager,
         model=first.model,
         middleware=first.middleware,
+        version=first.version,
         runs=len(valid),
         estimates=MappingProxyType(
             {
@@ -168,6 +176,7 @@ def _row(system: str, group: Sequence[RunRow]) -> SystemRow:
         episodes=_total(valid, "episodes"),
         unresolved=_total(valid, "episodes_unresolved"),
         invalid=tuple(run for run in group if not run.valid),
+        differing=tuple(run for run in group if run.differing),
     )
 
 

@@ -1,7 +1,7 @@
 """Reading the record of a run."""
 
 import json
-import sys
+import reprlib
 from collections.abc import Collection
 from pathlib import Path
 from typing import Any, Final
@@ -11,6 +11,7 @@ from sunset.metrics import Timeline
 from sunset.recording._bag import read_bag
 from sunset.recording.timelines import MEASURED_TOPICS, timeline
 from sunset.recording.values import RECORD_VERSION, RUN_FILE, RecordedMessage, digest_of
+from sunset.texts import printable_json
 
 __all__ = ["read_messages", "read_run", "read_timeline"]
 
@@ -21,6 +22,8 @@ _TIMELINE_KEYS: Final = (
     "period_s",
     "sharpness_threshold",
 )
+_MOST: Final = 1e6
+"""No value of these is larger; twelve days, of those that are times."""
 
 
 def read_run(folder: Path) -> dict[str, Any]:
@@ -31,7 +34,7 @@ def read_run(folder: Path) -> dict[str, Any]:
     """
     file = Path(folder) / RUN_FILE
     try:
-        run = json.loads(file.read_text(encoding="utf-8"))
+        run = printable_json(json.loads(file.read_text(encoding="utf-8")))
     except FileNotFoundError as error:
         raise RecordError(f"{folder} is no complete record: {RUN_FILE} is missing.") from error
     except OSError as error:
@@ -77,12 +80,9 @@ def read_timeline(folder: Path) -> Timeline:
     run = read_run(folder)
     for key in _TIMELINE_KEYS:
         value = run.get(key)
-        if (
-            isinstance(value, bool)
-            or not isinstance(value, int | float)
-            or not abs(value) <= sys.float_info.max
-        ):
+        if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value <= _MOST:
             raise RecordError(
-                f"The {key} in {Path(folder) / RUN_FILE} must be a finite number, got {value!r}."
+                f"The {key} in {Path(folder) / RUN_FILE} must be a number above 0 and at most {_MOST:g}, got "
+                f"{reprlib.repr(value)}."
             )
     return timeline(read_messages(folder, MEASURED_TOPICS), **{key: run[key] for key in _TIMELINE_KEYS})

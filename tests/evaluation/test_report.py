@@ -366,3 +366,12 @@ def test_csv_has_no_cell_that_a_spreadsheet_computes(name: str) -> None:
     (line,) = [line for line in lines if line["manager"].endswith(name)]
     assert line["manager"] == line["system"] == f"'{name}"
     assert line["t_react_s_mean"] == "-0.5"
+
+
+def test_a_name_of_any_length_is_shortened_at_once() -> None:
+    # one step a character takes minutes here
+    text = format_report(table(run("a" * 1_000_000 + "b", "paper", 1)))
+    (name,) = {line for line in text.splitlines() if line.startswith("aaa")}
+    assert "…" in name
+    assert name.endswith("ab")
+    assert len(name) <= 100

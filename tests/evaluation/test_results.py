@@ -161,7 +161,9 @@ def test_a_file_of_another_form_is_refused(
         load_results(folder)
 
 
-@pytest.mark.parametrize("value", ["fast", True, float("nan"), float("inf"), 7, -0.1, 10**400])
+@pytest.mark.parametrize(
+    "value", ["fast", True, float("nan"), float("inf"), 7, -0.1, pytest.param(10**400, id="10^400")]
+)
 def test_a_figure_that_no_run_can_have_is_refused(store: Store, edit: Edit, value: object) -> None:
     folder = store("run")
     (row,) = load_results(folder)
@@ -173,7 +175,10 @@ def test_a_figure_that_no_run_can_have_is_refused(store: Store, edit: Edit, valu
     assert len(str(found.value)) < 300
 
 
-@pytest.mark.parametrize(("name", "value"), [("t_down_s", 1e308), ("adaptations", 10**400), ("episodes", -1)])
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("t_down_s", 1e308), pytest.param("adaptations", 10**400, id="10^400"), ("episodes", -1)],
+)
 def test_a_figure_out_of_all_proportion_is_refused(store: Store, edit: Edit, name: str, value: float) -> None:
     folder = store("run")
     (row,) = load_results(folder)
@@ -184,7 +189,7 @@ def test_a_figure_out_of_all_proportion_is_refused(store: Store, edit: Edit, nam
         load_results(folder)
 
 
-@pytest.mark.parametrize("value", [1e300, 10**400, 0, True])
+@pytest.mark.parametrize("value", [1e300, pytest.param(10**400, id="10^400"), 0, True])
 def test_a_duration_that_no_run_has_is_refused(store: Store, edit: Edit, value: object) -> None:
     folder = store("run")
     edit(folder, duration_s=value)

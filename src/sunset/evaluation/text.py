@@ -71,7 +71,8 @@ def _shortened(text: str, width: int) -> str:
     """Cut out the middle of a text that is too wide."""
     if _width(text) <= width:
         return text
-    head, tail = text[: len(text) // 2], text[len(text) // 2 :]
+    middle = len(text) // 2
+    head, tail = text[: min(middle, width)], text[max(middle, len(text) - width) :]
     while _width(head) + _width(tail) + 1 > width:
         head, tail = (head[:-1], tail) if _width(head) >= _width(tail) else (head, tail[1:])
     return f"{head}…{tail}"

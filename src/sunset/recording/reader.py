@@ -44,7 +44,7 @@ def read_run(folder: Path) -> dict[str, Any]:
     version = run.get("record_version") if isinstance(run, dict) else None
     if version != RECORD_VERSION:
         raise RecordError(
-            f"The record {folder} is of version {version}, expected {RECORD_VERSION}; "
+            f"The record {folder} is of version {reprlib.repr(version)}, expected {RECORD_VERSION}; "
             "read it with the SUNSET that wrote it, or run it again."
         )
     return dict(run)

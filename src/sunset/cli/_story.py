@@ -64,7 +64,13 @@ def print_story(folder: Path) -> None:
     table.add_column(justify="right")
     table.add_column()
     table.add_column()
-    for time, kind, text in sorted(_events(result), key=lambda event: event[0]):
+    events = sorted(_events(result), key=lambda event: event[0])
+    early = sum(time < 0 for time, _, _ in events)
+    for number, (time, kind, text) in enumerate(events):
+        if early and number in {0, early}:
+            table.add_row(
+                "", "", Text("from the injection on" if number else "before the injection", style="bold")
+            )
         table.add_row(f"{time:6.2f} s", Text(kind, style=_STYLES[kind]), text)
     console.print(table)
     console.print()
@@ -106,7 +112,7 @@ def _events(result: StoredRun) -> Iterator[tuple[float, str, str]]:
 def _cause(episode: Episode) -> str:
     if episode.injected:
         return ""
-    return "(ripple) " if episode.failure in _OUTAGES else "(no fault of its own) "
+    return "(ripple) " if episode.failure in _OUTAGES else "(not injected) "
 
 
 def _resolution(episode: Episode) -> str:

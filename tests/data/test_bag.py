@@ -653,6 +653,17 @@ def test_a_truncated_file_is_refused(tmp_path: Path, storage: str, share: float)
     assert "\n" not in str(caught.value)
 
 
+def test_a_file_that_lacks_its_end_is_refused_although_no_message_is_in_it(tmp_path: Path) -> None:
+    path = write_bag(tmp_path / "bag.db3", make_frames(), STAMPS)
+    with contextlib.closing(sqlite3.connect(path)) as base:
+        base.execute("CREATE TABLE made_last (a)")
+    path.write_bytes(path.read_bytes()[:-1])
+    with pytest.raises(
+        DataError, match=r"bag\.db3 cannot be read: it is cut off after [\d,]+ of [\d,]+ bytes"
+    ):
+        read_bag(path)
+
+
 @pytest.mark.parametrize("storage", ["mcap", "sqlite3"])
 def test_garbage_anywhere_is_refused_or_harmless(tmp_path: Path, storage: str) -> None:
     folder = write_bag(tmp_path / "bag", make_frames(), STAMPS, storage=storage)

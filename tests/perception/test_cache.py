@@ -122,6 +122,16 @@ def test_another_kind_of_file_is_refused_and_kept(tmp_path: Path) -> None:
     assert path.read_text(encoding="utf-8").startswith("not a cache")
 
 
+@pytest.mark.skipif(not Path("/proc/self/fd").is_dir(), reason="looks up open files in Linux' way")
+def test_what_is_refused_is_not_held_open(tmp_path: Path) -> None:
+    path = tmp_path / "notes.txt"
+    path.write_text("not a cache\n" * 500, encoding="utf-8")
+    with pytest.raises(DataError) as caught:  # which keeps alive what nobody closed
+        InferenceCache(path)
+    assert path not in [file.readlink() for file in Path("/proc/self/fd").iterdir() if file.is_symlink()]
+    del caught
+
+
 def test_another_database_is_refused_and_kept(tmp_path: Path) -> None:
     path = tmp_path / "other.sqlite"
     connection = sqlite3.connect(path)

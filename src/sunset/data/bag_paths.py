@@ -7,6 +7,11 @@ from sunset.errors import DataError, OutputError
 
 __all__ = ["STORAGES", "check_bag_path", "check_uri"]
 
+_HEADER_BYTES: Final = 100
+"""Of a file of sqlite3's: https://www.sqlite.org/fileformat.html, section 1.3."""
+_LARGEST_PAGE: Final = 65536
+"""Its header has two bytes for a page's size, and 1 stands for this one."""
+
 STORAGES: Final = {".mcap": "mcap", ".db3": "sqlite3"}
 
 
@@ -36,6 +41,7 @@ def check_bag_path(path: Path) -> None:
         if file.suffix == ".db3":
             check_uri(file, DataError)
             _check_closed(file)
+            _check_whole(file)
 
 
 def check_uri(path: Path, error: type[DataError | OutputError]) -> None:
@@ -59,4 +65,19 @@ def _check_closed(file: Path) -> None:
         raise DataError(
             f"The bag {file} must be closed, got one whose last messages are in {log.name}: when nothing "
             f"records it any more, 'sqlite3 {file} \"PRAGMA wal_checkpoint(TRUNCATE)\"' moves them."
+        )
+
+
+def _check_whole(file: Path) -> None:
+    """Check that a file of sqlite3's is as long as it says; sqlite3 misses the end only where it looks for it."""
+    with file.open("rb") as opened:
+        header = opened.read(_HEADER_BYTES)
+    if header[24:28] != header[92:96]:
+        return  # written by a version that does not keep its number of pages
+    page, pages = int.from_bytes(header[16:18]), int.from_bytes(header[28:32])
+    expected, got = (_LARGEST_PAGE if page == 1 else page) * pages, file.stat().st_size
+    if got < expected:
+        raise DataError(
+            f"The bag {file} cannot be read: it is cut off after {got:,} of {expected:,} bytes; copy or "
+            "record it again."
         )

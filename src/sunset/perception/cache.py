@@ -160,18 +160,20 @@ class InferenceCache:
     def _connected(self) -> sqlite3.Connection:
         """Return this process's connection: SQLite's must not be carried across a fork."""
         if self._connection is None or self._process != os.getpid():
-            connection = sqlite3.connect(
-                self._path, timeout=_WAIT_S, isolation_level=None, check_same_thread=False
-            )
-            (application,) = connection.execute("PRAGMA application_id").fetchone()
-            (version,) = connection.execute("PRAGMA user_version").fetchone()
-            if (application, version) != (_APPLICATION_ID, _VERSION):
-                connection.close()
-                raise DataError(
-                    f"The file {self._path} is no inference cache of this version: choose another path, or "
-                    f"delete it if it is not needed."
+            with contextlib.ExitStack() as unless_usable:
+                connection = sqlite3.connect(
+                    self._path, timeout=_WAIT_S, isolation_level=None, check_same_thread=False
                 )
-            connection.execute("PRAGMA synchronous = NORMAL")  # a killed process loses nothing
+                unless_usable.callback(connection.close)
+                (application,) = connection.execute("PRAGMA application_id").fetchone()
+                (version,) = connection.execute("PRAGMA user_version").fetchone()
+                if (application, version) != (_APPLICATION_ID, _VERSION):
+                    raise DataError(
+                        f"The file {self._path} is no inference cache of this version: choose another path, or "
+                        f"delete it if it is not needed."
+                    )
+                connection.execute("PRAGMA synchronous = NORMAL")  # a killed process loses nothing
+                unless_usable.pop_all()
             if self._connection is not None:
                 _inherited.append(self._connection)
             self._connection, self._process = connection, os.getpid()

@@ -5,8 +5,8 @@ import os
 import signal
 import sys
 import threading
-from collections.abc import Sequence
-from contextlib import ExitStack
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager, nullcontext
 from importlib import import_module
 from io import TextIOWrapper
 from types import FrameType
@@ -23,11 +23,13 @@ EXIT_INTERRUPTED: Final = 130
 _SIGNALLED: Final = 128
 """Added to a signal's number, as shells do."""
 
+_QUICK_S: Final = 0.4
+
 _NODE: Final = "node"
 _UP: Final = "up"
 _FLYING: Final = ("run", "bench", "agree")
 _WRITING: Final = (*_FLYING, "data", "models", "train")
-"""Those that tidy up when they are asked to end."""
+"""Those that take their time: they tidy up when they are asked to end, and show what they do from the first second."""
 _VERBS: Final = (
     *(*_FLYING, "report", "scenarios", "faults", "managers"),
     *("data", "models", "train", _NODE, _UP, "ros"),
@@ -88,7 +90,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _execute(verb: str, arguments: Sequence[str], given: argparse.Namespace) -> int:
     try:
-        parsed = _parser(verb).parse_args(arguments, given)
+        with _loading() if verb in _WRITING else nullcontext():
+            parser = _parser(verb)
+        parsed = parser.parse_args(arguments, given)
         if verb in _WRITING and threading.current_thread() is threading.main_thread():
             signal.signal(signal.SIGTERM, _interrupt)
         code = parsed.execute(parsed)
@@ -106,6 +110,19 @@ def _execute(verb: str, arguments: Sequence[str], given: argparse.Namespace) -> 
         print("Interrupted; what was finished is kept.", file=sys.stderr)
         return _SIGNALLED + int(*error.args) if error.args else EXIT_INTERRUPTED
     return int(code)
+
+
+@contextmanager
+def _loading() -> Iterator[None]:
+    """Say on stderr that the program is being loaded, where that takes longer than `_QUICK_S`."""
+    end = "\r" if sys.stderr.isatty() else "\n"  # on a terminal, what comes next takes its place
+    timer = threading.Timer(_QUICK_S, print, ["Loading …"], {"end": end, "file": sys.stderr, "flush": True})
+    timer.daemon = True
+    timer.start()
+    try:
+        yield
+    finally:
+        timer.cancel()
 
 
 def _interrupt(number: int, _: FrameType | None) -> NoReturn:

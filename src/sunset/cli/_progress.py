@@ -1,68 +1,149 @@
-"""Progress on stderr."""
+"""Progress on stderr: what is being done, from its beginning to its end, however long its steps take."""
 
+import os
+import sys
+import threading
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
+from time import monotonic
+from typing import Final
 
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
+from sunset.data import cache_folder
 
 __all__ = ["progress_bar", "rendering_progress", "stages_progress"]
+
+_QUICK_S: Final = 0.5
+"""What takes no longer gets no line."""
+_LINE_EVERY_S: Final = 1.5
+_FRAME_EVERY_S: Final = 0.1
+_SHARE: Final = 1 / 30
+"""Of the time so far, which lines of longer work are apart."""
+
+
+_drawing = threading.Lock()
+# a process that is forked in the middle of a line would wait for ever for the locks of what writes it
+os.register_at_fork(
+    before=_drawing.acquire, after_in_parent=_drawing.release, after_in_child=_drawing.release
+)
 
 
 @contextmanager
 def progress_bar(text: str) -> Iterator[Callable[[int, int], None]]:
-    """Give a function `(done, total)` that draws a bar; nothing is drawn before its first call.
+    """Draw what is being done and for how long; give a function `(done, total)` that says how far it is.
 
-    Where stderr is no terminal, lines at every tenth stand in for the bar.
+    Where stderr is no terminal, lines stand in for the bar; the longer it takes, the further they are apart.
     """
     console = Console(stderr=True)
-    if not console.is_terminal:
-        yield _lines(console, text)
-        return
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    bar = Progress(*columns, console=console)
-    task = bar.add_task(text, total=None)
+    with _bar(console, text) if console.is_terminal else _lines(text) as update:
+        yield update
+
+
+@contextmanager
+def _bar(console: Console, text: str) -> Iterator[Callable[[int, int], None]]:
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TextColumn("{task.fields[count]}"),
+        TimeElapsedColumn(),
+        TimeRemainingColumn(),
+    )
+    with Progress(*columns, console=console, auto_refresh=False) as bar:
+        task = bar.add_task(text, total=None, count="")
+
+        def draw() -> float:
+            bar.refresh()
+            return _FRAME_EVERY_S
+
+        def update(done: int, total: int) -> None:
+            bar.update(task, completed=done, total=total, count=f"{done}/{total}")
+
+        try:
+            with _repeating(draw, 0):
+                yield update
+        finally:
+            bar.live.transient = not bar.finished
+
+
+@contextmanager
+def _lines(text: str) -> Iterator[Callable[[int, int], None]]:
+    began = monotonic()
+    count = ""
+    shown: str | None = None
+
+    def draw() -> float:
+        nonlocal shown
+        shown = count
+        seconds = monotonic() - began
+        print(f"{text}: {count}{', ' if count else ''}{seconds:.0f} s", file=sys.stderr, flush=True)
+        return max(_LINE_EVERY_S, seconds * _SHARE)
 
     def update(done: int, total: int) -> None:
-        bar.start()
-        bar.update(task, completed=done, total=total)
+        nonlocal count
+        count = f"{done} of {total}"
 
     try:
-        yield update
+        with _repeating(draw, _QUICK_S):
+            yield update
     finally:
-        bar.stop()
+        if shown not in {None, count}:
+            draw()
 
 
-def _lines(console: Console, text: str) -> Callable[[int, int], None]:
-    tenths = -1
+@contextmanager
+def _repeating(draw: Callable[[], float], pause_s: float) -> Iterator[None]:
+    """Call `draw` after a pause, and again after each pause that it returns, whatever else is done meanwhile."""
+    over = threading.Event()
 
-    def update(done: int, total: int) -> None:
-        nonlocal tenths
-        if done * 10 // max(total, 1) > tenths:
-            tenths = done * 10 // max(total, 1)
-            console.print(f"{text}: {done} of {total}", highlight=False)
+    def repeat() -> None:
+        pause = pause_s
+        while not over.wait(pause):
+            with _drawing:
+                pause = draw()
 
-    return update
+    drawer = threading.Thread(target=repeat, daemon=True)
+    drawer.start()
+    try:
+        yield
+    finally:
+        over.set()
+        drawer.join()
 
 
 @contextmanager
 def rendering_progress() -> Iterator[Callable[[int, int], None]]:
-    """Give the progress of rendering the default flight, which happens once."""
-    with progress_bar("Rendering the flight (once)") as update:
+    """Give the progress of loading what is flown with, and of rendering the default flight, which happens once."""
+    with stages_progress() as stage:
+        stage("Preparing")
+
+        def update(done: int, total: int) -> None:
+            if done == 0:
+                folder = cache_folder() / "flights"
+                print(
+                    f"The frames of the flight are rendered once, into {folder}; later runs read them there.",
+                    file=sys.stderr,
+                )
+            stage("Rendering", done, total)
+            if done == total:
+                stage("Preparing")
+
         yield update
 
 
 @contextmanager
-def stages_progress() -> Iterator[Callable[[str, int, int], None]]:
-    """Give a function `(what, done, total)` that draws one bar after the other."""
+def stages_progress() -> Iterator[Callable[..., None]]:
+    """Give a function `(what, done, total)` that draws one bar after the other; without numbers it begins one."""
     with ExitStack() as bars:
         current: dict[str, Callable[[int, int], None]] = {}
 
-        def update(what: str, done: int, total: int) -> None:
+        def update(what: str, done: int | None = None, total: int = 0) -> None:
             if what not in current:
                 bars.close()
                 current.clear()
                 current[what] = bars.enter_context(progress_bar(what))
-            current[what](done, total)
+            if done is not None:
+                current[what](done, total)
 
         yield update

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Final
 
 from sunset.cli._options import add_flight_options, flight_options
-from sunset.cli._progress import rendering_progress
+from sunset.cli._progress import progress_bar, rendering_progress
 from sunset.experiments import DEFAULT_SCENARIO, RunSpec, manager_checksum, prepare, run
 from sunset.managing import MANAGERS
 from sunset.scenarios import load_scenario
@@ -65,9 +65,16 @@ def check(arguments: argparse.Namespace) -> int:
     manager_checksum(spec.manager, limit_s=spec.manager_limit_s)  # what is wrong with it is said at once
     with rendering_progress() as progress:
         prepare(spec, progress=progress)
-    with tempfile.TemporaryDirectory(prefix="sunset-") as folder, redirect_stdout(sys.stderr):
+    with (
+        progress_bar("Flying twice") as progress,
+        tempfile.TemporaryDirectory(prefix="sunset-") as folder,
+        redirect_stdout(sys.stderr),
+    ):
+        progress(0, 2)
         first = _flown(spec, Path(folder) / "first", hash_seed="1", log=True)
+        progress(1, 2)
         second = _flown(spec, Path(folder) / "second", hash_seed="2", log=False)
+        progress(2, 2)
     adaptations, _, reason = first
     print(f"loads            yes: {arguments.manager}")
     print(f"flies            yes: {adaptations} adaptations in {spec.scenario.name}")

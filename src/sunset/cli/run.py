@@ -8,7 +8,7 @@ from contextlib import redirect_stdout
 from pathlib import Path
 
 from sunset.cli._options import add_flight_options, add_middleware_options, flight_options, middleware_options
-from sunset.cli._progress import rendering_progress
+from sunset.cli._progress import progress_bar, rendering_progress
 from sunset.cli._story import print_story
 from sunset.experiments import DEFAULT_SCENARIO, RunSpec, prepare, run
 from sunset.scenarios import load_scenario
@@ -63,7 +63,7 @@ def execute(arguments: argparse.Namespace) -> int:
         prepare(spec, progress=progress)
     with tempfile.TemporaryDirectory(prefix="sunset-") as temporary:
         folder = arguments.out or Path(temporary) / "run"
-        with redirect_stdout(sys.stderr):
+        with progress_bar("Flying"), redirect_stdout(sys.stderr):
             # what is logged stands in the time line, which JSON has not, and which a live run leaves much later
             result = run(spec, folder, log=arguments.json or spec.live)
         if arguments.json:

@@ -158,7 +158,7 @@ def render_parallel(
 
     Args:
         plan: of the flight.
-        progress: called with (frames done, frames in all) after each frame.
+        progress: called with (frames done, frames in all) before the first frame and after each.
         jobs: how many processes render; as many as there are processors, at most 8, if not given.
 
     Raises:
@@ -168,6 +168,8 @@ def render_parallel(
     check_jobs(jobs)
     count = min(processors(), MAX_JOBS) if jobs is None else jobs
     frames = render_frames(plan) if count == 1 else _from_processes(plan, count)
+    if progress is not None:
+        progress(0, plan.frames)
     for done, frame in enumerate(frames, start=1):
         yield frame
         if progress is not None:

@@ -1,0 +1,99 @@
+"""Long work says on stderr what it does, from its beginning on."""
+
+import io
+import threading
+from collections.abc import Callable
+from contextlib import AbstractContextManager
+
+import pytest
+from rich.console import Console
+from tests.cli.conftest import PROGRESS
+
+from sunset.cli import _main, _progress
+from sunset.cli._progress import progress_bar, rendering_progress
+
+
+def wait(seconds: float) -> None:
+    threading.Event().wait(seconds)
+
+
+@pytest.fixture
+def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(_main, "_QUICK_S", 0.01)
+    monkeypatch.setattr(_progress, "_QUICK_S", 0.01)
+    monkeypatch.setattr(_progress, "_LINE_EVERY_S", 0.05)
+
+
+@pytest.mark.usefixtures("impatient")
+def test_work_that_never_says_how_far_it_is_is_not_silent(capsys: pytest.CaptureFixture[str]) -> None:
+    with progress_bar("Building"):
+        wait(1.0)
+
+    lines = capsys.readouterr().err.splitlines()
+    assert lines[0] == "Building: 0 s"
+    assert len(lines) > 3
+    assert all(PROGRESS.fullmatch(line) for line in lines)
+
+
+@pytest.mark.usefixtures("impatient")
+def test_the_last_line_says_how_far_it_came(capsys: pytest.CaptureFixture[str]) -> None:
+    with progress_bar("Building") as progress:
+        wait(0.2)
+        progress(7, 7)
+
+    lines = capsys.readouterr().err.splitlines()
+    assert lines[0] == "Building: 0 s"
+    assert lines[-1] == "Building: 7 of 7, 0 s"
+
+
+@pytest.mark.usefixtures("impatient")
+def test_lines_of_long_work_are_far_apart(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(_progress, "_SHARE", 1)  # the next line after as long again
+
+    with progress_bar("Building"):
+        wait(1.0)
+
+    assert 3 <= len(capsys.readouterr().err.splitlines()) <= 8  # at 0.01, 0.06, 0.12, 0.24, 0.48, 0.96 s
+
+
+@pytest.mark.parametrize("work", [lambda: progress_bar("Building"), _main._loading])
+def test_quick_work_is_done_in_silence(
+    work: Callable[[], AbstractContextManager[object]], capsys: pytest.CaptureFixture[str]
+) -> None:
+    with work():
+        pass
+
+    assert capsys.readouterr().err == ""
+
+
+@pytest.mark.usefixtures("impatient")
+def test_a_program_that_is_slow_to_load_says_so(capsys: pytest.CaptureFixture[str]) -> None:
+    with _main._loading():
+        wait(0.5)
+
+    assert capsys.readouterr().err == "Loading …\n"
+
+
+def test_a_terminal_shows_the_work_before_it_says_how_far_it_is() -> None:
+    text = io.StringIO()
+    with _progress._bar(Console(file=text, force_terminal=True, width=80), "Building"):
+        wait(0.2)
+        assert "Building" in text.getvalue()
+
+
+@pytest.mark.usefixtures("impatient")
+def test_that_frames_are_rendered_is_explained_once(capsys: pytest.CaptureFixture[str]) -> None:
+    with rendering_progress() as progress:
+        wait(0.2)
+        for done in range(3):
+            progress(done, 2)
+            wait(0.2)
+
+    lines = capsys.readouterr().err.splitlines()
+    (explained,) = [line for line in lines if not PROGRESS.fullmatch(line)]
+    assert explained.startswith("The frames of the flight are rendered once, into ")
+    assert [line.split(":")[0] for line in lines if "0 s" in line][:1] == ["Preparing"]
+    assert "Rendering: 0 of 2, 0 s" in lines
+    assert lines[-1].startswith("Preparing: ")

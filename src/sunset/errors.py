@@ -17,6 +17,9 @@ sentence on stderr and exit code 2::
     └── MissingExtraError          an optional dependency that is not installed
 """
 
+import difflib
+from collections.abc import Iterable
+
 from sunset.texts import printable
 
 __all__ = [
@@ -34,6 +37,7 @@ __all__ = [
     "ScenarioError",
     "SunsetError",
     "shorten",
+    "suggestion",
 ]
 
 
@@ -100,3 +104,13 @@ def shorten(text: str, longest: int = 1000) -> str:
     'aaaaaaaaaa…'
     """
     return text if len(text) <= longest else f"{text[:longest]}…"
+
+
+def suggestion(name: str, known: Iterable[str]) -> str:
+    """Return the part of a sentence that asks whether a known name was meant; empty if none is like it.
+
+    >>> f"There is no fault 'gpu_failur': {suggestion('gpu_failur', ['gpu_failure'])}choose another one."
+    "There is no fault 'gpu_failur': did you mean 'gpu_failure', or choose another one."
+    """
+    near = difflib.get_close_matches(name, list(known), n=1)
+    return f"did you mean {near[0]!r}, or " if near else ""

@@ -124,7 +124,7 @@ def test_excluded_pairs_are_each_others_cure() -> None:
 
 def test_unknown_fault_is_refused_with_the_known_ones() -> None:
     with pytest.raises(
-        ScenarioError, match=r"no fault 'gremlins'; there are camera_driver_issue, .*needed\."
+        ScenarioError, match=r"no fault 'gremlins': choose one of camera_driver_issue, .*needed\."
     ):
         get_fault("gremlins")
 

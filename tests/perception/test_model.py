@@ -26,7 +26,7 @@ def test_a_model_loads_from_a_folder(copied: Path, lite: Model) -> None:
 
 
 def test_an_unknown_name_is_refused_with_the_known_ones() -> None:
-    with pytest.raises(ModelError, match=r"There is no model 'heavy': expected .* names .*lite"):
+    with pytest.raises(ModelError, match=r"There is no model 'heavy': name a folder .* one of .*lite"):
         load_model("heavy")
 
 

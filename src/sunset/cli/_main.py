@@ -13,7 +13,7 @@ from types import FrameType
 from typing import Final, NoReturn
 
 from sunset import __version__
-from sunset.errors import SunsetError
+from sunset.errors import SunsetError, suggestion
 from sunset.forks import node_server
 
 __all__ = ["EXIT_BAD_INPUT", "EXIT_INTERRUPTED", "main"]
@@ -40,6 +40,15 @@ _VERBS: Final = (
 class _Parser(argparse.ArgumentParser):
     """An argument parser whose complaint is one sentence."""
 
+    def _check_value(self, action: argparse.Action, value: object) -> None:
+        """Suggest a choice to who mistyped it."""
+        if action.choices is not None and value not in action.choices:
+            choices = [str(choice) for choice in action.choices]
+            hint = suggestion(str(value), choices)
+            raise argparse.ArgumentError(
+                action, f"there is no {value!r}: {hint}choose one of {', '.join(choices)}"
+            )
+
     def error(self, message: str) -> NoReturn:
         """Print one sentence and exit with code 2."""
         text = message[:1].upper() + message[1:]
@@ -58,7 +67,8 @@ def _parser(verb: str) -> argparse.ArgumentParser:
         epilog="'sunset VERB --help' explains one verb.",
     )
     parser.add_argument("--version", action="version", version=f"sunset {__version__}")
-    verbs = parser.add_subparsers(title="verbs", metavar="VERB", required=True, parser_class=_Parser)
+    parser.set_defaults(execute=lambda _: parser.print_help())
+    verbs = parser.add_subparsers(title="verbs", metavar="VERB", parser_class=_Parser)
     for name in (verb,) if verb in _VERBS else _VERBS:
         import_module(f"sunset.cli.{name}").add_parser(verbs)
     return parser
@@ -109,7 +119,7 @@ def _execute(verb: str, arguments: Sequence[str], given: argparse.Namespace) -> 
     except KeyboardInterrupt as error:
         print("Interrupted; what was finished is kept.", file=sys.stderr)
         return _SIGNALLED + int(*error.args) if error.args else EXIT_INTERRUPTED
-    return int(code)
+    return code or 0
 
 
 @contextmanager

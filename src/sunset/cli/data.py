@@ -53,8 +53,9 @@ _RATES_HZ: Final = (0.1, 1000)
 
 def add_parser(verbs: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
     """Add the verb."""
-    parser = verbs.add_parser("data", help="render, import and look into flights")
-    actions = parser.add_subparsers(title="actions", metavar="ACTION", required=True)
+    parser = verbs.add_parser("data", help="flights: render, import, info")
+    parser.set_defaults(execute=lambda _: parser.print_help())
+    actions = parser.add_subparsers(title="actions", metavar="ACTION")
     _add_render(actions)
     _add_import(actions)
     looking = actions.add_parser("info", help="what a bag or a folder of SynDrone's holds")

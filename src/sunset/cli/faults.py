@@ -7,6 +7,7 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
+from sunset.cli._columns import print_columns
 from sunset.cli._options import add_flight_options, flight_options
 from sunset.cli._progress import progress_bar, rendering_progress
 from sunset.evaluation import check_figure, entropy_figure
@@ -20,9 +21,15 @@ __all__ = ["add_parser", "draw", "list_faults", "show"]
 
 def add_parser(verbs: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
     """Add the verb."""
-    parser = verbs.add_parser("faults", help="list, show and draw the faults")
-    actions = parser.add_subparsers(title="actions", metavar="ACTION", required=True)
-    listing = actions.add_parser("list", help="list the catalogue")
+    parser = verbs.add_parser("faults", help="the catalogue of faults: list, show, figure")
+    parser.set_defaults(execute=lambda _: parser.print_help())
+    actions = parser.add_subparsers(title="actions", metavar="ACTION")
+    listing = actions.add_parser(
+        "list",
+        help="list the catalogue",
+        description="List the faults: where each happens, its strength in the suites and the greatest, the failure that it "
+        "shows as, and what cures it, cheapest first.",
+    )
     listing.add_argument("--json", action="store_true", help="print one JSON object")
     listing.set_defaults(execute=list_faults)
     showing = actions.add_parser("show", help="show one fault and what cures it")
@@ -45,8 +52,19 @@ def list_faults(arguments: argparse.Namespace) -> int:
     if arguments.json:
         print(json.dumps({"faults": [_described(fault) for fault in FAULTS.values()]}, sort_keys=True))
         return 0
-    for fault in FAULTS.values():
-        print(f"{fault.name:22}{fault.failure}  {fault.kind:15}{fault.node:15}cured by: {_told_cures(fault)}")
+    header = ("FAULT", "NODE", "KIND", "STRENGTH", "FAILURE", "CURED BY")
+    rows = (
+        (
+            fault.name,
+            fault.node,
+            fault.kind,
+            "-" if fault.limits is None else f"{fault.value} of {fault.limits[1]:g}",
+            f"{fault.failure}: {fault.failure.description}",
+            _told_cures(fault),
+        )
+        for fault in FAULTS.values()
+    )
+    print_columns(header, rows)
     return 0
 
 

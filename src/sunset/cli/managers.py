@@ -23,8 +23,9 @@ _HASH_SEED: Final = "PYTHONHASHSEED"
 
 def add_parser(verbs: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
     """Add the verb."""
-    parser = verbs.add_parser("managers", help="list managing systems, check your own")
-    actions = parser.add_subparsers(title="actions", metavar="ACTION", required=True)
+    parser = verbs.add_parser("managers", help="managing systems: list, check (your own)")
+    parser.set_defaults(execute=lambda _: parser.print_help())
+    actions = parser.add_subparsers(title="actions", metavar="ACTION")
     listing = actions.add_parser("list", help="list those that come with SUNSET")
     listing.add_argument("--json", action="store_true", help="print one JSON object")
     listing.set_defaults(execute=list_managers)

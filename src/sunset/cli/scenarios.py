@@ -14,8 +14,9 @@ __all__ = ["add_parser", "generate_scenario", "list_scenarios", "show"]
 
 def add_parser(verbs: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
     """Add the verb."""
-    parser = verbs.add_parser("scenarios", help="list, show and generate scenarios")
-    actions = parser.add_subparsers(title="actions", metavar="ACTION", required=True)
+    parser = verbs.add_parser("scenarios", help="faulted missions: list, show, generate")
+    parser.set_defaults(execute=lambda _: parser.print_help())
+    actions = parser.add_subparsers(title="actions", metavar="ACTION")
     listing = actions.add_parser("list", help="list the scenarios of the suites")
     listing.add_argument("--suite", metavar="NAME|DIR", help="of one suite, or of a folder of scenario files")
     listing.add_argument("--json", action="store_true", help="print one JSON object")

@@ -11,7 +11,7 @@ from enum import StrEnum
 from types import MappingProxyType
 from typing import Final
 
-from sunset.errors import ScenarioError
+from sunset.errors import ScenarioError, suggestion
 from sunset.faults.degradations import DEPTH_DEGRADATION_RANGE, IMAGE_DEGRADATION_RANGE
 
 __all__ = [
@@ -335,5 +335,6 @@ def get_fault(name: str) -> Fault:
     try:
         return FAULTS[name]
     except KeyError:
-        known = ", ".join(FAULTS)
-        raise ScenarioError(f"There is no fault {name!r}; there are {known}.") from None
+        raise ScenarioError(
+            f"There is no fault {name!r}: {suggestion(name, FAULTS)}choose one of {', '.join(FAULTS)}."
+        ) from None

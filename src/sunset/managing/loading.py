@@ -11,7 +11,7 @@ from pathlib import Path
 from types import MappingProxyType, ModuleType
 from typing import Final
 
-from sunset.errors import ManagerError
+from sunset.errors import ManagerError, suggestion
 from sunset.managing.base import ManagingSystem
 from sunset.managing.baseline import Baseline
 from sunset.managing.none import NoAdaptation
@@ -82,8 +82,8 @@ def load_manager(spec: str) -> type[ManagingSystem]:
     where, separator, name = spec.rpartition(":")
     if not separator or not where or not name:
         raise ManagerError(
-            f"There is no managing system {spec!r}; there are {', '.join(MANAGERS)}, and your own as "
-            "module:Class or path/to/file.py:Class."
+            f"There is no managing system {spec!r}: {suggestion(spec, MANAGERS)}name {', '.join(MANAGERS)}, or your "
+            "own as module:Class or path/to/file.py:Class."
         )
     module = _load_file(Path(where)) if where.endswith(".py") else _load_module(where)
     return _checked(spec, where, getattr(module, name, None), name)

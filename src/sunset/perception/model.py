@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
-from sunset.errors import ModelError
+from sunset.errors import ModelError, suggestion
 from sunset.perception.card import CARD_NAME, ModelCard
 from sunset.perception.engine import external_files, open_session
 from sunset.perception.modality import Modality
@@ -76,8 +76,8 @@ def load_model(name_or_path: str | Path) -> Model:
     folder = _MODELS / name_or_path if str(name_or_path) in list_models() else Path(name_or_path)
     if not folder.is_dir():
         raise ModelError(
-            f"There is no model {str(name_or_path)!r}: expected a folder with a {CARD_NAME}, or one of the "
-            f"names {', '.join(list_models()) or '(none installed)'}."
+            f"There is no model {str(name_or_path)!r}: {suggestion(str(name_or_path), list_models())}name a folder "
+            f"with a {CARD_NAME} or one of {', '.join(list_models()) or '(none installed)'}."
         )
     card = ModelCard.read(folder / CARD_NAME)
     for name, expected in _files(card).items():

@@ -1,13 +1,12 @@
 """Where scenarios come from: a suite's name, a YAML file, or faults joined by `+`."""
 
-import difflib
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
 import yaml
 
-from sunset.errors import MALFORMED_YAML, ScenarioError
+from sunset.errors import MALFORMED_YAML, ScenarioError, suggestion
 from sunset.faults import FAULTS, Value
 from sunset.scenarios._document import Document, Item
 from sunset.scenarios._published import IGNORED_KEYS, REQUIRED_KEYS, translate
@@ -47,8 +46,7 @@ def load_scenario(name: str | Path) -> Scenario:
             f"{text!r} is a suite: name one of its scenarios ('sunset scenarios list --suite {text}'), or fly all "
             f"of them with 'sunset bench --suite {text}'."
         )
-    near = difflib.get_close_matches(text, [*scenario_names(), *FAULTS], n=1, cutoff=0.7)
-    hint = f"did you mean {near[0]!r}, or " if near else ""
+    hint = suggestion(text, [*scenario_names(), *FAULTS])
     raise ScenarioError(
         f"There is no scenario {text!r}: {hint}name a scenario of the suites {', '.join(suite_names())} "
         "('sunset scenarios list'), a YAML file, or faults joined by +."

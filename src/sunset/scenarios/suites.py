@@ -5,7 +5,7 @@ from itertools import combinations
 from types import MappingProxyType
 from typing import Final
 
-from sunset.errors import ScenarioError
+from sunset.errors import ScenarioError, suggestion
 from sunset.faults import EXCLUSIVE, FAULTS
 from sunset.scenarios.schema import Scenario, ScenarioFault
 
@@ -101,7 +101,8 @@ def suite(name: str) -> tuple[Scenario, ...]:
         return _SUITES[name]
     except KeyError:
         raise ScenarioError(
-            f"There is no suite {name!r}: name {', '.join(_SUITES)} or a folder of scenario files."
+            f"There is no suite {name!r}: {suggestion(name, _SUITES)}name {', '.join(_SUITES)} or a folder of "
+            "scenario files."
         ) from None
 
 

@@ -12,6 +12,9 @@ PROGRESS = re.compile(r"[A-Z]\w*( \w+)*: (\d+ of \d+, )?\d+ s")
 """A line of it, which what takes longer than half a second writes."""
 
 
+Complaint = Callable[[Sequence[str]], str]
+
+
 @pytest.fixture
 def complaint(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]

@@ -16,7 +16,7 @@ from sunset import __version__
 from sunset.errors import SunsetError, suggestion
 from sunset.forks import node_server
 
-__all__ = ["EXIT_BAD_INPUT", "EXIT_INTERRUPTED", "main"]
+__all__ = ["EXIT_BAD_INPUT", "EXIT_INTERRUPTED", "main", "make_parser"]
 
 EXIT_BAD_INPUT: Final = 2
 EXIT_INTERRUPTED: Final = 130
@@ -32,7 +32,7 @@ _WRITING: Final = (*_FLYING, "data", "models", "train")
 """Those that take their time: they tidy up when they are asked to end, and show what they do from the first second."""
 _VERBS: Final = (
     *(*_FLYING, "report", "scenarios", "faults", "managers"),
-    *("data", "models", "train", _NODE, _UP, "ros"),
+    *("data", "models", "train", _NODE, _UP, "ros", "completion"),
 )
 """Each is a module beside this one."""
 
@@ -55,7 +55,7 @@ class _Parser(argparse.ArgumentParser):
         self.exit(EXIT_BAD_INPUT, f"{self.prog}: {text}; '{self.prog} --help' lists what is expected.\n")
 
 
-def _parser(verb: str) -> argparse.ArgumentParser:
+def make_parser(verb: str = "") -> argparse.ArgumentParser:
     """Return the parser for a command line that begins with `verb`: of all verbs, unless that is one.
 
     A process of one node must start quickly, so what the other verbs need is not imported.
@@ -101,7 +101,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _execute(verb: str, arguments: Sequence[str], given: argparse.Namespace) -> int:
     try:
         with _loading() if verb in _WRITING else nullcontext():
-            parser = _parser(verb)
+            parser = make_parser(verb)
         parsed = parser.parse_args(arguments, given)
         if verb in _WRITING and threading.current_thread() is threading.main_thread():
             signal.signal(signal.SIGTERM, _interrupt)

@@ -27,8 +27,8 @@ def add_parser(verbs: "argparse._SubParsersAction[argparse.ArgumentParser]") -> 
     listing = actions.add_parser(
         "list",
         help="list the catalogue",
-        description="List the faults: where each happens, its strength in the suites and the greatest, the failure that it "
-        "shows as, and what cures it, cheapest first.",
+        description="List the faults: where each happens, its strength in the suites and the greatest, the failure "
+        "that it shows as, and what cures it, cheapest first.",
     )
     listing.add_argument("--json", action="store_true", help="print one JSON object")
     listing.set_defaults(execute=list_faults)

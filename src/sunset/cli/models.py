@@ -45,8 +45,9 @@ def add_parser(verbs: "argparse._SubParsersAction[argparse.ArgumentParser]") -> 
     listing = actions.add_parser(
         "list",
         help="list the models that come with SUNSET",
-        description="List the models that come with SUNSET: how large they are, the IoU of colour and depth together on "
-        "the town that was kept for the test, and how long that network takes for a frame on this computer, measured now.",
+        description="List the models that come with SUNSET: how large they are, the IoU of colour and depth together "
+        "on the town that was kept for the test, and how long that network takes for a frame on this computer, "
+        "measured now.",
     )
     listing.add_argument("--json", action="store_true", help="print one JSON object")
     add_device_option(listing)
@@ -225,6 +226,7 @@ def _described(model: Model, device: str) -> dict[str, Any]:
     """Return what a list tells of a model; how long its fusion takes for a frame is measured, here and now."""
     card, fusion = model.card, model.card.networks[Modality.FUSION]
     files = {file for network in card.networks.values() for file in network.files}
+    results: Any = card.results  # which the training wrote
     segmenter = Segmenter(model, device=device)
     times = []
     for _ in range(_FRAMES):
@@ -237,7 +239,7 @@ def _described(model: Model, device: str) -> dict[str, Any]:
         "height": card.height,
         "parameters": fusion.parameters,
         "bytes": sum((model.folder / file).stat().st_size for file in files),
-        "iou": card.to_json()["results"]["iou_per_image"]["test town"]["fusion"],
+        "iou": results["iou_per_image"]["test town"]["fusion"],
         "frame_ms": min(times) * 1e3,
     }
 

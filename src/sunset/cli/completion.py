@@ -1,0 +1,65 @@
+"""`sunset completion`: what a shell completes this command line with."""
+
+import argparse
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Final
+
+from sunset.errors import MissingExtraError
+from sunset.faults import FAULTS
+from sunset.managing import MANAGERS
+from sunset.perception import list_models
+from sunset.scenarios import scenario_names, suite_names
+
+__all__ = ["add_parser", "execute"]
+
+_SHELLS: Final = ("bash", "zsh", "fish", "tcsh")
+
+
+def add_parser(verbs: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    """Add the verb."""
+    parser = verbs.add_parser(
+        "completion",
+        help="print what a shell completes this command line with",
+        description="Print a script for a shell, which completes verbs, actions, options, names and files. "
+        "Completing runs nothing of SUNSET. Needs the extra 'completion'.",
+    )
+    parser.add_argument("shell", choices=_SHELLS, help=f"one of {', '.join(_SHELLS)}")
+    parser.set_defaults(execute=execute)
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """Print the script."""
+    if find_spec("shtab") is None:
+        raise MissingExtraError(
+            "Completion needs shtab, which is not installed; run: pip install 'sunset-exemplar[completion]'."
+        )
+    import shtab  # noqa: PLC0415  an optional extra
+
+    from sunset.cli._main import make_parser  # noqa: PLC0415  which knows this module
+
+    parser = make_parser()
+    _complete(parser, shtab.FILE)
+    print(shtab.complete(parser, shell=arguments.shell))
+    return 0
+
+
+def _complete(parser: argparse.ArgumentParser, files: object) -> None:
+    """Tell each option and argument of a parser, and of those below it, by which names and files it is completed."""
+    names = {
+        "fault": FAULTS,
+        "manager": MANAGERS,
+        "managers": MANAGERS,
+        "model": list_models(),
+        "models": list_models(),
+        "scenario": (*scenario_names(), *FAULTS),
+        "suite": suite_names(),
+    }
+    for action in parser._actions:  # noqa: SLF001  shtab goes through them as well
+        if isinstance(action, argparse._SubParsersAction):  # noqa: SLF001  likewise
+            for below in action.choices.values():
+                _complete(below, files)
+        elif action.choices is None:
+            action.choices = names.get(action.dest)
+            if action.type is Path or action.dest == "bag":
+                vars(action)["complete"] = files  # where shtab looks for it

@@ -209,7 +209,7 @@ def test_a_type_that_is_unknown_is_listed_but_not_printed(ros: Ros) -> None:
         (["param", "set", "/a", "x", "{}"], "cannot hold"),
         (["param", "set", "/a", "x", "[1"], "not valid YAML"),
         (["param", "get", "/a"], "required: PARAMETER"),
-        (["bag"], "invalid choice: 'bag'"),
+        (["bag"], "there is no 'bag'"),
     ],
 )
 def test_what_cannot_be_used_is_one_sentence_and_code_2(

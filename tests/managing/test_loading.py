@@ -143,7 +143,7 @@ def test_a_name_that_no_record_can_hold_is_refused(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("spec", ["basline", "", ":", "mine.py", "Mine:", ":Mine"])
 def test_an_unknown_name_is_answered_with_the_known_ones(spec: str) -> None:
-    with pytest.raises(ManagerError, match="there are none, baseline, and your own as module:Class"):
+    with pytest.raises(ManagerError, match="name none, baseline, or your own as module:Class"):
         load_manager(spec)
 
 

@@ -1,6 +1,7 @@
 """Long work says on stderr what it does, from its beginning on."""
 
 import io
+import sys
 import threading
 from collections.abc import Callable
 from contextlib import AbstractContextManager
@@ -11,6 +12,7 @@ from tests.cli.conftest import PROGRESS
 
 from sunset.cli import _main, _progress
 from sunset.cli._progress import progress_bar, rendering_progress
+from sunset.isolation import Watch, call_isolated
 
 
 def wait(seconds: float) -> None:
@@ -97,3 +99,22 @@ def test_that_frames_are_rendered_is_explained_once(capsys: pytest.CaptureFixtur
     assert [line.split(":")[0] for line in lines if "0 s" in line][:1] == ["Preparing"]
     assert "Rendering: 0 of 2, 0 s" in lines
     assert lines[-1].startswith("Preparing: ")
+
+
+@pytest.mark.parametrize("terminal", [False, True])
+def test_a_process_forked_while_it_is_drawn_can_write_to_stderr(
+    terminal: bool, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    for name in ("_QUICK_S", "_LINE_EVERY_S", "_FRAME_EVERY_S", "_SHARE"):
+        monkeypatch.setattr(_progress, name, 0)
+    if terminal:
+        monkeypatch.setenv("FORCE_COLOR", "1")  # rich takes stderr for one then
+
+    def say(watch: Watch) -> None:
+        watch.call(lambda: sys.stderr.write("heard\n"))
+
+    with progress_bar("Building"):
+        for _ in range(30):
+            call_isolated(say, limit_s=10)
+
+    assert capfd.readouterr().err.count("heard") == 30

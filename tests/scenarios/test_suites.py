@@ -68,5 +68,7 @@ def test_every_scenario_round_trips_through_yaml() -> None:
 
 
 def test_an_unknown_suite_is_answered_with_the_known_ones() -> None:
-    with pytest.raises(ScenarioError, match="no suite 'papers': did you mean 'paper', or name paper, artifact"):
+    with pytest.raises(
+        ScenarioError, match="no suite 'papers': did you mean 'paper', or name paper, artifact"
+    ):
         suite("papers")

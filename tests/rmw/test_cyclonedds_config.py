@@ -1,5 +1,6 @@
 """What the environment may say, and what each bad value is answered with."""
 
+import socket
 import subprocess
 import sys
 from collections.abc import Mapping
@@ -163,20 +164,62 @@ def test_settings_that_cyclone_refuses_are_one_sentence(
 
 
 @pytest.mark.parametrize(
-    ("distro", "environment", "size", "adapts"),
+    ("distro", "environment", "size", "adapts", "hashes"),
     [
-        (None, {}, 16, True),
-        (None, {"ROS_DISTRO": "humble"}, 24, True),
-        (None, {"ROS_DISTRO": "nonsense"}, 16, True),
-        ("jazzy", {"ROS_DISTRO": "humble"}, 16, False),
-        ("humble", {}, 24, False),
+        (None, {}, 24, True, True),
+        (None, {"ROS_DISTRO": "humble"}, 24, True, False),
+        (None, {"ROS_DISTRO": "jazzy"}, 16, True, True),
+        (None, {"ROS_DISTRO": "nonsense"}, 24, True, True),
+        ("jazzy", {"ROS_DISTRO": "humble"}, 16, False, True),
+        ("humble", {}, 24, False, False),
     ],
 )
-def test_the_distribution_decides_the_size_of_gids(
-    distro: str | None, environment: Mapping[str, str], size: int, adapts: bool
+def test_the_distribution_decides_what_is_announced(
+    distro: str | None, environment: Mapping[str, str], size: int, adapts: bool, hashes: bool
 ) -> None:
     configuration = read_configuration(environment, distro=distro)
     assert (configuration.gid_size, configuration.adapts) == (size, adapts)
+    assert configuration.announces_hashes is hashes
+
+
+def test_the_newer_form_of_announcements_is_taken_when_others_have_it(live: "Live") -> None:
+    process = live.process()
+    process.create_node("ours", "/")
+    assert process.link.gid_size == 24
+    live.process(distro="humble").create_node("older", "/")
+    assert process.wait_for(lambda: len(process.nodes()) == 2, 10**10)
+    assert process.link.gid_size == 24
+    live.process(distro="jazzy").create_node("newer", "/")
+    assert process.wait_for(lambda: process.link.gid_size == 16, 10**10)
+
+
+# As Cyclone DDS of ROS 2 up to Humble is set up with ROS_LOCALHOST_ONLY=1 where the loopback has no multicast
+OLDER = """
+import sys, time
+from cyclonedds.builtin import BuiltinDataReader, BuiltinTopicDcpsParticipant
+from cyclonedds.domain import Domain, DomainParticipant
+number = int(sys.argv[1])
+domain = Domain(number, "<CycloneDDS><Domain><General><AllowMulticast>false</AllowMulticast><Interfaces>"
+    '<NetworkInterface address="127.0.0.1"/></Interfaces></General><Discovery><ParticipantIndex>auto</ParticipantIndex>'
+    "<MaxAutoParticipantIndex>9</MaxAutoParticipantIndex></Discovery></Domain></CycloneDDS>")
+participant = DomainParticipant(number)
+reader = BuiltinDataReader(participant, BuiltinTopicDcpsParticipant)
+end = time.monotonic() + 10
+while time.monotonic() < end and len(reader.read(9)) < 2: time.sleep(0.02)
+print(len(reader.read(9)))
+"""
+
+
+def test_the_indices_of_older_nodes_are_left_to_them_and_looked_at(live: "Live") -> None:
+    live.process().create_node("ours", "/")
+    for index in range(10):
+        for port in range(2):
+            with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+                probe.bind(("", 7410 + 250 * live.domain_id + 2 * index + port))
+    seen = subprocess.run(
+        [sys.executable, "-c", OLDER, str(live.domain_id)], check=True, capture_output=True, text=True
+    )
+    assert seen.stdout == "2\n"  # itself and ours
 
 
 def test_an_unknown_distribution_is_refused() -> None:

@@ -189,13 +189,13 @@ def test_a_process_announces_its_nodes(live: "Live", distro: str, padding: bytes
     ]
 
 
-def test_gids_grow_when_others_have_long_ones(live: "Live") -> None:
+def test_gids_shrink_when_others_have_short_ones(live: "Live") -> None:
     process = live.process()
     process.create_node("node", "/")
     peer = live.peer()
     mine = peer.participant.guid.bytes
     reader, writer = peer.reader(*DISCOVERY, qos=LATCHED), peer.writer(*DISCOVERY, qos=LATCHED)
-    assert [len(sample) for sample in peer.collect(reader, 1)] == [4 + 16 + 4 + 8 + 12 + 8]
-    peer.send(writer, payload(mine + bytes(8) + bytes(4)))
+    assert [len(sample) for sample in peer.collect(reader, 1)] == [4 + 24 + 4 + 8 + 12 + 8]
+    peer.send(writer, payload(mine + bytes(4)))
     own, others = peer.collect(reader, 2)
-    assert (len(own), len(others)) == (32, 4 + 24 + 4 + 8 + 12 + 8)
+    assert (len(own), len(others)) == (24, 4 + 16 + 4 + 8 + 12 + 8)

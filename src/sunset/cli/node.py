@@ -60,7 +60,7 @@ def add_network_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--ros-distro",
         metavar="NAME",
-        help="ROS 2 distribution of the other nodes (default: ROS_DISTRO, until they announce an older form)",
+        help="ROS 2 distribution of the other nodes (default: found out from what they announce)",
     )
 
 

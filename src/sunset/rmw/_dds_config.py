@@ -31,15 +31,22 @@ DISTROS: Mapping[str, int] = {
 
 _RANGES = ("SYSTEM_DEFAULT", "SUBNET", "LOCALHOST", "OFF")
 
-# A participant with an index from 0 to 32 that announces itself to "localhost" by unicast is found by ROS 2 nodes
-# whatever ROS_LOCALHOST_ONLY says. Multicast is for discovery only: an image goes to the processes that want it.
+# A participant that announces itself to the ports of the indices 0 to 32 by unicast is found by ROS 2 nodes whatever
+# ROS_LOCALHOST_ONLY says. It takes one from 10 to 32 itself, its ports being counted from that of index 10 on: where lo
+# has no multicast, as on Linux, nodes up to Humble take the indices 0 to 9 only. They also look for no others, so that
+# they learn of a participant when it announces itself the next time, which it therefore does every second, for ever.
+# Multicast is for discovery only: an image goes to the processes that want it.
 # Who has sent something that is not confirmed asks after 10 ms, not 100: a process that leaves waits for the answers.
 # Who misses something still asks after 100 ms, though a client's first request, which can reach a server that does not
 # know the client yet, so takes that long now and then: asking sooner makes a flood of samples worse.
 _COMMON = (
     "<CycloneDDS><Domain><Discovery><ParticipantIndex>auto</ParticipantIndex>"
-    "<MaxAutoParticipantIndex>32</MaxAutoParticipantIndex>"
-    '<Peers><Peer address="localhost"/></Peers></Discovery>'
+    "<MaxAutoParticipantIndex>22</MaxAutoParticipantIndex>"
+    "<Ports><UnicastMetaOffset>30</UnicastMetaOffset><UnicastDataOffset>31</UnicastDataOffset></Ports>"
+    '<Peers><Peer address="localhost"/>{}</Peers>'
+    "<InitialLocatorPruneDelay>inf</InitialLocatorPruneDelay>"
+    "<DiscoveredLocatorPruneDelay>inf</DiscoveredLocatorPruneDelay>"
+    "<SPDPInterval>1s</SPDPInterval></Discovery>"
     '<Internal><HeartbeatInterval min="2ms" minsched="5ms" max="8s">10ms</HeartbeatInterval></Internal>'
     "</Domain></CycloneDDS>"
 )
@@ -51,6 +58,7 @@ _LARGE_FRAGMENTS = (  # an image is two datagrams; beyond loopback, networks los
     "<CycloneDDS><Domain><General><AllowMulticast>spdp</AllowMulticast><MaxMessageSize>65000B</MaxMessageSize>"
     "<FragmentSize>63000B</FragmentSize></General></Domain></CycloneDDS>"
 )
+_LOWER_PEER = '<Peer address="localhost:{}"/>'
 _TAG = "<CycloneDDS><Domain><Discovery><Tag>{}</Tag></Discovery></Domain></CycloneDDS>"
 
 
@@ -61,14 +69,16 @@ class Configuration:
     Attributes:
         domain_id: processes hear those of the same domain only; from 0 to 232.
         cyclonedds: settings as in CYCLONEDDS_URI; later ones win.
-        gid_size: bytes of a gid in `ros_discovery_info`.
-        adapts: whether `gid_size` may follow what others send.
+        gid_size: bytes of a gid in `ros_discovery_info`, at first.
+        adapts: whether `gid_size` becomes 16 when others send that.
+        announces_hashes: whether endpoints tell the hash of their type, which those with 24 bytes pass over.
     """
 
     domain_id: int
     cyclonedds: str
     gid_size: int
     adapts: bool
+    announces_hashes: bool
 
 
 def read_configuration(
@@ -86,7 +96,8 @@ def read_configuration(
         domain_id: instead of ROS_DOMAIN_ID.
         network: whether to be heard beyond this computer.
         distro: the ROS 2 distribution of the others, one of `DISTROS`; None to guess from ROS_DISTRO and from
-            what they send.
+            what they send. Where nothing is known, announcements begin in the older form: the newer distributions
+            read it as one of no nodes, while the older ones fail to join where they get the newer form.
 
     Raises:
         MiddlewareError: a value cannot be used, or two contradict each other.
@@ -94,7 +105,11 @@ def read_configuration(
     if distro is not None and distro not in DISTROS:
         raise MiddlewareError(f"The ROS 2 distribution must be one of {', '.join(DISTROS)}, got {distro!r}.")
     reach = _reach(environment, network=network)
-    settings = [_COMMON] if network else [_COMMON, _LARGE_FRAGMENTS]
+    domain = _domain_id(environment, domain_id)
+    common = _COMMON.format(
+        "".join(_LOWER_PEER.format(7410 + 250 * domain + 2 * index) for index in range(10))
+    )
+    settings = [common] if network else [common, _LARGE_FRAGMENTS]
     uri = environment.get("CYCLONEDDS_URI", "").strip()
     interfaces = list(_interfaces(uri))
     if not network:
@@ -103,11 +118,13 @@ def read_configuration(
             settings.append(_LOOPBACK)
     if reach == "OFF":
         settings.append(_TAG.format(f"ros_discovery_off_{uuid4().hex}"))
+    size = DISTROS.get(distro or environment.get("ROS_DISTRO", ""))
     return Configuration(
-        domain_id=_domain_id(environment, domain_id),
+        domain_id=domain,
         cyclonedds=",".join([*settings, uri] if uri else settings),
-        gid_size=DISTROS[distro] if distro else DISTROS.get(environment.get("ROS_DISTRO", ""), 16),
+        gid_size=size or 24,
         adapts=distro is None,
+        announces_hashes=size != 24,  # noqa: PLR2004
     )
 
 

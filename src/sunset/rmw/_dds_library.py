@@ -72,7 +72,7 @@ _FOREVER: Final = 2**63 - 1
 _ANY: Final = 127  # samples in every state
 _XCDR1: Final = ctypes.c_int16(0)
 _IGNORE_PARTICIPANT: Final = 1
-_MOST_PROCESSES: Final = 33
+_MOST_PROCESSES: Final = 23
 _FATAL, _ERROR, _WARNING = 1, 2, 4
 
 _Entity, _Pointer, _Size, _Time = ctypes.c_int32, ctypes.c_void_p, ctypes.c_size_t, ctypes.c_int64
@@ -152,8 +152,8 @@ def create_domain(domain_id: int, configuration: str) -> int:
     _C.dds_set_log_mask(_FATAL | _ERROR)  # there is a warning for each malformed packet
     if domain < 0:
         raise MiddlewareError(
-            f"DDS could not set up domain {domain_id}: either CYCLONEDDS_URI is wrong, or {_MOST_PROCESSES} processes "
-            "of this computer are in the domain already; Cyclone DDS wrote to stderr which."
+            f"DDS could not set up domain {domain_id}: either CYCLONEDDS_URI is wrong, or {_MOST_PROCESSES} "
+            "processes of SUNSET are in the domain on this computer already; Cyclone DDS wrote to stderr which."
         )
     return domain
 

@@ -116,7 +116,7 @@ class Link:
         self._on_problem = on_problem
         self._on_failure = on_failure
         self.gid_size = configuration.gid_size
-        self.announces_hashes = configuration.gid_size == 16  # noqa: PLR2004  since Iron, as hashes
+        self.announces_hashes = configuration.announces_hashes
         self._adapts = configuration.adapts
         self._nodes: tuple[NodeEntities, ...] = ()
         self._announcing = threading.RLock()
@@ -202,11 +202,10 @@ class Link:
             self._on_problem(_DISCOVERY_TOPIC, f"dropped a malformed announcement: {error}")
             return
         is_there = self._listener.learn_nodes(participant)
-        if (
-            not is_there and participant.nodes
-        ):  # who leaves says that it has none, and may be gone before that comes
+        # one that leaves says that it has no nodes, and may be gone before that comes
+        if not is_there and participant.nodes:
             self._on_problem(_DISCOVERY_TOPIC, "dropped an announcement of a participant that is not there.")
-        elif is_there and self._adapts and participant.gid_size > self.gid_size:
+        elif is_there and self._adapts and participant.gid_size < self.gid_size:
             with self._announcing:
                 self.gid_size = participant.gid_size
                 self.announce(self._nodes)

@@ -58,7 +58,7 @@ class CycloneDDS(Middleware):
         domain_id: processes hear those of the same domain only, 0 to 232; ROS_DOMAIN_ID, else 0, if None.
         network: whether to be heard beyond this computer.
         distro: the ROS 2 distribution of other nodes, such as "jazzy" or "humble", on which the form of announcements
-            depends; None to take ROS_DISTRO as a guess and follow what others send.
+            depends; None to take ROS_DISTRO as a guess, and the newer form when others send that.
         environment: where ROS_DOMAIN_ID, ROS_LOCALHOST_ONLY, ROS_AUTOMATIC_DISCOVERY_RANGE, ROS_DISTRO and
             CYCLONEDDS_URI are looked up; `os.environ` if None.
 

@@ -64,7 +64,7 @@ class Symptoms(Mapping[str, Value]):
         return f"Symptoms({self._values!r})"
 
     def frequency(self, topic: str) -> FloatOrNaN:
-        """Return the messages per second on a topic, over the last second; NaN if it is not measured."""
+        """Return the messages per second on a topic, over the last second; NaN until the first came."""
         return self._number(_frequency_key(topic))
 
     def stopped(self, topic: str) -> bool:

@@ -115,7 +115,8 @@ class Monitor(Node):
 
     The entries are, each under the name that the published exemplar gives it,
 
-    - `<topic>_freq`: messages of the last second on each topic of the pipeline, `_` in place of `/`;
+    - `<topic>_freq`: messages of the last second on a topic of the pipeline, `_` in place of `/`, from the first
+      message on: a topic that never had one has not stopped;
     - `<node>_<key>`: what a node reports, such as `segmentation_entropy` and `camera_sharpness`; of numbers
       the mean of the last five, from the fifth on; after a gap of a second five new ones are needed;
     - `<node>_lc_state`: its lifecycle state, `unknown` after a second without a heartbeat;
@@ -132,24 +133,23 @@ class Monitor(Node):
         super().__init__(
             "monitor", context=context, cli_args=cli_args, parameter_overrides=parameter_overrides
         )
-        self._topics = {_frequency_key(topic): _Rate() for topic, _ in _TOPICS}
+        self._topics: dict[str, _Rate] = {}
         self._nodes: dict[str, _Node] = {}
         self._node_places = _Places(self._nodes)
         self._values: dict[str, _Mean | bool | str] = {}
         self._value_places = _Places(self._values)
         for topic, message_type in _TOPICS:
-            note = self._noting(self._topics[_frequency_key(topic)])
-            self.create_subscription(message_type, topic, note, 10)
+            self.create_subscription(message_type, topic, self._noting(_frequency_key(topic)), 10)
         self.create_subscription(DiagnosticArray, "/diagnostics", self._on_diagnostics, 50)
         self._blackboard = self.create_publisher(SetBlackboardGroup, "/blackboard_group", 10)
         self.create_timer(_PERIOD_S, self._publish)
 
-    def _noting(self, rate: _Rate) -> Callable[[Message], None]:
-        return partial(self._note, rate)
+    def _noting(self, key: str) -> Callable[[Message], None]:
+        return partial(self._note, key)
 
-    def _note(self, rate: _Rate, message: Message) -> None:
+    def _note(self, key: str, message: Message) -> None:
         del message
-        rate.note(self.get_clock().now().nanoseconds)
+        self._topics.setdefault(key, _Rate()).note(self.get_clock().now().nanoseconds)
 
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         now = self.get_clock().now().nanoseconds

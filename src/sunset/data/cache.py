@@ -14,6 +14,7 @@ from sunset.data.bag import write_bag
 from sunset.data.flight import DEFAULT_FLIGHT, FlightPlan, render_frames
 from sunset.data.frame import Frame
 from sunset.errors import OutputError
+from sunset.input_files import file_digest, read_text
 from sunset.workers import check_jobs, processors, worker_pool
 
 __all__ = ["RENDER_VERSION", "cache_folder", "default_flight", "flight_bag", "kept_bag", "render_parallel"]
@@ -122,15 +123,14 @@ def _checksums(bag: Path) -> dict[str, str]:
     """Return file name → SHA-256 of everything in a bag's folder."""
     sums = {}
     for path in sorted(bag.iterdir()):
-        with path.open("rb") as file:
-            sums[path.name] = hashlib.file_digest(file, "sha256").hexdigest()
+        sums[path.name] = file_digest(path)
     return sums
 
 
 def _is_intact(home: Path) -> bool:
     """Say whether a kept flight is there and matches its checksums."""
     try:
-        expected = json.loads((home / CHECKSUM_FILE).read_text())
+        expected = json.loads(read_text(home / CHECKSUM_FILE))
         return bool(expected) and expected == _checksums(home / "flight")
     except (FileNotFoundError, NotADirectoryError, ValueError):
         return False

@@ -24,6 +24,7 @@ __all__ = [
     "FAR",
     "IDS_OF_NO_CLASS",
     "LABEL_PNG",
+    "PICTURE_BYTES",
     "bgr_of",
     "check_ids",
     "counts_of",
@@ -47,6 +48,12 @@ COLOUR_PNG: Final = "8-bit colour PNG"
 DEPTH_PNG: Final = "16-bit greyscale PNG"
 LABEL_PNG: Final = "8-bit greyscale PNG"
 
+PICTURE_BYTES: Final = 2**28
+"""What the file of a picture stays below: 256 MiB."""
+
+_MAX_PIXELS: Final = 2**26
+"""What a picture may claim to have before it is unpacked: 8192 x 8192."""
+
 _ENCODINGS: Final = {
     "bgr8": ("u1", 3),
     "rgb8": ("u1", 3),
@@ -61,6 +68,8 @@ _ENCODINGS: Final = {
 """Encoding of a `sensor_msgs/msg/Image` → type of a value, values a pixel."""
 
 _JPEG: Final = b"\xff\xd8\xff"
+_JPEG_FRAMES: Final = frozenset(range(0xFFC0, 0xFFD0)) - {0xFFC4, 0xFFC8, 0xFFCC}
+"""Markers of what holds a JPEG's height and width."""
 _PNG: Final = b"\x89PNG\r\n\x1a\n"
 _PNG_HEADER: Final = b"\0\0\0\x0dIHDR"
 _PNG_COLOURS: Final = {0: "greyscale", 2: "colour", 3: "palette", 4: "greyscale-alpha", 6: "colour-alpha"}
@@ -128,6 +137,7 @@ def picture(data: bytes, place: str, kinds: Collection[str]) -> Pixels:
     kind = _kind(data, place)
     pixels = None
     if kind in kinds:
+        _check_size(data, place)
         try:
             pixels = cv2.imdecode(np.frombuffer(data, dtype=np.uint8), cv2.IMREAD_UNCHANGED)
         except cv2.error as error:
@@ -157,6 +167,33 @@ def _kind(data: bytes, place: str) -> str:
             raise _damaged(place, "it does not begin with its header")
         return f"{data[24]}-bit {_PNG_COLOURS.get(data[25], 'unknown')} PNG"
     return "neither JPEG nor PNG" if data else "no data"
+
+
+def _check_size(data: bytes, place: str) -> None:
+    """Check how many pixels a file claims to have, before memory is taken for them."""
+    try:
+        size = _jpeg_size(data) if data.startswith(_JPEG) else struct.unpack_from(">II", data, 16)[::-1]
+    except struct.error:
+        raise _damaged(place, "it does not say how large it is") from None
+    if size[0] * size[1] > _MAX_PIXELS:
+        raise DataError(
+            f"The image {place} must have at most {_MAX_PIXELS} pixels, got {dimensions(size)}; make it smaller."
+        )
+
+
+def _jpeg_size(data: bytes) -> tuple[int, int]:
+    """Return height and width of a JPEG file.
+
+    Raises:
+        struct.error: it does not say.
+    """
+    start = len(_JPEG) - 1
+    while True:
+        marker, length = struct.unpack_from(">HH", data, start)
+        if marker in _JPEG_FRAMES:
+            height, width = struct.unpack_from(">HH", data, start + 5)
+            return height, width
+        start += 1 if marker == 0xFFFF else 2 + length  # noqa: PLR2004  between segments, such bytes fill
 
 
 def _check_chunks(data: bytes, place: str) -> None:

@@ -16,9 +16,19 @@ from typing import Any, Final, NoReturn
 import numpy.typing as npt
 
 from sunset.data.frame import FRAME_SIZE, Frame
-from sunset.data.pixels import COLOUR_JPEG, DEPTH_PNG, LABEL_PNG, check_ids, dimensions, picture, resample
+from sunset.data.pixels import (
+    COLOUR_JPEG,
+    DEPTH_PNG,
+    LABEL_PNG,
+    PICTURE_BYTES,
+    check_ids,
+    dimensions,
+    picture,
+    resample,
+)
 from sunset.data.reading_ahead import read_ahead
 from sunset.errors import DataError
+from sunset.input_files import read_bytes
 
 __all__ = ["SynDroneFlight", "find_syndrone", "is_syndrone", "survey_syndrone"]
 
@@ -87,7 +97,7 @@ class SynDroneFlight:
     def _pixels(self, name: str, number: int) -> npt.NDArray[Any]:
         path = self._file(name, number)
         try:
-            data = path.read_bytes()
+            data = read_bytes(path, PICTURE_BYTES)
         except OSError as error:
             raise DataError(
                 f"The image {path} cannot be read: {error.strerror}; {_unpack(self.town, name)}."

@@ -17,6 +17,7 @@ from sunset.experiments.manager import manager_checksum
 from sunset.experiments.resources import Resources
 from sunset.experiments.run import prepare, record, record_failure, versions
 from sunset.experiments.spec import EXTERNAL, RunSpec, Timing
+from sunset.input_files import read_text
 from sunset.managing import MANAGERS, split_label
 from sunset.recording import RUN_FILE
 from sunset.scenarios import Scenario, load_suite, suite
@@ -126,7 +127,7 @@ def _chosen(spec: BenchSpec) -> tuple[Scenario, ...]:
 def count_runs(out: Path) -> tuple[int, int] | None:
     """Return how many runs of a folder's campaign are there, and how many it has; None if it holds no campaign."""
     try:
-        planned = int(json.loads((out / _PLAN_FILE).read_text(encoding="utf-8"))["runs"])
+        planned = int(json.loads(read_text(out / _PLAN_FILE))["runs"])
     except (OSError, KeyError, TypeError, ValueError, RecursionError):
         return None
     return sum(1 for _ in out.glob(f"runs/*/*/*/seed-*/{RUN_FILE}")), planned
@@ -287,7 +288,7 @@ def _claim(out: Path, described: dict[str, Any]) -> None:
         write_text(file, json.dumps(described, indent=2, sort_keys=True) + "\n")
         return
     try:
-        found = dict(json.loads(file.read_text(encoding="utf-8")))
+        found = dict(json.loads(read_text(file)))
     except (OSError, TypeError, ValueError) as error:
         raise InvalidInputError(
             f"The campaign's plan {file} cannot be read ({error}); name a new folder."

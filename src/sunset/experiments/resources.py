@@ -10,6 +10,7 @@ from sunset.data import BagReader, cache_folder, default_flight, read_bag
 from sunset.errors import DataError, ModelError
 from sunset.experiments.files import make_folder
 from sunset.experiments.spec import RunSpec
+from sunset.input_files import file_digest
 from sunset.perception import InferenceCache, Modality, Model, Segmenter, load_model
 
 __all__ = ["Resources", "find_resources", "missing_networks"]
@@ -113,8 +114,7 @@ def _checksum(files: Sequence[Path]) -> str:
     """Return the SHA-256 of some files, one behind the other."""
     digest = hashlib.sha256()
     for path in files:
-        with path.open("rb") as file:
-            digest.update(hashlib.file_digest(file, "sha256").digest())
+        digest.update(bytes.fromhex(file_digest(path)))
     return digest.hexdigest()
 
 

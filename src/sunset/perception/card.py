@@ -10,6 +10,7 @@ from typing import Final
 
 from sunset.classes import CLASSES
 from sunset.errors import InvalidInputError, ModelError
+from sunset.input_files import read_text
 from sunset.perception.card_text import card_text
 from sunset.perception.modality import Modality
 from sunset.texts import printable_json
@@ -109,12 +110,14 @@ class ModelCard:
             ModelError: it is missing, no JSON, lacks something, or has what cannot be written again.
         """
         try:
-            raw = json.loads(path.read_text(encoding="utf-8"))
+            raw = json.loads(read_text(path))
             json.dumps(raw, ensure_ascii=False, allow_nan=False).encode()  # as it is written again
             raw = printable_json(raw)
         except FileNotFoundError:
             raise ModelError(f"The model card {path} is missing.") from None
-        except (OSError, RecursionError, ValueError) as error:
+        except OSError as error:
+            raise ModelError(f"The model card {path} cannot be read: {error.strerror}.") from error
+        except (RecursionError, ValueError) as error:
             raise ModelError(f"The model card {path} cannot be read as JSON: {error}.") from error
         return _parse(_Fields(raw, f"model card {path}"))
 

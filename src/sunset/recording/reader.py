@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from sunset.errors import RecordError
+from sunset.input_files import read_text
 from sunset.metrics import Timeline
 from sunset.recording._bag import read_bag
 from sunset.recording.timelines import MEASURED_TOPICS, timeline
@@ -34,7 +35,7 @@ def read_run(folder: Path) -> dict[str, Any]:
     """
     file = Path(folder) / RUN_FILE
     try:
-        run = printable_json(json.loads(file.read_text(encoding="utf-8")))
+        run = printable_json(json.loads(read_text(file)))
     except FileNotFoundError as error:
         raise RecordError(f"{folder} is no complete record: {RUN_FILE} is missing.") from error
     except OSError as error:

@@ -12,6 +12,7 @@ from pathlib import Path
 from uuid import uuid4
 
 from sunset.errors import MiddlewareError
+from sunset.input_files import read_text
 
 __all__ = ["DISTROS", "LAST_DOMAIN_ID", "Configuration", "read_configuration"]
 
@@ -178,7 +179,7 @@ def _fragments(uri: str) -> Iterator[str]:
             name, comma, rest = rest.partition(",")
             path = Path(name.strip().removeprefix("file://"))
             try:
-                yield path.read_text("utf-8")
+                yield read_text(path)
             except (OSError, UnicodeDecodeError) as error:
                 raise MiddlewareError(
                     f"CYCLONEDDS_URI names the file {path}, which cannot be read: {error}."

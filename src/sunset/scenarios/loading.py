@@ -8,6 +8,7 @@ import yaml
 
 from sunset.errors import MALFORMED_YAML, ScenarioError, suggestion
 from sunset.faults import FAULTS, Value
+from sunset.input_files import read_bytes
 from sunset.scenarios._document import Document, Item
 from sunset.scenarios._published import IGNORED_KEYS, REQUIRED_KEYS, translate
 from sunset.scenarios.schema import Scenario, ScenarioFault
@@ -118,12 +119,9 @@ def parse_scenario(text: str, source: str) -> Scenario:
 
 def _from_file(path: Path) -> Scenario:
     try:
-        with path.open("rb") as file:
-            raw = file.read(_MAX_BYTES + 1)
+        raw = read_bytes(path, _MAX_BYTES)
     except OSError as error:
         raise ScenarioError(f"The scenario {path} cannot be read: {error.strerror}.") from error
-    if len(raw) > _MAX_BYTES:
-        raise ScenarioError(f"The scenario {path} is larger than {_MAX_BYTES} bytes, which no scenario is.")
     try:
         text = raw.decode("utf-8-sig")
     except UnicodeDecodeError as error:

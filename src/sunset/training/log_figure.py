@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from sunset.errors import DataError, MissingExtraError, OutputError
+from sunset.input_files import read_text
 
 __all__ = ["draw_log"]
 
@@ -62,7 +63,7 @@ def draw_log(log: Path, png: Path) -> None:
 
 def _read(log: Path) -> list[dict[str, Any]]:
     try:
-        lines = [json.loads(line) for line in log.read_text(encoding="utf-8").splitlines()]
+        lines = [json.loads(line) for line in read_text(log).splitlines()]
     except OSError as error:
         raise DataError(f"The training log {log} cannot be read: {error.strerror}.") from error
     except ValueError as error:

@@ -1,0 +1,79 @@
+"""Reading files that users name: regular files only, and no larger than their kind can be.
+
+A pipe without a writer, or a device without an end, would otherwise stop a command for ever or fill its memory.
+What is refused is refused with an `OSError` whose `strerror` says why, as the operating system does it.
+"""
+
+import errno
+import hashlib
+import os
+import stat
+from io import BufferedReader
+from pathlib import Path
+from typing import Final
+
+__all__ = ["TEXT_BYTES", "check_regular", "file_digest", "open_regular", "read_bytes", "read_text"]
+
+TEXT_BYTES: Final = 2**24
+"""What cards, logs, plans and parameter files stay far below: 16 MiB."""
+
+_REFUSED: Final = "it is a pipe, a device or a socket, and not a regular file"
+
+
+def open_regular(path: Path) -> BufferedReader:
+    """Open a regular file for reading, without waiting for anybody.
+
+    Raises:
+        OSError: it cannot be opened, or is not a regular file.
+    """
+    file = open(path, "rb", opener=_opened)  # noqa: SIM115  handed over; a path's own takes no opener
+    if stat.S_ISREG(os.fstat(file.fileno()).st_mode):
+        return file
+    file.close()
+    raise OSError(errno.EINVAL, _REFUSED, str(path))
+
+
+def _opened(path: str, flags: int) -> int:
+    return os.open(path, flags | os.O_NONBLOCK | os.O_NOCTTY)
+
+
+def check_regular(path: Path) -> None:
+    """Check that a library, which opens the path itself, will find a regular file that can be read.
+
+    Raises:
+        OSError: it will not.
+    """
+    open_regular(path).close()
+
+
+def read_bytes(path: Path, most: int = TEXT_BYTES) -> bytes:
+    """Return the content of a regular file of at most so many bytes.
+
+    Raises:
+        OSError: it cannot be read, is not a regular file, or is larger.
+    """
+    with open_regular(path) as file:
+        content = file.read(most + 1)
+    if len(content) > most:
+        raise OSError(errno.EFBIG, f"it is larger than {most} bytes, which none of its kind is", str(path))
+    return content
+
+
+def read_text(path: Path, most: int = TEXT_BYTES) -> str:
+    """Return the text in a regular file of at most so many bytes.
+
+    Raises:
+        OSError: as `read_bytes`.
+        UnicodeDecodeError: it is not encoded in UTF-8.
+    """
+    return read_bytes(path, most).decode("utf-8")
+
+
+def file_digest(path: Path) -> str:
+    """Return the SHA-256 of a regular file, in hexadecimal.
+
+    Raises:
+        OSError: it cannot be read, or is not a regular file.
+    """
+    with open_regular(path) as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()

@@ -1,4 +1,4 @@
-"""Pipes and devices in the place of files, and files that are not what they seem, neither block nor end in a traceback."""
+"""Pipes and devices in the place of files neither block nor end in a traceback."""
 
 import os
 import shutil

@@ -1,5 +1,6 @@
 import hashlib
 import json
+import shutil
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -121,14 +122,64 @@ def test_missing_weights_beside_a_network_are_named(copied: Path) -> None:
         load_model(copied)
 
 
+NOT_ON_THE_CARD = (
+    r"rgb\.onnx is no ONNX model that can be run: .*; weights in other files .* network's 'data'\.$"
+)
+
+
 def test_weights_that_the_card_does_not_name_are_refused(copied: Path) -> None:
     card = ModelCard.read(copied / "card.json")
     network = replace(card.networks[Modality.RGB], data={})
     replace(card, networks={Modality.RGB: network}).write(copied)
-    with pytest.raises(
-        ModelError, match=r"rgb\.onnx keeps weights in the file 'rgb\.bin', whose checksum is not on"
-    ):
-        load_model(copied)
+    with pytest.raises(ModelError, match=NOT_ON_THE_CARD):
+        load_model(copied).session(Modality.RGB)
+
+
+def test_weights_that_a_network_names_in_a_longer_encoding_are_refused(
+    copied: Path, with_network: Callable[[bytes], Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    shutil.copyfile(copied / "rgb.bin", copied / "my.bin")
+    monkeypatch.chdir(copied)
+    content = (copied / "rgb.onnx").read_bytes()
+    # one byte less of the name, one byte more of its length, a varint that means 6
+    longer = content.replace(b"\x12\x07rgb.bin", b"\x12\x86\x00my.bin")
+    assert longer != content
+    with pytest.raises(ModelError, match=NOT_ON_THE_CARD):
+        load_model(with_network(longer)).session(Modality.RGB)
+
+
+def test_weights_in_a_branch_are_refused(
+    copied: Path, with_network: Callable[[bytes], Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    onnx = pytest.importorskip("onnx")
+    (copied / "secret.bin").write_bytes(bytes(16))
+    monkeypatch.chdir(copied)
+    kind = onnx.TensorProto.FLOAT
+    weights = onnx.TensorProto(name="w", data_type=kind, dims=[4], data_location=onnx.TensorProto.EXTERNAL)
+    weights.external_data.add(key="location", value="secret.bin")
+    helper = onnx.helper
+    output = [helper.make_tensor_value_info("z", kind, [4])]
+    branch = helper.make_graph([helper.make_node("Identity", ["w"], ["z"])], "branch", [], output, [weights])
+    choice = helper.make_node("If", ["c"], ["y"], then_branch=branch, else_branch=branch)
+    graph = helper.make_graph(
+        [choice],
+        "graph",
+        [helper.make_tensor_value_info("c", onnx.TensorProto.BOOL, [])],
+        [helper.make_tensor_value_info("y", kind, [4])],
+    )
+    network = helper.make_model(graph, ir_version=9, opset_imports=[helper.make_opsetid("", 18)])
+    with pytest.raises(ModelError, match=r"rgb\.onnx is no ONNX model that can be run: .*secret\.bin"):
+        load_model(with_network(network.SerializeToString())).session(Modality.RGB)
+
+
+def test_a_file_exchanged_after_the_model_was_loaded_is_told_from_the_card(
+    with_network: Callable[[bytes], Path],
+) -> None:
+    folder = with_network(constant())
+    model = load_model(folder)
+    (folder / "rgb.onnx").write_bytes(b"another one")
+    with pytest.raises(ModelError, match=r"The file .*rgb\.onnx is not the one on the model's card"):
+        model.session(Modality.RGB)
 
 
 def test_a_shared_file_has_one_checksum(copied: Path) -> None:

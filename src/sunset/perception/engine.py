@@ -1,7 +1,6 @@
 """The engine that runs networks, ONNX Runtime, set up so that its answers repeat bit by bit."""
 
-import re
-from pathlib import Path
+from collections.abc import Mapping
 from typing import Any, Final
 
 import onnxruntime
@@ -9,7 +8,7 @@ from onnxruntime.capi import onnxruntime_pybind11_state as _runtime_errors
 
 from sunset.errors import InvalidInputError, MissingExtraError, ModelError
 
-__all__ = ["DEVICES", "RUNTIME_ERRORS", "external_files", "find_device", "one_line", "open_session"]
+__all__ = ["DEVICES", "RUNTIME_ERRORS", "find_device", "one_line", "open_session"]
 
 DEVICES: Final = ("cpu", "cuda", "auto")
 """What may be asked for; "auto" is "cuda" where the engine offers it, else "cpu"."""
@@ -38,11 +37,8 @@ _PROVIDERS: Final[dict[str, list[Any]]] = {
     "cuda": [(_CUDA, {"use_tf32": "0", "cudnn_conv_algo_search": "DEFAULT"}), "CPUExecutionProvider"],
 }
 
-_LOCATION: Final = re.compile(rb"\x0a\x08location(\x12[\x01-\x7f])?")
-"""How a tensor in an ONNX file names the file of its values: an entry "location" and a text, with its length.
-
-Where the text is longer or comes first, the file is not found out.
-"""
+_NOWHERE: Final = "/dev/null"
+"""A folder in which no file can be."""
 
 
 def find_device(wanted: str) -> str:
@@ -63,11 +59,15 @@ def find_device(wanted: str) -> str:
     return "cuda" if wanted != "cpu" and offered else "cpu"
 
 
-def open_session(path: Path, *, threads: int = 1, device: str = "cpu") -> Any:
-    """Open a network.
+def open_session(
+    network: bytes, data: Mapping[str, bytes], *, name: str, threads: int = 1, device: str = "cpu"
+) -> Any:
+    """Open a network, from memory: the engine gets at no file.
 
     Args:
-        path: the ONNX file.
+        network: an ONNX file.
+        data: the files that may hold its weights (ONNX's external data), by the names that it gives them.
+        name: the network's, for errors.
         threads: for each operator. One thread gives the same bits always; with more, float sums may be
             blocked differently (seen from 4 threads on).
         device: "cpu" or "cuda". CUDA has not been tried on a graphics card by this project.
@@ -84,30 +84,27 @@ def open_session(path: Path, *, threads: int = 1, device: str = "cpu") -> Any:
     options.log_severity_level = 4  # what goes wrong is raised, and must not be printed as well
     # Idle threads would spin, and take a core from others.
     options.add_session_config_entry("session.intra_op.allow_spinning", "0")
+    # What is not in the table is refused; a table without an entry would be none.
+    table = {"": b"\0", **data}
+    options.add_external_initializers_from_files_in_memory(
+        list(table), list(table.values()), [len(content) for content in table.values()]
+    )
+    # The table is not looked at for tensors in the branches of control flow, which come from here.
+    options.add_session_config_entry("session.model_external_initializers_file_folder_path", _NOWHERE)
     try:
-        session = onnxruntime.InferenceSession(path, options, providers=_PROVIDERS[device])
+        session = onnxruntime.InferenceSession(network, options, providers=_PROVIDERS[device])
     except RUNTIME_ERRORS as error:
+        hint = "; weights in other files are read where the card names these as the network's 'data'"
         raise ModelError(
-            f"The network {path} is no ONNX model that can be run: {one_line(error)}."
+            f"The network {name} is no ONNX model that can be run: {one_line(error)}"
+            f"{hint if 'xternal' in str(error) else ''}."
         ) from error
     if device == "cuda" and session.get_providers()[0] != _CUDA:
         raise ModelError(
-            f"The network {path} cannot be run with CUDA: ONNX Runtime offers it, but could not start it; "
+            f"The network {name} cannot be run with CUDA: ONNX Runtime offers it, but could not start it; "
             f"check the driver and the CUDA and cuDNN libraries, or choose the device cpu."
         )
     return session
-
-
-def external_files(network: bytes) -> set[str]:
-    r"""Return the names of the files in which an ONNX file keeps tensors (ONNX's external data).
-
-    One that cannot be found out is `?`.
-
-    >>> sorted(external_files(b"...\n\x08location\x12\x05a.bin...\x12\x05b.bin\n\x08location..."))
-    ['?', 'a.bin']
-    """
-    found = (network[at.end() : at.end() + at[1][1]] if at[1] else b"?" for at in _LOCATION.finditer(network))
-    return {name.decode("utf-8", "replace") for name in found}
 
 
 def one_line(error: BaseException) -> str:

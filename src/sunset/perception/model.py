@@ -7,13 +7,17 @@ from pathlib import Path
 from typing import Any, Final
 
 from sunset.errors import ModelError, suggestion
+from sunset.input_files import read_bytes
 from sunset.perception.card import CARD_NAME, ModelCard
-from sunset.perception.engine import external_files, open_session
+from sunset.perception.engine import open_session
 from sunset.perception.modality import Modality
 
 __all__ = ["Model", "list_models", "load_model"]
 
 _MODELS: Final = Path(__file__).parent / "models"
+
+_LARGEST: Final = 2**31
+"""Bytes of a network's file; none of ONNX's is larger."""
 
 _sessions: dict[tuple[object, ...], Any] = {}
 _sessions_lock = threading.Lock()
@@ -49,7 +53,12 @@ class Model:
             key = (network.digest, modality, self.card.height, self.card.width, threads, device)
             if key not in _sessions:
                 path = self.folder / network.file
-                session = open_session(path, threads=threads, device=device)
+                files = {
+                    name: _verified(self.folder / name, digest) for name, digest in network.files.items()
+                }
+                session = open_session(
+                    files.pop(network.file), files, name=str(path), threads=threads, device=device
+                )
                 _check_signature(session, self.card, modality, path)
                 _sessions[key] = session
             return _sessions[key]
@@ -81,14 +90,7 @@ def load_model(name_or_path: str | Path) -> Model:
         )
     card = ModelCard.read(folder / CARD_NAME)
     for name, expected in _files(card).items():
-        _check(folder / name, expected)
-    for network in card.networks.values():
-        unknown = external_files((folder / network.file).read_bytes()) - set(network.data)
-        if unknown:
-            raise ModelError(
-                f"The network {folder / network.file} keeps weights in the file {min(unknown)!r}, whose checksum "
-                f"is not on the model's card: add it to the network's 'data'."
-            )
+        _verified(folder / name, expected)
     return Model(folder, card)
 
 
@@ -104,19 +106,21 @@ def _files(card: ModelCard) -> dict[str, str]:
     return files
 
 
-def _check(path: Path, expected: str) -> None:
+def _verified(path: Path, expected: str) -> bytes:
+    """Return the content of a file, which has this checksum."""
     try:
-        with path.open("rb") as file:
-            digest = hashlib.file_digest(file, "sha256").hexdigest()
+        content = read_bytes(path, _LARGEST)
     except OSError as error:
         raise ModelError(
             f"The file {path}, named on the model's card, cannot be read: {error.strerror}."
         ) from error
+    digest = hashlib.sha256(content).hexdigest()
     if digest != expected:
         raise ModelError(
             f"The file {path} is not the one on the model's card: expected SHA-256 {expected[:12]}…, got "
             f"{digest[:12]}…; it is damaged or was exchanged."
         )
+    return content
 
 
 def _check_signature(session: Any, card: ModelCard, modality: Modality, path: Path) -> None:

@@ -17,8 +17,6 @@ __all__ = ["TEXT_BYTES", "check_regular", "file_digest", "open_regular", "read_b
 TEXT_BYTES: Final = 2**24
 """What cards, logs, plans and parameter files stay far below: 16 MiB."""
 
-_REFUSED: Final = "it is a pipe, a device or a socket, and not a regular file"
-
 
 def open_regular(path: Path) -> BufferedReader:
     """Open a regular file for reading, without waiting for anybody.
@@ -27,10 +25,12 @@ def open_regular(path: Path) -> BufferedReader:
         OSError: it cannot be opened, or is not a regular file.
     """
     file = open(path, "rb", opener=_opened)  # noqa: SIM115  handed over; a path's own takes no opener
-    if stat.S_ISREG(os.fstat(file.fileno()).st_mode):
-        return file
-    file.close()
-    raise OSError(errno.EINVAL, _REFUSED, str(path))
+    try:
+        _check(path, os.fstat(file.fileno()).st_mode)
+    except OSError:
+        file.close()
+        raise
+    return file
 
 
 def _opened(path: str, flags: int) -> int:
@@ -38,12 +38,21 @@ def _opened(path: str, flags: int) -> int:
 
 
 def check_regular(path: Path) -> None:
-    """Check that a library, which opens the path itself, will find a regular file that can be read.
+    """Check that a library, which opens the path itself, will find a regular file.
+
+    It is not opened here: to close a database's file would release the locks of those who use it.
 
     Raises:
         OSError: it will not.
     """
-    open_regular(path).close()
+    _check(path, path.stat().st_mode)
+
+
+def _check(path: Path, mode: int) -> None:
+    if stat.S_ISDIR(mode):
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
+    if not stat.S_ISREG(mode):
+        raise OSError(errno.EINVAL, "it is a pipe, a device or a socket, not a regular file", str(path))
 
 
 def read_bytes(path: Path, most: int = TEXT_BYTES) -> bytes:

@@ -1,7 +1,10 @@
+import contextlib
+import os
 import signal
 import sqlite3
 import subprocess
 import sys
+import zlib
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +16,7 @@ from sunset.perception import InferenceCache, Modality, Model, Segmenter
 
 Frame = tuple[npt.NDArray[np.uint8], npt.NDArray[np.uint16]]
 
+OTHER = bytes(range(32))
 LABELS = np.arange(144 * 256, dtype=np.uint8).reshape(144, 256) % 28
 
 WRITER = """
@@ -156,25 +160,92 @@ def test_a_damaged_cache_says_so(tmp_path: Path) -> None:
         damaged.get((100).to_bytes(32))
 
 
-def test_labels_that_do_not_unpack_are_damage(tmp_path: Path) -> None:
+FORGERIES: dict[str, tuple[str, tuple[object, ...]]] = {
+    "entropy": ("entropy = 0.999", ()),
+    "a text for an entropy": ("entropy = 'sure'", ()),
+    "labels": ("labels = ?", (zlib.compress(bytes([255]) * LABELS.size),)),
+    "labels that do not unpack": ("labels = x'0102'", ()),
+    "a number for labels": ("labels = 3", ()),
+    "the answer to another frame": (
+        "(labels, entropy, checksum) = (SELECT labels, entropy, checksum FROM answers WHERE key = ?)",
+        (OTHER,),
+    ),
+}
+
+
+@pytest.mark.parametrize("forgery", FORGERIES)
+def test_a_forged_answer_is_told_of_once_and_computed_anew(
+    forgery: str, tmp_path: Path, lite: Model, frame: Frame, caplog: pytest.LogCaptureFixture
+) -> None:
     path = tmp_path / "cache.sqlite"
     cache = InferenceCache(path)
-    cache.put(bytes(32), LABELS, 0.5)
-    with sqlite3.connect(path) as connection:
-        connection.execute("UPDATE answers SET labels = x'0102'")
-    connection.close()
-    with pytest.raises(DataError, match="is damaged"):
-        cache.get(bytes(32))
+    cache.put(OTHER, LABELS, 0.125)
+    segmenter = Segmenter(lite, cache=cache)
+    true = segmenter.segment(Modality.RGB, *frame)
+    with contextlib.closing(sqlite3.connect(path)) as connection, connection:
+        change, values = FORGERIES[forgery]
+        connection.execute(f"UPDATE answers SET {change}", values)  # noqa: S608  it is ours
+
+    for _ in range(2):
+        found = segmenter.segment(Modality.RGB, *frame)
+        assert found.entropy == true.entropy
+        assert np.array_equal(found.labels, true.labels)
+
+    assert caplog.messages == [
+        f"The inference cache {path} holds an answer that was changed: it is computed anew."
+    ]
+
+
+def test_a_cache_of_the_first_version_is_emptied_and_used(tmp_path: Path) -> None:
+    path = tmp_path / "cache.sqlite"
+    with contextlib.closing(sqlite3.connect(path)) as connection, connection:
+        connection.execute("PRAGMA application_id = 0x53554E53")
+        connection.execute("PRAGMA user_version = 1")
+        connection.execute("CREATE TABLE answers (key BLOB PRIMARY KEY, labels BLOB, entropy REAL)")
+        connection.execute(
+            "INSERT INTO answers VALUES (?, ?, ?)", (bytes(32), zlib.compress(LABELS.tobytes()), 0.5)
+        )
+    cache = InferenceCache(path)
+    assert len(cache) == 0
+    cache.put(bytes(32), LABELS, 0.25)
+    assert InferenceCache(path).get(bytes(32)) is not None
+
+
+def test_a_full_cache_names_the_way_without_it(tmp_path: Path) -> None:
+    code = (
+        "import sys, resource, signal; import numpy as np; from sunset.perception import InferenceCache\n"
+        "cache = InferenceCache(sys.argv[1])\n"
+        "signal.signal(signal.SIGXFSZ, signal.SIG_IGN)\n"
+        "resource.setrlimit(resource.RLIMIT_FSIZE, (100000, 100000))\n"
+        "rng = np.random.default_rng(1)\n"
+        "[cache.put(bytes([n] * 32), rng.integers(0, 28, 36864, dtype=np.uint8), 0.5) for n in range(99)]\n"
+    )
+    result = subprocess.run(
+        [sys.executable, "-c", code, str(tmp_path / "cache.sqlite")],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    last = result.stderr.splitlines()[-1]
+    assert last.startswith("sunset.errors.OutputError: The inference cache ")
+    assert last.endswith("; --no-cache does without it, SUNSET_CACHE_DIR names another folder.")
+
+
+def test_a_pipe_in_the_place_of_the_file_does_not_block(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "cache.sqlite")
+    with pytest.raises(OutputError, match=r"cannot be used: .* not a regular file; --no-cache"):
+        InferenceCache(tmp_path / "cache.sqlite")
 
 
 def test_a_folder_that_cannot_be_made_is_named(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("", encoding="utf-8")
     with pytest.raises(
-        OutputError, match=r"The inference cache .* cannot be made: (Not a directory|File exists)\."
+        OutputError, match=r"The inference cache .* cannot be made: (Not a directory|File exists); --no-cache"
     ):
         InferenceCache(tmp_path / "file" / "cache.sqlite")
 
 
 def test_a_folder_in_the_place_of_the_file_is_named(tmp_path: Path) -> None:
-    with pytest.raises(OutputError, match="cannot be used: unable to open database file"):
+    with pytest.raises(OutputError, match="cannot be used: Is a directory; --no-cache"):
         InferenceCache(tmp_path)

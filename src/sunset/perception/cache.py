@@ -2,6 +2,7 @@
 
 import contextlib
 import hashlib
+import logging
 import os
 import platform
 import sqlite3
@@ -18,6 +19,7 @@ import numpy.typing as npt
 import onnxruntime
 
 from sunset.errors import DataError, OutputError
+from sunset.input_files import check_regular
 from sunset.perception.modality import Modality
 
 __all__ = ["InferenceCache"]
@@ -25,9 +27,16 @@ __all__ = ["InferenceCache"]
 _APPLICATION_ID: Final = 0x53554E53
 """Marks an SQLite file as ours ("SUNS")."""
 
-_VERSION: Final = 1
+_VERSION: Final = 2
+_TABLE: Final = (
+    "CREATE TABLE answers (key BLOB PRIMARY KEY, labels BLOB NOT NULL, entropy REAL NOT NULL, checksum BLOB NOT NULL) "
+    "WITHOUT ROWID"
+)
+_REMEDY: Final = "--no-cache does without it, SUNSET_CACHE_DIR names another folder"
 _WAIT_S: Final = 60.0
 """How long to wait for other processes that write at the same moment."""
+
+_log: Final = logging.getLogger(__name__)
 
 _inherited: list[sqlite3.Connection] = []
 """Connections that a fork brought along: closing them would release locks that the parent holds."""
@@ -42,8 +51,11 @@ class InferenceCache:
     is in write-ahead mode, every answer is a transaction of its own, and a process that is killed leaves
     it intact. The file must be on a local file system.
 
+    Every answer has a checksum over its key and all that it says. One that does not match, because somebody else wrote
+    it, is not given; the first of them is told of on stderr.
+
     Args:
-        path: the file; made with its folder if it does not exist.
+        path: the file; made with its folder if it does not exist. One of an older version is emptied.
 
     Raises:
         OutputError: the file or its folder cannot be made or written.
@@ -55,6 +67,7 @@ class InferenceCache:
         self._lock = threading.Lock()
         self._connection: sqlite3.Connection | None = None
         self._process = 0
+        self._suspicious = False
         features = f"{onnxruntime.__version__}|{platform.machine()}|{cv2.getCPUFeaturesLine()}"
         self._platform = hashlib.sha256(features.encode()).digest()
         if not self._path.exists():
@@ -88,20 +101,29 @@ class InferenceCache:
         return digest.digest()
 
     def get(self, key: bytes) -> tuple[npt.NDArray[np.uint8], float] | None:
-        """Return flat labels (read-only) and entropy of an inference, or None if it is not known.
+        """Return flat labels (read-only) and entropy of an inference, or None if it is not known for sure.
 
         Raises:
             DataError: the file is damaged.
         """
         with self._lock, self._errors():
-            query = "SELECT labels, entropy FROM answers WHERE key = ?"
+            query = "SELECT labels, entropy, checksum FROM answers WHERE key = ?"
             row = self._connected().execute(query, (key,)).fetchone()
-            if row is None:
+            if row is None or row[2] != _checksum(key, *row[:2]):
+                self._suspect(row)
                 return None
             return np.frombuffer(zlib.decompress(row[0]), dtype=np.uint8), float(row[1])
 
+    def _suspect(self, row: object) -> None:
+        """Tell of the first answer that is there and was not written by a cache."""
+        if row is not None and not self._suspicious:
+            self._suspicious = True
+            _log.warning(
+                "The inference cache %s holds an answer that was changed: it is computed anew.", self._path
+            )
+
     def put(self, key: bytes, labels: npt.NDArray[np.uint8], entropy: float) -> None:
-        """Remember an answer; one that is there already stays.
+        """Remember an answer, in the place of one that is there already.
 
         Raises:
             OutputError: the file cannot be written.
@@ -109,8 +131,8 @@ class InferenceCache:
         """
         packed = zlib.compress(labels.tobytes(), 1)
         with self._lock, self._errors():
-            statement = "INSERT OR IGNORE INTO answers VALUES (?, ?, ?)"
-            self._connected().execute(statement, (key, packed, entropy))
+            statement = "INSERT OR REPLACE INTO answers VALUES (?, ?, ?, ?)"
+            self._connected().execute(statement, (key, packed, entropy, _checksum(key, packed, entropy)))
 
     def close(self) -> None:
         """Close the file; it is opened again when needed."""
@@ -134,7 +156,7 @@ class InferenceCache:
             os.close(handle)
         except OSError as error:
             raise OutputError(
-                f"The inference cache {self._path} cannot be made: {error.strerror}."
+                f"The inference cache {self._path} cannot be made: {error.strerror}; {_REMEDY}."
             ) from error
         try:
             with (
@@ -143,16 +165,13 @@ class InferenceCache:
             ):
                 connection.execute(f"PRAGMA application_id = {_APPLICATION_ID}")
                 connection.execute(f"PRAGMA user_version = {_VERSION}")
-                connection.execute(
-                    "CREATE TABLE answers (key BLOB PRIMARY KEY, labels BLOB NOT NULL, entropy REAL NOT NULL) "
-                    "WITHOUT ROWID"
-                )
+                connection.execute(_TABLE)
                 connection.execute("PRAGMA journal_mode = WAL")
             with contextlib.suppress(FileExistsError):  # another process was first
                 os.link(name, self._path)
         except OSError as error:
             raise OutputError(
-                f"The inference cache {self._path} cannot be made: {error.strerror}."
+                f"The inference cache {self._path} cannot be made: {error.strerror}; {_REMEDY}."
             ) from error
         finally:
             Path(name).unlink(missing_ok=True)
@@ -160,24 +179,36 @@ class InferenceCache:
     def _connected(self) -> sqlite3.Connection:
         """Return this process's connection: SQLite's must not be carried across a fork."""
         if self._connection is None or self._process != os.getpid():
-            with contextlib.ExitStack() as unless_usable:
-                connection = sqlite3.connect(
-                    self._path, timeout=_WAIT_S, isolation_level=None, check_same_thread=False
-                )
-                unless_usable.callback(connection.close)
-                (application,) = connection.execute("PRAGMA application_id").fetchone()
-                (version,) = connection.execute("PRAGMA user_version").fetchone()
-                if (application, version) != (_APPLICATION_ID, _VERSION):
-                    raise DataError(
-                        f"The file {self._path} is no inference cache of this version: choose another path, or "
-                        f"delete it if it is not needed."
-                    )
+            check_regular(self._path)
+            connection = sqlite3.connect(
+                self._path, timeout=_WAIT_S, isolation_level=None, check_same_thread=False
+            )
+            try:
+                self._check_version(connection)
                 connection.execute("PRAGMA synchronous = NORMAL")  # a killed process loses nothing
-                unless_usable.pop_all()
+            except BaseException:
+                connection.close()
+                raise
             if self._connection is not None:
                 _inherited.append(self._connection)
             self._connection, self._process = connection, os.getpid()
         return self._connection
+
+    def _check_version(self, connection: sqlite3.Connection) -> None:
+        """Make sure that the file is a cache of this version; an older one is emptied and becomes one."""
+        (application,) = connection.execute("PRAGMA application_id").fetchone()
+        if application == _APPLICATION_ID and _version(connection) < _VERSION:
+            connection.execute("BEGIN IMMEDIATE")
+            if _version(connection) < _VERSION:  # no other process was first
+                connection.execute("DROP TABLE answers")
+                connection.execute(_TABLE)
+                connection.execute(f"PRAGMA user_version = {_VERSION}")
+            connection.execute("COMMIT")
+        if (application, _version(connection)) != (_APPLICATION_ID, _VERSION):
+            raise DataError(
+                f"The file {self._path} is no inference cache of this version: choose another path, or "
+                f"delete it if it is not needed."
+            )
 
     @contextlib.contextmanager
     def _errors(self) -> Iterator[None]:
@@ -185,8 +216,24 @@ class InferenceCache:
         try:
             yield
         except sqlite3.OperationalError as error:
-            raise OutputError(f"The inference cache {self._path} cannot be used: {error}.") from error
+            raise OutputError(
+                f"The inference cache {self._path} cannot be used: {error}; {_REMEDY}."
+            ) from error
+        except OSError as error:
+            raise OutputError(
+                f"The inference cache {self._path} cannot be used: {error.strerror}; {_REMEDY}."
+            ) from error
         except (sqlite3.DatabaseError, zlib.error) as error:
             raise DataError(
                 f"The inference cache {self._path} is damaged ({error}): delete it, it will be filled again."
             ) from error
+
+
+def _version(connection: sqlite3.Connection) -> int:
+    (version,) = connection.execute("PRAGMA user_version").fetchone()
+    return int(version)
+
+
+def _checksum(key: bytes, labels: object, entropy: object) -> bytes:
+    """Return what shows that an answer is the one to its key, whatever types a file gives them."""
+    return hashlib.sha256(repr((key, labels, entropy)).encode()).digest()

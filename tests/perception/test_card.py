@@ -111,8 +111,9 @@ NETWORK = {"file": "rgb.onnx", "sha256": "0" * 64, "parameters": 1, "temperature
     [
         ({"format": 2}, "1, the only format known, as 'format', got 2"),
         ({"name": ""}, "a text as 'name', got ''"),
-        ({"height": 14.4}, "a whole number from 1 on as 'height', got 14.4"),
-        ({"width": True}, "a whole number from 1 on as 'width', got True"),
+        ({"height": 14.4}, "a whole number from 1 to 4096 as 'height', got 14.4"),
+        ({"width": True}, "a whole number from 1 to 4096 as 'width', got True"),
+        ({"height": 31623, "width": 31623}, "a whole number from 1 to 4096 as 'height', got 31623"),
         ({"classes": ["road"]}, "the list of the 28 classes in their order as 'classes'"),
         ({"entropy_threshold": 1.5}, "a number from 0 to 1 as 'entropy_threshold', got 1.5"),
         ({"entropy_threshold": "low"}, "a number from 0 to 1 as 'entropy_threshold', got 'low'"),

@@ -19,6 +19,7 @@ from sunset.experiments.files import make_folder, write_text
 from sunset.experiments.resources import missing_networks
 from sunset.perception import Modality, Model, Segmenter, find_device, load_model
 from sunset.perception import list_models as shipped_models
+from sunset.perception.card import MAX_SIDE
 from sunset.training import import_checkpoints
 from sunset.training.curves import measure_curves
 from sunset.training.curves_text import as_csv, as_json, as_text
@@ -31,8 +32,6 @@ __all__ = ["add_parser", "calibrate", "curves", "import_model", "iou", "list_mod
 
 _FRAMES: Final = 4
 """How many are segmented to see how long one takes; the quickest counts."""
-_DIGITS: Final = 4
-"""Of a width or a height in pixels, at most."""
 
 
 def add_parser(verbs: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
@@ -181,10 +180,11 @@ def _add_measuring_options(parser: argparse.ArgumentParser) -> None:
 
 def _size(text: str) -> tuple[int, int]:
     width, _, height = text.partition("x")
-    sides = [int(side) if side.isdecimal() and len(side) <= _DIGITS else 0 for side in (width, height)]
-    if not all(sides):
+    digits = len(str(MAX_SIDE))
+    sides = [int(side) if side.isdecimal() and len(side) <= digits else 0 for side in (width, height)]
+    if not all(1 <= side <= MAX_SIDE for side in sides):
         raise argparse.ArgumentTypeError(
-            f"expected width and height in pixels, of at most {_DIGITS} digits each, such as 256x144, got {text!r}"
+            f"expected width and height in pixels, of at most {MAX_SIDE} each, such as 256x144, got {text!r}"
         )
     return int(width), int(height)
 

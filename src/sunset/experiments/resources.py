@@ -36,12 +36,14 @@ class Resources:
 def find_resources(spec: RunSpec, *, progress: Callable[[int, int], None] | None = None) -> Resources:
     """Load the model, open the bag, and render the default flight if it is needed and not there.
 
+    Every network is run on a frame, unless the cache knows what it answers.
+
     Args:
         spec: what is to be run.
         progress: called with (frames done, frames in all) while the flight is rendered.
 
     Raises:
-        ModelError: there is no such model, it is corrupt, lacks a network, or was never calibrated.
+        ModelError: there is no such model, it is corrupt, lacks a network, was never calibrated, or a network fails.
         InvalidInputError: there is no such device.
         MissingExtraError: the device needs a package that is not installed.
         DataError: there is no such bag, it is corrupt, or too short.
@@ -69,7 +71,11 @@ def find_resources(spec: RunSpec, *, progress: Callable[[int, int], None] | None
             "longer one, a shorter --duration, or --loop."
         )
     cache = _inference_cache(cache_folder()) if spec.cache else None
-    return Resources(model, Segmenter(model, device=spec.device, cache=cache), bag, checksum)
+    segmenter = Segmenter(model, device=spec.device, cache=cache)
+    frame = bag.frame(0)
+    for modality in Modality:  # what is wrong with a network is found before the sensor fusion turns to it
+        segmenter.segment(modality, frame.rgb, frame.depth)
+    return Resources(model, segmenter, bag, checksum)
 
 
 def missing_networks(model: Model) -> str:
@@ -86,9 +92,9 @@ _found_flights: dict[Path, Path] = {}
 
 
 def _default_flight(progress: Callable[[int, int], None] | None) -> Path:
-    """Return the default flight, rendered and verified once a process and cache folder."""
+    """Return the default flight, rendered and verified once a process and cache folder, as long as it is there."""
     folder = cache_folder()
-    if folder not in _found_flights:
+    if folder not in _found_flights or not _found_flights[folder].exists():
         _found_flights[folder] = default_flight(progress=progress)
     return _found_flights[folder]
 

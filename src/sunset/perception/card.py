@@ -15,10 +15,12 @@ from sunset.perception.card_text import card_text
 from sunset.perception.modality import Modality
 from sunset.texts import printable_json
 
-__all__ = ["CARD_FORMAT", "CARD_NAME", "ModelCard", "NetworkCard", "check_name"]
+__all__ = ["CARD_FORMAT", "CARD_NAME", "MAX_SIDE", "ModelCard", "NetworkCard", "check_name"]
 
 CARD_NAME: Final = "card.json"
 CARD_FORMAT: Final = 1
+MAX_SIDE: Final = 4096
+"""The largest width and height in pixels of the images that a model may take."""
 
 _SHA256_DIGITS: Final = 64
 
@@ -202,10 +204,10 @@ class _Fields:
             raise self.wrong(key, "plain file names with 64 hexadecimal digits each")
         return {name: str(digest) for name, digest in value.items()}
 
-    def whole(self, key: str) -> int:
+    def whole(self, key: str, most: int = 10**12) -> int:
         value = self._raw.get(key)
-        if isinstance(value, bool) or not isinstance(value, int) or value < 1:
-            raise self.wrong(key, "a whole number from 1 on")
+        if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= most:
+            raise self.wrong(key, f"a whole number from 1 to {most}")
         return value
 
     def number(self, key: str, low: float, high: float) -> float:
@@ -262,8 +264,8 @@ def _parse(fields: _Fields) -> ModelCard:
         name=fields.text("name"),
         version=fields.text("version"),
         description=fields.text("description"),
-        height=fields.whole("height"),
-        width=fields.whole("width"),
+        height=fields.whole("height", MAX_SIDE),
+        width=fields.whole("width", MAX_SIDE),
         classes=fields.classes("classes"),
         entropy_threshold=fields.number("entropy_threshold", 0, 1),
         sharpness_threshold=fields.number("sharpness_threshold", 0, 64),

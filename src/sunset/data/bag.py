@@ -22,6 +22,7 @@ from rosbags.interfaces import Connection
 from rosbags.rosbag2 import Reader, StoragePlugin, Writer
 from rosbags.rosbag2.reader import DirectoryReader
 
+from sunset.bag_files import open_bag
 from sunset.data.bag_images import (
     COMPRESSED_IMAGE,
     IMAGE,
@@ -371,8 +372,7 @@ def read_bag(path: Path, *, size: tuple[int, int] | None = None) -> BagReader:
     """
     with _translated(path):
         check_bag_path(path)
-        reader = Reader(path)
-        reader.open()
+        reader = open_bag(path)
         try:
             return BagReader(path, reader, _Survey(path, reader), size)
         except BaseException:

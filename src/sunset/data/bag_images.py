@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 from rosbags.typesys import Stores, get_typestore
 
+from sunset.bag_files import expand
 from sunset.data.pixels import (
     COLOUR_JPEG,
     COLOUR_PNG,
@@ -110,12 +111,8 @@ def decoded(raw: bytes | memoryview, kind: str, topic: str, place: str) -> Recor
     Raises:
         DataError: it is not of an accepted encoding, or damaged.
     """
-    if bytes(raw[:4]) == _ZSTD:
-        raise DataError(
-            f"The image {place} must be a plain message, got a compressed one: give the bag's folder, with "
-            "compression_mode MESSAGE and compression_format zstd in its metadata.yaml."
-        )
-    message: Any = STORE.deserialize_cdr(raw, kind)
+    plain = expand(raw) if bytes(raw[:4]) == _ZSTD else raw
+    message: Any = STORE.deserialize_cdr(plain, kind)
     stamp = message.header.stamp
     encoding = str(message.encoding if kind == IMAGE else message.format)
     if kind == IMAGE:

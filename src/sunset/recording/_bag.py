@@ -1,13 +1,15 @@
-"""Payloads to a rosbag2 and back; the only file here that knows `rosbags`."""
+"""Payloads to a rosbag2 and back; the only file here that writes with `rosbags`."""
 
 from collections.abc import Iterator, Sequence
+from contextlib import closing
 from pathlib import Path
 from typing import Final
 
 from rosbags.interfaces import Connection
-from rosbags.rosbag2 import CompressionFormat, CompressionMode, Reader, StoragePlugin, Writer
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
 from rosbags.rosbag2.errors import WriterError
 
+from sunset.bag_files import open_bag
 from sunset.errors import OutputError, RecordError
 from sunset.interfaces import get_message, message_definition, type_hash
 from sunset.recording.values import Payload
@@ -63,10 +65,10 @@ def read_bag(folder: Path) -> Iterator[Payload]:
         RecordError: the file is missing, truncated or damaged.
     """
     file = folder / _FILE
-    if not file.is_file():
+    if not file.exists():
         raise RecordError(f"The record {folder} is incomplete: {_FILE} is missing.")
     try:
-        with Reader(file) as reader:
+        with closing(open_bag(file)) as reader:
             for connection, time_ns, cdr in reader.messages():
                 yield Payload(connection.topic, connection.msgtype, time_ns, cdr)
     except Exception as error:  # the reader raises nearly anything on a damaged file

@@ -1,0 +1,124 @@
+"""Opening rosbag2 recordings that users bring: nothing in them blocks, nor expands without bounds.
+
+A few bytes can say that they stand for gigabytes. What is packed in a bag is expanded up to `LARGEST` bytes, and beyond
+that only as long as it is not more than `RATIO` times what it is packed in, which no recording reaches.
+"""
+
+import sys
+from collections.abc import Iterable
+from contextlib import suppress
+from pathlib import Path
+from typing import Final
+
+import apsw
+from rosbags.rosbag2 import Reader, storage_mcap
+from rosbags.rosbag2.reader import DirectoryReader
+from rosbags.rosbag2.storage_mcap import McapReader
+from rosbags.rosbag2.storage_sqlite3 import Sqlite3Reader
+
+from sunset.input_files import check_regular, open_regular, read_bytes
+
+if sys.version_info >= (3, 14):
+    from compression import zstd
+else:
+    from backports import zstd
+
+__all__ = ["LARGEST", "RATIO", "expand", "open_bag"]
+
+LARGEST: Final = 2**28
+"""256 MiB: an image of 8192 x 8192 pixels in four channels."""
+
+RATIO: Final = 1000
+
+_PIECE: Final = 2**20
+_METADATA: Final = "metadata.yaml"
+
+
+def open_bag(path: Path) -> Reader:
+    """Open a bag's folder or file. Messages that are compressed one by one come as they are: see `expand`.
+
+    Raises:
+        OSError: a file cannot be read, or is not a regular one.
+        ValueError: it would expand to more than a recording does.
+        Exception: nearly anything else, on a damaged file: the library documents none.
+    """
+    _check_files(path)
+    reader = Reader(path)
+    reader.open()
+    try:
+        bag = reader.storage
+        if isinstance(bag, DirectoryReader) and bag.metadata.compression_mode == "message":
+            bag.metadata = bag.metadata._replace(compression_mode=None)  # which would expand without bounds
+        for file in bag.storages if isinstance(bag, DirectoryReader) else [bag]:
+            if isinstance(file, McapReader):
+                _check(file.path.stat().st_size, (chunk.uncompressed_size for chunk in file.chunks))
+            elif isinstance(file, Sqlite3Reader) and file.dbconn is not None:
+                file.dbconn.limit(apsw.SQLITE_LIMIT_LENGTH, LARGEST)
+    except BaseException:
+        reader.close()
+        raise
+    return reader
+
+
+def expand(packed: bytes | memoryview, most: int | None = None) -> bytes:
+    """Return what zstd packed.
+
+    Args:
+        packed: one frame of zstd's, or several.
+        most: bytes that it was announced to have; what a recording can have if None.
+
+    Raises:
+        ValueError: it has more.
+        ZstdError: it is damaged.
+    """
+    limit = _limit(len(packed))
+    limit = limit if most is None else min(most, limit)
+    parts, left, rest = [], limit, bytes(packed)
+    while rest:
+        frame = zstd.ZstdDecompressor()
+        parts.append(frame.decompress(rest, max_length=left + 1))
+        left -= len(parts[-1])
+        if left < 0:
+            raise _bomb_error(limit)
+        if not frame.eof:
+            raise ValueError("it is packed with zstd and ends before its content does")
+        rest = frame.unused_data
+    return b"".join(parts)
+
+
+# Chunks of MCAP files are expanded by what stands here, with the size that their file announces.
+storage_mcap.DECOMPRESSORS["zstd"] = expand
+
+
+def _check_files(path: Path) -> None:
+    """Check what a bag consists of before anything in it is opened or unpacked."""
+    for file in sorted(path.iterdir()) if path.is_dir() else [path]:
+        if file.name == _METADATA:
+            read_bytes(file)
+        elif file.suffix == ".zstd":
+            _check(file.stat().st_size, _pieces(file))
+        elif not file.is_dir():
+            check_regular(file)
+
+
+def _pieces(file: Path) -> Iterable[int]:
+    """Yield how many bytes a packed file expands to, piece by piece; what is damaged is found when it is unpacked."""
+    with open_regular(file) as packed, zstd.open(packed) as content, suppress(EOFError, zstd.ZstdError):
+        while piece := content.read(_PIECE):
+            yield len(piece)
+
+
+def _check(packed: int, expanded: Iterable[int]) -> None:
+    left = _limit(packed)
+    for size in expanded:
+        left -= size
+        if left < 0:
+            raise _bomb_error(_limit(packed))
+
+
+def _limit(packed: int) -> int:
+    return max(LARGEST, RATIO * packed)
+
+
+def _bomb_error(limit: int) -> ValueError:
+    return ValueError(f"it would expand to more than {limit} bytes, more than any recording of its size")

@@ -62,10 +62,12 @@ def read_bytes(path: Path, most: int = TEXT_BYTES) -> bytes:
         OSError: it cannot be read, is not a regular file, or is larger.
     """
     with open_regular(path) as file:
-        content = file.read(most + 1)
-    if len(content) > most:
-        raise OSError(errno.EFBIG, f"it is larger than {most} bytes, which none of its kind is", str(path))
-    return content
+        size = os.fstat(file.fileno()).st_size
+        if size > most:
+            raise OSError(
+                errno.EFBIG, f"it is larger than {most} bytes, which none of its kind is", str(path)
+            )
+        return file.read(size)
 
 
 def read_text(path: Path, most: int = TEXT_BYTES) -> str:

@@ -15,6 +15,7 @@ from typing import Final, NoReturn
 from sunset import __version__
 from sunset.errors import SunsetError, suggestion
 from sunset.forks import node_server
+from sunset.shortage import shortage
 
 __all__ = ["EXIT_BAD_INPUT", "EXIT_INTERRUPTED", "main", "make_parser"]
 
@@ -113,12 +114,16 @@ def _execute(verb: str, arguments: Sequence[str], given: argparse.Namespace) -> 
         # the reader of our output has seen enough; what is still buffered has nowhere to go
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
-    except OSError as error:
-        where = error.filename or "the output"
-        return _complain(f"The operating system refused to use {where}: {error.strerror or error}.")
     except KeyboardInterrupt as error:
         print("Interrupted; what was finished is kept.", file=sys.stderr)
         return _SIGNALLED + int(*error.args) if error.args else EXIT_INTERRUPTED
+    except Exception as error:
+        if lacking := shortage(error):
+            return _complain(f"The computer could not go on: {lacking}.")
+        if isinstance(error, OSError):
+            where = error.filename or "the output"
+            return _complain(f"The operating system refused to use {where}: {error.strerror or error}.")
+        raise
     return code or 0
 
 

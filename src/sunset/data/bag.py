@@ -38,6 +38,7 @@ from sunset.data.frame import Frame
 from sunset.data.pairing import pair
 from sunset.data.pixels import FAR, check_ids, dimensions, resample
 from sunset.errors import DataError, InvalidInputError, OutputError
+from sunset.shortage import shortage
 
 __all__ = ["TOPICS", "BagReader", "read_bag", "write_bag"]
 
@@ -113,6 +114,8 @@ def _translated(path: Path) -> Iterator[None]:
             "without topics that are not CDR."
         ) from error
     except Exception as error:  # the library raises a dozen kinds on broken files, none documented
+        if lacking := shortage(error):
+            raise DataError(f"The bag {path} cannot be read now: {lacking}.") from error
         what = str(error).splitlines()[0].rstrip(".") if str(error) else type(error).__name__
         raise DataError(f"The bag {path} cannot be read as a rosbag2: {what}; {REMEDY}.") from error
 

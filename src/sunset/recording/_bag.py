@@ -13,6 +13,7 @@ from sunset.bag_files import open_bag
 from sunset.errors import OutputError, RecordError
 from sunset.interfaces import get_message, message_definition, type_hash
 from sunset.recording.values import Payload
+from sunset.shortage import shortage
 
 __all__ = ["BAG_FILES", "read_bag", "write_bag"]
 
@@ -72,6 +73,8 @@ def read_bag(folder: Path) -> Iterator[Payload]:
             for connection, time_ns, cdr in reader.messages():
                 yield Payload(connection.topic, connection.msgtype, time_ns, cdr)
     except Exception as error:  # the reader raises nearly anything on a damaged file
+        if lacking := shortage(error):
+            raise RecordError(f"The file {file} cannot be read now: {lacking}.") from error
         raise RecordError(f"The file {file} is damaged: {_reason(error)}.") from error
 
 

@@ -1,14 +1,30 @@
 """Reading YAML such that every complaint names the file and the line."""
 
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import Final
 
 import yaml
 
 from sunset.errors import MALFORMED_YAML, ScenarioError
 from sunset.faults import Value
 
-__all__ = ["Document", "Item"]
+__all__ = ["Document", "Item", "is_ambiguous"]
+
+_DECIMAL: Final = re.compile(
+    r"[-+]?(?:0|[1-9][0-9]*|[0-9]*\.[0-9]*(?:[eE][-+][0-9]+)?|\.(?:inf|Inf|INF))|\.(?:nan|NaN|NAN)"
+)
+"""Numbers that mean the same in every version of YAML."""
+
+
+def is_ambiguous(text: str, value: object) -> bool:
+    """Return whether a text is this number in YAML 1.1 only, which is read here, and surprises.
+
+    >>> is_ambiguous("1:30", 90), is_ambiguous("010", 8), is_ambiguous("10", 10)
+    (True, True, False)
+    """
+    return isinstance(value, int | float) and not isinstance(value, bool) and not _DECIMAL.fullmatch(text)
 
 
 class Document:
@@ -103,6 +119,11 @@ class Item:
                 value = self._document.loader.construct_object(self._node)
             except (yaml.YAMLError, *MALFORMED_YAML) as error:
                 raise self.error(f"{self._node.value!r} is no value that a fault can have.") from error
+            if is_ambiguous(self._node.value, value):
+                raise self.error(
+                    f"{self._node.value!r} would be {value!r}, by a rule of YAML 1.1; write a number in decimal digits "
+                    "without a 0 in front, a text in quotes."
+                )
             if isinstance(value, bool | int | float | str):
                 return value
         raise self.error(f"a truth value, a number or a text is expected here, got {self._kind}.")

@@ -9,7 +9,7 @@ import yaml
 from sunset.errors import MALFORMED_YAML, ScenarioError, suggestion
 from sunset.faults import FAULTS, Value
 from sunset.input_files import read_bytes
-from sunset.scenarios._document import Document, Item
+from sunset.scenarios._document import Document, Item, is_ambiguous
 from sunset.scenarios._published import IGNORED_KEYS, REQUIRED_KEYS, translate
 from sunset.scenarios.schema import Scenario, ScenarioFault
 from sunset.scenarios.suites import scenario_names, suite, suite_names
@@ -167,6 +167,8 @@ def _value(text: str) -> Value:
     try:
         value = yaml.safe_load(text)
     except (yaml.YAMLError, *MALFORMED_YAML):
+        return text
+    if is_ambiguous(text, value):
         return text
     if isinstance(value, bool | int | float):
         return value

@@ -210,3 +210,25 @@ def test_info_tells_what_a_folder_of_syndrone_holds(
     assert main(["data", "info", str(tmp_path)]) == 0
     line = capsys.readouterr().out.splitlines()[-1]
     assert line.split() == ["10HD", "WetNoon", "20", "m", "2", "0", "1"]
+
+
+def test_an_import_tells_of_frames_that_all_folders_lack(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for number in (0, 1, 4):
+        put_frame(tmp_path / "syndrone" / FLIGHT, number)
+    assert (
+        main(["data", "import", "--syndrone", str(tmp_path / "syndrone"), "--out", str(tmp_path / "bag")])
+        == 0
+    )
+    told = capsys.readouterr().err
+    assert "has no frame under 2 of the numbers from 00000 to 00004: the flight jumps there." in told
+
+
+def test_an_import_tells_of_images_without_a_partner(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    bag = record(tmp_path / "bag", rows_of(make_frames())[:-1])
+    assert main(["data", "import", "--bag", str(bag), "--out", str(tmp_path / "flight")]) == 0
+    told = capsys.readouterr().err
+    assert "are left out: 1 on /rgb_raw, 1 on /depth_raw, 0 on /gt_segmentation." in told

@@ -258,3 +258,24 @@ def test_a_folder_for_a_file_is_refused(root: Path) -> None:
     path.mkdir()
     with pytest.raises(DataError, match=r"00000\.png cannot be read: Is a directory; unpack"):
         list(find_syndrone(root, town="1", height=50).frames())
+
+
+@pytest.mark.parametrize(
+    ("folder", "old", "new"),
+    [("rgb", ".jpg", ".png"), ("rgb", ".jpg", ".JPG"), ("rgb", ".jpg", ".jpeg"), ("depth", ".png", ".PNG")],
+)
+def test_a_picture_under_another_suffix_is_named(folder: str, old: str, new: str, root: Path) -> None:
+    for path in (root / FLIGHT / folder).iterdir():
+        path.rename(path.with_suffix(new))
+    with pytest.raises(
+        DataError, match=rf"{folder} must hold files such as 00000\{old}, got 00000\{new}: SynDrone's"
+    ):
+        find_syndrone(root, town="1", height=50)
+
+
+def test_frames_that_all_folders_lack_are_counted(root: Path) -> None:
+    assert find_syndrone(root, town="1", height=50).gaps == 0
+    for name, suffix in (("rgb", "jpg"), ("depth", "png"), ("semantic", "png")):
+        (root / FLIGHT / name / f"00001.{suffix}").unlink()
+    flight = find_syndrone(root, town="1", height=50)
+    assert (flight.numbers, flight.gaps) == ((0, 2), 1)

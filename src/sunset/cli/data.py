@@ -5,7 +5,7 @@ import json
 import re
 import sys
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
@@ -189,6 +189,12 @@ def import_flight(arguments: argparse.Namespace) -> int:
     first, last = arguments.frames
     if arguments.bag is None:
         flight = _found_flight(arguments, first, last)
+        if isinstance(flight, SynDroneFlight) and flight.gaps:
+            print(
+                f"The folder {flight.folder} has no frame under {flight.gaps} of the numbers from "
+                f"{flight.numbers[0]:05} to {flight.numbers[-1]:05}: the flight jumps there.",
+                file=sys.stderr,
+            )
         stamps = [round((index + 1) * 1e9 / arguments.rate) for index in range(len(flight))]
         _write("Importing", arguments.out, flight.frames(arguments.size, jobs=arguments.jobs), stamps)
         return 0
@@ -198,6 +204,10 @@ def import_flight(arguments: argparse.Namespace) -> int:
             raise InvalidInputError(
                 f"The bag {reader.path} has frames 0 to {len(reader) - 1}, got --frames from {low} to {high}; "
                 "choose them among these."
+            )
+        if any(reader.dropped.values()):
+            print(
+                f"Images that belong to no frame are left out: {_dropped(reader.dropped)}.", file=sys.stderr
             )
         chosen = range(low, high + 1)
         stamps = [reader.stamps_ns[index] for index in chosen]
@@ -309,6 +319,10 @@ def _bag(reader: BagReader, progress: Any) -> dict[str, Any]:
     }
 
 
+def _dropped(counts: Mapping[str, int]) -> str:
+    return ", ".join(f"{count} on {topic}" for topic, count in counts.items())
+
+
 def _bag_text(found: dict[str, Any]) -> str:
     """Return what `_bag` found for people."""
     rate = f" at {found['rate_hz']:.4g} Hz" if found["rate_hz"] else ""
@@ -318,8 +332,7 @@ def _bag_text(found: dict[str, Any]) -> str:
         encoding = f", {found['encodings'][topic]}" if topic in found["encodings"] else ""
         lines.append(f"  {topic}: {told['messages']} x {told['type']}{encoding}")
     if any(found["dropped"].values()):
-        told = ", ".join(f"{count} on {topic}" for topic, count in found["dropped"].items())
-        lines.append(f"images that belong to no frame: {told}")
+        lines.append(f"images that belong to no frame: {_dropped(found['dropped'])}")
     near, far = found["depth_m"]
     lines.append(f"depth from {near:.1f} to {far:.1f} m; {found['depth_far']:.1%} is further or not known")
     lines += [f"  {name:14}{share:8.3%}" for name, share in found["classes"].items()]

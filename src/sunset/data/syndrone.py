@@ -38,6 +38,7 @@ SIZE: Final = (1080, 1920)
 _TOWN: Final = re.compile(r"Town(\d\d(?:HD)?)_Opt_120")
 _HEIGHT: Final = re.compile(r"height(\d+)m")
 _NUMBER: Final = re.compile(r"\d{5}")
+_PICTURES: Final = frozenset({".jpg", ".jpeg", ".png"})
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,6 +77,11 @@ class SynDroneFlight:
     def __len__(self) -> int:
         """Return the number of frames."""
         return len(self.numbers)
+
+    @property
+    def gaps(self) -> int:
+        """How many numbers between the first and the last frame are of no frame."""
+        return self.numbers[-1] - self.numbers[0] + 1 - len(self.numbers)
 
     def frames(self, size: tuple[int, int] = FRAME_SIZE, *, jobs: int | None = None) -> Iterator[Frame]:
         """Return the frames in order, read as `read_ahead` does it.
@@ -196,9 +202,23 @@ def _present(folder: Path, name: str) -> set[int]:
     return {int(path.stem) for path in paths if path.suffix == suffix and _NUMBER.fullmatch(path.stem)}
 
 
+def _check_suffixes(folder: Path, name: str, present: Collection[int]) -> None:
+    """Check that there are no frames besides those present, under names of another suffix."""
+    suffix = _MODALITIES[name].suffix
+    for path in sorted(folder.iterdir()):
+        is_picture = path.suffix.lower() in _PICTURES and _NUMBER.fullmatch(path.stem)
+        if is_picture and int(path.stem) not in present:
+            raise DataError(
+                f"The folder {folder} must hold files such as {path.stem}.{suffix}, got {path.name}: "
+                f"SynDrone's are {_MODALITIES[name].kind} under that name; take them unconverted."
+            )
+
+
 def _numbers(folder: Path, town: str, first: int | None, last: int | None) -> tuple[int, ...]:
     """Return the numbers of the wanted frames, which every modality must have."""
     found = {name: _present(folder, name) for name in _MODALITIES}
+    for name in _MODALITIES:
+        _check_suffixes(folder / name, name, found[name])
     everything = sorted(set().union(*found.values()))
     if not everything:
         raise DataError(

@@ -1,4 +1,6 @@
+import os
 import pickle
+import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -230,6 +232,46 @@ def test_a_checkpoint_that_would_execute_code_does_not(
     with pytest.raises(ModelError, match="refers to code that loading it would execute, which is refused"):
         import_checkpoints(tmp_path, tmp_path / "model", name="x")
     assert not (tmp_path / "attacked").exists()
+
+
+class Call:
+    """Is pickled as a call of a function."""
+
+    def __init__(self, function: Callable[..., object], *arguments: object) -> None:
+        self._call = function, arguments
+
+    def __reduce__(self) -> tuple[Callable[..., object], tuple[object, ...]]:
+        return self._call
+
+
+CALLS = [
+    Call(os.system, "true"),
+    Call(eval, "1"),
+    Call(subprocess.Popen, "true"),
+    Call(getattr, "a", "upper"),
+]
+
+
+@pytest.mark.parametrize("protocol", [0, 2, 4, 5])
+@pytest.mark.parametrize("archive", [True, False])
+@pytest.mark.parametrize("call", CALLS, ids=["system", "eval", "Popen", "getattr"])
+def test_code_is_not_called_damage_whatever_it_is_written_in(
+    call: Call, archive: bool, protocol: int, tmp_path: Path
+) -> None:
+    path = tmp_path / "rgb.pth"
+    if archive:
+        torch.save({"model": call}, path, pickle_protocol=protocol)
+    else:
+        path.write_bytes(pickle.dumps({"model": call}, protocol))
+    with pytest.raises(ModelError, match="refers to code that loading it would execute, which is refused"):
+        import_checkpoints(tmp_path, tmp_path / "model", name="x")
+
+
+@pytest.mark.parametrize("content", [b"<html>not found</html>", b"\x80\x05\x95", b""])
+def test_what_is_no_checkpoint_at_all_is_not_called_code(content: bytes, tmp_path: Path) -> None:
+    (tmp_path / "rgb.pth").write_bytes(content)
+    with pytest.raises(ModelError, match=r"rgb\.pth cannot be read as a PyTorch checkpoint"):
+        import_checkpoints(tmp_path, tmp_path / "model", name="x")
 
 
 def test_a_folder_without_checkpoints_is_named(tmp_path: Path) -> None:

@@ -12,6 +12,7 @@ from collections.abc import Callable, Mapping
 from importlib.util import find_spec
 from pathlib import Path
 from pickle import UnpicklingError
+from pickletools import genops
 from typing import Any, Final
 from warnings import catch_warnings
 
@@ -19,6 +20,7 @@ import numpy as np
 
 from sunset.classes import CLASSES
 from sunset.errors import InvalidInputError, MissingExtraError, ModelError, OutputError
+from sunset.input_files import open_regular
 from sunset.perception import Modality, Model, ModelCard, load_model
 from sunset.perception.card import check_name
 from sunset.training.architecture import Layer
@@ -31,8 +33,14 @@ __all__ = ["import_checkpoints"]
 
 _WRAPPERS: Final = ("state_dict", "model_state_dict", "model")
 _PARALLEL: Final = "module."
-_REFUSED: Final = ("Unsupported global", "Unsupported GLOBAL", "unrecognized function", "Unsupported class")
-"""How torch says that a file refers to other code than that of tensors."""
+_REFUSED: Final = (
+    "unsupported global",
+    "unrecognized function",
+    "unsupported class",
+    "can only create",
+    "can only build",
+)
+"""How torch says that a file refers to other code than that of tensors, in small letters."""
 
 _VARIANCE: Final = ".running_var"
 """How the names of variances end; what is normalised is divided by their square roots."""
@@ -175,7 +183,8 @@ def _entries(path: Path) -> Mapping[str, Any]:
         with catch_warnings(action="ignore"):  # on what the file is like: what is wrong is said below
             content = torch.load(path, map_location="cpu", weights_only=True)
     except UnpicklingError as error:
-        if not any(words in str(error) for words in _REFUSED):
+        # an archive's checksums hold, so what is refused in it was written so
+        if not (zipfile.is_zipfile(path) or _is_refused(str(error).lower()) or _names_code(path)):
             raise _unreadable(path) from error
         raise ModelError(
             f"The checkpoint {path} refers to code that loading it would execute, which is refused: save its "
@@ -193,6 +202,19 @@ def _entries(path: Path) -> Mapping[str, Any]:
     if all(key.startswith(_PARALLEL) for key in content):
         return {key.removeprefix(_PARALLEL): value for key, value in content.items()}
     return content
+
+
+def _is_refused(message: str) -> bool:
+    return any(words in message for words in _REFUSED)
+
+
+def _names_code(path: Path) -> bool:
+    """Return whether a file is a pickle that names code; torch does not say so of one of a newer protocol."""
+    try:
+        with open_regular(path) as file:
+            return any("GLOBAL" in code.name or code.name == "INST" for code, _, _ in genops(file))
+    except Exception:  # noqa: BLE001  whatever it is, it is no pickle
+        return False
 
 
 def _kind(content: object) -> str:

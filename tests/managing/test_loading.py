@@ -211,3 +211,23 @@ def test_a_bad_file_is_answered_with_what_is_wrong(tmp_path: Path, text: str, sa
     with pytest.raises(ManagerError, match=said) as caught:
         load_manager(spec)
     assert "\n" not in str(caught.value)
+
+
+HOSTILE = {
+    "a module's __getattr__": "def __getattr__(name):\n    raise RuntimeError('no ' + name)\n",
+    "an exit in it": "def __getattr__(name):\n    raise SystemExit('no ' + name)\n",
+    "a metaclass": f"""{MINE}
+class Meta(type):
+    def __getattribute__(cls, name):
+        raise RuntimeError("no " + name)
+class Mine(Mine, metaclass=Meta): pass
+""",
+    "a module that is not there": f"{MINE}\n\nMine.__module__ = 'no_module'\n",
+}
+
+
+@pytest.mark.parametrize("case", HOSTILE)
+def test_what_raises_when_it_is_looked_at_is_told_of(case: str, tmp_path: Path) -> None:
+    manager = f"{write(tmp_path, HOSTILE[case])}:Mine"
+    with pytest.raises(ManagerError, match=r"mine\.py:Mine cannot be looked at: it raised \w+: .*\.$"):
+        manager_sources(manager)

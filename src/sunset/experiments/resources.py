@@ -8,7 +8,6 @@ from pathlib import Path
 
 from sunset.data import BagReader, cache_folder, default_flight, read_bag
 from sunset.errors import DataError, ModelError
-from sunset.experiments.files import make_folder
 from sunset.experiments.spec import RunSpec
 from sunset.input_files import file_digest
 from sunset.perception import InferenceCache, Modality, Model, Segmenter, load_model
@@ -126,5 +125,4 @@ def _checksum(files: Sequence[Path]) -> str:
 
 @cache
 def _inference_cache(folder: Path) -> InferenceCache:
-    make_folder(folder)
     return InferenceCache(folder / "inference.sqlite")

@@ -6,7 +6,8 @@ import importlib.util
 import inspect
 import re
 import sys
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from types import MappingProxyType, ModuleType
 from typing import Final
@@ -86,7 +87,21 @@ def load_manager(spec: str) -> type[ManagingSystem]:
             "own as module:Class or path/to/file.py:Class."
         )
     module = _load_file(Path(where)) if where.endswith(".py") else _load_module(where)
-    return _checked(spec, where, getattr(module, name, None), name)
+    with _translated(spec):
+        return _checked(spec, where, getattr(module, name, None), name)
+
+
+@contextmanager
+def _translated(spec: str) -> Iterator[None]:
+    """Turn what a managing system's own module or class raises when it is looked at into one `ManagerError`."""
+    try:
+        yield
+    except ManagerError:
+        raise
+    except (Exception, SystemExit) as error:
+        raise ManagerError(
+            f"The managing system {spec} cannot be looked at: it raised {type(error).__name__}: {error}."
+        ) from error
 
 
 def manager_sources(spec: str, made: type[ManagingSystem]) -> tuple[Path, ...]:
@@ -96,7 +111,11 @@ def manager_sources(spec: str, made: type[ManagingSystem]) -> tuple[Path, ...]:
         spec: its name.
         made: what `load_manager` returned for it.
     """
-    source = inspect.getsourcefile(made)
+    with _translated(spec):
+        return _sources(spec, inspect.getsourcefile(made))
+
+
+def _sources(spec: str, source: str | None) -> tuple[Path, ...]:
     if source is None:
         return ()
     where = spec.rpartition(":")[0]

@@ -1,5 +1,7 @@
 """Managing systems that try to look better than they are."""
 
+from sunset.interfaces.lifecycle_msgs.msg import Transition
+from sunset.interfaces.lifecycle_msgs.srv import ChangeState
 from sunset.interfaces.rcl_interfaces.msg import ParameterEvent
 from sunset.interfaces.rcl_interfaces.srv import GetParameters, SetParameters
 from sunset.interfaces.sensor_msgs.msg import Image
@@ -132,3 +134,16 @@ class Namesake(NoAdaptation):
     """Goes by the name of a node of the experiment."""
 
     node_name = "experiment"
+
+
+class Saboteur(ManagingSystem):
+    """Ends the segmentation as soon as it has sent something, so that its faults cannot be injected."""
+
+    def on_start(self) -> None:
+        self.shutdown = self.create_client(ChangeState, "/managed_subsystem/segmentation/change_state")
+        self.done = False
+
+    def adapt(self, symptoms: Symptoms) -> None:
+        if not self.done and symptoms.frequency("segmentation") > 0:
+            self.done = True
+            self.shutdown.call_async(ChangeState.Request(transition=Transition(label="shutdown")))

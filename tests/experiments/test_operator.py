@@ -18,16 +18,22 @@ if TYPE_CHECKING:
 
 
 class Processes:
-    """One process that runs."""
+    """One process, which runs or has ended in order."""
 
     nodes: Sequence[str] = ("camera",)
 
-    def pid(self, node: str) -> int:
-        return 7
+    def __init__(self, pid: int | None = 7) -> None:
+        self._pid = pid
+
+    def pid(self, node: str) -> int | None:
+        return self._pid
+
+    def end_of(self, node: str) -> str:
+        return "ended with exit code 0"
 
 
-def shown(operator: Operator) -> tuple[str, float | None]:
-    (status,) = operator.status(cast("NodeProcesses", Processes()))
+def shown(operator: Operator, pid: int | None = 7) -> tuple[str, float | None]:
+    (status,) = operator.status(cast("NodeProcesses", Processes(pid)))
     return status.state, status.hertz
 
 
@@ -50,6 +56,30 @@ def test_state_and_frequency_come_from_the_blackboard(world: "World", operator: 
     assert shown(operator) == ("starting", None)
     tell(world, camera_lc_state="active", managed_subsystem_rgb_camera_freq=9.0)
     assert shown(operator) == ("active", 9.0)
+
+
+def test_a_node_that_runs_in_a_process_of_somebody_else_is_shown_as_it_is(
+    world: "World", operator: Operator
+) -> None:
+    tell(world, camera_lc_state="active")
+    assert shown(operator, None)[0] == "ended with exit code 0"
+    world.run(3.0)
+    assert shown(operator, None)[0] == "active"  # a process that has ended is no longer heard by then
+    tell(world, camera_lc_state="unknown")
+    assert shown(operator, None)[0] == "ended with exit code 0"
+
+
+def test_it_says_when_a_managing_system_may_start(world: "World") -> None:
+    def make(*, context: Context, parameter_overrides: object) -> Operator:
+        del parameter_overrides
+        return Operator(inject=False, warm_up_s=1.0, invites=True, context=context)
+
+    operator = world.start(make)
+    tell(world, managed_subsystem_rgb_camera_freq=1.0)
+    assert not operator.news
+    for frequency in (1.0, 0.0, 2.0):
+        tell(world, managed_subsystem_segmentation_freq=frequency)
+    assert list(operator.news) == ["The system is up; start your managing system now."]
 
 
 @pytest.mark.parametrize(

@@ -274,3 +274,15 @@ def test_looping_changes_nothing_where_the_bag_is_long_enough(tmp_path: Path) ->
     topics = ["/gt_segmentation", "/managed_subsystem/segmentation", "/seg_metrics"]
     assert read_messages(tmp_path / "once", topics) == read_messages(tmp_path / "looped", topics)
     assert once.score == looped.score
+
+
+def test_a_managing_system_that_keeps_faults_from_being_injected_makes_its_run_invalid(
+    tmp_path: Path,
+) -> None:
+    result = fly(tmp_path / "run", "gpu_failure", f"{RULE_BREAKERS}:Saboteur")
+
+    assert not result.valid
+    assert result.reason == (
+        "the scenario gpu_failure could not be injected as written: gpu_failure: segmentation did not answer within 2 s "
+        "(requests of the managing system: 1)"
+    )

@@ -129,6 +129,27 @@ def test_an_injection_that_was_not_confirmed_does_not_count() -> None:
     assert [injection.fault for injection in of(*messages).injections] == ["b"]
 
 
+def test_an_injection_is_never_before_the_start_that_orders_it() -> None:
+    stamps = [Time(sec=0, nanosec=990_000_000), Time(sec=1, nanosec=20_000_000)]
+    messages = [
+        RecordedMessage("/experiment/injections", 0, FaultInjection(fault="a", confirmed=True, stamp=stamp))
+        for stamp in stamps
+    ]
+    assert [injection.time for injection in of(*messages).injections] == [0.0, 0.02]
+
+
+def test_what_was_done_before_the_first_frame_is_held_against_nobody() -> None:
+    messages = [
+        RecordedMessage("/gt_segmentation", 3 * 10**9, ImageDigest()),
+        RecordedMessage("/gt_segmentation", 4 * 10**9, ImageDigest()),
+        *(
+            RecordedMessage("/experiment/commands", 9, Command(stamp=Time(sec=sec), kind="activate"))
+            for sec in (2, 3)
+        ),
+    ]
+    assert [command.time for command in of(*messages).commands] == [2.0]
+
+
 def test_commands_are_in_order_of_their_requests_not_of_their_answers() -> None:
     messages = [
         RecordedMessage("/experiment/commands", 9, Command(stamp=Time(sec=sec), kind="activate"))

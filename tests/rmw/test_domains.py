@@ -3,7 +3,7 @@ import pytest
 from sunset.errors import MiddlewareError
 from sunset.rmw import domains
 from sunset.rmw.cyclonedds import CycloneDDS
-from sunset.rmw.domains import free_domain_id
+from sunset.rmw.domains import free_domain_id, sole_system
 
 
 def test_a_domain_is_given_to_one_at_a_time() -> None:
@@ -24,3 +24,16 @@ def test_a_domain_with_a_process_in_it_is_not_free(monkeypatch: pytest.MonkeyPat
         assert domain_id == 224
     with free_domain_id() as domain_id:
         assert domain_id == 224
+
+
+def test_a_domain_has_one_system_whatever_user_or_folder_it_is_of() -> None:
+    with free_domain_id() as domain_id, sole_system(domain_id):
+        with (
+            pytest.raises(
+                MiddlewareError, match=rf"^Another system runs in domain {domain_id} on this computer"
+            ),
+            sole_system(domain_id),
+        ):
+            pass
+        with free_domain_id() as other, sole_system(other):
+            assert other != domain_id

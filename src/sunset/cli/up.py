@@ -79,7 +79,10 @@ def execute(arguments: argparse.Namespace) -> int:
         ) as system,
     ):
         operator = Operator(
-            inject=bool(spec.scenario.faults), warm_up_s=spec.timing.warm_up_s, context=system.context
+            inject=bool(spec.scenario.faults),
+            warm_up_s=spec.timing.warm_up_s,
+            invites=spec.manager == EXTERNAL,
+            context=system.context,
         )
         system.executor.add_node(operator)
         console.print(_how_to_connect(system.domain_id, network=arguments.network), soft_wrap=True)

@@ -16,7 +16,7 @@ from sunset.experiments.files import make_folder, write_text
 from sunset.experiments.manager import manager_checksum
 from sunset.experiments.resources import Resources
 from sunset.experiments.run import prepare, record, record_failure, versions
-from sunset.experiments.spec import EXTERNAL, RunSpec, Timing
+from sunset.experiments.spec import RunSpec, Timing
 from sunset.input_files import read_text
 from sunset.managing import MANAGERS, split_label
 from sunset.recording import RUN_FILE
@@ -264,7 +264,7 @@ def _fly(spec: RunSpec, folder: Path, known: str | None) -> None:
     try:
         record(spec, folder, known=known)
     except (SunsetError, RuntimeError) as error:
-        blameless = spec.manager in {*MANAGERS, EXTERNAL}
+        blameless = spec.manager in MANAGERS
         if blameless or (spec.live and not isinstance(error, ManagerError)):
             raise
         if manager_checksum(spec.manager, limit_s=spec.manager_limit_s) != known:

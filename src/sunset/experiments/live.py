@@ -20,6 +20,7 @@ from sunset.experiments.spec import EXTERNAL, RunSpec
 from sunset.interruption import held_signals
 from sunset.nodes import NAMESPACE, NODES
 from sunset.nodes.deployment import deployed_scenario, deployment
+from sunset.rmw.domains import sole_system
 from sunset.ros import CallbackError, Context, SingleThreadedExecutor
 
 if TYPE_CHECKING:
@@ -115,6 +116,7 @@ class LiveSystem:
             middleware = stack.enter_context(CycloneDDS(domain_id=domain_id, network=network, distro=distro))
             self.domain_id = middleware.domain_id
             self._middleware: Middleware = middleware
+            stack.enter_context(sole_system(self.domain_id))
             parameters = _by_full_name(self._parameters(resources, loop=loop))
             stack.enter_context(deployment(self.domain_id, parameters, spec.scenario.to_yaml()))
             self.context = Context()
@@ -202,14 +204,16 @@ class LiveSystem:
         """Make sure that there is what an experiment needs.
 
         Args:
-            managed: whether the managed nodes must be there too.
+            managed: whether the managed nodes must be there too. One that was shut down through its lifecycle may be
+                started anew.
 
         Raises:
             ManagerError: the managing system's process ended by itself.
             SunsetError: that of a node did without which there is no experiment, or is stopped.
         """
         for node in (*self.essential, *(INITIAL_STATES if managed else ())):
-            end = "" if self.processes.is_running(node) else self.processes.end_of(node)
+            needed = node in self.essential or self.processes.has_failed(node)
+            end = self.processes.end_of(node) if needed and not self.processes.is_running(node) else ""
             if end or self.processes.is_stopped(node):
                 raise SunsetError(
                     f"The process of {node}, without which there is no experiment, "

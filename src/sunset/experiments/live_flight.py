@@ -10,7 +10,7 @@ from itertools import pairwise
 from sunset.errors import SunsetError
 from sunset.experiments.graph import MANAGER_PROCESS, SYSTEM_NODES
 from sunset.experiments.live import LiveClock, LiveSystem
-from sunset.experiments.manager import absent
+from sunset.experiments.manager import absent, check_injection
 from sunset.experiments.observer import Observer
 from sunset.experiments.resources import Resources
 from sunset.experiments.spec import EXTERNAL, RunSpec, Timing
@@ -237,14 +237,20 @@ def _domain(spec: RunSpec) -> AbstractContextManager[int | None]:
 
 
 def _readiness(spec: RunSpec, watch: _Watch, system: LiveSystem) -> Callable[[], bool]:
-    """Return what says whether the observer is there, and the managing system."""
+    """Return what says, of a system that is up, whether the observer is there, and the managing system."""
     if spec.manager != EXTERNAL:
         return lambda: watch.is_ready
-    print(f"Waiting for the managing system: any node in domain {system.domain_id}.", file=sys.stderr)  # noqa: T201
+    invitations = iter(
+        [f"The system is up; start your managing system now: any node in domain {system.domain_id}."]
+    )
 
     def is_there() -> bool:
         nodes = system.context.middleware.nodes()
-        return any(f"{namespace.rstrip('/')}/{name}" in watch.strangers for name, namespace in nodes)
+        if any(f"{namespace.rstrip('/')}/{name}" in watch.strangers for name, namespace in nodes):
+            return True
+        for invitation in invitations:
+            print(invitation, file=sys.stderr)  # noqa: T201
+        return False
 
     return lambda: watch.is_ready and is_there()
 
@@ -279,5 +285,6 @@ def _conduct(
             f"The experiment did not end in time: {planned + _PATIENCE_S:g} s after its begin it is still in its phase "
             f"{supervisor.phase.value}; does the bag player, which publishes /clock, still run?"
         )
+    check_injection(supervisor.injection_problem, observer)
     # what left the bag before the end is still on its way through the pipeline
     wait(lambda: False, 0.5 / spec.speed)

@@ -5,14 +5,23 @@ import traceback
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from sunset.errors import ManagerError, SunsetError
+from sunset.errors import ManagerError, ScenarioError, SunsetError
 from sunset.experiments.graph import SYSTEM_NODES
+from sunset.experiments.observer import Observer
 from sunset.experiments.spec import EXTERNAL, RunSpec
 from sunset.isolation import ProcessDeath, Watch, call_isolated
 from sunset.managing import MANAGERS, ManagingSystem, checksum, load_manager, manager_sources
 from sunset.ros import CallbackError, Context, Parameter
 
-__all__ = ["absent", "check_name", "death_error", "failure", "manager_checksum", "manager_factory"]
+__all__ = [
+    "absent",
+    "check_injection",
+    "check_name",
+    "death_error",
+    "failure",
+    "manager_checksum",
+    "manager_factory",
+]
 
 
 def manager_factory(
@@ -109,10 +118,27 @@ def absent(spec: RunSpec, limit_s: float, missing: Mapping[str, str], commands: 
         f"; the managing system {spec.manager} sent {commands} requests meanwhile: it should leave nodes alone until "
         "the system is up, which adapt waits for"
     )
-    return SunsetError(
+    kind = ManagerError if commands else SunsetError
+    return kind(
         f"The managed system did not come up within {limit_s:g} s in {spec.scenario.name}, seed {spec.seed}: {states}"
         f"{hint if commands else ''}."
     )
+
+
+def check_injection(problem: str, observer: Observer) -> None:
+    """Hold it against the managing system that faults could not be injected, if it has asked the system for anything.
+
+    Args:
+        problem: why they could not; empty where they could.
+        observer: has seen the managing system.
+
+    Raises:
+        ScenarioError: they could not, and the managing system has done nothing.
+    """
+    if problem and not observer.commands:
+        raise ScenarioError(f"{problem[:1].upper()}{problem[1:]}.")
+    if problem:
+        observer.violations[f"{problem} (requests of the managing system: {observer.commands})"] = None
 
 
 def failure(spec: RunSpec, manager: ManagingSystem, error: BaseException) -> ManagerError:

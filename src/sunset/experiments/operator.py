@@ -33,6 +33,8 @@ _OUTPUTS: Final = MappingProxyType(
 """Node → the blackboard's entry with the frequency of what it publishes."""
 _FREQUENCIES: Final = frozenset(_OUTPUTS.values())
 _STATES: Final = frozenset(f"{node}_lc_state" for node in INITIAL_STATES)
+_FORGOTTEN_NS: Final = 2 * 10**9
+"""So long after a process ended, the blackboard does not tell of it any more."""
 _LONGEST: Final = 20
 """Characters that a state has at most."""
 
@@ -60,15 +62,20 @@ class Operator(Node):
     Args:
         inject: whether there is a scenario.
         warm_up_s: time between both.
+        invites: whether the user is told when to start a managing system.
         context: the context of the process; the default one if None.
     """
 
-    def __init__(self, *, inject: bool, warm_up_s: float, context: Context | None = None) -> None:
+    def __init__(
+        self, *, inject: bool, warm_up_s: float, invites: bool = False, context: Context | None = None
+    ) -> None:
         super().__init__("operator", context=context)
         self.up = False
         """Whether all managed nodes were in their initial states once."""
         self.news: deque[str] = deque()
         """What happened, in sentences, until somebody takes them out."""
+        self._invites = invites
+        self._ended_ns: dict[str, int] = {}
         self._inject = inject
         self._warm_up_s = warm_up_s
         self._blackboard: dict[str, object] = {}
@@ -86,15 +93,23 @@ class Operator(Node):
     def _status_of(self, node: str, processes: NodeProcesses) -> NodeStatus:
         pid = processes.pid(node)
         state = "running"
-        if pid is None:
-            state = processes.end_of(node)
-        elif node in INITIAL_STATES:
+        if pid is not None:
+            self._ended_ns.pop(node, None)
+        if node in INITIAL_STATES:
             state = str(self._blackboard.get(f"{node}_lc_state", "starting"))
+        if pid is None and not self._runs_elsewhere(node):
+            state = processes.end_of(node)
         hertz = self._blackboard.get(_OUTPUTS.get(node, ""))
         if node in self._times:
             now = self._wall.now_ns()
             hertz = float(sum(now - time < 10**9 for time in self._times[node]))
         return NodeStatus(node, state, pid, cast("float | None", hertz))
+
+    def _runs_elsewhere(self, node: str) -> bool:
+        """Return whether heartbeats still come of a node whose process here has ended some time ago."""
+        now_ns = self._wall.now_ns()
+        is_heard = self._blackboard.get(f"{node}_lc_state", "unknown") != "unknown"
+        return is_heard and now_ns - self._ended_ns.setdefault(node, now_ns) > _FORGOTTEN_NS
 
     def _note(self, node: str, message: Message) -> None:
         del message
@@ -114,6 +129,9 @@ class Operator(Node):
             self.up = True
             self.news.append("All nodes are up.")
             self._player.call_async(Trigger.Request()).add_done_callback(self._on_flying)
+        if self._invites and self._blackboard.get(_OUTPUTS["segmentation"]):
+            self._invites = False
+            self.news.append("The system is up; start your managing system now.")
 
     def _on_flying(self, future: Future[Trigger.Response]) -> None:
         self._tell("The flight has begun", future)

@@ -7,7 +7,7 @@ from typing import TypeVar
 from sunset.errors import SunsetError
 from sunset.experiments.graph import INITIAL_STATES, MANAGER_PROCESS, SYSTEM_NODES
 from sunset.experiments.launcher import Launcher
-from sunset.experiments.manager import absent, failure, manager_factory
+from sunset.experiments.manager import absent, check_injection, failure, manager_factory
 from sunset.experiments.observer import Observer
 from sunset.experiments.parameters import node_parameters
 from sunset.experiments.resources import Resources
@@ -156,6 +156,7 @@ def _conduct(simulation: Simulation, supervisor: Supervisor, spec: RunSpec, obse
         raise SunsetError(
             f"The experiment did not end in time: it is still in its phase {supervisor.phase.value}."
         )
+    check_injection(supervisor.injection_problem, observer)
     # what left the bag before the end is still on its way through the pipeline
     simulation.run_until(simulation.now + _S // 2)
     return supervisor.start_ns

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from enum import Enum
+from typing import Final
 
 from sunset.errors import ScenarioError
 from sunset.experiments.graph import INITIAL_STATES
@@ -14,6 +15,9 @@ from sunset.ros.node import Node
 from sunset.ros.task import Future
 
 __all__ = ["Phase", "Supervisor"]
+
+_SILENT_NS: Final = 10**9
+"""Since its last heartbeat: after so long a node may have ended."""
 
 
 class Phase(Enum):
@@ -49,11 +53,13 @@ class Supervisor(Node):
         self.phase = Phase.BRING_UP
         self.start_ns: int | None = None
         """The time of the injection, nanoseconds of the node's clock; None before it."""
+        self.injection_problem = ""
+        """Why the faults were not injected as written; empty where they were."""
         self._scenario = scenario
         self.timing = timing
         """The clockwork of the experiment."""
         self._ready = ready
-        self._states: dict[str, str] = {}
+        self._heard: dict[str, tuple[str, int]] = {}
         self._log = self.create_publisher(ExperimentLogging, "/experiment/log", 10)
         self._player = self.create_client(Trigger, "/bag_player/start")
         self._injector = self.create_client(Trigger, "/scenario_executor/inject")
@@ -64,15 +70,18 @@ class Supervisor(Node):
     @property
     def missing(self) -> dict[str, str]:
         """The managed nodes that are not in their initial state yet, and the state they are in."""
-        return {
-            node: self._states.get(node, "unseen")
-            for node, state in INITIAL_STATES.items()
-            if self._states.get(node) != state
-        }
+        states = {node: self._state_of(node) for node in INITIAL_STATES}
+        return {node: state for node, state in states.items() if state != INITIAL_STATES[node]}
+
+    def _state_of(self, node: str) -> str:
+        state, heard_ns = self._heard.get(node, ("unseen", 0))
+        is_silent = heard_ns and self.get_clock().now().nanoseconds - heard_ns > _SILENT_NS
+        return "silent" if is_silent else state
 
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
+        now_ns = self.get_clock().now().nanoseconds
         for status in message.status:
-            self._states[status.hardware_id] = status.message
+            self._heard[status.hardware_id] = status.message, now_ns
         if self.phase is Phase.BRING_UP and not self.missing and self._ready():
             self.phase = Phase.WARM_UP
             self.destroy_subscription(self._diagnostics)
@@ -96,8 +105,10 @@ class Supervisor(Node):
     def _on_injected(self, future: Future[Trigger.Response]) -> None:
         response = future.result()
         if response is None or not response.success:
-            reason = response.message if response else "no reply"
-            raise ScenarioError(f"Scenario {self._scenario} could not be injected as written: {reason}")
+            reason = (response.message if response else "no reply").rstrip(".")
+            self.injection_problem = (
+                f"the scenario {self._scenario} could not be injected as written: {reason}"
+            )
 
     def _end(self) -> None:
         self.phase = Phase.OVER

@@ -66,7 +66,8 @@ def timeline(
     Time 0 is what the experiment's log gives as its start, the moment at which faults are injected. A
     message's time is when it left its publisher, an injection's and a command's is their stamp. A frame's
     is when its true segmentation left the bag, so that it belongs to the moment at which the picture was
-    taken, however late it was evaluated; where the record lacks that, when it was evaluated.
+    taken, however late it was evaluated; where the record lacks that, when it was evaluated. Commands from before the
+    first frame are left out: the system was being brought up, and what was done to it then is held against nobody.
 
     Args:
         messages: those on topics that are not in `MEASURED_TOPICS` do not matter.
@@ -93,7 +94,7 @@ def timeline(
         entropy_threshold=entropy_threshold,
         sharpness_threshold=sharpness_threshold,
         injections=_injections(topics.get(_INJECTIONS, []), start_ns),
-        commands=_commands(topics.get(_COMMANDS, []), start_ns),
+        commands=_commands(topics.get(_COMMANDS, []), topics.get(_TRUTH, []), start_ns),
         frames=_frames(topics.get(_EVALUATIONS, []), topics.get(_TRUTH, []), start_ns),
         expected_frames=int(expected_frames),
     )
@@ -163,7 +164,8 @@ def _injections(recorded: Sequence[RecordedMessage], start_ns: int) -> tuple[Inj
     found = [content_of(one, FaultInjection) for one in recorded]
     injections = [
         Injection(
-            time=_seconds(_nanoseconds(one.stamp), start_ns),
+            # live, the clock of the node that injects may be a tick behind that of the node that lets it
+            time=max(0.0, _seconds(_nanoseconds(one.stamp), start_ns)),
             fault=one.fault,
             failure=one.failure,
             node=one.node,
@@ -176,7 +178,10 @@ def _injections(recorded: Sequence[RecordedMessage], start_ns: int) -> tuple[Inj
     return tuple(sorted(injections, key=lambda injection: injection.time))
 
 
-def _commands(recorded: Sequence[RecordedMessage], start_ns: int) -> tuple[Command, ...]:
+def _commands(
+    recorded: Sequence[RecordedMessage], truths: Sequence[RecordedMessage], start_ns: int
+) -> tuple[Command, ...]:
+    flown_ns = truths[0].time_ns if truths else 0
     found = [content_of(one, CommandMessage) for one in recorded]
     commands = [
         Command(
@@ -189,6 +194,7 @@ def _commands(recorded: Sequence[RecordedMessage], start_ns: int) -> tuple[Comma
             successful=one.successful,
         )
         for one in found
+        if _nanoseconds(one.stamp) >= flown_ns
     ]
     return tuple(sorted(commands, key=lambda command: command.time))
 

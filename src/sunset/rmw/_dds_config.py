@@ -35,7 +35,7 @@ _RANGES = ("SYSTEM_DEFAULT", "SUBNET", "LOCALHOST", "OFF")
 # A participant that announces itself to the ports of the indices 0 to 32 by unicast is found by ROS 2 nodes whatever
 # ROS_LOCALHOST_ONLY says. It takes one from 10 to 32 itself, its ports being counted from that of index 10 on: where lo
 # has no multicast, as on Linux, nodes up to Humble take the indices 0 to 9 only. They also look for no others, so that
-# they learn of a participant when it announces itself the next time, which it therefore does every second, for ever.
+# they learn of a participant when it announces itself the next time: before a command of theirs gives up after 0.5 s.
 # Multicast is for discovery only: an image goes to the processes that want it.
 # Who has sent something that is not confirmed asks after 10 ms, not 100: a process that leaves waits for the answers.
 # Who misses something still asks after 100 ms, though a client's first request, which can reach a server that does not
@@ -47,7 +47,7 @@ _COMMON = (
     '<Peers><Peer address="localhost"/>{}</Peers>'
     "<InitialLocatorPruneDelay>inf</InitialLocatorPruneDelay>"
     "<DiscoveredLocatorPruneDelay>inf</DiscoveredLocatorPruneDelay>"
-    "<SPDPInterval>1s</SPDPInterval></Discovery>"
+    "<SPDPInterval>300ms</SPDPInterval></Discovery>"
     '<Internal><HeartbeatInterval min="2ms" minsched="5ms" max="8s">10ms</HeartbeatInterval></Internal>'
     "</Domain></CycloneDDS>"
 )

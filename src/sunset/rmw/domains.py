@@ -8,7 +8,7 @@ from itertools import count
 
 from sunset.errors import MiddlewareError
 
-__all__ = ["free_domain_id"]
+__all__ = ["free_domain_id", "sole_system"]
 
 _DOMAINS = range(1, 102)
 """0 is what everybody uses unless told otherwise; the ports of those above 101 may be taken by any program on Linux."""
@@ -17,6 +17,9 @@ _FIRST_PORT = 7400
 _PORTS_PER_DOMAIN = 250
 _LOCK_PORT = 249
 """Added to a domain's first port: beyond those of the 33 participants that a domain may have on one computer."""
+
+_SYSTEM_PORT = 248
+"""Added likewise, for a system that runs in the domain."""
 
 _OFFSETS = (0, *range(10, 76))
 """Added to a domain's first port: for multicast, and two for each of those participants."""
@@ -42,6 +45,21 @@ def free_domain_id() -> Iterator[int]:
                 yield domain
                 return
     raise MiddlewareError(f"All domain ids from {_DOMAINS[0]} to {_DOMAINS[-1]} are in use.")
+
+
+@contextmanager
+def sole_system(domain_id: int) -> Iterator[None]:
+    """Keep other systems of this computer, whatever user they are of, out of a domain while the context lasts.
+
+    Raises:
+        MiddlewareError: one is there.
+    """
+    with ExitStack() as held:
+        if not _bind(held, _FIRST_PORT + _PORTS_PER_DOMAIN * domain_id + _SYSTEM_PORT):
+            raise MiddlewareError(
+                f"Another system runs in domain {domain_id} on this computer: end it, or choose another domain."
+            )
+        yield
 
 
 @contextmanager

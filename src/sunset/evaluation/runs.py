@@ -55,6 +55,7 @@ def _row(run: RunRow, folder: Path) -> dict[str, object]:
         "model": run.model,
         "middleware": run.middleware,
         "valid": run.valid,
+        "failed": run.failed,
         "reason": run.reason,
         **{name: run.metrics[name] for name in FIGURES},
         "digest": run.digest,

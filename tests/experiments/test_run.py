@@ -283,6 +283,6 @@ def test_a_managing_system_that_keeps_faults_from_being_injected_makes_its_run_i
 
     assert not result.valid
     assert result.reason == (
-        "the scenario gpu_failure could not be injected as written: gpu_failure: segmentation did not answer within 2 s "
-        "(requests of the managing system: 1)"
+        "the scenario gpu_failure could not be injected as written: gpu_failure: segmentation did not answer within "
+        "2 s (requests of the managing system: 1)"
     )

@@ -230,4 +230,4 @@ class Mine(Mine, metaclass=Meta): pass
 def test_what_raises_when_it_is_looked_at_is_told_of(case: str, tmp_path: Path) -> None:
     manager = f"{write(tmp_path, HOSTILE[case])}:Mine"
     with pytest.raises(ManagerError, match=r"mine\.py:Mine cannot be looked at: it raised \w+: .*\.$"):
-        manager_sources(manager)
+        sources(manager)

@@ -47,7 +47,9 @@ def test_a_batch_is_what_opencv_makes_of_the_same_draw() -> None:
             assert (difference > 0).mean() < 0.001
             for found, image in ((batch.depth, frames.depth), (batch.labels, frames.labels)):
                 expected = warped(image[index], cv2.INTER_NEAREST)
-                assert (found[place].numpy() != expected).mean() < 0.02  # a row or a column half-way between two
+                assert (
+                    found[place].numpy() != expected
+                ).mean() < 0.02  # a row or a column half-way between two
         assert batch.phase == drawn.phase
 
 

@@ -79,7 +79,10 @@ def add_parser(verbs: "argparse._SubParsersAction[argparse.ArgumentParser]") -> 
         "--compile", action="store_true", help="let torch compile the networks; needs a C compiler"
     )
     parser.add_argument(
-        "--jobs", type=at_least_one, metavar="N", help="processes that render and measure (default: one a core)"
+        "--jobs",
+        type=at_least_one,
+        metavar="N",
+        help="processes that render and measure (default: one a core)",
     )
     parser.add_argument(
         "--minutes",

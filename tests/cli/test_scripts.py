@@ -12,8 +12,8 @@ SCRIPTS = Path(__file__).parents[2] / "scripts"
 @pytest.mark.parametrize(
     ("script", "arguments", "words"),
     [
-        ("count_episodes", ["nowhere"], "There is no folder nowhere."),
-        ("count_episodes", [".", "nobody"], "has no run of nobody on paper."),
+        ("count_episodes", ["nowhere"], "name the one that 'sunset bench --out' wrote."),
+        ("count_episodes", ["."], "no folder with a run.json in it."),
         ("published_figures", ["nowhere"], "name the one that 'sunset bench --out' wrote."),
         ("measure_stride_limits", ["--every", "0"], "must be at least 1, got 0."),
         ("measure_stride_limits", ["--every", "-5"], "must be at least 1, got -5."),

@@ -166,3 +166,14 @@ def test_the_script_prints_the_figures_beside_the_papers(store: Callable[..., Pa
         "downtime [s] 4.10 ± 0.00 6.52 ± 4.67",
         "IoU 0.50 ± 0.00 0.30 ± 0.09",
     ]
+
+
+@pytest.mark.parametrize("name", ["published_figures", "count_episodes"])
+def test_runs_that_do_not_count_are_not_counted(
+    store: Callable[..., Path], tmp_path: Path, name: str
+) -> None:
+    store("run", valid=False, reason="it read the truth")
+    command = [sys.executable, str(SCRIPT.with_name(name)), str(tmp_path)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.endswith("has no valid run of baseline on paper.\n")

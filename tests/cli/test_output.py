@@ -170,10 +170,11 @@ def test_every_list_is_there_as_json(noun: str, capsys: pytest.CaptureFixture[st
 def test_what_a_terminal_would_obey_is_shown_instead(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert main(["run", "nofault", "--manager", "none", "--out", str(tmp_path / "run")]) == 0
-    file = tmp_path / "run" / "run.json"
-    file.write_text(json.dumps(json.loads(file.read_text()) | {"model": "lite\x1b[2J"}))
-    assert main(["report", str(tmp_path / "run")]) == 0
+    run = tmp_path / "run"
+    assert main(["run", "nofault", "--manager", "none", "--duration", "2", "--out", str(run)]) == 0
+    described = json.loads((run / "run.json").read_text())
+    (run / "run.json").write_text(json.dumps(described | {"model": "lite\x1b[2J"}))
+    assert main(["report", str(run)]) == 0
     assert main(["report", str(tmp_path / "none\x1b[2J")]) == 2
 
     out, err = capsys.readouterr()

@@ -8,6 +8,7 @@ from typing import Final
 
 from sunset.evaluation.estimates import METHOD, Estimate
 from sunset.evaluation.summary import PUBLISHED, PUBLISHED_SOURCE, SystemRow
+from sunset.texts import printable
 
 __all__ = [
     "Block",
@@ -255,7 +256,7 @@ def _invalid_note(row: SystemRow) -> str:
 
 def _differing_note(row: SystemRow) -> str:
     """Return which of a row's runs had other figures stored than are shown."""
-    told = [f"{', '.join(run.differing)} of {run.folder}" for run in row.differing]
+    told = [f"{', '.join(run.differing)} of {printable(str(run.folder))}" for run in row.differing]
     return f"{row.system}: figures were stored that the messages do not give, and are computed here: " + (
         _listed(told, "runs")
     )

@@ -1,13 +1,12 @@
 """The runs themselves, a row each: for tables and tests of one's own."""
 
-import csv
-import io
 import json
 from pathlib import Path
 from typing import Final
 
 from sunset.errors import InvalidInputError
 from sunset.evaluation.results import FIGURES, Progress, RunRow, load_results
+from sunset.texts import csv_text, printable
 
 __all__ = ["RUNS_FORMATS", "render_runs"]
 
@@ -17,8 +16,9 @@ RUNS_FORMATS: Final = ("csv", "json")
 def render_runs(folder: Path, form: str, *, recompute: bool = False, progress: Progress | None = None) -> str:
     """Return a row for each run below a folder, those that do not count included.
 
-    Figures have the names and units of a run's `metrics`; one that is not applicable is null, or an empty cell. The
-    folder of a run is given relative to `folder`.
+    Figures have the names and units of a run's `metrics`; one that is not applicable is null, or an empty cell. Those
+    that were computed again and are stored otherwise are named as `differing`. The folder of a run is given relative to
+    `folder`.
 
     Args:
         folder: of one run, of a campaign, or of several.
@@ -37,13 +37,14 @@ def render_runs(folder: Path, form: str, *, recompute: bool = False, progress: P
     rows = [_row(run, folder) for run in load_results(folder, again=recompute, progress=progress)]
     if form == "json":
         return json.dumps({"runs": rows}, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(rows[0])
-    writer.writerows(
-        [json.dumps(cell) if isinstance(cell, bool) else cell for cell in row.values()] for row in rows
-    )
-    return out.getvalue()
+    cells = ([_cell(value) for value in row.values()] for row in rows)
+    return csv_text([rows[0], *cells])
+
+
+def _cell(value: object) -> object:
+    if isinstance(value, list):
+        return " ".join(value)
+    return json.dumps(value) if isinstance(value, bool) else value
 
 
 def _row(run: RunRow, folder: Path) -> dict[str, object]:
@@ -54,10 +55,12 @@ def _row(run: RunRow, folder: Path) -> dict[str, object]:
         "seed": run.seed,
         "model": run.model,
         "middleware": run.middleware,
+        "version": run.version,
         "valid": run.valid,
         "failed": run.failed,
         "reason": run.reason,
         **{name: run.metrics[name] for name in FIGURES},
+        "differing": list(run.differing),
         "digest": run.digest,
-        "folder": run.folder.relative_to(folder).as_posix(),
+        "folder": printable(run.folder.relative_to(folder).as_posix()),
     }

@@ -181,3 +181,16 @@ def test_what_a_terminal_would_obey_is_shown_instead(
     assert r"model lite\x1b[2J" in out
     assert r"none\x1b[2J; name the one" in err
     assert "\x1b" not in out + err
+
+
+def test_what_a_managing_system_logs_reaches_a_terminal_as_text_only(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    mine = tmp_path / "mine.py"
+    mine.write_text(LOUD.replace('"logged"', '"logged \\x1b[2J"'), encoding="utf-8")
+
+    assert main(["run", "nofault", "--duration", "1", "--manager", f"{mine}:Mine"]) == 0
+
+    out, _ = capsys.readouterr()
+    assert r"logged \x1b[2J" in out
+    assert "\x1b" not in out

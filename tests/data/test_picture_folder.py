@@ -1,5 +1,6 @@
 """A plain folder of pictures: which frames it holds, and what is said of one that is not as it must be."""
 
+import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -62,6 +63,11 @@ def remove_depth(folder: Path) -> None:
     (folder / "depth").rmdir()
 
 
+def make_pipe(folder: Path) -> None:
+    (folder / "depth" / "a9.png").unlink()
+    os.mkfifo(folder / "depth" / "a9.png")
+
+
 def convert_depth(folder: Path) -> None:
     for path in (folder / "depth").iterdir():
         path.rename(path.with_suffix(".npy"))
@@ -81,6 +87,7 @@ MISTAKES: dict[str, tuple[Callable[[Path], object], str]] = {
         lambda folder: (folder / "labels" / "a9.png").unlink(),
         "got 3 in rgb, 3 in depth, 2 in labels, and labels lacks a9; name the three",
     ),
+    "a pipe": (make_pipe, "got 3 in rgb, 2 in depth, 3 in labels, and depth lacks a9; name the three"),
     "two of one name": (
         write("rgb/a9.jpg", np.zeros((*SIZE, 3), np.uint8)),
         r"one picture of each name, got a9\.jpg and a9\.png; remove one",

@@ -53,8 +53,11 @@ UP = {"managed_subsystem_segmentation_freq": 10.0}
 
 
 def show(world: "World", **numbers: float) -> None:
-    """Publish entries of the blackboard, of a system that has come up if nothing else is said."""
-    numbers = UP | numbers
+    """Publish entries of the blackboard of a system that is up, if nothing else is said."""
+    publish(world, **(UP | numbers))
+
+
+def publish(world: "World", **numbers: float) -> None:
     group = [
         ParameterMessage(
             name=name, value=ParameterValue(type=ParameterType.PARAMETER_DOUBLE, double_value=value)
@@ -77,7 +80,7 @@ def warnings(world: "World") -> list[str]:
 
 
 def test_it_is_called_every_period_once_the_system_is_up(world: "World", watcher: Watcher) -> None:
-    show(world, segmentation_entropy=0.1, managed_subsystem_segmentation_freq=0.0)
+    publish(world, managed_subsystem_rgb_camera_freq=10.0)
     world.run(1.0)
     assert watcher.seen == []
     show(world, segmentation_entropy=0.1)
@@ -112,7 +115,9 @@ def test_symptoms_are_the_latest_and_those_not_mentioned_stay(world: "World", wa
 
 
 def test_a_topic_stops_only_after_it_was_heard(world: "World", watcher: Watcher) -> None:
-    for frequency in (0.0, 9.0, 0.0):
+    show(world)
+    world.run(0.2)
+    for frequency in (9.0, 0.0):
         show(world, managed_subsystem_rgb_camera_freq=frequency)
         world.run(0.2)
     assert [symptoms.stopped("rgb_camera") for _, symptoms in watcher.seen] == [False, False, True]

@@ -39,9 +39,8 @@ def test_a_topic_outside_of_the_managed_system_has_its_full_name() -> None:
 
 def test_a_topic_stops_only_after_it_was_heard() -> None:
     assert not Symptoms({}).stopped("rgb_camera")
-    assert not Symptoms({KEY: 0.0}).stopped("rgb_camera")
-    assert not Symptoms({KEY: 1.0}, [KEY]).stopped("rgb_camera")
-    assert Symptoms({KEY: 0.0}, [KEY]).stopped("rgb_camera")
+    assert not Symptoms({KEY: 1.0}).stopped("rgb_camera")
+    assert Symptoms({KEY: 0.0}).stopped("rgb_camera")
 
 
 def test_what_is_not_measured_yet_has_a_default_that_triggers_nothing() -> None:
@@ -65,8 +64,8 @@ def test_the_segmentation_is_unsure_over_the_threshold(entropy: float, *, unsure
 
 def test_the_system_has_come_up_when_there_was_a_segmentation() -> None:
     key = "managed_subsystem_segmentation_freq"
-    assert not Symptoms({key: 0.0}, [KEY]).up
-    assert Symptoms({key: 0.0}, [key]).up
+    assert not Symptoms({KEY: 10.0}).up
+    assert Symptoms({key: 0.0}).up
 
 
 def test_the_type_says_what_stands_for_a_number_that_is_not_measured() -> None:

@@ -16,6 +16,7 @@ from sunset.data.pixels import (
     COLOUR_PNG,
     DEPTH_PNG,
     LABEL_PNG,
+    PICTURE_BYTES,
     check_ids,
     dimensions,
     picture,
@@ -23,6 +24,7 @@ from sunset.data.pixels import (
 )
 from sunset.data.reading_ahead import read_ahead
 from sunset.errors import DataError
+from sunset.input_files import read_bytes
 
 __all__ = ["PictureFolder", "find_pictures"]
 
@@ -83,7 +85,7 @@ def _frame(recorded: tuple[int, int], size: tuple[int, int], files: tuple[Path, 
 
 def _pixels(path: Path, name: str) -> npt.NDArray[Any]:
     try:
-        data = path.read_bytes()
+        data = read_bytes(path, PICTURE_BYTES)
     except OSError as error:
         raise DataError(f"The image {path} cannot be read: {error.strerror}; copy it again.") from error
     return picture(data, str(path), _KINDS[name])

@@ -88,7 +88,6 @@ class ManagingSystem(Node):
         )
         # Two underscores: out of the way of a subclass's own attributes.
         self.__blackboard: dict[str, Value] = {}
-        self.__seen: set[str] = set()
         self.__callers: dict[str, Client[Any, Any]] = {}
         self.create_subscription(SetBlackboardGroup, "/blackboard_group", self.__on_blackboard, 10)
         self.create_timer(cast("float", self.get_parameter("period").value), self.__decide)
@@ -194,13 +193,11 @@ class ManagingSystem(Node):
         return self.__call(Redeploy, "/launcher/redeploy", Redeploy.Request(node=_short(node)), accepted)
 
     def __on_blackboard(self, message: SetBlackboardGroup) -> None:
-        values = read_parameters(message.bb_params)
-        self.__blackboard.update(values)
-        self.__seen.update(key for key, value in values.items() if key.endswith("_freq") and value)
+        self.__blackboard.update(read_parameters(message.bb_params))
 
     async def __decide(self) -> None:
         """Call `adapt`, which may be a coroutine, if there is a system to adapt."""
-        symptoms = Symptoms(self.__blackboard, self.__seen, entropy_threshold=self.entropy_threshold)
+        symptoms = Symptoms(self.__blackboard, entropy_threshold=self.entropy_threshold)
         if symptoms.up:
             adapt: Callable[[Symptoms], object] = self.adapt
             outcome = adapt(symptoms)

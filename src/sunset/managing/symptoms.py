@@ -32,10 +32,9 @@ class Symptoms(Mapping[str, Value]):
 
     Args:
         values: the entries, by name.
-        seen: names of the frequencies that have been above 0 since the managing system started.
         entropy_threshold: entropy above which the segmentation counts as unsure, from 0 to 1.
 
-    >>> symptoms = Symptoms({"managed_subsystem_rgb_camera_freq": 0.0}, ["managed_subsystem_rgb_camera_freq"])
+    >>> symptoms = Symptoms({"managed_subsystem_rgb_camera_freq": 0.0})
     >>> symptoms.frequency("rgb_camera"), symptoms.stopped("rgb_camera"), symptoms.entropy, symptoms.unsure
     (0.0, True, nan, False)
     """
@@ -43,12 +42,10 @@ class Symptoms(Mapping[str, Value]):
     def __init__(
         self,
         values: Mapping[str, Value],
-        seen: Iterable[str] = (),
         *,
         entropy_threshold: float = DEFAULT_ENTROPY_THRESHOLD,
     ) -> None:
         self._values = dict(values)
-        self._seen = frozenset(seen)
         self._entropy_threshold = entropy_threshold
 
     def __getitem__(self, key: str) -> Value:
@@ -69,13 +66,12 @@ class Symptoms(Mapping[str, Value]):
 
     def stopped(self, topic: str) -> bool:
         """Return whether a topic that once had messages has had none for the last second."""
-        key = _frequency_key(topic)
-        return self._values.get(key) == 0 and key in self._seen
+        return self.frequency(topic) == 0
 
     @property
     def up(self) -> bool:
         """Whether the managed system has come up: a segmented frame was seen; True from then on."""
-        return _frequency_key(_LAST_TOPIC) in self._seen
+        return _frequency_key(_LAST_TOPIC) in self
 
     @property
     def entropy(self) -> FloatOrNaN:

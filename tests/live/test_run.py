@@ -23,7 +23,10 @@ from tests.live.systems import (
 
 from sunset.errors import MiddlewareError
 from sunset.experiments import RunSpec, run
+from sunset.interfaces.lifecycle_msgs.msg import Transition
+from sunset.interfaces.lifecycle_msgs.srv import ChangeState
 from sunset.interfaces.system_interfaces.msg import ExperimentLogging
+from sunset.interfaces.system_interfaces.srv import Redeploy
 from sunset.recording import read_timeline
 from sunset.rmw.cyclonedds import CycloneTap
 from sunset.rmw.domains import free_domain_id
@@ -60,6 +63,30 @@ def test_a_managing_system_of_another_process_redeploys_a_node_that_was_killed(t
     assert redeploy.kind == "redeploy"
     assert redeploy.node == "/managed_subsystem/segmentation"
     assert redeploy.successful
+
+
+def test_what_is_done_to_the_system_before_it_is_up_is_held_against_nobody(tmp_path: Path) -> None:
+    out = tmp_path / "run"
+    with free_domain_id() as domain_id, flying("gpu_failure", "external", 2.0, out, domain_id) as process:
+        tool = Tool(domain_id)
+        first = children(process.pid)["camera"]
+        shutdown = ChangeState.Request(transition=Transition(label="shutdown"))
+        assert tool.call(ChangeState, "/managed_subsystem/camera/change_state", shutdown).success
+        assert eventually(lambda: not exists(first))
+        assert tool.call(Redeploy, "/launcher/redeploy", Redeploy.Request(node="camera")).success
+        with subprocess.Popen(
+            [sys.executable, "-m", "sunset", "node", "managing_system", "--manager", "none"],
+            env=os.environ | {"ROS_DOMAIN_ID": str(domain_id)},
+        ) as manager:
+            try:
+                _, complaint = process.communicate(timeout=PATIENCE_S)
+            finally:
+                manager.terminate()
+                tool.node.context.try_shutdown()
+    assert process.returncode == 0, complaint
+    timeline = read_timeline(out)
+    assert [injection.fault for injection in timeline.injections] == ["gpu_failure"]
+    assert timeline.commands == ()
 
 
 def test_a_run_ends_when_the_managing_system_fails(tmp_path: Path) -> None:

@@ -76,6 +76,7 @@ class Operator(Node):
         """What happened, in sentences, until somebody takes them out."""
         self._invites = invites
         self._ended_ns: dict[str, int] = {}
+        self._elsewhere: set[str] = set()
         self._inject = inject
         self._warm_up_s = warm_up_s
         self._blackboard: dict[str, object] = {}
@@ -95,6 +96,7 @@ class Operator(Node):
         state = "running"
         if pid is not None:
             self._ended_ns.pop(node, None)
+            self._elsewhere.discard(node)
         if node in INITIAL_STATES:
             state = str(self._blackboard.get(f"{node}_lc_state", "starting"))
         if pid is None and not self._runs_elsewhere(node):
@@ -106,10 +108,12 @@ class Operator(Node):
         return NodeStatus(node, state, pid, cast("float | None", hertz))
 
     def _runs_elsewhere(self, node: str) -> bool:
-        """Return whether heartbeats still come of a node whose process here has ended some time ago."""
+        """Return whether heartbeats came of a node long after its last process here had ended."""
         now_ns = self._wall.now_ns()
         is_heard = self._blackboard.get(f"{node}_lc_state", "unknown") != "unknown"
-        return is_heard and now_ns - self._ended_ns.setdefault(node, now_ns) > _FORGOTTEN_NS
+        if is_heard and now_ns - self._ended_ns.setdefault(node, now_ns) > _FORGOTTEN_NS:
+            self._elsewhere.add(node)
+        return node in self._elsewhere
 
     def _note(self, node: str, message: Message) -> None:
         del message

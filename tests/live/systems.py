@@ -178,11 +178,12 @@ import sys
 from pathlib import Path
 from sunset.experiments import BenchSpec, Timing, bench
 
-timing = Timing(duration_s=1.0, warm_up_s=1.0)
+out, manager, limit_s = sys.argv[1:]
+timing = Timing(duration_s=1.0, warm_up_s=1.0, bring_up_limit_s=float(limit_s))
 spec = BenchSpec(
-    suite="nofault", references=False, managers=("none",), repetitions=2, timing=timing, middleware="cyclonedds"
+    suite="nofault", references=False, managers=(manager,), repetitions=2, timing=timing, middleware="cyclonedds"
 )
-bench(spec, Path(sys.argv[1]))
+bench(spec, Path(out))
 """
 
 
@@ -196,9 +197,11 @@ def flying(
 
 
 @contextmanager
-def benching(out: Path) -> Iterator[subprocess.Popen[str]]:
+def benching(
+    out: Path, manager: str = "none", *, bring_up_limit_s: float = 60.0, domain_id: int | None = None
+) -> Iterator[subprocess.Popen[str]]:
     """Fly a campaign of two short live runs in a process; whatever happens, nothing is left running."""
-    with _running([_CAMPAIGN, str(out)]) as process:
+    with _running([_CAMPAIGN, str(out), manager, str(bring_up_limit_s)], domain_id) as process:
         yield process
 
 

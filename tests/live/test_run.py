@@ -13,6 +13,7 @@ from tests.live.systems import (
     PATIENCE_S,
     Flow,
     Tool,
+    benching,
     children,
     commanding,
     eventually,
@@ -27,7 +28,7 @@ from sunset.interfaces.lifecycle_msgs.msg import Transition
 from sunset.interfaces.lifecycle_msgs.srv import ChangeState
 from sunset.interfaces.system_interfaces.msg import ExperimentLogging
 from sunset.interfaces.system_interfaces.srv import Redeploy
-from sunset.recording import read_timeline
+from sunset.recording import read_run, read_timeline
 from sunset.rmw.cyclonedds import CycloneTap
 from sunset.rmw.domains import free_domain_id
 from sunset.scenarios import load_scenario
@@ -87,6 +88,35 @@ def test_what_is_done_to_the_system_before_it_is_up_is_held_against_nobody(tmp_p
     timeline = read_timeline(out)
     assert [injection.fault for injection in timeline.injections] == ["gpu_failure"]
     assert timeline.commands == ()
+
+
+def test_a_managing_system_that_keeps_the_system_from_coming_up_does_not_end_its_campaign(
+    tmp_path: Path,
+) -> None:
+    with (
+        free_domain_id() as domain_id,
+        benching(tmp_path / "out", "external", bring_up_limit_s=20.0, domain_id=domain_id) as process,
+    ):
+        tool = Tool(domain_id)
+        shutdown = ChangeState.Request(transition=Transition(label="shutdown"))
+        assert tool.call(ChangeState, "/managed_subsystem/camera/change_state", shutdown).success
+        runs = tmp_path / "out/runs/nofault/external/nofault"
+        assert eventually(lambda: (runs / "seed-1/run.json").is_file() or process.poll() is not None)
+        assert process.poll() is None, process.communicate()
+        with subprocess.Popen(
+            [sys.executable, "-m", "sunset", "node", "managing_system", "--manager", "none"],
+            env=os.environ | {"ROS_DOMAIN_ID": str(domain_id)},
+        ) as manager:
+            try:
+                _, complaint = process.communicate(timeout=PATIENCE_S)
+            finally:
+                manager.terminate()
+                tool.node.context.try_shutdown()
+    assert process.returncode == 0, complaint
+    failed, flown = (read_run(runs / f"seed-{seed}") for seed in (1, 2))
+    reason = "The managed system did not come up within 20 s in nofault, seed 1: camera is "
+    assert failed["manager_failed"].startswith(reason)
+    assert (failed["valid"], flown["manager_failed"]) == (False, None)
 
 
 def test_a_run_ends_when_the_managing_system_fails(tmp_path: Path) -> None:

@@ -275,7 +275,7 @@ def _conduct(
 
     limit = timing.bring_up_limit_s / min(1.0, spec.speed)
     if not wait(lambda: supervisor.phase is not Phase.BRING_UP or not supervisor.missing, limit):
-        raise absent(spec, limit, supervisor.missing, observer.commands)
+        raise absent(spec, limit, supervisor.missing, observer.commands, disturbed=system.is_disturbed())
     patience = math.inf if spec.manager == EXTERNAL else limit  # who waits for another process waits long
     if not wait(lambda: supervisor.phase is not Phase.BRING_UP, patience):
         raise SunsetError(f"The computer is too slow: nothing was observed of the system within {limit:g} s.")

@@ -104,7 +104,9 @@ def check_name(name: str, given: str) -> None:
         )
 
 
-def absent(spec: RunSpec, limit_s: float, missing: Mapping[str, str], commands: int) -> SunsetError:
+def absent(
+    spec: RunSpec, limit_s: float, missing: Mapping[str, str], commands: int, *, disturbed: bool = False
+) -> SunsetError:
     """Return what a user is told when nodes are not all active in time.
 
     Args:
@@ -112,13 +114,14 @@ def absent(spec: RunSpec, limit_s: float, missing: Mapping[str, str], commands: 
         limit_s: how long was waited, in seconds.
         missing: node → its state, of those that are not as they should be.
         commands: how many requests of the managing system they had meanwhile.
+        disturbed: whether the process of a managed node has ended in order, as if shut down through its lifecycle.
     """
     states = ", ".join(f"{node} is {state}" for node, state in missing.items())
     hint = (
         f"; the managing system {spec.manager} sent {commands} requests meanwhile: it should leave nodes alone until "
         "the system is up, which adapt waits for"
     )
-    kind = ManagerError if commands else SunsetError
+    kind = ManagerError if commands or disturbed else SunsetError
     return kind(
         f"The managed system did not come up within {limit_s:g} s in {spec.scenario.name}, seed {spec.seed}: {states}"
         f"{hint if commands else ''}."

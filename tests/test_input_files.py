@@ -2,11 +2,19 @@
 
 import os
 import socket
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
+from sunset.data.syndrone import SynDroneFlight
+from sunset.errors import SunsetError
+from sunset.experiments.bench import count_runs
 from sunset.input_files import check_regular, file_digest, open_regular, read_bytes, read_text
+from sunset.perception import ModelCard
+from sunset.recording._bag import read_bag
+from sunset.recording.reader import read_run
+from sunset.ros._parameter_files import read_parameter_file
 
 READERS = [check_regular, file_digest, open_regular, read_bytes, read_text]
 
@@ -54,3 +62,26 @@ def test_a_link_to_a_file_is_read(tmp_path: Path) -> None:
     assert file_digest(tmp_path / "link") == (
         "26c039741212205c52b98520abb92640f2e8f6d2f543f3e49eb0dfc2bce123f0"
     )
+
+
+@pytest.mark.parametrize(
+    ("name", "read"),
+    [
+        ("parameters.yaml", read_parameter_file),
+        ("run.json", lambda file: read_run(file.parent)),
+        ("messages.mcap", lambda file: list(read_bag(file.parent))),
+        ("card.json", ModelCard.read),
+        ("00000.jpg", lambda file: next(SynDroneFlight("01", "", 20, file.parent.parent, (0,)).frames())),
+    ],
+)
+def test_no_reader_waits_for_a_pipe(name: str, read: Callable[[Path], object], tmp_path: Path) -> None:
+    file = tmp_path / "rgb" / name
+    file.parent.mkdir()
+    os.mkfifo(file)
+    with pytest.raises(SunsetError, match="not a regular file"):
+        read(file)
+
+
+def test_a_plan_that_is_a_pipe_is_no_campaign(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "bench.json")
+    assert count_runs(tmp_path) is None

@@ -18,7 +18,7 @@ __all__: list[str] = []
 
 if __name__ == "__main__":
     prepare()
-    gc.freeze()  # to look at what is here already would copy it into every process
+    gc.freeze()  # the garbage collector would write to the pages that all forked processes share
     with socket.socket(fileno=os.dup(0)) as orders:
         words = await_order(orders)
     code = 0 if words is None else main(words)

@@ -189,7 +189,7 @@ def _nodes_with(graph: Session, service: str, type_name: str) -> list[str]:
 
 
 def _for_each(nodes: list[str], describe: Callable[[str], str]) -> int:
-    """Print what is said of each node; one that does not answer keeps the others from nothing."""
+    """Print what is said of each node; nodes that do not answer are reported and skipped."""
     code = 0
     for node in nodes:
         try:

@@ -136,7 +136,7 @@ def _add_curves(actions: "argparse._SubParsersAction[argparse.ArgumentParser]") 
         action="append",
         default=[],
         metavar="FAULT=STRENGTH",
-        help="take this for the strength of the suites; can be given several times",
+        help="measure at this strength instead of that of the suites; can be given several times",
     )
     _add_measuring_options(parser)
     parser.set_defaults(execute=curves)

@@ -72,7 +72,7 @@ class Session:
         return self._middleware.steady_ns() / 1e9
 
     def spin_once(self, timeout_s: float = _STEP_S) -> None:
-        """Run a callback, waiting for it at most so long, in steps that are short enough to react to signals."""
+        """Run a callback that comes within this time, and within a step that is short enough to react to signals."""
         self._check_signals()
         self._executor.spin_once(min(timeout_s, _STEP_S))
 

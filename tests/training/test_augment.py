@@ -1,18 +1,29 @@
-"""Augmentation, against OpenCV's, and on torch's `meta` device, which refuses tensors of another and to be waited for."""
+"""Augmentation, against OpenCV's; and steps of a training on a device that stands for an accelerator."""
 
 from dataclasses import replace
+from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
 import pytest
 
-from sunset.training import FrameSet, FrameSets
+from sunset.errors import InvalidInputError, MissingExtraError
+from sunset.training import FrameSet, FrameSets, LiteShape, Phase, Schedule, TrainingConfig
 from sunset.training.batches import draw
 
 torch = pytest.importorskip("torch")
 
-from sunset.training.augment import DeviceFrames  # noqa: E402  needs torch
+from torch.utils._python_dispatch import TorchDispatchMode  # noqa: E402  needs torch
 
+from sunset.training.augment import DeviceFrames  # noqa: E402
+from sunset.training.loop import find_torch_device, learn  # noqa: E402
+from sunset.training.network import build, depth_input, forward, rgb_input, upsample  # noqa: E402
+
+TINY = TrainingConfig(
+    shape=LiteShape(16, (16, 16, 16), (1, 1, 1), pyramid=16, rates=(2,), skips=(16, 16), decoder=16),
+    schedule=Schedule(phases=(Phase(6, 2),), log_every=3, validate_every=6),
+)
 CPU = torch.device("cpu")
 SIZE = (256, 144)
 
@@ -83,3 +94,92 @@ def test_read_only_frames_can_be_learned_from(sets: FrameSets) -> None:
     labels = sets.train.labels.copy()
     labels.flags.writeable = False
     assert len(DeviceFrames(replace(sets.train, labels=labels), CPU)) == len(labels)
+
+
+def test_what_a_step_computes_is_on_the_frames_device_and_never_waited_for() -> None:
+    device = torch.device("meta")  # has no values to wait for, and takes no tensor of another
+    batch = DeviceFrames(noise(4), device).batch(draw(4, 3, 1, 0))
+    plan = TINY.plan(TINY.modalities)
+    modules = build(plan).to(device)
+    results = {"rgb.input": rgb_input(batch.bgr), "depth.input": depth_input(batch.depth)}
+    forward(plan, modules, results)
+    logits = upsample(results["fusion.logits"], 2, batch.phase, 2)
+    loss = torch.nn.functional.cross_entropy(logits, batch.labels[:, ::2, ::2], torch.ones(28, device=device))
+    loss.backward()
+    assert all(parameter.grad.device == device for parameter in modules.parameters())
+
+
+def test_constants_are_sent_to_a_device_once() -> None:
+    device = torch.device("meta")
+    maps = torch.zeros(1, 28, 18, 32, device=device)
+    frames = torch.zeros(1, 144, 256, 3, dtype=torch.uint8, device=device)
+    sent = {"aten.lift_fresh", "aten.copy_"}
+    for compute, sending in (
+        (lambda: upsample(maps, 8), sent | {"aten._to_copy"}),
+        (lambda: rgb_input(frames), sent),
+    ):
+        compute()
+        with Operations() as operations:
+            compute()
+        assert not sending & set(operations.names)
+
+
+class Operations(TorchDispatchMode):  # type: ignore[misc]  # torch is not looked at by mypy
+    """Writes down the names of torch's operations."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.names: list[str] = []
+
+    def __torch_dispatch__(
+        self, operation: Any, _: Any, arguments: Any = (), options: dict[str, Any] | None = None
+    ) -> Any:
+        self.names.append(str(operation.overloadpacket))
+        return operation(*arguments, **(options or {}))
+
+
+def test_only_a_line_of_the_log_and_a_checkpoint_wait_for_the_device(sets: FrameSets, tmp_path: Path) -> None:
+    read: list[int] = []
+    operations = Operations()
+
+    def progress(*_: object) -> None:
+        drawn = ("aten.randint", "aten.random_")  # on the CPU, for the misaligned pairs
+        waits = [
+            name
+            for before, name in zip(["", *operations.names], operations.names, strict=False)
+            if name == "aten._local_scalar_dense" and before not in drawn
+        ]
+        read.append(len(waits))
+        operations.names.clear()
+
+    with operations:
+        learn(TINY, sets.train, sets.validation, tmp_path, progress=progress)
+    assert read[0] == read[1] == read[3] == read[4] == 0
+
+
+def test_the_networks_can_be_compiled_in_one_piece() -> None:
+    plan = TINY.plan(("rgb",))
+    modules = build(plan).eval()
+    inputs = {"rgb.input": torch.randn(1, 3, 144, 256)}
+    expected, found = dict(inputs), dict(inputs)
+    with torch.no_grad():
+        forward(plan, modules, expected)
+        torch.compile(forward, backend="eager", fullgraph=True)(plan, modules, found)
+    assert torch.equal(expected["rgb.logits"], found["rgb.logits"])
+
+
+@pytest.mark.skipif(torch.cuda.is_available(), reason="there is a device")
+def test_a_device_that_is_not_there_is_refused() -> None:
+    assert find_torch_device("auto") == find_torch_device("cpu") == CPU
+    with pytest.raises(
+        MissingExtraError, match="finds none: install another torch, or choose the device cpu"
+    ):
+        find_torch_device("cuda")
+    with pytest.raises(InvalidInputError, match="must be one of cpu, cuda, auto, got 'tpu'"):
+        find_torch_device("tpu")
+
+
+@pytest.mark.skipif(not torch.cuda.is_available(), reason="needs an accelerator")
+def test_an_accelerator_learns(sets: FrameSets, tmp_path: Path) -> None:
+    modules = learn(TINY, sets.train, sets.validation, tmp_path, device="cuda")
+    assert {parameter.device.type for parameter in modules.parameters()} == {"cpu"}

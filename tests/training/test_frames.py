@@ -37,7 +37,7 @@ def test_a_set_is_rendered_once_and_again_for_another_plan(tmp_path: Path) -> No
 
 @pytest.mark.parametrize("whole", [True, False])
 def test_frames_of_another_plan_are_not_replaced(whole: bool, tmp_path: Path) -> None:
-    def stop(done: int, _: int) -> None:
+    def stop(*_: int) -> None:
         if not whole:
             raise KeyboardInterrupt
 

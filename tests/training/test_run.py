@@ -362,9 +362,9 @@ def test_a_line_of_the_log_that_was_being_written_is_dropped(sets: FrameSets, tm
     assert log.read_text(encoding="utf-8") == whole
 
 
-def test_the_output_folder_is_made_before_hours_of_work(tmp_path: Path) -> None:
+def test_the_output_folder_is_tried_before_hours_of_work(tmp_path: Path) -> None:
     (tmp_path / "out").write_text("", encoding="utf-8")
-    with pytest.raises(OutputError, match=r"The training cannot write to .*out: File exists"):
+    with pytest.raises(OutputError, match=r"The training cannot write to .*out: Not a directory"):
         train(TINY, tmp_path / "out", work=tmp_path / "work")
     assert not (tmp_path / "work").exists()
 

@@ -154,7 +154,9 @@ def test_all_networks_are_warmed_up_while_it_boots(world: "World", monkeypatch: 
     opened: dict[object, object] = {}
     monkeypatch.setattr("sunset.perception.model._sessions", opened)
     node = world.start(SegmentationNode)
-    world.run(0.1)
+    world.run(0.12)
+    assert (len(world.messages["/diagnostics"]), len(opened)) == (1, 0)  # no heartbeat waits for that
+    world.run(0.4)
     assert len(opened) == len(Modality)
     assert entropies(world) == []
     world.run(node.lifecycle_activation_delay)

@@ -1,7 +1,7 @@
 """The segmentation: runs the network of the fused images' modality."""
 
 from functools import cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from sunset.errors import DataError
 from sunset.faults import FAULTS
@@ -22,6 +22,9 @@ if TYPE_CHECKING:
     from sunset.perception import InferenceCache, Modality, Segmenter
 
 __all__ = ["SegmentationNode"]
+
+_WARM_UP_S: Final = 0.15
+"""Time before each network is run first: heartbeats come every 0.1 s, and the first shall not be late."""
 
 
 class SegmentationNode(AdaptiveNode):
@@ -92,7 +95,7 @@ class SegmentationNode(AdaptiveNode):
         return Segmenter(load_model(self.model), device=self.device, cache=answers)
 
     def _warm_up(self, modalities: "list[Modality]") -> None:
-        """Run networks once each, with time for other callbacks between them."""
+        """Run networks once each, with time for heartbeats before and between them."""
         if not modalities:
             return
 
@@ -100,7 +103,7 @@ class SegmentationNode(AdaptiveNode):
             self._segmenter.warm_up(modalities[0])
             self._warm_up(modalities[1:])
 
-        self.call_later(0.0, run)
+        self.call_later(_WARM_UP_S, run)
 
     def _on_fused(self, message: SensorFusion) -> None:
         if self.cuda_out_of_memory or self.gpu_failure:

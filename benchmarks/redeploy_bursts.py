@@ -139,7 +139,7 @@ def main(bursts: int, busy: int) -> int:
         operator = Operator(inject=False, warm_up_s=0.0, context=system.context)
         system.executor.add_node(operator)
         wait(system, lambda: operator.up, "the system")
-        first = PROCESSES.Process(target=time.time)  # it waits until all is imported that the others need
+        first = PROCESSES.Process(target=list)  # it waits until all is imported that the others need
         first.start()
         first.join()
         stack.enter_context(busy_processes(busy))

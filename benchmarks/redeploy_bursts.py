@@ -35,7 +35,9 @@ from sunset.ros import Context, Node, SingleThreadedExecutor
 from sunset.scenarios import Scenario
 
 PROCESSES = multiprocessing.get_context("forkserver")
-"""Which import nothing when they are needed."""
+PROCESSES.set_forkserver_preload(
+    ["sunset.experiments.live", "sunset.experiments.operator", "sunset.rmw.cyclonedds"]
+)
 AT_ONCE = 3
 ACTIVE = ("camera", "depth", "sensor_fusion", "segmentation")
 DELAYS: dict[str, float] = {node: NODES[node].lifecycle_activation_delay.default for node in ACTIVE}  # type: ignore[attr-defined]

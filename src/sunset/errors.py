@@ -17,9 +17,6 @@ sentence on stderr and exit code 2::
     └── MissingExtraError          an optional dependency that is not installed
 """
 
-import difflib
-from collections.abc import Iterable
-
 from sunset.texts import printable
 
 __all__ = [
@@ -36,8 +33,6 @@ __all__ = [
     "RecordError",
     "ScenarioError",
     "SunsetError",
-    "shorten",
-    "suggestion",
 ]
 
 
@@ -95,22 +90,3 @@ class MissingExtraError(SunsetError):
 
 MALFORMED_YAML = (ArithmeticError, AttributeError, LookupError, RecursionError, ValueError)
 """What PyYAML raises besides its own errors, where a value does not fit its tag or is nested too deeply."""
-
-
-def shorten(text: str, longest: int = 1000) -> str:
-    """Return a text that a message quotes, cut to so many characters: what came over a network may be long.
-
-    >>> shorten("a" * 30, 10)
-    'aaaaaaaaaa…'
-    """
-    return text if len(text) <= longest else f"{text[:longest]}…"
-
-
-def suggestion(name: str, known: Iterable[str]) -> str:
-    """Return the part of a sentence that asks whether a known name was meant; empty if none is like it.
-
-    >>> f"There is no fault 'gpu_failur': {suggestion('gpu_failur', ['gpu_failure'])}choose another one."
-    "There is no fault 'gpu_failur': did you mean 'gpu_failure', or choose another one."
-    """
-    near = difflib.get_close_matches(name, list(known), n=1)
-    return f"did you mean {near[0]!r}, or " if near else ""

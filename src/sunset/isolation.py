@@ -89,7 +89,8 @@ def call_isolated(function: Callable[[Watch], Any], *, limit_s: float) -> Any:
 
     Raises:
         SunsetError: what the function raised, of the same class.
-        ProcessDeath: the process ended by itself, was killed, or passed the limit and was killed for it.
+        ProcessDeath: the process ended by itself, was killed, passed the limit and was killed for it, or took more
+            memory than it may.
         RuntimeError: the function raised anything else; the text is its traceback.
     """
     watch = Watch()
@@ -170,6 +171,8 @@ def _outcome(function: Callable[[Watch], Any], watch: Watch) -> dict[str, object
         # the nearest class that the other side knows
         known = next(kind.__name__ for kind in type(error).__mro__ if kind.__name__ in errors.__all__)
         return {"error": known, "text": str(error)[:_LONGEST]}
+    except MemoryError:
+        return {"death": f"ran out of memory: it may take {_MEMORY >> 30} GiB"}
     except BaseException:  # noqa: BLE001  the other side raises it
         return {"bug": traceback.format_exc()[-_LONGEST:]}
 
@@ -178,6 +181,8 @@ def _result(told: bytes) -> Any:
     outcome = json.loads(told)
     if "error" in outcome:
         raise getattr(errors, outcome["error"])(outcome["text"])
+    if "death" in outcome:
+        raise ProcessDeath(outcome["death"])
     if "bug" in outcome:
         raise RuntimeError(outcome["bug"])
     return outcome["result"]

@@ -1,11 +1,12 @@
 """Text that others wrote, such that it does nothing but stand where it is printed."""
 
 import csv
+import difflib
 import io
 from collections.abc import Iterable
 from typing import Any
 
-__all__ = ["csv_text", "printable", "printable_json"]
+__all__ = ["csv_text", "printable", "printable_json", "shorten", "suggestion"]
 
 
 def printable(text: str) -> str:
@@ -38,6 +39,25 @@ def printable_json(value: Any) -> Any:
         case dict():
             return {printable(key): printable_json(item) for key, item in value.items()}
     return value
+
+
+def shorten(text: str, longest: int = 1000) -> str:
+    """Return a text that a message quotes, cut to so many characters: what came over a network may be long.
+
+    >>> shorten("a" * 30, 10)
+    'aaaaaaaaaa…'
+    """
+    return text if len(text) <= longest else f"{text[:longest]}…"
+
+
+def suggestion(name: str, known: Iterable[str]) -> str:
+    """Return the part of a sentence that asks whether a known name was meant; empty if none is like it.
+
+    >>> f"There is no fault 'gpu_failur': {suggestion('gpu_failur', ['gpu_failure'])}choose another one."
+    "There is no fault 'gpu_failur': did you mean 'gpu_failure', or choose another one."
+    """
+    near = difflib.get_close_matches(name, list(known), n=1)
+    return f"did you mean {near[0]!r}, or " if near else ""
 
 
 def csv_text(rows: Iterable[Iterable[object]]) -> str:

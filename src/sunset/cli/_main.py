@@ -13,9 +13,10 @@ from types import FrameType
 from typing import Final, NoReturn
 
 from sunset import __version__
-from sunset.errors import SunsetError, suggestion
+from sunset.errors import SunsetError
 from sunset.forks import node_server
 from sunset.shortage import shortage
+from sunset.texts import suggestion
 
 __all__ = ["EXIT_BAD_INPUT", "EXIT_INTERRUPTED", "main", "make_parser"]
 

@@ -3,7 +3,6 @@
 from collections.abc import Callable, Sequence
 from typing import Any, Protocol
 
-from sunset.errors import shorten
 from sunset.interfaces.lifecycle_msgs.msg import Transition
 from sunset.interfaces.lifecycle_msgs.srv import ChangeState
 from sunset.interfaces.system_interfaces.srv import Redeploy
@@ -12,6 +11,7 @@ from sunset.ros.client import Client
 from sunset.ros.context import Context
 from sunset.ros.node import Node
 from sunset.ros.timer import Timer
+from sunset.texts import shorten
 
 __all__ = ["Launcher", "ProcessHost"]
 

@@ -6,7 +6,6 @@ It listens at the middleware, not at any node: what a managing system says of it
 from types import MappingProxyType
 from typing import Final, Protocol
 
-from sunset.errors import shorten
 from sunset.experiments.graph import MANAGED_NODES, MANAGER_PROCESS, SYSTEM_NODES
 from sunset.faults import FAULTS
 from sunset.interfaces import Message
@@ -27,6 +26,7 @@ from sunset.rmw.port import EndpointKind, RequestId
 from sunset.rmw.tap import Tap
 from sunset.ros.exceptions import InvalidParameterTypeException
 from sunset.ros.parameter import parameter_value_to_python
+from sunset.texts import shorten
 
 __all__ = ["COMMANDS_TOPIC", "OFF_LIMITS_TOPICS", "Observer", "Sink"]
 

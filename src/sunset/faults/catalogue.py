@@ -11,8 +11,9 @@ from enum import StrEnum
 from types import MappingProxyType
 from typing import Final
 
-from sunset.errors import ScenarioError, suggestion
+from sunset.errors import ScenarioError
 from sunset.faults.degradations import DEPTH_DEGRADATION_RANGE, IMAGE_DEGRADATION_RANGE
+from sunset.texts import suggestion
 
 __all__ = [
     "ADAPTATIONS",

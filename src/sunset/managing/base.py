@@ -4,7 +4,6 @@ from collections.abc import Callable, Sequence
 from inspect import iscoroutine
 from typing import TYPE_CHECKING, Any, ClassVar, cast
 
-from sunset.errors import shorten
 from sunset.interfaces.lifecycle_msgs.msg import Transition
 from sunset.interfaces.lifecycle_msgs.srv import ChangeState
 from sunset.interfaces.rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor
@@ -16,6 +15,7 @@ from sunset.ros.context import Context
 from sunset.ros.node import Node
 from sunset.ros.parameter import Parameter
 from sunset.ros.task import Future
+from sunset.texts import shorten
 
 if TYPE_CHECKING:
     from sunset.ros.client import Client

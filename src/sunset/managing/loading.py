@@ -12,10 +12,11 @@ from pathlib import Path
 from types import MappingProxyType, ModuleType
 from typing import Final
 
-from sunset.errors import ManagerError, suggestion
+from sunset.errors import ManagerError
 from sunset.managing.base import ManagingSystem
 from sunset.managing.baseline import Baseline
 from sunset.managing.none import NoAdaptation
+from sunset.texts import suggestion
 
 __all__ = ["MANAGERS", "checksum", "load_manager", "manager_sources", "split_label"]
 

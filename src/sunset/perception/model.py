@@ -6,11 +6,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
-from sunset.errors import ModelError, suggestion
+from sunset.errors import ModelError
 from sunset.input_files import read_bytes
 from sunset.perception.card import CARD_NAME, ModelCard
 from sunset.perception.engine import open_session
 from sunset.perception.modality import Modality
+from sunset.texts import suggestion
 
 __all__ = ["Model", "list_models", "load_model"]
 

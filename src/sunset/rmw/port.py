@@ -15,9 +15,10 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import NamedTuple
 
-from sunset.errors import MiddlewareError, shorten
+from sunset.errors import MiddlewareError
 from sunset.interfaces import Message, Service
 from sunset.rmw.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy, incompatibility
+from sunset.texts import shorten
 
 __all__ = [
     "CallbackError",

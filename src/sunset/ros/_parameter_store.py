@@ -3,7 +3,6 @@
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 
-from sunset.errors import shorten
 from sunset.interfaces.rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
 from sunset.ros._parameter_checks import refusal
 from sunset.ros.exceptions import (
@@ -16,6 +15,7 @@ from sunset.ros.exceptions import (
 )
 from sunset.ros.names import validate_parameter_name
 from sunset.ros.parameter import Parameter
+from sunset.texts import shorten
 
 __all__ = ["Changes", "ParameterStore", "PostSetCallback", "SetCallback"]
 

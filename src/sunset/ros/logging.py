@@ -7,7 +7,7 @@ from pathlib import PurePath
 from types import FrameType
 from typing import Final, Protocol, TypedDict, Unpack
 
-from sunset.errors import shorten
+from sunset.texts import shorten
 
 __all__ = ["LogOptions", "LogRecord", "LogSink", "Logger", "LoggingSeverity"]
 

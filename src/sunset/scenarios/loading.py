@@ -6,13 +6,14 @@ from typing import Final
 
 import yaml
 
-from sunset.errors import MALFORMED_YAML, ScenarioError, suggestion
+from sunset.errors import MALFORMED_YAML, ScenarioError
 from sunset.faults import FAULTS, Value
 from sunset.input_files import read_bytes
 from sunset.scenarios._document import Document, Item, is_ambiguous
 from sunset.scenarios._published import IGNORED_KEYS, REQUIRED_KEYS, translate
 from sunset.scenarios.schema import Scenario, ScenarioFault
 from sunset.scenarios.suites import scenario_names, suite, suite_names
+from sunset.texts import suggestion
 
 __all__ = ["generate", "load_scenario", "load_suite", "parse_scenario"]
 

@@ -5,9 +5,10 @@ from itertools import combinations
 from types import MappingProxyType
 from typing import Final
 
-from sunset.errors import ScenarioError, suggestion
+from sunset.errors import ScenarioError
 from sunset.faults import EXCLUSIVE, FAULTS
 from sunset.scenarios.schema import Scenario, ScenarioFault
+from sunset.texts import suggestion
 
 __all__ = ["scenario_names", "suite", "suite_names", "suite_of"]
 

@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import Final
 
 from sunset.errors import DataError, OutputError
+from sunset.input_files import open_regular
 
 __all__ = ["STORAGES", "check_bag_path", "check_uri"]
 
@@ -70,8 +71,11 @@ def _check_closed(file: Path) -> None:
 
 def _check_whole(file: Path) -> None:
     """Check that a file of sqlite3's is as long as it says; sqlite3 misses the end only where it looks for it."""
-    with file.open("rb") as opened:
-        header = opened.read(_HEADER_BYTES)
+    try:
+        with open_regular(file) as opened:
+            header = opened.read(_HEADER_BYTES)
+    except OSError as error:
+        raise DataError(f"The bag {file} cannot be read: {error.strerror}.") from error
     if header[24:28] != header[92:96]:
         return  # written by a version that does not keep its number of pages
     page, pages = int.from_bytes(header[16:18]), int.from_bytes(header[28:32])

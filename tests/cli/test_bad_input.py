@@ -136,7 +136,7 @@ MANAGERS: dict[str, tuple[str, str]] = {
             "from sunset.managing import ManagingSystem\nclass Mine(ManagingSystem):\n"
             "    def on_start(self):\n        while True: pass\n    def adapt(self, symptoms): pass"
         ),
-        "cannot be made: it did not return within 1 s (mine.py, line 4, in on_start)",
+        "it did not return within 1 s (mine.py, line 4, in on_start)",
     ),
     "hangs": (
         (

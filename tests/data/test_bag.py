@@ -660,7 +660,7 @@ def test_a_file_that_lacks_its_end_is_refused_although_no_message_is_in_it(tmp_p
         base.execute("CREATE TABLE made_last (a)")
     path.write_bytes(path.read_bytes()[:-1])
     with pytest.raises(
-        DataError, match=r"bag\.db3 cannot be read: it is cut off after [\d,]+ of [\d,]+ bytes"
+        DataError, match=r"cannot be read as a rosbag2: bag\.db3 is cut off after [\d,]+ of [\d,]+ bytes"
     ):
         read_bag(path)
 

@@ -42,7 +42,7 @@ def check_bag_path(path: Path) -> None:
         if file.suffix == ".db3":
             check_uri(file, DataError)
             _check_closed(file)
-            _check_whole(file)
+            _check_whole(file, path)
 
 
 def check_uri(path: Path, error: type[DataError | OutputError]) -> None:
@@ -69,19 +69,19 @@ def _check_closed(file: Path) -> None:
         )
 
 
-def _check_whole(file: Path) -> None:
+def _check_whole(file: Path, bag: Path) -> None:
     """Check that a file of sqlite3's is as long as it says; sqlite3 misses the end only where it looks for it."""
     try:
         with open_regular(file) as opened:
             header = opened.read(_HEADER_BYTES)
     except OSError as error:
-        raise DataError(f"The bag {file} cannot be read: {error.strerror}.") from error
+        raise DataError(f"The bag {bag} cannot be read: {error.strerror}.") from error
     if header[24:28] != header[92:96]:
         return  # written by a version that does not keep its number of pages
     page, pages = int.from_bytes(header[16:18]), int.from_bytes(header[28:32])
     expected, got = (_LARGEST_PAGE if page == 1 else page) * pages, file.stat().st_size
     if got < expected:
         raise DataError(
-            f"The bag {file} cannot be read: it is cut off after {got:,} of {expected:,} bytes; copy or "
-            "record it again."
+            f"The bag {bag} cannot be read as a rosbag2: {file.name} is cut off after {got:,} of {expected:,} bytes; "
+            "record, copy or import it again."
         )

@@ -2,6 +2,9 @@ import ctypes
 import os
 import re
 import signal
+import stat
+import subprocess
+import sys
 import threading
 import time
 from collections.abc import Callable
@@ -11,7 +14,7 @@ from pathlib import Path
 import pytest
 
 from sunset.errors import ModelError
-from sunset.isolation import ProcessDeath, Watch, call_isolated
+from sunset.isolation import ProcessDeath, UnexpectedError, Watch, call_isolated
 
 
 class _UnknownError(ModelError):
@@ -69,13 +72,13 @@ def test_an_error_of_ours_comes_back_as_the_class_that_both_sides_know() -> None
 
 
 def test_any_other_exception_comes_back_with_its_traceback() -> None:
-    with pytest.raises(RuntimeError, match=r"in _raise\n(.*\n)*KeyError: 'what'"):
+    with pytest.raises(UnexpectedError, match=r"in _raise\n(.*\n)*KeyError: 'what'"):
         call_isolated(lambda _: _raise(KeyError("what")), limit_s=5)
 
 
 def test_a_long_error_comes_back_shortened() -> None:
-    with pytest.raises(ModelError, match=r"^ä{8000}$"):
-        call_isolated(lambda _: _raise(ModelError("ä" * 100_000)), limit_s=5)
+    with pytest.raises(ModelError, match=r"^😀{4000}…$"):
+        call_isolated(lambda _: _raise(ModelError("😀" * 100_000)), limit_s=5)
 
 
 @pytest.mark.parametrize(
@@ -84,6 +87,8 @@ def test_a_long_error_comes_back_shortened() -> None:
         (lambda _: os._exit(0), "ended its process with exit code 0"),
         (lambda _: os._exit(3), "ended its process with exit code 3"),
         (lambda _: os.closerange(3, 1000), "ended its process with exit code 1"),
+        (lambda _: object(), "ended its process with exit code 1"),
+        (lambda _: os.kill(os.getpid(), 40), "ended its process by signal 40"),
         (lambda _: ctypes.string_at(0), "ended its process by SIGSEGV"),
         (_die_of_its_own_timer, "ended its process by SIGALRM"),
     ],
@@ -114,6 +119,77 @@ def test_the_limit_is_one_of_calls_under_the_watch_only() -> None:
         return "done"
 
     assert call_isolated(sleep_twice, limit_s=0.25) == "done"
+
+
+def test_a_call_that_hangs_outside_of_the_watch_is_ended_too(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("sunset.isolation._STILL_S", 0.2)
+
+    with pytest.raises(ProcessDeath, match=r"^did nothing for 0.2 s$"):
+        call_isolated(_hang, limit_s=0.1)
+
+
+def test_a_call_within_a_call_does_not_end_the_watch() -> None:
+    def call_and_hang(watch: Watch) -> None:
+        watch.call(lambda: None)
+        _hang(watch)
+
+    with pytest.raises(ProcessDeath, match=r"^did not return within 0.1 s$"):
+        call_isolated(lambda watch: watch.call(lambda: call_and_hang(watch)), limit_s=0.1)
+
+
+def test_a_call_that_returns_while_it_is_ended_has_passed_its_limit() -> None:
+    def be_late(watch: Watch) -> str:
+        signal.signal(signal.SIGABRT, signal.SIG_IGN)
+        watch.call(lambda: time.sleep(0.3))  # noqa: TID251
+        return "done"
+
+    with pytest.raises(ProcessDeath, match=r"^did not return within 0.1 s$"):
+        call_isolated(be_late, limit_s=0.1)
+
+
+def test_closed_streams_are_no_failure() -> None:
+    assert call_isolated(lambda _: [sys.stdout.close(), sys.stderr.close()], limit_s=5) == [None, None]
+
+
+def test_what_is_written_to_stdout_goes_to_stderr(capfd: pytest.CaptureFixture[str]) -> None:
+    call_isolated(lambda _: os.system("echo said"), limit_s=5)  # noqa: S605, S607
+
+    assert capfd.readouterr() == ("", "said\n")
+
+
+def test_pipes_of_the_caller_are_closed() -> None:
+    ours, theirs = os.pipe()
+
+    def write(_: Watch) -> str:
+        try:
+            os.write(theirs, b"x")
+        except OSError as error:
+            return str(error.strerror)
+        return "written"
+
+    assert call_isolated(write, limit_s=5) == "Bad file descriptor"
+    os.close(ours)
+    os.close(theirs)
+
+
+def test_what_a_call_has_started_ends_with_it() -> None:
+    pid = call_isolated(lambda _: subprocess.Popen(["/bin/sleep", "60"]).pid, limit_s=5)
+
+    deadline = time.monotonic() + 5
+    while _is_running(pid) and time.monotonic() < deadline:
+        time.sleep(0.01)  # noqa: TID251  another process's end is waited for
+    assert not _is_running(pid)
+
+
+def test_an_answer_that_cannot_be_read_is_told_of() -> None:
+    def tamper(_: Watch) -> None:
+        for number in range(3, 1000):
+            with suppress(OSError):
+                if stat.S_ISFIFO(os.fstat(number).st_mode):
+                    os.write(number, b"x")
+
+    with pytest.raises(ProcessDeath, match=r"^ended its process without an answer that can be read$"):
+        call_isolated(tamper, limit_s=5)
 
 
 def test_threads_do_not_keep_a_process_from_ending() -> None:

@@ -11,6 +11,7 @@ import os
 import re
 import resource
 import signal
+import stat
 import sys
 import time
 import traceback
@@ -23,21 +24,24 @@ from typing import Any, Final, NoReturn, TypeVar
 from sunset import errors
 from sunset.errors import SunsetError
 from sunset.forks import signal_after_parent
+from sunset.texts import shorten
 
-__all__ = ["ProcessDeath", "Watch", "call_isolated"]
+__all__ = ["ProcessDeath", "UnexpectedError", "Watch", "call_isolated"]
 
 T = TypeVar("T")
 
 _POLL_S: Final = 0.005
 _GRACE_S: Final = 1.0
 """From the signal that lets a process say where it hangs to the one that it cannot refuse."""
+_STILL_S: Final = 60.0
+"""A process that is not in a call under the watch and has shown no sign of life for so long hangs too."""
 
 _MEMORY: Final = 4 << 30
-"""How much address space the process may take beyond its caller's, in bytes."""
+"""How much memory the process may take beyond its caller's, in bytes."""
 
 _CAPACITY: Final = 1 << 16
-_LONGEST: Final = 8000
-"""Of a text in an answer, in characters; JSON may take six bytes for one."""
+_LONGEST: Final = 4000
+"""Of a text in an answer, in characters; JSON may take twelve bytes for one."""
 
 _FRAME: Final = re.compile(r'File "(?P<file>[^"]+)", line (?P<line>\d+) in (?P<function>\S+)')
 
@@ -56,42 +60,58 @@ class ProcessDeath(Exception):  # noqa: N818  not every death is an error
         self.frames = frames
 
 
+class UnexpectedError(Exception):
+    """The call raised what is no `SunsetError`; the text is its traceback."""
+
+
 class Watch:
-    """What the process tells its caller's clock: since when code runs that may hang."""
+    """What the process tells its caller's clock: since when code runs that may hang, and when it last did anything."""
 
     def __init__(self) -> None:
-        self._since = memoryview(mmap.mmap(-1, mmap.PAGESIZE)).cast("q")
+        self._times = memoryview(mmap.mmap(-1, mmap.PAGESIZE)).cast("q")
+        self.tick()
+
+    def tick(self) -> None:
+        """Show a sign of life."""
+        self._times[1] = time.monotonic_ns()
 
     def call(self, function: Callable[[], T]) -> T:
         """Call a function that may hang, or fork; a process that it forks ends when the function does."""
-        process = os.getpid()
-        self._since[0] = time.monotonic_ns()
+        process, outer = os.getpid(), self._times[0]
+        self._times[0] = time.monotonic_ns()
         try:
             return function()
         finally:
             if os.getpid() != process:
                 os._exit(0)
-            self._since[0] = 0
+            self.tick()
+            self._times[0] = outer
 
-    @property
-    def seconds(self) -> float:
-        """How long the present call has been running; 0 if there is none."""
-        since = self._since[0]
-        return (time.monotonic_ns() - since) / 1e9 if since else 0.0
+    def passed(self, limit_s: float) -> str:
+        """Return which limit the process has passed, as the end of a sentence; empty if it has passed none."""
+        since, last = self._times[0], self._times[1]
+        now = time.monotonic_ns()
+        if since:
+            return f"did not return within {limit_s:g} s" if now - since > limit_s * 1e9 else ""
+        still_s = max(limit_s, _STILL_S)
+        return f"did nothing for {still_s:g} s" if now - last > still_s * 1e9 else ""
 
 
 def call_isolated(function: Callable[[Watch], Any], *, limit_s: float) -> Any:
     """Call a function in a process of its own, and return what it returns.
 
+    What the process has started and left running is ended with it, but for what made itself a session of its own.
+
     Args:
-        function: gets a `Watch`, and returns what JSON can hold. It ignores interrupts, for its caller has them.
+        function: gets a `Watch`, and returns what JSON can hold. It ignores interrupts, for its caller has them, and
+            what it prints goes to stderr.
         limit_s: seconds of wall time that each call under the watch may take.
 
     Raises:
         SunsetError: what the function raised, of the same class.
         ProcessDeath: the process ended by itself, was killed, passed the limit and was killed for it, or took more
             memory than it may.
-        RuntimeError: the function raised anything else; the text is its traceback.
+        UnexpectedError: the function raised anything else.
     """
     watch = Watch()
     answer, frames = _Pipe(), _Pipe()
@@ -105,13 +125,12 @@ def call_isolated(function: Callable[[Watch], Any], *, limit_s: float) -> Any:
         if pid == 0:
             _serve(function, watch, answer, frames)
         code, hung = _await_end(pid, watch, limit_s)
+        if hung:
+            raise ProcessDeath(hung, _find_frames(frames.read()))
         told = answer.read()
-        if code == 0 and told and not hung:
-            return _result(told)
-        raise ProcessDeath(
-            f"did not return within {limit_s:g} s" if hung else _describe_end(code),
-            _find_frames(frames.read()),
-        )
+        if code or not told:
+            raise ProcessDeath(_describe_end(code), _find_frames(frames.read()))
+        return _result(told)
 
 
 class _Pipe:
@@ -136,85 +155,110 @@ class _Pipe:
 
 def _serve(function: Callable[[Watch], Any], watch: Watch, answer: _Pipe, frames: _Pipe) -> NoReturn:
     """Call the function, write its answer, and end this process: neither threads nor handlers keep it."""
-    code = 1
+    process, code = os.getpid(), 1
     try:
-        _set_up(frames)
-        told = json.dumps(_outcome(function, watch)).encode()
-        sys.stdout.flush()
-        sys.stderr.flush()
-        os.write(answer.writer, told)
+        told = json.dumps(_outcome(function, watch, {answer.writer, frames.writer}, frames.writer)).encode()
+        for stream in (sys.stdout, sys.stderr):
+            with suppress(Exception):  # who closes them gets nothing more to see
+                stream.flush()
+        if os.getpid() == process:  # else it was forked outside of the watch, and has nothing to answer
+            os.write(answer.writer, told)
         code = 0
     finally:
         os._exit(code)
 
 
-def _set_up(frames: _Pipe) -> None:
+def _set_up(kept: set[int], frames: int) -> None:
+    """Make this process one that its caller can end, and that has nothing of its caller's to talk through."""
+    os.setsid()
     signal_after_parent(signal.SIGKILL)
     os.register_at_fork(after_in_child=lambda: signal_after_parent(signal.SIGKILL))
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     for number in (signal.SIGTERM, signal.SIGHUP, signal.SIGALRM):
         signal.signal(number, signal.SIG_DFL)
+    os.dup2(2, 1)
+    for name in list(Path("/dev/fd").iterdir()):
+        opened = int(name.name)
+        with suppress(OSError):  # the one of the list itself is closed already
+            mode = os.fstat(opened).st_mode
+            if opened > 2 and opened not in kept and (stat.S_ISFIFO(mode) or stat.S_ISSOCK(mode)):  # noqa: PLR2004
+                os.close(opened)
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     size = Path("/proc/self/statm")
     if size.exists():  # where the system tells how much it is now
-        limit = int(size.read_text(encoding="ascii").split()[0]) * resource.getpagesize() + _MEMORY
-        _, most = resource.getrlimit(resource.RLIMIT_AS)
+        limit = int(size.read_text(encoding="ascii").split()[5]) * resource.getpagesize() + _MEMORY
+        _, most = resource.getrlimit(resource.RLIMIT_DATA)
         limit = limit if most == resource.RLIM_INFINITY else min(limit, most)
-        resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
-    faulthandler.enable(frames.writer, all_threads=False)
+        resource.setrlimit(resource.RLIMIT_DATA, (limit, limit))
+    faulthandler.enable(frames, all_threads=False)
 
 
-def _outcome(function: Callable[[Watch], Any], watch: Watch) -> dict[str, object]:
+def _outcome(
+    function: Callable[[Watch], Any], watch: Watch, kept: set[int], frames: int
+) -> dict[str, object]:
     try:
+        _set_up(kept, frames)
         return {"result": function(watch)}
     except SunsetError as error:
         # the nearest class that the other side knows
-        known = next(kind.__name__ for kind in type(error).__mro__ if kind.__name__ in errors.__all__)
-        return {"error": known, "text": str(error)[:_LONGEST]}
+        known = next(kind.__name__ for kind in type(error).__mro__ if _class_of_ours(kind.__name__))
+        return {"error": known, "text": shorten(str(error), _LONGEST)}
     except MemoryError:
         return {"death": f"ran out of memory: it may take {_MEMORY >> 30} GiB"}
     except BaseException:  # noqa: BLE001  the other side raises it
         return {"bug": traceback.format_exc()[-_LONGEST:]}
 
 
+def _class_of_ours(name: str) -> type[SunsetError] | None:
+    found = getattr(errors, name, None)
+    return found if isinstance(found, type) and issubclass(found, SunsetError) else None
+
+
 def _result(told: bytes) -> Any:
-    outcome = json.loads(told)
-    if "error" in outcome:
-        raise getattr(errors, outcome["error"])(outcome["text"])
+    """Return what a process answered, or raise it; it may have been tampered with."""
+    try:
+        outcome = dict(json.loads(told))
+    except (TypeError, ValueError, RecursionError) as error:
+        raise ProcessDeath("ended its process without an answer that can be read") from error
+    if kind := _class_of_ours(str(outcome.get("error"))):
+        raise kind(str(outcome.get("text")))
     if "death" in outcome:
-        raise ProcessDeath(outcome["death"])
-    if "bug" in outcome:
-        raise RuntimeError(outcome["bug"])
+        raise ProcessDeath(str(outcome["death"]))
+    if "result" not in outcome:
+        raise UnexpectedError(str(outcome.get("bug")))
     return outcome["result"]
 
 
-def _await_end(pid: int, watch: Watch, limit_s: float) -> tuple[int, bool]:
-    """Wait for a process, and end it if it passes the limit; return its exit code and whether it did."""
-    hung = ended = False
+def _await_end(pid: int, watch: Watch, limit_s: float) -> tuple[int, str]:
+    """Wait for a process, and end it if it passes a limit; return its exit code and which one, if so.
+
+    The rest of its process group ends with it.
+    """
+    hung, grace_over = "", 0.0
     try:
-        while True:
-            done, status = os.waitpid(pid, os.WNOHANG)
-            if done:
-                ended = True
-                return os.waitstatus_to_exitcode(status), hung
-            over_s = watch.seconds - limit_s
-            if over_s > _GRACE_S:
-                os.kill(pid, signal.SIGKILL)
-            elif over_s > 0 and not hung:
-                hung = True
+        while not os.waitid(os.P_PID, pid, os.WEXITED | os.WNOHANG | os.WNOWAIT):
+            if hung:
+                if time.monotonic() > grace_over:
+                    os.kill(pid, signal.SIGKILL)
+            elif hung := watch.passed(limit_s):
+                grace_over = time.monotonic() + _GRACE_S
                 os.kill(pid, signal.SIGABRT)  # its faulthandler tells where it is
             time.sleep(_POLL_S)  # noqa: TID251  another process's end is waited for
     finally:
-        if not ended:
-            with suppress(ProcessLookupError):
-                os.kill(pid, signal.SIGKILL)
-                os.waitpid(pid, 0)
+        for end in (os.killpg, os.kill):  # the group, and the process if it has not made one yet
+            with suppress(ProcessLookupError, PermissionError):
+                end(pid, signal.SIGKILL)
+        _, status = os.waitpid(pid, 0)
+    return os.waitstatus_to_exitcode(status), hung
 
 
 def _describe_end(code: int) -> str:
     if code >= 0:
         return f"ended its process with exit code {code}"
-    return f"ended its process by {signal.Signals(-code).name}"
+    try:
+        return f"ended its process by {signal.Signals(-code).name}"
+    except ValueError:  # those of real time have no names
+        return f"ended its process by signal {-code}"
 
 
 def _find_frames(told: bytes) -> tuple[tuple[str, int, str], ...]:

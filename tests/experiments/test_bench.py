@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from sunset.errors import InvalidInputError, ManagerError, OutputError
+from sunset.errors import InvalidInputError, OutputError
 from sunset.evaluation import render_report
 from sunset.experiments import BenchSpec, Timing, bench, plan, run_folder
 from sunset.recording import read_run
@@ -182,15 +182,25 @@ class Mine(NoAdaptation):
 """
 
 
-def test_a_managing_system_that_is_changed_while_it_is_flown_ends_the_campaign(tmp_path: Path) -> None:
+def test_a_managing_system_that_is_changed_while_it_is_flown_fails(tmp_path: Path) -> None:
     file = tmp_path / "mine.py"
     file.write_text(EDITED)
-    spec = BenchSpec(suite="nofault", managers=(f"{file}:Mine",), references=False, repetitions=2)
+    spec = BenchSpec(
+        suite="nofault",
+        managers=(f"{file}:Mine", "none"),
+        references=False,
+        repetitions=2,
+        timing=Timing(duration_s=2.0),
+    )
 
-    with pytest.raises(ManagerError, match=r"mine\.py:Mine was changed while it was flown"):
-        bench(spec, tmp_path / "out", jobs=1)
+    assert bench(spec, tmp_path / "out", jobs=1) == 4
 
-    assert not list((tmp_path / "out").rglob("run.json"))
+    rows = json.loads(render_report(tmp_path / "out", "json"))["rows"]
+    assert [(row["manager"], row["runs"], row["runs_failed"]) for row in rows] == [
+        ("none", 2, 0),
+        (f"{file}:Mine", 0, 2),
+    ]
+    assert all("was changed while it was flown" in run["reason"] for run in rows[1]["invalid"])
 
 
 def test_a_campaign_is_not_continued_with_a_managing_system_that_was_rewritten(tmp_path: Path) -> None:
@@ -284,8 +294,11 @@ TROUBLEMAKERS = {
     "Exits": r"it raised SystemExit: enough \(troublemakers.py, line \d+, in adapt\)",
     "EndsItsProcess": r"it ended its process with exit code 0",
     "Hangs": r"it did not return within 1 s \(troublemakers.py, line \d+, in adapt\)",
-    "Patches": r"The run failed with ZeroDivisionError: patched",
+    "Patches": r"it raised ZeroDivisionError: patched|it ended in .*ZeroDivisionError: patched",
 }
+
+
+HARMLESS = ("Forks", "Moves", "Poisons")
 
 
 def test_nothing_that_a_managing_system_does_ends_a_campaign_or_shows_in_the_runs_of_others(
@@ -294,14 +307,14 @@ def test_nothing_that_a_managing_system_does_ends_a_campaign_or_shows_in_the_run
     file = Path(__file__).with_name("troublemakers.py")
     spec = BenchSpec(
         suite="nofault",
-        managers=(*(f"{file}:{name}" for name in (*TROUBLEMAKERS, "Forks")), "baseline"),
+        managers=(*(f"{file}:{name}" for name in (*TROUBLEMAKERS, *HARMLESS)), "baseline"),
         references=False,
         repetitions=2,
         timing=Timing(duration_s=2.0),
         manager_limit_s=1.0,
     )
 
-    assert bench(spec, tmp_path / "out", jobs=1) == 18
+    assert bench(spec, tmp_path / "out", jobs=1) == 22
     assert bench(replace(spec, managers=("baseline",)), tmp_path / "alone", jobs=1) == 2
 
     rows = {row["system"]: row for row in json.loads(render_report(tmp_path / "out", "json"))["rows"]}
@@ -313,7 +326,7 @@ def test_nothing_that_a_managing_system_does_ends_a_campaign_or_shows_in_the_run
             assert re.search(reason, run["reason"])
     for row in rows.values():  # a forked copy goes nowhere, and the baseline is the baseline
         assert (row["runs"], row["runs_failed"]) == (2, 0)
-    assert len(rows) == 2
+    assert len(rows) == 4
     alone = _content(tmp_path / "alone" / "runs")
     assert alone
     together = _content(tmp_path / "out" / "runs")

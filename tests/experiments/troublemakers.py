@@ -3,9 +3,13 @@
 import os
 import sys
 from contextlib import suppress
+from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from sunset.managing import ManagingSystem, NoAdaptation, Symptoms
+from sunset.perception import Segmentation, Segmenter
 
 
 class RaisesInConstructor(NoAdaptation):
@@ -55,3 +59,30 @@ class Patches(NoAdaptation):
 
         for name in ("sunset.metrics.score", "sunset.experiments.run"):
             vars(sys.modules[name])["score"] = flatter
+        vars(sys.modules["sunset.experiments.observer"])["_command_of"] = flatter
+
+
+class Poisons(NoAdaptation):
+    """Lets every network answer nonsense, in the hope that others look it up."""
+
+    def on_start(self) -> None:
+        def answer(segmenter: Segmenter, *_: object) -> Segmentation:
+            size = (segmenter.model.card.height, segmenter.model.card.width)
+            return Segmentation(np.zeros(size, np.uint8), 0.9)
+
+        vars(sys.modules["sunset.perception.segmenter"])["Segmenter"]._infer = answer
+
+
+class Moves(NoAdaptation):
+    """Works in another folder."""
+
+    def on_start(self) -> None:
+        os.chdir("/")
+
+
+class ChangesItself(NoAdaptation):
+    """Writes into its own file, which is only a copy of this one in some test."""
+
+    def on_start(self) -> None:
+        with Path(__file__).open("a", encoding="utf-8") as file:
+            file.write("# another line\n")

@@ -7,7 +7,6 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field
-from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
@@ -31,6 +30,7 @@ REFERENCE_SUITES: Final = ("nofault", "degraded")
 
 _PLAN_FILE: Final = "bench.json"
 _LOCK_FILE: Final = ".lock"
+_LONGEST_SLUG: Final = 100
 
 Progress = Callable[[int, int], None]
 """Called with (runs that are done, runs in all), first with those that an earlier call had done."""
@@ -207,36 +207,15 @@ def _run_all(flights: Sequence[tuple[RunSpec, Path, str | None]], jobs: int) -> 
     """Fly all runs, each into its folder, with the managing system's checksum; yield how many are finished, after each.
 
     Simulated ones are flown by other processes, as many at a time as there are jobs.
-
-    Raises:
-        ManagerError: a managing system was changed meanwhile; the runs of the others are finished by then.
     """
-    changed: list[ManagerError] = []
-    finished = 0
-
-    def count(outcome: Callable[[], None]) -> int:
-        try:
-            outcome()
-        except ManagerError as error:
-            changed.append(error)
-        return finished + 1
-
     if flights[0][0].live and jobs == 1:
-        for flight in flights:
-            finished = count(partial(_fly, *flight))
-            yield finished
-    else:
-        for future in _submit_all(flights, jobs):
-            finished = count(future.result)
-            yield finished
-    if changed:
-        raise changed[0]
-
-
-def _submit_all(flights: Sequence[tuple[RunSpec, Path, str | None]], jobs: int) -> Iterator[Future[None]]:
-    """Let worker processes fly; give the runs that have ended, in the order of their ends."""
+        for count, flight in enumerate(flights, 1):
+            _fly(*flight)
+            yield count
+        return
     waiting = iter(flights)
     pending: set[Future[None]] = set()
+    finished = 0
     with worker_pool(jobs) as pool:
         while True:
             for one in waiting:
@@ -246,7 +225,10 @@ def _submit_all(flights: Sequence[tuple[RunSpec, Path, str | None]], jobs: int) 
             if not pending:
                 return
             complete, pending = wait(pending, return_when=FIRST_COMPLETED)
-            yield from complete
+            for future in complete:
+                future.result()
+                finished += 1
+                yield finished
 
 
 def _fly(spec: RunSpec, folder: Path, known: str | None) -> None:
@@ -258,27 +240,14 @@ def _fly(spec: RunSpec, folder: Path, known: str | None) -> None:
         known: the checksum of the managing system's files when the campaign was begun.
 
     Raises:
-        ManagerError: the managing system was changed since.
         SunsetError: the run failed, and no managing system of the user's can be the reason.
     """
     try:
         record(spec, folder, known=known)
-    except (SunsetError, RuntimeError) as error:
-        blameless = spec.manager in MANAGERS
-        if blameless or (spec.live and not isinstance(error, ManagerError)):
+    except SunsetError as error:
+        if spec.manager in MANAGERS or (spec.live and not isinstance(error, ManagerError)):
             raise
-        if manager_checksum(spec.manager, limit_s=spec.manager_limit_s) != known:
-            raise ManagerError(
-                f"The managing system {spec.manager} was changed while it was flown; fly the new one in a new folder."
-            ) from error
-        record_failure(spec, folder, manager_checksum=known or "", reason=_reason(error))
-
-
-def _reason(error: Exception) -> str:
-    """Return why a run failed as one sentence; of an error that nobody raised on purpose, the last line."""
-    if isinstance(error, SunsetError):
-        return str(error)
-    return f"The run failed with {str(error).strip().splitlines()[-1]}."
+        record_failure(spec, folder, manager_checksum=known or "", reason=str(error))
 
 
 def _claim(out: Path, described: dict[str, Any]) -> None:
@@ -289,7 +258,7 @@ def _claim(out: Path, described: dict[str, Any]) -> None:
         return
     try:
         found = dict(json.loads(read_text(file)))
-    except (OSError, TypeError, ValueError) as error:
+    except (OSError, RecursionError, TypeError, ValueError) as error:
         raise InvalidInputError(
             f"The campaign's plan {file} cannot be read ({error}); name a new folder."
         ) from error
@@ -356,5 +325,5 @@ def _checksum(text: str) -> str:
 
 def _slug(text: str) -> str:
     """Return `text` as a folder's name; distinct texts have distinct names."""
-    slug = re.sub(r"[^A-Za-z0-9_+.-]+", "-", text).strip("-.")
+    slug = re.sub(r"[^A-Za-z0-9_+.-]+", "-", text).strip("-.")[:_LONGEST_SLUG]
     return slug if slug == text else f"{slug}-{hashlib.sha256(text.encode()).hexdigest()[:8]}"

@@ -4,21 +4,23 @@ import inspect
 import traceback
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Any
 
 from sunset.errors import ManagerError, ScenarioError, SunsetError
 from sunset.experiments.graph import SYSTEM_NODES
 from sunset.experiments.observer import Observer
 from sunset.experiments.spec import EXTERNAL, RunSpec
-from sunset.isolation import ProcessDeath, Watch, call_isolated
+from sunset.isolation import ProcessDeath, UnexpectedError, Watch, call_isolated
 from sunset.managing import MANAGERS, ManagingSystem, checksum, load_manager, manager_sources
 from sunset.ros import CallbackError, Context, Parameter
+from sunset.texts import shorten
 
 __all__ = [
     "absent",
     "check_injection",
     "check_name",
-    "death_error",
     "failure",
+    "isolate",
     "manager_checksum",
     "manager_factory",
 ]
@@ -57,19 +59,41 @@ def manager_checksum(manager: str, *, limit_s: float) -> str:
     """
 
     def load(watch: Watch) -> str:
-        made = watch.call(lambda: load_manager(manager))
-        check_name(f"/{made.node_name}", manager)
-        return checksum(manager_sources(manager, made))
+        def look() -> str:
+            made = load_manager(manager)
+            check_name(f"/{made.node_name}", manager)
+            return checksum(manager_sources(manager, made))
 
-    if manager == EXTERNAL:
-        return ""
+        return watch.call(look)
+
+    return "" if manager == EXTERNAL else str(isolate(manager, "cannot be loaded", load, limit_s=limit_s))
+
+
+def isolate(manager: str, what: str, function: Callable[[Watch], Any], *, limit_s: float) -> Any:
+    """Call a function in which a managing system runs in a process of its own, and return what it returns.
+
+    Args:
+        manager: the managing system's name, as of `load_manager`.
+        what: what it did not do if the call fails, such as `cannot be loaded`.
+        function: as of `call_isolated`.
+        limit_s: as of `call_isolated`.
+
+    Raises:
+        ManagerError: it raised, hung, or ended its process.
+        SunsetError: what the function raised.
+    """
     try:
-        return str(call_isolated(load, limit_s=limit_s))
+        return call_isolated(function, limit_s=limit_s)
     except ProcessDeath as death:
-        raise death_error(manager, "cannot be loaded", death) from death
+        raise _death_error(manager, what, death) from death
+    except UnexpectedError as error:
+        if manager in MANAGERS:
+            raise
+        last = (str(error).strip().splitlines() or ["an error without a text"])[-1]
+        raise ManagerError(f"The managing system {manager} {what}: it ended in {shorten(last)}.") from error
 
 
-def death_error(manager: str, what: str, death: ProcessDeath) -> SunsetError:
+def _death_error(manager: str, what: str, death: ProcessDeath) -> SunsetError:
     """Return what a user is told when the process of a managing system ended.
 
     Args:
@@ -155,7 +179,7 @@ def failure(spec: RunSpec, manager: ManagingSystem, error: BaseException) -> Man
 
 def _described(error: BaseException) -> str:
     try:
-        text = str(error).rstrip(".")
+        text = shorten(str(error).rstrip("."))
     except Exception:  # noqa: BLE001  a class of the user's, whose text is a mistake of its own
         text = ""
     return ": ".join(filter(None, (type(error).__name__, text)))

@@ -2,7 +2,7 @@
 
 import hashlib
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache, lru_cache
 from pathlib import Path
 
@@ -10,9 +10,10 @@ from sunset.data import BagReader, cache_folder, default_flight, read_bag
 from sunset.errors import DataError, ModelError
 from sunset.experiments.spec import RunSpec
 from sunset.input_files import file_digest
+from sunset.managing import MANAGERS
 from sunset.perception import InferenceCache, Modality, Model, Segmenter, load_model
 
-__all__ = ["Resources", "find_resources", "missing_networks"]
+__all__ = ["Resources", "find_resources", "missing_networks", "own_cache"]
 
 
 @dataclass(frozen=True)
@@ -75,6 +76,24 @@ def find_resources(spec: RunSpec, *, progress: Callable[[int, int], None] | None
     for modality in Modality:  # what is wrong with a network is found before the sensor fusion turns to it
         segmenter.segment(modality, frame.rgb, frame.depth)
     return Resources(model, segmenter, bag, checksum)
+
+
+def own_cache(resources: Resources, spec: RunSpec, flown: str) -> Resources:
+    """Return what a run of a managing system is made with, such that it leaves nothing that others look up.
+
+    Those that come with SUNSET write answers of networks where all runs find them. One of the user's, which may do
+    anything to the process that it shares with the networks, reads there too, but writes into a file of its own.
+
+    Args:
+        resources: what was found.
+        spec: what is run.
+        flown: the checksum of the managing system's files.
+    """
+    if not spec.cache or spec.manager in MANAGERS:
+        return resources
+    folder = cache_folder()
+    cache = InferenceCache(folder / f"inference-{flown[:16]}.sqlite", base=_inference_cache(folder))
+    return replace(resources, segmenter=Segmenter(resources.model, device=spec.device, cache=cache))
 
 
 def missing_networks(model: Model) -> str:

@@ -1,7 +1,8 @@
 """One experiment: from its specification to its record and its metrics."""
 
 import platform
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
 from importlib.metadata import version
@@ -12,21 +13,18 @@ import onnxruntime
 
 from sunset import __version__
 from sunset.errors import ManagerError
-from sunset.experiments.manager import death_error, manager_checksum
+from sunset.experiments.manager import isolate, manager_checksum
 from sunset.experiments.observer import Observer
-from sunset.experiments.resources import Resources, find_resources
+from sunset.experiments.resources import Resources, find_resources, own_cache
 from sunset.experiments.simulated import fly
 from sunset.experiments.spec import RunSpec, Timing
-from sunset.isolation import ProcessDeath, Watch, call_isolated
+from sunset.isolation import Watch
 from sunset.managing import checksum, load_manager, manager_sources
 from sunset.metrics import RunMetrics, Timeline, score
 from sunset.recording import RecordWriter, read_run, read_timeline
 from sunset.rmw.sim import DEFAULT_COMPUTE
 
 __all__ = ["RunResult", "prepare", "record", "record_failure", "run", "versions"]
-
-Flown = tuple[int, Callable[[Timeline], str]]
-"""The time of the injection, and what says why the computer could not keep up, if it could not."""
 
 
 @dataclass(frozen=True)
@@ -114,27 +112,31 @@ def run(spec: RunSpec, folder: Path, *, log: bool = False) -> RunResult:
 def record(spec: RunSpec, folder: Path, *, log: bool = False, known: str | None = None) -> None:
     """Fly one experiment, and write its record; as `run`, without its result.
 
-    A simulated one is flown in a process of its own, since the managing system is part of it. `known` is the checksum
-    that the managing system's files must have; any if it is None.
+    A simulated one is flown in a process of its own, since the managing system is part of it; what is measured is
+    computed here, from what it has recorded. `known` is the checksum that the managing system's files must have; any if
+    it is None.
     """
     resources = find_resources(spec)
-    if spec.live:
-        flown = partial(manager_checksum, spec.manager, limit_s=spec.manager_limit_s)
-        _record(spec, resources, folder, partial(_fly_live, spec, resources, log=log), flown, known=known)
-        return
-
-    def fly_simulated(watch: Watch) -> None:
-        made = watch.call(lambda: load_manager(spec.manager))
-        flown = partial(checksum, manager_sources(spec.manager, made))
-        _record(
-            spec, resources, folder, partial(fly, spec, resources, watch, made, log=log), flown, known=known
+    with RecordWriter(folder) as writer:
+        fly = _fly_live if spec.live else _fly_simulated
+        flown = fly(spec, resources, writer, log=log, known=known)
+        timeline = writer.timeline(
+            entropy_threshold=resources.model.card.entropy_threshold,
+            sharpness_threshold=resources.model.card.sharpness_threshold,
+            duration_s=spec.timing.duration_s,
+            period_s=spec.timing.period_s,
+            expected_frames=spec.timing.expected_frames,
         )
-
-    try:
-        call_isolated(fly_simulated, limit_s=spec.manager_limit_s)
-    except ProcessDeath as death:
-        RecordWriter(folder).abort()  # what it left behind
-        raise death_error(spec.manager, f"failed in {spec.scenario.name}, seed {spec.seed}", death) from death
+        reasons = [*flown.violations, *filter(None, [flown.shortfall(timeline)])]
+        described = _describe(spec, resources) | {
+            "manager_checksum": flown.manager_checksum,
+            "manager_failed": None,
+            "start_ns": flown.start_ns,
+            "metrics": score(timeline).to_json(),
+            "valid": not reasons,
+            "reason": "; ".join(reasons),
+        }
+        writer.close(described)
 
 
 def record_failure(spec: RunSpec, folder: Path, *, manager_checksum: str, reason: str) -> None:
@@ -156,49 +158,78 @@ def record_failure(spec: RunSpec, folder: Path, *, manager_checksum: str, reason
         )
 
 
-def _record(
-    spec: RunSpec,
-    resources: Resources,
-    folder: Path,
-    fly: Callable[[Observer], Flown],
-    flown: Callable[[], str],
-    *,
-    known: str | None,
-) -> None:
-    """Fly, and write the record; `flown` gives the checksum of the managing system's files at the moment."""
-    before = flown() if known is None else known
-    with RecordWriter(folder) as writer:
-        observer = Observer(writer)
-        start_ns, shortfall = fly(observer)
-        if flown() != before:
-            raise ManagerError(
-                f"The managing system {spec.manager} was changed while it was flown; fly the new one in a new folder."
-            )
-        timeline = writer.timeline(
-            entropy_threshold=resources.model.card.entropy_threshold,
-            sharpness_threshold=resources.model.card.sharpness_threshold,
-            duration_s=spec.timing.duration_s,
-            period_s=spec.timing.period_s,
-            expected_frames=spec.timing.expected_frames,
-        )
-        reasons = [*observer.violations, *filter(None, [shortfall(timeline)])]
-        described = _describe(spec, resources) | {
-            "manager_checksum": before,
-            "manager_failed": None,
-            "start_ns": start_ns,
-            "metrics": score(timeline).to_json(),
-            "valid": not reasons,
-            "reason": "; ".join(reasons),
-        }
-        writer.close(described)
+@dataclass(frozen=True)
+class _Flown:
+    """What a record does not hold of the experiment that left it.
+
+    Attributes:
+        start_ns: the time of the injection, nanoseconds of the experiment's clock.
+        violations: what the managing system did that it must not.
+        manager_checksum: of the managing system's files.
+        shortfall: says why the computer could not keep up, if it could not; in the simulation it always can.
+    """
+
+    start_ns: int
+    violations: tuple[str, ...]
+    manager_checksum: str
+    shortfall: Callable[[Timeline], str] = lambda _: ""
 
 
-def _fly_live(spec: RunSpec, resources: Resources, observer: Observer, *, log: bool) -> Flown:
+def _fly_simulated(
+    spec: RunSpec, resources: Resources, writer: RecordWriter, *, log: bool, known: str | None
+) -> _Flown:
+    def fly_isolated(watch: Watch) -> dict[str, object]:
+        made = watch.call(lambda: load_manager(spec.manager))
+        sources = watch.call(lambda: manager_sources(spec.manager, made))
+        with _unchanged(spec.manager, lambda: checksum(sources), known) as flown:
+            observer = Observer(writer)
+            start_ns = fly(spec, own_cache(resources, spec, flown), watch, made, observer, log=log)
+        writer.store()
+        return {"start_ns": start_ns, "violations": list(observer.violations), "manager_checksum": flown}
+
+    what = f"failed in {spec.scenario.name}, seed {spec.seed}"
+    told = isolate(spec.manager, what, fly_isolated, limit_s=spec.manager_limit_s)
+    writer.load()
+    return _Flown(int(told["start_ns"]), tuple(told["violations"]), str(told["manager_checksum"]))
+
+
+def _fly_live(
+    spec: RunSpec, resources: Resources, writer: RecordWriter, *, log: bool, known: str | None
+) -> _Flown:
     from sunset.experiments import live_flight  # noqa: PLC0415  needs an optional extra
 
     frames = live_flight.FrameCount()
-    start_ns = live_flight.fly(spec, resources, observer, frames, log=log)
-    return start_ns, lambda timeline: frames.shortfall(start_ns, timeline, spec.timing)
+    observer = Observer(writer)
+    now = partial(manager_checksum, spec.manager, limit_s=spec.manager_limit_s)
+    with _unchanged(spec.manager, now, known) as flown:
+        start_ns = live_flight.fly(spec, resources, observer, frames, log=log)
+    return _Flown(
+        start_ns,
+        tuple(observer.violations),
+        flown,
+        lambda timeline: frames.shortfall(start_ns, timeline, spec.timing),
+    )
+
+
+@contextmanager
+def _unchanged(manager: str, checksum_now: Callable[[], str], known: str | None) -> Iterator[str]:
+    """Give the checksum of a managing system's files, and make sure that it is the known one, and stays it.
+
+    Raises:
+        ManagerError: it is not, or does not.
+    """
+    first = checksum_now() if known is None else known
+    if known is not None:
+        _check_same(manager, checksum_now(), known)
+    yield first
+    _check_same(manager, checksum_now(), first)
+
+
+def _check_same(manager: str, found: str, flown: str) -> None:
+    if found != flown:
+        raise ManagerError(
+            f"The managing system {manager} was changed while it was flown; fly the new one in a new folder."
+        )
 
 
 def _describe(spec: RunSpec, resources: Resources) -> dict[str, Any]:

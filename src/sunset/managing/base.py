@@ -1,7 +1,7 @@
 """The base class of managing systems: it sees symptoms, and adapts the managed system."""
 
 from collections.abc import Callable, Sequence
-from inspect import iscoroutine
+from inspect import isasyncgen, iscoroutine, isgenerator
 from typing import TYPE_CHECKING, Any, ClassVar, cast
 
 from sunset.interfaces.lifecycle_msgs.msg import Transition
@@ -201,6 +201,8 @@ class ManagingSystem(Node):
         if symptoms.up:
             adapt: Callable[[Symptoms], object] = self.adapt
             outcome = adapt(symptoms)
+            if isgenerator(outcome) or isasyncgen(outcome):
+                raise TypeError("adapt contains yield, so that calling it does nothing")
             if iscoroutine(outcome):
                 await outcome
 

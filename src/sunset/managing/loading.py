@@ -99,7 +99,7 @@ def _translated(spec: str) -> Iterator[None]:
         yield
     except ManagerError:
         raise
-    except (Exception, SystemExit) as error:
+    except BaseException as error:
         raise ManagerError(
             f"The managing system {spec} cannot be looked at: it raised {type(error).__name__}: {error}."
         ) from error
@@ -162,7 +162,7 @@ def _load_module(name: str) -> ModuleType:
                 f"such as {name.replace('.', '/')}.py:Class."
             ) from error
         raise _import_error(name, error) from error
-    except (Exception, SystemExit) as error:
+    except BaseException as error:
         raise _import_error(name, error) from error
 
 
@@ -189,7 +189,7 @@ def _load_file(path: Path) -> ModuleType:
     sys.modules[name] = module  # dataclasses and pickle look a class's module up
     try:
         spec.loader.exec_module(module)
-    except (Exception, SystemExit) as error:
+    except BaseException as error:
         del sys.modules[name]
         raise _import_error(str(path), error) from error
     return module

@@ -56,14 +56,16 @@ class InferenceCache:
 
     Args:
         path: the file; made with its folder if it does not exist. One of an older version is emptied.
+        base: another cache, which is asked first and never written to; None for none.
 
     Raises:
         OutputError: the file or its folder cannot be made or written.
         DataError: the file is something else, or damaged. It is never overwritten.
     """
 
-    def __init__(self, path: Path | str) -> None:
+    def __init__(self, path: Path | str, *, base: "InferenceCache | None" = None) -> None:
         self._path = Path(path)
+        self._base = base
         self._lock = threading.Lock()
         self._connection: sqlite3.Connection | None = None
         self._process = 0
@@ -106,6 +108,8 @@ class InferenceCache:
         Raises:
             DataError: the file is damaged.
         """
+        if self._base is not None and (known := self._base.get(key)) is not None:
+            return known
         with self._lock, self._errors():
             query = "SELECT labels, entropy, checksum FROM answers WHERE key = ?"
             row = self._connected().execute(query, (key,)).fetchone()

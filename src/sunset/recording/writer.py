@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Final, Self
 from sunset.errors import OutputError, RecordError
 from sunset.interfaces import Message, serialize, type_name
 from sunset.metrics import Timeline
-from sunset.recording._bag import write_bag
+from sunset.recording._bag import read_bag, write_bag
 from sunset.recording._images import ImageDigester
 from sunset.recording.timelines import MEASURED_TOPICS, timeline
 from sunset.recording.values import RECORD_VERSION, RUN_FILE, Payload, digest_of
@@ -54,6 +54,7 @@ class RecordWriter:
         self._sorted = True
         self._images = ImageDigester()
         self._closed = False
+        self._stored = False
         with _translated(self._folder):
             if self._folder.exists() and (not self._folder.is_dir() or any(self._folder.iterdir())):
                 raise OutputError(f"The record {folder} exists already; remove it or name another folder.")
@@ -108,6 +109,25 @@ class RecordWriter:
             expected_frames=expected_frames,
         )
 
+    def store(self) -> None:
+        """Write the messages so far into the hidden folder, from which the writer of a forking process can load them.
+
+        Raises:
+            OutputError: there is no space or no permission.
+        """
+        with _translated(self._folder):
+            write_bag(self._partial, self._in_order())
+        self._stored = True
+
+    def load(self) -> None:
+        """Take the messages that a forked process has stored.
+
+        Raises:
+            RecordError: they are missing or damaged.
+        """
+        self._payloads = list(read_bag(self._partial))
+        self._stored = True
+
     def close(self, run: Mapping[str, Any]) -> None:
         """Write the record and give it its final name.
 
@@ -122,8 +142,9 @@ class RecordWriter:
             raise RecordError(f"The record {self._folder} is closed already.")
         payloads = self._in_order()
         text = _canonical({**run, "digest": digest_of(payloads), "record_version": RECORD_VERSION})
+        if not self._stored:
+            self.store()
         with _translated(self._folder):
-            write_bag(self._partial, payloads)
             (self._partial / RUN_FILE).write_text(text, encoding="utf-8")
             self._partial.rename(self._folder)
         self._release()

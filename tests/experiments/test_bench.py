@@ -294,11 +294,10 @@ TROUBLEMAKERS = {
     "Exits": r"it raised SystemExit: enough \(troublemakers.py, line \d+, in adapt\)",
     "EndsItsProcess": r"it ended its process with exit code 0",
     "Hangs": r"it did not return within 1 s \(troublemakers.py, line \d+, in adapt\)",
-    "Patches": r"it raised ZeroDivisionError: patched|it ended in .*ZeroDivisionError: patched",
 }
 
 
-HARMLESS = ("Forks", "Moves", "Poisons")
+HARMLESS = ("Forks", "Moves", "Patches", "Poisons")
 
 
 def test_nothing_that_a_managing_system_does_ends_a_campaign_or_shows_in_the_runs_of_others(
@@ -326,7 +325,8 @@ def test_nothing_that_a_managing_system_does_ends_a_campaign_or_shows_in_the_run
             assert re.search(reason, run["reason"])
     for row in rows.values():  # a forked copy goes nowhere, and the baseline is the baseline
         assert (row["runs"], row["runs_failed"]) == (2, 0)
-    assert len(rows) == 4
+        assert row["iou"]["mean"] < 0.9
+    assert len(rows) == 5
     alone = _content(tmp_path / "alone" / "runs")
     assert alone
     together = _content(tmp_path / "out" / "runs")

@@ -3,12 +3,15 @@
 import os
 import sys
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+import sunset.metrics
 from sunset.managing import ManagingSystem, NoAdaptation, Symptoms
+from sunset.metrics import RunMetrics, Timeline
 from sunset.perception import Segmentation, Segmenter
 
 
@@ -54,12 +57,13 @@ class Forks(ManagingSystem):
 
 class Patches(NoAdaptation):
     def on_start(self) -> None:
-        def flatter(*_: object) -> None:
-            raise ZeroDivisionError("patched")
+        honest = sunset.metrics.score
 
-        for name in ("sunset.metrics.score", "sunset.experiments.run"):
+        def flatter(timeline: Timeline) -> RunMetrics:
+            return replace(honest(timeline), iou=1.0, iou_all=1.0)
+
+        for name in ("sunset.metrics", "sunset.metrics.score", "sunset.experiments.run"):
             vars(sys.modules[name])["score"] = flatter
-        vars(sys.modules["sunset.experiments.observer"])["_command_of"] = flatter
 
 
 class Poisons(NoAdaptation):

@@ -51,8 +51,8 @@ def worker_pool(jobs: int) -> Iterator[ProcessPoolExecutor]:
         if not isinstance(error, BrokenProcessPool):
             raise
         raise SunsetError(
-            "A worker process ended in the middle of its work: it was killed, for instance for want of memory, or "
-            "a managing system ended it; what was finished is kept: run the same command again, with fewer --jobs "
+            "A worker process ended in the middle of its work: it was killed, for instance for want of memory; what "
+            "was finished is kept: run the same command again, with fewer --jobs "
             "if memory was short."
         ) from error
     finally:

@@ -74,7 +74,7 @@ def csv_text(rows: Iterable[Iterable[object]]) -> str:
 def _inert(cell: object) -> object:
     return (
         f"'{cell}"
-        if isinstance(cell, str) and cell.startswith(tuple("=@+-")) and not _is_number(cell)
+        if isinstance(cell, str) and cell.startswith(tuple("=@+-\t\r")) and not _is_number(cell)
         else cell
     )
 

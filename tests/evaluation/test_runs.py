@@ -3,7 +3,10 @@ import json
 from collections.abc import Callable
 from pathlib import Path
 
+import pytest
+
 from sunset.evaluation import render_runs
+from sunset.texts import csv_text
 
 Store = Callable[..., Path]
 
@@ -18,6 +21,11 @@ def test_a_row_says_which_version_flew_the_run_and_what_was_stored_otherwise(
     (line,) = csv.DictReader(render_runs(tmp_path, "csv", recompute=True).splitlines())
     assert (row["version"], row["differing"]) == ("0.9.0", ["t_down_s", "iou"])
     assert (line["version"], line["differing"]) == ("0.9.0", "t_down_s iou")
+
+
+@pytest.mark.parametrize("first", "\t\r")
+def test_csv_has_no_cell_that_begins_with_what_a_spreadsheet_skips(first: str) -> None:
+    assert csv_text([[f"{first}=1+1"]]) in {f"'{first}=1+1\n", f'"\'{first}=1+1"\n'}
 
 
 def test_csv_has_no_cell_that_a_spreadsheet_computes(store: Store, tmp_path: Path) -> None:

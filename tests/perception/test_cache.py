@@ -50,6 +50,21 @@ def test_an_answer_comes_back_as_it_was_put(tmp_path: Path) -> None:
     assert not found[0].flags.writeable
 
 
+def test_an_entropy_of_minus_zero_is_found_again(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    cache = InferenceCache(tmp_path / "cache.sqlite")
+    cache.put(OTHER, LABELS, -0.0)
+    found = cache.get(OTHER)
+    assert found is not None
+    assert found[1] == 0.0
+    assert caplog.text == ""
+
+
+def test_an_entropy_that_is_no_number_is_not_kept_and_no_damage(tmp_path: Path) -> None:
+    cache = InferenceCache(tmp_path / "cache.sqlite")
+    cache.put(OTHER, LABELS, float("nan"))
+    assert cache.get(OTHER) is None
+
+
 def test_the_key_tells_weights_modality_and_inputs_apart(tmp_path: Path) -> None:
     cache = InferenceCache(tmp_path / "cache.sqlite")
     other = LABELS.copy()

@@ -3,6 +3,7 @@
 import contextlib
 import hashlib
 import logging
+import math
 import os
 import platform
 import sqlite3
@@ -127,12 +128,15 @@ class InferenceCache:
             )
 
     def put(self, key: bytes, labels: npt.NDArray[np.uint8], entropy: float) -> None:
-        """Remember an answer, in the place of one that is there already.
+        """Remember an answer, in the place of one that is there already; not one whose entropy is NaN.
 
         Raises:
             OutputError: the file cannot be written.
             DataError: it is damaged.
         """
+        if math.isnan(entropy):  # SQLite has none, and takes it for a missing value
+            return
+        entropy += 0.0  # SQLite keeps no sign of zero
         packed = zlib.compress(labels.tobytes(), 1)
         with self._lock, self._errors():
             statement = "INSERT OR REPLACE INTO answers VALUES (?, ?, ?, ?)"

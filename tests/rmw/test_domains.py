@@ -26,6 +26,11 @@ def test_a_domain_with_a_process_in_it_is_not_free(monkeypatch: pytest.MonkeyPat
         assert domain_id == 224
 
 
+def test_every_domain_has_a_port_that_tells_of_its_system_and_is_no_participants() -> None:
+    with CycloneDDS(domain_id=232, environment={}), sole_system(232):
+        assert CycloneDDS(domain_id=232, environment={}).nodes() == []
+
+
 def test_a_domain_has_one_system_whatever_user_or_folder_it_is_of() -> None:
     with free_domain_id() as domain_id, sole_system(domain_id):
         with (

@@ -18,8 +18,9 @@ _PORTS_PER_DOMAIN = 250
 _LOCK_PORT = 249
 """Added to a domain's first port: beyond those of the 33 participants that a domain may have on one computer."""
 
-_SYSTEM_PORT = 248
-"""Added likewise, for a system that runs in the domain."""
+_SYSTEM_PORT = 9
+"""Added likewise, for a system that runs in the domain: before those of the participants, since 135 is the last one
+that domain 232 has room for."""
 
 _OFFSETS = (0, *range(10, 76))
 """Added to a domain's first port: for multicast, and two for each of those participants."""

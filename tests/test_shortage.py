@@ -7,6 +7,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import cv2
 import pytest
 from rosbags.rosbag2 import CompressionMode, StoragePlugin
 from tests.data.material import make_frames, record, rows_of
@@ -24,8 +25,8 @@ from sunset.shortage import shortage
         (OSError(errno.ENOMEM, os.strerror(errno.ENOMEM)), "memory"),
         (MemoryError(), "memory"),
         (ImportError("libx.so: failed to map segment from shared object"), "memory"),
+        (cv2.error("(-4:Insufficient memory) Failed to allocate 8 bytes"), "memory"),
         (RuntimeError("can't start new thread"), "ulimit -u"),
-        (BlockingIOError(errno.EAGAIN, os.strerror(errno.EAGAIN)), "ulimit -u"),
     ],
 )
 def test_what_helps_is_said_even_of_what_led_to_an_error(error: BaseException, word: str) -> None:
@@ -35,7 +36,44 @@ def test_what_helps_is_said_even_of_what_led_to_an_error(error: BaseException, w
     assert word in shortage(later)
 
 
-@pytest.mark.parametrize("error", [FileNotFoundError(errno.ENOENT, "No such file"), ValueError("damaged")])
+def test_a_process_that_cannot_be_started_is_told_from_a_file_that_is_locked(tmp_path: Path) -> None:
+    code = (
+        "import fcntl, os, resource, subprocess, sys\n"
+        "from sunset.shortage import shortage\n"
+        "def lock_twice():\n"
+        "    with open(sys.argv[1], 'w') as one, open(sys.argv[1]) as other:\n"
+        "        fcntl.flock(one, fcntl.LOCK_EX)\n"
+        "        fcntl.flock(other, fcntl.LOCK_EX | fcntl.LOCK_NB)\n"
+        "def told(start):\n"
+        "    try:\n"
+        "        start()\n"
+        "    except BlockingIOError as error:\n"
+        "        print(repr(shortage(error)))\n"
+        "told(lock_twice)\n"
+        "if os.getuid() == 0:\n"
+        "    os.setuid(65534)  # root may start as many as it likes\n"
+        "resource.setrlimit(resource.RLIMIT_NPROC, (0, 0))\n"
+        "told(lambda: os.fork())\n"
+        "told(lambda: subprocess.run('/bin/true', preexec_fn=lambda: None))\n"
+    )
+    command = [sys.executable, "-c", code, str(tmp_path / "file")]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+    locked, *started = done.stdout.splitlines()
+    assert locked == "''"
+    assert ["no thread or process" in line for line in started] == [True, True]
+
+
+@pytest.mark.parametrize(
+    "error",
+    [
+        FileNotFoundError(errno.ENOENT, "No such file"),
+        FileNotFoundError(errno.ENOENT, "No such file", "bad_alloc.yaml"),
+        ValueError("damaged"),
+        ValueError("bad_alloc.yaml is damaged"),
+        KeyError("can't start new thread"),
+        BlockingIOError(errno.EINPROGRESS, os.strerror(errno.EINPROGRESS)),
+    ],
+)
 def test_other_errors_are_no_shortage(error: Exception) -> None:
     assert shortage(error) == ""
 

@@ -26,6 +26,12 @@ _NO_MEMORY: Final = (
 )
 """What loaders and libraries say that raise no `MemoryError`."""
 
+_LIBRARIES: Final = frozenset({"cv2", "onnxruntime"})
+"""Packages whose errors are of types of their own."""
+
+_STARTERS: Final = frozenset({"fork", "forkpty", "fork_exec", "_fork_exec", "posix_spawn"})
+"""What starts a process; a file that somebody else has locked gives the same error."""
+
 
 def shortage(error: BaseException) -> str:
     """Return what the computer lacked and what helps, where an error or one that led to it says so; else nothing.
@@ -37,13 +43,31 @@ def shortage(error: BaseException) -> str:
     """
     cause: BaseException | None = error
     while cause is not None:
-        text = str(cause)
+        text = _text(cause)
         if isinstance(cause, MemoryError) or any(words in text for words in _NO_MEMORY):
             return _MEMORY
-        if isinstance(cause, BlockingIOError) or _NO_THREAD in text:
+        if _starts_no_process(cause) or _NO_THREAD in text:
             return _PROCESSES
         if isinstance(cause, OSError) and cause.errno in _REMEDIES:
             reason = cause.strerror or text
             return f"{reason[:1].lower()}{reason[1:]}; {_REMEDIES[cause.errno]}"
         cause = cause.__cause__ or cause.__context__
     return ""
+
+
+def _text(error: BaseException) -> str:
+    """Return what an error says where that can be of a shortage; without the name of a file."""
+    if isinstance(error, OSError) and error.strerror:
+        return error.strerror
+    of_library = type(error).__module__.partition(".")[0] in _LIBRARIES
+    return str(error) if of_library or isinstance(error, ImportError | RuntimeError | OSError) else ""
+
+
+def _starts_no_process(error: BaseException) -> bool:
+    """Return whether the function that raised the error was to start a process, and may do so later."""
+    trace = error.__traceback__
+    if not isinstance(error, BlockingIOError) or error.errno != errno.EAGAIN or trace is None:
+        return False
+    while trace.tb_next is not None:
+        trace = trace.tb_next
+    return not _STARTERS.isdisjoint(trace.tb_frame.f_code.co_names)

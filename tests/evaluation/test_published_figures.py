@@ -76,6 +76,22 @@ def test_figures_of_a_log_worked_out_by_hand(script: dict[str, Any]) -> None:
     assert script["unnecessary_redeploys"](rows) == 1
 
 
+def test_of_a_rule_that_is_triggered_again_before_it_succeeds_the_last_trigger_counts(
+    script: dict[str, Any],
+) -> None:
+    name = "redeploy camera"
+    events = [
+        (1.05, "TRIGGERED", name),
+        (1.05, "EXECUTED", name),
+        (1.55, "TRIGGERED", name),
+        (1.55, "EXECUTED", name),
+        (2.05, "SUCCEEDED", name),
+        (2.05, "SUCCEEDED", name),  # of each command
+    ]
+    found = script["figures"](rows_of(script, *frames(0, 60, 0.5), *events))
+    assert (found.resolved, found.reactions_s) == (1.0, (0.5,))
+
+
 def test_the_last_four_rows_of_a_log_are_not_looked_at(script: dict[str, Any]) -> None:
     name = "redeploy camera"
     rows = script["cut"](

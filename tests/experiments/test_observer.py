@@ -191,6 +191,39 @@ def test_one_transition_is_evidence_of_one_command(sink: Sink) -> None:
     assert [command.successful for command in commands] == [True, False]
 
 
+@pytest.mark.parametrize(
+    ("done_before", "outcome"),
+    [([], (False, "never answered")), ([went(2, 13), went(13, 3)], (True, "not answered, but done"))],
+)
+def test_what_a_redeployed_node_does_is_no_evidence_of_what_the_dead_one_was_asked_for(
+    sink: Sink, done_before: list[TransitionEvent], outcome: tuple[bool, str]
+) -> None:
+    observer = Observer(sink)
+    observer.on_request(1, "/service", MANAGER, CAMERA, change("activate"), NUMBER)
+    for event in done_before:
+        observer.on_message(2, f"{CAMERA}/transition_event", CAMERA, event)
+    observer.on_node("camera", CAMERA)
+    observer.on_message(6, f"{CAMERA}/transition_event", CAMERA, went(13, 3))
+    observer.finish(9)
+    (command,) = [message for topic, _, message in sink.written if topic == COMMANDS_TOPIC]
+    assert (command.successful, command.reason) == outcome
+
+
+@pytest.mark.parametrize("clients", [(MANAGER, "/launcher"), ("/launcher", MANAGER)])
+def test_what_the_experiment_asked_for_is_no_evidence_of_a_command(
+    sink: Sink, clients: tuple[str, str]
+) -> None:
+    observer = Observer(sink)
+    for number, client in enumerate(clients):
+        request_id = RequestId(1, number)
+        observer.on_request(1, "/service", client, CAMERA, change("shutdown"), request_id)
+    observer.on_message(2, f"{CAMERA}/transition_event", CAMERA, went(12, 4))
+    observer.finish(9)
+    (command,) = [message for topic, _, message in sink.written if topic == COMMANDS_TOPIC]
+    assert (command.client, command.successful) == (MANAGER, False)
+    assert observer.commands == 1
+
+
 def test_an_answer_has_more_weight_than_a_transition(sink: Sink) -> None:
     observer = Observer(sink)
     observer.on_request(2, "/service", MANAGER, CAMERA, change("activate"), NUMBER)

@@ -116,13 +116,17 @@ class Observer(Tap):
     def __init__(self, sink: Sink) -> None:
         self._sink = sink
         self._pending: dict[tuple[str, RequestId], Command] = {}
+        """What was asked for and not answered yet, by the experiment's own clients too."""
         self.commands = 0
         """How often the managed system was asked for something."""
         self.violations: dict[str, None] = {}
         """What the managing system did that it must not, in words; in order, each once."""
 
     def on_node(self, process: str, node: str) -> None:
-        """Note a node of the managing system that goes by the name of another."""
+        """Note a node of the managing system that goes by the name of another, and who takes a dead node's place."""
+        for command in self._pending.values():
+            if command.node == node and command.kind != "redeploy":  # which the launcher answers
+                command.reason = command.reason or "the node ended"  # what the new one does is no evidence
         if process == MANAGER_PROCESS and node in SYSTEM_NODES:
             self.violations[f"the managing system has a node {node}, which is a name of the system's"] = None
 
@@ -157,7 +161,9 @@ class Observer(Tap):
         self, time_ns: int, service: str, client: str, server: str, request: Message, request_id: RequestId
     ) -> None:
         """Note a request that reached its server."""
-        if client in INFRASTRUCTURE or service == _END_SERVICE:
+        if service == _END_SERVICE or (
+            client in INFRASTRUCTURE and not isinstance(request, ChangeState.Request)
+        ):
             return
         if server in _OFF_LIMITS_SERVERS and client not in SYSTEM_NODES:
             self.violations[f"{client} calls {service}, which belongs to the experiment"] = None
@@ -170,7 +176,7 @@ class Observer(Tap):
         command.stamp = Time(sec=time_ns // 10**9, nanosec=time_ns % 10**9)
         command.client = client
         command.service = service
-        self.commands += 1
+        self.commands += client not in INFRASTRUCTURE
         self._pending[service, request_id] = command
 
     def on_response(
@@ -183,25 +189,32 @@ class Observer(Tap):
             command.successful, command.reason = _outcome(response)
             if isinstance(response, SetParameters.Response) and command.successful:  # each is set for itself
                 _keep_accepted(command, response)
-            self._sink.write(COMMANDS_TOPIC, time_ns, command)
+            self._write(time_ns, command)
 
     def finish(self, time_ns: int) -> None:
         """Record the commands that were never answered, as unsuccessful unless their node was seen to do them."""
         for command in self._pending.values():
             command.reason = "not answered, but done" if command.successful else "never answered"
-            self._sink.write(COMMANDS_TOPIC, time_ns, command)
+            self._write(time_ns, command)
         self._pending.clear()
 
+    def _write(self, time_ns: int, command: Command) -> None:
+        if command.client not in INFRASTRUCTURE:
+            self._sink.write(COMMANDS_TOPIC, time_ns, command)
+
     def _note_transition(self, node: str, event: TransitionEvent) -> None:
-        """Take the outcome of a transition as that of the first command that asked for it and has none yet."""
+        """Take the outcome of a transition as that of the first command that asked for it and has none yet.
+
+        Where the experiment itself has asked for it too, it is the experiment's.
+        """
         kind, goal = _OUTCOMES.get(event.start_state.id, ("", 0))
-        asked = (
+        asked = [
             command
             for command in self._pending.values()
             if (command.node, command.kind, command.reason) == (node, kind, "")
-        )
-        command = next(asked, None)
-        if command is not None:
+        ]
+        if asked:
+            command = min(asked, key=lambda command: command.client not in INFRASTRUCTURE)
             command.successful = event.goal_state.id == goal
             command.reason = "not answered"
 

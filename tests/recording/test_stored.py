@@ -18,6 +18,9 @@ Write = Callable[[Path, list[Row]], Path]
 START_NS = 3 * 10**9
 ABOUT = {
     "scenario": "rain",
+    "suite": "",
+    "middleware": "sim",
+    "model_checksums": {},
     "faults": [{"name": "gpu_failure", "value": None}, {"name": "image_shift", "value": 300}],
     "manager": "mine",
     "seed": 4,
@@ -29,7 +32,8 @@ ABOUT = {
 
 def described(record: Path, **changes: object) -> Path:
     file = record / "run.json"
-    run = json.loads(file.read_text()) | ABOUT | changes
+    metrics = score(read_timeline(record)).to_json()
+    run = json.loads(file.read_text()) | ABOUT | {"metrics": metrics} | changes
     file.write_text(json.dumps({key: value for key, value in run.items() if value is not ...}))
     return record
 
@@ -65,10 +69,28 @@ def test_a_run_is_what_its_record_tells(record: Path) -> None:
 
 
 @pytest.mark.parametrize("key", ABOUT)
-@pytest.mark.parametrize("value", [..., {"a": 1}])
+@pytest.mark.parametrize("value", [..., 1.5])
 def test_a_record_that_does_not_tell_is_refused(record: Path, key: str, value: object) -> None:
     with pytest.raises(RecordError, match=f"The {key} in .* must be of type"):
         read_stored_run(described(record, **{key: value}))
+
+
+def test_a_seed_that_is_no_number_is_refused_and_its_text_is_cut(record: Path) -> None:
+    for seed in (True, "1" * 10_000):
+        with pytest.raises(RecordError, match=r"The seed in .* must be of type int") as found:
+            read_stored_run(described(record, seed=seed))
+        assert len(str(found.value)) < 300
+
+
+def test_metrics_that_no_run_can_have_are_refused_and_edited_ones_are_named(record: Path) -> None:
+    metrics = score(read_timeline(record)).to_json()
+    assert read_stored_run(described(record)).differing == ()
+    with pytest.raises(
+        RecordError, match=r"The metric iou in .* must be a number from 0 to 1 or null, got 7"
+    ):
+        read_stored_run(described(record, metrics=metrics | {"iou": 7}))
+    run = read_stored_run(described(record, metrics=metrics | {"adaptations": 99}))
+    assert (run.differing, run.score) == (("adaptations",), score(read_timeline(record)))
 
 
 @pytest.mark.parametrize("faults", [[{}], ["gpu_failure"], [None]])

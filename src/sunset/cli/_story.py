@@ -12,7 +12,7 @@ from sunset.experiments.graph import SYSTEM_NODES
 from sunset.faults import Failure, get_fault
 from sunset.metrics import Episode, RunMetrics
 from sunset.recording import StoredRun, read_stored_run
-from sunset.texts import printable
+from sunset.texts import printable, shorten
 
 __all__ = ["print_story"]
 
@@ -78,8 +78,13 @@ def print_story(folder: Path) -> None:
     for name, value, remark in _figures(result.score):
         figures.add_row(name, Text(value, style="bold"), Text(remark, style="dim"))
     console.print(figures)
+    if result.differing:
+        console.print(
+            f"\nStored otherwise than the messages give, and computed here: {', '.join(result.differing)}.",
+            style="bold red",
+        )
     if not result.valid:
-        console.print(f"\nThis run does not count: {result.reason}.", style="bold red")
+        console.print(f"\nThis run does not count: {shorten(result.reason)}.", style="bold red")
 
 
 class _Console(Console):

@@ -50,7 +50,7 @@ def execute(arguments: argparse.Namespace) -> int:
     folder, form, again = arguments.folder, arguments.format, arguments.recompute
     if arguments.runs:
         print_runs(folder, form or "table", recompute=again)
-    elif form is None and (folder / RUN_FILE).is_file():
+    elif form is None and not again and (folder / RUN_FILE).is_file():
         print_story(folder)
     else:
         print_report(folder, form or "table", recompute=again)

@@ -6,6 +6,13 @@ runs of the same specification leave the same bytes.
 """
 
 from sunset.recording.reader import read_messages, read_run, read_timeline
+from sunset.recording.run_file import (
+    check_entries,
+    check_entry,
+    check_number,
+    differing_figures,
+    stored_figures,
+)
 from sunset.recording.stored import LogLine, StoredRun, read_log, read_stored_run
 from sunset.recording.timelines import timeline
 from sunset.recording.values import RECORD_VERSION, RUN_FILE, RecordedMessage
@@ -18,10 +25,15 @@ __all__ = [
     "RecordWriter",
     "RecordedMessage",
     "StoredRun",
+    "check_entries",
+    "check_entry",
+    "check_number",
+    "differing_figures",
     "read_log",
     "read_messages",
     "read_run",
     "read_stored_run",
     "read_timeline",
+    "stored_figures",
     "timeline",
 ]

@@ -10,6 +10,7 @@ from sunset.errors import RecordError
 from sunset.input_files import read_text
 from sunset.metrics import Timeline
 from sunset.recording._bag import read_bag
+from sunset.recording.run_file import check_number
 from sunset.recording.timelines import MEASURED_TOPICS, timeline
 from sunset.recording.values import RECORD_VERSION, RUN_FILE, RecordedMessage, digest_of
 from sunset.texts import printable_json
@@ -23,8 +24,6 @@ _TIMELINE_KEYS: Final = (
     "period_s",
     "sharpness_threshold",
 )
-_MOST: Final = 1e6
-"""No value of these is larger; twelve days, of those that are times."""
 
 
 def read_run(folder: Path) -> dict[str, Any]:
@@ -80,10 +79,5 @@ def read_timeline(folder: Path) -> Timeline:
     """
     run = read_run(folder)
     for key in _TIMELINE_KEYS:
-        value = run.get(key)
-        if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value <= _MOST:
-            raise RecordError(
-                f"The {key} in {Path(folder) / RUN_FILE} must be a number above 0 and at most {_MOST:g}, got "
-                f"{reprlib.repr(value)}."
-            )
+        check_number(run, key, Path(folder) / RUN_FILE)
     return timeline(read_messages(folder, MEASURED_TOPICS), **{key: run[key] for key in _TIMELINE_KEYS})

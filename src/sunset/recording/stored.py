@@ -2,14 +2,16 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 from sunset.errors import RecordError
 from sunset.interfaces.rcl_interfaces.msg import Log
 from sunset.metrics import RunMetrics, Timeline, score
 from sunset.recording.reader import read_messages, read_run, read_timeline
+from sunset.recording.run_file import check_entries, check_entry, differing_figures, stored_figures
 from sunset.recording.timelines import LOG_TOPIC, content_of, start_of
 from sunset.recording.values import RUN_FILE
+from sunset.texts import shorten
 
 __all__ = ["LogLine", "StoredRun", "read_log", "read_stored_run"]
 
@@ -55,6 +57,7 @@ class StoredRun:
         timeline: what was observed.
         score: the metrics, computed from that.
         log: what all nodes logged, in order of time.
+        differing: the names of the metrics that are stored otherwise than they were computed.
     """
 
     scenario: str
@@ -67,34 +70,40 @@ class StoredRun:
     timeline: Timeline
     score: RunMetrics
     log: tuple[LogLine, ...]
+    differing: tuple[str, ...] = ()
 
 
 def read_stored_run(folder: Path) -> StoredRun:
     """Return what the record of a run tells.
 
     Raises:
-        RecordError: as `read_timeline`; `run.json` lacks something; or there is nothing to tell, because the
-            managing system failed.
+        RecordError: as `read_timeline`; `run.json` lacks something, or has a metric that no run can have; or there
+            is nothing to tell, because the managing system failed.
     """
-    run = read_run(folder)
+    run, where = read_run(folder), folder / RUN_FILE
     if failed := run.get("manager_failed"):
-        raise RecordError(f"The run in {folder} has no time line, since its managing system failed: {failed}")
+        raise RecordError(
+            f"The run in {folder} has no time line, since its managing system failed: {shorten(str(failed))}"
+        )
     try:
-        faults = tuple(str(fault["name"]) for fault in _entry(run, "faults", list, folder))
+        faults = tuple(str(fault["name"]) for fault in check_entry(run, "faults", list, where))
     except (KeyError, TypeError) as error:
-        raise RecordError(f"Each of the faults in {folder / RUN_FILE} must have a name.") from error
+        raise RecordError(f"Each of the faults in {where} must have a name.") from error
+    entries = check_entries(run, where)
     timeline = read_timeline(folder)
+    figures = score(timeline)
     return StoredRun(
-        scenario=_entry(run, "scenario", str, folder),
+        scenario=entries["scenario"],
         faults=faults,
-        manager=_entry(run, "manager", str, folder),
-        seed=_entry(run, "seed", int, folder),
-        model=_entry(run, "model", str, folder),
-        valid=_entry(run, "valid", bool, folder),
-        reason=_entry(run, "reason", str, folder),
+        manager=entries["manager"],
+        seed=entries["seed"],
+        model=entries["model"],
+        valid=entries["valid"],
+        reason=entries["reason"],
         timeline=timeline,
-        score=score(timeline),
+        score=figures,
         log=read_log(folder),
+        differing=differing_figures(stored_figures(run, where), figures.to_json()),
     )
 
 
@@ -113,10 +122,3 @@ def read_log(folder: Path) -> tuple[LogLine, ...]:
             severity = _SEVERITIES.get(entry.level, str(entry.level))
             lines.append(LogLine((one.time_ns - start_ns) / 1e9, severity, entry.name, entry.msg))
     return tuple(lines)
-
-
-def _entry(run: dict[str, Any], key: str, kind: type, folder: Path) -> Any:
-    value = run.get(key)
-    if not isinstance(value, kind):
-        raise RecordError(f"The {key} in {folder / RUN_FILE} must be of type {kind.__name__}, got {value!r}.")
-    return value

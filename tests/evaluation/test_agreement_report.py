@@ -12,6 +12,7 @@ from sunset.evaluation import (
     Agreement,
     Comparison,
     Estimate,
+    Flight,
     LeftOut,
     Pair,
     format_agreement,
@@ -47,6 +48,7 @@ def agreement(*, pairs: bool = True) -> Agreement:
         suite="artifact",
         manager="baseline",
         model="lite",
+        flight=Flight(20.0),
         pairs=(
             Pair(scenario=RIPPLE, seed=1, sim=same, live=same),
             Pair(scenario=RIPPLE, seed=2, sim=same, live=ripple),

@@ -10,11 +10,13 @@ from pathlib import Path
 
 import pytest
 
+from sunset.cli import main
 from sunset.errors import InvalidInputError
 from sunset.evaluation import (
     FIGURES,
     FORMATS,
     PUBLISHED,
+    Flight,
     RunRow,
     SystemRow,
     format_report,
@@ -27,7 +29,14 @@ UGLY = r"my_dir/50%_ü_{a}\b^c~d$&#<script>'\"`|--µ中:Mine"
 
 
 def run(
-    manager: str, suite: str, seed: int, *, scenario: str = "s/1", reason: str = "", **metrics: float | None
+    manager: str,
+    suite: str,
+    seed: int,
+    *,
+    scenario: str = "s/1",
+    reason: str = "",
+    flight: Flight = Flight(20.0),  # noqa: B008  it cannot be changed
+    **metrics: float | None,
 ) -> RunRow:
     figures: dict[str, float | None] = dict.fromkeys(FIGURES)
     figures |= {
@@ -45,6 +54,7 @@ def run(
         seed=seed,
         model="lite",
         setting="0f",
+        flight=flight,
         middleware="sim",
         digest="",
         metrics=figures | metrics,
@@ -125,10 +135,26 @@ def test_columns_of_text_are_aligned() -> None:
     assert len(starts) <= 6  # five figures, and the number of runs
 
 
-def test_the_papers_rows_are_shown_even_without_ours() -> None:
-    text = format_report(summarise([run("mine", "artifact", 1)]))
-    for name in PUBLISHED:
-        assert f"{name} (published)" in text
+@pytest.mark.parametrize("form", FORMATS)
+def test_the_papers_rows_are_shown_only_beside_ours(form: str) -> None:
+    deviations = {
+        str(value) for figures in PUBLISHED.values() for pair in figures.values() for value in pair[1:]
+    }
+    for row in (run("mine", "artifact", 1), run("baseline", "paper", 1, flight=Flight(4.0))):
+        text = format_report(summarise([row]), form)
+        assert not {deviation for deviation in deviations - {"0.0"} if deviation in text}
+        assert "Published:" not in text
+    assert "4.67" in format_report(table(), form)
+
+
+def test_a_table_of_another_duration_says_that_it_cannot_be_compared() -> None:
+    short = [run(name, "paper", 1, flight=Flight(4.0)) for name in ("baseline", "mine")]
+    text = " ".join(format_report(table(*short)).split())
+    assert (
+        "The paper measures 20 s: its figures are not comparable with those of baseline [4 s]; mine [4 s]."
+        in text
+    )
+    assert "not comparable" not in format_report(table())
 
 
 def test_unresolved_failures_are_reported() -> None:
@@ -144,6 +170,30 @@ def test_runs_that_lack_a_figure_are_told() -> None:
     assert "baseline: t_react is of 2 of 3 runs; in the others nothing was resolved." in text
     assert "timid: f_res/a_exec is of 1 of 3 runs; in the others nothing was adapted." in text
     assert "timid: IoU is of 2 of 3 runs; in the others no frame came." in text
+
+
+def test_a_managing_system_that_fails_for_one_reason_in_many_runs_is_told_of_once() -> None:
+    reason = "The managing system m.py:M failed in {}, seed {}: it raised KeyError: " + "'k' " * 1000
+    failed = [
+        run("m.py:M", "paper", seed, scenario=scenario, reason=reason.format(scenario, seed))
+        for seed in (1, 2, 3)
+        for scenario in ("paper/a", "paper/b")
+    ]
+    text = " ".join(format_report(summarise(failed)).split())
+    assert "6 invalid runs are left out: The managing system m.py:M failed: it raised KeyError: 'k'" in text
+    assert text.count("KeyError") == 1
+    assert "… (6 times)." in text
+    assert text.count("'k'") < 100
+
+
+def test_a_reason_is_stripped_of_a_scenario_that_another_one_shares_its_name_with(
+    store: Callable[..., Path], tmp_path: Path
+) -> None:
+    for place, faults in enumerate(([], [{"name": "gpu_failure", "value": None}])):
+        reason = "The managing system m.py:M failed in rain, seed 1: it raised KeyError"
+        store(str(place), scenario="rain", manager="m.py:M", faults=faults, valid=False, reason=reason)
+    text = " ".join(render_report(tmp_path).split())
+    assert "The managing system m.py:M failed: it raised KeyError (2 times)." in text
 
 
 def test_invalid_runs_are_told_with_their_reasons() -> None:
@@ -345,6 +395,26 @@ def test_what_recomputing_corrects_is_told_in_every_format(
         form, "figures were stored that the messages"
     )
     assert words in " ".join(told.split())
+
+
+def test_the_report_of_one_run_names_metrics_that_were_edited_and_refuses_impossible_ones(
+    store: Callable[..., Path], edit: Callable[..., None], capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = store("run", faults=[])
+    metrics = json.loads((folder / "run.json").read_text())["metrics"]
+    assert main(["report", str(folder)]) == 0
+    assert "computed here" not in capsys.readouterr().out
+    edit(folder, metrics=metrics | {"t_down_s": 0.0})
+    assert main(["report", str(folder)]) == 0
+    told = " ".join(capsys.readouterr().out.split())
+    assert "Stored otherwise than the messages give, and computed here: t_down_s." in told
+    edit(folder, metrics=metrics | {"iou": 7})
+    assert main(["report", str(folder)]) == 2
+    assert "The metric iou in" in capsys.readouterr().err
+    edit(folder, metrics={})
+    assert main(["report", str(folder)]) == 2
+    assert "or use --recompute" in capsys.readouterr().err
+    assert main(["report", str(folder), "--recompute"]) == 0
 
 
 @pytest.mark.parametrize("form", FORMATS)

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from sunset.errors import RecordError
-from sunset.evaluation import FIGURES, load_results, recompute
+from sunset.evaluation import FIGURES, Flight, load_results, recompute
 from sunset.metrics import Timeline, score
 
 Store = Callable[..., Path]
@@ -84,11 +84,40 @@ def test_models_of_one_name_that_differ_are_told_apart(store: Store, tmp_path: P
     store("shipped", model_checksums={"fusion": "0f"})
     store("trained", model_checksums={"fusion": "1e"})
     store("calibrated", entropy_threshold=0.3)
-    store("elsewhere", bag_checksum="3c")
     store("another", model="mine", model_checksums={"fusion": "2d"})
     models = [row.model for row in load_results(tmp_path)]
-    assert len(set(models)) == 5
+    assert len(set(models)) == 4
     assert models.count("mine") == 1
+
+
+def test_another_flight_or_time_is_no_other_model(store: Store, tmp_path: Path) -> None:
+    store("plain", bag_checksum="3c" * 32)
+    store("elsewhere", bag_checksum="7e" * 32)
+    store("looped", bag_looped=True)
+    store("short", duration_s=4.0)
+    rows = {row.folder.name: row for row in load_results(tmp_path)}
+    assert {row.model for row in rows.values()} == {"lite"}
+    assert rows["plain"].flight == Flight(20.0, looped=False, bag="3c" * 32)
+    assert rows["elsewhere"].flight == Flight(20.0, looped=False, bag="7e" * 32)
+    assert rows["looped"].flight == Flight(20.0, looped=True)
+    assert rows["short"].flight == Flight(4.0)
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "message"),
+    [
+        ("duration_s", ..., "The duration_s in .* must be a number above 0"),
+        ("bag_looped", "no", "The bag_looped in .* must be of type bool"),
+        ("bag_checksum", 3, "The bag_checksum in .* must be of type str"),
+    ],
+)
+def test_a_flight_that_is_told_otherwise_is_refused(
+    store: Store, edit: Edit, key: str, value: object, message: str
+) -> None:
+    folder = store("run")
+    edit(folder, **{key: value})
+    with pytest.raises(RecordError, match=message):
+        load_results(folder)
 
 
 def test_managing_systems_and_scenarios_of_one_name_that_differ_are_told_apart(

@@ -2,7 +2,7 @@ from pathlib import Path
 
 import pytest
 
-from sunset.evaluation import FIGURES, PUBLISHED, RunRow, summarise
+from sunset.evaluation import FIGURES, PUBLISHED, Flight, RunRow, summarise
 
 HEALTHY: dict[str, float | None] = {
     **dict.fromkeys(FIGURES),
@@ -29,6 +29,7 @@ def run(
     model: str = "lite",
     middleware: str = "sim",
     version: str = "1.0.0",
+    flight: Flight = Flight(20.0, bag="3c" * 32),  # noqa: B008  it cannot be changed
     valid: bool = True,
     **metrics: float | None,
 ) -> RunRow:
@@ -40,6 +41,7 @@ def run(
         seed=seed,
         model=model,
         setting="0f",
+        flight=flight,
         middleware=middleware,
         version=version,
         digest="",
@@ -152,6 +154,30 @@ def test_rows_stand_beside_the_papers() -> None:
         "baseline": "baseline",
         "baseline (artifact)": None,
     }
+
+
+def test_runs_that_measure_another_time_or_flight_have_rows_of_their_own() -> None:
+    bag = "3c" * 32
+    flights = [
+        Flight(20.0, bag=bag),
+        Flight(4.0, bag=bag),
+        Flight(20.0, looped=True, bag=bag),
+        Flight(4.5, looped=True, bag=bag),
+    ]
+    rows = summarise(run(flight=flight) for flight in flights)
+    assert {row.system: row.published for row in rows} == {
+        "baseline": "baseline",
+        "baseline [4 s]": None,
+        "baseline [looped]": "baseline",
+        "baseline [4.5 s] [looped]": None,
+    }
+    several = summarise(run(flight=flight) for flight in (*flights[:2], Flight(20.0, bag="7e" * 32)))
+    assert {row.system for row in several} == {
+        "baseline [flight 3c3c3c3c]",
+        "baseline [4 s] [flight 3c3c3c3c]",
+        "baseline [flight 7e7e7e7e]",
+    }
+    assert {row.model for row in [*rows, *several]} == {"lite"}
 
 
 def test_the_papers_table() -> None:

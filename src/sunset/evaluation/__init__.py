@@ -5,7 +5,7 @@ from sunset.evaluation.agreement_report import AGREEMENT_FORMATS, format_agreeme
 from sunset.evaluation.estimates import METHOD, Estimate, estimate
 from sunset.evaluation.figures import check_figure, entropy_figure
 from sunset.evaluation.report import FORMATS, format_report, render_report
-from sunset.evaluation.results import FIGURES, RunRow, load_results, recompute
+from sunset.evaluation.results import FIGURES, Flight, RunRow, load_results, recompute
 from sunset.evaluation.runs import RUNS_FORMATS, render_runs
 from sunset.evaluation.summary import PUBLISHED, PUBLISHED_SOURCE, SystemRow, summarise
 
@@ -20,6 +20,7 @@ __all__ = [
     "Agreement",
     "Comparison",
     "Estimate",
+    "Flight",
     "LeftOut",
     "Pair",
     "RunRow",

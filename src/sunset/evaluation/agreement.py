@@ -9,9 +9,10 @@ from typing import Final
 
 from sunset.errors import RecordError
 from sunset.evaluation.estimates import Estimate, estimate
-from sunset.evaluation.results import FIGURES, RunRow, load_results
+from sunset.evaluation.results import FIGURES, Flight, RunRow, load_results
 from sunset.metrics import RunMetrics, score
 from sunset.recording import read_timeline
+from sunset.texts import shorten
 
 __all__ = ["TOLERANCE", "TOLERANCE_S", "Agreement", "Comparison", "LeftOut", "Pair", "compare"]
 
@@ -24,7 +25,7 @@ TOLERANCE_S: Final = 0.5
 Progress = Callable[[int, int], None]
 """Called with (pairs that are read, pairs in all)."""
 
-_Key = tuple[str, str, str, int, str, str]
+_Key = tuple[str, str, str, int, str, str, Flight]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -124,6 +125,7 @@ class Agreement:
         suite: of the scenarios.
         manager: the managing system.
         model: the segmentation's model.
+        flight: how long is measured, and on what.
         pairs: what is compared.
         left_out: what is not, and why.
         comparisons: one for each of `FIGURES`.
@@ -132,13 +134,14 @@ class Agreement:
     suite: str
     manager: str
     model: str
+    flight: Flight
     pairs: tuple[Pair, ...]
     left_out: tuple[LeftOut, ...]
     comparisons: tuple[Comparison, ...]
 
 
 def compare(sim: Path, live: Path, *, progress: Progress | None = None) -> list[Agreement]:
-    """Return how well the runs below two folders agree, one row a suite, managing system and model.
+    """Return how well the runs below two folders agree, one row a suite, managing system, model and flight.
 
     Every figure is computed from the recorded messages. Runs are paired by scenario and seed. A pair of which a
     run is missing or invalid takes part in no figure, and is listed.
@@ -153,10 +156,10 @@ def compare(sim: Path, live: Path, *, progress: Progress | None = None) -> list[
     """
     simulated, flown = _runs(sim), _runs(live)
     keys = list(dict.fromkeys([*simulated, *flown]))
-    groups: dict[tuple[str, str, str], tuple[list[Pair], list[LeftOut]]] = {}
+    groups: dict[tuple[str, str, str, Flight], tuple[list[Pair], list[LeftOut]]] = {}
     for done, key in enumerate(keys, 1):
-        suite, scenario, manager, seed, model, _ = key
-        pairs, left_out = groups.setdefault((suite, manager, model), ([], []))
+        suite, scenario, manager, seed, model, _, flight = key
+        pairs, left_out = groups.setdefault((suite, manager, model, flight), ([], []))
         one, other = simulated.get(key), flown.get(key)
         reason = _reason(one, other)
         if reason or one is None or other is None:
@@ -170,11 +173,12 @@ def compare(sim: Path, live: Path, *, progress: Progress | None = None) -> list[
             suite=suite,
             manager=manager,
             model=model,
+            flight=flight,
             pairs=tuple(pairs),
             left_out=tuple(left_out),
             comparisons=tuple(_comparison(name, pairs) for name in FIGURES),
         )
-        for (suite, manager, model), (pairs, left_out) in groups.items()
+        for (suite, manager, model, flight), (pairs, left_out) in groups.items()
     ]
 
 
@@ -188,7 +192,7 @@ def _runs(folder: Path) -> dict[_Key, RunRow]:
         raise RecordError(f"There is no folder {folder}; 'sunset agree --out' makes one.")
     runs: dict[_Key, RunRow] = {}
     for row in load_results(folder):
-        key = (row.suite, row.scenario, row.manager, row.seed, row.model, row.setting)
+        key = (row.suite, row.scenario, row.manager, row.seed, row.model, row.setting, row.flight)
         if key in runs:
             raise RecordError(
                 f"There must be one run of {row.scenario} with seed {row.seed} below {folder}, got "
@@ -205,7 +209,7 @@ def _reason(sim: RunRow | None, live: RunRow | None) -> str:
         if run is None:
             reasons.append(f"there is no {where} run")
         elif not run.valid:
-            reasons.append(f"the {where} run is invalid: {run.reason or 'no reason given'}")
+            reasons.append(f"the {where} run is invalid: {shorten(run.reason) or 'no reason given'}")
     return "; ".join(reasons)
 
 

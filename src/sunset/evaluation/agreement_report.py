@@ -47,8 +47,9 @@ def format_agreement(agreements: Sequence[Agreement], form: str = "table") -> st
 def _text(agreement: Agreement) -> Iterator[str]:
     """Give the lines of a managing system's part."""
     pairs = agreement.pairs
+    model = f"{agreement.model}{agreement.flight.label()}"
     yield (
-        f"{agreement.manager} on {agreement.suite or 'scenarios of no suite'}, model {agreement.model}: "
+        f"{agreement.manager} on {agreement.suite or 'scenarios of no suite'}, model {model}: "
         f"{_count(len(pairs), 'pair')}, {len(agreement.left_out)} left out"
     )
     yield ""
@@ -142,6 +143,9 @@ def _as_json(agreements: Sequence[Agreement]) -> str:
                 "manager": one.manager,
                 "suite": one.suite,
                 "model": one.model,
+                "duration_s": one.flight.duration_s,
+                "bag_looped": one.flight.looped,
+                "bag_checksum": one.flight.bag,
                 "pairs": len(one.pairs),
                 "figures": {comparison.name: _json_comparison(comparison) for comparison in one.comparisons},
                 "scenarios": [_json_pair(pair) for pair in one.pairs],

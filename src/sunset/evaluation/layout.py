@@ -1,5 +1,6 @@
 """The report before it has a format: which figures stand in which line, and the notes beneath."""
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
@@ -7,8 +8,9 @@ from types import MappingProxyType
 from typing import Final
 
 from sunset.evaluation.estimates import METHOD, Estimate
+from sunset.evaluation.results import PAPER_DURATION_S, RunRow
 from sunset.evaluation.summary import PUBLISHED, PUBLISHED_SOURCE, SystemRow
-from sunset.texts import printable
+from sunset.texts import printable, shorten
 
 __all__ = [
     "Block",
@@ -168,19 +170,18 @@ _LACKING: Final = MappingProxyType(
 )
 """Figure → what it is called, and what happened in the runs that have none."""
 _SHOWN: Final = 10
+_LONGEST_REASON: Final = 300
 _PUBLISHED_NOTE: Final = (
     f"Published: {PUBLISHED_SOURCE}; by other definitions, which docs/metrics.md compares with ours."
 )
 
 
 def arrange(rows: Sequence[SystemRow]) -> Report:
-    """Return the report of a table's rows, with the paper's beside them."""
+    """Return the report of a table's rows, with the paper's beside those that it can be compared with."""
     main = [_group(row, _MAIN) for row in rows]
     for position, row in enumerate(rows):
         if row.published is not None:
             main[position] = (*main[position], _published(row.published, "  published"))
-    shown = {row.published for row in rows}
-    main += [(_published(name, f"{name} (published)"),) for name in PUBLISHED if name not in shown]
     judged = [row for row in rows if not row.is_reference]
     return Report(
         main=Block("The paper's figures", tuple(_COLUMNS[name] for name in _MAIN), tuple(main)),
@@ -189,7 +190,7 @@ def arrange(rows: Sequence[SystemRow]) -> Report:
             tuple(_COLUMNS[name] for name in _MORE),
             tuple(_group(row, _MORE) for row in judged),
         ),
-        notes=(METHOD, _PUBLISHED_NOTE, *_notes(rows)),
+        notes=(METHOD, *_comparability(rows), *_notes(rows)),
     )
 
 
@@ -223,6 +224,18 @@ def _published(name: str, label: str) -> Line:
     return Line(LineKind.PUBLISHED, label, "", cells)
 
 
+def _comparability(rows: Sequence[SystemRow]) -> list[str]:
+    """Say what the paper's figures are, and which rows have none beside them because they measure another time."""
+    notes = [_PUBLISHED_NOTE] if any(row.published for row in rows) else []
+    others = [row.system for row in rows if row.is_of_other_duration]
+    if others:
+        notes.append(
+            f"The paper measures {PAPER_DURATION_S:g} s: its figures are not comparable with those of "
+            + _listed(others, "rows")
+        )
+    return notes
+
+
 def _notes(rows: Sequence[SystemRow]) -> list[str]:
     """Say what a reader would otherwise take for granted: runs that are missing from a figure."""
     notes = []
@@ -242,16 +255,19 @@ def _notes(rows: Sequence[SystemRow]) -> list[str]:
 
 def _invalid_note(row: SystemRow) -> str:
     """Return how many of a row's runs do not count, and why."""
-    reasons: dict[str, int] = {}
-    for run in row.invalid:
-        reason = run.reason.rstrip(".") or "no reason given"
-        reasons[reason] = reasons.get(reason, 0) + 1
+    reasons = Counter(_reason(run) for run in row.invalid)
     told = [f"{reason} ({count} times)" if count > 1 else reason for reason, count in reasons.items()]
     number = len(row.invalid)
     failed = f", in {row.failed} of which the managing system failed" if row.failed else ""
     return f"{row.system}: {number} invalid {'run is' if number == 1 else 'runs are'} left out{failed}: " + (
         _listed(told, "reasons")
     )
+
+
+def _reason(run: RunRow) -> str:
+    """Return why a run does not count, without what tells it from others that do not for the same reason."""
+    place = f" in {run.scenario.removesuffix(f' {run.faults}')}, seed {run.seed}:"
+    return shorten(run.reason.replace(place, ":", 1).rstrip("."), _LONGEST_REASON) or "no reason given"
 
 
 def _differing_note(row: SystemRow) -> str:

@@ -10,7 +10,7 @@ from sunset.evaluation.estimates import METHOD
 from sunset.evaluation.latex import as_latex
 from sunset.evaluation.layout import arrange
 from sunset.evaluation.results import FIGURES, Progress, load_results
-from sunset.evaluation.summary import PUBLISHED, PUBLISHED_SOURCE, SystemRow, summarise
+from sunset.evaluation.summary import PUBLISHED, PUBLISHED_SOURCE, SystemRow, published_names, summarise
 from sunset.evaluation.text import as_text
 from sunset.evaluation.webpage import as_html
 from sunset.texts import csv_text
@@ -59,9 +59,10 @@ def format_report(rows: Sequence[SystemRow], form: str = "table") -> str:
 
 
 def _as_json(rows: Sequence[SystemRow]) -> str:
+    published = [_json_published(name) for name in published_names(rows)]
     content = {
         "rows": [_json_row(row) for row in rows],
-        "published": {"source": PUBLISHED_SOURCE, "rows": [_json_published(name) for name in PUBLISHED]},
+        "published": {"source": PUBLISHED_SOURCE, "rows": published},
         "method": METHOD,
     }
     return json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
@@ -74,6 +75,9 @@ def _json_row(row: SystemRow) -> dict[str, object]:
         "suite": row.suite,
         "manager": row.manager,
         "model": row.model,
+        "duration_s": row.flight.duration_s,
+        "bag_looped": row.flight.looped,
+        "bag_checksum": row.flight.bag,
         "middleware": row.middleware,
         "version": row.version,
         "runs": row.runs,
@@ -98,9 +102,9 @@ def _json_published(name: str) -> dict[str, object]:
 
 
 def _as_csv(rows: Sequence[SystemRow]) -> str:
-    """Return one line a row, the paper's last; a cell is empty where a figure is not applicable."""
-    head = ["system", "source", "suite", "manager", "model", "middleware", "version"]
-    head += ["runs", "runs_invalid", "runs_failed", "runs_differing"]
+    """Return one line a row, then the paper's rows; a cell is empty where a figure is not applicable."""
+    head = ["system", "source", "suite", "manager", "model", "duration_s", "bag_looped", "bag_checksum"]
+    head += ["middleware", "version", "runs", "runs_invalid", "runs_failed", "runs_differing"]
     columns = [part for name in FIGURES for part in _parts(name)]
     names = [*head, *columns, "unresolved_rate"]
     lines: list[dict[str, object]] = []
@@ -111,6 +115,9 @@ def _as_csv(rows: Sequence[SystemRow]) -> str:
             "suite": row.suite,
             "manager": row.manager,
             "model": row.model,
+            "duration_s": row.flight.duration_s,
+            "bag_looped": json.dumps(row.flight.looped),
+            "bag_checksum": row.flight.bag,
             "middleware": row.middleware,
             "version": row.version,
             "runs": row.runs,
@@ -124,9 +131,9 @@ def _as_csv(rows: Sequence[SystemRow]) -> str:
                 parts = (found.mean, found.std, found.low, found.high, found.runs)
                 cells |= dict(zip(_parts(name), parts, strict=True))
         lines.append(cells)
-    for name, figures in PUBLISHED.items():
+    for name in published_names(rows):
         cells = {"system": name, "source": "published"}
-        for figure, pair in figures.items():
+        for figure, pair in PUBLISHED[name].items():
             cells |= dict(zip(_parts(figure)[:2], pair, strict=True))
         lines.append(cells)
     return csv_text([names, *([cells.get(name) for name in names] for cells in lines)])

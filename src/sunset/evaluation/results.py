@@ -2,8 +2,6 @@
 
 import hashlib
 import json
-import math
-import reprlib
 from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -13,9 +11,18 @@ from typing import Any, Final
 
 from sunset.errors import RecordError
 from sunset.metrics import score
-from sunset.recording import RUN_FILE, read_run, read_timeline
+from sunset.recording import (
+    RUN_FILE,
+    check_entries,
+    check_entry,
+    check_number,
+    differing_figures,
+    read_run,
+    read_timeline,
+    stored_figures,
+)
 
-__all__ = ["FIGURES", "RunRow", "load_results", "recompute"]
+__all__ = ["FIGURES", "PAPER_DURATION_S", "Flight", "RunRow", "load_results", "recompute"]
 
 FIGURES: Final = (
     "f_resolved_per_adaptation",
@@ -39,12 +46,38 @@ FIGURES: Final = (
 
 Progress = Callable[[int, int], None]
 """Called with (runs that are read, runs in all)."""
+PAPER_DURATION_S: Final = 20.0
+"""How long the paper measures [s]."""
 _CHECKSUM: Final = 8
 """Digits of a short checksum."""
-_SHARES: Final = frozenset({"availability", "iou", "iou_all", "miou"})
-_MOST: Final = 1e6
-"""No figure of a run is larger; twelve days, of those that are times."""
-_SETTING: Final = ("entropy_threshold", "sharpness_threshold", "bag_checksum", "bag_looped", "duration_s")
+_THRESHOLDS: Final = ("entropy_threshold", "sharpness_threshold")
+
+
+@dataclass(frozen=True, slots=True, order=True)
+class Flight:
+    """What a run is measured on.
+
+    Attributes:
+        duration_s: how long is measured [s].
+        looped: whether the bag begins anew where it ends.
+        bag: the bag's checksum; empty if it is not known.
+    """
+
+    duration_s: float
+    looped: bool = False
+    bag: str = ""
+
+    def label(self, *, bag: bool = False) -> str:
+        """Return what a name must say of it: what is unlike the paper's and, if that is asked for, the bag.
+
+        >>> Flight(20.0, bag="3c").label(), Flight(4.0, looped=True, bag="3c").label(bag=True)
+        ('', ' [4 s] [looped] [flight 3c]')
+        """
+        return (
+            ("" if self.duration_s == PAPER_DURATION_S else f" [{self.duration_s:g} s]")
+            + (" [looped]" if self.looped else "")
+            + (f" [flight {self.bag[:_CHECKSUM] or 'unknown'}]" if bag else "")
+        )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -57,9 +90,9 @@ class RunRow:
         suite: the suite that it was flown for; empty for a scenario of one's own.
         manager: the managing system; where those with one name differ in their files, with `sources`.
         seed: of the run.
-        model: the segmentation's model, by its name; where runs with one model's name differ in it or in the flight,
-            with `setting`.
-        setting: a short checksum of the model's networks and thresholds, of the flight, and of how long is measured.
+        model: the segmentation's model, by its name; where models with one name differ, with `setting`.
+        setting: a short checksum of the model's networks and thresholds.
+        flight: how long is measured, and on what.
         sources: a short checksum of the files that the managing system is written in; empty if nobody knows.
         faults: a short checksum of the scenario's faults.
         middleware: `sim` or `cyclonedds`.
@@ -82,6 +115,7 @@ class RunRow:
     middleware: str
     digest: str
     metrics: Mapping[str, float | None]
+    flight: Flight
     sources: str = ""
     faults: str = ""
     version: str = ""
@@ -118,7 +152,7 @@ def load_results(folder: Path, *, again: bool = False, progress: Progress | None
     rows: dict[tuple[object, ...], RunRow] = {}
     for done, place in enumerate(found, 1):
         row = _read(place, again=again)
-        flown = (row.suite, row.manager, row.sources, row.setting, row.middleware, row.version)
+        flown = (row.suite, row.manager, row.sources, row.setting, row.flight, row.middleware, row.version)
         messages = (row.scenario, row.faults, row.seed) if row.failed else (row.digest,)
         _check_copy(row, rows.setdefault((*flown, *messages), row))
         if progress is not None:
@@ -171,73 +205,32 @@ def _read(folder: Path, *, again: bool) -> RunRow:
     """Read one run's `run.json` and check what the table needs of it."""
     run = read_run(folder)
     where = folder / RUN_FILE
-    text = {
-        key: _checked(run, key, str, where)
-        for key in ("scenario", "suite", "manager", "model", "middleware", "digest", "reason")
-    }
+    entries = check_entries(run, where)
+    networks = entries.pop("model_checksums")
     failed = run.get("manager_failed") is not None
-    metrics = recompute(folder) if again and not failed else _stored(run, where)
+    metrics = recompute(folder) if again and not failed else stored_figures(run, where)
     versions = run.get("versions")
     return RunRow(
         folder=folder,
-        seed=_checked(run, "seed", int, where),
         metrics=metrics,
-        differing=_differing(run.get("metrics"), metrics),
+        differing=differing_figures(run.get("metrics"), metrics),
         version=str(versions.get("sunset", "")) if isinstance(versions, dict) else "",
-        valid=_checked(run, "valid", bool, where),
-        setting=_checksum(
-            {
-                "model_checksums": _checked(run, "model_checksums", dict, where),
-                **{key: run.get(key) for key in _SETTING},
-            }
-        ),
+        setting=_checksum({"model_checksums": networks, **{key: run.get(key) for key in _THRESHOLDS}}),
+        flight=_flight({"bag_looped": False, "bag_checksum": ""} | run, where),
         sources=str(run.get("manager_checksum", ""))[:_CHECKSUM],
         faults=_checksum({"faults": run.get("faults")}),
         failed=failed,
-        **text,
+        **entries,
     )
 
 
-def _checked(run: Mapping[str, Any], key: str, kind: type, where: Path) -> Any:
-    value = run.get(key)
-    if not isinstance(value, kind) or (kind is int and isinstance(value, bool)):
-        raise RecordError(f"The {key} in {where} must be of type {kind.__name__}, got {reprlib.repr(value)}.")
-    return value
+def _flight(run: Mapping[str, Any], where: Path) -> Flight:
+    return Flight(
+        check_number(run, "duration_s", where),
+        check_entry(run, "bag_looped", bool, where),
+        check_entry(run, "bag_checksum", str, where),
+    )
 
 
 def _checksum(values: Mapping[str, Any]) -> str:
     return hashlib.sha256(json.dumps(values, sort_keys=True).encode()).hexdigest()[:_CHECKSUM]
-
-
-def _stored(run: Mapping[str, Any], where: Path) -> Mapping[str, float | None]:
-    stored = _checked(run, "metrics", dict, where)
-    return MappingProxyType({name: _figure(stored, name, where) for name in FIGURES})
-
-
-def _figure(stored: Mapping[str, Any], name: str, where: Path) -> float | None:
-    """Return one stored figure: a number that a run can have, or None."""
-    if name not in stored:
-        raise RecordError(f"The metrics in {where} lack {name}; run it again, or use --recompute.")
-    value = stored[name]
-    if value is None:
-        return None
-    low, high = (-_MOST, _MOST) if name == "t_decide_s" else (0, 1 if name in _SHARES else _MOST)
-    if isinstance(value, bool) or not isinstance(value, int | float) or not low <= value <= high:
-        raise RecordError(
-            f"The metric {name} in {where} must be a number from {low:g} to {high:g} or null, got "
-            f"{reprlib.repr(value)}."
-        )
-    return value
-
-
-def _differing(stored: object, computed: Mapping[str, float | None]) -> tuple[str, ...]:
-    """Return the names of the figures that are stored otherwise than they were computed."""
-    known = stored if isinstance(stored, dict) else {}
-    return tuple(name for name in FIGURES if name in known and not _same(known[name], computed[name]))
-
-
-def _same(one: object, other: object) -> bool:
-    """Return whether two figures are equal, but for the last digits that another computer may give."""
-    if isinstance(one, float) and isinstance(other, float):
-        return math.isclose(one, other, rel_tol=1e-9, abs_tol=1e-9)
-    return one == other

@@ -7,9 +7,9 @@ from types import MappingProxyType
 from typing import Final
 
 from sunset.evaluation.estimates import Estimate, estimate
-from sunset.evaluation.results import FIGURES, RunRow
+from sunset.evaluation.results import FIGURES, PAPER_DURATION_S, Flight, RunRow
 
-__all__ = ["PUBLISHED", "PUBLISHED_SOURCE", "SystemRow", "summarise"]
+__all__ = ["PUBLISHED", "PUBLISHED_SOURCE", "SystemRow", "published_names", "summarise"]
 
 PUBLISHED_SOURCE: Final = "Wiedholz et al., SUNSET, RoSE'26, Table 1"
 
@@ -55,6 +55,7 @@ class SystemRow:
         suite: of the scenarios.
         manager: the managing system.
         model: the segmentation's model.
+        flight: how long is measured, and on what.
         middleware: `sim` or `cyclonedds`.
         version: of the package that flew the runs.
         runs: how many valid runs there are.
@@ -69,6 +70,7 @@ class SystemRow:
     suite: str
     manager: str
     model: str
+    flight: Flight
     middleware: str
     version: str
     runs: int
@@ -85,8 +87,13 @@ class SystemRow:
 
     @property
     def published(self) -> str | None:
-        """The name of the paper's row that this one stands beside; None if there is none."""
-        return _PUBLISHED_OF.get((self.suite, self.manager))
+        """The name of the paper's row that this one is comparable with; None if there is none."""
+        return None if self.is_of_other_duration else _PUBLISHED_OF.get((self.suite, self.manager))
+
+    @property
+    def is_of_other_duration(self) -> bool:
+        """Whether another time is measured than the paper's."""
+        return self.flight.duration_s != PAPER_DURATION_S
 
     @property
     def is_reference(self) -> bool:
@@ -102,15 +109,18 @@ class SystemRow:
 def summarise(rows: Iterable[RunRow]) -> list[SystemRow]:
     """Return one row a managing system and suite, the paper's two reference rows first.
 
-    Runs of different models, middlewares or versions of the package are never put together; where there are
-    several, the row's name says which. Invalid runs take no part in any figure, and are listed.
+    Runs of different models, flights, middlewares or versions of the package are never put together; where there are
+    several, the row's name says which. It always says of a flight that it was looped, or measured for another time than
+    the paper's. Invalid runs take no part in any figure, and are listed.
     """
     runs = list(rows)
-    groups: dict[tuple[str, ...], list[RunRow]] = {}
+    groups: dict[tuple[str, str, str, Flight, str, str], list[RunRow]] = {}
     for run in sorted(runs, key=_order):
-        groups.setdefault((run.suite, run.manager, run.model, run.middleware, run.version), []).append(run)
+        key = (run.suite, run.manager, run.model, run.flight, run.middleware, run.version)
+        groups.setdefault(key, []).append(run)
     names = _manager_names({run.manager for run in runs})
     several_models = len({run.model for run in runs}) > 1
+    several_bags = len({run.flight.bag for run in runs}) > 1
     several_middlewares = len({run.middleware for run in runs}) > 1
     several_versions = len({run.version for run in runs}) > 1
     return [
@@ -118,12 +128,19 @@ def summarise(rows: Iterable[RunRow]) -> list[SystemRow]:
             names[manager]
             + _SUITE_LABELS.get(suite, f" ({suite})")
             + (f" [{model}]" if several_models else "")
+            + flight.label(bag=several_bags)
             + (f" [{middleware}]" if several_middlewares else "")
             + (f" [sunset {version or 'unknown'}]" if several_versions else ""),
             group,
         )
-        for (suite, manager, model, middleware, version), group in groups.items()
+        for (suite, manager, model, flight, middleware, version), group in groups.items()
     ]
+
+
+def published_names(rows: Iterable[SystemRow]) -> list[str]:
+    """Return the names of the paper's rows beside which one of these stands, in the paper's order."""
+    shown = {row.published for row in rows}
+    return [name for name in PUBLISHED if name in shown]
 
 
 def _order(run: RunRow) -> tuple[object, ...]:
@@ -136,6 +153,7 @@ def _order(run: RunRow) -> tuple[object, ...]:
         _place(run.manager, _MANAGERS),
         run.manager,
         run.model,
+        run.flight,
         run.middleware,
         run.version,
         run.scenario,
@@ -164,6 +182,7 @@ def _row(system: str, group: Sequence[RunRow]) -> SystemRow:
         suite=first.suite,
         manager=first.manager,
         model=first.model,
+        flight=first.flight,
         middleware=first.middleware,
         version=first.version,
         runs=len(valid),

@@ -17,9 +17,7 @@ _LEAST: Final = 16  # so wide is the first column at least
 
 def as_text(report: Report) -> str:
     """Return a report as text; a name that is too long for its column has a line of its own."""
-    parts = [_table(report.main)]
-    if report.more.groups:
-        parts.append(_table(report.more))
+    parts = [_table(block) for block in (report.main, report.more) if block.groups]
     parts.append("\n".join(_note(note) for note in report.notes))
     return "\n\n".join(parts) + "\n"
 

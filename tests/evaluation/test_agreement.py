@@ -51,6 +51,16 @@ def pair(sim: RunMetrics, live: RunMetrics) -> Pair:
     return Pair(scenario="paper/a", seed=1, sim=sim, live=live)
 
 
+def test_runs_of_other_durations_are_compared_by_themselves(
+    fly: Store, compared: Callable[[], list[Agreement]]
+) -> None:
+    for scenario, duration_s in (("paper/a", 20.0), ("paper/b", 19.0)):
+        for where in ("sim", "live"):
+            fly(where, scenario, duration_s=duration_s)
+    found = {one.flight.duration_s: [pair.scenario for pair in one.pairs] for one in compared()}
+    assert found == {20.0: ["paper/a"], 19.0: ["paper/b"]}
+
+
 def test_runs_are_paired_by_scenario_and_seed(fly: Store, compared: Callable[[], list[Agreement]]) -> None:
     # a command at c resolves F1, began at 2.0, and the ripples F2 and F3, began at 1.9
     for scenario, sim_s, live_s in (("paper/a", 3.5, 3.6), ("paper/b", 4.0, 4.4)):

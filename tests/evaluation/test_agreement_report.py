@@ -2,6 +2,7 @@ import csv
 import io
 import json
 import re
+from dataclasses import replace
 
 import pytest
 
@@ -75,6 +76,23 @@ def test_text_has_a_line_a_figure() -> None:
     assert cells(text, "miou") == ["miou", "N/A", "N/A", "N/A", "0", "N/A"]
 
 
+def test_flights_of_one_model_are_told_apart() -> None:
+    flights = (Flight(20.0, bag="3c" * 32), Flight(4.0, looped=True, bag="7e" * 32))
+    several = [replace(agreement(), flight=flight) for flight in flights]
+    text = format_agreement(several)
+    assert "model lite [flight 3c3c3c3c]: 3 pairs" in text
+    assert "model lite [4 s] [looped] [flight 7e7e7e7e]: 3 pairs" in text
+    lines = list(csv.DictReader(io.StringIO(format_agreement(several, "csv"))))
+    assert {
+        (line["model"], line["duration_s"], line["bag_looped"], line["bag_checksum"]) for line in lines
+    } == {
+        ("lite", "20.0", "false", "3c" * 32),
+        ("lite", "4.0", "true", "7e" * 32),
+    }
+    rows = json.loads(format_agreement(several, "json"))["rows"]
+    assert [row["duration_s"] for row in rows] == [20.0, 4.0]
+
+
 def test_text_is_aligned_and_fits_a_hundred_columns() -> None:
     text = format_agreement([agreement()])
     assert max(map(len, text.splitlines())) <= 100
@@ -114,6 +132,9 @@ def test_csv_has_a_line_a_figure_and_empty_cells_where_there_is_nothing() -> Non
         "manager": "baseline",
         "suite": "artifact",
         "model": "lite",
+        "duration_s": "20.0",
+        "bag_looped": "false",
+        "bag_checksum": "",
         "figure": "iou",
         "sim": "0.5",
         "live": "0.3",

@@ -34,7 +34,8 @@ def format_agreement(agreements: Sequence[Agreement], form: str = "table") -> st
     """
     match form:
         case "table":
-            parts = ["\n".join([*_text(agreement), ""]) for agreement in agreements]
+            several = len({agreement.flight.bag for agreement in agreements}) > 1
+            parts = ["\n".join([*_text(agreement, bag=several), ""]) for agreement in agreements]
             return "\n".join([*parts, _wrapped(_METHOD), _wrapped(_RULE)]) + "\n"
         case "csv":
             return _as_csv(agreements)
@@ -44,10 +45,10 @@ def format_agreement(agreements: Sequence[Agreement], form: str = "table") -> st
     raise InvalidInputError(f"The format of an agreement report must be one of {known}, got {form!r}.")
 
 
-def _text(agreement: Agreement) -> Iterator[str]:
+def _text(agreement: Agreement, *, bag: bool) -> Iterator[str]:
     """Give the lines of a managing system's part."""
     pairs = agreement.pairs
-    model = f"{agreement.model}{agreement.flight.label()}"
+    model = f"{agreement.model}{agreement.flight.label(bag=bag)}"
     yield (
         f"{agreement.manager} on {agreement.suite or 'scenarios of no suite'}, model {model}: "
         f"{_count(len(pairs), 'pair')}, {len(agreement.left_out)} left out"
@@ -187,13 +188,19 @@ def _json_pair(pair: Pair) -> dict[str, object]:
 
 def _as_csv(agreements: Sequence[Agreement]) -> str:
     """Return one line a figure; a cell is empty where there is nothing to compare."""
-    head = ("manager", "suite", "model", "figure", "sim", "live", "difference", "ci_low", "ci_high")
-    rows: list[tuple[object, ...]] = [(*head, "pairs", "one_sided", "agrees")]
+    head = ("manager", "suite", "model", "duration_s", "bag_looped", "bag_checksum", "figure", "sim", "live")
+    rows: list[tuple[object, ...]] = [
+        (*head, "difference", "ci_low", "ci_high", "pairs", "one_sided", "agrees")
+    ]
     for agreement in agreements:
         for one in agreement.comparisons:
             found = one.difference
             numbers = (None,) * 3 if found is None else (found.mean, found.low, found.high)
             verdict = None if one.agrees is None else str(one.agrees).lower()
-            start = (agreement.manager, agreement.suite, agreement.model, one.name, one.sim, one.live)
-            rows.append((*start, *numbers, one.pairs, one.one_sided, verdict))
+            flight = agreement.flight
+            start = (agreement.manager, agreement.suite, agreement.model, flight.duration_s)
+            bag = (str(flight.looped).lower(), flight.bag)
+            rows.append(
+                (*start, *bag, one.name, one.sim, one.live, *numbers, one.pairs, one.one_sided, verdict)
+            )
     return csv_text(rows)

@@ -105,3 +105,6 @@ def test_a_run_whose_managing_system_failed_has_no_time_line(record: Path) -> No
         RecordError, match=r"has no time line, since its managing system failed: The .* KeyError\."
     ):
         read_stored_run(described(record, manager_failed=reason))
+    with pytest.raises(RecordError) as found:
+        read_stored_run(described(record, manager_failed="it raised " * 1000))
+    assert len(str(found.value)) < 1500

@@ -22,6 +22,8 @@ _SYSTEM_PORT = 9
 """Added likewise, for a system that runs in the domain: before those of the participants, since 135 is the last one
 that domain 232 has room for."""
 
+_LOOPBACK = "127.0.0.1"
+
 _OFFSETS = (0, *range(10, 76))
 """Added to a domain's first port: for multicast, and two for each of those participants."""
 
@@ -56,7 +58,7 @@ def sole_system(domain_id: int) -> Iterator[None]:
         MiddlewareError: one is there.
     """
     with ExitStack() as held:
-        if not _bind(held, _FIRST_PORT + _PORTS_PER_DOMAIN * domain_id + _SYSTEM_PORT):
+        if not _bind(held, _FIRST_PORT + _PORTS_PER_DOMAIN * domain_id + _SYSTEM_PORT, _LOOPBACK):
             raise MiddlewareError(
                 f"Another system runs in domain {domain_id} on this computer: end it, or choose another domain."
             )
@@ -75,11 +77,11 @@ def _reserve(domain: int) -> Iterator[bool]:
         yield unused
 
 
-def _bind(stack: ExitStack, port: int) -> bool:
-    """Take a UDP port until the stack is left; return whether it was free."""
+def _bind(stack: ExitStack, port: int, address: str = "") -> bool:
+    """Take a UDP port, of all addresses or of one, until the stack is left; return whether it was free."""
     held = stack.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM))
     try:
-        held.bind(("", port))
+        held.bind((address, port))
     except OSError:
         return False
     return True

@@ -2,12 +2,15 @@
 
 import inspect
 import math
+from collections.abc import Callable
 
 import pytest
 
+from sunset.experiments.graph import MANAGED_NODES
 from sunset.interfaces.rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
 from sunset.managing import FloatOrNaN, Symptoms
 from sunset.managing.symptoms import read_parameters
+from sunset.nodes import monitor
 
 KEY = "managed_subsystem_rgb_camera_freq"
 
@@ -79,6 +82,31 @@ def test_nodes_have_states_and_heartbeats() -> None:
     assert symptoms.state("/managed_subsystem/camera") == "active"
     assert symptoms.heartbeat("camera") == 10.0
     assert symptoms.sharpness == 0.5
+
+
+@pytest.mark.parametrize("ask", [Symptoms.frequency, Symptoms.stopped])
+def test_a_topic_that_nothing_measures_is_refused(ask: Callable[[Symptoms, str], object]) -> None:
+    with pytest.raises(ValueError, match=r"no topic 'rgb_kamera': did you mean 'rgb_camera', or name one of"):
+        ask(Symptoms({KEY: 9.0}), "rgb_kamera")
+
+
+@pytest.mark.parametrize("ask", [Symptoms.state, Symptoms.heartbeat])
+def test_a_node_that_has_no_heartbeat_is_refused(ask: Callable[[Symptoms, str], object]) -> None:
+    with pytest.raises(
+        ValueError, match=r"no node 'sensors_fusion': did you mean 'sensor_fusion', or name one"
+    ):
+        ask(Symptoms({"camera_lc_state": "active"}), "sensors_fusion")
+
+
+def test_whatever_the_monitor_and_the_launcher_know_is_known_before_it_is_heard() -> None:
+    for topic, _ in monitor._TOPICS:
+        assert math.isnan(Symptoms({}).frequency(topic))
+    for node in MANAGED_NODES:
+        assert Symptoms({}).state(node) == "unknown"
+
+
+def test_a_node_of_ones_own_is_known_once_it_is_heard() -> None:
+    assert Symptoms({"thermal_lc_state": "active"}).state("thermal") == "active"
 
 
 def test_parameters_of_the_four_types_are_read() -> None:

@@ -5,6 +5,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from typing import Annotated, Final
 
 from sunset.interfaces.rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
+from sunset.texts import suggestion
 
 __all__ = ["DEFAULT_ENTROPY_THRESHOLD", "FloatOrNaN", "Symptoms", "Value", "read_parameters"]
 
@@ -20,6 +21,11 @@ DEFAULT_ENTROPY_THRESHOLD: Final = 0.06
 _NAMESPACE: Final = "/managed_subsystem/"
 _LAST_TOPIC: Final = "segmentation"
 """What the pipeline has at its end: there are messages on it only where all before it works."""
+_TOPICS: Final = (
+    *("rgb_camera", "depth_camera", "rgb_enhanced", "sensors_fused", _LAST_TOPIC),
+    *("/rgb_raw", "/depth_raw"),
+)
+_NODES: Final = ("camera", "depth", "image_enhancement", "sensor_fusion", "segmentation")
 
 
 class Symptoms(Mapping[str, Value]):
@@ -28,7 +34,8 @@ class Symptoms(Mapping[str, Value]):
     All entries are there under their names, `symptoms["segmentation_entropy"]`; what has not been measured yet is
     no entry. The properties and methods give the common ones, and need no test for what is absent: a number is
     then NaN, which compares false with every threshold, and a question is answered with False. Topics and nodes
-    can be given by their short names, such as `rgb_camera`, or their full ones.
+    can be given by their short names, such as `rgb_camera`, or their full ones; one that neither the system nor the
+    blackboard has is refused with a ValueError, since it would look well for ever.
 
     Args:
         values: the entries, by name.
@@ -61,11 +68,22 @@ class Symptoms(Mapping[str, Value]):
         return f"Symptoms({self._values!r})"
 
     def frequency(self, topic: str) -> FloatOrNaN:
-        """Return the messages per second on a topic, over the last second; NaN until the first came."""
-        return self._number(_frequency_key(topic))
+        """Return the messages per second on a topic, over the last second; NaN until the first came.
+
+        Raises:
+            ValueError: there is no such topic.
+        """
+        key = _frequency_key(topic)
+        if key not in self and key not in map(_frequency_key, _TOPICS):
+            raise _unknown_error("topic", topic, _TOPICS)
+        return self._number(key)
 
     def stopped(self, topic: str) -> bool:
-        """Return whether a topic that once had messages has had none for the last second."""
+        """Return whether a topic that once had messages has had none for the last second.
+
+        Raises:
+            ValueError: there is no such topic.
+        """
         return self.frequency(topic) == 0
 
     @property
@@ -94,12 +112,26 @@ class Symptoms(Mapping[str, Value]):
         return self._values.get("camera_autofocus_needed") is True
 
     def state(self, node: str) -> str:
-        """Return a node's lifecycle state, such as `active`; `unknown` while its heartbeat is not heard."""
-        return str(self._values.get(f"{_short(node)}_lc_state", "unknown"))
+        """Return a node's lifecycle state, such as `active`; `unknown` while its heartbeat is not heard.
+
+        Raises:
+            ValueError: there is no such node.
+        """
+        return str(self._values.get(self._node_key(node, "lc_state"), "unknown"))
 
     def heartbeat(self, node: str) -> FloatOrNaN:
-        """Return a node's heartbeats per second, over the last second; NaN if it was never heard."""
-        return self._number(f"{_short(node)}_heartbeat_freq")
+        """Return a node's heartbeats per second, over the last second; NaN if it was never heard.
+
+        Raises:
+            ValueError: there is no such node.
+        """
+        return self._number(self._node_key(node, "heartbeat_freq"))
+
+    def _node_key(self, node: str, what: str) -> str:
+        key = f"{_short(node)}_{what}"
+        if key not in self and _short(node) not in _NODES:
+            raise _unknown_error("node", node, _NODES)
+        return key
 
     def _number(self, key: str) -> FloatOrNaN:
         value = self._values.get(key)
@@ -128,6 +160,12 @@ def _value(value: ParameterValue) -> Value | None:
             return value.integer_value
         case _:
             return None
+
+
+def _unknown_error(what: str, name: str, known: Iterable[str]) -> ValueError:
+    return ValueError(
+        f"The monitor knows no {what} {name!r}: {suggestion(name, known)}name one of {', '.join(known)}."
+    )
 
 
 def _short(node: str) -> str:

@@ -1,10 +1,12 @@
 """What a run prints of what happened."""
 
+import re
 from pathlib import Path
 
 import pytest
 
 from sunset.cli import main
+from sunset.cli._story import _stated_once
 
 pytestmark = pytest.mark.usefixtures("flight")
 
@@ -48,3 +50,72 @@ def test_where_nothing_came_before_the_injection_there_is_no_heading(
     assert main(["run", "nofault", "--manager", "none"]) == 0
 
     assert "the injection" not in capsys.readouterr().out
+
+
+CHATTY = """\
+from sunset.managing import ManagingSystem
+
+class Chatty(ManagingSystem):
+    def adapt(self, symptoms):
+        self.get_logger().info("Looking " + "again and " * 20 + "again.")
+        self.get_logger().info("Nothing there.")
+"""
+
+
+def test_what_repeats_is_stated_once_and_no_line_is_wrapped_for_a_pipe(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "chatty.py").write_text(CHATTY, encoding="utf-8")
+
+    assert main(["run", "nofault", "--manager", f"{tmp_path / 'chatty.py'}:Chatty"]) == 0
+
+    lines = capsys.readouterr().out.splitlines()
+    assert all(line == line.rstrip() for line in lines)
+    for said in ("Looking " + "again and " * 20 + "again.", "Nothing there."):
+        found = [line for line in lines if said in line]
+        assert len(found) == 3  # before the injection, from then on, and after the end
+        # every 0.2 s until the end
+        assert re.search(r"log +.*\. … (99|100) times more until (19\.[89]|20\.0)\d s$", found[1]), found[1]
+
+
+def test_what_happened_between_two_repetitions_is_not_moved() -> None:
+    events = [
+        (0.5, "log", "a"),
+        (1.0, "log", "b"),
+        (1.5, "log", "a"),
+        (2.0, "symptom", "F1"),
+        (2.5, "log", "a"),
+    ]
+
+    assert _stated_once(events) == [
+        (0.5, "log", "a … 1 time more until 1.50 s"),
+        (1.0, "log", "b"),
+        (2.0, "symptom", "F1"),
+        (2.5, "log", "a"),
+    ]
+
+
+EARLY = """\
+from sunset.managing import ManagingSystem
+
+class Early(ManagingSystem):
+    done = False
+
+    def adapt(self, symptoms):
+        if not self.done:
+            self.done = True
+            self.deactivate("camera")
+"""
+
+
+def test_a_symptom_that_held_at_the_injection_is_said_to_be_older(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "early.py").write_text(EARLY, encoding="utf-8")
+
+    assert main(["run", "gpu_failure", "--manager", f"{tmp_path / 'early.py'}:Early"]) == 0
+
+    symptoms = [line for line in capsys.readouterr().out.splitlines() if " s  symptom  " in line]
+    since = [" ".join(line.split()) for line in symptoms if "since before" in line]
+    assert since[0] == "0.00 s symptom F1 (ripple) no camera image for 1 s, since before the injection"
+    assert len(since) == len(symptoms) == 3  # the fusion and the segmentation likewise

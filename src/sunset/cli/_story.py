@@ -1,6 +1,6 @@
 """What happened in a run, in words."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any, Final, NoReturn
 
@@ -41,6 +41,14 @@ _GONE = {
     "F5": "camera images are sharp again",
 }
 
+_Event = tuple[float, str, str]
+"""When, what kind, and in words."""
+
+_REPEATING: Final = frozenset({"log", "adaptation"})
+
+_UNBOUNDED: Final = 100_000
+"""Columns of a line that nobody wraps."""
+
 _OUTAGES = frozenset({"F1", "F2", "F3"})
 
 _SYSTEM_LOGGERS: Final = frozenset(node.strip("/").replace("/", ".") for node in SYSTEM_NODES)
@@ -55,6 +63,8 @@ def print_story(folder: Path) -> None:
     result = read_stored_run(folder)
     # no markup: names and values are the user's, brackets included
     console = _Console(highlight=False, markup=False, emoji=False)
+    if not console.is_terminal:
+        console.width = _UNBOUNDED  # what is searched or cut into fields stands in one line
     console.print()
     console.print(result.scenario, style="bold", soft_wrap=True)
     described = f"managing system {result.manager}, seed {result.seed}, model {result.model}"
@@ -64,7 +74,7 @@ def print_story(folder: Path) -> None:
     table.add_column(justify="right")
     table.add_column()
     table.add_column()
-    events = sorted(_events(result), key=lambda event: event[0])
+    events = _stated_once(sorted(_events(result), key=lambda event: event[0]))
     early = sum(time < 0 for time, _, _ in events)
     for number, (time, kind, text) in enumerate(events):
         if early and number in {0, early}:
@@ -72,12 +82,12 @@ def print_story(folder: Path) -> None:
                 "", "", Text("from the injection on" if number else "before the injection", style="bold")
             )
         table.add_row(f"{time:6.2f} s", Text(kind, style=_STYLES[kind]), text)
-    console.print(table)
+    console.print_table(table)
     console.print()
     figures = Table(box=None, padding=(0, 1), show_header=False)
     for name, value, remark in _figures(result.score):
         figures.add_row(name, Text(value, style="bold"), Text(remark, style="dim"))
-    console.print(figures)
+    console.print_table(figures)
     if result.differing:
         console.print(
             f"\nStored otherwise than the messages give, and computed here: {', '.join(result.differing)}.",
@@ -87,6 +97,24 @@ def print_story(folder: Path) -> None:
         console.print(f"\nThis run does not count: {shorten(result.reason)}.", style="bold red")
 
 
+def _stated_once(events: Iterable[_Event]) -> list[_Event]:
+    """Return events of which those that repeat are stated once, with how often they came and until when.
+
+    Only what was logged or done repeats; between two of its repetitions nothing of another kind happened.
+    """
+    stated: dict[tuple[object, ...], list[float]] = {}
+    stretch = 0
+    for time, kind, text in events:
+        stretch += kind not in _REPEATING
+        stated.setdefault((stretch, time < 0, kind, text), []).append(time)
+    return [(times[0], str(kind), f"{text}{_repeated(times)}") for (*_, kind, text), times in stated.items()]
+
+
+def _repeated(times: list[float]) -> str:
+    more = len(times) - 1
+    return f" … {more} time{'s' * (more > 1)} more until {times[-1]:.2f} s" if more else ""
+
+
 class _Console(Console):
     """A console that shows every text as it is, and leaves a closed pipe to the entry point, as `print` does."""
 
@@ -94,16 +122,26 @@ class _Console(Console):
         """Return a text of the user's or of a record's, made printable."""
         return super().render_str(printable(text), **options)
 
+    def print_table(self, table: Table) -> None:
+        """Print a table without the spaces that fill its lines."""
+        with self.capture() as captured:
+            self.print(table)
+        for line in captured.get().splitlines():
+            self.out(line.rstrip(), highlight=False)
+
     def on_broken_pipe(self) -> NoReturn:
         """Raise on; rich would exit with code 1."""
         raise  # noqa: PLE0704  rich calls this while it handles the BrokenPipeError
 
 
-def _events(result: StoredRun) -> Iterator[tuple[float, str, str]]:
+def _events(result: StoredRun) -> Iterator[_Event]:
     for injection in result.timeline.injections:
         yield injection.time, "fault", f"{injection.fault}: {get_fault(injection.fault).description}"
     for episode in result.score.failures:
-        yield episode.holds, "symptom", f"{episode.failure} {_cause(episode)}{_SYMPTOMS[episode.failure]}"
+        symptom = f"{episode.failure} {_cause(episode)}{_SYMPTOMS[episode.failure]}"
+        # a time line of the experiment has no time before 0 for what began before
+        since = ", since before the injection" if episode.holds == 0 else ""
+        yield episode.holds, "symptom", symptom + since
         if episode.ended is not None:
             yield episode.ended, "cured", f"{episode.failure} {_GONE[episode.failure]}{_resolution(episode)}"
     for adaptation in result.score.executed:

@@ -61,9 +61,18 @@ def test_what_was_not_declared_is_unknown(world: "World") -> None:
     for call in calls:
         with pytest.raises(
             ParameterNotDeclaredException,
-            match=r"Parameter 'speed' of /node is not declared; declared are use_sim_time\.",
+            match=r"Parameter 'speed' of /node is not declared: name one of use_sim_time\.",
         ):
             call()
+
+
+def test_who_mistypes_a_parameter_is_told_the_nearest(world: "World") -> None:
+    node = world.node()
+    node.declare_parameter("sharpness_threshold", 0.5)
+    with pytest.raises(
+        ParameterNotDeclaredException, match=r"did you mean 'sharpness_threshold', or name one"
+    ):
+        node.set_parameters([Parameter("sharpnes_threshold", value=1.0)])
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,7 @@ from sunset.ros.exceptions import (
 )
 from sunset.ros.names import validate_parameter_name
 from sunset.ros.parameter import Parameter
-from sunset.texts import shorten
+from sunset.texts import shorten, suggestion
 
 __all__ = ["Changes", "ParameterStore", "PostSetCallback", "SetCallback"]
 
@@ -203,7 +203,8 @@ class ParameterStore:
         if missing and not self._allow_undeclared:
             known = ", ".join(self._parameters) or "none"
             raise ParameterNotDeclaredException(
-                f"Parameter {', '.join(map(repr, missing))} of {self._node} is not declared; declared are {known}."
+                f"Parameter {', '.join(map(repr, missing))} of {self._node} is not declared: "
+                f"{suggestion(missing[0], self._parameters)}name one of {known}."
             )
 
     def set_together(self, parameters: list[Parameter]) -> SetParametersResult:

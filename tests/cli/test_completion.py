@@ -45,6 +45,13 @@ def test_bash_completes_verbs_actions_options_names_and_files(script: Path) -> N
     assert completed("report", "re") == {"results"}
 
 
+@pytest.mark.skipif(shutil.which("bash") is None, reason="asks bash")
+def test_where_no_name_fits_bash_completes_files(script: Path) -> None:
+    command = ["bash", "-c", "source completion.bash; complete -p sunset"]
+    told = subprocess.run(command, cwd=script, capture_output=True, text=True, check=True)
+    assert "-o default" in told.stdout
+
+
 @pytest.mark.parametrize("shell", ["zsh", "fish", "tcsh"])
 def test_other_shells_have_a_script_too(shell: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["completion", shell]) == 0

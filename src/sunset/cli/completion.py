@@ -40,7 +40,9 @@ def execute(arguments: argparse.Namespace) -> int:
 
     parser = make_parser()
     _complete(parser, shtab.FILE)
-    print(shtab.complete(parser, shell=arguments.shell))
+    script = shtab.complete(parser, shell=arguments.shell)
+    # an option that takes a name or a file: where no name fits, bash itself completes files
+    print(script.replace("complete -o bashdefault", "complete -o bashdefault -o default"))
     return 0
 
 

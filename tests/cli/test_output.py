@@ -99,7 +99,7 @@ def test_runs_are_listed_a_row_each(tmp_path: Path, capsys: pytest.CaptureFixtur
 
     assert main(["report", str(out), "--runs", "--format", "json"]) == 0
     runs = json.loads(capsys.readouterr().out)["runs"]
-    assert main(["report", str(out), "--runs", "--format", "csv"]) == 0
+    assert main(["report", str(out), "--runs"]) == 0
     lines = list(csv.DictReader(capsys.readouterr().out.splitlines()))
 
     assert [(run["manager"], run["seed"]) for run in runs] == [

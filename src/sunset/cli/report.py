@@ -32,7 +32,8 @@ def add_parser(verbs: "argparse._SubParsersAction[argparse.ArgumentParser]") -> 
     parser.add_argument(
         "--runs",
         action="store_true",
-        help=f"list the runs, a row each, in place of the table: --format {' or '.join(RUNS_FORMATS)}",
+        help=f"list the runs, a row each, in place of the table: --format {' or '.join(RUNS_FORMATS)} "
+        f"(default: {RUNS_FORMATS[0]})",
     )
     parser.add_argument(
         "--recompute",
@@ -49,7 +50,7 @@ def execute(arguments: argparse.Namespace) -> int:
     """Print the report."""
     folder, form, again = arguments.folder, arguments.format, arguments.recompute
     if arguments.runs:
-        print_runs(folder, form or "table", recompute=again)
+        print_runs(folder, form or RUNS_FORMATS[0], recompute=again)
     elif form is None and not again and (folder / RUN_FILE).is_file():
         print_story(folder)
     else:

@@ -196,8 +196,19 @@ ARGUMENTS: dict[str, tuple[Sequence[str], str]] = {
     "missing bag": (["run", "--bag", "nowhere.mcap"], "nowhere.mcap"),
     "unknown verb": (["fly"], "fly"),
     "unknown option": (["run", "--quickly"], "--quickly"),
+    "a mistyped option": (
+        ["run", "--manger", "none"],
+        "sunset run: There is no argument '--manger' here: did you mean '--manager', or leave it out; 'sunset run ",
+    ),
+    "a word too many": (
+        ["scenarios", "list", "paper"],
+        "sunset scenarios list: There is no argument 'paper' here: leave it out;",
+    ),
     "unknown format": (["report", ".", "--format", "clay"], "clay"),
-    "list of runs as a table": (["report", ".", "--runs"], "must be csv or json, got 'table'"),
+    "list of runs as a table": (
+        ["report", ".", "--runs", "--format", "table"],
+        "must be csv or json, got 'table'",
+    ),
     "report of nothing": (["report", "nowhere"], "nowhere"),
     "report of an empty folder": (["report", "."], "no finished run"),
     "unknown town": (["data", "render", "--town", "99", "--out", "o"], "99"),

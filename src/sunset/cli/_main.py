@@ -10,7 +10,7 @@ from contextlib import ExitStack, contextmanager, nullcontext
 from importlib import import_module
 from io import TextIOWrapper
 from types import FrameType
-from typing import Final, NoReturn
+from typing import Any, Final, NoReturn
 
 from sunset import __version__
 from sunset.errors import SunsetError
@@ -30,8 +30,14 @@ _QUICK_S: Final = 0.4
 _NODE: Final = "node"
 _UP: Final = "up"
 _FLYING: Final = ("run", "bench", "agree")
-_WRITING: Final = (*_FLYING, "data", "models", "train")
+_WRITING: Final = (*_FLYING, "managers", "data", "models", "train")
 """Those that take their time: they tidy up when they are asked to end, and show what they do from the first second."""
+_CONTINUED: Final = {
+    "bench": "the same command continues it",
+    "agree": "the same command continues it",
+    "train": "the same command with --resume goes on",
+}
+"""How work goes on that keeps what was finished when it was interrupted."""
 _VERBS: Final = (
     *(*_FLYING, "report", "scenarios", "faults", "managers"),
     *("data", "models", "train", _NODE, _UP, "ros", "completion"),
@@ -50,6 +56,15 @@ class _Parser(argparse.ArgumentParser):
             raise argparse.ArgumentError(
                 action, f"there is no {value!r}: {hint}choose one of {', '.join(choices)}"
             )
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        """Suggest an option to who mistyped it, in the name of the verb; argparse complains in that of the program."""
+        parsed, unknown = super().parse_known_args(args, namespace)
+        if unknown:
+            option = unknown[0].partition("=")[0]
+            hint = suggestion(option, self._option_string_actions)
+            self.error(f"there is no argument {option!r} here: {hint}leave it out")
+        return parsed, unknown
 
     def error(self, message: str) -> NoReturn:
         """Print one sentence and exit with code 2."""
@@ -116,7 +131,8 @@ def _execute(verb: str, arguments: Sequence[str], given: argparse.Namespace) -> 
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     except KeyboardInterrupt as error:
-        print("Interrupted; what was finished is kept.", file=sys.stderr)
+        remedy = f"; {_CONTINUED[verb]}" if verb in _CONTINUED else ""
+        print(f"Interrupted{remedy}.", file=sys.stderr)
         return _SIGNALLED + int(*error.args) if error.args else EXIT_INTERRUPTED
     except Exception as error:
         if lacking := shortage(error):

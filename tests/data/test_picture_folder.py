@@ -10,7 +10,7 @@ import numpy.typing as npt
 import pytest
 from tests.data.material import make_frames, picture_file, put_pictures
 
-from sunset.data import Frame, find_pictures
+from sunset.data import Frame, find_pictures, read_bag
 from sunset.errors import DataError
 
 SIZE = (18, 32)
@@ -113,6 +113,20 @@ MISTAKES: dict[str, tuple[Callable[[Path], object], str]] = {
         r"a9\.png must be a whole picture",
     ),
 }
+
+
+def test_a_folder_that_is_not_there_is_said_to_be_missing(tmp_path: Path) -> None:
+    with pytest.raises(
+        DataError, match=r"There is no folder .*nowhere: give the one that holds the folders rgb, "
+    ):
+        find_pictures(tmp_path / "nowhere")
+
+
+def test_who_takes_pictures_for_a_bag_is_told_what_makes_one_of_them(folder: Path) -> None:
+    with pytest.raises(
+        DataError, match=r"of pictures in rgb, depth and labels 'sunset data import --pictures'"
+    ):
+        read_bag(folder)
 
 
 @pytest.mark.parametrize("mistake", MISTAKES)

@@ -277,7 +277,10 @@ def test_learning_lowers_the_loss(sets: FrameSets, tmp_path: Path) -> None:
 
 def test_the_checkpoint_of_another_run_is_refused(sets: FrameSets, tmp_path: Path) -> None:
     learn(TINY.with_steps(1), sets.train, sets.validation, tmp_path)
-    with pytest.raises(InvalidInputError, match="is of another training"):
+    with pytest.raises(
+        InvalidInputError,
+        match=r"is of another training: they differ in --steps \(begun with 1, asked for 6\); choose",
+    ):
         learn(TINY, sets.train, sets.validation, tmp_path, resume=True)
 
 
@@ -285,7 +288,9 @@ def test_a_checkpoint_of_other_frames_is_refused(sets: FrameSets, tmp_path: Path
     config = replace(TINY, modalities=("depth",)).with_steps(1)
     learn(config, sets.train, sets.validation, tmp_path)
     brighter = replace(sets.train, bgr=sets.train.bgr + np.uint8(1))
-    with pytest.raises(InvalidInputError, match="is of another training"):
+    with pytest.raises(
+        InvalidInputError, match=r"is of another training: they differ in --frames \(begun with"
+    ):
         learn(config, brighter, sets.validation, tmp_path, resume=True)
 
 

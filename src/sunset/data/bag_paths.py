@@ -29,7 +29,8 @@ def check_bag_path(path: Path) -> None:
         if not (path / "metadata.yaml").exists():
             raise DataError(
                 f"The folder {path} must be a rosbag2 with a metadata.yaml, got none: "
-                f"'ros2 bag reindex {path}' writes it, 'sunset data import' makes a bag of SynDrone's folders."
+                f"'ros2 bag reindex {path}' writes it for a recording; of SynDrone's folders 'sunset data import "
+                f"--syndrone' makes a bag, and of pictures in rgb, depth and labels 'sunset data import --pictures'."
             )
     elif path.suffix == ".bag":
         raise DataError(f"The bag {path} must be of ROS 2, got one of ROS 1: 'rosbags-convert' converts it.")

@@ -106,6 +106,10 @@ def find_pictures(folder: Path, *, first: int | None = None, last: int | None = 
         DataError: a folder is missing, has no pictures or two of one name, or the three have different names, or
             frames that are wanted are not there.
     """
+    if not folder.is_dir():
+        raise DataError(
+            f"There is no folder {folder}: give the one that holds the folders {', '.join(_KINDS)}."
+        )
     for name in _KINDS:
         if not (folder / name).is_dir():
             raise DataError(

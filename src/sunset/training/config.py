@@ -12,7 +12,16 @@ from sunset.training.architecture import Layer
 from sunset.training.lite import LiteShape
 from sunset.training.reference import ReferenceShape
 
-__all__ = ["CONFIGS", "MODALITIES", "Phase", "Schedule", "Stage", "TrainingConfig"]
+__all__ = [
+    "CONFIGS",
+    "MODALITIES",
+    "Phase",
+    "Schedule",
+    "Stage",
+    "TrainingConfig",
+    "describe_difference",
+    "describe_options",
+]
 
 MODALITIES: Final = ("rgb", "depth", "fusion")
 """The networks of a model; the fusion needs the other two."""
@@ -259,3 +268,38 @@ def _reference() -> TrainingConfig:
 
 CONFIGS: Final[Mapping[str, Callable[[], TrainingConfig]]] = {"lite": TrainingConfig, "reference": _reference}
 """The trainings of the models that come with the package, by the model's name."""
+
+
+def describe_options(config: TrainingConfig, stage: Stage, *, frames: str, origin: str) -> dict[str, str]:
+    """Return what a stage learns with, by the options of `sunset train` that say so.
+
+    Args:
+        config: the training.
+        stage: one of its stages.
+        frames: checksum of its frames.
+        origin: says from which weights it begins; empty for random ones.
+    """
+    batches = dict.fromkeys(str(phase.batch) for phase in stage.schedule.phases)
+    return {
+        "--model": type(config.shape).__name__,
+        "--modality": ", ".join(config.modalities),
+        "--steps": str(stage.schedule.steps),
+        "--batch": ", ".join(batches),
+        "--seed": str(config.seed),
+        "--frames": f"checksum {frames[:8]}",
+        "--start-from": origin or "random weights",
+    }
+
+
+def describe_difference(begun: Mapping[str, str], asked: Mapping[str, str]) -> str:
+    """Say in which options two trainings differ.
+
+    >>> describe_difference({"--steps": "300", "--seed": "1"}, {"--steps": "400", "--seed": "1"})
+    '--steps (begun with 300, asked for 400)'
+    """
+    differing = [
+        f"{option} (begun with {begun[option]}, asked for {value})"
+        for option, value in asked.items()
+        if begun.get(option, value) != value
+    ]
+    return " and ".join(differing) or "what this version does in place of an earlier one"

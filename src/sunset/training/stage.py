@@ -24,7 +24,7 @@ from sunset.seeding import generator
 from sunset.training.archives import check_archive
 from sunset.training.augment import Batch, DeviceFrames, cells_of, movement
 from sunset.training.batches import draw
-from sunset.training.config import Stage, TrainingConfig
+from sunset.training.config import Stage, TrainingConfig, describe_difference, describe_options
 from sunset.training.inputs import HEIGHT, WIDTH
 from sunset.training.network import (
     build,
@@ -141,6 +141,7 @@ class StageRun:
             self._description += f", on weights {digest_of_weights(known)}"
         if training.origin:
             self._description += f", from {training.origin}"
+        self._options = describe_options(config, stage, frames=training.digest, origin=training.origin)
         self._step, self._seconds, self._since = 0, 0.0, 0.0
         self._losses: list[Any] = []  # (losses,) a step since the last line of the log, on the device
         self._kept: dict[int, dict[str, Any]] = {}
@@ -336,6 +337,7 @@ class StageRun:
         state = {"modules": self.modules.state_dict(), "step": self._step, "seconds": self._seconds}
         state |= {
             "config": self._description,
+            "options": self._options,
             "losses": self._found_losses(),
             "random": torch.get_rng_state(),
         }
@@ -359,8 +361,8 @@ class StageRun:
             state = torch.load(path, weights_only=True, map_location=self._device)
             if state["config"] != self._description:
                 raise InvalidInputError(
-                    f"The checkpoint {path} is of another training ({state['config']}), this one is "
-                    f"{self._description}: choose another folder, or do not resume."
+                    f"The checkpoint {path} is of another training: they differ in "
+                    f"{describe_difference(state.get('options', {}), self._options)}; choose another folder."
                 )
             self.modules.load_state_dict(state["modules"])
             self._step, self._seconds = int(state["step"]), float(state["seconds"])

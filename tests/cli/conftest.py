@@ -8,7 +8,7 @@ import pytest
 
 from sunset.cli import main
 
-PROGRESS = re.compile(r"Loading …|[A-Z]\w*( \w+)*: (\d+ of \d+, )?\d+ s")
+PROGRESS = re.compile(r"Loading …|[A-Z]\w*( \w+)*: (\d+ of \d+, )?\d+ s(, \d+:\d\d:\d\d left)?")
 """A line of it, which what takes longer than half a second writes."""
 
 

@@ -3,8 +3,8 @@
 import io
 import sys
 import threading
-from collections.abc import Callable
-from contextlib import AbstractContextManager
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager
 
 import pytest
 from rich.console import Console
@@ -48,16 +48,56 @@ def test_the_last_line_says_how_far_it_came(capsys: pytest.CaptureFixture[str]) 
     assert lines[-1] == "Building: 7 of 7, 0 s"
 
 
+def test_lines_tell_a_remark_and_the_time_that_is_left(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    times = iter((0.0, 10.0, 85.0, 90.0, 95.0))
+    draws: list[Callable[[], float]] = []
+
+    @contextmanager
+    def once(draw: Callable[[], float], _: float) -> Iterator[None]:
+        draws.append(draw)
+        yield
+
+    monkeypatch.setattr(_progress, "monotonic", lambda: next(times))
+    monkeypatch.setattr(_progress, "_repeating", once)
+    with progress_bar("rgb") as progress:
+        progress(100, 400)  # resumed
+        progress(250, 400, "loss rgb 1.500")
+        draws[0]()
+
+    # 150 steps took 75 s, and 150 are left
+    assert capsys.readouterr().err.splitlines() == ["rgb: 250 of 400, loss rgb 1.500, 90 s, 0:01:15 left"]
+
+
 @pytest.mark.usefixtures("impatient")
 def test_lines_of_long_work_are_far_apart(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
+    monkeypatch.setattr(_progress, "_LONG_S", 0.005)
     monkeypatch.setattr(_progress, "_SHARE", 1)  # the next line after as long again
 
     with progress_bar("Building"):
         wait(1.0)
 
-    assert 3 <= len(capsys.readouterr().err.splitlines()) <= 8  # at 0.01, 0.06, 0.12, 0.24, 0.48, 0.96 s
+    assert 3 <= len(capsys.readouterr().err.splitlines()) <= 8  # at 0.01, 0.02, 0.04, … s
+
+
+def test_lines_are_less_than_2_s_apart_for_ten_minutes(monkeypatch: pytest.MonkeyPatch) -> None:
+    times = iter((0.0, 599.0))
+    pauses: list[float] = []
+
+    @contextmanager
+    def once(draw: Callable[[], float], _: float) -> Iterator[None]:
+        pauses.append(draw())
+        yield
+
+    monkeypatch.setattr(_progress, "monotonic", lambda: next(times))
+    monkeypatch.setattr(_progress, "_repeating", once)
+    with progress_bar("Building"):
+        pass
+
+    assert pauses[0] < 2
 
 
 @pytest.mark.parametrize("work", [lambda: progress_bar("Building"), _main._loading])
@@ -97,7 +137,8 @@ def test_that_frames_are_rendered_is_explained_once(capsys: pytest.CaptureFixtur
     (explained,) = [line for line in lines if not PROGRESS.fullmatch(line)]
     assert explained.startswith("The frames of the flight are rendered once, into ")
     assert [line.split(":")[0] for line in lines if "0 s" in line][:1] == ["Preparing"]
-    assert "Rendering: 0 of 2, 0 s" in lines
+    assert "Building the town: 0 s" in lines
+    assert "Rendering: 1 of 2, 0 s" in lines
     assert lines[-1].startswith("Preparing: ")
 
 

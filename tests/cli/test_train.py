@@ -2,10 +2,9 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import pytest
-from rich.console import Console
 
 from sunset.cli import main
-from sunset.cli.train import _lines, _TimeIsUpError, _until
+from sunset.cli.train import _TimeIsUpError, _until
 
 Complaint = Callable[[Sequence[str]], str]
 
@@ -60,16 +59,3 @@ def test_a_training_that_is_stopped_by_its_time_says_how_it_goes_on(
     monkeypatch.setattr("sunset.cli.train._until", lambda _, progress: _until(0, progress))
     assert main(["train", "--out", str(tmp_path / "model"), "--minutes", "9"]) == 1
     assert "The 9 min are over; the same command with --resume goes on." in capsys.readouterr().err
-
-
-def test_lines_tell_how_far_a_training_is() -> None:
-    console = Console(width=200, record=True, force_terminal=False)
-    times = iter((0.0, 1.0, 75.0, 151.0))
-    line = _lines(console, lambda: next(times))
-    for step, loss in ((100, ""), (101, "loss rgb 2.000"), (250, "loss rgb 1.500"), (400, "loss rgb 1.000")):
-        line("rgb", step, 400, loss)
-    assert console.export_text().splitlines() == [
-        "rgb: 100 of 400",
-        "rgb: 250 of 400, loss rgb 1.500, 2.00/s, 0:01 h left",
-        "rgb: 400 of 400, loss rgb 1.000, 1.99/s, 0:00 h left",
-    ]

@@ -5,6 +5,7 @@ import sys
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
+from datetime import timedelta
 from time import monotonic
 from typing import Final
 
@@ -13,14 +14,18 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, Ti
 
 from sunset.data import cache_folder
 
-__all__ = ["progress_bar", "rendering_progress", "stages_progress"]
+__all__ = ["BUILDING", "progress_bar", "rendering_progress", "stages_progress"]
+
+BUILDING: Final = "Building the town"
+"""What is done before the first frame of a flight is rendered."""
 
 _QUICK_S: Final = 0.5
 """What takes no longer gets no line."""
 _LINE_EVERY_S: Final = 1.5
 _FRAME_EVERY_S: Final = 0.1
+_LONG_S: Final = 600
+"""Of what takes longer, lines are further apart: by `_SHARE` of the time so far."""
 _SHARE: Final = 1 / 30
-"""Of the time so far, which lines of longer work are apart."""
 
 
 _drawing = threading.Lock()
@@ -31,10 +36,10 @@ os.register_at_fork(
 
 
 @contextmanager
-def progress_bar(text: str) -> Iterator[Callable[[int, int], None]]:
-    """Draw what is being done and for how long; give a function `(done, total)` that says how far it is.
+def progress_bar(text: str) -> Iterator[Callable[..., None]]:
+    """Draw what is being done and for how long; give a function `(done, total, note)` that says how far it is.
 
-    Where stderr is no terminal, lines stand in for the bar; the longer it takes, the further they are apart.
+    Where stderr is no terminal, lines stand in for the bar, further apart where it takes very long.
     """
     console = Console(stderr=True)
     with _bar(console, text) if console.is_terminal else _lines(text) as update:
@@ -42,23 +47,24 @@ def progress_bar(text: str) -> Iterator[Callable[[int, int], None]]:
 
 
 @contextmanager
-def _bar(console: Console, text: str) -> Iterator[Callable[[int, int], None]]:
+def _bar(console: Console, text: str) -> Iterator[Callable[..., None]]:
     columns = (
         TextColumn("{task.description}"),
         BarColumn(),
         TextColumn("{task.fields[count]}"),
         TimeElapsedColumn(),
         TimeRemainingColumn(),
+        TextColumn("{task.fields[note]}"),
     )
     with Progress(*columns, console=console, auto_refresh=False) as bar:
-        task = bar.add_task(text, total=None, count="")
+        task = bar.add_task(text, total=None, count="", note="")
 
         def draw() -> float:
             bar.refresh()
             return _FRAME_EVERY_S
 
-        def update(done: int, total: int) -> None:
-            bar.update(task, completed=done, total=total, count=f"{done}/{total}")
+        def update(done: int, total: int, note: str = "") -> None:
+            bar.update(task, completed=done, total=total, count=f"{done}/{total}", note=note)
 
         try:
             with _repeating(draw, 0):
@@ -68,21 +74,26 @@ def _bar(console: Console, text: str) -> Iterator[Callable[[int, int], None]]:
 
 
 @contextmanager
-def _lines(text: str) -> Iterator[Callable[[int, int], None]]:
+def _lines(text: str) -> Iterator[Callable[..., None]]:
     began = monotonic()
-    count = ""
+    count = left = ""
+    first: tuple[float, int] | None = None  # when it first said how far it was: what is resumed is not at 0
     shown: str | None = None
 
     def draw() -> float:
         nonlocal shown
         shown = count
         seconds = monotonic() - began
-        print(f"{text}: {count}{', ' if count else ''}{seconds:.0f} s", file=sys.stderr, flush=True)
-        return max(_LINE_EVERY_S, seconds * _SHARE)
+        print(f"{text}: {count}{', ' if count else ''}{seconds:.0f} s{left}", file=sys.stderr, flush=True)
+        return _LINE_EVERY_S if seconds < _LONG_S else seconds * _SHARE
 
-    def update(done: int, total: int) -> None:
-        nonlocal count
-        count = f"{done} of {total}"
+    def update(done: int, total: int, note: str = "") -> None:
+        nonlocal count, left, first
+        count = f"{done} of {total}{', ' if note else ''}{note}"
+        now = monotonic()
+        start, before = first = first or (now, done)
+        seconds = (now - start) * (total - done) / (done - before) if done > before else 0.0
+        left = f", {timedelta(seconds=round(seconds))} left" if round(seconds) else ""
 
     try:
         with _repeating(draw, _QUICK_S):
@@ -125,6 +136,8 @@ def rendering_progress() -> Iterator[Callable[[int, int], None]]:
                     f"The frames of the flight are rendered once, into {folder}; later runs read them there.",
                     file=sys.stderr,
                 )
+                stage(BUILDING)  # which takes longer than many frames
+                return
             stage("Rendering", done, total)
             if done == total:
                 stage("Preparing")
@@ -134,16 +147,16 @@ def rendering_progress() -> Iterator[Callable[[int, int], None]]:
 
 @contextmanager
 def stages_progress() -> Iterator[Callable[..., None]]:
-    """Give a function `(what, done, total)` that draws one bar after the other; without numbers it begins one."""
+    """Give a function `(what, done, total, note)` that draws one bar after the other; without numbers it begins one."""
     with ExitStack() as bars:
-        current: dict[str, Callable[[int, int], None]] = {}
+        current: dict[str, Callable[..., None]] = {}
 
-        def update(what: str, done: int | None = None, total: int = 0) -> None:
+        def update(what: str, done: int | None = None, total: int = 0, note: str = "") -> None:
             if what not in current:
                 bars.close()
                 current.clear()
                 current[what] = bars.enter_context(progress_bar(what))
             if done is not None:
-                current[what](done, total)
+                current[what](done, total, note)
 
         yield update

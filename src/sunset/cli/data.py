@@ -13,7 +13,7 @@ import numpy as np
 
 from sunset.classes import CLASS_OF_CARLA_ID, CLASSES
 from sunset.cli._options import at_least_one
-from sunset.cli._progress import progress_bar, rendering_progress
+from sunset.cli._progress import BUILDING, progress_bar, rendering_progress, stages_progress
 from sunset.data import (
     DEPTH_RANGE_M,
     FRAME_SIZE,
@@ -179,7 +179,7 @@ def render(arguments: argparse.Namespace) -> int:
         frames=arguments.frames,
         seed=arguments.seed,
     )
-    _write("Rendering", arguments.out, render_frames(plan), plan.stamps_ns())
+    _write("Rendering", arguments.out, render_frames(plan), plan.stamps_ns(), first=BUILDING)
     return 0
 
 
@@ -239,14 +239,17 @@ def _found_flight(
     )
 
 
-def _write(doing: str, out: Path, frames: Iterable[Frame], stamps_ns: Sequence[int]) -> None:
-    """Write a bag with a progress bar."""
-    with progress_bar(doing) as progress:
+def _write(
+    doing: str, out: Path, frames: Iterable[Frame], stamps_ns: Sequence[int], *, first: str | None = None
+) -> None:
+    """Write a bag with a progress bar; `first` is what is done before there is a frame, if that is something else."""
+    with stages_progress() as stage:
+        stage(first or doing)
 
         def told() -> Iterator[Frame]:
             for done, frame in enumerate(frames, 1):
                 yield frame
-                progress(done, len(stamps_ns))
+                stage(doing, done, len(stamps_ns))
 
         write_bag(out, told(), stamps_ns)
     print(f"The flight of {len(stamps_ns)} frames is in {out}.", file=sys.stderr)

@@ -2,24 +2,19 @@
 
 import argparse
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from time import monotonic
 
-from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
-
 from sunset.cli._options import at_least_one
+from sunset.cli._progress import stages_progress
 from sunset.experiments.resources import missing_networks
 from sunset.perception import DEVICES, load_model
 from sunset.training import CONFIGS, MODALITIES, FrameCounts, train
 from sunset.workers import processors
 
 __all__ = ["add_parser", "execute"]
-
-_LINE_EVERY_S = 30.0
 
 
 def add_parser(verbs: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
@@ -118,7 +113,8 @@ def execute(arguments: argparse.Namespace) -> int:
     if arguments.batch:
         config = config.with_batch(arguments.batch)
     try:
-        with _progress() as progress:
+        with stages_progress() as progress:
+            progress("Preparing")
             model = train(
                 config,
                 arguments.out,
@@ -158,57 +154,3 @@ def _until(
             raise _TimeIsUpError
 
     return update
-
-
-@contextmanager
-def _progress() -> Iterator[Callable[..., None]]:
-    """Give a function `(what, done, total, note)` that draws bars, or lines where stderr is no terminal."""
-    console = Console(stderr=True)
-    if not console.is_terminal:
-        yield _lines(console)
-        return
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TextColumn("{task.fields[rate]}"),
-        TimeRemainingColumn(),
-        TextColumn("{task.fields[note]}"),
-    )
-    with Progress(*columns, console=console) as bars:
-        tasks: dict[str, TaskID] = {}
-
-        def update(what: str, done: int, total: int, note: str = "") -> None:
-            if what not in tasks:
-                tasks[what] = bars.add_task(what, total=total, completed=done, rate="", note=note)
-                return
-            speed = bars.tasks[tasks[what]].speed
-            rate = f"{speed:.2f}/s" if speed else ""
-            bars.update(tasks[what], completed=done, rate=rate, note=note)
-
-        yield update
-
-
-def _lines(console: Console, clock: Callable[[], float] = monotonic) -> Callable[..., None]:
-    """Return a function that prints a line now and then, and when something is done."""
-    began: dict[str, tuple[float, int]] = {}
-    shown = -_LINE_EVERY_S
-
-    def update(what: str, done: int, total: int, note: str = "") -> None:
-        nonlocal shown
-        now = clock()
-        start, before = began.setdefault(what, (now, done))
-        if done < total and now - shown < _LINE_EVERY_S:
-            return
-        shown = now
-        speed = (done - before) / (now - start) if done > before else 0.0
-        left = f", {speed:.2f}/s, {_clock((total - done) / speed)} left" if speed else ""
-        remark = f", {note}" if note else ""
-        console.print(f"{what}: {done} of {total}{remark}{left}", highlight=False, soft_wrap=True)
-
-    return update
-
-
-def _clock(seconds: float) -> str:
-    minutes = round(seconds / 60)
-    return f"{minutes // 60}:{minutes % 60:02d} h"

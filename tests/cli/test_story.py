@@ -4,9 +4,11 @@ import re
 from pathlib import Path
 
 import pytest
+from rich.table import Table
+from rich.text import Text
 
 from sunset.cli import main
-from sunset.cli._story import _stated_once
+from sunset.cli._story import _Console, _stated_once
 
 pytestmark = pytest.mark.usefixtures("flight")
 
@@ -76,6 +78,17 @@ def test_what_repeats_is_stated_once_and_no_line_is_wrapped_for_a_pipe(
         assert len(found) == 3  # before the injection, from then on, and after the end
         # every 0.2 s until the end
         assert re.search(r"log +.*\. … (99|100) times more until (19\.[89]|20\.0)\d s$", found[1]), found[1]
+
+
+def test_a_terminal_shows_a_table_in_colours_and_wrapped(capsys: pytest.CaptureFixture[str]) -> None:
+    table = Table(box=None)
+    table.add_row(Text("fault", style="red"), "again " * 20)
+
+    _Console(force_terminal=True, color_system="standard", width=40).print_table(table)
+
+    lines = capsys.readouterr().out.splitlines()
+    assert "\x1b[31mfault\x1b[0m" in lines[0] + lines[1]
+    assert len(lines) > 3
 
 
 def test_what_happened_between_two_repetitions_is_not_moved() -> None:

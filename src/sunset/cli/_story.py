@@ -123,11 +123,14 @@ class _Console(Console):
         return super().render_str(printable(text), **options)
 
     def print_table(self, table: Table) -> None:
-        """Print a table without the spaces that fill its lines."""
+        """Print a table; where there is no terminal, without the spaces that fill its lines."""
+        if self.is_terminal:
+            self.print(table)
+            return
         with self.capture() as captured:
             self.print(table)
         for line in captured.get().splitlines():
-            self.out(line.rstrip(), highlight=False)
+            self.print(line.rstrip(), soft_wrap=True)
 
     def on_broken_pipe(self) -> NoReturn:
         """Raise on; rich would exit with code 1."""

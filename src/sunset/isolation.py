@@ -117,14 +117,18 @@ def call_isolated(function: Callable[[Watch], Any], *, limit_s: float) -> Any:
     answer, frames = _Pipe(), _Pipe()
     sys.stdout.flush()
     sys.stderr.flush()
-    with closing(answer), closing(frames):
-        with warnings.catch_warnings():
-            # from Python 3.12 on; the other threads that there may be are not needed on the other side
-            warnings.simplefilter("ignore", DeprecationWarning)
+    pid = code = 0
+    with closing(answer), closing(frames), warnings.catch_warnings():
+        # of Python from 3.12 on; the other threads that there may be are not needed on the other side
+        warnings.simplefilter("ignore", DeprecationWarning)
+        try:
             pid = os.fork()
-        if pid == 0:
-            _serve(function, watch, answer, frames)
-        code, hung = _await_end(pid, watch, limit_s)
+            if pid == 0:
+                _serve(function, watch, answer, frames)
+            hung = _await_end(pid, watch, limit_s)
+        finally:  # also where an interrupt comes
+            if pid:
+                code = _reap(pid)
         if hung:
             raise ProcessDeath(hung, _find_frames(frames.read()))
         told = answer.read()
@@ -229,27 +233,27 @@ def _result(told: bytes) -> Any:
     return outcome["result"]
 
 
-def _await_end(pid: int, watch: Watch, limit_s: float) -> tuple[int, str]:
-    """Wait for a process, and end it if it passes a limit; return its exit code and which one, if so.
-
-    The rest of its process group ends with it.
-    """
+def _await_end(pid: int, watch: Watch, limit_s: float) -> str:
+    """Wait for a process, and end it if it passes a limit; return which one, if so."""
     hung, grace_over = "", 0.0
-    try:
-        while not os.waitid(os.P_PID, pid, os.WEXITED | os.WNOHANG | os.WNOWAIT):
-            if hung:
-                if time.monotonic() > grace_over:
-                    os.kill(pid, signal.SIGKILL)
-            elif hung := watch.passed(limit_s):
-                grace_over = time.monotonic() + _GRACE_S
-                os.kill(pid, signal.SIGABRT)  # its faulthandler tells where it is
-            time.sleep(_POLL_S)  # noqa: TID251  another process's end is waited for
-    finally:
-        for end in (os.killpg, os.kill):  # the group, and the process if it has not made one yet
-            with suppress(ProcessLookupError, PermissionError):
-                end(pid, signal.SIGKILL)
-        _, status = os.waitpid(pid, 0)
-    return os.waitstatus_to_exitcode(status), hung
+    while not os.waitid(os.P_PID, pid, os.WEXITED | os.WNOHANG | os.WNOWAIT):
+        if hung:
+            if time.monotonic() > grace_over:
+                os.kill(pid, signal.SIGKILL)
+        elif hung := watch.passed(limit_s):
+            grace_over = time.monotonic() + _GRACE_S
+            os.kill(pid, signal.SIGABRT)  # its faulthandler tells where it is
+        time.sleep(_POLL_S)  # noqa: TID251  another process's end is waited for
+    return hung
+
+
+def _reap(pid: int) -> int:
+    """End a process, if it has not ended, and the rest of its group; return its exit code."""
+    for end in (os.killpg, os.kill):  # it may not have made a group yet
+        with suppress(ProcessLookupError, PermissionError):
+            end(pid, signal.SIGKILL)
+    _, status = os.waitpid(pid, 0)
+    return os.waitstatus_to_exitcode(status)
 
 
 def _describe_end(code: int) -> str:

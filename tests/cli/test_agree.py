@@ -72,7 +72,7 @@ def test_nothing_else_is_printed_on_stdout(
     assert main(["agree", "--stored", "--out", str(stored), "--format", form]) == 0
 
     out = capsys.readouterr().out
-    assert out.startswith("{" if form == "json" else "manager,suite,model,figure,")
+    assert out.startswith("{" if form == "json" else "manager,suite,model,duration_s,")
     assert out.endswith("\n")
     assert not out.endswith("\n\n")
 

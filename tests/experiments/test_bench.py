@@ -318,7 +318,7 @@ def test_nothing_that_a_managing_system_does_ends_a_campaign_or_shows_in_the_run
 
     rows = {row["system"]: row for row in json.loads(render_report(tmp_path / "out", "json"))["rows"]}
     for name, reason in TROUBLEMAKERS.items():
-        row = rows.pop(f"troublemakers.py:{name}, no faults")
+        row = rows.pop(f"troublemakers.py:{name}, no faults [2 s]")
         assert (row["runs"], row["runs_invalid"], row["runs_failed"]) == (0, 2, 2)
         assert [run["seed"] for run in row["invalid"]] == [1, 2]
         for run in row["invalid"]:

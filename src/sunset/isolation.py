@@ -39,6 +39,8 @@ _STILL_S: Final = 60.0
 _MEMORY: Final = 4 << 30
 """How much memory the process may take beyond its caller's, in bytes."""
 
+_ENDING: Final = frozenset({signal.SIGINT, signal.SIGTERM, signal.SIGHUP})
+
 _CAPACITY: Final = 1 << 16
 _LONGEST: Final = 4000
 """Of a text in an answer, in characters; JSON may take twelve bytes for one."""
@@ -121,14 +123,18 @@ def call_isolated(function: Callable[[Watch], Any], *, limit_s: float) -> Any:
     with closing(answer), closing(frames), warnings.catch_warnings():
         # of Python from 3.12 on; the other threads that there may be are not needed on the other side
         warnings.simplefilter("ignore", DeprecationWarning)
+        # what a signal's handler raises in the middle of a fork is lost
+        held = signal.pthread_sigmask(signal.SIG_BLOCK, _ENDING)
         try:
             pid = os.fork()
             if pid == 0:
                 _serve(function, watch, answer, frames)
+            signal.pthread_sigmask(signal.SIG_SETMASK, held)
             hung = _await_end(pid, watch, limit_s)
-        finally:  # also where an interrupt comes
+        finally:
             if pid:
                 code = _reap(pid)
+            signal.pthread_sigmask(signal.SIG_SETMASK, held)
         if hung:
             raise ProcessDeath(hung, _find_frames(frames.read()))
         told = answer.read()
@@ -180,6 +186,7 @@ def _set_up(kept: set[int], frames: int) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     for number in (signal.SIGTERM, signal.SIGHUP, signal.SIGALRM):
         signal.signal(number, signal.SIG_DFL)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, _ENDING)
     os.dup2(2, 1)
     for name in list(Path("/dev/fd").iterdir()):
         opened = int(name.name)

@@ -233,7 +233,7 @@ def test_the_validation_flight_is_rendered_once(tmp_path: Path, monkeypatch: pyt
     assert one.bgr.shape == (2, 144, 256, 3)
     np.testing.assert_array_equal(one.bgr, other.bgr)
     assert not np.array_equal(one.bgr[0], one.bgr[1])  # two courses
-    assert [(done, total) for _, done, total in steps] == [(1, 1), (1, 1)]
+    assert [(done, total) for _, done, total in steps] == [(0, 1), (1, 1), (0, 1), (1, 1)]
 
 
 def test_without_onnx_the_extra_is_named() -> None:

@@ -218,9 +218,8 @@ def _unchanged(manager: str, checksum_now: Callable[[], str], known: str | None)
     Raises:
         ManagerError: it is not, or does not.
     """
-    first = checksum_now() if known is None else known
-    if known is not None:
-        _check_same(manager, checksum_now(), known)
+    first = checksum_now()
+    _check_same(manager, first, first if known is None else known)
     yield first
     _check_same(manager, checksum_now(), first)
 

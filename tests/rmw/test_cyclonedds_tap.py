@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 from cyclonedds._clayer import ddspy_write_ts
-from tests.rmw.peer import LATCHED, Peer, payload
+from tests.rmw.peer import LATCHED, Peer, header, payload, text
 
 from sunset.interfaces import Message
 from sunset.interfaces.std_msgs.msg import Int32, String
 from sunset.interfaces.std_srvs.srv import SetBool
+from sunset.rmw._dds_graph import NodeEntities, Participant
 from sunset.rmw._dds_wheel import Endpoint
 from sunset.rmw.cyclonedds import CycloneTap
 from sunset.rmw.port import DurabilityPolicy, EndpointKind, QoSProfile, ReliabilityPolicy, RequestId
@@ -256,6 +257,28 @@ def test_a_request_that_nobody_gets_is_not_told(live: "Live") -> None:
         peer.send(writer, payload(bytes(3)))
         threading.Event().wait(0.3)
     assert notes.calls == []
+
+
+def test_a_request_that_comes_after_its_response_is_told_before_it(live: "Live") -> None:
+    notes = Notes()
+    with tapped(live, notes) as tap:
+        live.process()
+        peer: Peer = live.peer()
+        asks = peer.writer("rq/late/setRequest", "std_srvs::srv::dds_::SetBool_Request_")
+        answers = peer.writer("rr/late/setReply", "std_srvs::srv::dds_::SetBool_Response_")
+        asked = peer.reader("rq/late/setRequest", "std_srvs::srv::dds_::SetBool_Request_")
+        assert peer.wait(
+            lambda: bool(asks.get_matched_subscriptions() and answers.get_matched_subscriptions())
+        )
+        entities = NodeEntities("/", "peer", (asked.guid.bytes,), (asks.guid.bytes, answers.guid.bytes))
+        tap._queue.put(Participant(peer.participant.guid.bytes, (entities,)))
+        assert until(lambda: "/peer" in notes.nodes)
+        sent = time.time_ns()
+        peer.send(answers, payload(header(1, 1) + bytes(4) + text("")))
+        threading.Event().wait(0.3)
+        assert ddspy_write_ts(asks._ref, payload(header(1, 1) + bytes(1)), sent) == 0
+        assert until(lambda: len(notes.calls) > 1)
+    assert [kind for kind, *_ in notes.calls] == ["request", "response"]
 
 
 def test_what_a_tap_raises_comes_out_of_it(live: "Live") -> None:

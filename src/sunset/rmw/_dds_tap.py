@@ -21,7 +21,7 @@ from sunset.rmw._dds_link import Link
 from sunset.rmw._dds_names import OBSERVER, RosName, parse_user_data, ros_name
 from sunset.rmw._dds_queue import WaitingLine
 from sunset.rmw._dds_services import split_sample
-from sunset.rmw.port import EndpointKind, QoSProfile
+from sunset.rmw.port import EndpointKind, QoSProfile, RequestId
 from sunset.rmw.tap import Tap
 
 __all__ = ["CycloneTap"]
@@ -30,7 +30,10 @@ _HOLD_NS: Final = 100_000_000
 """How long a sample waits for those that were sent before it and come after it."""
 
 _PATIENCE_NS: Final = 1_000_000_000
-"""How long it waits for the announcement of the node that sent it."""
+"""How long it waits for the announcement of the node that sent it, and a response for its request."""
+
+_REMEMBERED: Final = 1000
+"""Requests that are known to have been told."""
 
 _LATEST_NS: Final = 1_000_000_000
 """How long a sample may have been on its way; one that claims to be older, or of the future, is not believed."""
@@ -95,11 +98,12 @@ class CycloneTap:
     """Lets a tap see what happens on a live network, without being part of it: it has no node, and sends nothing.
 
     The tap's methods are called on a thread of its own, in the order in which samples were sent, about 0.1 s later,
-    with times of the system clock at which they were sent; what a sender says of that counts within the second before
-    the sample came. Who sent what is known from the announcements of the nodes; a sample whose node is not announced
-    within a second is told with an empty name. Samples that were sent before the tap's readers were connected, which
-    takes some hundredths of a second after an endpoint appears, are not seen unless they are kept for late comers. A
-    request is told once for each node that offers the service.
+    with times of the system clock at which they were sent; what a sender says of that counts within the second
+    before the sample came. A response waits for its request, which may have to be sent again, for a second. Who
+    sent what is known from the announcements of the nodes; a sample whose node is not announced within a second is
+    told with an empty name. Samples that were sent before the tap's readers were connected, which takes some
+    hundredths of a second after an endpoint appears, are not seen unless they are kept for late comers. A request
+    is told once for each node that offers the service.
 
     Args:
         tap: what to tell.
@@ -134,6 +138,7 @@ class CycloneTap:
         self._node_of: dict[bytes, str] = {}
         self._nodes: set[tuple[bytes, str]] = set()
         self._events: list[_Event] = []
+        self._requests: dict[tuple[str, RequestId], None] = {}
         self._ages = count()
         configuration = read_configuration(
             os.environ if environment is None else environment,
@@ -288,17 +293,26 @@ class CycloneTap:
         while self._events:
             event = self._events[0]
             waited_ns = _PATIENCE_NS if now_ns is None else now_ns - event.arrived_ns
-            if waited_ns < (_HOLD_NS if self._is_attributed(event) else _PATIENCE_NS):
+            if waited_ns < (_HOLD_NS if self._is_complete(event) else _PATIENCE_NS):
                 return
             self._tell_of(heappop(self._events))
 
-    def _is_attributed(self, event: _Event) -> bool:
+    def _is_complete(self, event: _Event) -> bool:
+        """Return whether it is known who sent and got a sample, and to which request a response belongs."""
         writer = self._writers.get(event.writer)
         return (
             writer is not None
             and writer.guid in self._node_of
             and all(guid in self._node_of for guid in self._servers_of(event))
+            and (event.channel.writers is not EndpointKind.SERVICE or self._is_asked_for(event))
         )
+
+    def _is_asked_for(self, event: _Event) -> bool:
+        try:
+            request_id, _ = split_sample(event.payload)
+        except InterfaceError:  # it is counted when it is told
+            return True
+        return (event.channel.name, request_id) in self._requests
 
     def _servers_of(self, event: _Event) -> list[bytes]:
         """Return the readers that a request has reached."""
@@ -324,6 +338,9 @@ class CycloneTap:
             if channel.writers is EndpointKind.SERVICE:
                 self._tap.on_response(event.sent_ns, channel.name, node, message, request_id)
                 return
+            self._requests[channel.name, request_id] = None
+            if len(self._requests) > _REMEMBERED:
+                del self._requests[next(iter(self._requests))]
             for server in dict.fromkeys(self._node_of.get(guid, "") for guid in self._servers_of(event)):
                 self._tap.on_request(event.sent_ns, channel.name, node, server, message, request_id)
         except InterfaceError:

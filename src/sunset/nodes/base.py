@@ -201,10 +201,10 @@ class AdaptiveNode(LifecycleNode):
         return super().on_shutdown(state)
 
     def __start(self) -> None:
-        """Configure, and activate after the delay."""
-        self.trigger_configure()
+        """Configure, and activate after the delay, in which the time that configuring takes is contained."""
         if self.lifecycle_activation_delay >= 0:
             self.call_later(self.lifecycle_activation_delay, self.__finish_booting)
+        self.trigger_configure()
 
     def __finish_booting(self) -> None:
         self.__booted = True

@@ -174,6 +174,10 @@ ARGUMENTS: dict[str, tuple[Sequence[str], str]] = {
         "from 1 to 3600 s and a multiple",
     ),
     "scenario of another suite": (["bench", "--scenarios", "rain", "--out", "o"], "no scenario 'rain'"),
+    "scenario of the suite, misspelt": (
+        ["bench", "--suite", "degraded", "--scenarios", "image_degradation+image_shft", "--out", "o"],
+        "did you mean",
+    ),
     "no manager": (["bench", "--managers", ",", "--out", "o"], "none at all"),
     "negative seed": (["run", "--seed", "-1"], "-1"),
     "seed too large": (["run", "--seed", "4294967296"], "4294967296"),

@@ -54,7 +54,7 @@ def test_some_scenarios_without_the_reference_rows() -> None:
 
 
 def test_a_scenario_of_another_suite_is_refused() -> None:
-    with pytest.raises(InvalidInputError, match="The suite artifact has no scenario 'nofault'"):
+    with pytest.raises(InvalidInputError, match="The suite artifact has no scenario 'nofault': see 'sunset"):
         plan(BenchSpec(suite="artifact", scenarios=("nofault",)))
 
 

@@ -163,6 +163,16 @@ def test_a_refusal_is_an_answer_and_is_logged(world: "World", watcher: Watcher) 
     assert any("sensor_fusion refused modality = 9" in text for text in warnings(world))
 
 
+@pytest.mark.parametrize(
+    ("node", "said"), [("camra", "did you mean 'camera'"), ("camera", "so the request is lost.")]
+)
+def test_a_request_that_no_node_gets_is_logged(
+    world: "World", watcher: Watcher, node: str, said: str
+) -> None:
+    watcher.activate(node)
+    assert any(said in text for text in warnings(world))
+
+
 def test_a_refusal_does_not_repeat_all_of_what_it_refuses(world: "World", watcher: Watcher) -> None:
     world.start(Fusion)
 

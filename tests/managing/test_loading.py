@@ -141,7 +141,7 @@ def test_a_name_that_no_record_can_hold_is_refused(tmp_path: Path) -> None:
         load_manager(f"{write(folder, MINE)}:Mine")
 
 
-@pytest.mark.parametrize("spec", ["basline", "", ":", "mine.py", "Mine:", ":Mine"])
+@pytest.mark.parametrize("spec", ["basline", "", ":", "Mine:", ":Mine"])
 def test_an_unknown_name_is_answered_with_the_known_ones(spec: str) -> None:
     with pytest.raises(ManagerError, match="name none, baseline, or your own as module:Class"):
         load_manager(spec)
@@ -155,7 +155,15 @@ def test_an_unknown_name_is_answered_with_the_known_ones(spec: str) -> None:
             "sunset.no_such_module:Mine",
             "There is no module 'sunset.no_such_module'; .* such as sunset/no_such_module.py:Class",
         ),
-        ("sunset.managing:Mine", "There is no class Mine in sunset.managing"),
+        ("mine.py", "is a file: name its class too, as mine.py:Class"),
+        (
+            "sunset.managing:Mine",
+            "There is no class Mine in sunset.managing: name one of Baseline, NoAdaptation",
+        ),
+        (
+            "sunset.managing:Basline",
+            "no class Basline in sunset.managing: did you mean 'Baseline', or name one of",
+        ),
         ("sunset.managing:load_manager", "is no managing system: it must be a subclass"),
         ("pathlib:Path", "is no managing system: it must be a subclass"),
         ("sunset.managing:ManagingSystem", "has no method adapt"),

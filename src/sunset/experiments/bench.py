@@ -21,6 +21,7 @@ from sunset.managing import MANAGERS, split_label
 from sunset.recording import RUN_FILE
 from sunset.scenarios import Scenario, load_suite, suite
 from sunset.seeding import check_seed
+from sunset.texts import suggestion
 from sunset.workers import check_jobs, processors, worker_pool
 
 __all__ = ["BenchSpec", "Progress", "bench", "plan", "run_folder"]
@@ -119,7 +120,8 @@ def _chosen(spec: BenchSpec) -> tuple[Scenario, ...]:
     wanted = {name.removeprefix(f"{spec.suite}/") for name in spec.scenarios}
     for name in sorted(wanted - every.keys()):
         raise InvalidInputError(
-            f"The suite {spec.suite} has no scenario {name!r}; 'sunset scenarios list --suite {spec.suite}' lists them."
+            f"The suite {spec.suite} has no scenario {name!r}: {suggestion(name, every)}see 'sunset scenarios list "
+            f"--suite {spec.suite}'."
         )
     return tuple(scenario for name, scenario in every.items() if name in wanted or not wanted)
 

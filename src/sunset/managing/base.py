@@ -10,12 +10,18 @@ from sunset.interfaces.rcl_interfaces.msg import FloatingPointRange, ParameterDe
 from sunset.interfaces.rcl_interfaces.srv import SetParameters
 from sunset.interfaces.system_interfaces.msg import SetBlackboardGroup
 from sunset.interfaces.system_interfaces.srv import Redeploy
-from sunset.managing.symptoms import DEFAULT_ENTROPY_THRESHOLD, Symptoms, Value, read_parameters
+from sunset.managing.symptoms import (
+    DEFAULT_ENTROPY_THRESHOLD,
+    MANAGED_NODES,
+    Symptoms,
+    Value,
+    read_parameters,
+)
 from sunset.ros.context import Context
 from sunset.ros.node import Node
 from sunset.ros.parameter import Parameter
 from sunset.ros.task import Future
-from sunset.texts import shorten
+from sunset.texts import shorten, suggestion
 
 if TYPE_CHECKING:
     from sunset.ros.client import Client
@@ -223,7 +229,11 @@ class ManagingSystem(Node):
         if name not in self.__callers:
             self.__callers[name] = self.create_client(service, name)
         if not self.__callers[name].service_is_ready():
-            self.get_logger().warning(f"No node offers {name} now, so the request is lost.")
+            node = _short(name.rpartition("/")[0])
+            hint = "" if node in MANAGED_NODES else suggestion(node, MANAGED_NODES)
+            self.get_logger().warning(
+                f"No node offers {name} now, so the request is lost{hint and f': {hint}another one'}."
+            )
         result: Future[bool] = Future()
         answer = self.__callers[name].call_async(request)
         answer.add_done_callback(lambda done: result.set_result(outcome(done.result())))

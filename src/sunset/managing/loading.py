@@ -83,13 +83,17 @@ def load_manager(spec: str) -> type[ManagingSystem]:
         )
     where, separator, name = spec.rpartition(":")
     if not separator or not where or not name:
+        if spec.endswith(".py"):
+            raise ManagerError(
+                f"The managing system {spec!r} is a file: name its class too, as {spec}:Class."
+            )
         raise ManagerError(
             f"There is no managing system {spec!r}: {suggestion(spec, MANAGERS)}name {', '.join(MANAGERS)}, or your "
             "own as module:Class or path/to/file.py:Class."
         )
     module = _load_file(Path(where)) if where.endswith(".py") else _load_module(where)
     with _translated(spec):
-        return _checked(spec, where, getattr(module, name, None), name)
+        return _checked(spec, where, module, name)
 
 
 @contextmanager
@@ -202,9 +206,16 @@ def _import_error(where: str, error: BaseException) -> ManagerError:
     return ManagerError(f"Importing {where} raised {type(error).__name__}: {error}.")
 
 
-def _checked(spec: str, where: str, found: object, name: str) -> type[ManagingSystem]:
+def _checked(spec: str, where: str, module: ModuleType, name: str) -> type[ManagingSystem]:
+    found = getattr(module, name, None)
     if found is None:
-        raise ManagerError(f"There is no class {name} in {where}.")
+        classes = [
+            other
+            for other, value in vars(module).items()
+            if isinstance(value, type) and issubclass(value, ManagingSystem) and value is not ManagingSystem
+        ]
+        hint = f": {suggestion(name, classes)}name one of {', '.join(classes)}" if classes else ""
+        raise ManagerError(f"There is no class {name} in {where}{hint}.")
     if not (isinstance(found, type) and issubclass(found, ManagingSystem)):
         raise ManagerError(f"{spec} is no managing system: it must be a subclass of ManagingSystem.")
     if inspect.isabstract(found) or found.adapt is ManagingSystem.adapt:

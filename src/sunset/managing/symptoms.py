@@ -25,7 +25,7 @@ _TOPICS: Final = (
     *("rgb_camera", "depth_camera", "rgb_enhanced", "sensors_fused", _LAST_TOPIC),
     *("/rgb_raw", "/depth_raw"),
 )
-_NODES: Final = ("camera", "depth", "image_enhancement", "sensor_fusion", "segmentation")
+MANAGED_NODES: Final = ("camera", "depth", "image_enhancement", "sensor_fusion", "segmentation")
 
 
 class Symptoms(Mapping[str, Value]):
@@ -129,8 +129,8 @@ class Symptoms(Mapping[str, Value]):
 
     def _node_key(self, node: str, what: str) -> str:
         key = f"{_short(node)}_{what}"
-        if key not in self and _short(node) not in _NODES:
-            raise _unknown_error("node", node, _NODES)
+        if key not in self and _short(node) not in MANAGED_NODES:
+            raise _unknown_error("node", node, MANAGED_NODES)
         return key
 
     def _number(self, key: str) -> FloatOrNaN:

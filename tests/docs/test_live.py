@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from sunset.cli._main import make_parser
+from sunset.cli._parser import make_parser
 
 ROOT = Path(__file__).parents[2]
 TEXT = (ROOT / "docs" / "live.md").read_text("utf-8")
@@ -20,7 +20,7 @@ COMMANDS = re.findall(
 def test_a_command_of_the_page_is_understood(command: str) -> None:
     _, *words = shlex.split(command, comments=True)
 
-    parsed = make_parser(words[0]).parse_args(words)
+    parsed = make_parser().parse_args(words)
 
     assert isinstance(parsed, argparse.Namespace)
     assert callable(parsed.execute)

@@ -7,20 +7,17 @@ import sys
 import threading
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager, nullcontext
-from importlib import import_module
 from io import TextIOWrapper
 from types import FrameType
-from typing import Any, Final, NoReturn
+from typing import Final, NoReturn
 
-from sunset import __version__
+from sunset.cli._parser import EXIT_BAD_INPUT, VERBS, Verb, make_parser
 from sunset.errors import SunsetError
 from sunset.forks import node_server
 from sunset.shortage import shortage
-from sunset.texts import suggestion
 
-__all__ = ["EXIT_BAD_INPUT", "EXIT_INTERRUPTED", "main", "make_parser"]
+__all__ = ["EXIT_INTERRUPTED", "main"]
 
-EXIT_BAD_INPUT: Final = 2
 EXIT_INTERRUPTED: Final = 130
 _SIGNALLED: Final = 128
 """Added to a signal's number, as shells do."""
@@ -29,66 +26,6 @@ _QUICK_S: Final = 0.4
 
 _NODE: Final = "node"
 _UP: Final = "up"
-_FLYING: Final = ("run", "bench", "agree")
-_WRITING: Final = (*_FLYING, "managers", "data", "models", "train")
-"""Those that take their time: they tidy up when they are asked to end, and show what they do from the first second."""
-_CONTINUED: Final = {
-    "bench": "the same command continues it",
-    "agree": "the same command continues it",
-    "train": "the same command with --resume goes on",
-}
-"""How work goes on that keeps what was finished when it was interrupted."""
-_VERBS: Final = (
-    *(*_FLYING, "report", "scenarios", "faults", "managers"),
-    *("data", "models", "train", _NODE, _UP, "ros", "completion"),
-)
-"""Each is a module beside this one."""
-
-
-class _Parser(argparse.ArgumentParser):
-    """An argument parser whose complaint is one sentence."""
-
-    def _check_value(self, action: argparse.Action, value: object) -> None:
-        """Suggest a choice to who mistyped it."""
-        if action.choices is not None and value not in action.choices:
-            choices = [str(choice) for choice in action.choices]
-            hint = suggestion(str(value), choices)
-            raise argparse.ArgumentError(
-                action, f"there is no {value!r}: {hint}choose one of {', '.join(choices)}"
-            )
-
-    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
-        """Suggest an option to who mistyped it, in the name of the verb; argparse complains in that of the program."""
-        parsed, unknown = super().parse_known_args(args, namespace)
-        if unknown:
-            option = unknown[0].partition("=")[0]
-            hint = suggestion(option, self._option_string_actions)
-            self.error(f"there is no argument {option!r} here: {hint}leave it out")
-        return parsed, unknown
-
-    def error(self, message: str) -> NoReturn:
-        """Print one sentence and exit with code 2."""
-        text = message[:1].upper() + message[1:]
-        self.exit(EXIT_BAD_INPUT, f"{self.prog}: {text}; '{self.prog} --help' lists what is expected.\n")
-
-
-def make_parser(verb: str = "") -> argparse.ArgumentParser:
-    """Return the parser for a command line that begins with `verb`: of all verbs, unless that is one.
-
-    A process of one node must start quickly, so what the other verbs need is not imported.
-    """
-    parser = _Parser(
-        prog="sunset",
-        description="A ROS 2 exemplar for self-adaptation: fly a faulted mission, let a managing system repair it, "
-        "and measure how well it did.",
-        epilog="'sunset VERB --help' explains one verb.",
-    )
-    parser.add_argument("--version", action="version", version=f"sunset {__version__}")
-    parser.set_defaults(execute=lambda _: parser.print_help())
-    verbs = parser.add_subparsers(title="verbs", metavar="VERB", parser_class=_Parser)
-    for name in (verb,) if verb in _VERBS else _VERBS:
-        import_module(f"sunset.cli.{name}").add_parser(verbs)
-    return parser
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -116,11 +53,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _execute(verb: str, arguments: Sequence[str], given: argparse.Namespace) -> int:
+    known = VERBS.get(verb, Verb(""))
     try:
-        with _loading() if verb in _WRITING else nullcontext():
-            parser = make_parser(verb)
-        parsed = parser.parse_args(arguments, given)
-        if verb in _WRITING and threading.current_thread() is threading.main_thread():
+        with _loading() if known.is_long else nullcontext():
+            parsed = make_parser().parse_args(arguments, given)
+        if known.is_long and threading.current_thread() is threading.main_thread():
             signal.signal(signal.SIGTERM, _interrupt)
         code = parsed.execute(parsed)
         print(end="", flush=True)
@@ -131,7 +68,7 @@ def _execute(verb: str, arguments: Sequence[str], given: argparse.Namespace) -> 
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     except KeyboardInterrupt as error:
-        remedy = f"; {_CONTINUED[verb]}" if verb in _CONTINUED else ""
+        remedy = f"; {known.continuation}" if known.continuation else ""
         print(f"Interrupted{remedy}.", file=sys.stderr)
         return _SIGNALLED + int(*error.args) if error.args else EXIT_INTERRUPTED
     except Exception as error:

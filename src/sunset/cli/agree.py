@@ -17,21 +17,19 @@ from sunset.cli._progress import progress_bar, rendering_progress
 from sunset.evaluation import AGREEMENT_FORMATS, compare, format_agreement
 from sunset.experiments import BenchSpec, bench, plan, prepare
 
-__all__ = ["add_parser", "execute"]
+__all__ = ["add_arguments", "execute"]
 
 _SIM = "sim"
 _LIVE = "live"
 
 
-def add_parser(verbs: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    """Add the verb."""
-    parser = verbs.add_parser(
-        "agree",
-        help="compare live runs with simulated ones",
-        description="Fly scenarios with the same seeds in the simulation and live, into DIR/sim and DIR/live, and "
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Complete the verb's parser."""
+    parser.description = (
+        "Fly scenarios with the same seeds in the simulation and live, into DIR/sim and DIR/live, and "
         "print how much each figure differs, and whether the same failures appeared and the same adaptations were "
         "executed. Finished runs are kept: the same command continues what was interrupted, and flies nothing where "
-        "all runs are there.",
+        "all runs are there."
     )
     add_campaign_options(parser, suite="artifact", managers="baseline", repetitions=1, what="pairs")
     add_flight_options(parser)

@@ -19,16 +19,14 @@ from sunset.cli.report import print_report
 from sunset.evaluation import FORMATS
 from sunset.experiments import BenchSpec, bench, plan, prepare
 
-__all__ = ["add_parser", "execute"]
+__all__ = ["add_arguments", "execute"]
 
 
-def add_parser(verbs: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    """Add the verb."""
-    parser = verbs.add_parser(
-        "bench",
-        help="run managing systems over a suite and print the paper's table",
-        description="Fly every scenario of a suite with every managing system, several times, and the two reference "
-        "rows of the paper. Finished runs are kept: the same command continues an interrupted campaign.",
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Complete the verb's parser."""
+    parser.description = (
+        "Fly every scenario of a suite with every managing system, several times, and the two reference "
+        "rows of the paper. Finished runs are kept: the same command continues an interrupted campaign."
     )
     add_campaign_options(
         parser,

@@ -5,24 +5,23 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Final
 
+from sunset.cli._parser import Parser, make_parser
 from sunset.errors import MissingExtraError
 from sunset.faults import FAULTS
 from sunset.managing import MANAGERS
 from sunset.perception import list_models
 from sunset.scenarios import scenario_names, suite_names
 
-__all__ = ["add_parser", "execute"]
+__all__ = ["add_arguments", "execute"]
 
 _SHELLS: Final = ("bash", "zsh", "fish", "tcsh")
 
 
-def add_parser(verbs: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    """Add the verb."""
-    parser = verbs.add_parser(
-        "completion",
-        help="print what a shell completes this command line with",
-        description="Print a script for a shell, which completes verbs, actions, options, names and files. "
-        "Completing runs nothing of SUNSET. Needs the extra 'completion'.",
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Complete the verb's parser."""
+    parser.description = (
+        "Print a script for a shell, which completes verbs, actions, options, names and files. "
+        "Completing runs nothing of SUNSET. Needs the extra 'completion'."
     )
     parser.add_argument("shell", choices=_SHELLS, help=f"one of {', '.join(_SHELLS)}")
     parser.set_defaults(execute=execute)
@@ -36,8 +35,6 @@ def execute(arguments: argparse.Namespace) -> int:
         )
     import shtab  # noqa: PLC0415  an optional extra
 
-    from sunset.cli._main import make_parser  # noqa: PLC0415  which knows this module
-
     parser = make_parser()
     _complete(parser, shtab.FILE)
     script = shtab.complete(parser, shell=arguments.shell)
@@ -46,8 +43,9 @@ def execute(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _complete(parser: argparse.ArgumentParser, files: object) -> None:
+def _complete(parser: Parser, files: object) -> None:
     """Tell each option and argument of a parser, and of those below it, by which names and files it is completed."""
+    parser.complete()
     names = {
         "fault": FAULTS,
         "manager": MANAGERS,

@@ -13,6 +13,7 @@ import numpy as np
 
 from sunset.classes import CLASS_OF_CARLA_ID, CLASSES
 from sunset.cli._options import at_least_one
+from sunset.cli._parser import Actions
 from sunset.cli._progress import BUILDING, progress_bar, rendering_progress, stages_progress
 from sunset.data import (
     DEPTH_RANGE_M,
@@ -37,7 +38,7 @@ from sunset.data.pixels import FAR
 from sunset.errors import InvalidInputError
 from sunset.texts import printable
 
-__all__ = ["add_parser", "import_flight", "info", "render"]
+__all__ = ["add_arguments", "import_flight", "info", "render"]
 
 _SOURCES: Final = ("syndrone", "pictures", "bag")
 _OF_SOURCES: Final = (
@@ -51,9 +52,8 @@ _OF_SOURCES: Final = (
 _RATES_HZ: Final = (0.1, 1000)
 
 
-def add_parser(verbs: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    """Add the verb."""
-    parser = verbs.add_parser("data", help="flights: render, import, info")
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Complete the verb's parser."""
     parser.set_defaults(execute=lambda _: parser.print_help())
     actions = parser.add_subparsers(title="actions", metavar="ACTION")
     _add_render(actions)
@@ -66,7 +66,7 @@ def add_parser(verbs: "argparse._SubParsersAction[argparse.ArgumentParser]") -> 
     looking.set_defaults(execute=info)
 
 
-def _add_render(actions: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+def _add_render(actions: Actions) -> None:
     parser = actions.add_parser(
         "render",
         help="render a flight to a rosbag2",
@@ -93,7 +93,7 @@ def _add_render(actions: "argparse._SubParsersAction[argparse.ArgumentParser]") 
     parser.set_defaults(execute=render)
 
 
-def _add_import(actions: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+def _add_import(actions: Actions) -> None:
     parser = actions.add_parser(
         "import",
         help="make a flight of SynDrone's folders, of a folder of pictures, or of another bag",

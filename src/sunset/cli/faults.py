@@ -16,12 +16,11 @@ from sunset.faults import FAULTS, Fault, get_fault
 from sunset.metrics import Samples
 from sunset.scenarios import load_scenario
 
-__all__ = ["add_parser", "draw", "list_faults", "show"]
+__all__ = ["add_arguments", "draw", "list_faults", "show"]
 
 
-def add_parser(verbs: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    """Add the verb."""
-    parser = verbs.add_parser("faults", help="the catalogue of faults: list, show, figure")
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Complete the verb's parser."""
     parser.set_defaults(execute=lambda _: parser.print_help())
     actions = parser.add_subparsers(title="actions", metavar="ACTION")
     listing = actions.add_parser(

@@ -16,14 +16,13 @@ from sunset.managing import MANAGERS
 from sunset.scenarios import load_scenario
 from sunset.workers import worker_pool
 
-__all__ = ["add_parser", "check", "list_managers"]
+__all__ = ["add_arguments", "check", "list_managers"]
 
 _HASH_SEED: Final = "PYTHONHASHSEED"
 
 
-def add_parser(verbs: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    """Add the verb."""
-    parser = verbs.add_parser("managers", help="managing systems: list, check (your own)")
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Complete the verb's parser."""
     parser.set_defaults(execute=lambda _: parser.print_help())
     actions = parser.add_subparsers(title="actions", metavar="ACTION")
     listing = actions.add_parser("list", help="list those that come with SUNSET")

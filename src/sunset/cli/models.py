@@ -12,6 +12,7 @@ from typing import Any, Final
 
 from sunset.cli._columns import print_columns
 from sunset.cli._options import add_device_option, at_least_one
+from sunset.cli._parser import Actions
 from sunset.cli._progress import progress_bar, rendering_progress, stages_progress
 from sunset.data import DEFAULT_FLIGHT, flight_bag
 from sunset.errors import MissingExtraError, OutputError
@@ -28,17 +29,14 @@ from sunset.training.recalibrate import calibrate_model, check_target, frames_of
 from sunset.training.tables import VIEWS, measure_iou
 from sunset.training.tables_text import iou_csv, iou_json, iou_markdown
 
-__all__ = ["add_parser", "calibrate", "curves", "import_model", "iou", "list_models", "show"]
+__all__ = ["add_arguments", "calibrate", "curves", "import_model", "iou", "list_models", "show"]
 
 _FRAMES: Final = 4
 """How many are segmented to see how long one takes; the quickest counts."""
 
 
-def add_parser(verbs: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    """Add the verb."""
-    parser = verbs.add_parser(
-        "models", help="segmentation models: list, show, import, calibrate, curves, iou"
-    )
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Complete the verb's parser."""
     parser.set_defaults(execute=lambda _: parser.print_help())
     actions = parser.add_subparsers(title="actions", metavar="ACTION")
     listing = actions.add_parser(
@@ -61,7 +59,7 @@ def add_parser(verbs: "argparse._SubParsersAction[argparse.ArgumentParser]") -> 
     _add_iou(actions)
 
 
-def _add_import(actions: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+def _add_import(actions: Actions) -> None:
     parser = actions.add_parser(
         "import",
         help="make a model of the published checkpoints",
@@ -87,7 +85,7 @@ def _add_import(actions: "argparse._SubParsersAction[argparse.ArgumentParser]") 
     parser.set_defaults(execute=import_model)
 
 
-def _add_calibrate(actions: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+def _add_calibrate(actions: Actions) -> None:
     parser = actions.add_parser(
         "calibrate",
         help="give a model its temperatures, thresholds and card",
@@ -111,7 +109,7 @@ def _add_calibrate(actions: "argparse._SubParsersAction[argparse.ArgumentParser]
     parser.set_defaults(execute=calibrate)
 
 
-def _add_curves(actions: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+def _add_curves(actions: Actions) -> None:
     parser = actions.add_parser(
         "curves",
         help="measure what each fault does to a model, by its strength, and what its cure brings back",
@@ -142,7 +140,7 @@ def _add_curves(actions: "argparse._SubParsersAction[argparse.ArgumentParser]") 
     parser.set_defaults(execute=curves)
 
 
-def _add_iou(actions: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+def _add_iou(actions: Actions) -> None:
     parser = actions.add_parser(
         "iou",
         help="tabulate the IoU of models on towns that they were not trained on",

@@ -17,7 +17,7 @@ from sunset.rmw.port import CallbackError
 from sunset.ros import Context, Node, SingleThreadedExecutor
 from sunset.ros.signals import install_signal_handlers
 
-__all__ = ["MANAGER", "add_network_options", "add_parser", "execute"]
+__all__ = ["MANAGER", "add_arguments", "add_network_options", "execute"]
 
 MANAGER: Final = "managing_system"
 """The name of a managing system's process."""
@@ -26,14 +26,12 @@ _PARTING_S: Final = 2.0
 """How long a node whose parent ended may take to leave the graph."""
 
 
-def add_parser(verbs: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    """Add the verb."""
-    parser = verbs.add_parser(
-        "node",
-        help="run one node as a process on ROS 2's network",
-        description="Run one node as a process on Cyclone DDS, until it is interrupted or shut down through its "
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Complete the verb's parser."""
+    parser.description = (
+        "Run one node as a process on Cyclone DDS, until it is interrupted or shut down through its "
         "lifecycle. Other ROS 2 nodes on this computer see it as one of theirs. Where 'sunset up' or a live run is in "
-        "the same domain, it has the parameters of that system's own nodes.",
+        "the same domain, it has the parameters of that system's own nodes."
     )
     names = [*NODES, _EXECUTOR, MANAGER]
     parser.add_argument("node", choices=names, metavar="NAME", help=f"one of {', '.join(names)}")

@@ -10,16 +10,14 @@ from sunset.evaluation import FORMATS, RUNS_FORMATS, render_report, render_runs
 from sunset.experiments import count_runs
 from sunset.recording import RUN_FILE
 
-__all__ = ["add_parser", "execute", "print_report"]
+__all__ = ["add_arguments", "execute", "print_report"]
 
 
-def add_parser(verbs: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    """Add the verb."""
-    parser = verbs.add_parser(
-        "report",
-        help="print the table of stored runs, or the time line of one",
-        description="Read the runs below a folder and print the paper's table; of the folder of one run, print its "
-        "time line. Nothing is flown again.",
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Complete the verb's parser."""
+    parser.description = (
+        "Read the runs below a folder and print the paper's table; of the folder of one run, print its "
+        "time line. Nothing is flown again."
     )
     parser.add_argument(
         "folder", type=Path, metavar="DIR", help="what 'sunset bench --out' or 'run --out' wrote"

@@ -10,24 +10,22 @@ from sunset.cli import _ros_graph as graph
 from sunset.cli import _ros_services as services
 from sunset.cli import _ros_topics as topics
 from sunset.cli._options import at_least_one
+from sunset.cli._parser import Actions
 from sunset.cli._ros_session import NotThereError
 
-__all__ = ["EXIT_NOT_THERE", "add_parser"]
+__all__ = ["EXIT_NOT_THERE", "add_arguments"]
 
 EXIT_NOT_THERE: Final = 1
 """What was asked for is not on the graph, or refused."""
 
 _Command: TypeAlias = Callable[[argparse.Namespace], int]
-_Actions: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"  # noqa: SLF001  it has no other name
 
 
-def add_parser(verbs: _Actions) -> None:
-    """Add the verb."""
-    parser = verbs.add_parser(
-        "ros",
-        help="look at and poke a running ROS 2 system, without a ROS installation",
-        description="The 'ros2' command line's words for machines without ROS. Exit code 1: what was asked for is not "
-        "there, or refused; 2: what was typed cannot be used.",
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Complete the verb's parser."""
+    parser.description = (
+        "The 'ros2' command line's words for machines without ROS. Exit code 1: what was asked for is not "
+        "there, or refused; 2: what was typed cannot be used."
     )
     things = parser.add_subparsers(title="things", metavar="THING", required=True)
     _add_node(_actions(things, "node", "list and describe nodes"))
@@ -37,13 +35,13 @@ def add_parser(verbs: _Actions) -> None:
     _add_service(_actions(things, "service", "list and call services"))
 
 
-def _add_node(actions: _Actions) -> None:
+def _add_node(actions: Actions) -> None:
     _add(actions, "list", graph.node_list, "list the nodes")
     info = _add(actions, "info", graph.node_info, "tell what a node consists of")
     info.add_argument("node", metavar="NODE", help="its full name, such as /managed_subsystem/camera")
 
 
-def _add_topic(actions: _Actions) -> None:
+def _add_topic(actions: Actions) -> None:
     _show_types(_add(actions, "list", graph.topic_list, "list the topics"))
     info = _add(actions, "info", graph.topic_info, "tell who publishes on a topic and who subscribes to it")
     info.add_argument("topic", metavar="TOPIC")
@@ -72,7 +70,7 @@ def _add_topic(actions: _Actions) -> None:
     )
 
 
-def _add_param(actions: _Actions) -> None:
+def _add_param(actions: Actions) -> None:
     listing = _add(actions, "list", services.param_list, "list the parameters of a node, or of all")
     listing.add_argument("node", nargs="?", metavar="NODE")
     getting = _add(actions, "get", services.param_get, "print a parameter's value")
@@ -83,7 +81,7 @@ def _add_param(actions: _Actions) -> None:
     setting.add_argument("value", metavar="VALUE", help="YAML, such as 0.5, true, rgb_camera or '[1, 2]'")
 
 
-def _add_lifecycle(actions: _Actions) -> None:
+def _add_lifecycle(actions: Actions) -> None:
     _add(actions, "nodes", services.lifecycle_nodes, "list the nodes with a lifecycle")
     getting = _add(actions, "get", services.lifecycle_get, "print the state of a node, or of all")
     getting.add_argument("node", nargs="?", metavar="NODE")
@@ -94,7 +92,7 @@ def _add_lifecycle(actions: _Actions) -> None:
     setting.add_argument("transition", metavar="TRANSITION", help="its label or number, such as deactivate")
 
 
-def _add_service(actions: _Actions) -> None:
+def _add_service(actions: Actions) -> None:
     _show_types(_add(actions, "list", graph.service_list, "list the services"))
     call = _add(actions, "call", services.service_call, "ask a service and print its answer")
     call.add_argument("service", metavar="NAME")
@@ -104,7 +102,7 @@ def _add_service(actions: _Actions) -> None:
     )
 
 
-def _actions(things: _Actions, name: str, text: str) -> _Actions:
+def _actions(things: Actions, name: str, text: str) -> Actions:
     parser = things.add_parser(name, help=text)
     return parser.add_subparsers(title="actions", metavar="ACTION", required=True)
 
@@ -113,7 +111,7 @@ def _show_types(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("-t", "--show-types", action="store_true", help="show the types too")
 
 
-def _add(actions: _Actions, name: str, command: _Command, text: str) -> argparse.ArgumentParser:
+def _add(actions: Actions, name: str, command: _Command, text: str) -> argparse.ArgumentParser:
     parser = actions.add_parser(name, help=text)
     common = parser.add_argument_group("who is heard")
     common.add_argument(

@@ -13,16 +13,14 @@ from sunset.cli._story import print_story
 from sunset.experiments import DEFAULT_SCENARIO, RunSpec, prepare, run
 from sunset.scenarios import load_scenario
 
-__all__ = ["add_parser", "execute"]
+__all__ = ["add_arguments", "execute"]
 
 
-def add_parser(verbs: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    """Add the verb."""
-    parser = verbs.add_parser(
-        "run",
-        help="fly one faulted mission and measure the adaptation",
-        description="Bring the managed system up, fly 3 s without a fault, inject the scenario's faults, let the "
-        "managing system adapt for 20 s, and print what happened and how well it did.",
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Complete the verb's parser."""
+    parser.description = (
+        "Bring the managed system up, fly 3 s without a fault, inject the scenario's faults, let the "
+        "managing system adapt for 20 s, and print what happened and how well it did."
     )
     parser.add_argument(
         "scenario",

@@ -9,12 +9,11 @@ from sunset.errors import OutputError
 from sunset.experiments.files import write_text
 from sunset.scenarios import generate, load_scenario, load_suite, suite_names
 
-__all__ = ["add_parser", "generate_scenario", "list_scenarios", "show"]
+__all__ = ["add_arguments", "generate_scenario", "list_scenarios", "show"]
 
 
-def add_parser(verbs: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    """Add the verb."""
-    parser = verbs.add_parser("scenarios", help="faulted missions: list, show, generate")
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Complete the verb's parser."""
     parser.set_defaults(execute=lambda _: parser.print_help())
     actions = parser.add_subparsers(title="actions", metavar="ACTION")
     listing = actions.add_parser("list", help="list the scenarios of the suites")

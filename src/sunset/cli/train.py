@@ -14,16 +14,14 @@ from sunset.perception import DEVICES, load_model
 from sunset.training import CONFIGS, MODALITIES, FrameCounts, train
 from sunset.workers import processors
 
-__all__ = ["add_parser", "execute"]
+__all__ = ["add_arguments", "execute"]
 
 
-def add_parser(verbs: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    """Add the verb."""
-    parser = verbs.add_parser(
-        "train",
-        help="train a segmentation model on rendered towns",
-        description="Render frames of towns that the flight is not over, train the networks, calibrate "
-        "their thresholds, and write a model folder with its card. Needs the extra 'train'.",
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Complete the verb's parser."""
+    parser.description = (
+        "Render frames of towns that the flight is not over, train the networks, calibrate "
+        "their thresholds, and write a model folder with its card. Needs the extra 'train'."
     )
     parser.add_argument(
         "--model", choices=list(CONFIGS), default="lite", help="architecture and schedule (default: lite)"

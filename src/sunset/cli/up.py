@@ -18,18 +18,16 @@ from sunset.experiments.operator import NodeStatus, Operator
 from sunset.experiments.spec import EXTERNAL
 from sunset.scenarios import Scenario, load_scenario
 
-__all__ = ["add_parser", "execute"]
+__all__ = ["add_arguments", "execute"]
 
 _REFRESH_S: Final = 0.5
 
 
-def add_parser(verbs: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    """Add the verb."""
-    parser = verbs.add_parser(
-        "up",
-        help="run the whole system as processes on ROS 2's network",
-        description="Run every node as a process on Cyclone DDS until Ctrl-C, and let the flight repeat. Other ROS 2 "
-        "nodes on this computer can connect: managing systems, the ros2 command line, viewers.",
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Complete the verb's parser."""
+    parser.description = (
+        "Run every node as a process on Cyclone DDS until Ctrl-C, and let the flight repeat. Other ROS 2 "
+        "nodes on this computer can connect: managing systems, the ros2 command line, viewers."
     )
     parser.add_argument(
         "--scenario", metavar="S", help="inject these faults once, 3 s after the flight began"

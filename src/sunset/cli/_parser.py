@@ -1,0 +1,114 @@
+"""The parser of the command line: a table of verbs, each of which is loaded when it is asked for."""
+
+import argparse
+from collections.abc import Mapping
+from dataclasses import dataclass
+from importlib import import_module
+from typing import Any, Final, NoReturn, TypeAlias
+
+from sunset import __version__
+from sunset.texts import suggestion
+
+__all__ = ["EXIT_BAD_INPUT", "VERBS", "Actions", "Parser", "Verb", "make_parser"]
+
+EXIT_BAD_INPUT: Final = 2
+
+Actions: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"  # noqa: SLF001  it has no other name
+
+
+@dataclass(frozen=True, slots=True)
+class Verb:
+    """What is known of a verb before its module is loaded.
+
+    Attributes:
+        help: what it does, in a line.
+        is_long: whether it takes its time: then it tidies up when it is asked to end, and shows from the first second
+            what it does.
+        continuation: how work goes on that was interrupted, where what was finished is kept.
+    """
+
+    help: str
+    is_long: bool = False
+    continuation: str = ""
+
+
+_SAME_COMMAND: Final = "the same command continues it"
+
+VERBS: Final[Mapping[str, Verb]] = {
+    "run": Verb("fly one faulted mission and measure the adaptation", is_long=True),
+    "bench": Verb("run managing systems over a suite and print the paper's table", True, _SAME_COMMAND),
+    "agree": Verb("compare live runs with simulated ones", True, _SAME_COMMAND),
+    "report": Verb("print the table of stored runs, or the time line of one"),
+    "scenarios": Verb("faulted missions: list, show, generate"),
+    "faults": Verb("the catalogue of faults: list, show, figure"),
+    "managers": Verb("managing systems: list, check (your own)", is_long=True),
+    "data": Verb("flights: render, import, info", is_long=True),
+    "models": Verb("segmentation models: list, show, import, calibrate, curves, iou", is_long=True),
+    "train": Verb(
+        "train a segmentation model on rendered towns", True, "the same command with --resume goes on"
+    ),
+    "node": Verb("run one node as a process on ROS 2's network"),
+    "up": Verb("run the whole system as processes on ROS 2's network"),
+    "ros": Verb("look at and poke a running ROS 2 system, without a ROS installation"),
+    "completion": Verb("print what a shell completes this command line with"),
+}
+"""By name. Each is a module beside this one, whose `add_arguments` completes the verb's parser."""
+
+
+class Parser(argparse.ArgumentParser):
+    """An argument parser whose complaint is one sentence.
+
+    Args:
+        verb: the verb that it is the parser of; its arguments are added when they are needed first.
+        options: those of `argparse.ArgumentParser`.
+    """
+
+    def __init__(self, *, verb: str = "", **options: Any) -> None:
+        super().__init__(**options)
+        self._missing = verb
+
+    def complete(self) -> None:
+        """Add the arguments of the verb, unless that was done before; this loads its module."""
+        verb, self._missing = self._missing, ""
+        if verb:
+            import_module(f"sunset.cli.{verb}").add_arguments(self)
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        """Suggest an option to who mistyped it, in the name of the verb; argparse complains in that of the program."""
+        self.complete()
+        parsed, unknown = super().parse_known_args(args, namespace)
+        if unknown:
+            option = unknown[0].partition("=")[0]
+            hint = suggestion(option, self._option_string_actions)
+            self.error(f"there is no argument {option!r} here: {hint}leave it out")
+        return parsed, unknown
+
+    def _check_value(self, action: argparse.Action, value: object) -> None:
+        """Suggest a choice to who mistyped it."""
+        if action.choices is not None and value not in action.choices:
+            choices = [str(choice) for choice in action.choices]
+            hint = suggestion(str(value), choices)
+            raise argparse.ArgumentError(
+                action, f"there is no {value!r}: {hint}choose one of {', '.join(choices)}"
+            )
+
+    def error(self, message: str) -> NoReturn:
+        """Print one sentence and exit with code 2."""
+        text = message[:1].upper() + message[1:]
+        self.exit(EXIT_BAD_INPUT, f"{self.prog}: {text}; '{self.prog} --help' lists what is expected.\n")
+
+
+def make_parser() -> Parser:
+    """Return the parser of the whole command line; a verb's module is loaded when its parser is used."""
+    parser = Parser(
+        prog="sunset",
+        description="A ROS 2 exemplar for self-adaptation: fly a faulted mission, let a managing system repair it, "
+        "and measure how well it did.",
+        epilog="'sunset VERB --help' explains one verb.",
+    )
+    parser.add_argument("--version", action="version", version=f"sunset {__version__}")
+    parser.set_defaults(execute=lambda _: parser.print_help())
+    verbs = parser.add_subparsers(title="verbs", metavar="VERB")
+    for name, verb in VERBS.items():
+        verbs.add_parser(name, help=verb.help, verb=name)
+    return parser

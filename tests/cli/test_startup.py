@@ -1,0 +1,47 @@
+"""What starts at once: the help of all verbs waits for no package that only one of them needs."""
+
+import json
+import subprocess
+import sys
+
+import pytest
+
+from sunset.cli._parser import VERBS
+
+SLOW = {"apsw", "cv2", "cyclonedds", "embreex", "numpy", "onnxruntime", "rich", "rosbags", "yaml"}
+"""Packages that SUNSET needs and that take long to import."""
+
+
+def imported(program: str) -> set[str]:
+    """Return what a program has imported when it ends, however it ends."""
+    code = f"import json, sys\ntry:\n    {program}\nfinally:\n    print(json.dumps(list(sys.modules)))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    return set(json.loads(done.stdout.splitlines()[-1]))
+
+
+@pytest.mark.parametrize(
+    "program",
+    [
+        "import sunset",
+        *(
+            f"from sunset.cli import main; main({words})"
+            for words in ([], ["--help"], ["--version"], ["rnu"])
+        ),
+    ],
+)
+def test_what_names_no_verb_imports_none(program: str) -> None:
+    modules = imported(program)
+
+    assert "sunset" in modules
+    assert modules & (SLOW | {f"sunset.cli.{verb}" for verb in VERBS}) == set()
+
+
+@pytest.mark.parametrize("words", [["scenarios", "--help"], ["report", "--help"]])
+def test_a_verb_imports_no_other(words: list[str]) -> None:
+    verbs = {
+        name
+        for name in VERBS
+        if f"sunset.cli.{name}" in imported(f"from sunset.cli import main; main({words})")
+    }
+
+    assert verbs == {words[0]}

@@ -111,6 +111,18 @@ def test_a_bag_of_one_frame_loops_at_the_rate(world: "World", tmp_path: Path, fr
     assert stamps == [5, 50_000_005, 100_000_005]
 
 
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [({"loop": True}, "Playing the bag in a loop."), ({"loop": True, "frames": 25}, "Playing 25 frames.")],
+)
+def test_the_player_says_what_it_plays(
+    world: "World", bag: str, options: dict[str, object], said: str
+) -> None:
+    world.start(BagPlayer, parameters={"bag": bag, **options})
+    world.run(0.5)
+    assert world.call(Trigger, "/bag_player/start", Trigger.Request()).message == said
+
+
 def test_a_second_start_begins_anew(world: "World", bag: str) -> None:
     play(world, bag=bag, frames=5)
     world.run(0.25)

@@ -132,7 +132,8 @@ class BagPlayer(Node):
         self._next = self._range.start
         self._schedule(self._value("phase") / self._speed, self._play_first)
         response.success = True
-        response.message = f"Playing {len(self._range)} frames."
+        endless = self._range.stop == sys.maxsize
+        response.message = "Playing the bag in a loop." if endless else f"Playing {len(self._range)} frames."
         return response
 
     def _schedule(self, period: float, callback: Any) -> None:

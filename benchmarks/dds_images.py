@@ -13,8 +13,8 @@ from statistics import median, quantiles
 import numpy as np
 
 from sunset.interfaces.sensor_msgs.msg import Image
-from sunset.rmw.cyclonedds import CycloneDDS
-from sunset.rmw.domains import free_domain_id
+from sunset.rmw.dds import CycloneDDS
+from sunset.rmw.dds.domains import free_domain_id
 from sunset.ros import Context, Node, SingleThreadedExecutor
 from sunset.ros.time import Time
 

@@ -27,8 +27,8 @@ from sunset.interfaces.sensor_msgs.msg import Image
 from sunset.interfaces.system_interfaces.msg import SensorFusion
 from sunset.interfaces.system_interfaces.srv import Redeploy
 from sunset.nodes import NODES
-from sunset.rmw.cyclonedds import CycloneDDS
-from sunset.rmw.domains import free_domain_id
+from sunset.rmw.dds import CycloneDDS
+from sunset.rmw.dds.domains import free_domain_id
 from sunset.ros import Context, Node, SingleThreadedExecutor
 from sunset.scenarios import Scenario
 

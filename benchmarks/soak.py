@@ -16,8 +16,8 @@ from statistics import median, quantiles
 from typing import Any, Final
 
 from sunset.interfaces.sensor_msgs.msg import Image
-from sunset.rmw.cyclonedds import CycloneDDS
-from sunset.rmw.domains import free_domain_id
+from sunset.rmw.dds import CycloneDDS
+from sunset.rmw.dds.domains import free_domain_id
 from sunset.ros import Context, Node, SingleThreadedExecutor
 
 WARM_UP_S: Final = 5.0

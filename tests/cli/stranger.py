@@ -5,7 +5,7 @@ from typing import Self
 
 from sunset.interfaces.std_msgs.msg import String
 from sunset.interfaces.std_srvs.srv import SetBool
-from sunset.rmw.cyclonedds import CycloneDDS
+from sunset.rmw.dds import CycloneDDS
 from sunset.ros import Context, Node, SingleThreadedExecutor
 from sunset.ros.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 

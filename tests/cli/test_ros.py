@@ -12,7 +12,7 @@ import pytest
 import yaml
 
 from sunset.cli import main
-from sunset.rmw.domains import free_domain_id
+from sunset.rmw.dds.domains import free_domain_id
 
 CAMERA = "/managed_subsystem/camera"
 SUNSET = (sys.executable, "-m", "sunset")

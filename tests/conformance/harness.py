@@ -10,7 +10,7 @@ from tests.conformance.nodes import NODES
 from tests.conformance.processes import PROCESSES, join_domain, run_node
 
 from sunset.interfaces import Message
-from sunset.rmw.domains import free_domain_id
+from sunset.rmw.dds.domains import free_domain_id
 from sunset.rmw.sim import SimProcess, Simulation
 from sunset.ros import Context, Node, SingleThreadedExecutor
 from sunset.ros.client import Client

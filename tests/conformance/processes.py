@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 from tests.conformance.nodes import NODES
 
-from sunset.rmw.cyclonedds import CycloneDDS
+from sunset.rmw.dds import CycloneDDS
 from sunset.ros import Context, SingleThreadedExecutor
 
 __all__ = ["PROCESSES", "join_domain", "run_node"]

@@ -13,7 +13,7 @@ from sunset.interfaces.rcl_interfaces.srv import GetParameters, SetParameters, S
 from sunset.interfaces.std_msgs.msg import String
 from sunset.interfaces.system_interfaces.msg import Command
 from sunset.interfaces.system_interfaces.srv import Redeploy
-from sunset.rmw.port import EndpointKind, RequestId
+from sunset.rmw.core.port import EndpointKind, RequestId
 from sunset.ros import Parameter
 
 MANAGER, CAMERA = "/managing_system", "/managed_subsystem/camera"

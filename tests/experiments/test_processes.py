@@ -11,7 +11,7 @@ import pytest
 from tests.live.systems import exists
 
 from sunset.experiments.processes import NodeProcesses
-from sunset.rmw.domains import free_domain_id
+from sunset.rmw.dds.domains import free_domain_id
 
 PATIENCE_S = 60.0
 

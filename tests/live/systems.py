@@ -14,8 +14,8 @@ from typing import Any
 
 from sunset.interfaces import Message
 from sunset.interfaces.sensor_msgs.msg import Image
-from sunset.rmw.cyclonedds import CycloneDDS
-from sunset.rmw.domains import free_domain_id
+from sunset.rmw.dds import CycloneDDS
+from sunset.rmw.dds.domains import free_domain_id
 from sunset.ros import Context, Node, SingleThreadedExecutor
 
 PATIENCE_S = 60.0

@@ -3,7 +3,7 @@
 import pytest
 from tests.conformance.processes import join_domain
 
-from sunset.rmw.domains import free_domain_id
+from sunset.rmw.dds.domains import free_domain_id
 from sunset.scenarios import Scenario, ScenarioExecutor, suite
 
 pytestmark = pytest.mark.xdist_group("live")

@@ -20,7 +20,7 @@ from sunset.interfaces import Message, deserialize
 from sunset.interfaces.lifecycle_msgs.srv import ChangeState
 from sunset.interfaces.rcl_interfaces.srv import GetParameters
 from sunset.interfaces.system_interfaces.srv import Redeploy
-from sunset.rmw.cyclonedds import CycloneDDS
+from sunset.rmw.dds import CycloneDDS
 from sunset.seeding import generator
 
 pytestmark = pytest.mark.xdist_group("live")

@@ -12,7 +12,7 @@ from tests.live.systems import PATIENCE_S, Tool
 from sunset.interfaces.lifecycle_msgs.msg import Transition
 from sunset.interfaces.lifecycle_msgs.srv import ChangeState
 from sunset.interfaces.sensor_msgs.msg import Image
-from sunset.rmw.domains import free_domain_id
+from sunset.rmw.dds.domains import free_domain_id
 
 pytestmark = pytest.mark.xdist_group("live")
 

@@ -29,8 +29,8 @@ from sunset.interfaces.lifecycle_msgs.srv import ChangeState
 from sunset.interfaces.system_interfaces.msg import ExperimentLogging
 from sunset.interfaces.system_interfaces.srv import Redeploy
 from sunset.recording import read_run, read_timeline
-from sunset.rmw.cyclonedds import CycloneTap
-from sunset.rmw.domains import free_domain_id
+from sunset.rmw.dds import CycloneTap
+from sunset.rmw.dds.domains import free_domain_id
 from sunset.scenarios import load_scenario
 
 pytestmark = pytest.mark.xdist_group("live")

@@ -6,8 +6,8 @@ from typing import Any
 import pytest
 from tests.rmw.peer import Peer
 
-from sunset.rmw.cyclonedds import CycloneDDS
-from sunset.rmw.domains import free_domain_id
+from sunset.rmw.dds import CycloneDDS
+from sunset.rmw.dds.domains import free_domain_id
 from sunset.ros import Context, Node, SingleThreadedExecutor
 
 

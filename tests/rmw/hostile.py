@@ -14,7 +14,7 @@ from sunset.interfaces import FieldType, Message, field_types, get_message, seri
 from sunset.interfaces.builtin_interfaces.msg import Time
 from sunset.interfaces.sensor_msgs.msg import Image
 from sunset.interfaces.std_msgs.msg import Header
-from sunset.rmw._dds_library import sertype_of
+from sunset.rmw.dds._library import sertype_of
 
 __all__ = ["KINDS", "misnamed_writer", "padded", "samples", "targets"]
 

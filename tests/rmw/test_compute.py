@@ -1,7 +1,7 @@
 import pytest
 
 from sunset.errors import InvalidInputError, MiddlewareError
-from sunset.rmw._compute import ComputeModel
+from sunset.rmw.sim._compute import ComputeModel
 
 
 def draw(seed: int, node: str, count: int, jitter: float = 0.1) -> list[int]:

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 import pytest
 
 from sunset.errors import MiddlewareError
-from sunset.rmw._dds_config import read_configuration
-from sunset.rmw.cyclonedds import CycloneDDS
+from sunset.rmw.dds import CycloneDDS
+from sunset.rmw.dds._config import read_configuration
 
 if TYPE_CHECKING:
     from .conftest import Live
@@ -89,7 +89,7 @@ def test_discovery_that_is_off_keeps_even_processes_of_this_computer_out(live: "
 
 LOOK = """
 import sys
-from sunset.rmw.cyclonedds import CycloneDDS
+from sunset.rmw.dds import CycloneDDS
 with CycloneDDS(domain_id=int(sys.argv[1]), environment={}) as process:
     process.wait_for(lambda: bool(process.nodes()), int(float((sys.argv[2:] or ["0.5"])[0]) * 1e9))
     print(process.nodes())

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from sunset.rmw.cyclonedds import CycloneDDS
+from sunset.rmw.dds import CycloneDDS
 
 if TYPE_CHECKING:
     from .conftest import Live

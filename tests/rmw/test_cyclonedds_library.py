@@ -11,9 +11,9 @@ import pytest
 
 from sunset.errors import MiddlewareError, MissingExtraError
 from sunset.interfaces.std_msgs.msg import String
-from sunset.rmw import _dds_library as dds
-from sunset.rmw import _dds_wheel as wheel
-from sunset.rmw.port import QoSProfile
+from sunset.rmw.core.port import QoSProfile
+from sunset.rmw.dds import _library as dds
+from sunset.rmw.dds import _wheel as wheel
 
 if TYPE_CHECKING:
     from .conftest import Live

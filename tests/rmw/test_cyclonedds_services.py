@@ -9,7 +9,7 @@ from tests.rmw.peer import Peer, header, payload
 
 from sunset.errors import MiddlewareError
 from sunset.interfaces.std_srvs.srv import SetBool, Trigger
-from sunset.rmw import _dds_services, cyclonedds
+from sunset.rmw.dds import _process, _services
 from sunset.ros import CallbackError, Future, Node, SingleThreadedExecutor
 
 if TYPE_CHECKING:
@@ -90,7 +90,7 @@ def test_a_client_that_listens_late_is_answered_late(live: "Live") -> None:
 def test_a_client_that_does_not_listen_delays_nobody_twice(
     live: "Live", monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(_dds_services, "_LATE_NS", 200_000_000)
+    monkeypatch.setattr(_services, "_LATE_NS", 200_000_000)
     executor, peer, deaf = asked_by_the_deaf(live, 50)
     (process,) = live.processes
     assert live.spin(executor, lambda: process.problems["/server/set"] == 10, 1.0)  # its queue holds ten
@@ -104,7 +104,7 @@ def test_a_client_that_does_not_listen_delays_nobody_twice(
 def test_few_responses_wait_for_those_who_do_not_listen(
     live: "Live", monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(_dds_services, "_LATE", 3)
+    monkeypatch.setattr(_services, "_LATE", 3)
     executor, peer, _ = asked_by_the_deaf(live, 10)
     (process,) = live.processes
     assert live.spin(executor, lambda: process.problems["/server/set"] == 7, 5.0)
@@ -150,7 +150,7 @@ def test_a_process_does_not_wait_long_for_a_client_that_never_listens(live: "Liv
 def test_a_process_does_not_wait_for_a_client_that_is_gone(
     live: "Live", monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(cyclonedds, "_PARTING_NS", 60 * 10**9)
+    monkeypatch.setattr(_process, "_PARTING_NS", 60 * 10**9)
     executor, peer = serve_once(live)
     threading.Timer(0.3, peer.leave).start()
     began = time.monotonic()

@@ -12,11 +12,11 @@ from tests.rmw.peer import LATCHED, Peer, header, payload, text
 from sunset.interfaces import Message
 from sunset.interfaces.std_msgs.msg import Int32, String
 from sunset.interfaces.std_srvs.srv import SetBool
-from sunset.rmw._dds_graph import NodeEntities, Participant
-from sunset.rmw._dds_wheel import Endpoint
-from sunset.rmw.cyclonedds import CycloneTap
-from sunset.rmw.port import DurabilityPolicy, EndpointKind, QoSProfile, ReliabilityPolicy, RequestId
-from sunset.rmw.tap import Tap
+from sunset.rmw.core.port import DurabilityPolicy, EndpointKind, QoSProfile, ReliabilityPolicy, RequestId
+from sunset.rmw.core.tap import Tap
+from sunset.rmw.dds import CycloneTap
+from sunset.rmw.dds._graph import NodeEntities, Participant
+from sunset.rmw.dds._wheel import Endpoint
 from sunset.ros import Node
 
 if TYPE_CHECKING:

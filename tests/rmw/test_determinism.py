@@ -11,7 +11,7 @@ import hashlib
 from sunset.interfaces import serialize
 from sunset.interfaces.std_msgs.msg import String
 from sunset.interfaces.std_srvs.srv import Trigger
-from sunset.rmw.port import QoSProfile
+from sunset.rmw.core.port import QoSProfile
 from sunset.rmw.sim import Simulation, Tap
 
 digest = hashlib.sha256()

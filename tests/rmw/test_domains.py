@@ -1,9 +1,9 @@
 import pytest
 
 from sunset.errors import MiddlewareError
-from sunset.rmw import domains
-from sunset.rmw.cyclonedds import CycloneDDS
-from sunset.rmw.domains import free_domain_id, sole_system
+from sunset.rmw.dds import domains
+from sunset.rmw.dds import CycloneDDS
+from sunset.rmw.dds.domains import free_domain_id, sole_system
 
 
 def test_a_domain_is_given_to_one_at_a_time() -> None:

@@ -3,7 +3,13 @@ from itertools import product
 import pytest
 
 from sunset.errors import MiddlewareError
-from sunset.rmw.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy, incompatibility
+from sunset.rmw.core.qos import (
+    DurabilityPolicy,
+    HistoryPolicy,
+    QoSProfile,
+    ReliabilityPolicy,
+    incompatibility,
+)
 
 RELIABILITY = {True: ReliabilityPolicy.RELIABLE, False: ReliabilityPolicy.BEST_EFFORT}
 DURABILITY = {True: DurabilityPolicy.TRANSIENT_LOCAL, False: DurabilityPolicy.VOLATILE}

@@ -3,9 +3,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sunset.errors import MiddlewareError
-from sunset.rmw._timer import next_due_ns
-from sunset.rmw.port import NodeHandle, TimerHandle
+from sunset.rmw.core.port import NodeHandle, TimerHandle
 from sunset.rmw.sim import Simulation
+from sunset.rmw.sim._timer import next_due_ns
 
 MS = 1_000_000
 

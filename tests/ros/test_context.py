@@ -2,7 +2,7 @@ import pytest
 
 from sunset import ros
 from sunset.errors import MiddlewareError
-from sunset.rmw.domains import free_domain_id
+from sunset.rmw.dds.domains import free_domain_id
 from sunset.ros import Context
 from sunset.ros.signals import SignalHandlerOptions
 

@@ -8,7 +8,7 @@ from sunset import ros
 from sunset.errors import MiddlewareError
 from sunset.interfaces.std_msgs.msg import String
 from sunset.interfaces.std_srvs.srv import Trigger
-from sunset.rmw.domains import free_domain_id
+from sunset.rmw.dds.domains import free_domain_id
 from sunset.ros import CallbackError, Context, Future, Node, SingleThreadedExecutor
 from sunset.ros.clock import Clock
 from sunset.ros.exceptions import NotInitializedException

@@ -12,7 +12,7 @@ import sunset.scenarios  # noqa: F401  these are what nodes need
 from sunset.cli import main
 from sunset.cli.node import MANAGER
 from sunset.forks import await_order
-from sunset.rmw.cyclonedds import prepare
+from sunset.rmw.dds import prepare
 
 __all__: list[str] = []
 

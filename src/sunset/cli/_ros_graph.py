@@ -3,7 +3,7 @@
 import argparse
 
 from sunset.cli._ros_session import NotThereError, Session, absolute, hidden, session
-from sunset.rmw.port import EndpointInfo, EndpointKind, HistoryPolicy
+from sunset.rmw.core.port import EndpointInfo, EndpointKind, HistoryPolicy
 
 __all__ = ["node_info", "node_list", "service_list", "topic_info", "topic_list"]
 

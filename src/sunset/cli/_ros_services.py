@@ -11,7 +11,7 @@ from sunset.interfaces.lifecycle_msgs.msg import TransitionDescription
 from sunset.interfaces.lifecycle_msgs.srv import ChangeState, GetAvailableTransitions, GetState
 from sunset.interfaces.rcl_interfaces.msg import ParameterValue
 from sunset.interfaces.rcl_interfaces.srv import GetParameters, ListParameters, SetParameters
-from sunset.rmw.port import EndpointKind
+from sunset.rmw.core.port import EndpointKind
 from sunset.ros._parameter_files import parse_value
 from sunset.ros.parameter import Parameter, parameter_value_to_python
 from sunset.ros.qos import qos_profile_parameters

@@ -9,7 +9,7 @@ from typing import Any, Final, TypeVar
 
 from sunset.interfaces import Message, Service
 from sunset.interruption import held_signals
-from sunset.rmw.port import EndpointInfo, EndpointKind, Middleware
+from sunset.rmw.core.port import EndpointInfo, EndpointKind, Middleware
 from sunset.ros.context import Context
 from sunset.ros.executors import SingleThreadedExecutor
 from sunset.ros.names import validate_topic_name
@@ -178,7 +178,7 @@ def session(arguments: argparse.Namespace) -> Iterator[Session]:
         MissingExtraError: the extra `live` is not installed.
         MiddlewareError: an option cannot be used, or the graph cannot be joined.
     """
-    from sunset.rmw.cyclonedds import CycloneDDS  # noqa: PLC0415  an optional extra
+    from sunset.rmw.dds import CycloneDDS  # noqa: PLC0415  an optional extra
 
     with (
         held_signals() as check,

@@ -70,7 +70,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def _fly(arguments: argparse.Namespace) -> None:
-    import sunset.rmw.cyclonedds  # noqa: F401, PLC0415  an extra: that it is missing is said before anything is flown
+    import sunset.rmw.dds  # noqa: F401, PLC0415  an extra: that it is missing is said before anything is flown
 
     sim = BenchSpec(
         references=False,

@@ -13,7 +13,7 @@ from sunset.forks import signal_after_parent
 from sunset.nodes import NODES
 from sunset.nodes.deployment import deployed_parameters
 from sunset.nodes.live_bag_player import LiveBagPlayer
-from sunset.rmw.port import CallbackError
+from sunset.rmw.core.port import CallbackError
 from sunset.ros import Context, Node, SingleThreadedExecutor
 from sunset.ros.signals import install_signal_handlers
 
@@ -64,7 +64,7 @@ def add_network_options(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """Run the node."""
-    from sunset.rmw.cyclonedds import CycloneDDS  # noqa: PLC0415  an optional extra
+    from sunset.rmw.dds import CycloneDDS  # noqa: PLC0415  an optional extra
 
     if (arguments.node == MANAGER) != (arguments.manager is not None):
         raise InvalidInputError(

@@ -20,12 +20,12 @@ from sunset.experiments.spec import EXTERNAL, RunSpec
 from sunset.interruption import held_signals
 from sunset.nodes import NAMESPACE, NODES
 from sunset.nodes.deployment import deployed_scenario, deployment
-from sunset.rmw.domains import sole_system
+from sunset.rmw.dds.domains import sole_system
 from sunset.ros import CallbackError, Context, SingleThreadedExecutor
 
 if TYPE_CHECKING:
     from sunset.forks import ForkServer
-    from sunset.rmw.port import Middleware
+    from sunset.rmw.core.port import Middleware
 
 __all__ = ["LiveClock", "LiveSystem", "drop_line"]
 
@@ -101,7 +101,7 @@ class LiveSystem:
         on_line: Callable[[str, str], None] = drop_line,
         server: "ForkServer | None" = None,
     ) -> None:
-        from sunset.rmw.cyclonedds import CycloneDDS  # noqa: PLC0415  an optional extra
+        from sunset.rmw.dds import CycloneDDS  # noqa: PLC0415  an optional extra
 
         if os.environ.get("ROS_AUTOMATIC_DISCOVERY_RANGE", "").strip() == "OFF":
             raise InvalidInputError(

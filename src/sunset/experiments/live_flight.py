@@ -21,9 +21,9 @@ from sunset.interfaces.sensor_msgs.msg import Image
 from sunset.interfaces.std_srvs.srv import Trigger
 from sunset.interruption import held_signals
 from sunset.metrics import SEGMENTATION_TOPIC, Timeline
-from sunset.rmw.domains import free_domain_id
-from sunset.rmw.port import EndpointKind, RequestId
-from sunset.rmw.tap import Tap
+from sunset.rmw.core.port import EndpointKind, RequestId
+from sunset.rmw.core.tap import Tap
+from sunset.rmw.dds.domains import free_domain_id
 from sunset.ros.context import Context
 
 __all__ = ["FrameCount", "LiveSupervisor", "fly"]
@@ -191,7 +191,7 @@ def fly(
         MissingExtraError: the extra `live` is not installed.
         SunsetError: the system did not come up or lost a node that it needs, or the scenario could not be injected.
     """
-    from sunset.rmw.cyclonedds import CycloneTap  # noqa: PLC0415  an optional extra
+    from sunset.rmw.dds import CycloneTap  # noqa: PLC0415  an optional extra
 
     def show(node: str, line: str) -> None:
         if log and node == MANAGER_PROCESS:

@@ -22,8 +22,8 @@ from sunset.interfaces.rcl_interfaces.srv import (
 from sunset.interfaces.system_interfaces.msg import Command
 from sunset.interfaces.system_interfaces.srv import Redeploy
 from sunset.metrics import INFRASTRUCTURE
-from sunset.rmw.port import EndpointKind, RequestId
-from sunset.rmw.tap import Tap
+from sunset.rmw.core.port import EndpointKind, RequestId
+from sunset.rmw.core.tap import Tap
 from sunset.ros.exceptions import InvalidParameterTypeException
 from sunset.ros.parameter import parameter_value_to_python
 from sunset.texts import shorten

@@ -1,3 +1,3 @@
-"""The middleware port and its implementations; import these from `port`, `sim` and `cyclonedds`."""
+"""The middleware port in `core`, and its implementations in `sim` and `dds`."""
 
 __all__: list[str] = []

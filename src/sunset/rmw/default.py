@@ -1,6 +1,6 @@
 """The middleware of a process that names none: the live one, as its environment says."""
 
-from sunset.rmw.port import Middleware
+from sunset.rmw.core.port import Middleware
 
 __all__ = ["default_middleware"]
 
@@ -15,6 +15,6 @@ def default_middleware(domain_id: int | None = None) -> Middleware:
         MissingExtraError: the extra `live` is not installed.
         MiddlewareError: the environment has a setting that cannot be used, or the domain cannot be entered.
     """
-    from sunset.rmw.cyclonedds import CycloneDDS  # noqa: PLC0415  an optional extra
+    from sunset.rmw.dds import CycloneDDS  # noqa: PLC0415  an optional extra
 
     return CycloneDDS(domain_id=domain_id)

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
-from sunset.rmw.port import EndpointInfo, EndpointKind, Middleware, QoSProfile
+from sunset.rmw.core.port import EndpointInfo, EndpointKind, Middleware, QoSProfile
 from sunset.ros.exceptions import NodeNameNonExistentError
 
 __all__ = ["NodeGraph", "TopicEndpointInfo"]

@@ -3,7 +3,7 @@
 from typing import Any, Generic, TypeVar, cast
 
 from sunset.interfaces import Message, Service
-from sunset.rmw.port import ClientHandle, Middleware, NodeHandle, QoSProfile
+from sunset.rmw.core.port import ClientHandle, Middleware, NodeHandle, QoSProfile
 from sunset.ros.task import Future
 
 __all__ = ["Client"]

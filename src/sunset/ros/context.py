@@ -4,8 +4,8 @@ import sys
 from collections.abc import Callable, Sequence
 
 from sunset.errors import MiddlewareError
+from sunset.rmw.core.port import Middleware
 from sunset.rmw.default import default_middleware
-from sunset.rmw.port import Middleware
 from sunset.ros.arguments import Arguments
 from sunset.ros.exceptions import NotInitializedException
 

@@ -1,7 +1,7 @@
 """The errors of the client library, in rclpy's names and in SUNSET's exception tree."""
 
 from sunset.errors import MiddlewareError, ParameterError
-from sunset.rmw.port import CallbackError
+from sunset.rmw.core.port import CallbackError
 
 __all__ = [
     "CallbackError",

@@ -6,7 +6,7 @@ from typing import Any, TypeVar, cast
 from sunset.interfaces import Message
 from sunset.interfaces import Service as ServiceType
 from sunset.interfaces.rcl_interfaces.msg import Log, ParameterEvent
-from sunset.rmw.port import EndpointKind, QoSProfile, incompatibility
+from sunset.rmw.core.port import EndpointKind, QoSProfile, incompatibility
 from sunset.ros._callbacks import callback_name, driven
 from sunset.ros._node_graph import NodeGraph
 from sunset.ros._node_parameters import NodeParameters

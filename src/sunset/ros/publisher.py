@@ -3,7 +3,7 @@
 from typing import Generic, TypeVar
 
 from sunset.interfaces import Message
-from sunset.rmw.port import PublisherHandle, QoSProfile
+from sunset.rmw.core.port import PublisherHandle, QoSProfile
 
 __all__ = ["Publisher"]
 

@@ -5,7 +5,7 @@ from typing import Any
 
 from sunset.interfaces import Message
 from sunset.interfaces import Service as ServiceType
-from sunset.rmw.port import NodeHandle, QoSProfile, RequestId, ServiceHandle
+from sunset.rmw.core.port import NodeHandle, QoSProfile, RequestId, ServiceHandle
 from sunset.ros._callbacks import drive
 
 __all__ = ["Service"]

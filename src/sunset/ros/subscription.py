@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import Any, Generic, TypeVar
 
 from sunset.interfaces import Message
-from sunset.rmw.port import QoSProfile, SubscriptionHandle
+from sunset.rmw.core.port import QoSProfile, SubscriptionHandle
 
 __all__ = ["Subscription"]
 

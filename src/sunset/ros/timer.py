@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import Any
 
-from sunset.rmw.port import NodeHandle, TimerHandle
+from sunset.rmw.core.port import NodeHandle, TimerHandle
 from sunset.ros._callbacks import driven
 from sunset.ros.clock import Clock, ROSClock
 

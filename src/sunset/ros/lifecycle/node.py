@@ -13,7 +13,7 @@ from sunset.interfaces.lifecycle_msgs.srv import (
     GetAvailableTransitions,
     GetState,
 )
-from sunset.rmw.port import EndpointKind, QoSProfile, RequestId
+from sunset.rmw.core.port import EndpointKind, QoSProfile, RequestId
 from sunset.ros._callbacks import callback_name
 from sunset.ros.exceptions import CallbackError
 from sunset.ros.lifecycle._state_machine import STATES, TRANSITIONS, LifecycleState, StateMachine, Transition

@@ -3,7 +3,7 @@
 from typing import TypeVar
 
 from sunset.interfaces import Message
-from sunset.rmw.port import PublisherHandle, QoSProfile
+from sunset.rmw.core.port import PublisherHandle, QoSProfile
 from sunset.ros.lifecycle.managed_entity import SimpleManagedEntity
 from sunset.ros.publisher import Publisher
 

@@ -13,16 +13,16 @@ from typing import Final, NamedTuple, Self
 
 from sunset.errors import InterfaceError, MiddlewareError
 from sunset.interfaces import deserialize
-from sunset.rmw import _dds_wheel as wheel
-from sunset.rmw._dds_channels import Channel, Channels
-from sunset.rmw._dds_config import read_configuration
-from sunset.rmw._dds_graph import GraphListener, Participant
-from sunset.rmw._dds_link import Link
-from sunset.rmw._dds_names import OBSERVER, RosName, parse_user_data, ros_name
-from sunset.rmw._dds_queue import WaitingLine
-from sunset.rmw._dds_services import split_sample
-from sunset.rmw.port import EndpointKind, QoSProfile, RequestId
-from sunset.rmw.tap import Tap
+from sunset.rmw.core.port import EndpointKind, QoSProfile, RequestId
+from sunset.rmw.core.tap import Tap
+from sunset.rmw.dds import _wheel as wheel
+from sunset.rmw.dds._channels import Channel, Channels
+from sunset.rmw.dds._config import read_configuration
+from sunset.rmw.dds._graph import GraphListener, Participant
+from sunset.rmw.dds._link import Link
+from sunset.rmw.dds._names import OBSERVER, RosName, parse_user_data, ros_name
+from sunset.rmw.dds._queue import WaitingLine
+from sunset.rmw.dds._services import split_sample
 
 __all__ = ["CycloneTap"]
 

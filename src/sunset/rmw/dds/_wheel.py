@@ -1,7 +1,7 @@
 """The private functions of the `cyclonedds` wheel that SUNSET needs, and nothing else of it.
 
 Making a topic of a type, samples as raw CDR, and what the built-in topics say of endpoints exist only as private
-functions, of the one version that `_dds_library` accepts.
+functions, of the one version that `_library` accepts.
 """
 
 import ctypes
@@ -11,8 +11,8 @@ from contextlib import contextmanager
 from functools import cache
 from typing import Any, Final, NamedTuple
 
-from sunset.rmw._dds_library import checked, delete, read_qos, sertype_of
-from sunset.rmw.qos import QoSProfile
+from sunset.rmw.core.qos import QoSProfile
+from sunset.rmw.dds._library import checked, delete, read_qos, sertype_of
 
 from cyclonedds import _clayer  # isort: skip  after the version was checked
 from cyclonedds.idl import make_idl_struct  # isort: skip

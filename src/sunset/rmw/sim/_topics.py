@@ -6,9 +6,7 @@ from typing import TYPE_CHECKING
 
 from sunset.errors import InterfaceError
 from sunset.interfaces import Message, type_name
-from sunset.rmw._entity import Entity
-from sunset.rmw._scheduler import Priority
-from sunset.rmw.port import (
+from sunset.rmw.core.port import (
     CallbackError,
     DurabilityPolicy,
     EndpointKind,
@@ -17,9 +15,11 @@ from sunset.rmw.port import (
     SubscriptionHandle,
     incompatibility,
 )
+from sunset.rmw.sim._entity import Entity
+from sunset.rmw.sim._scheduler import Priority
 
 if TYPE_CHECKING:
-    from sunset.rmw._process import SimNode
+    from sunset.rmw.sim._process import SimNode
 
 __all__ = ["SimPublisher", "SimSubscription"]
 

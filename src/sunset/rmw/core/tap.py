@@ -1,7 +1,7 @@
 """What an outside observer of a network may see."""
 
 from sunset.interfaces import Message
-from sunset.rmw.port import EndpointKind, RequestId
+from sunset.rmw.core.port import EndpointKind, RequestId
 
 __all__ = ["Tap"]
 

@@ -6,11 +6,7 @@ from itertools import count
 from typing import NamedTuple
 
 from sunset.interfaces import Message, get_message, get_service, type_name
-from sunset.rmw import _dds_library as dds
-from sunset.rmw import _dds_wheel as wheel
-from sunset.rmw._dds_link import FIRST_NUMBER, Link
-from sunset.rmw._dds_names import OBSERVER, RosName, dds_type_name, topic_name, topic_names_of_service
-from sunset.rmw.port import (
+from sunset.rmw.core.port import (
     DurabilityPolicy,
     EndpointKind,
     HistoryPolicy,
@@ -18,6 +14,10 @@ from sunset.rmw.port import (
     ReliabilityPolicy,
     incompatibility,
 )
+from sunset.rmw.dds import _library as dds
+from sunset.rmw.dds import _wheel as wheel
+from sunset.rmw.dds._link import FIRST_NUMBER, Link
+from sunset.rmw.dds._names import OBSERVER, RosName, dds_type_name, topic_name, topic_names_of_service
 
 __all__ = ["Channel", "Channels"]
 

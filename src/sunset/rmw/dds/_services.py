@@ -12,14 +12,14 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 from sunset.errors import InterfaceError, MiddlewareError
 from sunset.interfaces import Message, Service, serialize
-from sunset.rmw import _dds_library as dds
-from sunset.rmw import _dds_wheel as wheel
-from sunset.rmw._dds_entity import DdsTimer, MessageT, ReadingEntity
-from sunset.rmw._dds_names import parse_user_data, topic_names_of_service
-from sunset.rmw.port import CallbackError, ClientHandle, QoSProfile, RequestId, ServiceHandle
+from sunset.rmw.core.port import CallbackError, ClientHandle, QoSProfile, RequestId, ServiceHandle
+from sunset.rmw.dds import _library as dds
+from sunset.rmw.dds import _wheel as wheel
+from sunset.rmw.dds._entity import DdsTimer, MessageT, ReadingEntity
+from sunset.rmw.dds._names import parse_user_data, topic_names_of_service
 
 if TYPE_CHECKING:
-    from sunset.rmw._dds_node import DdsNode
+    from sunset.rmw.dds._node import DdsNode
 
 __all__ = ["DdsClient", "DdsService", "split_sample"]
 

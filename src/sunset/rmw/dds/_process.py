@@ -21,16 +21,16 @@ from typing import Any, Final, Self
 
 from sunset.errors import MiddlewareError
 from sunset.interfaces import Message, type_hash, type_name
-from sunset.rmw import _dds_wheel as wheel
-from sunset.rmw._dds_config import read_configuration
-from sunset.rmw._dds_entity import DdsTimer, Entity, ReadingEntity
-from sunset.rmw._dds_graph import Graph
-from sunset.rmw._dds_link import FIRST_NUMBER, Link
-from sunset.rmw._dds_names import dds_type_name
-from sunset.rmw._dds_node import DdsNode
-from sunset.rmw._dds_queue import WaitingLine
-from sunset.rmw._dds_tap import CycloneTap
-from sunset.rmw.port import CallbackError, EndpointInfo, Middleware
+from sunset.rmw.core.port import CallbackError, EndpointInfo, Middleware
+from sunset.rmw.dds import _wheel as wheel
+from sunset.rmw.dds._config import read_configuration
+from sunset.rmw.dds._entity import DdsTimer, Entity, ReadingEntity
+from sunset.rmw.dds._graph import Graph
+from sunset.rmw.dds._link import FIRST_NUMBER, Link
+from sunset.rmw.dds._names import dds_type_name
+from sunset.rmw.dds._node import DdsNode
+from sunset.rmw.dds._queue import WaitingLine
+from sunset.rmw.dds._tap import CycloneTap
 
 __all__ = ["CycloneDDS", "CycloneTap", "prepare"]
 

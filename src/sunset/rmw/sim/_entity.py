@@ -5,10 +5,10 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from sunset.errors import MiddlewareError
-from sunset.rmw._compute import OTHER_CALLBACK_NS
+from sunset.rmw.sim._compute import OTHER_CALLBACK_NS
 
 if TYPE_CHECKING:
-    from sunset.rmw._process import SimNode
+    from sunset.rmw.sim._process import SimNode
 
 __all__ = ["Entity"]
 

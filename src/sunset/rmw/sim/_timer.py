@@ -4,12 +4,12 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from sunset.errors import MiddlewareError
-from sunset.rmw._entity import Entity
-from sunset.rmw._scheduler import Priority
-from sunset.rmw.port import TimerHandle
+from sunset.rmw.core.port import TimerHandle
+from sunset.rmw.sim._entity import Entity
+from sunset.rmw.sim._scheduler import Priority
 
 if TYPE_CHECKING:
-    from sunset.rmw._process import SimNode
+    from sunset.rmw.sim._process import SimNode
 
 __all__ = ["SimPosted", "SimTimer", "next_due_ns"]
 

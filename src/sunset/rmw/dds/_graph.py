@@ -8,9 +8,9 @@ from struct import Struct
 from struct import error as StructError  # noqa: N812  it is a class
 
 from sunset.errors import InterfaceError
-from sunset.rmw._dds_names import OBSERVER, parse_user_data, ros_name
-from sunset.rmw._dds_wheel import Endpoint
-from sunset.rmw.port import EndpointInfo, EndpointKind
+from sunset.rmw.core.port import EndpointInfo, EndpointKind
+from sunset.rmw.dds._names import OBSERVER, parse_user_data, ros_name
+from sunset.rmw.dds._wheel import Endpoint
 
 __all__ = [
     "Graph",

@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING
 
 from sunset.errors import MiddlewareError
 from sunset.interfaces import Message, Service, serialize, type_name
-from sunset.rmw._entity import Entity
-from sunset.rmw._scheduler import Priority
-from sunset.rmw.port import ClientHandle, EndpointKind, QoSProfile, RequestId, ServiceHandle
+from sunset.rmw.core.port import ClientHandle, EndpointKind, QoSProfile, RequestId, ServiceHandle
+from sunset.rmw.sim._entity import Entity
+from sunset.rmw.sim._scheduler import Priority
 
 if TYPE_CHECKING:
-    from sunset.rmw._process import SimNode
+    from sunset.rmw.sim._process import SimNode
 
 __all__ = ["SimClient", "SimService"]
 

@@ -6,13 +6,7 @@ from typing import Any
 
 from sunset.errors import MiddlewareError
 from sunset.interfaces import Message, Service
-from sunset.rmw._entity import Entity
-from sunset.rmw._network import Network
-from sunset.rmw._scheduler import Priority
-from sunset.rmw._services import SimClient, SimService
-from sunset.rmw._timer import SimPosted, SimTimer
-from sunset.rmw._topics import SimPublisher, SimSubscription
-from sunset.rmw.port import (
+from sunset.rmw.core.port import (
     CallbackError,
     EndpointInfo,
     Middleware,
@@ -20,6 +14,12 @@ from sunset.rmw.port import (
     QoSProfile,
     RequestId,
 )
+from sunset.rmw.sim._entity import Entity
+from sunset.rmw.sim._network import Network
+from sunset.rmw.sim._scheduler import Priority
+from sunset.rmw.sim._services import SimClient, SimService
+from sunset.rmw.sim._timer import SimPosted, SimTimer
+from sunset.rmw.sim._topics import SimPublisher, SimSubscription
 
 __all__ = ["SimNode", "SimProcess"]
 

@@ -5,14 +5,14 @@ from typing import TYPE_CHECKING
 
 from sunset.errors import MiddlewareError
 from sunset.interfaces import Message, Service
-from sunset.rmw._dds_entity import DdsPosted, DdsTimer, Entity
-from sunset.rmw._dds_graph import NodeEntities
-from sunset.rmw._dds_services import DdsClient, DdsService
-from sunset.rmw._dds_topics import DdsPublisher, DdsSubscription
-from sunset.rmw.port import NodeHandle, QoSProfile, RequestId
+from sunset.rmw.core.port import NodeHandle, QoSProfile, RequestId
+from sunset.rmw.dds._entity import DdsPosted, DdsTimer, Entity
+from sunset.rmw.dds._graph import NodeEntities
+from sunset.rmw.dds._services import DdsClient, DdsService
+from sunset.rmw.dds._topics import DdsPublisher, DdsSubscription
 
 if TYPE_CHECKING:
-    from sunset.rmw.cyclonedds import CycloneDDS
+    from sunset.rmw.dds import CycloneDDS
 
 __all__ = ["DdsNode"]
 

@@ -1,6 +1,6 @@
 """The public C functions of Cyclone DDS: entities are its numbers, errors are exceptions.
 
-The library is the one in the `cyclonedds` wheel. `_dds_wheel` calls private functions of that wheel, whose version is
+The library is the one in the `cyclonedds` wheel. `_wheel` calls private functions of that wheel, whose version is
 therefore pinned and checked here, before anything of it is imported.
 """
 
@@ -10,7 +10,7 @@ from importlib.metadata import PackageNotFoundError, version
 from typing import Any, Final
 
 from sunset.errors import MiddlewareError, MissingExtraError
-from sunset.rmw.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
+from sunset.rmw.core.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 
 VERSION: Final = "11.0.1"
 

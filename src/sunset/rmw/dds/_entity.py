@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING, TypeVar
 
 from sunset.errors import InterfaceError, MiddlewareError
 from sunset.interfaces import Message, deserialize
-from sunset.rmw import _dds_library as dds
-from sunset.rmw import _dds_wheel as wheel
-from sunset.rmw._timer import next_due_ns
-from sunset.rmw.port import TimerHandle
+from sunset.rmw.core.port import TimerHandle
+from sunset.rmw.dds import _library as dds
+from sunset.rmw.dds import _wheel as wheel
+from sunset.rmw.sim._timer import next_due_ns
 
 if TYPE_CHECKING:
-    from sunset.rmw._dds_node import DdsNode
+    from sunset.rmw.dds._node import DdsNode
 
 __all__ = ["DdsPosted", "DdsTimer", "Entity", "MessageT", "ReadingEntity"]
 

@@ -17,7 +17,13 @@ from typing import NamedTuple
 
 from sunset.errors import MiddlewareError
 from sunset.interfaces import Message, Service
-from sunset.rmw.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy, incompatibility
+from sunset.rmw.core.qos import (
+    DurabilityPolicy,
+    HistoryPolicy,
+    QoSProfile,
+    ReliabilityPolicy,
+    incompatibility,
+)
 from sunset.texts import shorten
 
 __all__ = [

@@ -4,7 +4,7 @@ import re
 from collections.abc import Mapping
 from typing import Final, NamedTuple
 
-from sunset.rmw.port import EndpointKind
+from sunset.rmw.core.port import EndpointKind
 
 __all__ = [
     "OBSERVER",

@@ -4,20 +4,20 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from sunset.interfaces import Message, serialize, type_name
-from sunset.rmw import _dds_library as dds
-from sunset.rmw import _dds_wheel as wheel
-from sunset.rmw._dds_entity import Entity, ReadingEntity
-from sunset.rmw._dds_names import topic_name
-from sunset.rmw.port import (
+from sunset.rmw.core.port import (
     DurabilityPolicy,
     PublisherHandle,
     QoSProfile,
     ReliabilityPolicy,
     SubscriptionHandle,
 )
+from sunset.rmw.dds import _library as dds
+from sunset.rmw.dds import _wheel as wheel
+from sunset.rmw.dds._entity import Entity, ReadingEntity
+from sunset.rmw.dds._names import topic_name
 
 if TYPE_CHECKING:
-    from sunset.rmw._dds_node import DdsNode
+    from sunset.rmw.dds._node import DdsNode
 
 __all__ = ["DdsPublisher", "DdsSubscription"]
 

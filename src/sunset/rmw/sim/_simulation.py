@@ -1,4 +1,4 @@
-"""The simulated middleware: a world of processes in one Python process, in virtual time.
+"""The simulated world: its clock, its processes, and what an experiment may do to them.
 
 Events happen one at a time in a total order (time, priority, sequence number), so that the same program
 and seed give the same result in any process, on any computer, however slow. A callback runs at its start
@@ -10,14 +10,14 @@ from collections.abc import Callable, Mapping
 from math import isfinite
 
 from sunset.errors import MiddlewareError
-from sunset.rmw._compute import DEFAULT_COMPUTE, ComputeModel
-from sunset.rmw._network import Network
-from sunset.rmw._process import SimProcess
-from sunset.rmw._scheduler import Priority
-from sunset.rmw.port import EndpointInfo, EndpointKind
-from sunset.rmw.tap import Tap
+from sunset.rmw.core.port import EndpointInfo, EndpointKind
+from sunset.rmw.core.tap import Tap
+from sunset.rmw.sim._compute import DEFAULT_COMPUTE, ComputeModel
+from sunset.rmw.sim._network import Network
+from sunset.rmw.sim._process import SimProcess
+from sunset.rmw.sim._scheduler import Priority
 
-__all__ = ["DEFAULT_COMPUTE", "SimProcess", "Simulation", "Tap"]
+__all__ = ["Simulation"]
 
 
 class Simulation:

@@ -4,15 +4,15 @@ from collections.abc import Sequence
 from itertools import count
 from typing import TYPE_CHECKING, Generic, Protocol, TypeVar
 
-from sunset.rmw._compute import ComputeModel
-from sunset.rmw._scheduler import Scheduler
-from sunset.rmw.port import EndpointInfo, EndpointKind, QoSProfile
-from sunset.rmw.tap import Tap
+from sunset.rmw.core.port import EndpointInfo, EndpointKind, QoSProfile
+from sunset.rmw.core.tap import Tap
+from sunset.rmw.sim._compute import ComputeModel
+from sunset.rmw.sim._scheduler import Scheduler
 
 if TYPE_CHECKING:
-    from sunset.rmw._process import SimNode, SimProcess
-    from sunset.rmw._services import SimClient, SimService
-    from sunset.rmw._topics import SimPublisher, SimSubscription
+    from sunset.rmw.sim._process import SimNode, SimProcess
+    from sunset.rmw.sim._services import SimClient, SimService
+    from sunset.rmw.sim._topics import SimPublisher, SimSubscription
 
 __all__ = ["Network"]
 

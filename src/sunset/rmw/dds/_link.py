@@ -9,18 +9,18 @@ from typing import Final
 from sunset.errors import InterfaceError, MiddlewareError
 from sunset.interfaces import Message, type_hash, type_name
 from sunset.interfaces.rmw_dds_common.msg import ParticipantEntitiesInfo
-from sunset.rmw import _dds_library as dds
-from sunset.rmw import _dds_wheel as wheel
-from sunset.rmw._dds_config import Configuration
-from sunset.rmw._dds_graph import (
+from sunset.rmw.core.port import DurabilityPolicy, HistoryPolicy, QoSProfile
+from sunset.rmw.dds import _library as dds
+from sunset.rmw.dds import _wheel as wheel
+from sunset.rmw.dds._config import Configuration
+from sunset.rmw.dds._graph import (
     GraphListener,
     NodeEntities,
     Participant,
     decode_participant,
     encode_participant,
 )
-from sunset.rmw._dds_names import dds_type_name
-from sunset.rmw.port import DurabilityPolicy, HistoryPolicy, QoSProfile
+from sunset.rmw.dds._names import dds_type_name
 
 __all__ = ["FIRST_NUMBER", "Link"]
 

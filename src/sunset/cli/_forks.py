@@ -12,12 +12,12 @@ import sunset.scenarios  # noqa: F401  these are what nodes need
 from sunset.cli import main
 from sunset.cli.node import MANAGER
 from sunset.forks import await_order
-from sunset.rmw.dds import prepare
+from sunset.rmw.backends import live_middleware
 
 __all__: list[str] = []
 
 if __name__ == "__main__":
-    prepare()
+    live_middleware().prepare()
     gc.freeze()  # the garbage collector would write to the pages that all forked processes share
     with socket.socket(fileno=os.dup(0)) as orders:
         words = await_order(orders)

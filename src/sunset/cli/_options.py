@@ -4,8 +4,9 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from sunset.experiments import MIDDLEWARES, Timing
+from sunset.experiments import Timing
 from sunset.perception import DEVICES
+from sunset.rmw.backends import BACKENDS, SIMULATED
 from sunset.scenarios import suite_names
 
 __all__ = [
@@ -149,12 +150,12 @@ def add_flight_options(parser: argparse.ArgumentParser) -> None:
 
 def add_middleware_options(parser: argparse.ArgumentParser) -> None:
     """Add what says where nodes run."""
+    places = "; ".join(f"{backend.name} = {backend.description}" for backend in BACKENDS.values())
     parser.add_argument(
         "--middleware",
-        default="sim",
-        choices=MIDDLEWARES,
-        help="where the nodes run: sim = in this process, virtual time (default); cyclonedds = a process each, on "
-        "ROS 2's network, in real time",
+        default=SIMULATED,
+        choices=BACKENDS,
+        help=f"where the nodes run: {places} (default: {SIMULATED})",
     )
     parser.add_argument(
         "--rate",

@@ -9,6 +9,7 @@ from typing import Any, Final, TypeVar
 
 from sunset.interfaces import Message, Service
 from sunset.interruption import held_signals
+from sunset.rmw.backends import live_middleware
 from sunset.rmw.core.port import EndpointInfo, EndpointKind, Middleware
 from sunset.ros.context import Context
 from sunset.ros.executors import SingleThreadedExecutor
@@ -178,11 +179,9 @@ def session(arguments: argparse.Namespace) -> Iterator[Session]:
         MissingExtraError: the extra `live` is not installed.
         MiddlewareError: an option cannot be used, or the graph cannot be joined.
     """
-    from sunset.rmw.dds import CycloneDDS  # noqa: PLC0415  an optional extra
-
     with (
         held_signals() as check,
-        CycloneDDS(domain_id=arguments.domain_id, network=arguments.network) as middleware,
+        live_middleware().join(domain_id=arguments.domain_id, network=arguments.network) as middleware,
     ):
         yield Session(middleware, arguments.timeout, check)
 

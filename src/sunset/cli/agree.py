@@ -16,6 +16,7 @@ from sunset.cli._options import (
 from sunset.cli._progress import progress_bar, rendering_progress
 from sunset.evaluation import AGREEMENT_FORMATS, compare, format_agreement
 from sunset.experiments import BenchSpec, bench, plan, prepare
+from sunset.rmw.backends import LIVE, live_middleware
 
 __all__ = ["add_arguments", "execute"]
 
@@ -70,14 +71,13 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def _fly(arguments: argparse.Namespace) -> None:
-    import sunset.rmw.dds  # noqa: F401, PLC0415  an extra: that it is missing is said before anything is flown
-
+    live_middleware()  # that its extra is missing is said before anything is flown
     sim = BenchSpec(
         references=False,
         **campaign_options(arguments),
         **flight_options(arguments),
     )
-    live = replace(sim, middleware="cyclonedds", speed=arguments.rate)
+    live = replace(sim, middleware=LIVE, speed=arguments.rate)
     runs = plan(live)  # what is wrong with either is said before anything is flown
     with rendering_progress() as progress:
         prepare(plan(sim)[0], progress=progress)

@@ -13,6 +13,7 @@ from sunset.forks import signal_after_parent
 from sunset.nodes import NODES
 from sunset.nodes.deployment import deployed_parameters
 from sunset.nodes.live_bag_player import LiveBagPlayer
+from sunset.rmw.backends import live_middleware
 from sunset.rmw.core.port import CallbackError
 from sunset.ros import Context, Node, SingleThreadedExecutor
 from sunset.ros.signals import install_signal_handlers
@@ -64,15 +65,13 @@ def add_network_options(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """Run the node."""
-    from sunset.rmw.dds import CycloneDDS  # noqa: PLC0415  an optional extra
-
     if (arguments.node == MANAGER) != (arguments.manager is not None):
         raise InvalidInputError(
             f"--manager says which managing system {MANAGER} is, and no other node has one."
         )
     factory = _factory(arguments.node, arguments.manager)
     context = Context()
-    middleware = CycloneDDS(network=arguments.network, distro=arguments.ros_distro)
+    middleware = live_middleware().join(network=arguments.network, distro=arguments.ros_distro)
     with middleware:
         deployed = deployed_parameters(middleware.domain_id)
         shared = [] if deployed is None else ["--params-file", str(deployed)]

@@ -16,6 +16,7 @@ from sunset.experiments import RunSpec, manager_checksum, prepare
 from sunset.experiments.live import LiveSystem
 from sunset.experiments.operator import NodeStatus, Operator
 from sunset.experiments.spec import EXTERNAL
+from sunset.rmw.backends import LIVE, live_middleware
 from sunset.scenarios import Scenario, load_scenario
 
 __all__ = ["add_arguments", "execute"]
@@ -54,7 +55,7 @@ def execute(arguments: argparse.Namespace) -> int:
     spec = RunSpec(
         scenario=load_scenario(arguments.scenario) if arguments.scenario else Scenario("none"),
         manager=arguments.manager,
-        middleware="cyclonedds",
+        middleware=LIVE,
         speed=arguments.rate,
         **model_options(arguments),
     )
@@ -130,5 +131,5 @@ def _how_to_connect(domain_id: int, *, network: bool) -> str:
     older = "" if network else " (Humble: ROS_LOCALHOST_ONLY=1 for the last)"
     return (
         "Connect from another terminal: "
-        f"export ROS_DOMAIN_ID={domain_id} RMW_IMPLEMENTATION=rmw_cyclonedds_cpp{reach}{older}"
+        f"export ROS_DOMAIN_ID={domain_id} RMW_IMPLEMENTATION={live_middleware().RMW_IMPLEMENTATION}{reach}{older}"
     )

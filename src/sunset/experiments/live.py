@@ -20,12 +20,12 @@ from sunset.experiments.spec import EXTERNAL, RunSpec
 from sunset.interruption import held_signals
 from sunset.nodes import NAMESPACE, NODES
 from sunset.nodes.deployment import deployed_scenario, deployment
-from sunset.rmw.dds.domains import sole_system
+from sunset.rmw.backends import live_middleware
+from sunset.rmw.core.port import Middleware
 from sunset.ros import CallbackError, Context, SingleThreadedExecutor
 
 if TYPE_CHECKING:
     from sunset.forks import ForkServer
-    from sunset.rmw.core.port import Middleware
 
 __all__ = ["LiveClock", "LiveSystem", "drop_line"]
 
@@ -101,8 +101,7 @@ class LiveSystem:
         on_line: Callable[[str, str], None] = drop_line,
         server: "ForkServer | None" = None,
     ) -> None:
-        from sunset.rmw.dds import CycloneDDS  # noqa: PLC0415  an optional extra
-
+        live = live_middleware(spec.middleware)
         if os.environ.get("ROS_AUTOMATIC_DISCOVERY_RANGE", "").strip() == "OFF":
             raise InvalidInputError(
                 "With ROS_AUTOMATIC_DISCOVERY_RANGE=OFF no two processes find each other: unset it, or choose "
@@ -113,10 +112,10 @@ class LiveSystem:
         self._clock = clock or LiveClock(time.time_ns(), float(spec.speed))
         with ExitStack() as stack:
             self._check_signals = stack.enter_context(held_signals())
-            middleware = stack.enter_context(CycloneDDS(domain_id=domain_id, network=network, distro=distro))
+            middleware = stack.enter_context(live.join(domain_id=domain_id, network=network, distro=distro))
             self.domain_id = middleware.domain_id
             self._middleware: Middleware = middleware
-            stack.enter_context(sole_system(self.domain_id))
+            stack.enter_context(live.sole_system(self.domain_id))
             parameters = _by_full_name(self._parameters(resources, loop=loop))
             stack.enter_context(deployment(self.domain_id, parameters, spec.scenario.to_yaml()))
             self.context = Context()

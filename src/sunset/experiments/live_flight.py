@@ -21,9 +21,9 @@ from sunset.interfaces.sensor_msgs.msg import Image
 from sunset.interfaces.std_srvs.srv import Trigger
 from sunset.interruption import held_signals
 from sunset.metrics import SEGMENTATION_TOPIC, Timeline
+from sunset.rmw.backends import live_middleware
 from sunset.rmw.core.port import EndpointKind, RequestId
 from sunset.rmw.core.tap import Tap
-from sunset.rmw.dds.domains import free_domain_id
 from sunset.ros.context import Context
 
 __all__ = ["FrameCount", "LiveSupervisor", "fly"]
@@ -191,7 +191,6 @@ def fly(
         MissingExtraError: the extra `live` is not installed.
         SunsetError: the system did not come up or lost a node that it needs, or the scenario could not be injected.
     """
-    from sunset.rmw.dds import CycloneTap  # noqa: PLC0415  an optional extra
 
     def show(node: str, line: str) -> None:
         if log and node == MANAGER_PROCESS:
@@ -200,11 +199,12 @@ def fly(
     clock = LiveClock(time.time_ns(), float(spec.speed))
     offset_ns = _clock_offset_ns()
     watch = _Watch(observer, frames, clock)
+    live = live_middleware(spec.middleware)
     with ExitStack() as stack:
         check_signals = stack.enter_context(held_signals())
         domain_id = stack.enter_context(_domain(spec))
         # it comes before the nodes and leaves after them: each of its readers that comes or goes occupies all of them
-        tap = stack.enter_context(CycloneTap(watch, domain_id=domain_id))
+        tap = stack.enter_context(live.observe(watch, domain_id=domain_id))
         check_signals()
         system = stack.enter_context(LiveSystem(spec, resources, domain_id, clock=clock, on_line=show))
         supervisor = LiveSupervisor(
@@ -233,7 +233,7 @@ def _clock_offset_ns() -> int:
 
 def _domain(spec: RunSpec) -> AbstractContextManager[int | None]:
     """Reserve a domain; a managing system of another process must know it beforehand, by ROS_DOMAIN_ID."""
-    return nullcontext() if spec.manager == EXTERNAL else free_domain_id()
+    return nullcontext() if spec.manager == EXTERNAL else live_middleware(spec.middleware).free_domain_id()
 
 
 def _readiness(spec: RunSpec, watch: _Watch, system: LiveSystem) -> Callable[[], bool]:

@@ -22,6 +22,7 @@ from sunset.isolation import Watch
 from sunset.managing import checksum, load_manager, manager_sources
 from sunset.metrics import RunMetrics, Timeline, score
 from sunset.recording import RecordWriter, read_run, read_timeline
+from sunset.rmw.backends import live_middleware
 from sunset.rmw.sim import DEFAULT_COMPUTE
 
 __all__ = ["RunResult", "prepare", "record", "record_failure", "run", "versions"]
@@ -271,7 +272,7 @@ def _modelled_time(timing: Timing) -> dict[str, Any]:
 
 
 def _live_time(spec: RunSpec) -> dict[str, Any]:
-    return {"speed": spec.speed, "cyclonedds": version("cyclonedds")}
+    return {"speed": spec.speed, **live_middleware(spec.middleware).versions()}
 
 
 def versions() -> dict[str, str]:

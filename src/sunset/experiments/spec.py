@@ -7,6 +7,7 @@ from typing import Final
 
 from sunset.errors import InvalidInputError
 from sunset.managing import split_label
+from sunset.rmw.backends import BACKENDS, LIVE, SIMULATED
 from sunset.scenarios import Scenario, suite_of
 from sunset.seeding import check_seed
 
@@ -15,7 +16,7 @@ __all__ = ["DEFAULT_SCENARIO", "EXTERNAL", "MIDDLEWARES", "RunSpec", "Timing"]
 EXTERNAL: Final = "external"
 """The managing system's name where it is another process on the graph, which somebody else starts."""
 
-MIDDLEWARES: Final = ("sim", "cyclonedds")
+MIDDLEWARES: Final = tuple(BACKENDS)
 
 _LONGEST_LIMIT_S: Final = 1_000_000
 """Twelve days, which a timer of the operating system can hold."""
@@ -104,8 +105,8 @@ class RunSpec:
     """Whether results of inference are looked up and kept in the user's cache folder."""
     manager_limit_s: float = 30.0
     """Wall time that one callback of the managing system may take before the run is given up; in the simulation."""
-    middleware: str = "sim"
-    """One of `MIDDLEWARES`."""
+    middleware: str = SIMULATED
+    """One of `BACKENDS`."""
     speed: float = 1.0
     """Seconds of `/clock` in a second; live."""
     label: str = ""
@@ -134,11 +135,11 @@ class RunSpec:
             raise InvalidInputError(f"The rate of a live run must be from 0.01 to 100, got {self.speed}.")
         if self.speed != 1 and not self.live:
             raise InvalidInputError(
-                "The rate is one of live runs, --middleware cyclonedds; simulated ones are as fast as can be."
+                f"The rate is one of live runs, --middleware {LIVE}; simulated ones are as fast as can be."
             )
         if self.manager == EXTERNAL and not self.live:
             raise InvalidInputError(
-                "A managing system of another process can manage a live run only: --middleware cyclonedds."
+                f"A managing system of another process can manage a live run only: --middleware {LIVE}."
             )
 
     @property
@@ -154,4 +155,4 @@ class RunSpec:
     @property
     def live(self) -> bool:
         """Whether nodes are processes of the operating system, and time is real."""
-        return self.middleware != "sim"
+        return BACKENDS[self.middleware].load is not None

@@ -4,8 +4,8 @@ import sys
 from collections.abc import Callable, Sequence
 
 from sunset.errors import MiddlewareError
+from sunset.rmw.backends import live_middleware
 from sunset.rmw.core.port import Middleware
-from sunset.rmw.default import default_middleware
 from sunset.ros.arguments import Arguments
 from sunset.ros.exceptions import NotInitializedException
 
@@ -50,7 +50,7 @@ class Context:
         self._arguments = Arguments.parse(sys.argv if args is None else args)
         if self._arguments.log_to_stderr is None:
             self._arguments.log_to_stderr = middleware is None if log_to_stderr is None else log_to_stderr
-        self._middleware = default_middleware(domain_id) if middleware is None else middleware
+        self._middleware = live_middleware().join(domain_id=domain_id) if middleware is None else middleware
 
     @property
     def middleware(self) -> Middleware:

@@ -16,12 +16,12 @@ from contextlib import contextmanager, suppress
 from functools import partial
 from itertools import count
 from queue import Empty
-from types import TracebackType
-from typing import Any, Final, Self
+from typing import Any, Final
 
 from sunset.errors import MiddlewareError
 from sunset.interfaces import Message, type_hash, type_name
-from sunset.rmw.core.port import CallbackError, EndpointInfo, Middleware
+from sunset.rmw.core.live import LiveProcess
+from sunset.rmw.core.port import CallbackError, EndpointInfo
 from sunset.rmw.dds import _wheel as wheel
 from sunset.rmw.dds._config import read_configuration
 from sunset.rmw.dds._entity import DdsTimer, Entity, ReadingEntity
@@ -51,7 +51,7 @@ def prepare() -> None:
         type_hash(kind)
 
 
-class CycloneDDS(Middleware):
+class CycloneDDS(LiveProcess):
     """A process on DDS, to be given to `Context.init(middleware=…)`.
 
     Args:
@@ -106,14 +106,6 @@ class CycloneDDS(Middleware):
 
     def __repr__(self) -> str:
         return f"<CycloneDDS domain {self.domain_id} {'alive' if self.alive else 'ended'}>"
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.shutdown()
 
     # What the thread that waits for samples calls
 

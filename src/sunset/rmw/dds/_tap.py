@@ -9,10 +9,11 @@ from heapq import heappop, heappush
 from itertools import count
 from queue import Empty
 from types import TracebackType
-from typing import Final, NamedTuple, Self
+from typing import Final, NamedTuple
 
 from sunset.errors import InterfaceError, MiddlewareError
 from sunset.interfaces import deserialize
+from sunset.rmw.core.live import LiveObserver
 from sunset.rmw.core.port import EndpointKind, QoSProfile, RequestId
 from sunset.rmw.core.tap import Tap
 from sunset.rmw.dds import _wheel as wheel
@@ -94,7 +95,7 @@ class _News(GraphListener):
             self._queue.put((endpoint, writers))
 
 
-class CycloneTap:
+class CycloneTap(LiveObserver):
     """Lets a tap see what happens on a live network, without being part of it: it has no node, and sends nothing.
 
     The tap's methods are called on a thread of its own, in the order in which samples were sent, about 0.1 s later,
@@ -151,9 +152,6 @@ class CycloneTap:
         self._channels = Channels(self._link)
         self._thread = threading.Thread(target=self._run, name="tap", daemon=True)
         self._thread.start()
-
-    def __enter__(self) -> Self:
-        return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None

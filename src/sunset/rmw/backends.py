@@ -1,0 +1,62 @@
+"""Which middlewares there are to run experiments on, by the names that users give them.
+
+A new one is a package beside `sim` and `dds`, and an entry in `BACKENDS`.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Final
+
+from sunset.rmw.core.live import LiveMiddleware
+
+__all__ = ["BACKENDS", "LIVE", "SIMULATED", "Backend", "live_middleware"]
+
+
+@dataclass(frozen=True)
+class Backend:
+    """A middleware to run experiments on.
+
+    Attributes:
+        name: what users call it.
+        description: where nodes run, for `--help`.
+        load: imports a live one, in which every node is a process; None for the simulation.
+    """
+
+    name: str
+    description: str
+    load: Callable[[], LiveMiddleware] | None = None
+
+
+def _load_cyclonedds() -> LiveMiddleware:
+    from sunset.rmw import dds  # noqa: PLC0415  an optional extra
+
+    return dds
+
+
+SIMULATED: Final = "sim"
+"""Where an experiment runs unless it says otherwise."""
+
+LIVE: Final = "cyclonedds"
+"""The live middleware of a process that names none."""
+
+BACKENDS: Final[Mapping[str, Backend]] = MappingProxyType(
+    {
+        backend.name: backend
+        for backend in (
+            Backend(SIMULATED, "in this process, virtual time"),
+            Backend(LIVE, "a process each, on ROS 2's network, in real time", _load_cyclonedds),
+        )
+    }
+)
+
+
+def live_middleware(name: str = LIVE) -> LiveMiddleware:
+    """Import a live middleware.
+
+    Raises:
+        MissingExtraError: the extra that it needs is not installed.
+    """
+    load = BACKENDS[name].load
+    assert load is not None, f"{name} is simulated"  # noqa: S101  a mistake of the caller's
+    return load()

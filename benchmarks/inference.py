@@ -300,7 +300,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument(
-        "models", nargs="*", help="names or folders (default: all that come along, or --plans)"
+        "models", nargs="*", help="names or folders (default: all that are installed, or --plans)"
     )
     parser.add_argument("--plans", choices=CONFIGS, nargs="+", default=[], help="trainings (default: none)")
     parser.add_argument(

@@ -3,6 +3,8 @@
 import json
 import subprocess
 import sys
+import tomllib
+from pathlib import Path
 
 import pytest
 
@@ -45,3 +47,11 @@ def test_a_verb_imports_no_other(words: list[str]) -> None:
     }
 
     assert verbs == {words[0]}
+
+
+def test_the_distribution_can_be_run_by_its_own_name() -> None:
+    project = tomllib.loads((Path(__file__).parents[2] / "pyproject.toml").read_text(encoding="utf-8"))[
+        "project"
+    ]
+
+    assert project["scripts"][project["name"]] == project["scripts"]["sunset"]

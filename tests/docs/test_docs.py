@@ -85,3 +85,9 @@ def test_commands_of_the_pages_are_understood(page: Path, capsys: pytest.Capture
             main([verb, "--help"])
         assert way_out.value.code == 0
         capsys.readouterr()
+
+
+def test_the_distribution_of_the_page_is_the_references() -> None:
+    (block,) = blocks("docs/models.md", "toml")
+
+    assert block in (ROOT / "models" / "reference" / "pyproject.toml").read_text(encoding="utf-8")

@@ -162,7 +162,7 @@ def test_an_interrupted_calibration_changes_nothing(small: Path, frames: FrameSe
 
 
 def test_a_model_of_the_package_is_not_changed(frames: FrameSet) -> None:
-    with pytest.raises(InvalidInputError, match="'lite' comes with SUNSET and is not changed"):
+    with pytest.raises(InvalidInputError, match="'lite' is an installed one and is not changed"):
         calibrate_model(load_model("lite"), frames)
 
 

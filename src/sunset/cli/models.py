@@ -12,14 +12,14 @@ from typing import Any, Final
 
 from sunset.cli._columns import print_columns
 from sunset.cli._options import add_device_option, at_least_one
-from sunset.cli._parser import Actions
+from sunset.cli._parser import EXIT_BAD_INPUT, Actions
 from sunset.cli._progress import progress_bar, rendering_progress, stages_progress
 from sunset.data import DEFAULT_FLIGHT, flight_bag
-from sunset.errors import MissingExtraError, OutputError
+from sunset.errors import MissingExtraError, ModelError, OutputError
 from sunset.experiments.files import make_folder, write_text
 from sunset.experiments.resources import missing_networks
-from sunset.perception import Modality, Model, Segmenter, find_device, load_model
-from sunset.perception import list_models as shipped_models
+from sunset.perception import OFFERED, Modality, Model, Segmenter, find_device, load_model
+from sunset.perception import list_models as installed_models
 from sunset.perception.card import MAX_SIDE
 from sunset.training import import_checkpoints
 from sunset.training.curves import measure_curves
@@ -41,10 +41,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     actions = parser.add_subparsers(title="actions", metavar="ACTION")
     listing = actions.add_parser(
         "list",
-        help="list the models that come with SUNSET",
-        description="List the models that come with SUNSET: how large they are, the IoU of colour and depth together "
-        "on the town that was kept for the test, and how long that network takes for a frame on this computer, "
-        "measured now.",
+        help="list the models that are installed, and those that could be",
+        description="List the models that are installed: how large they are, the IoU of colour and depth together on "
+        "the town that was kept for the test, and how long that network takes for a frame on this computer, measured "
+        "now. Then the models that are distributions of their own and are not installed.",
     )
     listing.add_argument("--json", action="store_true", help="print one JSON object")
     add_device_option(listing)
@@ -148,7 +148,7 @@ def _add_iou(actions: Actions) -> None:
         "class, height, angle, time of day and weather. Prints Markdown.",
     )
     parser.add_argument(
-        "models", nargs="*", metavar="MODEL", help="names or folders (default: all that come along)"
+        "models", nargs="*", metavar="MODEL", help="names or folders (default: all that are installed)"
     )
     parser.add_argument(
         "--frames",
@@ -198,48 +198,66 @@ def _strength(text: str) -> tuple[str, float]:
 
 
 def list_models(arguments: argparse.Namespace) -> int:
-    """Print what there is."""
+    """Print what there is, and what could be."""
+    names = installed_models()
+    models, complaints = [], []
     with progress_bar("Measuring"):
-        found = [_described(load_model(name), arguments.device) for name in shipped_models()]
+        for name in names:
+            try:
+                models.append(_described(name, load_model(name), arguments.device))
+            except ModelError as error:  # of one that somebody else's distribution installed, maybe
+                complaints.append(str(error))
+    missing = {name: command for name, command in OFFERED.items() if name not in names}
     if arguments.json:
-        print(json.dumps({"models": found}, sort_keys=True))
-        return 0
-    header = ("MODEL", "IMAGES", "WEIGHTS", "FILES", "IOU", "A FRAME TAKES")
-    rows = (
-        (
-            model["name"],
-            f"{model['width']}x{model['height']}",
-            f"{model['parameters'] / 1e6:.1f} million",
-            f"{model['bytes'] / 1e6:.1f} MB",
-            f"{model['iou']:.2f}",
-            f"{model['frame_ms']:.0f} ms",
-        )
-        for model in found
+        print(json.dumps({"models": models, "not_installed": missing}, sort_keys=True))
+    else:
+        header = ("MODEL", "IMAGES", "WEIGHTS", "FILES", "IOU", "A FRAME TAKES")
+        print_columns(header, map(_cells, models))
+        for name, command in missing.items():
+            print(f"{name} is not installed; in a clone of SUNSET's repository: {command}")
+    for complaint in complaints:
+        print(complaint, file=sys.stderr)
+    return EXIT_BAD_INPUT if complaints else 0
+
+
+def _cells(model: dict[str, Any]) -> tuple[str, ...]:
+    return (
+        model["name"],
+        f"{model['width']}x{model['height']}",
+        f"{model['parameters'] / 1e6:.1f} million",
+        f"{model['bytes'] / 1e6:.1f} MB",
+        "N/A" if model["iou"] is None else f"{model['iou']:.2f}",
+        f"{model['frame_ms']:.0f} ms",
     )
-    print_columns(header, rows)
-    return 0
 
 
-def _described(model: Model, device: str) -> dict[str, Any]:
+def _described(name: str, model: Model, device: str) -> dict[str, Any]:
     """Return what a list tells of a model; how long its fusion takes for a frame is measured, here and now."""
-    card, fusion = model.card, model.card.networks[Modality.FUSION]
+    card, modality = model.card, min(model.card.networks)
     files = {file for network in card.networks.values() for file in network.files}
-    results: Any = card.results  # which the training wrote
     segmenter = Segmenter(model, device=device)
     times = []
     for _ in range(_FRAMES):
         begun = perf_counter()
-        segmenter.warm_up(Modality.FUSION)
+        segmenter.warm_up(modality)
         times.append(perf_counter() - begun)
     return {
-        "name": card.name,
+        "name": name,
         "width": card.width,
         "height": card.height,
-        "parameters": fusion.parameters,
+        "parameters": card.networks[modality].parameters,
         "bytes": sum((model.folder / file).stat().st_size for file in files),
-        "iou": results["iou_per_image"]["test town"]["fusion"],
+        "iou": _test_iou(card.results, modality),
         "frame_ms": min(times) * 1e3,
     }
+
+
+def _test_iou(results: Any, modality: Modality) -> float | None:
+    """Return the IoU on the town that was kept for the test, where the training that wrote the card measured it."""
+    try:
+        return float(results["iou_per_image"]["test town"][modality.key])
+    except (KeyError, TypeError):
+        return None
 
 
 def show(arguments: argparse.Namespace) -> int:
@@ -349,7 +367,7 @@ def _prepare(out: Path | None) -> None:
 
 def iou(arguments: argparse.Namespace) -> int:
     """Measure models on held-out towns."""
-    models = [load_model(name) for name in dict.fromkeys(arguments.models or shipped_models())]
+    models = [load_model(name) for name in dict.fromkeys(arguments.models or installed_models())]
     _prepare(arguments.out)
     with stages_progress() as stage:
         found = measure_iou(

@@ -7,12 +7,14 @@ it, a `Segmenter` runs it, and an `InferenceCache` remembers what it answered.
 from sunset.perception.cache import InferenceCache
 from sunset.perception.card import ModelCard, NetworkCard
 from sunset.perception.engine import DEVICES, find_device
+from sunset.perception.installed import OFFERED, is_installed, list_models
 from sunset.perception.modality import Modality
-from sunset.perception.model import Model, list_models, load_model
+from sunset.perception.model import Model, load_model
 from sunset.perception.segmenter import Segmentation, Segmenter
 
 __all__ = [
     "DEVICES",
+    "OFFERED",
     "InferenceCache",
     "Modality",
     "Model",
@@ -21,6 +23,7 @@ __all__ = [
     "Segmentation",
     "Segmenter",
     "find_device",
+    "is_installed",
     "list_models",
     "load_model",
 ]

@@ -1,4 +1,4 @@
-"""Finding, checking and loading models."""
+"""Checking and loading models."""
 
 import hashlib
 import threading
@@ -10,12 +10,10 @@ from sunset.errors import ModelError
 from sunset.input_files import read_bytes
 from sunset.perception.card import CARD_NAME, ModelCard
 from sunset.perception.engine import open_session
+from sunset.perception.installed import find_model, missing_model_error
 from sunset.perception.modality import Modality
-from sunset.texts import suggestion
 
-__all__ = ["Model", "list_models", "load_model"]
-
-_MODELS: Final = Path(__file__).parent / "models"
+__all__ = ["Model", "load_model"]
 
 _LARGEST: Final = 2**31
 """Bytes of a network's file; none of ONNX's is larger."""
@@ -65,13 +63,6 @@ class Model:
             return _sessions[key]
 
 
-def list_models() -> tuple[str, ...]:
-    """Return the names of the models that come with the package."""
-    if not _MODELS.is_dir():
-        return ()
-    return tuple(sorted(path.parent.name for path in _MODELS.glob(f"*/{CARD_NAME}")))
-
-
 def load_model(name_or_path: str | Path) -> Model:
     """Load a model and check its files against its card.
 
@@ -83,12 +74,9 @@ def load_model(name_or_path: str | Path) -> Model:
         ModelError: there is no such model, a file is missing or not the one on the card, or the card is
             malformed.
     """
-    folder = _MODELS / name_or_path if str(name_or_path) in list_models() else Path(name_or_path)
+    folder = find_model(str(name_or_path)) or Path(name_or_path)
     if not folder.is_dir():
-        raise ModelError(
-            f"There is no model {str(name_or_path)!r}: {suggestion(str(name_or_path), list_models())}name a folder "
-            f"with a {CARD_NAME} or one of {', '.join(list_models()) or '(none installed)'}."
-        )
+        raise missing_model_error(str(name_or_path))
     card = ModelCard.read(folder / CARD_NAME)
     for name, expected in _files(card).items():
         _verified(folder / name, expected)

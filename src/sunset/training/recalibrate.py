@@ -17,7 +17,7 @@ from sunset import perception
 from sunset.classes import CLASS_OF_CARLA_ID
 from sunset.data import FlightPlan, flight_bag, read_bag
 from sunset.errors import DataError, InvalidInputError, MissingExtraError, ModelError, OutputError
-from sunset.perception import Modality, Model, Segmenter, find_device, load_model
+from sunset.perception import Modality, Model, Segmenter, find_device, is_installed, load_model
 from sunset.training.batches import FrameSet
 from sunset.training.calibrate import Separation, separate, temperature_for
 from sunset.training.conditions import BLURRED, UNSURE, Condition, CurvesPlan, plan_curves
@@ -117,7 +117,7 @@ def calibrate_model(
 
     Raises:
         MissingExtraError: onnx is not installed, or what the device needs.
-        InvalidInputError: the model comes with the package, and no other folder is given; or there is no such device.
+        InvalidInputError: the model is an installed one, and no other folder is given; or there is no such device.
         DataError: the frames are too few or of another size, or nothing can be told from them.
         ModelError: a network has no temperature to set, or logits whose width does not divide the frames'.
         OutputError: a folder cannot be written, or exists.
@@ -152,17 +152,16 @@ def check_target(model: Model, out: Path | None) -> None:
 
     Raises:
         MissingExtraError: onnx is not installed.
-        InvalidInputError: the model comes with the package, and no other folder is given.
+        InvalidInputError: the model is an installed one, and no other folder is given.
         OutputError: the folder exists.
     """
     if find_spec("onnx") is None:
         raise MissingExtraError(
             "Calibrating needs onnx, which is not installed; run: pip install 'sunset-exemplar[train]'."
         )
-    package = Path(perception.__file__).resolve().parent
-    if out is None and package in model.folder.resolve().parents:
+    if out is None and is_installed(model.folder):
         raise InvalidInputError(
-            f"The model {model.card.name!r} comes with SUNSET and is not changed: name a folder for a calibrated "
+            f"The model {model.card.name!r} is an installed one and is not changed: name a folder for a calibrated "
             "copy with --out."
         )
     if out is not None and out.exists():

@@ -1,8 +1,7 @@
 import pytest
 
 from sunset.errors import MiddlewareError
-from sunset.rmw.dds import domains
-from sunset.rmw.dds import CycloneDDS
+from sunset.rmw.dds import CycloneDDS, domains
 from sunset.rmw.dds.domains import free_domain_id, sole_system
 
 

@@ -49,6 +49,13 @@ def test_a_verb_imports_no_other(words: list[str]) -> None:
     assert verbs == {words[0]}
 
 
+def test_the_toolbox_for_ros_imports_nothing_of_experiments() -> None:
+    modules = imported("from sunset.cli import main; main(['ros', '--help'])")
+
+    assert "sunset.ros" in modules
+    assert modules & {"cv2", "embreex", "onnxruntime", "rosbags", "sunset.experiments"} == set()
+
+
 def test_the_distribution_can_be_run_by_its_own_name() -> None:
     project = tomllib.loads((Path(__file__).parents[2] / "pyproject.toml").read_text(encoding="utf-8"))[
         "project"

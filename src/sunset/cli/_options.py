@@ -14,24 +14,12 @@ __all__ = [
     "add_flight_options",
     "add_middleware_options",
     "add_model_options",
-    "at_least_one",
     "campaign_options",
     "flight_options",
     "middleware_options",
     "model_options",
     "names",
 ]
-
-
-def at_least_one(text: str) -> int:
-    """Parse a whole number of at least 1."""
-    try:
-        number = int(text)
-    except ValueError:
-        number = 0
-    if number < 1:
-        raise argparse.ArgumentTypeError(f"expected a whole number of at least 1, got {text!r}")
-    return number
 
 
 def names(text: str) -> tuple[str, ...]:

@@ -9,7 +9,7 @@ from typing import Any, Final, NoReturn, TypeAlias
 from sunset import __version__
 from sunset.texts import suggestion
 
-__all__ = ["EXIT_BAD_INPUT", "VERBS", "Actions", "Parser", "Verb", "make_parser"]
+__all__ = ["EXIT_BAD_INPUT", "VERBS", "Actions", "Parser", "Verb", "at_least_one", "make_parser"]
 
 EXIT_BAD_INPUT: Final = 2
 
@@ -96,6 +96,17 @@ class Parser(argparse.ArgumentParser):
         """Print one sentence and exit with code 2."""
         text = message[:1].upper() + message[1:]
         self.exit(EXIT_BAD_INPUT, f"{self.prog}: {text}; '{self.prog} --help' lists what is expected.\n")
+
+
+def at_least_one(text: str) -> int:
+    """Parse a whole number of at least 1."""
+    try:
+        number = int(text)
+    except ValueError:
+        number = 0
+    if number < 1:
+        raise argparse.ArgumentTypeError(f"expected a whole number of at least 1, got {text!r}")
+    return number
 
 
 def make_parser() -> Parser:

@@ -9,10 +9,10 @@ from pathlib import Path
 from sunset.cli._options import (
     add_campaign_options,
     add_flight_options,
-    at_least_one,
     campaign_options,
     flight_options,
 )
+from sunset.cli._parser import at_least_one
 from sunset.cli._progress import progress_bar, rendering_progress
 from sunset.evaluation import AGREEMENT_FORMATS, compare, format_agreement
 from sunset.experiments import BenchSpec, bench, plan, prepare

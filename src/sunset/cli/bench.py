@@ -9,11 +9,11 @@ from sunset.cli._options import (
     add_campaign_options,
     add_flight_options,
     add_middleware_options,
-    at_least_one,
     campaign_options,
     flight_options,
     middleware_options,
 )
+from sunset.cli._parser import at_least_one
 from sunset.cli._progress import progress_bar, rendering_progress
 from sunset.cli.report import print_report
 from sunset.evaluation import FORMATS

@@ -12,8 +12,7 @@ from typing import Any, Final
 import numpy as np
 
 from sunset.classes import CLASS_OF_CARLA_ID, CLASSES
-from sunset.cli._options import at_least_one
-from sunset.cli._parser import Actions
+from sunset.cli._parser import Actions, at_least_one
 from sunset.cli._progress import BUILDING, progress_bar, rendering_progress, stages_progress
 from sunset.data import (
     DEPTH_RANGE_M,

@@ -11,8 +11,8 @@ from time import perf_counter
 from typing import Any, Final
 
 from sunset.cli._columns import print_columns
-from sunset.cli._options import add_device_option, at_least_one
-from sunset.cli._parser import EXIT_BAD_INPUT, Actions
+from sunset.cli._options import add_device_option
+from sunset.cli._parser import EXIT_BAD_INPUT, Actions, at_least_one
 from sunset.cli._progress import progress_bar, rendering_progress, stages_progress
 from sunset.data import DEFAULT_FLIGHT, flight_bag
 from sunset.errors import MissingExtraError, ModelError, OutputError

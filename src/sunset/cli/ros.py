@@ -9,8 +9,7 @@ from typing import Final, TypeAlias
 from sunset.cli import _ros_graph as graph
 from sunset.cli import _ros_services as services
 from sunset.cli import _ros_topics as topics
-from sunset.cli._options import at_least_one
-from sunset.cli._parser import Actions
+from sunset.cli._parser import Actions, at_least_one
 from sunset.cli._ros_session import NotThereError
 
 __all__ = ["EXIT_NOT_THERE", "add_arguments"]

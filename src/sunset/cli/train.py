@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from time import monotonic
 
-from sunset.cli._options import at_least_one
+from sunset.cli._parser import at_least_one
 from sunset.cli._progress import stages_progress
 from sunset.experiments.resources import missing_networks
 from sunset.perception import DEVICES, load_model

@@ -13,7 +13,10 @@ import pytest
 
 from sunset.forks import UNSEEN, ForkedProcess, ForkServer, can_fork
 
-pytestmark = pytest.mark.skipif(not can_fork(), reason="only Linux has what a fork server needs")
+pytestmark = [
+    pytest.mark.skipif(not can_fork(), reason="only Linux has what a fork server needs"),
+    pytest.mark.thorough,
+]
 
 PROGRAM = """
 import os, socket, sys

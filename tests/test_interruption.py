@@ -6,6 +6,8 @@ import pytest
 
 from sunset.interruption import held_signals
 
+pytestmark = pytest.mark.thorough
+
 
 def get_signals(*numbers: int, look: bool = True, error: Exception | None = None) -> None:
     """Get signals, then look whether there were some, or raise an error."""

@@ -12,6 +12,8 @@ import pytest
 from sunset.cli import main
 from sunset.experiments import BenchSpec, bench
 
+pytestmark = pytest.mark.thorough
+
 
 def agree(out: Path, *more: str) -> "subprocess.CompletedProcess[str]":
     command = [sys.executable, "-m", "sunset", "agree", "--suite", "nofault", "--managers", "none"]

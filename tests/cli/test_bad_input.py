@@ -377,6 +377,7 @@ def test_a_cache_folder_that_cannot_be_made(
     assert "/dev/null/cache" in complaint(["run"])
 
 
+@pytest.mark.thorough
 def test_a_full_disk_costs_the_run_that_did_not_fit_and_no_other(tmp_path: Path, flight: Path) -> None:
     del flight
     assert main(["run", "nofault", "--manager", "none", "--out", str(tmp_path / "finished")]) == 0

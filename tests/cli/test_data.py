@@ -50,6 +50,7 @@ def enlarged(frame: Frame, name: str) -> npt.NDArray[Any]:
     return np.asarray(cv2.resize(images[name], (1920, 1080), interpolation=how))
 
 
+@pytest.mark.thorough
 def test_a_flight_of_syndrone_is_imported_and_flown(
     seen: list[Frame], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -88,6 +89,7 @@ def converted(frames: list[Frame]) -> Iterator[tuple[str, int, Any]]:
             yield "/gt_segmentation", stamp + 5, image_message(frame.labels, "mono8", stamp)
 
 
+@pytest.mark.thorough
 def test_a_recording_of_other_encodings_and_size_is_flown(
     seen: list[Frame], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

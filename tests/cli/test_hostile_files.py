@@ -9,6 +9,8 @@ import pytest
 
 from sunset.perception import load_model
 
+pytestmark = pytest.mark.thorough
+
 Complaint = Callable[[Sequence[str]], str]
 
 

@@ -16,6 +16,7 @@ def interrupted(*_: object, **__: object) -> NoReturn:
     raise KeyboardInterrupt
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("arguments", "work", "said"),
     [
@@ -46,6 +47,7 @@ def test_it_says_how_to_go_on_where_something_is_kept(
     assert capsys.readouterr().err.endswith(said)
 
 
+@pytest.mark.thorough
 @pytest.mark.usefixtures("flight")
 def test_a_check_that_is_ended_leaves_no_folder(tmp_path: Path) -> None:
     command = [sys.executable, "-m", "sunset", "managers", "check", "baseline"]

@@ -30,6 +30,7 @@ def mine(tmp_path: Path) -> Callable[[str], str]:
     return write
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("source", "code", "answer"), [(STEADY, 0, "yes"), (UNORDERED, 1, "no")])
 def test_the_order_of_sets_must_not_matter(
     source: str, code: int, answer: str, mine: Callable[[str], str], capsys: pytest.CaptureFixture[str]
@@ -39,6 +40,7 @@ def test_the_order_of_sets_must_not_matter(
     assert line.split()[1].rstrip(":") == answer
 
 
+@pytest.mark.thorough
 def test_a_managing_system_that_ends_its_process_is_not_passed_over(
     mine: Callable[[str], str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -57,12 +59,14 @@ def test_a_managing_system_that_ends_its_process_is_not_passed_over(
     assert reason.rsplit(maxsplit=1)[-1] in out
 
 
+@pytest.mark.thorough
 def test_a_source_in_another_encoding_is_flown(mine: Callable[[str], str], tmp_path: Path) -> None:
     source = "# -*- coding: latin-1 -*-\n# für alle\n" + STEADY
     command = ["bench", "--suite", "nofault", "--repetitions", "1", "--managers", mine(source)]
     assert main([*command, "--out", str(tmp_path / "out")]) == 0
 
 
+@pytest.mark.thorough
 def test_a_report_says_that_a_campaign_is_not_finished(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

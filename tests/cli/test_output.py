@@ -27,6 +27,7 @@ class Mine(ManagingSystem):
 """
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("arguments", [["run", "nofault"], ["bench", "--suite", "nofault", "--jobs", "2"]])
 def test_what_a_managing_system_prints_is_no_part_of_the_json(
     arguments: list[str], tmp_path: Path, capfd: pytest.CaptureFixture[str]
@@ -54,6 +55,7 @@ class Mine(ManagingSystem):
 """
 
 
+@pytest.mark.thorough
 def test_what_the_managing_system_logs_stands_in_the_time_line(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -121,6 +123,7 @@ def test_runs_are_listed_a_row_each(tmp_path: Path, capsys: pytest.CaptureFixtur
         assert float(line["iou"]) == run["iou"]
 
 
+@pytest.mark.thorough
 def test_names_with_brackets_are_printed_as_they_are(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -146,6 +149,7 @@ def test_a_reader_that_has_seen_enough_is_no_error(arguments: list[str], reader:
     assert "Broken" not in done.stderr
 
 
+@pytest.mark.thorough
 def test_a_terminal_without_arrows_gets_the_table_too(tmp_path: Path) -> None:
     assert main(["run", "nofault", "--manager", "none", "--out", str(tmp_path / "run")]) == 0
 
@@ -167,6 +171,7 @@ def test_every_list_is_there_as_json(noun: str, capsys: pytest.CaptureFixture[st
     assert isinstance(json.loads(capsys.readouterr().out), dict)
 
 
+@pytest.mark.thorough
 def test_what_a_terminal_would_obey_is_shown_instead(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -183,6 +188,7 @@ def test_what_a_terminal_would_obey_is_shown_instead(
     assert "\x1b" not in out + err
 
 
+@pytest.mark.thorough
 def test_what_a_managing_system_logs_reaches_a_terminal_as_text_only(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

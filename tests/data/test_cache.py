@@ -59,6 +59,7 @@ def test_a_flight_is_rendered_once_and_kept(cache: Path) -> None:
     assert [path.name for path in first.parent.parent.iterdir()] == [first.parent.name]
 
 
+@pytest.mark.thorough
 def test_another_plan_is_another_flight(cache: Path) -> None:
     one = flight_bag(FlightPlan(frames=1, size=(18, 32)), jobs=1)
     other = flight_bag(FlightPlan(frames=1, size=(18, 32), seed=1), jobs=1)
@@ -67,6 +68,7 @@ def test_another_plan_is_another_flight(cache: Path) -> None:
     assert _digest(one) != _digest(other)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("harm", ["spoil", "truncate", "remove", "no checksum", "garbage checksum"])
 def test_a_harmed_flight_is_rendered_again(cache: Path, harm: str) -> None:
     plan = FlightPlan(frames=2, size=(18, 32))
@@ -90,6 +92,7 @@ def test_a_harmed_flight_is_rendered_again(cache: Path, harm: str) -> None:
     assert cache in bag.parents
 
 
+@pytest.mark.thorough
 def test_the_number_of_processes_changes_no_byte() -> None:
     alone, together = (list(render_parallel(PLAN, jobs=jobs)) for jobs in (1, 2))
     assert len(alone) == len(together) == 12

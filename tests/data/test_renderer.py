@@ -77,6 +77,7 @@ def test_depth_times_ray_lands_on_the_ground_where_it_is_seen(town: Town, pitch:
         assert np.abs(_heights_at(town, x, y) - z).min() < 0.05
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("pitch", "height"), [(0, 3), (30, 20), (60, 50), (90, 80)])
 @pytest.mark.parametrize("time", ["noon", "evening"])
 def test_what_is_left_out_for_speed_would_not_be_seen(
@@ -157,6 +158,7 @@ def test_noise_depends_on_the_seed_alone(town: Town) -> None:
     assert (one.depth == other.depth).all()
 
 
+@pytest.mark.thorough
 def test_another_process_renders_the_same_bytes() -> None:
     digest = hashlib.sha256(b"".join(_bytes(frame) for frame in render_views(1, 3, 5, size=SMALL)))
     environment = {**os.environ, "PYTHONHASHSEED": "77"}

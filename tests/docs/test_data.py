@@ -12,6 +12,8 @@ from tests.data.material import FLIGHT, make_frames, put_frame, put_pictures, re
 from sunset.classes import CARLA_IDS
 from sunset.cli import main
 
+pytestmark = pytest.mark.thorough
+
 PAGE = (Path(__file__).parents[2] / "docs" / "data.md").read_text(encoding="utf-8")
 
 

@@ -105,6 +105,7 @@ def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.mark.thorough
 @pytest.mark.xdist_group("campaign")
 def test_killing_a_campaign_loses_nothing_and_changes_nothing(undisturbed: Path, tmp_path: Path) -> None:
     disturbed = tmp_path
@@ -138,6 +139,7 @@ def _processes_of(group: int) -> list[str]:
     return [line[2] for line in lines if line[0] == str(group) and not line[1].startswith("Z")]
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
 def test_an_interrupted_campaign_leaves_no_process_behind(number: signal.Signals, tmp_path: Path) -> None:
     process = subprocess.Popen(
@@ -161,6 +163,7 @@ def test_an_interrupted_campaign_leaves_no_process_behind(number: signal.Signals
     assert not _processes_of(process.pid)
 
 
+@pytest.mark.thorough
 @pytest.mark.xdist_group("campaign")
 def test_a_report_can_be_computed_from_the_records_again(undisturbed: Path) -> None:
     assert render_report(undisturbed, "json", recompute=True) == render_report(undisturbed, "json")
@@ -182,6 +185,7 @@ class Mine(NoAdaptation):
 """
 
 
+@pytest.mark.thorough
 def test_a_managing_system_that_is_changed_while_it_is_flown_fails(tmp_path: Path) -> None:
     file = tmp_path / "mine.py"
     file.write_text(EDITED)
@@ -229,6 +233,7 @@ def test_a_campaign_is_not_continued_with_another_bag(tmp_path: Path, flight: Pa
         bench(spec, tmp_path / "out", jobs=1)
 
 
+@pytest.mark.thorough
 def test_a_label_is_the_name_everywhere(tmp_path: Path) -> None:
     file = tmp_path / "mine.py"
     file.write_text(MANAGER)
@@ -258,6 +263,7 @@ def test_labels_must_differ() -> None:
         BenchSpec(managers=("a=none", "a=baseline"))
 
 
+@pytest.mark.thorough
 def test_a_campaign_without_references_is_another(tmp_path: Path) -> None:
     spec = BenchSpec(suite="nofault", managers=("none",), repetitions=1, timing=Timing(duration_s=2.0))
     bench(replace(spec, references=False), tmp_path / "out", jobs=1)
@@ -266,6 +272,7 @@ def test_a_campaign_without_references_is_another(tmp_path: Path) -> None:
         bench(spec, tmp_path / "out", jobs=1)
 
 
+@pytest.mark.thorough
 def test_a_campaign_is_not_continued_with_another_clockwork(tmp_path: Path) -> None:
     spec = BenchSpec(suite="nofault", managers=("none",), references=False, repetitions=1)
     bench(replace(spec, timing=Timing(duration_s=2.0)), tmp_path / "out", jobs=1)
@@ -274,6 +281,7 @@ def test_a_campaign_is_not_continued_with_another_clockwork(tmp_path: Path) -> N
         bench(spec, tmp_path / "out", jobs=1)
 
 
+@pytest.mark.thorough
 def test_a_campaign_is_flown_by_one_process_at_a_time(tmp_path: Path) -> None:
     spec = BenchSpec(
         suite="nofault", managers=("none",), references=False, repetitions=1, timing=Timing(duration_s=2.0)

@@ -72,6 +72,7 @@ def test_the_baseline_redeploys_what_is_silent_and_recalibrates_what_is_unsure(t
     assert result.score.episodes_resolved == 3
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("fault", OUTAGES)
 def test_never_repairing_is_worst(fault: str, tmp_path: Path) -> None:
     idle = fly(tmp_path / "idle", fault, "none").score
@@ -92,6 +93,7 @@ def test_false_claims_of_success_change_no_metric(tmp_path: Path) -> None:
     assert claiming.score == silent.score
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("manager", "word"),
     [
@@ -117,6 +119,7 @@ def test_whoever_breaks_the_rules_is_not_scored(manager: str, word: str, tmp_pat
     assert read_run(tmp_path / "run")["valid"] is False
 
 
+@pytest.mark.thorough
 def test_until_the_injection_the_graph_is_the_same_in_every_scenario(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -170,6 +173,7 @@ def test_another_seed_gives_another_record(tmp_path: Path) -> None:
     assert one.digest != other.digest
 
 
+@pytest.mark.thorough
 def test_another_process_another_hash_seed_and_a_busy_machine_give_the_same_bytes(tmp_path: Path) -> None:
     scenario = "paper/sync_issue+image_degradation+depth_degradation"
     fly(tmp_path / "here", scenario, timing=Timing(), seed=5)
@@ -198,6 +202,7 @@ def test_another_process_another_hash_seed_and_a_busy_machine_give_the_same_byte
     assert content(tmp_path / "here") == content(tmp_path / "there")
 
 
+@pytest.mark.thorough
 def test_a_slower_computer_changes_no_byte(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     timing = Timing(duration_s=3.0, warm_up_s=1.0)
     fly(tmp_path / "fast", "cuda_out_of_memory+image_shift", timing=timing, cache=False)

@@ -66,6 +66,7 @@ def test_a_managing_system_of_another_process_redeploys_a_node_that_was_killed(t
     assert redeploy.successful
 
 
+@pytest.mark.thorough
 def test_what_is_done_to_the_system_before_it_is_up_is_held_against_nobody(tmp_path: Path) -> None:
     out = tmp_path / "run"
     with free_domain_id() as domain_id, flying("gpu_failure", "external", 2.0, out, domain_id) as process:
@@ -90,6 +91,7 @@ def test_what_is_done_to_the_system_before_it_is_up_is_held_against_nobody(tmp_p
     assert timeline.commands == ()
 
 
+@pytest.mark.thorough
 def test_a_managing_system_that_keeps_the_system_from_coming_up_does_not_end_its_campaign(
     tmp_path: Path,
 ) -> None:
@@ -119,6 +121,7 @@ def test_a_managing_system_that_keeps_the_system_from_coming_up_does_not_end_its
     assert (failed["valid"], flown["manager_failed"]) == (False, None)
 
 
+@pytest.mark.thorough
 def test_a_run_ends_when_the_managing_system_fails(tmp_path: Path) -> None:
     file, runs = tmp_path / "mine.py", tmp_path / "runs"
     file.write_text(
@@ -135,6 +138,7 @@ def test_a_run_ends_when_the_managing_system_fails(tmp_path: Path) -> None:
     assert list(runs.iterdir()) == []
 
 
+@pytest.mark.thorough
 def test_a_run_of_which_nothing_can_be_seen_any_more_ends(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -157,6 +161,7 @@ RUN = ("run", "nofault", "--out", "out/run")
 BENCH = ("bench", "--suite", "nofault", "--managers", "none", "--repetitions", "1", "--out", "out")
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("words", "number"), [(RUN, signal.SIGINT), (RUN, signal.SIGTERM), (BENCH, signal.SIGTERM)]
 )
@@ -182,6 +187,7 @@ def test_what_is_interrupted_leaves_nothing_behind(
     assert list((tmp_path / "TMPDIR").iterdir()) == []
 
 
+@pytest.mark.thorough
 def test_no_process_outlives_a_run_that_is_killed_even_one_that_is_stopped(tmp_path: Path) -> None:
     with flying("nofault", "none", 20.0, tmp_path / "run") as process:
         nodes = children(process.pid)

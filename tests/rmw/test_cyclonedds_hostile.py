@@ -17,6 +17,8 @@ from sunset.seeding import generator
 if TYPE_CHECKING:
     from .conftest import Live
 
+pytestmark = pytest.mark.thorough
+
 ROUNDS = int(os.environ.get("SUNSET_HOSTILE_ROUNDS", "100"))
 """Samples for each topic and service, of each kind."""
 

@@ -16,6 +16,8 @@ from sunset.training.architecture import (
     merge,
 )
 
+pytestmark = pytest.mark.thorough
+
 
 def sources(layer: Layer) -> tuple[str, ...]:
     match layer:

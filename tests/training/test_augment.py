@@ -14,6 +14,8 @@ from sunset.errors import InvalidInputError, MissingExtraError
 from sunset.training import FrameSet, FrameSets, LiteShape, Phase, Schedule, TrainingConfig
 from sunset.training.batches import draw
 
+pytestmark = pytest.mark.thorough
+
 torch = pytest.importorskip("torch")
 
 from torch.utils._python_dispatch import TorchDispatchMode  # noqa: E402  needs torch

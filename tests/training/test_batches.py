@@ -10,6 +10,8 @@ from sunset.errors import DataError
 from sunset.training import FrameSet, FrameSets
 from sunset.training.batches import class_weights, draw
 
+pytestmark = pytest.mark.thorough
+
 
 def test_a_step_draws_the_same_batch_whatever_was_drawn_before() -> None:
     for number in range(3):

@@ -6,6 +6,8 @@ from sunset.metrics import normalised_entropy
 from sunset.training.calibrate import separate, temperature_for
 from sunset.training.inputs import upsampling
 
+pytestmark = pytest.mark.thorough
+
 
 def test_the_temperature_gives_the_entropy_that_was_asked_for() -> None:
     rng = np.random.default_rng(0)

@@ -29,6 +29,8 @@ from sunset.training.conditions import (
 if TYPE_CHECKING:
     from tests.conftest import World
 
+pytestmark = pytest.mark.thorough
+
 RNG = np.random.default_rng(5)
 BGR = RNG.integers(0, 256, (48, 128, 3), dtype=np.uint8)
 DEPTH = RNG.integers(1000, 5000, (48, 128), dtype=np.uint16)

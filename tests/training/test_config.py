@@ -6,6 +6,8 @@ from sunset.errors import InvalidInputError
 from sunset.training import CONFIGS, MODALITIES, Phase, Schedule, TrainingConfig
 from sunset.training.config import Stage
 
+pytestmark = pytest.mark.thorough
+
 
 def test_all_modalities_share_one_plan_that_contains_both_branches() -> None:
     config = TrainingConfig()

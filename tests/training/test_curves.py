@@ -29,6 +29,8 @@ from sunset.training.curves_text import as_csv, as_json, as_text
 from sunset.training.evaluate import measure
 from sunset.training.recalibrate import frames_of_bag
 
+pytestmark = pytest.mark.thorough
+
 FRAMES = 40
 STRONGEST = {
     "image_degradation": (1.5,),

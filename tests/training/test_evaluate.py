@@ -6,6 +6,8 @@ from sunset.perception import Modality, Segmenter, load_model
 from sunset.training import FrameSet, FrameSets
 from sunset.training.evaluate import measure, roc_auc
 
+pytestmark = pytest.mark.thorough
+
 
 def test_a_measurement_is_that_of_each_frame(sets: FrameSets) -> None:
     few = FrameSet(sets.test.bgr[:3], sets.test.depth[:3], sets.test.labels[:3])

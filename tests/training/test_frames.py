@@ -9,6 +9,8 @@ from sunset.data import render_views
 from sunset.errors import OutputError
 from sunset.training.frames import FrameCounts, FramePlan, Passage, Views, render_set
 
+pytestmark = pytest.mark.thorough
+
 
 def test_no_set_sees_the_default_flights_town_and_held_out_towns_are_held_out() -> None:
     towns = {name: {views.town for views in plan.views} for name, plan in FrameCounts().plans().items()}

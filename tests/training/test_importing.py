@@ -13,6 +13,8 @@ from sunset.errors import InvalidInputError, ModelError, OutputError
 from sunset.perception import Modality, Segmenter
 from sunset.training import MODALITIES, FrameSets, ReferenceShape, TrainingConfig, import_checkpoints
 
+pytestmark = pytest.mark.thorough
+
 torch = pytest.importorskip("torch")
 pytest.importorskip("onnx")
 

@@ -12,6 +12,8 @@ from sunset.training import FrameSet, FrameSets
 pytest.importorskip("torch")
 pytest.importorskip("onnx")
 
+pytestmark = pytest.mark.thorough
+
 PROGRAM = """
 import os
 import signal

@@ -8,6 +8,8 @@ from sunset.training import draw_log
 
 pytest.importorskip("matplotlib")
 
+pytestmark = pytest.mark.thorough
+
 LINES = [
     {"step": 20, "learning_rate": 0.1, "rgb": 3.0, "fusion": 2.0, "misaligned": 3.0, "seconds": 1.0},
     {

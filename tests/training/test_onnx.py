@@ -8,6 +8,8 @@ import pytest
 from sunset.perception import Modality
 from sunset.training import MODALITIES, FrameSets, LiteShape, ReferenceShape, TrainingConfig
 
+pytestmark = pytest.mark.thorough
+
 torch = pytest.importorskip("torch")
 onnx = pytest.importorskip("onnx")
 onnxruntime = pytest.importorskip("onnxruntime")

@@ -15,6 +15,8 @@ from sunset.training.plots import draw
 
 pytest.importorskip("matplotlib")
 
+pytestmark = pytest.mark.thorough
+
 
 def curves(*modalities: Modality) -> Curves:
     card = load_model("lite").card

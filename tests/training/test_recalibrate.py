@@ -17,6 +17,8 @@ from sunset.training import FrameSet
 from sunset.training.curves import window_means
 from sunset.training.recalibrate import calibrate_model, frames_of_bag, set_temperature, validation_flight
 
+pytestmark = pytest.mark.thorough
+
 onnx = pytest.importorskip("onnx")
 
 

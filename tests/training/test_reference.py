@@ -8,6 +8,8 @@ import pytest
 from sunset.training import MODALITIES, ReferenceShape, TrainingConfig
 from sunset.training.architecture import convolutions
 
+pytestmark = pytest.mark.thorough
+
 torch = pytest.importorskip("torch")
 
 from sunset.training.network import build, forward  # noqa: E402  needs torch

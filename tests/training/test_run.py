@@ -25,6 +25,8 @@ from sunset.training import (
 )
 from sunset.training.batches import class_weights
 
+pytestmark = pytest.mark.thorough
+
 torch = pytest.importorskip("torch")
 pytest.importorskip("onnx")
 

@@ -8,6 +8,8 @@ from sunset.faults import BLUR_SIGMA, FAULTS
 from sunset.perception import Modality, ModelCard, list_models, load_model
 from sunset.training import CONFIGS
 
+pytestmark = pytest.mark.thorough
+
 DROP = {"lite": 0.03, "reference": 0.02}
 """What a fault costs at least in IoU. `reference`, trained without an accelerator, has less to lose: its card tells."""
 

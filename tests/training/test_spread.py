@@ -7,6 +7,8 @@ from sunset.errors import DataError, InvalidInputError, SunsetError
 from sunset.training.spread import spread
 from sunset.workers import processors
 
+pytestmark = pytest.mark.thorough
+
 CHUNKS = [(0,), (1, 2), (3, 4, 5), (6,)]
 
 

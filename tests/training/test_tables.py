@@ -18,6 +18,8 @@ from sunset.perception import Modality, Model, load_model
 from sunset.training.tables import AXES, VIEWS, Entry, IouTables, Measured, measure_iou, settings
 from sunset.training.tables_text import claims, iou_csv, iou_json, iou_markdown
 
+pytestmark = pytest.mark.thorough
+
 FUSION, RGB, DEPTH = (Entry("lite", modality) for modality in Modality)
 
 

@@ -84,7 +84,7 @@ def test_a_client_that_listens_late_is_answered_late(live: "Live") -> None:
     assert answered(peer.collect(listening, 2)) == [header(7, 1), header(7, 2)]
     (process,) = live.processes
     assert not process.problems
-    assert not process.timers
+    assert not process.alarms
 
 
 def test_a_client_that_does_not_listen_delays_nobody_twice(
@@ -109,7 +109,7 @@ def test_few_responses_wait_for_those_who_do_not_listen(
     (process,) = live.processes
     assert live.spin(executor, lambda: process.problems["/server/set"] == 7, 5.0)
     peer.leave()
-    assert live.spin(executor, lambda: not process.timers)  # who is gone is waited for no more
+    assert live.spin(executor, lambda: not process.alarms)  # who is gone is waited for no more
     assert process.problems["/server/set"] == 7
 
 

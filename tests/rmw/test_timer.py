@@ -4,8 +4,8 @@ from hypothesis import strategies as st
 
 from sunset.errors import MiddlewareError
 from sunset.rmw.core.port import NodeHandle, TimerHandle
+from sunset.rmw.core.timer import next_due_ns
 from sunset.rmw.sim import Simulation
-from sunset.rmw.sim._timer import next_due_ns
 
 MS = 1_000_000
 

@@ -1,90 +1,23 @@
-"""What the nodes of a process on DDS consist of: parts with callbacks, timers, posted calls."""
+"""What the nodes of a process on DDS consist of: parts that read, timers, posted calls."""
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Callable
-from typing import TYPE_CHECKING, TypeVar
+from typing import TypeVar
 
-from sunset.errors import InterfaceError, MiddlewareError
+from sunset.errors import InterfaceError
 from sunset.interfaces import Message, deserialize
-from sunset.rmw.core.port import TimerHandle
+from sunset.rmw.core.node import Node
+from sunset.rmw.core.timer import Timer
 from sunset.rmw.dds import _library as dds
 from sunset.rmw.dds import _wheel as wheel
-from sunset.rmw.sim._timer import next_due_ns
+from sunset.rmw.dds._host import DdsEndpoint, DdsEntity, DdsHost
 
-if TYPE_CHECKING:
-    from sunset.rmw.dds._node import DdsNode
-
-__all__ = ["DdsPosted", "DdsTimer", "Entity", "MessageT", "ReadingEntity"]
+__all__ = ["DdsPosted", "DdsTimer", "MessageT", "ReadingEntity"]
 
 MessageT = TypeVar("MessageT", bound=Message)
 
 
-class Entity(ABC):
-    """A part of a node.
-
-    Attributes:
-        node: its node.
-        process: its node's process.
-        label: names its callback in errors.
-        alive: False once destroyed.
-        readers: GUIDs of its DDS readers.
-        writers: GUIDs of its DDS writers.
-    """
-
-    __slots__ = ("alive", "label", "node", "process", "readers", "writers")
-
-    def __init__(self, node: "DdsNode", label: str) -> None:
-        node.check_alive()
-        self.node = node
-        self.process = node.process
-        self.label = label
-        self.alive = True
-        self.readers: tuple[bytes, ...] = ()
-        self.writers: tuple[bytes, ...] = ()
-
-    def join(self) -> None:
-        """Become part of the node, now that everything is made."""
-        self.node.entities[self] = None
-        if self.readers or self.writers:
-            self.process.announce()
-
-    @abstractmethod
-    def take_turn(self) -> bool:
-        """Do one piece of what there is to do; return whether a callback ran."""
-
-    def retire(self) -> None:
-        """Take no more turns."""
-        self.alive = False
-        self.node.entities.pop(self, None)
-
-    def destroy(self) -> None:
-        """Leave the graph."""
-        if self.alive:
-            self.retire()
-            if self.readers or self.writers:
-                self.process.announce()
-
-    def reliable_writers(self) -> tuple[int, ...]:
-        """Return the DDS writers whose samples are to arrive before the process leaves."""
-        return ()
-
-    def settle(self) -> bool:
-        """Send what waits for its receiver, if that is there by now; return whether nothing waits any more."""
-        return True
-
-    def check_alive(self, action: str) -> None:
-        """Refuse to do something with what is destroyed.
-
-        Raises:
-            MiddlewareError: it is destroyed, or its process has ended.
-        """
-        if not self.alive:
-            raise MiddlewareError(
-                f"Node {self.node.fully_qualified_name} cannot {action}: it was destroyed, or its process has ended."
-            )
-
-
-class ReadingEntity(Entity):
+class ReadingEntity(DdsEndpoint):
     """A part with a DDS reader; samples wait in the reader, which drops the oldest beyond its depth."""
 
     __slots__ = ("_condition", "_number", "_reader")
@@ -134,84 +67,38 @@ class ReadingEntity(Entity):
         super().retire()
 
 
-class DdsTimer(Entity, TimerHandle):
-    """A timer of the system's clock that no jump of that clock disturbs.
+class DdsTimer(DdsEntity, Timer[DdsHost]):
+    """A timer of the system's clock that no jump of that clock disturbs."""
 
-    Attributes:
-        alarm_ns: when it expires, by the clock that never jumps; None once it has, or while it is canceled.
-    """
+    __slots__ = ()
 
-    __slots__ = ("_canceled", "_due_ns", "_handler", "_period_ns", "alarm_ns")
-
-    alarm_ns: int | None
-
-    def __init__(self, node: "DdsNode", period_ns: int, handler: Callable[[], None], label: str) -> None:
-        super().__init__(node, label)
-        self.set_period_ns(period_ns)
-        self._handler = handler
-        self.reset()
-        self.join()
-        self.process.timers[self] = None
-
-    def set_period_ns(self, period_ns: int) -> None:
-        """Change the period from the next call on.
-
-        Raises:
-            MiddlewareError: it is negative.
-        """
-        if period_ns < 0:
-            raise MiddlewareError(f"A timer's period must be at least 0 ns, got {period_ns}.")
-        self._period_ns = period_ns
-
-    def reset(self) -> None:
-        """Start again: the next call is due one period from now."""
-        self.check_alive("reset a timer")
-        self._canceled = False
-        self._due_ns = self.alarm_ns = self.process.steady_ns() + self._period_ns
-
-    def cancel(self) -> None:
-        """Stop calling until `reset`."""
-        self._canceled = True
-        self.alarm_ns = None
-
-    @property
-    def canceled(self) -> bool:
-        """Whether the timer is stopped."""
-        return self._canceled
-
-    @property
-    def due_ns(self) -> int:
-        """When the next call is due, by the system clock."""
-        return self.process.now_ns() + self._due_ns - self.process.steady_ns()
+    def set_alarm(self, due_ns: int | None) -> None:
+        """Expire at `due_ns`, and not before; never if it is None."""
+        if due_ns is None:
+            self.process.alarms.pop(self, None)
+        else:
+            self.process.alarms[self] = due_ns
 
     def take_turn(self) -> bool:
-        """Call the handler, having set the next alarm, unless it was called off or set anew meanwhile."""
-        if self._canceled or self.alarm_ns is not None:
+        """Call the handler, unless it was called off or set anew meanwhile."""
+        if self.canceled or self in self.process.alarms:
             return False
-        self._due_ns = next_due_ns(self._due_ns, self._period_ns, self.process.steady_ns())
-        self.alarm_ns = self._due_ns
-        self.process.call(self, self._handler)
+        self.process.call(self, self.run)
         return True
 
-    def retire(self) -> None:
-        """Stop for good."""
-        self.cancel()
-        self.process.timers.pop(self, None)
-        super().retire()
 
-
-class DdsPosted(Entity):
+class DdsPosted(DdsEntity):
     """One call that a node asked for, on any thread."""
 
     __slots__ = ("_handler",)
 
-    def __init__(self, node: "DdsNode", handler: Callable[[], None], label: str) -> None:
-        super().__init__(node, label)
+    def __init__(self, process: DdsHost, node: Node, handler: Callable[[], None], label: str) -> None:
+        super().__init__(process, node, label)
         self._handler = handler
 
     def take_turn(self) -> bool:
         """Call it, unless the node is gone."""
-        if not self.process.has(self.node):
+        if not self.node.alive:
             return False
         self.process.call(self, self._handler)
         return True

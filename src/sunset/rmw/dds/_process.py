@@ -9,36 +9,29 @@ line on the thread that calls it. Nothing is sent beyond this computer unless th
 import atexit
 import os
 import threading
-import time
-from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from itertools import count
 from queue import Empty
-from typing import Any, Final
+from typing import Final
 
 from sunset.errors import MiddlewareError
 from sunset.interfaces import Message, type_hash, type_name
-from sunset.rmw.core.live import LiveProcess
-from sunset.rmw.core.port import CallbackError, EndpointInfo
+from sunset.rmw.core.node import Node, Parts
+from sunset.rmw.core.port import EndpointInfo
 from sunset.rmw.dds import _wheel as wheel
 from sunset.rmw.dds._config import read_configuration
-from sunset.rmw.dds._entity import DdsTimer, Entity, ReadingEntity
-from sunset.rmw.dds._graph import Graph
-from sunset.rmw.dds._link import FIRST_NUMBER, Link
+from sunset.rmw.dds._entity import DdsPosted, DdsTimer
+from sunset.rmw.dds._host import DdsEndpoint, DdsEntity, DdsHost
 from sunset.rmw.dds._names import dds_type_name
-from sunset.rmw.dds._node import DdsNode
-from sunset.rmw.dds._queue import WaitingLine
-from sunset.rmw.dds._tap import CycloneTap
+from sunset.rmw.dds._services import DdsClient, DdsService
+from sunset.rmw.dds._topics import DdsPublisher, DdsSubscription
 
-__all__ = ["CycloneDDS", "CycloneTap", "prepare"]
+__all__ = ["CycloneDDS", "prepare"]
 
 _STEP_S: Final = 0.005
 _PARTING_NS: Final = 1_500_000_000
 """How long a process that leaves waits for clients that it has not answered yet to listen."""
 _LONG_NS: Final = 3600 * 10**9
-_REPORT_EVERY_NS: Final = 10 * 10**9
 
 
 def prepare() -> None:
@@ -51,7 +44,7 @@ def prepare() -> None:
         type_hash(kind)
 
 
-class CycloneDDS(LiveProcess):
+class CycloneDDS(DdsHost):
     """A process on DDS, to be given to `Context.init(middleware=…)`.
 
     Args:
@@ -84,143 +77,18 @@ class CycloneDDS(LiveProcess):
             network=network,
             distro=distro,
         )
-        self.domain_id = configuration.domain_id
-        self.problems: Counter[str] = Counter()
-        self.timers: dict[DdsTimer, None] = {}
-        self._nodes: dict[DdsNode, None] = {}
-        self._numbers = count(FIRST_NUMBER)
-        self._readers: dict[int, ReadingEntity] = {}
-        self._queue: WaitingLine[Entity | None] = WaitingLine()
-        self._ids = count(1)
-        self._requests = count(1)
-        self._reported: dict[str, tuple[int, int]] = {}
-        self._failure: Exception | None = None
-        self._alive = True
-        self._ending = False
-        self._spinning = False
-        self._calling = False
-        self._undisturbed = 0
-        self._graph = Graph()
-        self.link = Link(configuration, self._on_data, self.report, self._on_failure, self._graph)
+        super().__init__(configuration)
+        self._parts = Parts(
+            publisher=partial(DdsPublisher, self),
+            subscription=partial(DdsSubscription, self),
+            client=partial(DdsClient, self),
+            service=partial(DdsService, self),
+            timer=partial(DdsTimer, self),
+        )
         atexit.register(self._leave)
 
     def __repr__(self) -> str:
         return f"<CycloneDDS domain {self.domain_id} {'alive' if self.alive else 'ended'}>"
-
-    # What the thread that waits for samples calls
-
-    def _on_data(self, number: int) -> None:
-        entity = self._readers.get(number)
-        if entity is not None:
-            self._queue.put(entity)
-
-    def _on_failure(self, error: Exception) -> None:
-        self._failure = error
-        self._queue.put(None)
-
-    # What its parts need of it
-
-    def check_alive(self) -> None:
-        """Refuse to do something in a process that has left the network.
-
-        Raises:
-            MiddlewareError: it has.
-        """
-        if not self._alive:
-            raise MiddlewareError("The process has left the network.")
-
-    def queue(self, entity: Entity) -> None:
-        """Let an entity have its turn, after those that are ready already."""
-        self._queue.put(entity)
-
-    def number(self, entity: ReadingEntity) -> int:
-        """Return a number for the data of an entity."""
-        number = next(self._numbers)
-        self._readers[number] = entity
-        return number
-
-    def forget_number(self, number: int) -> None:
-        """Do not expect data of that number any more."""
-        self._readers.pop(number, None)
-
-    def has(self, node: DdsNode) -> bool:
-        """Whether a node is alive."""
-        return node in self._nodes
-
-    def remove(self, node: DdsNode) -> None:
-        """Take a node off the graph."""
-        if node in self._nodes:
-            del self._nodes[node]
-            self.announce()
-
-    def announce(self) -> None:
-        """Tell others which nodes and endpoints there are."""
-        self._graph.forget_join()
-        self.link.announce(node.describe() for node in self._nodes)
-
-    @contextmanager
-    def undisturbed(self) -> Iterator[None]:
-        """Put off a shutdown that a signal handler asks for while DDS is in the middle of something."""
-        self._undisturbed += 1
-        try:
-            yield
-        finally:
-            self._undisturbed -= 1
-            if self._ending and not (self._spinning or self._undisturbed):
-                self._leave()
-
-    @contextmanager
-    def topic(self, name: str, kind: type[Message]) -> Iterator[int]:
-        """Make a topic of DDS for the endpoints that are made within."""
-        mangled = dds_type_name(type_name(kind))
-        with self.undisturbed(), wheel.topic_of(self.link.participant, name, mangled) as topic:
-            yield topic
-
-    def new_endpoint_id(self) -> str:
-        """Return a text that both ends of a service's client or server carry, and no others."""
-        first, *others = self.link.guid[:12] + next(self._ids).to_bytes(4, "big")
-        return ".".join([f"{first:2x}", *(f"{byte:x}" for byte in others)])
-
-    def new_request_number(self) -> int:
-        """Return the running number of a request."""
-        return next(self._requests)
-
-    def call(self, entity: Entity, handler: Callable[..., None], *arguments: Any) -> None:
-        """Call a handler.
-
-        Raises:
-            CallbackError: it raised.
-        """
-        self._calling = True
-        try:
-            handler(*arguments)
-        except CallbackError:
-            raise
-        except Exception as error:
-            raise CallbackError.of(entity.node.fully_qualified_name, entity.label, error) from error
-        finally:
-            self._calling = False
-
-    def report(self, where: str, problem: str, node: DdsNode | None = None) -> None:
-        """Count something that could not be used, and tell a node of it, for each place at most every 10 s.
-
-        Args:
-            where: the topic or service.
-            problem: what is wrong, the end of a sentence.
-            node: whose; the first of the process if None.
-        """
-        self.problems[where] += 1
-        node = node or next(iter(tuple(self._nodes)), None)
-        warn = None if node is None else node.warn
-        now = self.steady_ns()
-        told_ns, told = self._reported.get(where, (now - _REPORT_EVERY_NS, 0))
-        if node is None or warn is None or now - told_ns < _REPORT_EVERY_NS:
-            return
-        self._reported[where] = (now, self.problems[where])
-        untold = self.problems[where] - told - 1
-        more = f" There were {untold} more since the last such message." if untold else ""
-        with suppress(MiddlewareError):  # another thread may have ended the node meanwhile
-            node.post(partial(warn, f"{where}: {problem}{more}"), "warning")
 
     # The port
 
@@ -229,20 +97,16 @@ class CycloneDDS(LiveProcess):
         """Whether its nodes tell others what their types are made of: not where other nodes are of Humble."""
         return self.link.announces_hashes
 
-    def now_ns(self) -> int:
-        """The system clock, in nanoseconds since 1970."""
-        return time.time_ns()
-
-    def steady_ns(self) -> int:
-        """A clock that never jumps, in nanoseconds since some fixed moment."""
-        return time.monotonic_ns()
-
-    def create_node(self, name: str, namespace: str) -> DdsNode:
+    def create_node(self, name: str, namespace: str) -> Node:
         """Enter the graph with a node that has no endpoints yet."""
-        node = DdsNode(self, name, namespace)
+        node = Node(self, self._parts, name, namespace)
         self._nodes[node] = None
         self.announce()
         return node
+
+    def post(self, node: Node, handler: Callable[[], None], label: str) -> None:
+        """Call a handler of a node once, after those that are ready already; any thread may ask for it."""
+        self.queue(DdsPosted(self, node, handler, label))
 
     def spin_once(self, timeout_ns: int | None) -> bool:
         """Wait for a callback of an attached node and run it; one that has ended runs none.
@@ -281,7 +145,7 @@ class CycloneDDS(LiveProcess):
                 break
         return False
 
-    def _next(self, end_ns: int | None) -> Entity | None:
+    def _next(self, end_ns: int | None) -> DdsEntity | None:
         """Return who is first in line, waiting until somebody is, an alarm goes off, or time is over."""
         limits = [limit for limit in (self._line_up_timers(), end_ns) if limit is not None]
         wait_ns = min(min(limits) - self.steady_ns(), _LONG_NS) if limits else _LONG_NS
@@ -289,25 +153,21 @@ class CycloneDDS(LiveProcess):
 
     def _line_up_timers(self) -> int | None:
         """Line up the timers whose alarm has gone off, the earliest first; return when the next one does."""
-        if not self.timers:
+        if not self.alarms:
             return None
         now = self.steady_ns()
-        alarms = sorted(
-            ((timer.alarm_ns, timer) for timer in self.timers if timer.alarm_ns is not None),
-            key=lambda alarm: alarm[0],
-        )
-        for alarm_ns, timer in alarms:
+        for entity, alarm_ns in sorted(self.alarms.items(), key=lambda alarm: alarm[1]):
             if alarm_ns > now:
                 return alarm_ns
-            timer.alarm_ns = None
-            self._queue.put(timer)
+            del self.alarms[entity]
+            self._queue.put(entity)
         return None
 
-    def _run(self, entity: Entity) -> bool:
+    def _run(self, entity: DdsEntity) -> bool:
         if not entity.alive:
             return False
         if not entity.node.attached:
-            entity.node.hold(entity)
+            entity.node.hold(partial(self.queue, entity))
             return False
         return entity.take_turn()
 
@@ -345,35 +205,36 @@ class CycloneDDS(LiveProcess):
         if not self._alive:
             return
         self._alive = False
-        entities = [entity for node in self._nodes for entity in node.entities]
-        self._settle(entities)
-        writers = [writer for entity in entities for writer in entity.reliable_writers()]
-        for entity in entities:
-            entity.alive = False
+        endpoints = list(self.endpoints_here)
+        self._settle(endpoints)
+        writers = [writer for endpoint in endpoints for writer in endpoint.reliable_writers()]
         for node in self._nodes:
+            for entity in node.entities:
+                entity.alive = False
+            node.alive = False
             node.entities = {}
         # not cleared: what a signal handler interrupted may be looking at them
-        self._nodes, self.timers, self._readers = {}, {}, {}
+        self._nodes, self.alarms, self._readers, self.endpoints_here = {}, {}, {}, {}
         self.link.leave(writers)
         atexit.unregister(self._leave)
         self.wake()
 
-    def _settle(self, entities: Sequence[Entity]) -> None:
+    def _settle(self, endpoints: Sequence[DdsEndpoint]) -> None:
         """Wait until clients listen that are still to be answered, though not for long."""
         end_ns = self.steady_ns() + _PARTING_NS
         pause = threading.Event()
-        while (entities := [one for one in entities if not one.settle()]) and self.steady_ns() < end_ns:
+        while (endpoints := [end for end in endpoints if not end.settle()]) and self.steady_ns() < end_ns:
             pause.wait(_STEP_S)
 
     def nodes(self) -> list[tuple[str, str]]:
         """(name, namespace) of every node on the graph, sorted by full name."""
         self._look()
-        return self._graph.nodes(node.describe() for node in self._nodes)
+        return self._graph.nodes(self._describe_nodes())
 
     def endpoints(self, name: str | None = None) -> list[EndpointInfo]:
         """Every endpoint on the graph, or those of one topic or service, in a fixed order."""
         self._look()
-        return self._graph.endpoints((node.describe() for node in self._nodes), name)
+        return self._graph.endpoints(self._describe_nodes(), name)
 
     def _look(self) -> None:
         self.check_alive()

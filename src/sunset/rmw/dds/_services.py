@@ -8,18 +8,17 @@ response until the client's reader is connected to it.
 import threading
 from collections.abc import Callable
 from struct import Struct
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import Final, NamedTuple
 
 from sunset.errors import InterfaceError, MiddlewareError
 from sunset.interfaces import Message, Service, serialize
+from sunset.rmw.core.node import Node
 from sunset.rmw.core.port import CallbackError, ClientHandle, QoSProfile, RequestId, ServiceHandle
 from sunset.rmw.dds import _library as dds
 from sunset.rmw.dds import _wheel as wheel
 from sunset.rmw.dds._entity import DdsTimer, MessageT, ReadingEntity
+from sunset.rmw.dds._host import DdsHost
 from sunset.rmw.dds._names import parse_user_data, topic_names_of_service
-
-if TYPE_CHECKING:
-    from sunset.rmw.dds._node import DdsNode
 
 __all__ = ["DdsClient", "DdsService", "split_sample"]
 
@@ -126,15 +125,16 @@ class DdsClient(_ServiceEnd, ClientHandle):
 
     def __init__(
         self,
-        node: "DdsNode",
+        process: DdsHost,
+        node: Node,
         service_type: type[Service],
         name: str,
         qos: QoSProfile,
-        handler: Callable[[int, Message], None],
         *,
+        handler: Callable[[int, Message], None],
         label: str,
     ) -> None:
-        super().__init__(node, label)
+        super().__init__(process, node, label)
         self._kind = service_type.Response
         self._handler = handler
         self.connect(service_type, name, qos, "clientid", answers=False)
@@ -198,15 +198,16 @@ class DdsService(_ServiceEnd, ServiceHandle):
 
     def __init__(
         self,
-        node: "DdsNode",
+        process: DdsHost,
+        node: Node,
         service_type: type[Service],
         name: str,
         qos: QoSProfile,
-        handler: Callable[[RequestId, Message], None],
         *,
+        handler: Callable[[RequestId, Message], None],
         label: str,
     ) -> None:
-        super().__init__(node, label)
+        super().__init__(process, node, label)
         self._kind = service_type.Request
         self._handler = handler
         self._asked: dict[RequestId, int] = {}
@@ -250,7 +251,9 @@ class DdsService(_ServiceEnd, ServiceHandle):
         else:
             self._late.append(_LateResponse(writer, sample, self.process.steady_ns() + _LATE_NS))
             if self._late_timer is None:
-                self._late_timer = DdsTimer(self.node, _LATE_STEP_NS, self._send_late, f"{self.label}, late")
+                self._late_timer = DdsTimer(
+                    self.process, self.node, _LATE_STEP_NS, self._send_late, f"{self.label}, late"
+                )
 
     def _is_heard_by(self, writer: int) -> bool:
         """Return whether a client's reader of responses is connected, having waited for that the first time."""

@@ -1,9 +1,9 @@
 """Publishers and subscriptions on DDS."""
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 from sunset.interfaces import Message, serialize, type_name
+from sunset.rmw.core.node import Node
 from sunset.rmw.core.port import (
     DurabilityPolicy,
     PublisherHandle,
@@ -13,29 +13,29 @@ from sunset.rmw.core.port import (
 )
 from sunset.rmw.dds import _library as dds
 from sunset.rmw.dds import _wheel as wheel
-from sunset.rmw.dds._entity import Entity, ReadingEntity
+from sunset.rmw.dds._entity import ReadingEntity
+from sunset.rmw.dds._host import DdsEndpoint, DdsHost
 from sunset.rmw.dds._names import topic_name
-
-if TYPE_CHECKING:
-    from sunset.rmw.dds._node import DdsNode
 
 __all__ = ["DdsPublisher", "DdsSubscription"]
 
 
-class DdsPublisher(Entity, PublisherHandle):
+class DdsPublisher(DdsEndpoint, PublisherHandle):
     """A writer; never blocks, except one that keeps all samples while a reader does not confirm any."""
 
     __slots__ = ("_reliable", "_topic", "_transient_local", "_writer")
 
-    def __init__(self, node: "DdsNode", message_type: type[Message], topic: str, qos: QoSProfile) -> None:
-        super().__init__(node, f"publisher of {topic}")
+    def __init__(
+        self, process: DdsHost, node: Node, message_type: type[Message], topic: str, qos: QoSProfile
+    ) -> None:
+        super().__init__(process, node, f"publisher of {topic}")
         self._topic = topic
         self._reliable = qos.reliability is ReliabilityPolicy.RELIABLE
         self._transient_local = qos.durability is DurabilityPolicy.TRANSIENT_LOCAL
         link = self.process.link
         with self.process.topic(topic_name(topic), message_type) as dds_topic:
             self._writer = dds.create_writer(link.publisher, dds_topic, qos, link.type_data(message_type))
-        self.writers = (dds.guid_of(self._writer),)
+        self.readers, self.writers = (), (dds.guid_of(self._writer),)
         self.join()
 
     def publish(self, message: Message) -> None:
@@ -80,22 +80,23 @@ class DdsSubscription(ReadingEntity, SubscriptionHandle):
 
     def __init__(
         self,
-        node: "DdsNode",
+        process: DdsHost,
+        node: Node,
         message_type: type[Message],
         topic: str,
         qos: QoSProfile,
-        handler: Callable[[Message], None],
         *,
+        handler: Callable[[Message], None],
         label: str,
     ) -> None:
-        super().__init__(node, label)
+        super().__init__(process, node, label)
         self._topic = topic
         self._kind = message_type
         self._handler = handler
         link = self.process.link
         with self.process.topic(topic_name(topic), message_type) as dds_topic:
             reader = dds.create_reader(link.subscriber, dds_topic, qos, link.type_data(message_type))
-        self.readers = (dds.guid_of(reader),)
+        self.readers, self.writers = (dds.guid_of(reader),), ()
         self.listen_to(reader)
 
     def handle(self, payload: bytes, writer: int) -> bool:

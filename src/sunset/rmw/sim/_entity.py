@@ -1,39 +1,45 @@
-"""What the nodes of the simulated world consist of."""
+"""What the nodes of the simulated world consist of, and what that needs of its process."""
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
+from collections import deque
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import Any, ClassVar, Generic, TypeVar
 
-from sunset.errors import MiddlewareError
+from sunset.interfaces import Message, Service, type_name
+from sunset.rmw.core.node import Entity, Host, Node
+from sunset.rmw.core.port import EndpointKind, QoSProfile
 from sunset.rmw.sim._compute import OTHER_CALLBACK_NS
+from sunset.rmw.sim._network import Network
 
-if TYPE_CHECKING:
-    from sunset.rmw.sim._process import SimNode
+__all__ = ["SimEndpoint", "SimEntity", "SimHost", "SimReceiver"]
 
-__all__ = ["Entity"]
+ItemT = TypeVar("ItemT")
 
 
-class Entity(ABC):
-    """A part of a node; most have callbacks.
+class SimHost(Host):
+    """A simulated process, as its parts need it.
 
     Attributes:
-        node: its node.
-        process: its node's process.
-        label: names its callback in errors.
-        alive: False once destroyed.
-        draw_cost: draws the duration of a callback in ns; None for the usual one.
+        name: names it in errors.
+        network: the world.
     """
 
-    __slots__ = ("alive", "draw_cost", "label", "node", "process")
+    name: str
+    network: Network
 
-    def __init__(self, node: "SimNode", label: str, draw_cost: Callable[[], int] | None = None) -> None:
-        node.check_alive()
-        self.node = node
-        self.process = node.process
-        self.label = label
-        self.alive = True
-        self.draw_cost = draw_cost
-        node.entities[self] = None
+    @abstractmethod
+    def notify(self, entity: "SimEntity") -> None:
+        """Note that an entity has one more thing to do."""
+
+    @abstractmethod
+    def send(self, leave: Callable[[Any], None], payload: object) -> None:
+        """Let something leave when the running callback ends, or now if none runs."""
+
+
+class SimEntity(Entity[SimHost]):
+    """A part of a node; most have callbacks."""
+
+    __slots__ = ()
 
     @abstractmethod
     def ready(self) -> bool:
@@ -43,27 +49,90 @@ class Entity(ABC):
     def run(self) -> None:
         """Do one piece of it: call the handler once."""
 
-    @abstractmethod
-    def destroy(self) -> None:
-        """Leave the world for good."""
-
     def cost_ns(self) -> int:
         """How long the next callback takes."""
-        return OTHER_CALLBACK_NS if self.draw_cost is None else self.draw_cost()
+        return OTHER_CALLBACK_NS
 
-    def retire(self) -> bool:
-        """Mark as destroyed, and return whether that is news."""
-        was_alive, self.alive = self.alive, False
-        self.node.entities.pop(self, None)
-        return was_alive
 
-    def check_alive(self, action: str) -> None:
-        """Refuse to do something with what is destroyed.
+class SimEndpoint(SimEntity):
+    """A part that others on the graph see.
 
-        Raises:
-            MiddlewareError: it is destroyed, or its process has ended.
-        """
+    Attributes:
+        kind: what it does.
+        name: of its topic or service.
+        type_name: of that.
+        qos: what it offers or asks for.
+        gid: a number that no other endpoint has or had.
+    """
+
+    __slots__ = ("gid", "name", "qos", "type_name")
+
+    kind: ClassVar[EndpointKind]
+
+    def __init__(
+        self,
+        process: SimHost,
+        node: Node,
+        ros_type: type[Message | Service],
+        name: str,
+        qos: QoSProfile,
+        *,
+        label: str,
+    ) -> None:
+        super().__init__(process, node, label)
+        self.name = name
+        self.type_name = type_name(ros_type)
+        self.qos = qos
+        self.gid = process.network.new_gid()
+
+    def join(self) -> None:
+        """Enter the graph."""
+        super().join()
+        self.process.network.add(self)
+
+    def retire(self) -> None:
+        """Leave the graph."""
+        super().retire()
+        self.process.network.remove(self)
+
+
+class SimReceiver(SimEndpoint, Generic[ItemT]):
+    """An endpoint that holds what has come until it is handled: at most as much as `limit`, without the oldest."""
+
+    __slots__ = ("_items", "_limit")
+
+    def __init__(
+        self,
+        process: SimHost,
+        node: Node,
+        ros_type: type[Message | Service],
+        name: str,
+        qos: QoSProfile,
+        *,
+        label: str,
+        limit: int | None,
+    ) -> None:
+        super().__init__(process, node, ros_type, name, qos, label=label)
+        self._items: deque[ItemT] = deque()
+        self._limit = limit
+
+    def deliver(self, item: ItemT) -> None:
+        """Take in what arrives; each item that is held had a notification of its own."""
         if not self.alive:
-            raise MiddlewareError(
-                f"Node {self.node.fully_qualified_name} cannot {action}: it was destroyed, or its process has ended."
-            )
+            return
+        items = self._items
+        if len(items) == self._limit:
+            items.popleft()
+            items.append(item)
+        else:
+            items.append(item)
+            self.process.notify(self)
+
+    def ready(self) -> bool:
+        """Whether something has come."""
+        return bool(self._items)
+
+    def retire(self) -> None:
+        """Leave the graph; what is not yet handled is dropped."""
+        super().retire()
+        self._items.clear()

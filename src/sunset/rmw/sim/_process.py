@@ -2,149 +2,23 @@
 
 from collections import deque
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 from sunset.errors import MiddlewareError
-from sunset.interfaces import Message, Service
-from sunset.rmw.core.port import (
-    CallbackError,
-    EndpointInfo,
-    Middleware,
-    NodeHandle,
-    QoSProfile,
-    RequestId,
-)
-from sunset.rmw.sim._entity import Entity
+from sunset.rmw.core.node import Node, Parts, run_callback
+from sunset.rmw.core.port import EndpointInfo, NodeHandle
+from sunset.rmw.sim._entity import SimEntity, SimHost
 from sunset.rmw.sim._network import Network
 from sunset.rmw.sim._scheduler import Priority
 from sunset.rmw.sim._services import SimClient, SimService
 from sunset.rmw.sim._timer import SimPosted, SimTimer
 from sunset.rmw.sim._topics import SimPublisher, SimSubscription
 
-__all__ = ["SimNode", "SimProcess"]
+__all__ = ["SimProcess"]
 
 
-class SimNode(NodeHandle):
-    """A node of a simulated process.
-
-    Attributes:
-        process: the process.
-        network: the world.
-        entities: its parts, as the keys, by age.
-        attached: whether its callbacks run while the process spins.
-    """
-
-    __slots__ = ("_waiting", "attached", "entities", "fqn", "name", "namespace", "network", "process")
-
-    def __init__(self, process: "SimProcess", name: str, namespace: str) -> None:
-        process.check_alive()
-        self.name = name
-        self.namespace = namespace
-        self.fqn = f"{namespace.rstrip('/')}/{name}"
-        self.process = process
-        self.network = process.network
-        self.entities: dict[Entity, None] = {}
-        self.attached = False
-        self._waiting: list[Entity] = []
-        self.network.nodes[self] = None
-        process.nodes_here[self] = None
-        for tap in self.network.taps:
-            tap.on_node(process.name, self.fqn)
-
-    @property
-    def fully_qualified_name(self) -> str:
-        """Namespace and name, such as `/managed_subsystem/camera`."""
-        return self.fqn
-
-    def check_alive(self) -> None:
-        """Refuse to extend a node that is destroyed.
-
-        Raises:
-            MiddlewareError: it is, or its process has ended.
-        """
-        self.process.check_alive()
-        if self not in self.network.nodes:
-            raise MiddlewareError(f"Node {self.fqn} is destroyed and can have no new endpoints.")
-
-    def create_publisher(self, message_type: type[Message], topic: str, qos: QoSProfile) -> SimPublisher:
-        """Make a writer on `topic`."""
-        return SimPublisher(self, message_type, topic, qos)
-
-    def create_subscription(
-        self,
-        message_type: type[Message],
-        topic: str,
-        qos: QoSProfile,
-        handler: Callable[[Message], None],
-        *,
-        label: str,
-    ) -> SimSubscription:
-        """Make a reader of `topic`."""
-        return SimSubscription(self, message_type, topic, qos, handler, label=label)
-
-    def create_client(
-        self,
-        service_type: type[Service],
-        name: str,
-        qos: QoSProfile,
-        handler: Callable[[int, Message], None],
-        *,
-        label: str,
-    ) -> SimClient:
-        """Make the asking end of service `name`."""
-        return SimClient(self, service_type, name, qos, handler, label=label)
-
-    def create_service(
-        self,
-        service_type: type[Service],
-        name: str,
-        qos: QoSProfile,
-        handler: Callable[[RequestId, Message], None],
-        *,
-        label: str,
-    ) -> SimService:
-        """Make the answering end of service `name`."""
-        return SimService(self, service_type, name, qos, handler, label=label)
-
-    def create_timer(self, period_ns: int, handler: Callable[[], None], label: str) -> SimTimer:
-        """Make a running timer."""
-        return SimTimer(self, period_ns, handler, label)
-
-    def post(self, handler: Callable[[], None], label: str) -> None:
-        """Call the handler once, as a callback of this node, after those that are ready already."""
-        posted = SimPosted(self, handler, label)
-        scheduler = self.network.scheduler
-        scheduler.add(scheduler.now, Priority.TIMER, self.process.notify, posted)
-
-    def on_problem(self, handler: Callable[[str], None]) -> None:
-        """Do nothing: a simulated network brings nothing that cannot be used."""
-
-    def attach(self) -> None:
-        """Let the callbacks of this node run while its process spins."""
-        self.attached = True
-        waiting, self._waiting = self._waiting, []
-        scheduler = self.network.scheduler
-        for entity in waiting:
-            scheduler.add(scheduler.now, Priority.DELIVERY, self.process.notify, entity)
-
-    def detach(self) -> None:
-        """Hold the callbacks of this node back."""
-        self.attached = False
-
-    def hold(self, entity: Entity) -> None:
-        """Remember a notification until the node is attached."""
-        self._waiting.append(entity)
-
-    def destroy(self) -> None:
-        """Leave the graph with all endpoints."""
-        for entity in list(self.entities):
-            entity.destroy()
-        self._waiting.clear()
-        self.network.nodes.pop(self, None)
-        self.process.nodes_here.pop(self, None)
-
-
-class SimProcess(Middleware):
+class SimProcess(SimHost):
     """One process of the simulated world; made by `Simulation.create_process`.
 
     Attributes:
@@ -161,6 +35,7 @@ class SimProcess(Middleware):
         "_ending",
         "_on_exit",
         "_outbox",
+        "_parts",
         "_ready",
         "_running",
         "name",
@@ -173,16 +48,23 @@ class SimProcess(Middleware):
     ) -> None:
         self.name = name
         self.network = network
-        self.nodes_here: dict[SimNode, None] = {}
+        self.nodes_here: dict[Node, None] = {}
         self._around = around
         self._alive = True
         self._busy = False
         self._running = False
         self._ending = False
         self._calls = 0
-        self._ready: deque[Entity] = deque()
+        self._ready: deque[SimEntity] = deque()
         self._outbox: list[tuple[Callable[[Any], None], Any]] = []
         self._on_exit: list[Callable[[SimProcess], object]] = []
+        self._parts = Parts(
+            publisher=partial(SimPublisher, self),
+            subscription=partial(SimSubscription, self),
+            client=partial(SimClient, self),
+            service=partial(SimService, self),
+            timer=partial(SimTimer, self),
+        )
 
     def __repr__(self) -> str:
         return f"<SimProcess {self.name} {'alive' if self._alive else 'ended'}>"
@@ -209,7 +91,7 @@ class SimProcess(Middleware):
 
     # What happens to it
 
-    def notify(self, entity: Entity) -> None:
+    def notify(self, entity: SimEntity) -> None:
         """Note that an entity has one more thing to do."""
         if self._alive:
             self._ready.append(entity)
@@ -229,9 +111,13 @@ class SimProcess(Middleware):
             if entity.node.attached:
                 self._run(entity)
                 return
-            entity.node.hold(entity)
+            entity.node.hold(partial(self._go_on, entity))
 
-    def _run(self, entity: Entity) -> None:
+    def _go_on(self, entity: SimEntity) -> None:
+        scheduler = self.network.scheduler
+        scheduler.add(scheduler.now, Priority.DELIVERY, self.notify, entity)
+
+    def _run(self, entity: SimEntity) -> None:
         network = self.network
         scheduler = network.scheduler
         self._busy = True
@@ -240,13 +126,9 @@ class SimProcess(Middleware):
         network.executing = self
         try:
             if self._around is None:
-                entity.run()
+                run_callback(entity, entity.run)
             else:
-                self._around(entity.run)
-        except CallbackError:
-            raise
-        except Exception as error:
-            raise CallbackError.of(entity.node.fqn, entity.label, error) from error
+                run_callback(entity, self._around, entity.run)
         finally:
             network.executing = None
 
@@ -269,6 +151,17 @@ class SimProcess(Middleware):
             self._outbox.append((leave, payload))
         else:
             leave(payload)
+
+    def post(self, node: Node, handler: Callable[[], None], label: str) -> None:
+        """Call a handler of a node once, after those that are ready already."""
+        scheduler = self.network.scheduler
+        posted = SimPosted(self, node, handler, label)
+        scheduler.add(scheduler.now, Priority.TIMER, self.notify, posted)
+
+    def remove(self, node: Node) -> None:
+        """Take a node off the graph."""
+        self.network.nodes.pop(node, None)
+        self.nodes_here.pop(node, None)
 
     def end(self) -> None:
         """End at once: endpoints vanish, whatever was on its way to or in this process is dropped."""
@@ -298,9 +191,14 @@ class SimProcess(Middleware):
         """Virtual time."""
         return self.network.scheduler.now
 
-    def create_node(self, name: str, namespace: str) -> SimNode:
+    def create_node(self, name: str, namespace: str) -> Node:
         """Enter the graph with a node that has no endpoints yet."""
-        return SimNode(self, name, namespace)
+        node = Node(self, self._parts, name, namespace)
+        self.network.nodes[node] = None
+        self.nodes_here[node] = None
+        for tap in self.network.taps:
+            tap.on_node(self.name, node.fqn)
+        return node
 
     def spin_once(self, timeout_ns: int | None) -> bool:
         """Let the whole world go on until a callback of this process has run.
@@ -366,8 +264,12 @@ class SimProcess(Middleware):
 
     def nodes(self) -> list[tuple[str, str]]:
         """(name, namespace) of every node on the graph, sorted by full name, then by age."""
-        return [(node.name, node.namespace) for node in sorted(self.network.nodes, key=lambda node: node.fqn)]
+        return [(node.name, node.namespace) for node in sorted(self.network.nodes, key=_full_name)]
 
     def endpoints(self, name: str | None = None) -> list[EndpointInfo]:
         """Every endpoint on the graph, or those of one topic or service, in a fixed order."""
         return self.network.endpoints(name)
+
+
+def _full_name(node: NodeHandle) -> str:
+    return node.fully_qualified_name

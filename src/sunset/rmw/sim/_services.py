@@ -1,49 +1,44 @@
 """Simulated clients and servers of services."""
 
-from collections import deque
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import ClassVar
 
 from sunset.errors import MiddlewareError
-from sunset.interfaces import Message, Service, serialize, type_name
+from sunset.interfaces import Message, Service, serialize
+from sunset.rmw.core.node import Node
 from sunset.rmw.core.port import ClientHandle, EndpointKind, QoSProfile, RequestId, ServiceHandle
-from sunset.rmw.sim._entity import Entity
+from sunset.rmw.sim._entity import SimHost, SimReceiver
 from sunset.rmw.sim._scheduler import Priority
-
-if TYPE_CHECKING:
-    from sunset.rmw.sim._process import SimNode
 
 __all__ = ["SimClient", "SimService"]
 
 
-class SimClient(Entity, ClientHandle):
+class SimClient(SimReceiver[tuple[int, Message]], ClientHandle):
     """Asks every server of its name and type."""
 
-    __slots__ = ("_handler", "_responses", "_sequence", "gid", "name", "qos", "type_name")
+    __slots__ = ("_handler", "_sequence")
+
+    kind: ClassVar = EndpointKind.CLIENT
 
     def __init__(
         self,
-        node: "SimNode",
+        process: SimHost,
+        node: Node,
         service_type: type[Service],
         name: str,
         qos: QoSProfile,
-        handler: Callable[[int, Message], None],
         *,
+        handler: Callable[[int, Message], None],
         label: str,
     ) -> None:
-        super().__init__(node, label)
-        self.name = name
-        self.type_name = type_name(service_type)
-        self.qos = qos
-        self.gid = node.network.new_gid()
+        super().__init__(process, node, service_type, name, qos, label=label, limit=None)
         self._handler = handler
         self._sequence = 0
-        self._responses: deque[tuple[int, Message]] = deque()
-        node.network.clients.add(self)
+        self.join()
 
     def servers(self) -> "list[SimService]":
         """The servers that would get a request now."""
-        services = self.node.network.services.named(self.name)
+        services = self.process.network.named(self.name, SimService)
         return [service for service in services if service.type_name == self.type_name]
 
     def send_request(self, request: Message) -> int:
@@ -60,90 +55,55 @@ class SimClient(Entity, ClientHandle):
 
     def _leave(self, numbered: tuple[int, Message]) -> None:
         sequence, request = numbered
-        network = self.node.network
+        network = self.process.network
         arrival = network.scheduler.now + network.latency_ns
         asked = (RequestId(self.gid, sequence), self, request)
         for server in self.servers():
             network.scheduler.add(arrival, Priority.DELIVERY, server.deliver, asked)
 
-    def deliver(self, numbered: tuple[int, Message]) -> None:
-        """Take in a response that arrives."""
-        if self.alive:
-            self._responses.append(numbered)
-            self.process.notify(self)
-
     def server_ready(self) -> bool:
         """Whether a server of this name and type is there."""
         return bool(self.servers())
 
-    def ready(self) -> bool:
-        """Whether there is a response."""
-        return bool(self._responses)
-
     def run(self) -> None:
         """Handle the oldest response, in a copy of the client's own."""
-        sequence, response = self._responses.popleft()
+        sequence, response = self._items.popleft()
         self._handler(sequence, response.copy())
 
-    def destroy(self) -> None:
-        """Leave the graph; responses on their way are dropped."""
-        if self.retire():
-            self._responses.clear()
-            self.node.network.clients.remove(self)
 
-
-class SimService(Entity, ServiceHandle):
+class SimService(SimReceiver[tuple[RequestId, SimClient, Message]], ServiceHandle):
     """Holds at most `depth` requests that were not handled yet, and drops the oldest."""
 
-    __slots__ = ("_asking", "_handler", "_limit", "_requests", "gid", "name", "qos", "type_name")
+    __slots__ = ("_asking", "_handler")
+
+    kind: ClassVar = EndpointKind.SERVICE
 
     def __init__(
         self,
-        node: "SimNode",
+        process: SimHost,
+        node: Node,
         service_type: type[Service],
         name: str,
         qos: QoSProfile,
-        handler: Callable[[RequestId, Message], None],
         *,
+        handler: Callable[[RequestId, Message], None],
         label: str,
     ) -> None:
-        super().__init__(node, label)
-        self.name = name
-        self.type_name = type_name(service_type)
-        self.qos = qos
-        self.gid = node.network.new_gid()
+        super().__init__(process, node, service_type, name, qos, label=label, limit=qos.limit)
         self._handler = handler
-        self._limit = qos.limit
-        self._requests: deque[tuple[RequestId, SimClient, Message]] = deque()
         self._asking: dict[RequestId, SimClient] = {}
-        node.network.services.add(self)
-        for tap in node.network.taps:
-            tap.on_endpoint(node.fqn, EndpointKind.SERVICE, name)
-
-    def deliver(self, asked: tuple[RequestId, SimClient, Message]) -> None:
-        """Take in a request that arrives."""
-        if not self.alive:
-            return
-        requests = self._requests
-        if len(requests) == self._limit:
-            requests.popleft()
-            requests.append(asked)
-        else:
-            requests.append(asked)
-            self.process.notify(self)
-
-    def ready(self) -> bool:
-        """Whether there is a request."""
-        return bool(self._requests)
+        self.join()
+        for tap in process.network.taps:
+            tap.on_endpoint(node.fqn, self.kind, name)
 
     def run(self) -> None:
         """Handle the oldest request, in a copy of the server's own."""
-        request_id, client, request = self._requests.popleft()
-        network = self.node.network
-        server = self.node.fully_qualified_name
-        asking = client.node.fully_qualified_name
+        request_id, client, request = self._items.popleft()
+        network = self.process.network
         for tap in network.taps:
-            tap.on_request(network.scheduler.now, self.name, asking, server, request, request_id)
+            tap.on_request(
+                network.scheduler.now, self.name, client.node.fqn, self.node.fqn, request, request_id
+            )
         self._asking[request_id] = client
         self._handler(request_id, request.copy())
 
@@ -163,15 +123,9 @@ class SimService(Entity, ServiceHandle):
 
     def _leave(self, answered: tuple[RequestId, SimClient, Message]) -> None:
         request_id, client, response = answered
-        network = self.node.network
+        network = self.process.network
         now = network.scheduler.now
         for tap in network.taps:
-            tap.on_response(now, self.name, self.node.fully_qualified_name, response, request_id)
+            tap.on_response(now, self.name, self.node.fqn, response, request_id)
         arrival = now + network.latency_ns
         network.scheduler.add(arrival, Priority.DELIVERY, client.deliver, (request_id.sequence, response))
-
-    def destroy(self) -> None:
-        """Leave the graph; requests not yet handled are dropped."""
-        if self.retire():
-            self._requests.clear()
-            self.node.network.services.remove(self)

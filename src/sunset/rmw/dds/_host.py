@@ -1,0 +1,235 @@
+"""A process on DDS, as its nodes' parts need it, and what all those parts are."""
+
+import time
+from abc import abstractmethod
+from collections import Counter
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from functools import partial
+from itertools import count
+from typing import Any, Final
+
+from sunset.errors import MiddlewareError
+from sunset.interfaces import Message, type_name
+from sunset.rmw.core.live import LiveProcess
+from sunset.rmw.core.node import Entity, Host, Node, run_callback
+from sunset.rmw.dds import _wheel as wheel
+from sunset.rmw.dds._config import Configuration
+from sunset.rmw.dds._graph import Graph, NodeEntities
+from sunset.rmw.dds._link import FIRST_NUMBER, Link
+from sunset.rmw.dds._names import dds_type_name
+from sunset.rmw.dds._queue import WaitingLine
+
+__all__ = ["DdsEndpoint", "DdsEntity", "DdsHost"]
+
+_REPORT_EVERY_NS: Final = 10 * 10**9
+
+
+class DdsEntity(Entity["DdsHost"]):
+    """A part of a node."""
+
+    __slots__ = ()
+
+    @abstractmethod
+    def take_turn(self) -> bool:
+        """Do one piece of what there is to do; return whether a callback ran."""
+
+
+class DdsEndpoint(DdsEntity):
+    """A part that others on the graph see.
+
+    Attributes:
+        readers: GUIDs of its DDS readers.
+        writers: GUIDs of its DDS writers.
+    """
+
+    __slots__ = ("readers", "writers")
+
+    readers: tuple[bytes, ...]
+    writers: tuple[bytes, ...]
+
+    def join(self) -> None:
+        """Become part of the node, now that everything is made."""
+        super().join()
+        self.process.endpoints_here[self] = None
+        self.process.announce()
+
+    def retire(self) -> None:
+        """Leave the graph, as one of several that do."""
+        super().retire()
+        self.process.endpoints_here.pop(self, None)
+
+    def destroy(self) -> None:
+        """Leave the graph."""
+        if self.alive:
+            self.retire()
+            self.process.announce()
+
+    def reliable_writers(self) -> tuple[int, ...]:
+        """Return the DDS writers whose samples are to arrive before the process leaves."""
+        return ()
+
+    def settle(self) -> bool:
+        """Send what waits for its receiver, if that is there by now; return whether nothing waits any more."""
+        return True
+
+
+class DdsHost(Host, LiveProcess):
+    """What the parts of its nodes need of a process on DDS.
+
+    Attributes:
+        link: its participant.
+        problems: what came and could not be used: topic, service or node → how often.
+        alarms: when which part is to have a turn, by the clock that never jumps.
+        endpoints_here: the endpoints of its nodes, as the keys, by age.
+    """
+
+    def __init__(self, configuration: Configuration) -> None:
+        self.domain_id = configuration.domain_id
+        self.problems: Counter[str] = Counter()
+        self.alarms: dict[DdsEntity, int] = {}
+        self.endpoints_here: dict[DdsEndpoint, None] = {}
+        self._nodes: dict[Node, None] = {}
+        self._numbers = count(FIRST_NUMBER)
+        self._readers: dict[int, DdsEntity] = {}
+        self._queue: WaitingLine[DdsEntity | None] = WaitingLine()
+        self._ids = count(1)
+        self._requests = count(1)
+        self._reported: dict[str, tuple[int, int]] = {}
+        self._failure: Exception | None = None
+        self._alive = True
+        self._ending = False
+        self._spinning = False
+        self._calling = False
+        self._undisturbed = 0
+        self._graph = Graph()
+        self.link = Link(configuration, self._on_data, self.report, self._on_failure, self._graph)
+
+    # What the thread that waits for samples calls
+
+    def _on_data(self, number: int) -> None:
+        entity = self._readers.get(number)
+        if entity is not None:
+            self._queue.put(entity)
+
+    def _on_failure(self, error: Exception) -> None:
+        self._failure = error
+        self._queue.put(None)
+
+    # What its nodes and their parts need of it
+
+    def check_alive(self) -> None:
+        """Refuse to do something in a process that has left the network.
+
+        Raises:
+            MiddlewareError: it has.
+        """
+        if not self._alive:
+            raise MiddlewareError("The process has left the network.")
+
+    def queue(self, entity: DdsEntity) -> None:
+        """Let an entity have its turn, after those that are ready already."""
+        self._queue.put(entity)
+
+    def number(self, entity: DdsEntity) -> int:
+        """Return a number for the data of an entity."""
+        number = next(self._numbers)
+        self._readers[number] = entity
+        return number
+
+    def forget_number(self, number: int) -> None:
+        """Do not expect data of that number any more."""
+        self._readers.pop(number, None)
+
+    def remove(self, node: Node) -> None:
+        """Take a node off the graph."""
+        if node in self._nodes:
+            del self._nodes[node]
+            self.announce()
+
+    def announce(self) -> None:
+        """Tell others which nodes and endpoints there are."""
+        self._graph.forget_join()
+        self.link.announce(self._describe_nodes())
+
+    def _describe_nodes(self) -> Iterator[NodeEntities]:
+        for node in self._nodes:
+            ends = [end for end in self.endpoints_here if end.node is node]
+            yield NodeEntities(
+                node.namespace,
+                node.name,
+                tuple(guid for end in ends for guid in end.readers),
+                tuple(guid for end in ends for guid in end.writers),
+            )
+
+    @contextmanager
+    def undisturbed(self) -> Iterator[None]:
+        """Put off a shutdown that a signal handler asks for while DDS is in the middle of something."""
+        self._undisturbed += 1
+        try:
+            yield
+        finally:
+            self._undisturbed -= 1
+            if self._ending and not (self._spinning or self._undisturbed):
+                self._leave()
+
+    @contextmanager
+    def topic(self, name: str, kind: type[Message]) -> Iterator[int]:
+        """Make a topic of DDS for the endpoints that are made within."""
+        mangled = dds_type_name(type_name(kind))
+        with self.undisturbed(), wheel.topic_of(self.link.participant, name, mangled) as topic:
+            yield topic
+
+    def new_endpoint_id(self) -> str:
+        """Return a text that both ends of a service's client or server carry, and no others."""
+        first, *others = self.link.guid[:12] + next(self._ids).to_bytes(4, "big")
+        return ".".join([f"{first:2x}", *(f"{byte:x}" for byte in others)])
+
+    def new_request_number(self) -> int:
+        """Return the running number of a request."""
+        return next(self._requests)
+
+    def call(self, entity: DdsEntity, handler: Callable[..., None], *arguments: Any) -> None:
+        """Call a handler.
+
+        Raises:
+            CallbackError: it raised.
+        """
+        self._calling = True
+        try:
+            run_callback(entity, handler, *arguments)
+        finally:
+            self._calling = False
+
+    def report(self, where: str, problem: str, node: Node | None = None) -> None:
+        """Count something that could not be used, and tell a node of it, for each place at most every 10 s.
+
+        Args:
+            where: the topic or service.
+            problem: what is wrong, the end of a sentence.
+            node: whose; the first of the process if None.
+        """
+        self.problems[where] += 1
+        node = node or next(iter(tuple(self._nodes)), None)
+        warn = None if node is None else node.warn
+        now = self.steady_ns()
+        told_ns, told = self._reported.get(where, (now - _REPORT_EVERY_NS, 0))
+        if node is None or warn is None or now - told_ns < _REPORT_EVERY_NS:
+            return
+        self._reported[where] = (now, self.problems[where])
+        untold = self.problems[where] - told - 1
+        more = f" There were {untold} more since the last such message." if untold else ""
+        with suppress(MiddlewareError):  # another thread may have ended the node meanwhile
+            node.post(partial(warn, f"{where}: {problem}{more}"), "warning")
+
+    def now_ns(self) -> int:
+        """The system clock, in nanoseconds since 1970."""
+        return time.time_ns()
+
+    def steady_ns(self) -> int:
+        """A clock that never jumps, in nanoseconds since some fixed moment."""
+        return time.monotonic_ns()
+
+    @abstractmethod
+    def _leave(self) -> None:
+        """Leave the network at once."""

@@ -4,19 +4,34 @@ import math
 import re
 import sys
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, Final, Generic, Self, TypeVar, overload
+from typing import Any, Final, Generic, Protocol, Self, TypeVar, overload
 
 from sunset.interfaces.rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 from sunset.ros.exceptions import NameValidationException
 
-if TYPE_CHECKING:
-    from sunset.nodes.base import AdaptiveNode
-
-__all__ = ["Action", "FaultParameter", "NodeParameter", "TopicParameter", "action", "bound_parameters"]
+__all__ = [
+    "Action",
+    "FaultParameter",
+    "NodeParameter",
+    "TopicParameter",
+    "action",
+    "bound_parameters",
+]
 
 _TOPIC: Final = re.compile(r"/?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*")
 
 ValueT = TypeVar("ValueT", bound=bool | int | float | str)
+
+
+class _Host(Protocol):
+    """What a parameter needs of its node."""
+
+    parameter_values: dict[str, Any]
+
+    def get_name(self) -> str: ...
+    def resolve_topic_name(self, topic: str) -> str: ...
+    def call_later(self, delay: float, function: Callable[[], None]) -> None: ...
+    def write_parameter(self, name: str, value: bool | float | str) -> None: ...
 
 
 class NodeParameter(Generic[ValueT]):
@@ -57,15 +72,15 @@ class NodeParameter(Generic[ValueT]):
     @overload
     def __get__(self, node: None, owner: type) -> Self: ...
     @overload
-    def __get__(self, node: "AdaptiveNode", owner: type) -> ValueT: ...
-    def __get__(self, node: "AdaptiveNode | None", owner: type) -> Self | ValueT:
+    def __get__(self, node: _Host, owner: type) -> ValueT: ...
+    def __get__(self, node: _Host | None, owner: type) -> Self | ValueT:
         """Return the present value, or on the class the parameter itself."""
         if node is None:
             return self
         value: ValueT = node.parameter_values[self.name]
         return value
 
-    def __set__(self, node: "AdaptiveNode", value: ValueT) -> None:
+    def __set__(self, node: _Host, value: ValueT) -> None:
         """Refuse an assignment, which no one else would hear of."""
         raise AttributeError(f"Set the parameter {self.name} with set_parameters, not by assignment.")
 
@@ -89,14 +104,14 @@ class NodeParameter(Generic[ValueT]):
                 ]
         return descriptor
 
-    def refusal(self, node: "AdaptiveNode", value: object) -> str:
+    def refusal(self, node: _Host, value: object) -> str:
         """Return why the node does not accept a value, one sentence; empty if it does."""
         del node
         if isinstance(value, float) and not math.isfinite(value):
             return f"{self.name} must be a finite number, got {value}."
         return ""
 
-    def after_set(self, node: "AdaptiveNode", value: ValueT) -> None:
+    def after_set(self, node: _Host, value: ValueT) -> None:
         """Do what follows from a new value; it is the node's value already."""
 
 
@@ -131,7 +146,7 @@ class FaultParameter(NodeParameter[ValueT]):
         ends += ["a restart"] if cured_by_restart else []
         self.ends_with = " or ".join([*ends, "a redeploy"])
 
-    def refusal(self, node: "AdaptiveNode", value: object) -> str:
+    def refusal(self, node: _Host, value: object) -> str:
         """Refuse to end a fault that is there."""
         present = node.parameter_values[self.name]
         if present not in (self.default, value):
@@ -142,7 +157,7 @@ class FaultParameter(NodeParameter[ValueT]):
 class TopicParameter(NodeParameter[str]):
     """A parameter that names a topic; relative names are in the managed system's namespace."""
 
-    def refusal(self, node: "AdaptiveNode", value: object) -> str:
+    def refusal(self, node: _Host, value: object) -> str:
         """Refuse what is no topic's name."""
         if not _TOPIC.fullmatch(str(value)):
             return f"{self.name} must be a topic's name such as {self.default}, got {value!r}."
@@ -160,7 +175,7 @@ class Action(NodeParameter[bool]):
         super().__init__(False, (function.__doc__ or "").strip().split("\n", 1)[0])
         self.function = function
 
-    def after_set(self, node: "AdaptiveNode", value: bool) -> None:
+    def after_set(self, node: _Host, value: bool) -> None:
         """Do it, and set the parameter back when the present call is over, so that everyone sees it."""
         if value:
             self.function(node)

@@ -1,6 +1,7 @@
 """The service by which a node tells what the types that it uses are made of, as rclpy's nodes do since Jazzy."""
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Iterator
+from typing import Any, Protocol
 
 from sunset.interfaces import (
     Message,
@@ -20,14 +21,39 @@ from sunset.interfaces.type_description_interfaces.msg import (
     TypeSource,
 )
 from sunset.interfaces.type_description_interfaces.srv import GetTypeDescription
-
-if TYPE_CHECKING:
-    from sunset.ros.node import Node
+from sunset.ros.client import Client
+from sunset.ros.context import Context
+from sunset.ros.parameter import Parameter
+from sunset.ros.publisher import Publisher
+from sunset.ros.service import Service as ServiceEnd
+from sunset.ros.subscription import Subscription
 
 __all__ = ["offer_type_descriptions"]
 
 
-def offer_type_descriptions(node: "Node") -> None:
+class _Node(Protocol):
+    """What the service needs of its node."""
+
+    @property
+    def context(self) -> Context: ...
+    @property
+    def publishers(self) -> Iterator[Publisher[Any]]: ...
+    @property
+    def subscriptions(self) -> Iterator[Subscription[Any]]: ...
+    @property
+    def clients(self) -> Iterator[Client[Any, Any]]: ...
+    @property
+    def services(self) -> Iterator[ServiceEnd]: ...
+    def declare_parameter(self, name: str, value: bool, descriptor: ParameterDescriptor) -> Parameter: ...
+    def create_service(
+        self,
+        srv_type: type[GetTypeDescription],
+        srv_name: str,
+        callback: Callable[[GetTypeDescription.Request, GetTypeDescription.Response], object],
+    ) -> ServiceEnd: ...
+
+
+def offer_type_descriptions(node: _Node) -> None:
     """Let a node serve `~/get_type_description` where other nodes of its network do.
 
     Its parameter `start_type_description_service` may forbid it.
@@ -50,7 +76,7 @@ def offer_type_descriptions(node: "Node") -> None:
         node.create_service(GetTypeDescription, "~/get_type_description", answer)
 
 
-def _used(node: "Node") -> list[type[Message | Service]]:
+def _used(node: _Node) -> list[type[Message | Service]]:
     """Return the types of a node's endpoints."""
     messages = [*(end.msg_type for end in node.publishers), *(end.msg_type for end in node.subscriptions)]
     services = [*(end.srv_type for end in node.clients), *(end.srv_type for end in node.services)]

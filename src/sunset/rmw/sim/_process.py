@@ -109,15 +109,10 @@ class SimProcess(SimHost):
             if not entity.alive or not entity.ready():
                 continue
             if entity.node.attached:
-                self._run(entity)
-                return
+                break
             entity.node.hold(partial(self._go_on, entity))
-
-    def _go_on(self, entity: SimEntity) -> None:
-        scheduler = self.network.scheduler
-        scheduler.add(scheduler.now, Priority.DELIVERY, self.notify, entity)
-
-    def _run(self, entity: SimEntity) -> None:
+        else:
+            return
         network = self.network
         scheduler = network.scheduler
         self._busy = True
@@ -131,6 +126,10 @@ class SimProcess(SimHost):
                 run_callback(entity, self._around, entity.run)
         finally:
             network.executing = None
+
+    def _go_on(self, entity: SimEntity) -> None:
+        scheduler = self.network.scheduler
+        scheduler.add(scheduler.now, Priority.DELIVERY, self.notify, entity)
 
     def _complete(self, _: None) -> None:
         if not self._alive:

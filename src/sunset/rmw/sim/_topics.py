@@ -16,6 +16,7 @@ from sunset.rmw.core.port import (
     SubscriptionHandle,
     incompatibility,
 )
+from sunset.rmw.sim._compute import OTHER_CALLBACK_NS
 from sunset.rmw.sim._entity import SimEndpoint, SimHost, SimReceiver
 from sunset.rmw.sim._scheduler import Priority
 
@@ -60,7 +61,7 @@ class SimSubscription(SimReceiver[Message], SubscriptionHandle):
 
     def cost_ns(self) -> int:
         """How long that takes."""
-        return super().cost_ns() if self._draw_cost is None else self._draw_cost()
+        return OTHER_CALLBACK_NS if self._draw_cost is None else self._draw_cost()
 
     @property
     def matched(self) -> int:

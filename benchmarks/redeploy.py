@@ -26,11 +26,11 @@ from sunset.interfaces.diagnostic_msgs.msg import DiagnosticArray
 from sunset.interfaces.sensor_msgs.msg import Image
 from sunset.interfaces.system_interfaces.msg import SensorFusion
 from sunset.interfaces.system_interfaces.srv import Redeploy
-from sunset.nodes import NODES
 from sunset.rmw.dds import CycloneDDS
 from sunset.rmw.dds.domains import free_domain_id
 from sunset.ros import Context, Node, SingleThreadedExecutor
 from sunset.scenarios import Scenario
+from sunset.system import current_system
 
 OUTPUTS: dict[str, tuple[type[Message], str]] = {
     "camera": (Image, "rgb_camera"),
@@ -89,7 +89,7 @@ class Watch(Node):
 
 def measure(system: LiveSystem, watch: Watch, node: str) -> dict[str, float]:
     """Redeploy a node once; return step → seconds."""
-    delay = NODES[node].lifecycle_activation_delay.default  # type: ignore[attr-defined]
+    delay = current_system().nodes[node].activation_delay_s
     watch.ask(node)
     _await(system, lambda: "output" in watch.times, node)
     system.spin_until(lambda: False, 2.0)  # until all is as before
@@ -150,7 +150,7 @@ def main(rounds: int) -> None:
     """Measure and print."""
     spec = RunSpec(scenario=Scenario("none"), manager="external", middleware="cyclonedds")
     resources = prepare(spec)
-    longest = max(NODES[node].lifecycle_activation_delay.default for node in OUTPUTS)  # type: ignore[attr-defined]
+    longest = max(current_system().nodes[node].activation_delay_s for node in OUTPUTS)
     print(f"load of the computer: {os.getloadavg()[0]:.1f} on {os.cpu_count()} processors")
     print(f"sunset node until it is heard: {median(seconds_until_heard() for _ in range(rounds)):.2f}")
     ups = [seconds_until_up() for _ in range(rounds)]

@@ -28,17 +28,17 @@ from sunset.interfaces.lifecycle_msgs.msg import Transition, TransitionEvent
 from sunset.interfaces.lifecycle_msgs.srv import ChangeState
 from sunset.interfaces.system_interfaces.msg import Command
 from sunset.interfaces.system_interfaces.srv import Redeploy
-from sunset.nodes import NODES
 from sunset.rmw.dds import CycloneDDS, CycloneTap
 from sunset.rmw.dds.domains import free_domain_id
 from sunset.ros import Context, Node, SingleThreadedExecutor
 from sunset.scenarios import Scenario
+from sunset.system import current_system
 
 PROCESSES = multiprocessing.get_context("forkserver")
 PROCESSES.set_forkserver_preload(["sunset.experiments.live", "sunset.experiments.operator", "sunset.rmw.dds"])
 AT_ONCE = 3
 ACTIVE = ("camera", "depth", "sensor_fusion", "segmentation")
-DELAYS: dict[str, float] = {node: NODES[node].lifecycle_activation_delay.default for node in ACTIVE}  # type: ignore[attr-defined]
+DELAYS: dict[str, float] = {node: current_system().nodes[node].activation_delay_s for node in ACTIVE}
 HEARTBEAT_S = 0.1
 TOLERANCE_S = 0.3
 LIMIT_S = 120.0

@@ -9,6 +9,7 @@ sentence on stderr and exit code 2::
     │   ├── ParameterError         a ROS parameter: unknown, wrong type, out of range
     │   ├── DataError              a bag, a frame, a data set: missing, truncated, of another kind
     │   ├── ModelError             weights or a model card: missing, corrupt, of another shape
+    │   ├── ExtensionError         a description of the managed system: not importable, contradicting itself
     │   └── RecordError            a record or a results folder: missing, corrupt, of another version
     ├── ManagerError               a managing system that cannot be loaded, raises, or hangs
     ├── MiddlewareError            misuse or failure of the middleware
@@ -22,6 +23,7 @@ from sunset.texts import printable
 __all__ = [
     "MALFORMED_YAML",
     "DataError",
+    "ExtensionError",
     "InterfaceError",
     "InvalidInputError",
     "ManagerError",
@@ -62,6 +64,10 @@ class DataError(InvalidInputError):
 
 class ModelError(InvalidInputError):
     """Weights or a model card are missing, corrupt or of another shape."""
+
+
+class ExtensionError(InvalidInputError):
+    """An extension of the managed system cannot be imported, or contradicts itself or the system."""
 
 
 class RecordError(InvalidInputError):

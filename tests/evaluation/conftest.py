@@ -111,9 +111,8 @@ def store(tmp_path: Path) -> Store:
 
     def write(name: str, *, command_s: float = 3.5, iou: float = 0.5, **about: Any) -> Path:
         folder = tmp_path / name
+        thresholds = {"entropy_threshold": 0.2, "sharpness_threshold": 0.1}
         settings = {
-            "entropy_threshold": 0.2,
-            "sharpness_threshold": 0.1,
             "duration_s": 20.0,
             "period_s": 0.1,
             "expected_frames": 200,
@@ -135,8 +134,8 @@ def store(tmp_path: Path) -> Store:
             run = f"{described['scenario']}, seed {described['seed']}, {about.get('faults')}"
             for topic, time_ns, message in messages(run, command_s, iou):
                 writer.write(topic, time_ns, message)
-            metrics = score(writer.timeline(**settings)).to_json()  # type: ignore[arg-type]
-            writer.close({**settings, "metrics": metrics, **described})
+            metrics = score(writer.timeline(thresholds=thresholds, **settings)).to_json()  # type: ignore[arg-type]
+            writer.close({**thresholds, **settings, "metrics": metrics, **described})
         return folder
 
     return write

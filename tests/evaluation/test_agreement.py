@@ -42,7 +42,7 @@ def figure(agreement: Agreement, name: str) -> Comparison:
 
 def flown(*adaptations: ExecutedAdaptation, failures: str = "") -> RunMetrics:
     """Return the figures of a run with these adaptations, and an episode of each of these failures."""
-    nothing = score(Timeline(entropy_threshold=0.1, sharpness_threshold=1.0))
+    nothing = score(Timeline(thresholds={"entropy_threshold": 0.1, "sharpness_threshold": 1.0}))
     episodes = tuple(Episode(failure, 0.0, 1.0, None, True, None) for failure in failures.split())
     return RunMetrics(**nothing.to_json(), failures=episodes, executed=adaptations)  # type: ignore[arg-type]
 

@@ -24,7 +24,7 @@ RIPPLE = "artifact/camera_driver_issue+image_degradation+autofocus_needed"
 
 
 def run(adaptations: int, *failures: str) -> RunMetrics:
-    nothing = score(Timeline(entropy_threshold=0.1, sharpness_threshold=1.0))
+    nothing = score(Timeline(thresholds={"entropy_threshold": 0.1, "sharpness_threshold": 1.0}))
     return RunMetrics(
         **nothing.to_json(),  # type: ignore[arg-type]
         failures=tuple(Episode(failure, 0.0, 1.0, None, True, None) for failure in failures),

@@ -59,7 +59,7 @@ def test_recomputing_needs_no_stored_figures(store: Store, edit: Edit) -> None:
 
 
 def test_the_figures_are_those_that_runs_have() -> None:
-    empty = Timeline(entropy_threshold=0.2, sharpness_threshold=0.1)
+    empty = Timeline(thresholds={"entropy_threshold": 0.2, "sharpness_threshold": 0.1})
     assert tuple(score(empty).to_json()) == FIGURES
 
 

@@ -6,8 +6,11 @@ two adaptations.
 
 from collections.abc import Sequence
 
-from sunset.faults import ADAPTATIONS, FAULTS, Adaptation, AdaptationKind
 from sunset.managing import ManagingSystem, Symptoms
+from sunset.system import Adaptation, AdaptationKind, current_system
+
+ADAPTATIONS = current_system().adaptations
+FAULTS = current_system().faults
 
 AFTER_S = 2.5
 """When to adapt, counted from the first segmentation: 1 s of warm-up, then 1.5 s of symptoms."""

@@ -7,9 +7,11 @@ import numpy as np
 import pytest
 
 from sunset.experiments import RunResult, RunSpec, Timing, run
-from sunset.faults import ADAPTATIONS, FAULTS, Adaptation
-from sunset.metrics import CAMERA_TOPIC, FUSION_TOPIC, SEGMENTATION_TOPIC
 from sunset.scenarios import Scenario, ScenarioFault
+from sunset.system import Adaptation, current_system, full_name
+
+ADAPTATIONS = current_system().adaptations
+FAULTS = current_system().faults
 
 ADAPTERS = Path(__file__).with_name("adapters.py")
 SHORT = Timing(duration_s=8.0, warm_up_s=1.0)
@@ -40,8 +42,8 @@ def keeps_sending(result: RunResult) -> bool:
     expected = (SHORT.duration_s - SETTLED_S) / SHORT.period_s
     counts = [
         np.count_nonzero((times >= SETTLED_S) & (times < SHORT.duration_s))
-        for topic in (CAMERA_TOPIC, FUSION_TOPIC, SEGMENTATION_TOPIC)
-        for times in [result.timeline.message_times.get(topic, np.empty(0))]
+        for topic in ("rgb_camera", "sensors_fused", "segmentation")
+        for times in [result.timeline.message_times.get(full_name(topic), np.empty(0))]
     ]
     return all(count >= 0.9 * expected for count in counts)
 

@@ -32,8 +32,7 @@ def frames(*, lost: float | None = None, late: float | None = None, stop: float 
 def timeline(*, outage: bool = False, command: float | None = None) -> Timeline:
     injection = Injection(0.0, "gpu_failure", "F3", "/managed_subsystem/segmentation")
     return Timeline(
-        entropy_threshold=0.1,
-        sharpness_threshold=1.0,
+        thresholds={"entropy_threshold": 0.1, "sharpness_threshold": 1.0},
         injections=(injection,) if outage else (),
         commands=()
         if command is None

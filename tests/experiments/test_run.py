@@ -14,11 +14,13 @@ import pytest
 from sunset.data import read_bag, write_bag
 from sunset.errors import DataError, ManagerError
 from sunset.experiments import RunResult, RunSpec, Timing, run
-from sunset.faults import FAULTS
 from sunset.metrics import score
 from sunset.perception import Segmenter
 from sunset.recording import read_messages, read_run, read_timeline
 from sunset.scenarios import load_scenario, suite
+from sunset.system import current_system
+
+FAULTS = current_system().faults
 
 SHORT = Timing(duration_s=8.0, warm_up_s=1.0)
 OUTAGES = [fault.name for fault in FAULTS.values() if fault.failure in {"F1", "F2", "F3"}]

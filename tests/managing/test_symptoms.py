@@ -6,11 +6,10 @@ from collections.abc import Callable
 
 import pytest
 
-from sunset.experiments.graph import MANAGED_NODES
 from sunset.interfaces.rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
 from sunset.managing import FloatOrNaN, Symptoms
 from sunset.managing.symptoms import read_parameters
-from sunset.nodes import monitor
+from sunset.system import current_system
 
 KEY = "managed_subsystem_rgb_camera_freq"
 
@@ -99,9 +98,9 @@ def test_a_node_that_has_no_heartbeat_is_refused(ask: Callable[[Symptoms, str], 
 
 
 def test_whatever_the_monitor_and_the_launcher_know_is_known_before_it_is_heard() -> None:
-    for topic, _ in monitor._TOPICS:
+    for topic in current_system().topics:
         assert math.isnan(Symptoms({}).frequency(topic))
-    for node in MANAGED_NODES:
+    for node in current_system().managed_nodes:
         assert Symptoms({}).state(node) == "unknown"
 
 

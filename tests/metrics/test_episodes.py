@@ -7,9 +7,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sunset.metrics import (
-    CAMERA_TOPIC,
-    FUSION_TOPIC,
-    SEGMENTATION_TOPIC,
     Episode,
     ExecutedAdaptation,
     Injection,
@@ -198,14 +195,15 @@ def episodes(
     whole = steady(-3, 20)
     timeline = Timeline(
         message_times={
-            CAMERA_TOPIC: whole if camera is None else camera,
-            FUSION_TOPIC: whole if fusion is None else fusion,
-            SEGMENTATION_TOPIC: whole if segmentation is None else segmentation,
+            "/managed_subsystem/rgb_camera": whole if camera is None else camera,
+            "/managed_subsystem/sensors_fused": whole if fusion is None else fusion,
+            "/managed_subsystem/segmentation": whole if segmentation is None else segmentation,
         },
-        entropy=entropy or Samples(),
-        sharpness=sharpness or Samples(),
-        entropy_threshold=0.2,
-        sharpness_threshold=0.5,
+        samples={
+            "segmentation_entropy": entropy or Samples(),
+            "camera_sharpness": sharpness or Samples(),
+        },
+        thresholds={"entropy_threshold": 0.2, "sharpness_threshold": 0.5},
         injections=injections,
     )
     return failure_episodes(timeline, adaptations)
@@ -428,5 +426,5 @@ def test_episodes_come_in_order_of_their_symptoms() -> None:
 
 
 def test_topics_that_are_not_there_are_silent() -> None:
-    timeline = Timeline(entropy_threshold=0.2, sharpness_threshold=0.5)
+    timeline = Timeline(thresholds={"entropy_threshold": 0.2, "sharpness_threshold": 0.5})
     assert [episode.failure for episode in failure_episodes(timeline, ())] == ["F1", "F2", "F3"]

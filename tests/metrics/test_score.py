@@ -8,9 +8,6 @@ import numpy.typing as npt
 import pytest
 
 from sunset.metrics import (
-    CAMERA_TOPIC,
-    FUSION_TOPIC,
-    SEGMENTATION_TOPIC,
     Command,
     Frames,
     Injection,
@@ -58,12 +55,11 @@ def run(segmentation: Times, commands: tuple[Command, ...] = (), **more: object)
     """Return a run in which all three topics are silent together."""
     values: dict[str, object] = {
         "message_times": {
-            CAMERA_TOPIC: segmentation,
-            FUSION_TOPIC: segmentation,
-            SEGMENTATION_TOPIC: segmentation,
+            "/managed_subsystem/rgb_camera": segmentation,
+            "/managed_subsystem/sensors_fused": segmentation,
+            "/managed_subsystem/segmentation": segmentation,
         },
-        "entropy_threshold": 0.2,
-        "sharpness_threshold": 0.5,
+        "thresholds": {"entropy_threshold": 0.2, "sharpness_threshold": 0.5},
         "commands": commands,
         "frames": frames(segmentation[segmentation >= 0], 0.5),
         **more,

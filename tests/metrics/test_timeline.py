@@ -6,7 +6,8 @@ from sunset.metrics import Command, Frames, Injection, Samples, Timeline
 
 
 def timeline(**more: object) -> Timeline:
-    values: dict[str, object] = {"entropy_threshold": 0.2, "sharpness_threshold": 0.5, **more}
+    thresholds = {"entropy_threshold": 0.2, "sharpness_threshold": 0.5}
+    values: dict[str, object] = {"thresholds": thresholds, **more}
     return Timeline(**values)  # type: ignore[arg-type]
 
 
@@ -46,13 +47,24 @@ def test_counts_of_frames_are_checked() -> None:
         Frames(np.array([0.0]), np.array([0.5]), good, good, bad)
 
 
-@pytest.mark.parametrize(
-    "name", ["duration_s", "period_s", "entropy_threshold", "sharpness_threshold", "expected_frames"]
-)
+@pytest.mark.parametrize("name", ["duration_s", "period_s", "expected_frames"])
 @pytest.mark.parametrize("value", [0, -1, float("nan"), float("inf")])
-def test_lengths_and_thresholds_are_positive(name: str, value: float) -> None:
+def test_lengths_are_positive(name: str, value: float) -> None:
     with pytest.raises(RecordError, match=f"The {name} of a timeline must be finite and greater than 0"):
         timeline(**{name: value})
+
+
+@pytest.mark.parametrize("name", ["entropy_threshold", "sharpness_threshold"])
+@pytest.mark.parametrize("value", [0, -1, float("nan"), float("inf")])
+def test_thresholds_are_positive(name: str, value: float) -> None:
+    thresholds = {"entropy_threshold": 0.2, "sharpness_threshold": 0.5, name: value}
+    with pytest.raises(RecordError, match=f"The {name} of a timeline must be finite"):
+        timeline(thresholds=thresholds)
+
+
+def test_the_models_thresholds_must_be_there() -> None:
+    with pytest.raises(RecordError, match="The sharpness_threshold of a timeline must be finite, got None"):
+        timeline(thresholds={"entropy_threshold": 0.2})
 
 
 def test_events_out_of_order_are_refused() -> None:

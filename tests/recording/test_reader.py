@@ -33,15 +33,15 @@ def test_messages_may_be_limited_to_topics(record: Path) -> None:
 
 
 def test_the_timeline_of_a_record_is_that_of_its_writer(tmp_path: Path, rows: list[Row]) -> None:
-    run = {"entropy_threshold": 0.06, "sharpness_threshold": 0.2, "duration_s": 5.0, "period_s": 0.2}
+    thresholds = {"entropy_threshold": 0.06, "sharpness_threshold": 0.2}
     with RecordWriter(tmp_path / "r") as writer:
         for row in rows:
             writer.write(*row)
-        live = writer.timeline(**run, expected_frames=50)
-        writer.close({**run, "expected_frames": 50})
+        live = writer.timeline(thresholds=thresholds, duration_s=5.0, period_s=0.2, expected_frames=50)
+        writer.close({**thresholds, "duration_s": 5.0, "period_s": 0.2, "expected_frames": 50})
     stored = read_timeline(tmp_path / "r")
     assert (stored.duration_s, stored.period_s, stored.expected_frames) == (5.0, 0.2, 50)
-    assert (stored.entropy_threshold, stored.sharpness_threshold) == (0.06, 0.2)
+    assert stored.thresholds == thresholds
     assert score(stored) == score(live)
     assert stored.message_times.keys() == live.message_times.keys()
     for topic, times in live.message_times.items():

@@ -24,14 +24,16 @@ START = RecordedMessage(
     "/experiment/log", 5, ExperimentLogging(source="experiment", rule_name="start", timestamp=10**9)
 )
 
+THRESHOLDS = {"entropy_threshold": 0.06, "sharpness_threshold": 0.2}
+
 
 def of(*messages: RecordedMessage) -> Timeline:
-    return timeline([START, *messages], entropy_threshold=0.06, sharpness_threshold=0.2)
+    return timeline([START, *messages], thresholds=THRESHOLDS)
 
 
 @pytest.fixture
 def whole(record: Path) -> Timeline:
-    return timeline(read_messages(record), entropy_threshold=0.06, sharpness_threshold=0.2)
+    return timeline(read_messages(record), thresholds=THRESHOLDS)
 
 
 def test_time_zero_is_the_start_in_the_experiments_log(whole: Timeline) -> None:
@@ -50,16 +52,16 @@ def test_message_times_are_those_of_the_pipelines_topics(whole: Timeline) -> Non
 
 
 def test_entropy_and_sharpness_are_those_that_their_nodes_report(whole: Timeline) -> None:
-    assert whole.entropy.values.tolist() == [0.05] * 10
-    assert whole.sharpness.values.tolist() == [0.4] * 10
-    assert whole.entropy.times[2] == pytest.approx(0.066)
-    assert whole.sharpness.times[2] == pytest.approx(0.067)
+    assert whole.samples["segmentation_entropy"].values.tolist() == [0.05] * 10
+    assert whole.samples["camera_sharpness"].values.tolist() == [0.4] * 10
+    assert whole.samples["segmentation_entropy"].times[2] == pytest.approx(0.066)
+    assert whole.samples["camera_sharpness"].times[2] == pytest.approx(0.067)
 
 
 def test_a_value_under_another_nodes_name_does_not_count() -> None:
     status = DiagnosticStatus(hardware_id="camera", values=[KeyValue(key="entropy", value="0.9")])
     found = of(RecordedMessage("/diagnostics", 0, DiagnosticArray(status=[status])))
-    assert found.entropy.values.size == 0
+    assert found.samples["segmentation_entropy"].values.size == 0
 
 
 def test_a_frames_time_is_that_of_its_picture(whole: Timeline) -> None:
@@ -160,20 +162,23 @@ def test_commands_are_in_order_of_their_requests_not_of_their_answers() -> None:
 
 def test_an_experiment_in_which_nothing_came_out_has_an_empty_timeline() -> None:
     found = of()
-    assert (len(found.message_times), found.entropy.times.size, found.frames.times.size) == (0, 0, 0)
+    assert (
+        len(found.message_times),
+        found.samples["segmentation_entropy"].times.size,
+        found.frames.times.size,
+    ) == (0, 0, 0)
     assert found.frames.truth.shape == (0, 28)
 
 
 def test_the_specification_of_the_run_is_handed_on() -> None:
     found = timeline(
         [START],
-        entropy_threshold=0.1,
-        sharpness_threshold=0.3,
+        thresholds={"entropy_threshold": 0.1, "sharpness_threshold": 0.3},
         duration_s=7.0,
         period_s=0.2,
         expected_frames=35,
     )
-    assert (found.entropy_threshold, found.sharpness_threshold) == (0.1, 0.3)
+    assert found.thresholds == {"entropy_threshold": 0.1, "sharpness_threshold": 0.3}
     assert (found.duration_s, found.period_s, found.expected_frames) == (7.0, 0.2, 35)
 
 
@@ -181,9 +186,7 @@ def test_the_specification_of_the_run_is_handed_on() -> None:
 def test_a_record_without_the_start_is_refused(source: str, rule: str) -> None:
     entry = ExperimentLogging(source=source, rule_name=rule)
     with pytest.raises(RecordError, match="does not say when the experiment began"):
-        timeline(
-            [RecordedMessage("/experiment/log", 0, entry)], entropy_threshold=0.06, sharpness_threshold=0.2
-        )
+        timeline([RecordedMessage("/experiment/log", 0, entry)], thresholds=THRESHOLDS)
 
 
 @pytest.mark.parametrize(
@@ -217,5 +220,5 @@ def test_the_writers_timeline_ignores_other_topics(tmp_path: Path) -> None:
     with RecordWriter(tmp_path / "r") as writer:
         writer.write(START.topic, START.time_ns, START.message)
         writer.write("/blackboard_group", 0, String())
-        found = writer.timeline(entropy_threshold=0.06, sharpness_threshold=0.2)
+        found = writer.timeline(thresholds=THRESHOLDS)
     assert found.message_times == {}

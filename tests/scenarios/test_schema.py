@@ -5,8 +5,10 @@ import math
 import pytest
 
 from sunset.errors import ScenarioError
-from sunset.faults import FAULTS, Value
 from sunset.scenarios import Scenario, ScenarioFault, parse_scenario
+from sunset.system import Value, current_system
+
+FAULTS = current_system().faults
 
 
 def test_a_fault_without_a_value_has_the_strength_of_the_suite() -> None:

@@ -12,8 +12,9 @@ from hypothesis import strategies as st
 
 from sunset.data import read_bag, write_bag
 from sunset.errors import DataError, ModelError
-from sunset.faults import BLUR_SIGMA, FAULTS
+from sunset.faults import BLUR_SIGMA
 from sunset.perception import Modality, load_model
+from sunset.system import current_system
 from sunset.training.conditions import BLURRED, UNSURE, Condition, CurvesPlan, plan_curves
 from sunset.training.curves import (
     BAND,
@@ -30,6 +31,7 @@ from sunset.training.evaluate import measure
 from sunset.training.recalibrate import frames_of_bag
 
 pytestmark = pytest.mark.thorough
+FAULTS = current_system().faults
 
 FRAMES = 40
 STRONGEST = {

@@ -4,11 +4,13 @@ from typing import Any
 
 import pytest
 
-from sunset.faults import BLUR_SIGMA, FAULTS
+from sunset.faults import BLUR_SIGMA
 from sunset.perception import Modality, ModelCard, list_models, load_model
+from sunset.system import current_system
 from sunset.training import CONFIGS
 
 pytestmark = pytest.mark.thorough
+FAULTS = current_system().faults
 
 DROP = {"lite": 0.03, "reference": 0.02}
 """What a fault costs at least in IoU. `reference`, trained without an accelerator, has less to lose: its card tells."""

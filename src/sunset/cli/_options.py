@@ -8,6 +8,7 @@ from sunset.experiments import Timing
 from sunset.perception import DEVICES
 from sunset.rmw.backends import BACKENDS, SIMULATED
 from sunset.scenarios import suite_names
+from sunset.system import DURATION_S
 
 __all__ = [
     "add_campaign_options",
@@ -120,7 +121,11 @@ def add_flight_options(parser: argparse.ArgumentParser) -> None:
         "--loop", action="store_true", help="let a bag that is too short begin again at its first frame"
     )
     parser.add_argument(
-        "--duration", type=float, default=20.0, metavar="S", help="seconds that are measured (default: 20)"
+        "--duration",
+        type=float,
+        default=DURATION_S,
+        metavar="S",
+        help=f"seconds that are measured (default: {DURATION_S:g})",
     )
     parser.add_argument(
         "--manager-limit",

@@ -8,10 +8,9 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from sunset.experiments.graph import SYSTEM_NODES
-from sunset.faults import Failure, get_fault
 from sunset.metrics import Episode, RunMetrics
 from sunset.recording import StoredRun, read_stored_run
+from sunset.system import current_system
 from sunset.texts import printable, shorten
 
 __all__ = ["print_story"]
@@ -25,22 +24,6 @@ _STYLES = {
     "end": "dim",
 }
 
-_SYMPTOMS = {
-    "F1": "no camera image for 1 s",
-    "F2": "no fused image for 1 s",
-    "F3": "no segmentation for 1 s",
-    "F4": "segmentation unsure: entropy over its threshold",
-    "F5": "camera image blurred: sharpness under its threshold",
-}
-
-_GONE = {
-    "F1": "camera images are back",
-    "F2": "fused images are back",
-    "F3": "segmentation is back",
-    "F4": "segmentation is sure again",
-    "F5": "camera images are sharp again",
-}
-
 _Event = tuple[float, str, str]
 """When, what kind, and in words."""
 
@@ -48,10 +31,6 @@ _REPEATING: Final = frozenset({"log", "adaptation"})
 
 _UNBOUNDED: Final = 100_000
 """Columns of a line that nobody wraps."""
-
-_OUTAGES = frozenset({"F1", "F2", "F3"})
-
-_SYSTEM_LOGGERS: Final = frozenset(node.strip("/").replace("/", ".") for node in SYSTEM_NODES)
 
 
 def print_story(folder: Path) -> None:
@@ -138,19 +117,25 @@ class _Console(Console):
 
 
 def _events(result: StoredRun) -> Iterator[_Event]:
+    system = current_system()
     for injection in result.timeline.injections:
-        yield injection.time, "fault", f"{injection.fault}: {get_fault(injection.fault).description}"
+        yield injection.time, "fault", f"{injection.fault}: {system.fault(injection.fault).description}"
     for episode in result.score.failures:
-        symptom = f"{episode.failure} {_cause(episode)}{_SYMPTOMS[episode.failure]}"
+        symptom = f"{episode.failure} {_cause(episode)}{system.failures[episode.failure].symptom}"
         # a time line of the experiment has no time before 0 for what began before
         since = ", since before the injection" if episode.holds == 0 else ""
         yield episode.holds, "symptom", symptom + since
         if episode.ended is not None:
-            yield episode.ended, "cured", f"{episode.failure} {_GONE[episode.failure]}{_resolution(episode)}"
+            yield (
+                episode.ended,
+                "cured",
+                f"{episode.failure} {system.failures[episode.failure].gone}{_resolution(episode)}",
+            )
     for adaptation in result.score.executed:
         yield adaptation.time, "adaptation", str(adaptation)
+    loggers = {node.strip("/").replace("/", ".") for node in system.all_nodes}
     for line in result.log:
-        if line.logger not in _SYSTEM_LOGGERS:
+        if line.logger not in loggers:
             yield line.time, "log", str(line)
     yield result.timeline.duration_s, "end", _ending(result.score)
 
@@ -158,7 +143,7 @@ def _events(result: StoredRun) -> Iterator[_Event]:
 def _cause(episode: Episode) -> str:
     if episode.injected:
         return ""
-    return "(ripple) " if episode.failure in _OUTAGES else "(not injected) "
+    return "(ripple) " if episode.failure in current_system().outages else "(not injected) "
 
 
 def _resolution(episode: Episode) -> str:
@@ -172,7 +157,7 @@ def _ending(score: RunMetrics) -> str:
     if not still:
         return "end of the experiment; no symptom is left"
     return "end of the experiment; still there: " + ", ".join(
-        f"{failure} ({Failure(failure).description})" for failure in still
+        f"{failure} ({current_system().failures[failure].description})" for failure in still
     )
 
 

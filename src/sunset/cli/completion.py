@@ -7,10 +7,10 @@ from typing import Final
 
 from sunset.cli._parser import Parser, make_parser
 from sunset.errors import MissingExtraError
-from sunset.faults import FAULTS
 from sunset.managing import MANAGERS
 from sunset.perception import list_models
 from sunset.scenarios import scenario_names, suite_names
+from sunset.system import current_system
 
 __all__ = ["add_arguments", "execute"]
 
@@ -46,13 +46,14 @@ def execute(arguments: argparse.Namespace) -> int:
 def _complete(parser: Parser, files: object) -> None:
     """Tell each option and argument of a parser, and of those below it, by which names and files it is completed."""
     parser.complete()
+    faults = current_system().faults
     names = {
-        "fault": FAULTS,
+        "fault": faults,
         "manager": MANAGERS,
         "managers": MANAGERS,
         "model": list_models(),
         "models": list_models(),
-        "scenario": (*scenario_names(), *FAULTS),
+        "scenario": (*scenario_names(), *faults),
         "suite": suite_names(),
     }
     for action in parser._actions:  # noqa: SLF001  shtab goes through them as well

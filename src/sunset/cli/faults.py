@@ -12,9 +12,9 @@ from sunset.cli._options import add_flight_options, flight_options
 from sunset.cli._progress import progress_bar, rendering_progress
 from sunset.evaluation import check_figure, entropy_figure
 from sunset.experiments import RunSpec, prepare, run
-from sunset.faults import FAULTS, Fault, get_fault
 from sunset.metrics import Samples
 from sunset.scenarios import load_scenario
+from sunset.system import Fault, current_system, get_fault
 
 __all__ = ["add_arguments", "draw", "list_faults", "show"]
 
@@ -49,7 +49,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def list_faults(arguments: argparse.Namespace) -> int:
     """Print the catalogue."""
     if arguments.json:
-        print(json.dumps({"faults": [_described(fault) for fault in FAULTS.values()]}, sort_keys=True))
+        print(
+            json.dumps(
+                {"faults": [_described(fault) for fault in current_system().faults.values()]}, sort_keys=True
+            )
+        )
         return 0
     header = ("FAULT", "NODE", "KIND", "STRENGTH", "FAILURE", "CURED BY")
     rows = (
@@ -58,10 +62,10 @@ def list_faults(arguments: argparse.Namespace) -> int:
             fault.node,
             fault.kind,
             "-" if fault.limits is None else f"{fault.value} of {fault.limits[1]:g}",
-            f"{fault.failure}: {fault.failure.description}",
+            _told_failure(fault),
             _told_cures(fault),
         )
-        for fault in FAULTS.values()
+        for fault in current_system().faults.values()
     )
     print_columns(header, rows)
     return 0
@@ -74,7 +78,7 @@ def show(arguments: argparse.Namespace) -> int:
         print(json.dumps(_described(fault), sort_keys=True))
         return 0
     print(f"{fault.name}: {fault.description}")
-    print(f"  failure    {fault.failure}: {fault.failure.description}")
+    print(f"  failure    {_told_failure(fault)}")
     print(f"  kind       {fault.kind}, in {fault.node}")
     print(f"  injection  {', then '.join(str(step) for step in fault.injection)}")
     if fault.limits is not None:
@@ -88,7 +92,7 @@ def show(arguments: argparse.Namespace) -> int:
 def draw(arguments: argparse.Namespace) -> int:
     """Fly without and with each fault of F4, and draw the figure."""
     check_figure(arguments.out)
-    names = ["nofault", *(fault.name for fault in FAULTS.values() if fault.failure == "F4")]
+    names = ["nofault", *(fault.name for fault in current_system().faults.values() if fault.failure == "F4")]
     series, iou = {}, {}
     threshold = 0.0
     with progress_bar("Flying") as progress, tempfile.TemporaryDirectory(prefix="sunset-") as folder:
@@ -104,13 +108,17 @@ def draw(arguments: argparse.Namespace) -> int:
                     prepare(spec, progress=rendering)
             result = run(spec, Path(folder) / name)
             label = name.replace("nofault", "no fault")
-            series[label] = result.timeline.entropy
+            series[label] = result.timeline.samples["segmentation_entropy"]
             iou[label] = Samples(result.timeline.frames.times, result.timeline.frames.iou)
-            threshold = result.timeline.entropy_threshold
+            threshold = result.timeline.thresholds["entropy_threshold"]
             progress(done + 1, len(names))
     entropy_figure(series, threshold, arguments.out, iou=iou)
     print(f"The figure is in {arguments.out}.", file=sys.stderr)
     return 0
+
+
+def _told_failure(fault: Fault) -> str:
+    return f"{fault.failure}: {current_system().failures[fault.failure].description}"
 
 
 def _cures(fault: Fault) -> list[str]:
@@ -124,7 +132,7 @@ def _told_cures(fault: Fault) -> str:
 def _described(fault: Fault) -> dict[str, Any]:
     return {
         "name": fault.name,
-        "failure": str(fault.failure),
+        "failure": fault.failure,
         "node": fault.node,
         "parameter": fault.parameter,
         "value": fault.value,

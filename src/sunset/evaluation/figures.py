@@ -9,7 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from sunset.errors import InvalidInputError, MissingExtraError, OutputError
-from sunset.metrics import SAMPLES, Samples
+from sunset.metrics import Samples
+from sunset.system import WINDOW, MovingMean
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -146,24 +147,17 @@ def _panel(
 
 
 def _moving_mean(samples: Samples) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
-    """Return the mean of the last five samples at each sample, gaps broken; nothing of fewer."""
-    times: list[npt.NDArray[np.float64]] = []
-    values: list[npt.NDArray[np.float64]] = []
-    breaks = np.flatnonzero(np.diff(samples.times) > 1.0) + 1
-    for piece, moments in zip(np.split(samples.values, breaks), np.split(samples.times, breaks), strict=True):
-        if len(piece) >= SAMPLES:
-            values += [np.convolve(piece, np.full(SAMPLES, 1 / SAMPLES), mode="valid"), np.full(1, np.nan)]
-            times += [moments[SAMPLES - 1 :], moments[-1:]]
-    if not times:
-        return np.empty(0), np.empty(0)
-    return np.concatenate(times), np.concatenate(values)
+    """Return the mean that each sample is the last one of; NaN, which breaks a line, where there is none."""
+    mean = MovingMean(WINDOW.gap_s)
+    pairs = zip(samples.times.tolist(), samples.values.tolist(), strict=True)
+    return samples.times, np.array([mean.add(*pair) for pair in pairs], dtype=np.float64)
 
 
 def _with_gaps(
     times: npt.NDArray[np.float64], values: npt.NDArray[np.float64]
 ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
     """Return a line that a gap of more than 1 s breaks."""
-    breaks = np.flatnonzero(np.diff(times) > 1.0) + 1
+    breaks = np.flatnonzero(np.diff(times) > WINDOW.gap_s) + 1
     return np.insert(times, breaks, times[breaks - 1]), np.insert(values, breaks, np.nan)
 
 

@@ -8,8 +8,9 @@ from types import MappingProxyType
 from typing import Final
 
 from sunset.evaluation.estimates import METHOD, Estimate
-from sunset.evaluation.results import PAPER_DURATION_S, RunRow
+from sunset.evaluation.results import RunRow
 from sunset.evaluation.summary import PUBLISHED, PUBLISHED_SOURCE, SystemRow
+from sunset.system import DURATION_S
 from sunset.texts import printable, shorten
 
 __all__ = [
@@ -230,7 +231,7 @@ def _comparability(rows: Sequence[SystemRow]) -> list[str]:
     others = [row.system for row in rows if row.is_of_other_duration]
     if others:
         notes.append(
-            f"The paper measures {PAPER_DURATION_S:g} s: its figures are not comparable with those of "
+            f"The paper measures {DURATION_S:g} s: its figures are not comparable with those of "
             + _listed(others, "rows")
         )
     return notes

@@ -21,8 +21,9 @@ from sunset.recording import (
     read_timeline,
     stored_figures,
 )
+from sunset.system import DURATION_S
 
-__all__ = ["FIGURES", "PAPER_DURATION_S", "Flight", "RunRow", "load_results", "recompute"]
+__all__ = ["FIGURES", "Flight", "RunRow", "load_results", "recompute"]
 
 FIGURES: Final = (
     "f_resolved_per_adaptation",
@@ -46,8 +47,6 @@ FIGURES: Final = (
 
 Progress = Callable[[int, int], None]
 """Called with (runs that are read, runs in all)."""
-PAPER_DURATION_S: Final = 20.0
-"""How long the paper measures [s]."""
 _CHECKSUM: Final = 8
 """Digits of a short checksum."""
 _THRESHOLDS: Final = ("entropy_threshold", "sharpness_threshold")
@@ -74,7 +73,7 @@ class Flight:
         ('', ' [4 s] [looped] [flight 3c]')
         """
         return (
-            ("" if self.duration_s == PAPER_DURATION_S else f" [{self.duration_s:g} s]")
+            ("" if self.duration_s == DURATION_S else f" [{self.duration_s:g} s]")
             + (" [looped]" if self.looped else "")
             + (f" [flight {self.bag[:_CHECKSUM] or 'unknown'}]" if bag else "")
         )

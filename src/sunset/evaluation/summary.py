@@ -7,7 +7,8 @@ from types import MappingProxyType
 from typing import Final
 
 from sunset.evaluation.estimates import Estimate, estimate
-from sunset.evaluation.results import FIGURES, PAPER_DURATION_S, Flight, RunRow
+from sunset.evaluation.results import FIGURES, Flight, RunRow
+from sunset.system import DURATION_S
 
 __all__ = ["PUBLISHED", "PUBLISHED_SOURCE", "SystemRow", "published_names", "summarise"]
 
@@ -93,7 +94,7 @@ class SystemRow:
     @property
     def is_of_other_duration(self) -> bool:
         """Whether another time is measured than the paper's."""
-        return self.flight.duration_s != PAPER_DURATION_S
+        return self.flight.duration_s != DURATION_S
 
     @property
     def is_reference(self) -> bool:

@@ -6,11 +6,11 @@ from typing import Any, Protocol
 from sunset.interfaces.lifecycle_msgs.msg import Transition
 from sunset.interfaces.lifecycle_msgs.srv import ChangeState
 from sunset.interfaces.system_interfaces.srv import Redeploy
-from sunset.nodes import NAMESPACE
 from sunset.ros.client import Client
 from sunset.ros.context import Context
 from sunset.ros.node import Node
 from sunset.ros.timer import Timer
+from sunset.system import NAMESPACE
 from sunset.texts import shorten
 
 __all__ = ["Launcher", "ProcessHost"]

@@ -11,18 +11,18 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Final, Self
 
 from sunset.errors import InvalidInputError, ManagerError, SunsetError
-from sunset.experiments.graph import INITIAL_STATES, MANAGER_PROCESS
 from sunset.experiments.launcher import Launcher
 from sunset.experiments.parameters import Parameters, node_parameters
 from sunset.experiments.processes import NodeProcesses
 from sunset.experiments.resources import Resources
 from sunset.experiments.spec import EXTERNAL, RunSpec
 from sunset.interruption import held_signals
-from sunset.nodes import NAMESPACE, NODES
+from sunset.nodes import NODES
 from sunset.nodes.deployment import deployed_scenario, deployment
 from sunset.rmw.backends import live_middleware
 from sunset.rmw.core.port import Middleware
 from sunset.ros import CallbackError, Context, SingleThreadedExecutor
+from sunset.system import MANAGER_PROCESS, current_system, full_name
 
 if TYPE_CHECKING:
     from sunset.forks import ForkServer
@@ -108,6 +108,7 @@ class LiveSystem:
                 "LOCALHOST."
             )
         self._spec = spec
+        self._managed = tuple(current_system().nodes)
         self._lasts = loop
         self._clock = clock or LiveClock(time.time_ns(), float(spec.speed))
         with ExitStack() as stack:
@@ -130,14 +131,12 @@ class LiveSystem:
                 NodeProcesses(commands, {"ROS_DOMAIN_ID": str(self.domain_id)}, on_line, server)
             )
             self.executor = SingleThreadedExecutor(context=self.context)
-            self._launcher = Launcher(self.processes, tuple(INITIAL_STATES), context=self.context)
+            self._launcher = Launcher(self.processes, self._managed, context=self.context)
             self.executor.add_node(self._launcher)
             for node in sorted(commands, key=lambda name: name not in _FIRST):
                 self.processes.start(node)
                 self.spin_until(partial(self._is_heard, node), _TURN_S)
-            self.essential = tuple(
-                name for name in commands if name not in {*INITIAL_STATES, MANAGER_PROCESS}
-            )
+            self.essential = tuple(name for name in commands if name not in {*self._managed, MANAGER_PROCESS})
             """The nodes without which there is no experiment."""
             self._stack = stack.pop_all()
 
@@ -210,7 +209,7 @@ class LiveSystem:
             ManagerError: the managing system's process ended by itself.
             SunsetError: that of a node did without which there is no experiment, or is stopped.
         """
-        for node in (*self.essential, *(INITIAL_STATES if managed else ())):
+        for node in (*self.essential, *(self._managed if managed else ())):
             needed = node in self.essential or self.processes.has_failed(node)
             end = self.processes.end_of(node) if needed and not self.processes.is_running(node) else ""
             if end or self.processes.is_stopped(node):
@@ -226,7 +225,7 @@ class LiveSystem:
     def is_disturbed(self) -> bool:
         """Return whether the process of a managed node has ended or is stopped, and nobody has redeployed it."""
         return any(
-            not self.processes.is_running(node) or self.processes.is_stopped(node) for node in INITIAL_STATES
+            not self.processes.is_running(node) or self.processes.is_stopped(node) for node in self._managed
         )
 
 
@@ -237,8 +236,9 @@ def _absolute(model: str) -> str:
 
 def _by_full_name(parameters: Mapping[str, Parameters]) -> dict[str, Parameters]:
     """Return the patterns of full node names for parameters by short names; those of all nodes come first."""
+    managed = current_system().nodes
     named = {
-        f"{NAMESPACE}/{node}" if node in INITIAL_STATES else f"/{node}": values
+        full_name(node) if node in managed else f"/{node}": values
         for node, values in parameters.items()
         if node
     }

@@ -8,7 +8,6 @@ from contextlib import AbstractContextManager, ExitStack, nullcontext
 from itertools import pairwise
 
 from sunset.errors import SunsetError
-from sunset.experiments.graph import MANAGER_PROCESS, SYSTEM_NODES
 from sunset.experiments.live import LiveClock, LiveSystem
 from sunset.experiments.manager import absent, check_injection
 from sunset.experiments.observer import Observer
@@ -20,11 +19,12 @@ from sunset.interfaces.rosgraph_msgs.msg import Clock
 from sunset.interfaces.sensor_msgs.msg import Image
 from sunset.interfaces.std_srvs.srv import Trigger
 from sunset.interruption import held_signals
-from sunset.metrics import SEGMENTATION_TOPIC, Timeline
+from sunset.metrics import Timeline
 from sunset.rmw.backends import live_middleware
 from sunset.rmw.core.port import EndpointKind, RequestId
 from sunset.rmw.core.tap import Tap
 from sunset.ros.context import Context
+from sunset.system import MANAGER_PROCESS, RESULT_TOPIC, current_system
 
 __all__ = ["FrameCount", "LiveSupervisor", "fly"]
 
@@ -62,7 +62,7 @@ class FrameCount:
         """Note a message."""
         if topic == _CLOCK and isinstance(message, Clock):
             self.clock.append((time_ns, message.clock.sec * _S + message.clock.nanosec))
-        frames = {_TRUTH: self.taken, SEGMENTATION_TOPIC: self.segmented}.get(topic)
+        frames = {_TRUTH: self.taken, RESULT_TOPIC: self.segmented}.get(topic)
         if frames is not None and isinstance(message, Image):
             frames[message.header.stamp.sec, message.header.stamp.nanosec] = time_ns
 
@@ -125,7 +125,9 @@ class _Watch(Tap):
         """Whether it has heard of the service that is made last, so that it knows of all before."""
 
     def on_node(self, process: str, node: str) -> None:
-        if node not in SYSTEM_NODES and not node.rpartition("/")[2].startswith("_"):  # a hidden one is a tool
+        if node not in current_system().all_nodes and not node.rpartition("/")[2].startswith(
+            "_"
+        ):  # a hidden one is a tool
             self.strangers[node] = None
         self._observer.on_node(process, node)
 

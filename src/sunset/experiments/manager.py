@@ -7,12 +7,12 @@ from pathlib import Path
 from typing import Any
 
 from sunset.errors import ManagerError, ScenarioError, SunsetError
-from sunset.experiments.graph import SYSTEM_NODES
 from sunset.experiments.observer import Observer
 from sunset.experiments.spec import EXTERNAL, RunSpec
 from sunset.isolation import ProcessDeath, UnexpectedError, Watch, call_isolated
 from sunset.managing import MANAGERS, ManagingSystem, checksum, load_manager, manager_sources
 from sunset.ros import CallbackError, Context, Parameter
+from sunset.system import current_system
 from sunset.texts import shorten
 
 __all__ = [
@@ -121,7 +121,7 @@ def check_name(name: str, given: str) -> None:
     Raises:
         ManagerError: it has.
     """
-    if name in SYSTEM_NODES:
+    if name in current_system().all_nodes:
         raise ManagerError(
             f"The managing system {given} has the name {name}, which is a node of the system; give its class another "
             "node_name."

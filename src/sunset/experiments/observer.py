@@ -6,8 +6,6 @@ It listens at the middleware, not at any node: what a managing system says of it
 from types import MappingProxyType
 from typing import Final, Protocol
 
-from sunset.experiments.graph import MANAGED_NODES, MANAGER_PROCESS, SYSTEM_NODES
-from sunset.faults import FAULTS
 from sunset.interfaces import Message
 from sunset.interfaces.builtin_interfaces.msg import Time
 from sunset.interfaces.lifecycle_msgs.msg import TransitionEvent
@@ -21,52 +19,32 @@ from sunset.interfaces.rcl_interfaces.srv import (
 )
 from sunset.interfaces.system_interfaces.msg import Command
 from sunset.interfaces.system_interfaces.srv import Redeploy
-from sunset.metrics import INFRASTRUCTURE
 from sunset.rmw.core.port import EndpointKind, RequestId
 from sunset.rmw.core.tap import Tap
 from sunset.ros.exceptions import InvalidParameterTypeException
 from sunset.ros.parameter import parameter_value_to_python
+from sunset.system import (
+    HARNESS,
+    INFRASTRUCTURE,
+    MANAGER_PROCESS,
+    NAMESPACE,
+    OFF_LIMITS_TOPICS,
+    current_system,
+    full_name,
+)
 from sunset.texts import shorten
 
-__all__ = ["COMMANDS_TOPIC", "OFF_LIMITS_TOPICS", "Observer", "Sink"]
+__all__ = ["COMMANDS_TOPIC", "Observer", "Sink"]
 
 COMMANDS_TOPIC: Final = "/experiment/commands"
 """Where the record keeps the observed commands (`system_interfaces/msg/Command`)."""
 
-OFF_LIMITS_TOPICS: Final = (
-    "/experiment/injections",
-    "/experiment/log",
-    "/gt_segmentation",
-    "/parameter_events",
-    "/seg_metrics",
-)
-"""Topics that carry the truth: a managing system that reads them is not scored."""
-
-_SENSOR_OF: Final = MappingProxyType(
-    {"/rgb_raw": "/managed_subsystem/camera", "/depth_raw": "/managed_subsystem/depth"}
-)
-"""What the world shows, and the node that may look at it: whoever goes past a sensor goes past its faults."""
-
-_OWN_PREFIXES: Final = ("/managed_subsystem/", "/experiment/")
-_OFF_LIMITS_SERVERS: Final = frozenset({"/bag_player", "/evaluator", "/experiment", "/scenario_executor"})
+_OWN_PREFIXES: Final = (f"{NAMESPACE}/", "/experiment/")
+_OFF_LIMITS_SERVERS: Final = frozenset(f"/{node.name}" for node in HARNESS.values() if node.off_limits)
 """Nodes that a managing system must not call."""
 
 _END_SERVICE: Final = "/experiment/end"
 """By which a managing system of another process may say that it is done."""
-
-_OWN_SERVICES: Final = tuple(f"{node}/" for node in sorted(SYSTEM_NODES))
-_OWN_TOPICS: Final = frozenset(
-    {
-        "/blackboard_group",
-        "/clock",
-        "/depth_raw",
-        "/diagnostics",
-        "/gt_segmentation",
-        "/rgb_raw",
-        "/seg_metrics",
-    }
-)
-"""Topics on which only the managed system and the experiment publish; nobody else's message counts."""
 
 _PARAMETER_EVENTS: Final = "/parameter_events"
 """On which every node publishes, each of itself; some clients subscribe to it by themselves."""
@@ -115,6 +93,8 @@ class Observer(Tap):
 
     def __init__(self, sink: Sink) -> None:
         self._sink = sink
+        self._system = current_system()
+        self._own_services = tuple(f"{node}/" for node in sorted(self._system.all_nodes))
         self._pending: dict[tuple[str, RequestId], Command] = {}
         """What was asked for and not answered yet, by the experiment's own clients too."""
         self.commands = 0
@@ -127,22 +107,29 @@ class Observer(Tap):
         for command in self._pending.values():
             if command.node == node and command.kind != "redeploy":  # which the launcher answers
                 command.reason = command.reason or "the node ended"  # what the new one does is no evidence
-        if process == MANAGER_PROCESS and node in SYSTEM_NODES:
+        if process == MANAGER_PROCESS and node in self._system.all_nodes:
             self.violations[f"the managing system has a node {node}, which is a name of the system's"] = None
 
     def on_endpoint(self, node: str, kind: EndpointKind, name: str) -> None:
         """Note who goes past a sensor, is fed by others, listens to the truth, or answers for the system."""
-        if kind is EndpointKind.SUBSCRIPTION and node not in {_SENSOR_OF.get(name, node), "/monitor"}:
-            self.violations[f"{node} subscribes to {name}, which only {_SENSOR_OF[name]} may"] = None
-        elif kind is EndpointKind.SUBSCRIPTION and node in MANAGED_NODES and not _may_feed(name):
+        readers = self._system.sensors.get(name, {node})
+        if kind is EndpointKind.SUBSCRIPTION and node not in {*readers, "/monitor"}:
+            self.violations[
+                f"{node} subscribes to {name}, which only {' and '.join(sorted(readers))} may"
+            ] = None
+        elif (
+            kind is EndpointKind.SUBSCRIPTION
+            and node in self._system.managed_nodes
+            and not self._may_feed(name)
+        ):
             self.violations[f"{node} subscribes to {name}, on which the managed system does not publish"] = (
                 None
             )
-        if node in SYSTEM_NODES:
+        if node in self._system.all_nodes:
             return
         if kind is EndpointKind.SUBSCRIPTION and name in OFF_LIMITS_TOPICS:
             self.violations[f"{node} subscribes to {name}, which carries the truth"] = None
-        if kind is EndpointKind.SERVICE and name.startswith(_OWN_SERVICES):
+        if kind is EndpointKind.SERVICE and name.startswith(self._own_services):
             self.violations[f"{node} offers {name}, which belongs to the system"] = None
 
     def on_message(self, time_ns: int, topic: str, node: str, message: Message) -> None:
@@ -150,7 +137,9 @@ class Observer(Tap):
         of_another = isinstance(message, ParameterEvent) and message.node != node
         if topic == _PARAMETER_EVENTS and of_another:
             self.violations[f"{node} publishes on {topic} in the name of another node"] = None
-        elif node not in SYSTEM_NODES and (topic in _OWN_TOPICS or topic.startswith(_OWN_PREFIXES)):
+        elif node not in self._system.all_nodes and (
+            topic in self._system.own_topics or topic.startswith(_OWN_PREFIXES)
+        ):
             self.violations[f"{node} publishes on {topic}, which belongs to the experiment"] = None
         else:
             self._sink.write(topic, time_ns, message)
@@ -165,9 +154,9 @@ class Observer(Tap):
             client in INFRASTRUCTURE and not isinstance(request, ChangeState.Request)
         ):
             return
-        if server in _OFF_LIMITS_SERVERS and client not in SYSTEM_NODES:
+        if server in _OFF_LIMITS_SERVERS and client not in self._system.all_nodes:
             self.violations[f"{client} calls {service}, which belongs to the experiment"] = None
-        if server not in MANAGED_NODES and server != "/launcher":
+        if server not in self._system.managed_nodes and server != "/launcher":
             return
         command = _command_of(server, request)
         self._note_violations(client, server, request)
@@ -218,6 +207,12 @@ class Observer(Tap):
             command.successful = event.goal_state.id == goal
             command.reason = "not answered"
 
+    def _may_feed(self, topic: str) -> bool:
+        """Return whether a managed node may subscribe to a topic: not of the managing system's, and not the truth."""
+        if topic in OFF_LIMITS_TOPICS:
+            return topic == _PARAMETER_EVENTS
+        return topic in self._system.own_topics or topic.startswith(f"{NAMESPACE}/")
+
     def _note_violations(self, client: str, server: str, request: Message) -> None:
         if isinstance(request, SetParameters.Request | SetParametersAtomically.Request):
             verb, names = "sets", [parameter.name for parameter in request.parameters]
@@ -226,31 +221,10 @@ class Observer(Tap):
         else:
             return
         for name in names:
-            if (server, name) in _FAULT_PARAMETERS:
+            if (server, name) in self._system.fault_parameters:
                 self.violations[f"{client} {verb} the fault parameter {name} of {server}"] = None
             elif name == _USE_SIM_TIME and verb == "sets":
                 self.violations[f"{client} sets {name} of {server}, which belongs to the experiment"] = None
-
-
-def _may_feed(topic: str) -> bool:
-    """Return whether a managed node may subscribe to a topic: neither the managing system nor the truth feeds it."""
-    if topic in OFF_LIMITS_TOPICS:
-        return topic == _PARAMETER_EVENTS
-    return topic in _OWN_TOPICS or topic.startswith("/managed_subsystem/")
-
-
-def _fault_parameters() -> frozenset[tuple[str, str]]:
-    """Return the parameters that exist only for injecting faults, as (full node name, parameter)."""
-    return frozenset(
-        (f"/managed_subsystem/{step.node}", step.parameter)
-        for fault in FAULTS.values()
-        if fault.name != "unneeded_enhancement"
-        for step in fault.injection
-        if step.parameter
-    )
-
-
-_FAULT_PARAMETERS: Final = _fault_parameters()
 
 
 def _command_of(server: str, request: Message) -> Command | None:
@@ -265,8 +239,7 @@ def _command_of(server: str, request: Message) -> Command | None:
         label = request.transition.label or _TRANSITIONS.get(request.transition.id, "unknown")
         return Command(node=server, kind=label)
     if isinstance(request, Redeploy.Request):
-        name = request.node.rsplit("/", 1)[-1]
-        return Command(node=f"/managed_subsystem/{name}", kind="redeploy")
+        return Command(node=full_name(request.node.rsplit("/", 1)[-1]), kind="redeploy")
     return None
 
 

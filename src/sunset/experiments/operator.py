@@ -3,10 +3,8 @@
 from collections import deque
 from dataclasses import dataclass
 from functools import partial
-from types import MappingProxyType
 from typing import Final, cast
 
-from sunset.experiments.graph import INITIAL_STATES
 from sunset.experiments.processes import NodeProcesses
 from sunset.interfaces import Message
 from sunset.interfaces.std_srvs.srv import Trigger
@@ -17,22 +15,10 @@ from sunset.ros.context import Context
 from sunset.ros.node import Node
 from sunset.ros.task import Future
 from sunset.ros.time import ClockType
+from sunset.system import SENSOR_TOPICS, current_system, frequency_entry
 
 __all__ = ["NodeStatus", "Operator"]
 
-_OUTPUTS: Final = MappingProxyType(
-    {
-        "bag_player": "rgb_raw_freq",
-        "camera": "managed_subsystem_rgb_camera_freq",
-        "depth": "managed_subsystem_depth_camera_freq",
-        "image_enhancement": "managed_subsystem_rgb_enhanced_freq",
-        "sensor_fusion": "managed_subsystem_sensors_fused_freq",
-        "segmentation": "managed_subsystem_segmentation_freq",
-    }
-)
-"""Node → the blackboard's entry with the frequency of what it publishes."""
-_FREQUENCIES: Final = frozenset(_OUTPUTS.values())
-_STATES: Final = frozenset(f"{node}_lc_state" for node in INITIAL_STATES)
 _FORGOTTEN_NS: Final = 2 * 10**9
 """So long after a process ended, the blackboard does not tell of it any more."""
 _LONGEST: Final = 20
@@ -75,6 +61,13 @@ class Operator(Node):
         self.news: deque[str] = deque()
         """What happened, in sentences, until somebody takes them out."""
         self._invites = invites
+        system = current_system()
+        self._initial_states = system.initial_states
+        self._states = {f"{node}_lc_state" for node in system.nodes}
+        self._outputs = {
+            node.name: frequency_entry(node.outputs[0]) for node in system.nodes.values() if node.outputs
+        }
+        self._outputs["bag_player"] = frequency_entry(SENSOR_TOPICS[0])
         self._ended_ns: dict[str, int] = {}
         self._elsewhere: set[str] = set()
         self._inject = inject
@@ -97,11 +90,11 @@ class Operator(Node):
         if pid is not None:
             self._ended_ns.pop(node, None)
             self._elsewhere.discard(node)
-        if node in INITIAL_STATES:
+        if node in self._initial_states:
             state = str(self._blackboard.get(f"{node}_lc_state", "starting"))
         if pid is None and not self._runs_elsewhere(node):
             state = processes.end_of(node)
-        hertz = self._blackboard.get(_OUTPUTS.get(node, ""))
+        hertz = self._blackboard.get(self._outputs.get(node, ""))
         if node in self._times:
             now = self._wall.now_ns()
             hertz = float(sum(now - time < 10**9 for time in self._times[node]))
@@ -126,14 +119,16 @@ class Operator(Node):
     def _on_blackboard(self, message: SetBlackboardGroup) -> None:
         self._note("monitor", message)
         for name, value in read_parameters(message.bb_params).items():
-            if (name in _FREQUENCIES and isinstance(value, float)) or (name in _STATES and _is_state(value)):
+            is_frequency = name in self._outputs.values() and isinstance(value, float)
+            is_state = name in self._states and _is_state(value)
+            if is_frequency or is_state:
                 self._blackboard[name] = value
-        states = {node: self._blackboard.get(f"{node}_lc_state") for node in INITIAL_STATES}
-        if not self.up and states == INITIAL_STATES:
+        states = {node: self._blackboard.get(f"{node}_lc_state") for node in self._initial_states}
+        if not self.up and states == self._initial_states:
             self.up = True
             self.news.append("All nodes are up.")
             self._player.call_async(Trigger.Request()).add_done_callback(self._on_flying)
-        if self._invites and self._blackboard.get(_OUTPUTS["segmentation"]):
+        if self._invites and self._blackboard.get(self._outputs["segmentation"]):
             self._invites = False
             self.news.append("The system is up; start your managing system now.")
 

@@ -21,9 +21,10 @@ from sunset.experiments.spec import RunSpec, Timing
 from sunset.isolation import Watch
 from sunset.managing import checksum, load_manager, manager_sources
 from sunset.metrics import RunMetrics, Timeline, score
+from sunset.perception import ModelCard
 from sunset.recording import RecordWriter, read_run, read_timeline
 from sunset.rmw.backends import live_middleware
-from sunset.rmw.sim import DEFAULT_COMPUTE
+from sunset.system import current_system
 
 __all__ = ["RunResult", "prepare", "record", "record_failure", "run", "versions"]
 
@@ -122,8 +123,7 @@ def record(spec: RunSpec, folder: Path, *, log: bool = False, known: str | None 
         fly = _fly_live if spec.live else _fly_simulated
         flown = fly(spec, resources, writer, log=log, known=known)
         timeline = writer.timeline(
-            entropy_threshold=resources.model.card.entropy_threshold,
-            sharpness_threshold=resources.model.card.sharpness_threshold,
+            thresholds=_thresholds(resources.model.card),
             duration_s=spec.timing.duration_s,
             period_s=spec.timing.period_s,
             expected_frames=spec.timing.expected_frames,
@@ -257,15 +257,22 @@ def _describe(spec: RunSpec, resources: Resources) -> dict[str, Any]:
         "duration_s": timing.duration_s,
         "period_s": timing.period_s,
         "expected_frames": timing.expected_frames,
-        "entropy_threshold": card.entropy_threshold,
-        "sharpness_threshold": card.sharpness_threshold,
+        **_thresholds(card),
         "versions": versions(),
+    }
+
+
+def _thresholds(card: ModelCard) -> dict[str, float]:
+    """Return the thresholds of the model's card, by name; a record pins those of extensions with these."""
+    signals = current_system().signals.values()
+    return {
+        signal.threshold_name: getattr(card, signal.threshold_name) for signal in signals if signal.calibrated
     }
 
 
 def _modelled_time(timing: Timing) -> dict[str, Any]:
     return {
-        "compute_s": dict(DEFAULT_COMPUTE),
+        "compute_s": dict(current_system().compute_s),
         "jitter": timing.jitter,
         "latency_s": timing.latency_s,
     }

@@ -5,7 +5,6 @@ from functools import partial
 from typing import TypeVar
 
 from sunset.errors import SunsetError
-from sunset.experiments.graph import INITIAL_STATES, MANAGER_PROCESS, SYSTEM_NODES
 from sunset.experiments.launcher import Launcher
 from sunset.experiments.manager import absent, check_injection, failure, manager_factory
 from sunset.experiments.observer import Observer
@@ -17,10 +16,11 @@ from sunset.interfaces import Message
 from sunset.isolation import Watch
 from sunset.managing import ManagingSystem
 from sunset.nodes import NODES, BagPlayer, SegmentationNode
-from sunset.rmw.sim import DEFAULT_COMPUTE, SimProcess, Simulation, Tap
+from sunset.rmw.sim import SimProcess, Simulation, Tap
 from sunset.ros import CallbackError, Context, Node, Parameter, SingleThreadedExecutor
 from sunset.scenarios import ScenarioExecutor
 from sunset.seeding import generator
+from sunset.system import MANAGER_PROCESS, current_system
 
 __all__ = ["SimulatedProcesses", "fly"]
 
@@ -114,9 +114,9 @@ def fly(
         ManagerError: the managing system raised.
         SunsetError: the system did not come up, or the scenario could not be injected.
     """
-    timing = spec.timing
+    timing, system = spec.timing, current_system()
     simulation = Simulation(
-        seed=spec.seed, compute=DEFAULT_COMPUTE, jitter=timing.jitter, latency_s=timing.latency_s
+        seed=spec.seed, compute=system.compute_s, jitter=timing.jitter, latency_s=timing.latency_s
     )
     simulation.add_tap(observer)
     simulation.add_tap(_SignOfLife(watch))
@@ -125,7 +125,7 @@ def fly(
     def started(name: str, factory: Callable[[Context], NodeT]) -> NodeT:
         return bring_up(simulation.create_process(name), factory)
 
-    started("launcher", lambda context: Launcher(processes, tuple(INITIAL_STATES), context=context))
+    started("launcher", lambda context: Launcher(processes, tuple(system.nodes), context=context))
     started("scenario_executor", lambda context: ScenarioExecutor(spec.scenario, context=context))
     supervisor = started(
         "experiment", lambda context: Supervisor(spec.scenario.name, spec.timing, context=context)
@@ -140,7 +140,7 @@ def fly(
     try:
         start_ns = _conduct(simulation, supervisor, spec, observer)
     except SunsetError as error:
-        if not isinstance(error, CallbackError) or error.node in SYSTEM_NODES:
+        if not isinstance(error, CallbackError) or error.node in system.all_nodes:
             raise
         raise failure(spec, manager, error) from error
     except BaseException as error:

@@ -10,6 +10,7 @@ from sunset.managing import split_label
 from sunset.rmw.backends import BACKENDS, LIVE, SIMULATED
 from sunset.scenarios import Scenario, suite_of
 from sunset.seeding import check_seed
+from sunset.system import DURATION_S, PERIOD_S
 
 __all__ = ["DEFAULT_SCENARIO", "EXTERNAL", "MIDDLEWARES", "RunSpec", "Timing"]
 
@@ -32,11 +33,11 @@ DEFAULT_SCENARIO: Final = "paper/cuda_out_of_memory+image_shift+autofocus_needed
 class Timing:
     """The clockwork of an experiment; every duration in seconds, of virtual time in the simulation."""
 
-    duration_s: float = 20.0
+    duration_s: float = DURATION_S
     """How long is measured, from the injection on."""
     warm_up_s: float = 3.0
     """Healthy operation before the injection; not counted."""
-    period_s: float = 0.1
+    period_s: float = PERIOD_S
     """Time between two frames of the bag."""
     latency_s: float = 0.0005
     """Time that a message or a service request is on its way."""

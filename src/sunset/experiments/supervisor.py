@@ -5,7 +5,6 @@ from enum import Enum
 from typing import Final
 
 from sunset.errors import ScenarioError
-from sunset.experiments.graph import INITIAL_STATES
 from sunset.experiments.spec import Timing
 from sunset.interfaces.diagnostic_msgs.msg import DiagnosticArray
 from sunset.interfaces.std_srvs.srv import Trigger
@@ -13,6 +12,7 @@ from sunset.interfaces.system_interfaces.msg import ExperimentLogging
 from sunset.ros.context import Context
 from sunset.ros.node import Node
 from sunset.ros.task import Future
+from sunset.system import current_system
 
 __all__ = ["Phase", "Supervisor"]
 
@@ -59,6 +59,7 @@ class Supervisor(Node):
         self.timing = timing
         """The clockwork of the experiment."""
         self._ready = ready
+        self._initial_states = current_system().initial_states
         self._heard: dict[str, tuple[str, int]] = {}
         self._log = self.create_publisher(ExperimentLogging, "/experiment/log", 10)
         self._player = self.create_client(Trigger, "/bag_player/start")
@@ -70,8 +71,8 @@ class Supervisor(Node):
     @property
     def missing(self) -> dict[str, str]:
         """The managed nodes that are not in their initial state yet, and the state they are in."""
-        states = {node: self._state_of(node) for node in INITIAL_STATES}
-        return {node: state for node, state in states.items() if state != INITIAL_STATES[node]}
+        states = {node: (self._state_of(node), initial) for node, initial in self._initial_states.items()}
+        return {node: state for node, (state, initial) in states.items() if state != initial}
 
     def _state_of(self, node: str) -> str:
         state, heard_ns = self._heard.get(node, ("unseen", 0))

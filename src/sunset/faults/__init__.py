@@ -1,17 +1,5 @@
-"""What can go wrong: the catalogue of faults, and the degradations as pure functions on arrays."""
+"""What faults do to images: the degradations as pure functions on arrays."""
 
-from sunset.faults.catalogue import (
-    ADAPTATIONS,
-    EXCLUSIVE,
-    FAULTS,
-    Adaptation,
-    AdaptationKind,
-    Failure,
-    Fault,
-    FaultKind,
-    Value,
-    get_fault,
-)
 from sunset.faults.degradations import (
     BLUR_SIGMA,
     DEPTH_COUNTS_PER_METRE,
@@ -27,25 +15,15 @@ from sunset.faults.degradations import (
 )
 
 __all__ = [
-    "ADAPTATIONS",
     "BLUR_SIGMA",
     "DEPTH_COUNTS_PER_METRE",
     "DEPTH_DEGRADATION_RANGE",
-    "EXCLUSIVE",
-    "FAULTS",
     "IMAGE_DEGRADATION_RANGE",
     "REFERENCE_WIDTH",
-    "Adaptation",
-    "AdaptationKind",
-    "Failure",
-    "Fault",
-    "FaultKind",
-    "Value",
     "blur",
     "degrade_depth",
     "degrade_image",
     "enhance_image",
-    "get_fault",
     "sharpness",
     "shift_image",
 ]

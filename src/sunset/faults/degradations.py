@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from sunset.errors import ParameterError
+from sunset.system import DEPTH_DEGRADATION_RANGE, IMAGE_DEGRADATION_RANGE
 
 __all__ = [
     "BLUR_SIGMA",
@@ -41,12 +42,6 @@ BLUR_SIGMA: Final = 2.0
 
 DEPTH_COUNTS_PER_METRE: Final = 65.535
 """A 16-bit depth image counts 65535 steps on 1000 m."""
-
-IMAGE_DEGRADATION_RANGE: Final = (0.0, 1.9)
-"""Least and greatest strength of `degrade_image`; at 2 nothing would be left of the image."""
-
-DEPTH_DEGRADATION_RANGE: Final = (0.0, 100.0)
-"""Least and greatest standard deviation of the depth's noise, in metres."""
 
 _DARKENING = 0.5  # of the brightness, per unit of strength: the published exemplar's figure
 _MIXING = 0.2  # of each channel replaced by the next one, per unit of strength

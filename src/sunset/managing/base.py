@@ -12,7 +12,6 @@ from sunset.interfaces.system_interfaces.msg import SetBlackboardGroup
 from sunset.interfaces.system_interfaces.srv import Redeploy
 from sunset.managing.symptoms import (
     DEFAULT_ENTROPY_THRESHOLD,
-    MANAGED_NODES,
     Symptoms,
     Value,
     read_parameters,
@@ -21,6 +20,7 @@ from sunset.ros.context import Context
 from sunset.ros.node import Node
 from sunset.ros.parameter import Parameter
 from sunset.ros.task import Future
+from sunset.system import current_system, full_name
 from sunset.texts import shorten, suggestion
 
 if TYPE_CHECKING:
@@ -135,7 +135,7 @@ class ManagingSystem(Node):
                 self.get_logger().warning(f"{node} refused {name} = {shorten(repr(value))}: {reason}")
             return not refusals
 
-        return self.__call(SetParameters, f"{_full(node)}/set_parameters", request, accepted)
+        return self.__call(SetParameters, f"{full_name(node)}/set_parameters", request, accepted)
 
     def change_topic(self, node: str, parameter: str, topic: str) -> Future[bool]:
         """Let a node subscribe to another topic.
@@ -215,7 +215,7 @@ class ManagingSystem(Node):
     def __transition(self, node: str, transition: int, label: str) -> Future[bool]:
         request = ChangeState.Request(transition=Transition(id=transition, label=label))
         return self.__call(
-            ChangeState, f"{_full(node)}/change_state", request, lambda response: bool(response.success)
+            ChangeState, f"{full_name(node)}/change_state", request, lambda response: bool(response.success)
         )
 
     def __call(
@@ -230,7 +230,8 @@ class ManagingSystem(Node):
             self.__callers[name] = self.create_client(service, name)
         if not self.__callers[name].service_is_ready():
             node = _short(name.rpartition("/")[0])
-            hint = "" if node in MANAGED_NODES else suggestion(node, MANAGED_NODES)
+            nodes = current_system().nodes
+            hint = "" if node in nodes else suggestion(node, nodes)
             self.get_logger().warning(
                 f"No node offers {name} now, so the request is lost{hint and f': {hint}another one'}."
             )

@@ -5,27 +5,16 @@ from collections.abc import Iterable, Iterator, Mapping
 from typing import Annotated, Final
 
 from sunset.interfaces.rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
+from sunset.system import RESULT_TOPIC, Value, current_system, frequency_entry
 from sunset.texts import suggestion
 
 __all__ = ["DEFAULT_ENTROPY_THRESHOLD", "FloatOrNaN", "Symptoms", "Value", "read_parameters"]
-
-Value = bool | int | float | str
-"""The value of one entry of the blackboard."""
 
 FloatOrNaN = Annotated[float, "NaN until it is measured"]
 """A measured number, or NaN until there is one: never None. NaN is neither over nor under any threshold."""
 
 DEFAULT_ENTROPY_THRESHOLD: Final = 0.06
 """The published model's."""
-
-_NAMESPACE: Final = "/managed_subsystem/"
-_LAST_TOPIC: Final = "segmentation"
-"""What the pipeline has at its end: there are messages on it only where all before it works."""
-_TOPICS: Final = (
-    *("rgb_camera", "depth_camera", "rgb_enhanced", "sensors_fused", _LAST_TOPIC),
-    *("/rgb_raw", "/depth_raw"),
-)
-MANAGED_NODES: Final = ("camera", "depth", "image_enhancement", "sensor_fusion", "segmentation")
 
 
 class Symptoms(Mapping[str, Value]):
@@ -73,9 +62,10 @@ class Symptoms(Mapping[str, Value]):
         Raises:
             ValueError: there is no such topic.
         """
-        key = _frequency_key(topic)
-        if key not in self and key not in map(_frequency_key, _TOPICS):
-            raise _unknown_error("topic", topic, _TOPICS)
+        key = frequency_entry(topic)
+        topics = current_system().topics
+        if key not in self and key not in map(frequency_entry, topics):
+            raise _unknown_error("topic", topic, topics)
         return self._number(key)
 
     def stopped(self, topic: str) -> bool:
@@ -89,7 +79,7 @@ class Symptoms(Mapping[str, Value]):
     @property
     def up(self) -> bool:
         """Whether the managed system has come up: a segmented frame was seen; True from then on."""
-        return _frequency_key(_LAST_TOPIC) in self
+        return frequency_entry(RESULT_TOPIC) in self
 
     @property
     def entropy(self) -> FloatOrNaN:
@@ -129,8 +119,9 @@ class Symptoms(Mapping[str, Value]):
 
     def _node_key(self, node: str, what: str) -> str:
         key = f"{_short(node)}_{what}"
-        if key not in self and _short(node) not in MANAGED_NODES:
-            raise _unknown_error("node", node, MANAGED_NODES)
+        nodes = current_system().nodes
+        if key not in self and _short(node) not in nodes:
+            raise _unknown_error("node", node, nodes)
         return key
 
     def _number(self, key: str) -> FloatOrNaN:
@@ -170,8 +161,3 @@ def _unknown_error(what: str, name: str, known: Iterable[str]) -> ValueError:
 
 def _short(node: str) -> str:
     return node.rsplit("/", 1)[-1]
-
-
-def _frequency_key(topic: str) -> str:
-    full = topic if topic.startswith("/") else _NAMESPACE + topic
-    return f"{full.strip('/').replace('/', '_')}_freq"

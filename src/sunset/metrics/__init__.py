@@ -1,9 +1,6 @@
 """How well a managing system did, measured from outside: pure functions from a timeline to figures."""
 
 from sunset.metrics.adaptations import (
-    FAILING_NODE,
-    INFRASTRUCTURE,
-    UPSTREAM,
     ExecutedAdaptation,
     executed_adaptations,
     unnecessary_redeploys,
@@ -11,13 +8,10 @@ from sunset.metrics.adaptations import (
 from sunset.metrics.confusion import ClassCounts, accumulated_iou, class_iou, count_classes, image_iou
 from sunset.metrics.downtime import downtime
 from sunset.metrics.entropy import normalised_entropy
-from sunset.metrics.episodes import SAMPLES, WINDOW_S, Episode, Spell, excesses, failure_episodes, silences
+from sunset.metrics.episodes import Episode, Spell, excesses, failure_episodes, silences
 from sunset.metrics.score import RunMetrics, score
 from sunset.metrics.timeline import (
-    CAMERA_TOPIC,
-    FUSION_TOPIC,
     NUMBER_OF_CLASSES,
-    SEGMENTATION_TOPIC,
     Command,
     Frames,
     Injection,
@@ -26,15 +20,7 @@ from sunset.metrics.timeline import (
 )
 
 __all__ = [
-    "CAMERA_TOPIC",
-    "FAILING_NODE",
-    "FUSION_TOPIC",
-    "INFRASTRUCTURE",
     "NUMBER_OF_CLASSES",
-    "SAMPLES",
-    "SEGMENTATION_TOPIC",
-    "UPSTREAM",
-    "WINDOW_S",
     "ClassCounts",
     "Command",
     "Episode",

@@ -3,42 +3,18 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
-from typing import Final
 
 from sunset.metrics.downtime import TOLERANCE_S
 from sunset.metrics.timeline import Command, Injection
+from sunset.system import INFRASTRUCTURE, System, current_system, short_name
 
 __all__ = [
-    "FAILING_NODE",
-    "INFRASTRUCTURE",
-    "UPSTREAM",
     "ExecutedAdaptation",
     "affects",
     "executed_adaptations",
-    "short_name",
     "unnecessary_redeploys",
 ]
 
-FAILING_NODE: Final = MappingProxyType(
-    {"F1": "camera", "F2": "sensor_fusion", "F3": "segmentation", "F4": "segmentation", "F5": "camera"}
-)
-"""Failure → the node that fails."""
-
-UPSTREAM: Final = MappingProxyType(
-    {
-        "camera": frozenset[str](),
-        "depth": frozenset[str](),
-        "image_enhancement": frozenset({"camera"}),
-        "sensor_fusion": frozenset({"camera", "depth", "image_enhancement"}),
-        "segmentation": frozenset({"camera", "depth", "image_enhancement", "sensor_fusion"}),
-    }
-)
-"""Node of the managed system → the nodes that its input may come from, however far up."""
-
-INFRASTRUCTURE: Final = frozenset({"/experiment", "/launcher", "/scenario_executor"})
-"""Full names of the nodes whose commands are the experiment's own, such as to inject faults."""
-
-_NAMESPACE = "/managed_subsystem/"
 _RESTART_S = 1.0  # at most from deactivate to activate
 _KINDS = MappingProxyType(
     {
@@ -83,23 +59,14 @@ class ExecutedAdaptation:
         return "set " + " and ".join(f"{self.node}.{name} to {value}" for name, value in pairs)
 
 
-def short_name(node: str) -> str:
-    """Return a node's name without the managed system's namespace.
-
-    >>> short_name("/managed_subsystem/camera"), short_name("camera"), short_name("/elsewhere/camera")
-    ('camera', 'camera', '/elsewhere/camera')
-    """
-    return node.removeprefix(_NAMESPACE)
-
-
-def affects(node: str, failure: str) -> bool:
+def affects(node: str, failure: str, system: System) -> bool:
     """Return whether an adaptation of `node` can resolve `failure`: it is the failing node or upstream of it.
 
-    >>> affects("depth", "F2"), affects("depth", "F1")
+    >>> affects("depth", "F2", current_system()), affects("depth", "F1", current_system())
     (True, False)
     """
-    failing = FAILING_NODE[failure]
-    return node == failing or node in UPSTREAM[failing]
+    failing = system.failing_nodes[failure]
+    return node == failing or node in system.upstream[failing]
 
 
 def executed_adaptations(commands: Sequence[Command], *, until_s: float) -> tuple[ExecutedAdaptation, ...]:
@@ -108,7 +75,7 @@ def executed_adaptations(commands: Sequence[Command], *, until_s: float) -> tupl
     - Counted are successful commands to nodes of the managed system up to `until_s`, from whoever is not
       part of the experiment itself. Those of the warm-up count too: nothing needed adapting then.
     - A service call that sets parameters is one adaptation, however many it sets; it is a change of topic
-      where one of them is named `topic_…`.
+      where one of them names the topic of an input.
     - A deactivation and an activation of the same node, by the same client, at most 1 s apart, are one
       restart, together with a cleanup and a configuration between them.
     - A lifecycle shutdown ends the process, and is a redeploy; where the launcher's that makes a new one follows, the
@@ -118,10 +85,11 @@ def executed_adaptations(commands: Sequence[Command], *, until_s: float) -> tupl
         commands: in order of time.
         until_s: the end of the experiment.
     """
+    system = current_system()
     done: list[ExecutedAdaptation] = []
     shut_down: dict[str, ExecutedAdaptation] = {}
     for command in commands:
-        adaptation = _adaptation(command)
+        adaptation = _adaptation(command, system)
         if adaptation is None or adaptation.time > until_s:
             continue
         if command.kind == "shutdown":
@@ -132,13 +100,13 @@ def executed_adaptations(commands: Sequence[Command], *, until_s: float) -> tupl
     return tuple(done)
 
 
-def _adaptation(command: Command) -> ExecutedAdaptation | None:
+def _adaptation(command: Command, system: System) -> ExecutedAdaptation | None:
     """Return what one command does, or None where it is not to be counted."""
     node = short_name(command.node)
     kind = _KINDS.get(command.kind)
-    if not command.successful or command.client in INFRASTRUCTURE or node not in UPSTREAM or kind is None:
+    if not command.successful or command.client in INFRASTRUCTURE or node not in system.nodes or kind is None:
         return None
-    if any(name.startswith("topic_") for name in command.parameters):
+    if any((node, name) in system.topic_parameters for name in command.parameters):
         kind = "change_topic"
     return ExecutedAdaptation(
         command.time, node, kind, command.client, tuple(command.parameters), tuple(command.values)

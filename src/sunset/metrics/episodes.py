@@ -2,52 +2,46 @@
 
 The definitions, which the paper leaves open:
 
-- F1, F2 and F3 hold while the last message on their topic is 1 s or more ago. A topic that has never
-  sent anything counts as silent from 0.
-- F4 and F5 hold from the sample at which the mean of the last five is beyond the threshold to the sample at
-  which it no longer is. No verdict is made of stale samples: after a gap of more than 1 s in them five
-  fresh ones are needed, and until then what held holds.
+- An outage, as F1, F2 and F3 are, holds while the last message on its topic is 1 s or more ago. A topic that has
+  never sent anything counts as silent from 0.
+- A failure of a signal, as F4 and F5 are, holds from the sample at which the mean of the last five is beyond the
+  threshold to the sample at which it no longer is. No verdict is made of stale samples: after a gap of more than 1 s
+  in them five fresh ones are needed, and until then what held holds.
 - An episode counts if it holds at any time within the experiment.
 - A failure *began* when its fault was injected, the earliest if there are several and none of them has
   been blamed for an episode before. A fault that ended with its process before the silence or the samples
-  in question is not to blame, and none is for a silence that begins more than 1 s later: those of F1, F2 and
-  F3 show at once. Where there is no fault to blame, as in a ripple or a relapse, the failure began with its
+  in question is not to blame, and none is for a silence that begins more than 1 s later: outages show at
+  once. Where there is no fault to blame, as in a ripple or a relapse, the failure began with its
   topic's last message, or with the first of the five samples; 0 at the earliest.
 - It is *resolved* if it ended within the experiment, after at least one adaptation of the failing node or of
   one upstream of it since it began. The last such adaptation is the one that resolved it.
-- Nobody resolves what no fault has broken: a silence that does not begin within 1 s of a fault of F1, F2 or F3 in the
-  failing node or one upstream of it, or an F4 or F5 before which there was no fault of either. Else a managing
-  system could break what it then repairs.
+- Nobody resolves what no fault has broken: a silence that does not begin within 1 s of a fault that shows as an
+  outage, in the failing node or one upstream of it, or another failure before which there was no fault that shows as
+  such. Else a managing system could break what it then repairs.
 """
 
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final
 
 import numpy as np
 import numpy.typing as npt
 
-from sunset.metrics.adaptations import ExecutedAdaptation, affects, short_name
+from sunset.metrics.adaptations import ExecutedAdaptation, affects
 from sunset.metrics.downtime import TOLERANCE_S
-from sunset.metrics.timeline import (
-    CAMERA_TOPIC,
-    FUSION_TOPIC,
-    SEGMENTATION_TOPIC,
-    Injection,
-    Samples,
-    Timeline,
+from sunset.metrics.timeline import Injection, Samples, Timeline
+from sunset.system import (
+    SILENCE_S,
+    WINDOW,
+    Failure,
+    MovingMean,
+    System,
+    current_system,
+    full_name,
+    short_name,
 )
 
-__all__ = ["SAMPLES", "WINDOW_S", "Episode", "Spell", "excesses", "failure_episodes", "silences"]
-
-WINDOW_S: Final = 1.0
-"""Silence of this length is a symptom, and a gap of more than this makes samples stale [s]."""
-
-SAMPLES: Final = 5
-"""So many samples are averaged."""
-
-_OUTAGES = {"F1": CAMERA_TOPIC, "F2": FUSION_TOPIC, "F3": SEGMENTATION_TOPIC}
+__all__ = ["Episode", "Spell", "excesses", "failure_episodes", "silences"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,7 +64,7 @@ class Episode:
     """One occurrence of a failure.
 
     Attributes:
-        failure: `F1` … `F5`.
+        failure: its name, such as `F1`.
         began: when the failure began [s].
         holds: when its symptom began to hold [s].
         ended: when its symptom stopped [s]; None if it held to the end.
@@ -132,12 +126,12 @@ def silences(times: npt.NDArray[np.float64], *, duration_s: float) -> list[Spell
     if not moments or moments[0] > 0:
         moments.insert(0, 0.0)
     spells = [
-        Spell(last, last + WINDOW_S, following)
+        Spell(last, last + SILENCE_S, following)
         for last, following in itertools.pairwise(moments)
-        if following - last > WINDOW_S + TOLERANCE_S
+        if following - last > SILENCE_S + TOLERANCE_S
     ]
-    if moments[-1] + WINDOW_S < duration_s - TOLERANCE_S:
-        spells.append(Spell(moments[-1], moments[-1] + WINDOW_S, None))
+    if moments[-1] + SILENCE_S < duration_s - TOLERANCE_S:
+        spells.append(Spell(moments[-1], moments[-1] + SILENCE_S, None))
     return _within(spells)
 
 
@@ -151,21 +145,17 @@ def excesses(samples: Samples, threshold: float, *, below: bool = False, duratio
         duration_s: the end of the experiment; what came later is not looked at.
     """
     spells: list[Spell] = []
-    start = 0  # of the samples that no gap separates from the present one
     holding: tuple[float, float] | None = None
-    times, values = samples.times.tolist(), samples.values.tolist()
-    for position in range(int(np.searchsorted(samples.times, duration_s, side="right"))):
-        if position and times[position] - times[position - 1] > WINDOW_S + TOLERANCE_S:
-            start = position
-        first = position - SAMPLES + 1
-        if first < start:
+    moving = MovingMean(WINDOW.gap_s + TOLERANCE_S)
+    for time, value in zip(samples.times.tolist(), samples.values.tolist(), strict=True):
+        mean = moving.add(time, value) if time <= duration_s else None
+        if mean is None:
             continue
-        mean = sum(values[first : position + 1]) / SAMPLES
         beyond = mean < threshold if below else mean > threshold
         if beyond and holding is None:
-            holding = (times[first], times[position])
+            holding = (moving.since, time)
         elif holding is not None and not beyond:
-            spells.append(Spell(*holding, times[position]))
+            spells.append(Spell(*holding, time))
             holding = None
     if holding is not None:
         spells.append(Spell(*holding, None))
@@ -188,26 +178,34 @@ def failure_episodes(timeline: Timeline, adaptations: Sequence[ExecutedAdaptatio
         timeline: of the whole experiment.
         adaptations: those executed, in order of time.
     """
-    duration = timeline.duration_s
-    spells = {
-        failure: silences(timeline.message_times.get(topic, np.empty(0)), duration_s=duration)
-        for failure, topic in _OUTAGES.items()
-    }
-    spells["F4"] = excesses(timeline.entropy, timeline.entropy_threshold, duration_s=duration)
-    spells["F5"] = excesses(timeline.sharpness, timeline.sharpness_threshold, below=True, duration_s=duration)
+    system = current_system()
+    spells = {failure.name: _spells(failure, timeline, system) for failure in system.failures.values()}
     episodes = [
         episode
-        for failure in spells
-        for episode in _episodes(failure, spells[failure], timeline, adaptations)
+        for failure in system.failures.values()
+        for episode in _episodes(failure, spells[failure.name], timeline, adaptations, system)
     ]
     return tuple(sorted(episodes, key=lambda episode: (episode.holds, episode.failure)))
 
 
+def _spells(failure: Failure, timeline: Timeline, system: System) -> list[Spell]:
+    """Return the spells in which a failure's symptom held."""
+    duration = timeline.duration_s
+    if failure.topic:
+        times = timeline.message_times.get(full_name(failure.topic), np.empty(0))
+        return silences(times, duration_s=duration)
+    signal = system.signals[failure.signal]
+    samples = timeline.samples.get(signal.name, Samples())
+    threshold = timeline.thresholds[signal.threshold_name]
+    return excesses(samples, threshold, below=signal.below, duration_s=duration)
+
+
 def _episodes(
-    failure: str,
+    failure: Failure,
     spells: Sequence[Spell],
     timeline: Timeline,
     adaptations: Sequence[ExecutedAdaptation],
+    system: System,
 ) -> list[Episode]:
     """Say of each spell of one failure when the failure began, and what resolved it."""
     episodes = []
@@ -216,30 +214,34 @@ def _episodes(
         due = [
             injection
             for injection in timeline.injections
-            if injection.failure == failure
+            if injection.failure == failure.name
             and injection.fault not in blamed
             and injection.time <= spell.holds
         ]
         blamed.update(injection.fault for injection in due)
-        causes = [injection.time for injection in due if not _is_past(injection, spell, adaptations)]
+        causes = [injection.time for injection in due if not _is_past(injection, spell, adaptations, system)]
         began = min(causes) if causes else max(spell.origin, 0.0)
-        broken = _has_a_fault_behind_it(failure, spell, timeline.injections)
+        broken = _has_a_fault_behind_it(failure.name, spell, timeline.injections, system)
         episodes.append(
             Episode(
-                failure=failure,
+                failure=failure.name,
                 began=began,
                 holds=spell.holds,
                 ended=spell.ended,
                 injected=bool(causes),
-                adaptation=_resolving(failure, began, spell.ended, adaptations) if broken else None,
+                adaptation=_resolving(failure.name, began, spell.ended, adaptations, system)
+                if broken
+                else None,
             )
         )
     return episodes
 
 
-def _is_past(injection: Injection, spell: Spell, adaptations: Sequence[ExecutedAdaptation]) -> bool:
+def _is_past(
+    injection: Injection, spell: Spell, adaptations: Sequence[ExecutedAdaptation], system: System
+) -> bool:
     """Return whether a fault was gone before the spell's first evidence: cured, or ended with its process."""
-    if injection.failure in _OUTAGES and spell.origin > injection.time + WINDOW_S:
+    if injection.failure in system.outages and spell.origin > injection.time + SILENCE_S:
         return True
     return injection.internal and any(
         adaptation.kind == "redeploy"
@@ -249,22 +251,28 @@ def _is_past(injection: Injection, spell: Spell, adaptations: Sequence[ExecutedA
     )
 
 
-def _has_a_fault_behind_it(failure: str, spell: Spell, injections: Sequence[Injection]) -> bool:
+def _has_a_fault_behind_it(
+    failure: str, spell: Spell, injections: Sequence[Injection], system: System
+) -> bool:
     """Return whether a fault can have brought a failure about, by itself or by what else it does."""
-    if failure in _OUTAGES:
+    if failure in system.outages:
         return any(
-            injection.failure in _OUTAGES
-            and affects(short_name(injection.node), failure)
-            and abs(spell.origin - injection.time) <= WINDOW_S + TOLERANCE_S
+            injection.failure in system.outages
+            and affects(short_name(injection.node), failure, system)
+            and abs(spell.origin - injection.time) <= SILENCE_S + TOLERANCE_S
             for injection in injections
         )
     return any(
-        injection.failure not in _OUTAGES and injection.time <= spell.holds for injection in injections
+        injection.failure not in system.outages and injection.time <= spell.holds for injection in injections
     )
 
 
 def _resolving(
-    failure: str, began: float, ended: float | None, adaptations: Sequence[ExecutedAdaptation]
+    failure: str,
+    began: float,
+    ended: float | None,
+    adaptations: Sequence[ExecutedAdaptation],
+    system: System,
 ) -> ExecutedAdaptation | None:
     """Return the last adaptation that can have ended an episode."""
     if ended is None:
@@ -272,6 +280,6 @@ def _resolving(
     able = [
         adaptation
         for adaptation in adaptations
-        if began <= adaptation.time <= ended and affects(adaptation.node, failure)
+        if began <= adaptation.time <= ended and affects(adaptation.node, failure, system)
     ]
     return able[-1] if able else None

@@ -9,7 +9,8 @@ from sunset.metrics.adaptations import ExecutedAdaptation, executed_adaptations,
 from sunset.metrics.confusion import accumulated_iou
 from sunset.metrics.downtime import TOLERANCE_S, downtime
 from sunset.metrics.episodes import Episode, failure_episodes
-from sunset.metrics.timeline import SEGMENTATION_TOPIC, Timeline
+from sunset.metrics.timeline import Timeline
+from sunset.system import RESULT_TOPIC
 
 __all__ = ["RunMetrics", "score"]
 
@@ -74,7 +75,7 @@ def score(timeline: Timeline) -> RunMetrics:
     failures = failure_episodes(timeline, executed)
     resolved = [episode for episode in failures if episode.resolved]
     down = downtime(
-        timeline.message_times.get(SEGMENTATION_TOPIC, np.empty(0)),
+        timeline.message_times.get(RESULT_TOPIC, np.empty(0)),
         period_s=timeline.period_s,
         duration_s=timeline.duration_s,
     )

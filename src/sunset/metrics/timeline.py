@@ -14,22 +14,16 @@ import numpy.typing as npt
 
 from sunset.classes import CLASSES
 from sunset.errors import RecordError
+from sunset.system import DURATION_S, PERIOD_S, current_system
 
 __all__ = [
-    "CAMERA_TOPIC",
-    "FUSION_TOPIC",
     "NUMBER_OF_CLASSES",
-    "SEGMENTATION_TOPIC",
     "Command",
     "Frames",
     "Injection",
     "Samples",
     "Timeline",
 ]
-
-CAMERA_TOPIC: Final = "/managed_subsystem/rgb_camera"
-FUSION_TOPIC: Final = "/managed_subsystem/sensors_fused"
-SEGMENTATION_TOPIC: Final = "/managed_subsystem/segmentation"
 
 NUMBER_OF_CLASSES: Final = len(CLASSES)
 """28."""
@@ -87,7 +81,7 @@ class Injection:
     Attributes:
         time: when [s].
         fault: its name in the catalogue.
-        failure: what it shows as, `F1` … `F5`.
+        failure: the name of what it shows as, such as `F1`.
         node: the node that it is in, with or without the managed system's namespace.
         internal: whether it ends with the node's process.
         redeploy_only: whether nothing cheaper than a redeploy of the node cures it.
@@ -162,6 +156,31 @@ class Frames:
             )
 
 
+def _check_positive(name: str, number: float) -> None:
+    if not 0 < number < math.inf:
+        raise RecordError(f"The {name} of a timeline must be finite and greater than 0, got {number}.")
+
+
+def _complete(thresholds: Mapping[str, float]) -> Mapping[str, float]:
+    """Return the thresholds of all signals that have one: as given, else as the system's description has them.
+
+    Raises:
+        RecordError: one is missing, or cannot be a threshold.
+    """
+    complete = {}
+    for signal in current_system().signals.values():
+        if signal.has_threshold:
+            threshold = thresholds.get(signal.threshold_name, signal.threshold)
+            if threshold is None or not math.isfinite(threshold):
+                raise RecordError(
+                    f"The {signal.threshold_name} of a timeline must be finite, got {threshold}."
+                )
+            if signal.calibrated:
+                _check_positive(signal.threshold_name, threshold)
+            complete[signal.threshold_name] = threshold
+    return complete
+
+
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Timeline:
     """Everything about one experiment that its metrics are made of.
@@ -171,10 +190,9 @@ class Timeline:
         period_s: the expected time between two messages of a topic [s].
         message_times: full topic name → (N,) times [s] at which its messages left; a topic that is not
             there never sent one. Those of the warm-up belong in it.
-        entropy: the segmentation's entropy, with that of the warm-up.
-        sharpness: the camera image's sharpness, with that of the warm-up.
-        entropy_threshold: F4 holds above it.
-        sharpness_threshold: F5 holds below it.
+        samples: name of a signal → what was reported of it, with that of the warm-up; without an entry nothing was.
+        thresholds: name of a signal's threshold → the threshold; for one that is not there that of the system's
+            description is put in.
         injections: in order of time.
         commands: in order of time, whoever sent them.
         frames: the evaluated frames.
@@ -185,25 +203,21 @@ class Timeline:
             of time.
     """
 
-    duration_s: float = 20.0
-    period_s: float = 0.1
+    duration_s: float = DURATION_S
+    period_s: float = PERIOD_S
     message_times: Mapping[str, Times] = field(default_factory=dict)
-    entropy: Samples = field(default_factory=Samples)
-    sharpness: Samples = field(default_factory=Samples)
-    entropy_threshold: float
-    sharpness_threshold: float
+    samples: Mapping[str, Samples] = field(default_factory=dict)
+    thresholds: Mapping[str, float]
     injections: tuple[Injection, ...] = ()
     commands: tuple[Command, ...] = ()
     frames: Frames = field(default_factory=Frames)
-    expected_frames: int = 200
+    expected_frames: int = round(DURATION_S / PERIOD_S)
 
     def __post_init__(self) -> None:
         """Check what the value types have not checked."""
-        for name in ("duration_s", "period_s", "entropy_threshold", "sharpness_threshold", "expected_frames"):
-            if not 0 < getattr(self, name) < math.inf:
-                raise RecordError(
-                    f"The {name} of a timeline must be finite and greater than 0, got {getattr(self, name)}."
-                )
+        for name in ("duration_s", "period_s", "expected_frames"):
+            _check_positive(name, getattr(self, name))
+        object.__setattr__(self, "thresholds", _complete(self.thresholds))
         for topic, times in self.message_times.items():
             _check_times(topic, times)
         _check_times("injections", np.array([injection.time for injection in self.injections]))

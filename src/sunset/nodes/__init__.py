@@ -5,7 +5,7 @@ from types import MappingProxyType
 from typing import Final
 
 from sunset.nodes.bag_player import BagPlayer
-from sunset.nodes.base import NAMESPACE, AdaptiveNode
+from sunset.nodes.base import AdaptiveNode
 from sunset.nodes.camera import Camera
 from sunset.nodes.depth import Depth
 from sunset.nodes.evaluator import Evaluator
@@ -17,7 +17,6 @@ from sunset.nodes.sensor_fusion import Fusion
 from sunset.ros.node import Node
 
 __all__ = [
-    "NAMESPACE",
     "NODES",
     "AdaptiveNode",
     "BagPlayer",

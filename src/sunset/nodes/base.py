@@ -14,11 +14,9 @@ from sunset.ros.context import Context
 from sunset.ros.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from sunset.ros.parameter import Parameter
 from sunset.ros.subscription import Subscription
+from sunset.system import NAMESPACE, current_system
 
-__all__ = ["NAMESPACE", "AdaptiveNode"]
-
-NAMESPACE: Final = "/managed_subsystem"
-"""The namespace of the managed system."""
+__all__ = ["AdaptiveNode"]
 
 _HEARTBEAT_S: Final = 0.1
 _LEVEL: Final = DiagnosticStatus.OK
@@ -51,7 +49,8 @@ class AdaptiveNode(LifecycleNode):
     - *redeploy*: the lifecycle's shutdown ends the node's process.
 
     It configures itself, activates itself `lifecycle_activation_delay` seconds after it has started and knows the
-    time (as long as its hardware takes to boot, before which it cannot be activated), and reports its state and the
+    time (as long as its hardware takes to boot, before which it cannot be activated; the default is what the system's
+    description says of the node), and reports its state and the
     values given to `report` on `/diagnostics` ten times a second, until it is shut down.
 
     Args:
@@ -239,8 +238,11 @@ class AdaptiveNode(LifecycleNode):
 
     def __declare_bound_parameters(self) -> None:
         self.parameter_values.update({name: bound.default for name, bound in self.__bound.items()})
+        described = current_system().nodes.get(self.node_name)
+        if described is not None:
+            self.parameter_values["lifecycle_activation_delay"] = described.activation_delay_s
         for name, bound in self.__bound.items():
-            value = self.declare_parameter(name, bound.default, bound.descriptor()).value
+            value = self.declare_parameter(name, self.parameter_values[name], bound.descriptor()).value
             refusal = bound.refusal(self, value)
             if refusal:
                 raise ParameterError(refusal)

@@ -1,7 +1,6 @@
 """The camera: takes the recorded colour images, and shows what is wrong with it."""
 
 from collections import deque
-from typing import Final
 
 from sunset.faults import BLUR_SIGMA, IMAGE_DEGRADATION_RANGE, REFERENCE_WIDTH, blur, degrade_image, sharpness
 from sunset.interfaces.sensor_msgs.msg import Image
@@ -9,11 +8,9 @@ from sunset.nodes.base import AdaptiveNode
 from sunset.nodes.images import array_of_bgr, image_of_bgr
 from sunset.nodes.parameters import FaultParameter, NodeParameter, action
 from sunset.ros.lifecycle import LifecycleState, TransitionCallbackReturn
+from sunset.system import WINDOW
 
 __all__ = ["Camera"]
-
-_WINDOW: Final = 5
-"""Images over which the camera averages before it finds that it is out of focus."""
 
 
 class Camera(AdaptiveNode):
@@ -26,9 +23,6 @@ class Camera(AdaptiveNode):
 
     node_name = "camera"
 
-    lifecycle_activation_delay = NodeParameter(
-        4.0, "seconds that the camera takes to boot", minimum=-1.0, maximum=3600.0, read_only=True
-    )
     sharpness_threshold = NodeParameter(
         0.0, "sharpness below which the camera reports that it is out of focus", minimum=0.0, maximum=64.0
     )
@@ -55,7 +49,7 @@ class Camera(AdaptiveNode):
 
     def set_up(self) -> None:
         """Name the input and the output."""
-        self._sharpness: deque[float] = deque(maxlen=_WINDOW)
+        self._sharpness: deque[float] = deque(maxlen=WINDOW.samples)
         self._images = self.create_lifecycle_publisher(Image, "rgb_camera", 10)
         self.create_active_subscription(Image, "/rgb_raw", self._on_image)
 
@@ -81,5 +75,5 @@ class Camera(AdaptiveNode):
     def _measure_sharpness(self, value: float) -> None:
         self._sharpness.append(value)
         self.report("sharpness", value)
-        if len(self._sharpness) == _WINDOW:
-            self.report("autofocus_needed", sum(self._sharpness) / _WINDOW < self.sharpness_threshold)
+        if len(self._sharpness) == WINDOW.samples:
+            self.report("autofocus_needed", sum(self._sharpness) / WINDOW.samples < self.sharpness_threshold)

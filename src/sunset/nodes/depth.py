@@ -19,9 +19,6 @@ class Depth(AdaptiveNode):
 
     node_name = "depth"
 
-    lifecycle_activation_delay = NodeParameter(
-        4.0, "seconds that the depth camera takes to boot", minimum=-1.0, maximum=3600.0, read_only=True
-    )
     seed = NodeParameter(0, "seed of the noise", minimum=0, maximum=MAX_SEED, read_only=True)
     depth_degradation = NodeParameter(
         DEPTH_DEGRADATION_RANGE[0],

@@ -1,10 +1,11 @@
 """The image enhancement: undoes the degradation of colour images, whether there is one or not."""
 
-from sunset.faults import FAULTS, IMAGE_DEGRADATION_RANGE, enhance_image
+from sunset.faults import IMAGE_DEGRADATION_RANGE, enhance_image
 from sunset.interfaces.sensor_msgs.msg import Image
 from sunset.nodes.base import AdaptiveNode
 from sunset.nodes.images import array_of_bgr, image_of_bgr
 from sunset.nodes.parameters import NodeParameter
+from sunset.system import get_fault
 
 __all__ = ["ImageEnhancement"]
 
@@ -17,15 +18,8 @@ class ImageEnhancement(AdaptiveNode):
 
     node_name = "image_enhancement"
 
-    lifecycle_activation_delay = NodeParameter(
-        -1.0,
-        "seconds from the start until the node activates itself; negative: it does not",
-        minimum=-1.0,
-        maximum=3600.0,
-        read_only=True,
-    )
     image_degradation = NodeParameter(
-        float(FAULTS["image_degradation"].value),
+        float(get_fault("image_degradation").value),
         "the strength of the degradation that is undone",
         minimum=IMAGE_DEGRADATION_RANGE[0],
         maximum=IMAGE_DEGRADATION_RANGE[1],

@@ -6,39 +6,24 @@ from functools import partial
 from itertools import chain
 from typing import Any, Final
 
-from sunset.interfaces import Message
+from sunset.interfaces import Message, get_message
 from sunset.interfaces.diagnostic_msgs.msg import DiagnosticArray
-from sunset.interfaces.sensor_msgs.msg import Image
-from sunset.interfaces.system_interfaces.msg import SensorFusion, SetBlackboardGroup
-from sunset.nodes.base import NAMESPACE
+from sunset.interfaces.system_interfaces.msg import SetBlackboardGroup
 from sunset.ros.context import Context
 from sunset.ros.node import Node
 from sunset.ros.parameter import Parameter
+from sunset.system import WINDOW, MovingMean, current_system, frequency_entry, full_name
 
 __all__ = ["Monitor"]
 
 _PERIOD_S: Final = 0.1
 _WINDOW_NS: Final = 10**9
-_MEAN_OF: Final = 5
-"""Reported numbers over which the blackboard's value is the mean."""
-_STALE_NS: Final = 10**9
-"""Numbers before a gap longer than this say nothing about what comes after it."""
 _MOST: Final = 1000
 """Events of a second that are counted."""
 _ROOM: Final = 200
 """Nodes that are remembered, and values of theirs; no system of ours has so many."""
 _LONGEST: Final = 200
 """Characters of a name or text; a longer one is no node's of ours."""
-
-_TOPICS: Final[tuple[tuple[str, type[Message]], ...]] = (
-    ("/rgb_raw", Image),
-    ("/depth_raw", Image),
-    (f"{NAMESPACE}/rgb_camera", Image),
-    (f"{NAMESPACE}/depth_camera", Image),
-    (f"{NAMESPACE}/rgb_enhanced", Image),
-    (f"{NAMESPACE}/sensors_fused", SensorFusion),
-    (f"{NAMESPACE}/segmentation", Image),
-)
 
 
 class _Rate:
@@ -56,23 +41,6 @@ class _Rate:
         while times and not now_ns - _WINDOW_NS < times[0] <= now_ns:  # time may have been set back
             times.popleft()
         return float(len(times))
-
-
-class _Mean:
-    """The mean of the last five numbers; after a gap, the one before it until there are five new ones."""
-
-    def __init__(self) -> None:
-        self._numbers: deque[float] = deque(maxlen=_MEAN_OF)
-        self._last_ns = 0
-        self.value: float | None = None
-
-    def note(self, number: float, now_ns: int) -> None:
-        if now_ns - self._last_ns > _STALE_NS:
-            self._numbers.clear()
-        self._last_ns = now_ns
-        self._numbers.append(number)
-        if len(self._numbers) == _MEAN_OF:
-            self.value = sum(self._numbers) / _MEAN_OF
 
 
 class _Node:
@@ -136,10 +104,11 @@ class Monitor(Node):
         self._topics: dict[str, _Rate] = {}
         self._nodes: dict[str, _Node] = {}
         self._node_places = _Places(self._nodes)
-        self._values: dict[str, _Mean | bool | str] = {}
+        self._values: dict[str, MovingMean | bool | str] = {}
         self._value_places = _Places(self._values)
-        for topic, message_type in _TOPICS:
-            self.create_subscription(message_type, topic, self._noting(_frequency_key(topic)), 10)
+        for topic in current_system().topics.values():
+            noting = self._noting(frequency_entry(topic.name))
+            self.create_subscription(get_message(topic.message_type), full_name(topic.name), noting, 10)
         self.create_subscription(DiagnosticArray, "/diagnostics", self._on_diagnostics, 50)
         self._blackboard = self.create_publisher(SetBlackboardGroup, "/blackboard_group", 10)
         self.create_timer(_PERIOD_S, self._publish)
@@ -176,16 +145,16 @@ class Monitor(Node):
             self._values[key] = text
             return
         mean = self._values.get(key)
-        if not isinstance(mean, _Mean):
-            mean = self._values[key] = _Mean()
-        mean.note(number, now_ns)
+        if not isinstance(mean, MovingMean):
+            mean = self._values[key] = MovingMean(WINDOW.gap_s * 10**9)
+        mean.add(now_ns, number)
 
     def _publish(self) -> None:
         now = self.get_clock().now().nanoseconds
         numbers = {key: rate.frequency(now) for key, rate in self._topics.items()}
         flags = {key: value for key, value in self._values.items() if isinstance(value, bool)}
         texts = {key: value for key, value in self._values.items() if isinstance(value, str)}
-        means = {key: value.value for key, value in self._values.items() if isinstance(value, _Mean)}
+        means = {key: value.value for key, value in self._values.items() if isinstance(value, MovingMean)}
         for name, node in self._nodes.items():
             frequency = node.heartbeats.frequency(now)
             numbers[f"{name}_heartbeat_freq"] = frequency
@@ -194,7 +163,3 @@ class Monitor(Node):
         values: dict[str, object] = {**numbers, **flags, **texts}
         group = [Parameter(name, value=value).to_parameter_msg() for name, value in values.items()]
         self._blackboard.publish(SetBlackboardGroup(bb_params=group))
-
-
-def _frequency_key(topic: str) -> str:
-    return f"{topic.strip('/').replace('/', '_')}_freq"

@@ -4,7 +4,6 @@ from functools import cache
 from typing import TYPE_CHECKING, Final
 
 from sunset.errors import DataError
-from sunset.faults import FAULTS
 from sunset.interfaces.sensor_msgs.msg import Image
 from sunset.interfaces.system_interfaces.msg import SensorFusion
 from sunset.nodes.base import AdaptiveNode
@@ -13,6 +12,7 @@ from sunset.nodes.parameters import FaultParameter, NodeParameter
 from sunset.ros.context import Context
 from sunset.ros.lifecycle import LifecycleState, TransitionCallbackReturn
 from sunset.ros.parameter import Parameter
+from sunset.system import get_fault
 
 if TYPE_CHECKING:
     import numpy as np
@@ -45,9 +45,6 @@ class SegmentationNode(AdaptiveNode):
 
     node_name = "segmentation"
 
-    lifecycle_activation_delay = NodeParameter(
-        2.0, "seconds that the segmentation takes to start", minimum=-1.0, maximum=3600.0, read_only=True
-    )
     model = NodeParameter("lite", "name of a shipped model, or the folder of one's own", read_only=True)
     inference_cache = NodeParameter(
         "", "file that results of inference are looked up and kept in; empty for none", read_only=True
@@ -55,12 +52,12 @@ class SegmentationNode(AdaptiveNode):
     device = NodeParameter("cpu", "what networks run on: cpu, cuda or auto", read_only=True)
     cuda_out_of_memory = FaultParameter(
         False,
-        FAULTS["cuda_out_of_memory"].description,
+        get_fault("cuda_out_of_memory").description,
         cured_by_restart=True,
     )
     gpu_failure = FaultParameter(
         False,
-        FAULTS["gpu_failure"].description,
+        get_fault("gpu_failure").description,
     )
 
     def __init__(

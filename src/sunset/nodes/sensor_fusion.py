@@ -30,9 +30,6 @@ class Fusion(AdaptiveNode):
 
     node_name = "sensor_fusion"
 
-    lifecycle_activation_delay = NodeParameter(
-        2.0, "seconds that the fusion takes to start", minimum=-1.0, maximum=3600.0, read_only=True
-    )
     topic_camera_input = TopicParameter("rgb_camera", "topic of the colour images")
     modality = NodeParameter(
         int(FusionType.FUSION),

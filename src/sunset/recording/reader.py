@@ -11,18 +11,17 @@ from sunset.input_files import read_text
 from sunset.metrics import Timeline
 from sunset.recording._bag import read_bag
 from sunset.recording.run_file import check_number
-from sunset.recording.timelines import MEASURED_TOPICS, timeline
+from sunset.recording.timelines import measured_topics, timeline
 from sunset.recording.values import RECORD_VERSION, RUN_FILE, RecordedMessage, digest_of
+from sunset.system import current_system
 from sunset.texts import printable_json
 
 __all__ = ["read_messages", "read_run", "read_timeline"]
 
 _TIMELINE_KEYS: Final = (
     "duration_s",
-    "entropy_threshold",
     "expected_frames",
     "period_s",
-    "sharpness_threshold",
 )
 
 
@@ -80,4 +79,10 @@ def read_timeline(folder: Path) -> Timeline:
     run = read_run(folder)
     for key in _TIMELINE_KEYS:
         check_number(run, key, Path(folder) / RUN_FILE)
-    return timeline(read_messages(folder, MEASURED_TOPICS), **{key: run[key] for key in _TIMELINE_KEYS})
+    signals = current_system().signals.values()
+    calibrated = [signal.threshold_name for signal in signals if signal.calibrated]
+    for key in calibrated:
+        check_number(run, key, Path(folder) / RUN_FILE)
+    thresholds = {key: run[key] for key in calibrated}
+    messages = read_messages(folder, measured_topics())
+    return timeline(messages, thresholds=thresholds, **{key: run[key] for key in _TIMELINE_KEYS})

@@ -1,6 +1,6 @@
 """From recorded messages to the timeline that the metrics look at."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Final, TypeVar
 
 import numpy as np
@@ -20,10 +20,7 @@ from sunset.interfaces.system_interfaces.msg import (
     ImageDigest,
 )
 from sunset.metrics import (
-    CAMERA_TOPIC,
-    FUSION_TOPIC,
     NUMBER_OF_CLASSES,
-    SEGMENTATION_TOPIC,
     Command,
     Frames,
     Injection,
@@ -31,10 +28,10 @@ from sunset.metrics import (
     Timeline,
 )
 from sunset.recording.values import RecordedMessage
+from sunset.system import DURATION_S, PERIOD_S, RESULT_TOPIC, current_system, full_name
 
-__all__ = ["LOG_TOPIC", "MEASURED_TOPICS", "content_of", "start_of", "timeline"]
+__all__ = ["LOG_TOPIC", "content_of", "measured_topics", "start_of", "timeline"]
 
-_IMAGES: Final = (CAMERA_TOPIC, FUSION_TOPIC, SEGMENTATION_TOPIC)
 _COMMANDS: Final = "/experiment/commands"
 _DIAGNOSTICS: Final = "/diagnostics"
 _EVALUATIONS: Final = "/seg_metrics"
@@ -42,24 +39,26 @@ _INJECTIONS: Final = "/experiment/injections"
 LOG_TOPIC: Final = "/experiment/log"
 _TRUTH: Final = "/gt_segmentation"
 
-MEASURED_TOPICS: Final = frozenset(
-    {*_IMAGES, _COMMANDS, _DIAGNOSTICS, _EVALUATIONS, _INJECTIONS, LOG_TOPIC, _TRUTH}
-)
-"""The topics that a timeline is made of; messages on others do not matter."""
+_OTHERS: Final = (_COMMANDS, _DIAGNOSTICS, _EVALUATIONS, _INJECTIONS, LOG_TOPIC, _TRUTH)
 
 _NS_PER_S: Final = 10**9
 
 _M = TypeVar("_M", bound=Message)
 
 
+def measured_topics() -> frozenset[str]:
+    """Return the full names of the topics that a timeline is made of; messages on others do not matter."""
+    stopping = (full_name(failure.topic) for failure in current_system().failures.values() if failure.topic)
+    return frozenset({RESULT_TOPIC, *stopping, *_OTHERS})
+
+
 def timeline(
     messages: Iterable[RecordedMessage],
     *,
-    entropy_threshold: float,
-    sharpness_threshold: float,
-    duration_s: float = 20.0,
-    period_s: float = 0.1,
-    expected_frames: int = 200,
+    thresholds: Mapping[str, float],
+    duration_s: float = DURATION_S,
+    period_s: float = PERIOD_S,
+    expected_frames: int = round(DURATION_S / PERIOD_S),
 ) -> Timeline:
     """Return what the metrics look at, from the messages of one experiment in order of time.
 
@@ -70,9 +69,8 @@ def timeline(
     first frame are left out: the system was being brought up, and what was done to it then is held against nobody.
 
     Args:
-        messages: those on topics that are not in `MEASURED_TOPICS` do not matter.
-        entropy_threshold: F4 holds above it; of the model.
-        sharpness_threshold: F5 holds below it; of the model.
+        messages: those on topics that are not among `measured_topics()` do not matter.
+        thresholds: of signals, as `Timeline` has them.
         duration_s: how long the experiment is [s].
         period_s: the expected time between two frames [s].
         expected_frames: how many frames the experiment has.
@@ -88,11 +86,16 @@ def timeline(
     return Timeline(
         duration_s=duration_s,
         period_s=period_s,
-        message_times={topic: _times(topics[topic], start_ns) for topic in _IMAGES if topic in topics},
-        entropy=_samples(diagnostics, "segmentation", "entropy", start_ns),
-        sharpness=_samples(diagnostics, "camera", "sharpness", start_ns),
-        entropy_threshold=entropy_threshold,
-        sharpness_threshold=sharpness_threshold,
+        message_times={
+            topic: _times(recorded, start_ns)
+            for topic, recorded in topics.items()
+            if topic in measured_topics().difference(_OTHERS)
+        },
+        samples={
+            signal.name: _samples(diagnostics, signal.node, signal.key, start_ns)
+            for signal in current_system().signals.values()
+        },
+        thresholds=thresholds,
         injections=_injections(topics.get(_INJECTIONS, []), start_ns),
         commands=_commands(topics.get(_COMMANDS, []), topics.get(_TRUTH, []), start_ns),
         frames=_frames(topics.get(_EVALUATIONS, []), topics.get(_TRUTH, []), start_ns),

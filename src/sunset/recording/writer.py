@@ -14,8 +14,9 @@ from sunset.interfaces import Message, serialize, type_name
 from sunset.metrics import Timeline
 from sunset.recording._bag import read_bag, write_bag
 from sunset.recording._images import ImageDigester
-from sunset.recording.timelines import MEASURED_TOPICS, timeline
+from sunset.recording.timelines import measured_topics, timeline
 from sunset.recording.values import RECORD_VERSION, RUN_FILE, Payload, digest_of
+from sunset.system import DURATION_S, PERIOD_S
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -89,21 +90,20 @@ class RecordWriter:
     def timeline(
         self,
         *,
-        entropy_threshold: float,
-        sharpness_threshold: float,
-        duration_s: float = 20.0,
-        period_s: float = 0.1,
-        expected_frames: int = 200,
+        thresholds: Mapping[str, float],
+        duration_s: float = DURATION_S,
+        period_s: float = PERIOD_S,
+        expected_frames: int = round(DURATION_S / PERIOD_S),
     ) -> Timeline:
         """Return what the metrics look at, of the messages so far: the same that `read_timeline` returns.
 
         Raises:
             RecordError: as `timeline`.
         """
+        topics = measured_topics()
         return timeline(
-            (payload.decoded() for payload in self._in_order() if payload.topic in MEASURED_TOPICS),
-            entropy_threshold=entropy_threshold,
-            sharpness_threshold=sharpness_threshold,
+            (payload.decoded() for payload in self._in_order() if payload.topic in topics),
+            thresholds=thresholds,
             duration_s=duration_s,
             period_s=period_s,
             expected_frames=expected_frames,

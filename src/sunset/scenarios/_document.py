@@ -8,7 +8,7 @@ from typing import Final
 import yaml
 
 from sunset.errors import MALFORMED_YAML, ScenarioError
-from sunset.faults import Value
+from sunset.system import Value
 
 __all__ = ["Document", "Item", "is_ambiguous"]
 

@@ -5,7 +5,7 @@ from types import MappingProxyType
 from typing import Final
 
 from sunset.errors import ScenarioError
-from sunset.faults import FAULTS, Value, get_fault
+from sunset.system import Value, get_fault
 
 __all__ = ["IGNORED_KEYS", "REQUIRED_KEYS", "translate"]
 
@@ -71,7 +71,7 @@ def translate(name: str, target_node: str, kind: str, value: Value) -> tuple[str
             f"got {target_node!r}."
         )
     published = _PUBLISHED_STRENGTHS.get(fault.name)
-    ours = FAULTS[fault.name].value
+    ours = fault.value
     if published is None or isinstance(value, bool | str) or isinstance(ours, bool | str):
         return fault.name, value
     if not 0 <= value <= _LARGEST:

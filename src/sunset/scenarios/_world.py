@@ -1,7 +1,7 @@
 """What outlasts a node's process, as the scenario executor remembers it."""
 
-from sunset.faults import Adaptation, AdaptationKind, FaultKind, Value
 from sunset.scenarios.schema import ScenarioFault
+from sunset.system import Adaptation, AdaptationKind, FaultKind, Value
 
 __all__ = ["World"]
 

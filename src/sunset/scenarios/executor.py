@@ -4,7 +4,6 @@ from functools import partial
 from types import MappingProxyType
 from typing import Any, Final, cast
 
-from sunset.faults import FAULTS, Adaptation, AdaptationKind, FaultKind, Value
 from sunset.interfaces.builtin_interfaces.msg import Time
 from sunset.interfaces.lifecycle_msgs.msg import Transition, TransitionEvent
 from sunset.interfaces.lifecycle_msgs.srv import ChangeState, GetState
@@ -20,10 +19,19 @@ from sunset.ros.task import Future
 from sunset.scenarios._world import World
 from sunset.scenarios.loading import load_scenario
 from sunset.scenarios.schema import Scenario, ScenarioFault
+from sunset.system import (
+    NAMESPACE,
+    Adaptation,
+    AdaptationKind,
+    FaultKind,
+    Value,
+    current_system,
+    full_name,
+    short_name,
+)
 
 __all__ = ["ScenarioExecutor"]
 
-_NAMESPACE: Final = "/managed_subsystem"
 _SERVICES: Final = MappingProxyType(
     {SetParameters: "set_parameters", ChangeState: "change_state", GetState: "get_state"}
 )
@@ -78,12 +86,14 @@ class ScenarioExecutor(Node):
 
     def _prepare(self) -> None:
         """Create what any scenario needs before it is needed, so that it is matched by then."""
-        for node in dict.fromkeys(step.node for fault in FAULTS.values() for step in fault.injection):
+        for node in dict.fromkeys(
+            step.node for fault in current_system().faults.values() for step in fault.injection
+        ):
             for service in (SetParameters, ChangeState, GetState):
                 self._caller(service, node)
             self.create_subscription(
                 TransitionEvent,
-                f"{_NAMESPACE}/{node}/transition_event",
+                f"{NAMESPACE}/{node}/transition_event",
                 partial(self._on_transition, node),
                 10,
             )
@@ -109,8 +119,8 @@ class ScenarioExecutor(Node):
             FaultInjection(
                 stamp=ordered,
                 fault=fault.name,
-                failure=fault.failure.value,
-                node=f"{_NAMESPACE}/{fault.node}",
+                failure=fault.failure,
+                node=full_name(fault.node),
                 parameter=fault.parameter,
                 value=str(one.value).lower() if isinstance(one.value, bool) else str(one.value),
                 internal=fault.kind is FaultKind.INTERNAL,
@@ -124,7 +134,7 @@ class ScenarioExecutor(Node):
             self._restore(step)
 
     def _on_parameter_event(self, event: ParameterEvent) -> None:
-        node = event.node.removeprefix(f"{_NAMESPACE}/")
+        node = short_name(event.node)
         for message in event.changed_parameters:
             value = cast("Value", Parameter.from_parameter_msg(message).value)
             for step in self._world.after_change_to(node, message.name, value):
@@ -179,7 +189,7 @@ class ScenarioExecutor(Node):
         return outcome
 
     def _caller(self, service: type[Any], node: str) -> Client[Any, Any]:
-        name = f"{_NAMESPACE}/{node}/{_SERVICES[service]}"
+        name = f"{NAMESPACE}/{node}/{_SERVICES[service]}"
         if name not in self._callers:
             self._callers[name] = self.create_client(service, name)
         return self._callers[name]

@@ -4,15 +4,13 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
-import yaml
-
-from sunset.errors import MALFORMED_YAML, ScenarioError
-from sunset.faults import FAULTS, Value
+from sunset.errors import ScenarioError
 from sunset.input_files import read_bytes
-from sunset.scenarios._document import Document, Item, is_ambiguous
+from sunset.scenarios._document import Document, Item
 from sunset.scenarios._published import IGNORED_KEYS, REQUIRED_KEYS, translate
-from sunset.scenarios.schema import Scenario, ScenarioFault
+from sunset.scenarios.schema import Scenario, ScenarioFault, parse_fault
 from sunset.scenarios.suites import scenario_names, suite, suite_names
+from sunset.system import current_system
 from sunset.texts import suggestion
 
 __all__ = ["generate", "load_scenario", "load_suite", "parse_scenario"]
@@ -41,14 +39,14 @@ def load_scenario(name: str | Path) -> Scenario:
     if path.suffix.lower() in _SUFFIXES or path.is_file():
         return _from_file(path)
     faults = text.split("+")
-    if isinstance(name, str) and any(part.split("=", 1)[0] in FAULTS for part in faults):
+    if isinstance(name, str) and any(part.split("=", 1)[0] in current_system().faults for part in faults):
         return generate(faults)
     if text in suite_names():
         raise ScenarioError(
             f"{text!r} is a suite: name one of its scenarios ('sunset scenarios list --suite {text}'), or fly all "
             f"of them with 'sunset bench --suite {text}'."
         )
-    hint = suggestion(text, [*scenario_names(), *FAULTS])
+    hint = suggestion(text, [*scenario_names(), *current_system().faults])
     raise ScenarioError(
         f"There is no scenario {text!r}: {hint}name a scenario of the suites {', '.join(suite_names())} "
         "('sunset scenarios list'), a YAML file, or faults joined by +."
@@ -97,11 +95,7 @@ def generate(faults: Sequence[str], *, name: str = "") -> Scenario:
     >>> generate(["image_shift=20"]).faults[0].value
     20
     """
-    made = []
-    for text in faults:
-        fault, separator, value = text.partition("=")
-        made.append(ScenarioFault(fault, _value(value) if separator else None))
-    return Scenario(name=name or "+".join(faults), faults=tuple(made))
+    return Scenario(name=name or "+".join(faults), faults=tuple(map(parse_fault, faults)))
 
 
 def parse_scenario(text: str, source: str) -> Scenario:
@@ -161,19 +155,3 @@ def _published(root: Item, source: str) -> Scenario:
             faults.append(ScenarioFault(*translate(name, target, kind, value)))
     with root.located():
         return Scenario(name=Path(source).stem, faults=tuple(faults))
-
-
-def _value(text: str) -> Value:
-    """Return the value that a text on the command line means, by YAML's rules."""
-    try:
-        value = yaml.safe_load(text)
-    except (yaml.YAMLError, *MALFORMED_YAML):
-        return text
-    if is_ambiguous(text, value):
-        return text
-    if isinstance(value, bool | int | float):
-        return value
-    try:
-        return float(text)  # such as 1e-1, which is a text in YAML 1.1
-    except ValueError:
-        return text

@@ -4,10 +4,11 @@ from dataclasses import dataclass, replace
 
 import yaml
 
-from sunset.errors import ScenarioError
-from sunset.faults import EXCLUSIVE, Adaptation, Fault, Value, get_fault
+from sunset.errors import MALFORMED_YAML, ScenarioError
+from sunset.scenarios._document import is_ambiguous
+from sunset.system import Adaptation, Fault, Value, current_system, get_fault
 
-__all__ = ["Scenario", "ScenarioFault"]
+__all__ = ["Scenario", "ScenarioFault", "parse_fault"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +73,7 @@ class Scenario:
         for index, name in enumerate(names):
             if name in names[:index]:
                 raise ScenarioError(f"Scenario {self.name} has the fault {name} twice; name each once.")
-        for one, other in EXCLUSIVE:
+        for one, other in current_system().exclusive:
             if one in names and other in names:
                 raise ScenarioError(
                     f"Scenario {self.name} has both {one} and {other}, of which each cures the other."
@@ -85,6 +86,34 @@ class Scenario:
             content["description"] = self.description
         content["faults"] = [{"name": fault.name, "value": fault.value} for fault in self.faults]
         text: str = yaml.safe_dump(content, sort_keys=False, allow_unicode=True, width=100)
+        return text
+
+
+def parse_fault(text: str) -> ScenarioFault:
+    """Return the fault that a text names: `name`, or `name=value` with a strength, by YAML's rules.
+
+    Raises:
+        ScenarioError: there is no such fault, or the value is none of its values.
+
+    >>> parse_fault("image_shift=20").value
+    20
+    """
+    name, separator, value = text.partition("=")
+    return ScenarioFault(name, _value(value) if separator else None)
+
+
+def _value(text: str) -> Value:
+    try:
+        value = yaml.safe_load(text)
+    except (yaml.YAMLError, *MALFORMED_YAML):
+        return text
+    if is_ambiguous(text, value):
+        return text
+    if isinstance(value, bool | int | float):
+        return value
+    try:
+        return float(text)  # such as 1e-1, which is a text in YAML 1.1
+    except ValueError:
         return text
 
 

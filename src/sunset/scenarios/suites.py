@@ -1,83 +1,34 @@
-"""The suites: named collections of scenarios, each made of the catalogue's faults at suite strength."""
+"""The suites of the system's description, as scenarios."""
 
-from collections.abc import Iterator, Mapping
-from itertools import combinations
-from types import MappingProxyType
-from typing import Final
+from collections.abc import Mapping
+from functools import lru_cache
 
 from sunset.errors import ScenarioError
-from sunset.faults import EXCLUSIVE, FAULTS
-from sunset.scenarios.schema import Scenario, ScenarioFault
+from sunset.scenarios.schema import Scenario, parse_fault
+from sunset.system import System, current_system
 from sunset.texts import suggestion
 
 __all__ = ["scenario_names", "suite", "suite_names", "suite_of"]
 
-_OUTAGES: Final = (
-    "camera_driver_issue",
-    "hardware_disconnect",
-    "sync_issue",
-    "memory_leakage",
-    "cuda_out_of_memory",
-    "gpu_failure",
-)
-_DEGRADATIONS: Final = (
-    "image_degradation",
-    "unneeded_enhancement",
-    "image_shift",
-    "depth_degradation",
-    "autofocus_needed",
-)
-"""The paper's faults, by name: faults that are added to the catalogue change no suite."""
 
-_PAIRS: Final = tuple(
-    pair
-    for pair in combinations(_DEGRADATIONS, 2)
-    if not any(set(pair) == set(exclusive) for exclusive in EXCLUSIVE)
-)
-
-
-def _scenario(suite_name: str, *faults: str) -> Scenario:
-    description = " ".join(FAULTS[name].description for name in faults)
-    return Scenario(
-        name=f"{suite_name}/{'+'.join(faults)}",
-        faults=tuple(ScenarioFault(name) for name in faults),
-        description=description,
-    )
-
-
-def _paper() -> Iterator[Scenario]:
-    """Every outage with every two of the other faults that can be there together (paper, section 4)."""
-    for outage in _OUTAGES:
-        for pair in _PAIRS:
-            yield _scenario("paper", outage, *pair)
-
-
-def _artifact() -> Iterator[Scenario]:
-    """Every outage with one degradation and a blurred image, as in the published exemplar's files."""
-    for outage in _OUTAGES:
-        for one in ("image_degradation", "depth_degradation", "image_shift"):
-            yield _scenario("artifact", outage, one, "autofocus_needed")
-
-
-def _degraded() -> Iterator[Scenario]:
-    """The pairs of the paper's suite without an outage: the table's second row."""
-    for pair in _PAIRS:
-        yield _scenario("degraded", *pair)
-
-
-def _nofault() -> Iterator[Scenario]:
-    """A healthy run: the table's first row."""
-    yield Scenario(name="nofault", description="Nothing goes wrong.")
-
-
-_SUITES: Final[Mapping[str, tuple[Scenario, ...]]] = MappingProxyType(
-    {
-        "paper": tuple(_paper()),
-        "artifact": tuple(_artifact()),
-        "nofault": tuple(_nofault()),
-        "degraded": tuple(_degraded()),
+@lru_cache(maxsize=2)
+def _suites(system: System) -> Mapping[str, tuple[Scenario, ...]]:
+    """Return a system's suites: name → scenarios."""
+    return {
+        name: tuple(_scenario(system, name, faults) for faults in scenarios)
+        for name, scenarios in system.suites.items()
     }
-)
+
+
+def _scenario(system: System, suite_name: str, texts: tuple[str, ...]) -> Scenario:
+    """Return a scenario of a suite; one without a fault has the suite's name."""
+    faults = tuple(parse_fault(text) for text in texts)
+    return Scenario(
+        name=f"{suite_name}/{'+'.join(texts)}" if texts else suite_name,
+        faults=faults,
+        description=" ".join(system.faults[fault.name].description for fault in faults)
+        or "Nothing goes wrong.",
+    )
 
 
 def suite_names() -> tuple[str, ...]:
@@ -86,7 +37,7 @@ def suite_names() -> tuple[str, ...]:
     >>> suite_names()
     ('paper', 'artifact', 'nofault', 'degraded')
     """
-    return tuple(_SUITES)
+    return tuple(current_system().suites)
 
 
 def suite(name: str) -> tuple[Scenario, ...]:
@@ -98,13 +49,13 @@ def suite(name: str) -> tuple[Scenario, ...]:
     >>> len(suite("paper"))
     54
     """
-    try:
-        return _SUITES[name]
-    except KeyError:
+    suites = _suites(current_system())
+    if name not in suites:
         raise ScenarioError(
-            f"There is no suite {name!r}: {suggestion(name, _SUITES)}name {', '.join(_SUITES)} or a folder of "
+            f"There is no suite {name!r}: {suggestion(name, suites)}name {', '.join(suites)} or a folder of "
             "scenario files."
-        ) from None
+        )
+    return suites[name]
 
 
 def suite_of(scenario: Scenario) -> str:
@@ -115,11 +66,13 @@ def suite_of(scenario: Scenario) -> str:
     """
     what = (scenario.name, scenario.faults)
     suites = (
-        name for name, scenarios in _SUITES.items() if what in [(one.name, one.faults) for one in scenarios]
+        name
+        for name, scenarios in _suites(current_system()).items()
+        if what in [(one.name, one.faults) for one in scenarios]
     )
     return next(suites, "")
 
 
 def scenario_names() -> tuple[str, ...]:
     """Return the names of the scenarios of all suites."""
-    return tuple(scenario.name for scenarios in _SUITES.values() for scenario in scenarios)
+    return tuple(scenario.name for scenarios in _suites(current_system()).values() for scenario in scenarios)

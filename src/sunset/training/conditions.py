@@ -11,10 +11,7 @@ import numpy.typing as npt
 from sunset.errors import InvalidInputError
 from sunset.faults import (
     BLUR_SIGMA,
-    EXCLUSIVE,
-    FAULTS,
     REFERENCE_WIDTH,
-    Adaptation,
     blur,
     degrade_depth,
     degrade_image,
@@ -23,6 +20,7 @@ from sunset.faults import (
     shift_image,
 )
 from sunset.perception import Modality, ModelCard
+from sunset.system import Adaptation, current_system, get_fault
 
 __all__ = [
     "BLURRED",
@@ -148,7 +146,7 @@ class Condition:
 
 def cure_of(fault: str) -> tuple[Adaptation, ...]:
     """Return the adaptations of the cheapest cure of a fault."""
-    return FAULTS[fault].cures[0]
+    return get_fault(fault).cures[0]
 
 
 def possible_pairs() -> tuple[tuple[str, str], ...]:
@@ -158,8 +156,9 @@ def possible_pairs() -> tuple[tuple[str, str], ...]:
     9
     """
     names = (*UNSURE, BLURRED)
+    exclusive = set(current_system().exclusive)
     pairs = [(one, other) for place, one in enumerate(names) for other in names[place + 1 :]]
-    return tuple(pair for pair in pairs if pair not in EXCLUSIVE and pair[::-1] not in EXCLUSIVE)
+    return tuple(pair for pair in pairs if not {pair, pair[::-1]} & exclusive)
 
 
 def suite_strengths(other: Mapping[str, float] | None = None) -> dict[str, float]:
@@ -174,7 +173,7 @@ def suite_strengths(other: Mapping[str, float] | None = None) -> dict[str, float
     >>> suite_strengths({"image_degradation": 0.5})["unneeded_enhancement"]
     0.5
     """
-    strengths = {name: float(FAULTS[name].value) for name in UNSURE if FAULTS[name].limits is not None}
+    strengths = {name: float(get_fault(name).value) for name in UNSURE if get_fault(name).limits is not None}
     strengths[BLURRED] = BLUR_SIGMA
     for name, strength in (other or {}).items():
         if name not in strengths:
@@ -188,8 +187,8 @@ def suite_strengths(other: Mapping[str, float] | None = None) -> dict[str, float
 
 
 def _checked(fault: str, strength: float) -> float:
-    low, high = FAULTS[fault].limits or (0.0, _LARGEST_BLUR)
-    whole = isinstance(FAULTS[fault].value, int) and fault != BLURRED
+    low, high = get_fault(fault).limits or (0.0, _LARGEST_BLUR)
+    whole = isinstance(get_fault(fault).value, int) and fault != BLURRED
     if not low < strength <= high or (whole and strength != round(strength)):
         kind = "a whole number" if whole else "a number"
         raise InvalidInputError(

@@ -15,6 +15,7 @@ from sunset.errors import DataError
 from sunset.metrics import count_classes, image_iou
 from sunset.perception import Modality, Model, ModelCard, Segmenter, find_device, load_model
 from sunset.seeding import generator
+from sunset.system import WINDOW
 from sunset.training.conditions import BLURRED, GRID, Condition, CurvesPlan, plan_curves
 from sunset.training.evaluate import roc_auc
 from sunset.training.spread import Progress, spread
@@ -36,7 +37,7 @@ __all__ = [
     "window_means",
 ]
 
-SAMPLES: Final = 5
+SAMPLES: Final = WINDOW.samples
 """So many consecutive frames make a symptom."""
 
 BAND: Final = (0.5, 0.75)

@@ -2,23 +2,11 @@
 
 from collections.abc import Callable, Mapping
 from math import isfinite
-from types import MappingProxyType
 
 from sunset.errors import MiddlewareError
 from sunset.seeding import check_seed, generator
 
-__all__ = ["DEFAULT_COMPUTE", "OTHER_CALLBACK_NS", "ComputeModel"]
-
-DEFAULT_COMPUTE: Mapping[str, float] = MappingProxyType(
-    {
-        "camera": 0.002,
-        "depth": 0.002,
-        "image_enhancement": 0.003,
-        "sensor_fusion": 0.003,
-        "segmentation": 0.040,
-    }
-)
-"""Seconds for one subscription callback, by the node's name without namespace."""
+__all__ = ["OTHER_CALLBACK_NS", "ComputeModel"]
 
 OTHER_CALLBACK_NS = 200_000
 """Nanoseconds for a timer, a service, a response, and any callback of a node that is not listed."""

@@ -8,11 +8,12 @@ a modelled latency. Meanwhile its process does nothing else.
 
 from collections.abc import Callable, Mapping
 from math import isfinite
+from types import MappingProxyType
 
 from sunset.errors import MiddlewareError
 from sunset.rmw.core.port import EndpointInfo, EndpointKind
 from sunset.rmw.core.tap import Tap
-from sunset.rmw.sim._compute import DEFAULT_COMPUTE, ComputeModel
+from sunset.rmw.sim._compute import ComputeModel
 from sunset.rmw.sim._network import Network
 from sunset.rmw.sim._process import SimProcess
 from sunset.rmw.sim._scheduler import Priority
@@ -39,7 +40,7 @@ class Simulation:
         self,
         *,
         seed: int = 0,
-        compute: Mapping[str, float] = DEFAULT_COMPUTE,
+        compute: Mapping[str, float] = MappingProxyType({}),
         jitter: float = 0.1,
         latency_s: float = 0.0005,
     ) -> None:

@@ -3,16 +3,9 @@ from dataclasses import replace
 import pytest
 
 from sunset.errors import ScenarioError
-from sunset.faults import (
-    ADAPTATIONS,
-    EXCLUSIVE,
-    FAULTS,
-    Adaptation,
-    AdaptationKind,
-    Failure,
-    FaultKind,
-    get_fault,
-)
+from sunset.system import Adaptation, AdaptationKind, FaultKind, current_system, get_fault
+
+SYSTEM = current_system()
 
 NODES = {"camera", "depth", "image_enhancement", "sensor_fusion", "segmentation"}
 
@@ -70,28 +63,30 @@ def test_catalogue_is_the_table() -> None:
             fault.kind,
             [[str(adaptation) for adaptation in cure] for cure in fault.cures],
         )
-        for name, fault in FAULTS.items()
+        for name, fault in SYSTEM.faults.items()
     }
     assert found == TABLE
     assert list(found) == list(TABLE)
 
 
 def test_three_faults_need_a_redeploy() -> None:
-    only = {fault.name for fault in FAULTS.values() if fault.redeploy_only}
+    only = {fault.name for fault in SYSTEM.faults.values() if fault.redeploy_only}
     assert only == {"hardware_disconnect", "memory_leakage", "gpu_failure"}
 
 
 def test_every_cure_is_an_adaptation_that_the_system_offers() -> None:
-    assert {a for fault in FAULTS.values() for cure in fault.cures for a in cure} <= set(ADAPTATIONS)
+    assert {a for fault in SYSTEM.faults.values() for cure in fault.cures for a in cure} <= set(
+        SYSTEM.adaptations
+    )
 
 
 def test_the_system_offers_nineteen_adaptations_of_five_nodes() -> None:
-    assert len(ADAPTATIONS) == len(set(ADAPTATIONS)) == 19
-    assert {adaptation.node for adaptation in ADAPTATIONS} == NODES
+    assert len(SYSTEM.adaptations) == len(set(SYSTEM.adaptations)) == 19
+    assert {adaptation.node for adaptation in SYSTEM.adaptations} == NODES
 
 
 def test_suite_strengths_are_within_their_limits_and_other_than_healthy() -> None:
-    for fault in FAULTS.values():
+    for fault in SYSTEM.faults.values():
         assert fault.value != fault.healthy
         assert type(fault.value) is type(fault.healthy)
         if fault.limits is not None:
@@ -101,7 +96,7 @@ def test_suite_strengths_are_within_their_limits_and_other_than_healthy() -> Non
 
 
 def test_injection_sets_the_faults_parameter_last() -> None:
-    for fault in FAULTS.values():
+    for fault in SYSTEM.faults.values():
         last = fault.injection[-1]
         assert (last.node, last.parameter, last.value) == (fault.node, fault.parameter, fault.value)
 
@@ -112,13 +107,13 @@ def test_unneeded_enhancement_is_injected_by_rewiring_to_an_active_enhancement()
 
 
 def test_internal_faults_end_with_a_redeploy_of_their_node_and_others_do_not() -> None:
-    for fault in FAULTS.values():
+    for fault in SYSTEM.faults.values():
         redeploy = (Adaptation(AdaptationKind.REDEPLOY, fault.node),)
         assert (redeploy in fault.cures) == (fault.kind is FaultKind.INTERNAL)
 
 
 def test_excluded_pairs_are_each_others_cure() -> None:
-    for first, second in EXCLUSIVE:
+    for first, second in SYSTEM.exclusive:
         assert get_fault(first).cures[0] == get_fault(second).injection
 
 
@@ -131,11 +126,40 @@ def test_unknown_fault_is_refused_with_the_known_ones() -> None:
 
 def test_catalogue_is_read_only() -> None:
     with pytest.raises(TypeError, match="does not support item assignment"):
-        FAULTS["new"] = get_fault("gpu_failure")  # type: ignore[index]
+        SYSTEM.faults["new"] = get_fault("gpu_failure")  # type: ignore[index]
 
 
 def test_every_failure_says_what_one_sees() -> None:
-    assert len({failure.description for failure in Failure}) == 5
+    assert len({failure.description for failure in SYSTEM.failures.values()}) == 5
+
+
+def test_what_is_upstream_follows_from_the_wiring() -> None:
+    assert SYSTEM.upstream == {
+        "camera": set(),
+        "depth": set(),
+        "image_enhancement": {"camera"},
+        "sensor_fusion": {"camera", "depth", "image_enhancement"},
+        "segmentation": {"camera", "depth", "image_enhancement", "sensor_fusion"},
+    }
+
+
+def test_the_node_that_fails_is_the_one_that_should_have_sent() -> None:
+    assert SYSTEM.failing_nodes == {
+        "F1": "camera",
+        "F2": "sensor_fusion",
+        "F3": "segmentation",
+        "F4": "segmentation",
+        "F5": "camera",
+    }
+
+
+def test_the_suites_have_the_papers_numbers_of_scenarios() -> None:
+    assert {name: len(scenarios) for name, scenarios in SYSTEM.suites.items()} == {
+        "paper": 54,
+        "artifact": 18,
+        "nofault": 1,
+        "degraded": 9,
+    }
 
 
 def test_a_fault_that_nothing_cures_is_not_cured_by_a_redeploy() -> None:

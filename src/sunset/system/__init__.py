@@ -1,0 +1,62 @@
+"""The managed system as data: nodes, topics, signals, failures, faults, adaptations, suites, and what is off limits."""
+
+from sunset.system.current import current_system, get_fault
+from sunset.system.description import (
+    Adaptation,
+    AdaptationKind,
+    Failure,
+    Fault,
+    FaultKind,
+    NodeDescription,
+    Signal,
+    Topic,
+    Value,
+)
+from sunset.system.harness import (
+    HARNESS,
+    INFRASTRUCTURE,
+    MANAGER_PROCESS,
+    OFF_LIMITS_TOPICS,
+    RESULT_TOPIC,
+    SENSOR_TOPICS,
+    HarnessNode,
+)
+from sunset.system.names import NAMESPACE, frequency_entry, full_name, short_name
+from sunset.system.paper import DEPTH_DEGRADATION_RANGE, IMAGE_DEGRADATION_RANGE
+from sunset.system.system import Extension, System
+from sunset.system.window import DURATION_S, PERIOD_S, SILENCE_S, WINDOW, MovingMean, Window
+
+__all__ = [
+    "DEPTH_DEGRADATION_RANGE",
+    "DURATION_S",
+    "HARNESS",
+    "IMAGE_DEGRADATION_RANGE",
+    "INFRASTRUCTURE",
+    "MANAGER_PROCESS",
+    "NAMESPACE",
+    "OFF_LIMITS_TOPICS",
+    "PERIOD_S",
+    "RESULT_TOPIC",
+    "SENSOR_TOPICS",
+    "SILENCE_S",
+    "WINDOW",
+    "Adaptation",
+    "AdaptationKind",
+    "Extension",
+    "Failure",
+    "Fault",
+    "FaultKind",
+    "HarnessNode",
+    "MovingMean",
+    "NodeDescription",
+    "Signal",
+    "System",
+    "Topic",
+    "Value",
+    "Window",
+    "current_system",
+    "frequency_entry",
+    "full_name",
+    "get_fault",
+    "short_name",
+]

@@ -1,0 +1,198 @@
+"""What the parts of a managed system must be, so that they fit each other; one sentence for each mistake."""
+
+from collections.abc import Collection, Iterable, Mapping
+from math import inf, isfinite
+from typing import TypeVar
+
+from sunset.errors import ExtensionError
+from sunset.system.description import Adaptation, AdaptationKind, Failure, Fault, NodeDescription, Signal
+from sunset.system.harness import SENSOR_TOPICS
+from sunset.system.names import full_name
+from sunset.texts import suggestion
+
+__all__ = [
+    "check_adaptation",
+    "check_failures",
+    "check_fault",
+    "check_nodes",
+    "check_scenarios",
+    "check_signals",
+    "check_topics",
+]
+
+
+def check_nodes(nodes: Mapping[str, NodeDescription], published: Collection[str]) -> None:
+    """Check every node's name, class and inputs.
+
+    Args:
+        nodes: all of them, by name.
+        published: full names of the topics that they publish on.
+
+    Raises:
+        ExtensionError: one is not as it must be.
+    """
+    for node in nodes.values():
+        _check_name("node", node.name)
+        is_reference = isinstance(node.node_class, str) and ":" in node.node_class
+        if not is_reference and not isinstance(node.node_class, type):
+            raise ExtensionError(
+                f"The node {node.name} needs a class, or where that is as module:Class, got {node.node_class!r}."
+            )
+        named = getattr(node.node_class, "node_name", node.name)
+        if isinstance(node.node_class, type) and named != node.name:
+            raise ExtensionError(f"The class of the node {node.name} must have its node_name, got {named!r}.")
+        check_topics(map(full_name, node.inputs), {*published, *SENSOR_TOPICS})
+        if not isfinite(node.activation_delay_s) or not 0 <= node.compute_s < 1:
+            raise ExtensionError(
+                f"The node {node.name} needs a finite activation_delay_s and a compute_s from 0 to less than 1 s, got "
+                f"{node.activation_delay_s} and {node.compute_s}."
+            )
+
+
+def check_topics(named: Iterable[str], published: Collection[str]) -> None:
+    """Check that topics are published.
+
+    Args:
+        named: full names of those that something refers to.
+        published: full names of those that a node publishes on.
+
+    Raises:
+        ExtensionError: one is not.
+    """
+    for topic in named:
+        if topic not in published:
+            raise ExtensionError(
+                f"No node publishes on the topic {topic}: {suggestion(topic, published)}add it to the outputs of one."
+            )
+
+
+def check_adaptation(
+    adaptation: Adaptation, nodes: Mapping[str, NodeDescription], published: Collection[str]
+) -> None:
+    """Check that a node can be adapted so.
+
+    Raises:
+        ExtensionError: it cannot.
+    """
+    what = f"The adaptation {str(adaptation)!r}"
+    node = _known("node", adaptation.node, nodes, what)
+    sets = adaptation.kind in {AdaptationKind.SET_PARAMETER, AdaptationKind.CHANGE_TOPIC}
+    if sets != bool(adaptation.parameter):
+        raise ExtensionError(
+            f"{what} must {'' if sets else 'not '}name a parameter, got {adaptation.parameter!r}."
+        )
+    if adaptation.parameter:
+        _check_parameter(node, adaptation.parameter, what)
+    if adaptation.kind is AdaptationKind.CHANGE_TOPIC:
+        check_topics([full_name(str(adaptation.value))], published)
+
+
+def check_signals(signals: Iterable[Signal], nodes: Mapping[str, NodeDescription]) -> None:
+    """Check that nodes report signals under names that are not taken.
+
+    Raises:
+        ExtensionError: one does not.
+    """
+    names: dict[str, str] = {}
+    for signal in signals:
+        _check_name("signal", signal.key)
+        _known("node", signal.node, nodes, f"The signal {signal.name}")
+        if signal.threshold is not None and not isfinite(signal.threshold):
+            raise ExtensionError(f"The threshold of {signal.name} must be finite, got {signal.threshold}.")
+        if signal.has_threshold and names.setdefault(signal.threshold_name, signal.name) != signal.name:
+            raise ExtensionError(
+                f"The signals {names[signal.threshold_name]} and {signal.name} have thresholds of the same name, "
+                f"{signal.threshold_name}: choose another key."
+            )
+
+
+def check_failures(failures: Iterable[Failure], signals: Mapping[str, Signal]) -> None:
+    """Check that failures can be observed.
+
+    Raises:
+        ExtensionError: one cannot.
+    """
+    for failure in failures:
+        _check_name("failure", failure.name)
+        what = f"The failure {failure.name}"
+        if bool(failure.topic) == bool(failure.signal):
+            raise ExtensionError(
+                f"{what} must name either a topic that stops or a signal that is off, got "
+                f"{failure.topic!r} and {failure.signal!r}."
+            )
+        if failure.signal and not _known("signal", failure.signal, signals, what).has_threshold:
+            raise ExtensionError(f"{what} needs a threshold of the signal {failure.signal}, which has none.")
+
+
+def check_fault(fault: Fault, nodes: Mapping[str, NodeDescription], failures: Mapping[str, Failure]) -> None:
+    """Check that a fault can be injected.
+
+    Raises:
+        ExtensionError: it cannot.
+    """
+    _check_name("fault", fault.name)
+    what = f"The fault {fault.name}"
+    _known("failure", fault.failure, failures, what)
+    for step in fault.injection:
+        node = _known("node", step.node, nodes, what)
+        if step.parameter:
+            _check_parameter(node, step.parameter, what)
+    _known("node", fault.node, nodes, what)
+    low, high = fault.limits or (-inf, inf)
+    is_number = not isinstance(fault.value, bool | str)
+    if is_number != (fault.limits is not None) or not (
+        isinstance(fault.value, str) or low <= fault.value <= high
+    ):
+        raise ExtensionError(
+            f"{what} needs limits if its value is a number, and only then, with the value between them, got "
+            f"{fault.limits} for {fault.value!r}."
+        )
+
+
+def check_scenarios(
+    suites: Mapping[str, tuple[tuple[str, ...], ...]],
+    exclusive: Iterable[tuple[str, str]],
+    faults: Mapping[str, Fault],
+) -> None:
+    """Check that suites and exclusive pairs are of faults that are there.
+
+    Raises:
+        ExtensionError: one is not.
+    """
+    for pair in exclusive:
+        for name in pair:
+            _known("fault", name, faults, f"The pair of exclusive faults {pair}")
+    for suite, scenarios in suites.items():
+        _check_name("suite", suite)
+        if not scenarios:
+            raise ExtensionError(f"The suite {suite} has no scenario.")
+        for scenario in scenarios:
+            for text in scenario:
+                _known("fault", text.partition("=")[0], faults, f"The suite {suite}")
+
+
+def _check_name(kind: str, name: str) -> None:
+    if not (isinstance(name, str) and name.isascii() and name.isidentifier()):
+        raise ExtensionError(
+            f"The name of a {kind} must be of letters, digits and _, and not begin with a digit, got {name!r}."
+        )
+
+
+ThingT = TypeVar("ThingT")
+
+
+def _known(kind: str, name: str, things: Mapping[str, ThingT], what: str) -> ThingT:
+    if name not in things:
+        raise ExtensionError(
+            f"{what} refers to the {kind} {name!r}, which is not there: {suggestion(name, things)}name one of "
+            f"{', '.join(things) or 'none'}."
+        )
+    return things[name]
+
+
+def _check_parameter(node: NodeDescription, parameter: str, what: str) -> None:
+    """Check that a class that is at hand has a parameter; others are checked when they are imported."""
+    if isinstance(node.node_class, type) and not hasattr(node.node_class, parameter):
+        raise ExtensionError(
+            f"{what} sets the parameter {parameter!r}, which the class of the node {node.name} does not have."
+        )

@@ -1,0 +1,215 @@
+"""The values that describe a managed system: nodes, topics, signals, failures, faults, adaptations.
+
+Nothing here is code that does something. Nodes, harness, scenarios, metrics, tests and documentation read it.
+"""
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+__all__ = [
+    "Adaptation",
+    "AdaptationKind",
+    "Failure",
+    "Fault",
+    "FaultKind",
+    "NodeDescription",
+    "Signal",
+    "Topic",
+    "Value",
+]
+
+Value = bool | int | float | str
+"""The value of a ROS parameter, as far as faults and adaptations need them."""
+
+
+@dataclass(frozen=True, slots=True)
+class NodeDescription:
+    """One managed node.
+
+    Attributes:
+        name: its name, without namespace.
+        node_class: its class, or where that is, as `module:Class`.
+        inputs: the topics that it subscribes to when all is well; relative names are in the managed system's namespace.
+        outputs: the topics that it publishes on.
+        activation_delay_s: time from its start until it activates itself [s]; negative if it does not.
+        compute_s: time that a callback of an input takes in the simulation [s]; 0 for that of any other callback.
+    """
+
+    name: str
+    node_class: type | str
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...] = ()
+    activation_delay_s: float = 0.0
+    compute_s: float = 0.0
+
+    @property
+    def initial_state(self) -> str:
+        """The lifecycle state that it is in when all is well."""
+        return "active" if self.activation_delay_s >= 0 else "inactive"
+
+
+@dataclass(frozen=True, slots=True)
+class Topic:
+    """A topic that the monitor watches.
+
+    Attributes:
+        name: its name; a relative one is in the managed system's namespace.
+        message_type: the type of its messages, such as `sensor_msgs/msg/Image`.
+    """
+
+    name: str
+    message_type: str = "sensor_msgs/msg/Image"
+
+
+@dataclass(frozen=True, slots=True)
+class Signal:
+    """A number that a node reports on `/diagnostics`, of which the blackboard has the mean over `WINDOW`.
+
+    Attributes:
+        node: the node that reports it.
+        key: its name there.
+        unit: its unit; empty for a number without one.
+        threshold: the mean beyond it is a symptom; None if there is none, or the model's card has it.
+        below: whether the symptom is a mean below the threshold, not one above it.
+        calibrated: whether the model's card has the threshold.
+    """
+
+    node: str
+    key: str
+    unit: str = ""
+    threshold: float | None = None
+    below: bool = False
+    calibrated: bool = False
+
+    @property
+    def name(self) -> str:
+        """The blackboard's entry with its mean, such as `segmentation_entropy`."""
+        return f"{self.node}_{self.key}"
+
+    @property
+    def has_threshold(self) -> bool:
+        """Whether there is a mean beyond which it is a symptom."""
+        return self.calibrated or self.threshold is not None
+
+    @property
+    def threshold_name(self) -> str:
+        """What its threshold is called in model cards and records, such as `entropy_threshold`."""
+        return f"{self.key}_threshold"
+
+
+@dataclass(frozen=True, slots=True)
+class Failure:
+    """What is observed when something is wrong (paper, section 3.3): a topic has stopped, or a signal is off.
+
+    Attributes:
+        name: such as `F1`.
+        description: what one sees, in a few words, such as "the camera sends no images".
+        symptom: what one sees when it begins.
+        gone: what one sees when it is over.
+        topic: the topic that has stopped; empty if it is a signal.
+        signal: the name of the signal that is beyond its threshold; empty if it is a topic.
+    """
+
+    name: str
+    description: str
+    symptom: str
+    gone: str
+    topic: str = ""
+    signal: str = ""
+
+
+class FaultKind(StrEnum):
+    """Where a fault lives, which decides how long it lives."""
+
+    INTERNAL = "internal"
+    """In a node: it ends with the node's process at the latest."""
+    EXTERNAL = "external"
+    """In the world: it outlasts a redeploy, and the pipeline can only work around it."""
+    CONFIGURATION = "configuration"
+    """In how the nodes are connected: it outlasts a redeploy too."""
+
+
+class AdaptationKind(StrEnum):
+    """What a managing system can do to the managed one."""
+
+    RESTART = "restart"
+    """Lifecycle deactivate, then activate."""
+    REDEPLOY = "redeploy"
+    """The node's process ends and a new one starts."""
+    SET_PARAMETER = "set_parameter"
+    CHANGE_TOPIC = "change_topic"
+    """Set a parameter that names the topic that the node subscribes to."""
+    ACTIVATE = "activate"
+    DEACTIVATE = "deactivate"
+
+
+@dataclass(frozen=True, slots=True)
+class Adaptation:
+    """One adaptation of one node.
+
+    Attributes:
+        kind: what is done.
+        node: the node's name without namespace.
+        parameter: the parameter that is set; empty where none is.
+        value: what it is set to; None where none is.
+    """
+
+    kind: AdaptationKind
+    node: str
+    parameter: str = ""
+    value: Value | None = None
+
+    def __str__(self) -> str:
+        """Return it in words, such as `set sensor_fusion.modality to 1` or `restart camera`."""
+        if self.parameter:
+            value = str(self.value).lower() if isinstance(self.value, bool) else self.value
+            return f"set {self.node}.{self.parameter} to {value}"
+        return f"{self.kind} {self.node}"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Fault:
+    """One fault.
+
+    A fault is *cured* when its symptom is gone and the segmentation is as good as before; what its `cures` do not list
+    must not cure it.
+
+    Attributes:
+        name: its name in scenarios, and for most the parameter that injects it.
+        failure: the name of the failure that it shows as first.
+        node: the node that it is injected into, without namespace.
+        description: what happens, one sentence.
+        cures: each entry is a set of adaptations that cure it together; the cheapest first.
+        value: the value that injects it, at the strength of the suites.
+        kind: where it lives.
+        limits: least and greatest allowed value; None where the value is not a number.
+        parameter: the parameter that injects it; that of its name if empty.
+        healthy: the value of the parameter without the fault; False, 0 or 0.0 if None.
+        injection: what is done to inject it at the suite's strength; the parameter is set if empty.
+    """
+
+    name: str
+    failure: str
+    node: str
+    description: str
+    cures: tuple[tuple[Adaptation, ...], ...]
+    value: Value = True
+    kind: FaultKind = FaultKind.INTERNAL
+    limits: tuple[float, float] | None = None
+    parameter: str = ""
+    healthy: Value | None = None
+    injection: tuple[Adaptation, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Put in what is left out."""
+        parameter = self.parameter or self.name
+        step = Adaptation(AdaptationKind.SET_PARAMETER, self.node, parameter, self.value)
+        object.__setattr__(self, "parameter", parameter)
+        object.__setattr__(self, "injection", self.injection or (step,))
+        if self.healthy is None:
+            object.__setattr__(self, "healthy", type(self.value)())
+
+    @property
+    def redeploy_only(self) -> bool:
+        """Whether a redeploy cures it, and nothing cheaper."""
+        return bool(self.cures) and self.cures[0][0].kind is AdaptationKind.REDEPLOY

@@ -1,0 +1,249 @@
+"""The paper's managed system: a drone's perception pipeline, its eleven faults, and what cures each."""
+
+from itertools import combinations
+from typing import Final
+
+from sunset.system.description import (
+    Adaptation,
+    AdaptationKind,
+    Failure,
+    Fault,
+    FaultKind,
+    NodeDescription,
+    Signal,
+    Topic,
+)
+from sunset.system.system import Extension
+
+__all__ = ["DEPTH_DEGRADATION_RANGE", "IMAGE_DEGRADATION_RANGE", "PAPER"]
+
+IMAGE_DEGRADATION_RANGE: Final = (0.0, 1.9)
+"""Least and greatest strength of the images' degradation; at 2 nothing would be left of the image."""
+
+DEPTH_DEGRADATION_RANGE: Final = (0.0, 100.0)
+"""Least and greatest standard deviation of the depth's noise, in metres."""
+
+_NODES: Final = (
+    NodeDescription("camera", "sunset.nodes:Camera", ("/rgb_raw",), ("rgb_camera",), 4.0, 0.002),
+    NodeDescription("depth", "sunset.nodes:Depth", ("/depth_raw",), ("depth_camera",), 4.0, 0.002),
+    NodeDescription(
+        "image_enhancement", "sunset.nodes:ImageEnhancement", ("rgb_camera",), ("rgb_enhanced",), -1.0, 0.003
+    ),
+    NodeDescription(
+        "sensor_fusion",
+        "sunset.nodes:Fusion",
+        ("rgb_camera", "depth_camera"),
+        ("sensors_fused",),
+        2.0,
+        0.003,
+    ),
+    NodeDescription(
+        "segmentation", "sunset.nodes:SegmentationNode", ("sensors_fused",), ("segmentation",), 2.0, 0.040
+    ),
+)
+
+_TOPICS: Final = (
+    Topic("/rgb_raw"),
+    Topic("/depth_raw"),
+    Topic("rgb_camera"),
+    Topic("depth_camera"),
+    Topic("rgb_enhanced"),
+    Topic("sensors_fused", "system_interfaces/msg/SensorFusion"),
+    Topic("segmentation"),
+)
+
+_SIGNALS: Final = (
+    Signal("segmentation", "entropy", calibrated=True),
+    Signal("camera", "sharpness", below=True, calibrated=True),
+)
+
+_FAILURES: Final = (
+    Failure(
+        "F1",
+        "the camera sends no images",
+        symptom="no camera image for 1 s",
+        gone="camera images are back",
+        topic="rgb_camera",
+    ),
+    Failure(
+        "F2",
+        "the sensor fusion sends no images",
+        symptom="no fused image for 1 s",
+        gone="fused images are back",
+        topic="sensors_fused",
+    ),
+    Failure(
+        "F3",
+        "the segmentation sends no results",
+        symptom="no segmentation for 1 s",
+        gone="segmentation is back",
+        topic="segmentation",
+    ),
+    Failure(
+        "F4",
+        "the segmentation is unsure of its results",
+        symptom="segmentation unsure: entropy over its threshold",
+        gone="segmentation is sure again",
+        signal="segmentation_entropy",
+    ),
+    Failure(
+        "F5",
+        "the camera's images are blurred",
+        symptom="camera image blurred: sharpness under its threshold",
+        gone="camera images are sharp again",
+        signal="camera_sharpness",
+    ),
+)
+
+
+def _restart(node: str) -> Adaptation:
+    return Adaptation(AdaptationKind.RESTART, node)
+
+
+def _redeploy(node: str) -> Adaptation:
+    return Adaptation(AdaptationKind.REDEPLOY, node)
+
+
+_ACTIVATE_ENHANCEMENT = Adaptation(AdaptationKind.ACTIVATE, "image_enhancement")
+_DEACTIVATE_ENHANCEMENT = Adaptation(AdaptationKind.DEACTIVATE, "image_enhancement")
+_USE_CAMERA = Adaptation(AdaptationKind.CHANGE_TOPIC, "sensor_fusion", "topic_camera_input", "rgb_camera")
+_USE_ENHANCED = Adaptation(AdaptationKind.CHANGE_TOPIC, "sensor_fusion", "topic_camera_input", "rgb_enhanced")
+_MODALITIES = tuple(
+    Adaptation(AdaptationKind.SET_PARAMETER, "sensor_fusion", "modality", value) for value in (0, 1, 2)
+)
+_RECALIBRATE = Adaptation(AdaptationKind.SET_PARAMETER, "sensor_fusion", "do_recalibration", value=True)
+_AUTOFOCUS = Adaptation(AdaptationKind.SET_PARAMETER, "camera", "perform_autofocus", value=True)
+
+_FAULTS: Final = (
+    Fault(
+        name="camera_driver_issue",
+        failure="F1",
+        node="camera",
+        cures=((_restart("camera"),), (_redeploy("camera"),)),
+        description="The camera's driver hangs and no image comes out until it is started anew.",
+    ),
+    Fault(
+        name="hardware_disconnect",
+        failure="F1",
+        node="camera",
+        cures=((_redeploy("camera"),),),
+        description="The camera has lost its connection, which only starting the hardware anew brings back.",
+    ),
+    Fault(
+        name="sync_issue",
+        failure="F2",
+        node="sensor_fusion",
+        cures=((_restart("sensor_fusion"),), (_redeploy("sensor_fusion"),)),
+        description="The fusion no longer finds matching pairs of images until it is started anew.",
+    ),
+    Fault(
+        name="memory_leakage",
+        failure="F2",
+        node="sensor_fusion",
+        cures=((_redeploy("sensor_fusion"),),),
+        description="The fusion has used up its memory, which only a new process gives back.",
+    ),
+    Fault(
+        name="cuda_out_of_memory",
+        failure="F3",
+        node="segmentation",
+        cures=((_restart("segmentation"),), (_redeploy("segmentation"),)),
+        description="The segmentation gets no memory on the graphics card until it is started anew.",
+    ),
+    Fault(
+        name="gpu_failure",
+        failure="F3",
+        node="segmentation",
+        cures=((_redeploy("segmentation"),),),
+        description="The graphics card has failed, which only starting the hardware anew brings back.",
+    ),
+    Fault(
+        name="image_degradation",
+        failure="F4",
+        node="camera",
+        value=0.9,
+        kind=FaultKind.EXTERNAL,
+        cures=((_ACTIVATE_ENHANCEMENT, _USE_ENHANCED),),
+        limits=IMAGE_DEGRADATION_RANGE,
+        description="The camera's images are darker and their colours are shifted.",
+    ),
+    Fault(
+        name="unneeded_enhancement",
+        failure="F4",
+        node="sensor_fusion",
+        parameter="topic_camera_input",
+        value="rgb_enhanced",
+        healthy="rgb_camera",
+        kind=FaultKind.CONFIGURATION,
+        cures=((_USE_CAMERA,),),
+        injection=(_ACTIVATE_ENHANCEMENT, _USE_ENHANCED),
+        description="The image enhancement is applied to images that are good without it.",
+    ),
+    Fault(
+        name="image_shift",
+        failure="F4",
+        node="sensor_fusion",
+        value=10,
+        cures=((_RECALIBRATE,), (_redeploy("sensor_fusion"),)),
+        limits=(0, 1920),
+        description="The fusion has lost its calibration: colour and depth images no longer match.",
+    ),
+    Fault(
+        name="depth_degradation",
+        failure="F4",
+        node="depth",
+        value=0.25,
+        kind=FaultKind.EXTERNAL,
+        cures=((_MODALITIES[1],),),
+        limits=DEPTH_DEGRADATION_RANGE,
+        description="The depth images are noisy; the strength is the noise's standard deviation in metres.",
+    ),
+    Fault(
+        name="autofocus_needed",
+        failure="F5",
+        node="camera",
+        cures=((_AUTOFOCUS,), (_redeploy("camera"),)),
+        description="The camera has lost its focus and its images are blurred.",
+    ),
+)
+
+_EXCLUSIVE: Final = (("image_degradation", "unneeded_enhancement"),)
+
+_OUTAGES: Final = tuple(fault.name for fault in _FAULTS if fault.failure in {"F1", "F2", "F3"})
+_PAIRS: Final = tuple(
+    pair
+    for pair in combinations((fault.name for fault in _FAULTS if fault.name not in _OUTAGES), 2)
+    if pair not in _EXCLUSIVE
+)
+
+PAPER: Final = Extension(
+    nodes=_NODES,
+    topics=_TOPICS,
+    signals=_SIGNALS,
+    failures=_FAILURES,
+    faults=_FAULTS,
+    adaptations=(
+        _ACTIVATE_ENHANCEMENT,
+        _DEACTIVATE_ENHANCEMENT,
+        _USE_CAMERA,
+        _USE_ENHANCED,
+        *_MODALITIES,
+        _RECALIBRATE,
+        _AUTOFOCUS,
+    ),
+    exclusive=_EXCLUSIVE,
+    suites={
+        # every outage with every two of the other faults that can be there together (paper, section 4)
+        "paper": tuple((outage, *pair) for outage in _OUTAGES for pair in _PAIRS),
+        # every outage with one degradation and a blurred image, as in the published exemplar's files
+        "artifact": tuple(
+            (outage, degradation, "autofocus_needed")
+            for outage in _OUTAGES
+            for degradation in ("image_degradation", "depth_degradation", "image_shift")
+        ),
+        # a healthy run: the first row of the paper's table
+        "nofault": ((),),
+        # the pairs of the paper's suite without an outage: the table's second row
+        "degraded": _PAIRS,
+    },
+)

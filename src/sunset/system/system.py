@@ -1,0 +1,312 @@
+"""The managed system as one value: its parts, and what follows from them."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from graphlib import CycleError, TopologicalSorter
+from importlib import import_module
+from types import MappingProxyType
+from typing import Protocol, TypeVar
+
+from sunset.errors import ExtensionError, ScenarioError
+from sunset.system.checks import (
+    check_adaptation,
+    check_failures,
+    check_fault,
+    check_nodes,
+    check_scenarios,
+    check_signals,
+    check_topics,
+)
+from sunset.system.description import (
+    Adaptation,
+    AdaptationKind,
+    Failure,
+    Fault,
+    FaultKind,
+    NodeDescription,
+    Signal,
+    Topic,
+)
+from sunset.system.harness import HARNESS, SENSOR_TOPICS
+from sunset.system.names import full_name
+from sunset.texts import suggestion
+
+__all__ = ["Extension", "System"]
+
+
+class _Named(Protocol):
+    @property
+    def name(self) -> str: ...
+
+
+NamedT = TypeVar("NamedT", bound=_Named)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Extension:
+    """A part of a managed system, such as what a file adds to the paper's.
+
+    Attributes:
+        nodes: managed nodes.
+        node_classes: node of another part → the class that runs in place of its own, of which it should be a subclass.
+        topics: those that the monitor watches.
+        signals: what nodes report.
+        failures: what is observed when something is wrong.
+        faults: what can go wrong.
+        adaptations: those that the system offers besides the restart and the redeploy of every node and the steps of
+            cures.
+        exclusive: pairs of faults that cannot be there at the same time: each would be the other's cure.
+        suites: name → its scenarios, each the faults that are injected together, as `fault` or `fault=value`.
+    """
+
+    nodes: tuple[NodeDescription, ...] = ()
+    node_classes: Mapping[str, type] = field(default_factory=dict)
+    topics: tuple[Topic, ...] = ()
+    signals: tuple[Signal, ...] = ()
+    failures: tuple[Failure, ...] = ()
+    faults: tuple[Fault, ...] = ()
+    adaptations: tuple[Adaptation, ...] = ()
+    exclusive: tuple[tuple[str, str], ...] = ()
+    suites: Mapping[str, tuple[tuple[str, ...], ...]] = field(default_factory=dict)
+
+
+class System:
+    """A managed system.
+
+    Args:
+        *parts: what it is made of; a later part may refer to an earlier one.
+
+    Raises:
+        ExtensionError: a name is taken, or a part refers to what is not there.
+    """
+
+    def __init__(self, *parts: Extension) -> None:
+        self.parts = parts
+        check_nodes(self.nodes, self.publishers)
+        published = {*self.publishers, *SENSOR_TOPICS}
+        stopping = [failure.topic for failure in self.failures.values() if failure.topic]
+        check_topics(map(full_name, [*self.topics, *stopping]), published)
+        for adaptation in self.adaptations:
+            check_adaptation(adaptation, self.nodes, published)
+        check_signals(self.signals.values(), self.nodes)
+        check_failures(self.failures.values(), self.signals)
+        for fault in self.faults.values():
+            check_fault(fault, self.nodes, self.failures)
+        check_scenarios(self.suites, self.exclusive, self.faults)
+        self.upstream  # noqa: B018  which has no cycle
+
+    @cached_property
+    def nodes(self) -> Mapping[str, NodeDescription]:
+        """The managed nodes, by name."""
+        return _by_name("node", (node for part in self.parts for node in part.nodes))
+
+    @cached_property
+    def topics(self) -> Mapping[str, Topic]:
+        """The topics that the monitor watches, by name."""
+        return _by_name("topic", (topic for part in self.parts for topic in part.topics))
+
+    @cached_property
+    def signals(self) -> Mapping[str, Signal]:
+        """The signals, by name."""
+        return _by_name("signal", (signal for part in self.parts for signal in part.signals))
+
+    @cached_property
+    def failures(self) -> Mapping[str, Failure]:
+        """The failures, by name."""
+        return _by_name("failure", (failure for part in self.parts for failure in part.failures))
+
+    @cached_property
+    def faults(self) -> Mapping[str, Fault]:
+        """The faults, by name."""
+        return _by_name("fault", (fault for part in self.parts for fault in part.faults))
+
+    @cached_property
+    def adaptations(self) -> tuple[Adaptation, ...]:
+        """Every adaptation that the system offers, each once."""
+        steps = (step for fault in self.faults.values() for cure in fault.cures for step in cure)
+        offered = [
+            *(Adaptation(AdaptationKind.RESTART, node) for node in self.nodes),
+            *(Adaptation(AdaptationKind.REDEPLOY, node) for node in self.nodes),
+            *(adaptation for part in self.parts for adaptation in part.adaptations),
+            *steps,
+        ]
+        return tuple(dict.fromkeys(offered))
+
+    @cached_property
+    def exclusive(self) -> tuple[tuple[str, str], ...]:
+        """Pairs of faults that cannot be there at the same time: each would be the other's cure."""
+        return tuple(pair for part in self.parts for pair in part.exclusive)
+
+    @cached_property
+    def suites(self) -> Mapping[str, tuple[tuple[str, ...], ...]]:
+        """Name → its scenarios, each the faults that are injected together."""
+        suites: dict[str, tuple[tuple[str, ...], ...]] = {}
+        for part in self.parts:
+            for name, scenarios in part.suites.items():
+                if name in suites:
+                    raise _taken_error("suite", name)
+                suites[name] = tuple(map(tuple, scenarios))
+        return MappingProxyType(suites)
+
+    @cached_property
+    def publishers(self) -> Mapping[str, str]:
+        """Full name of a topic → the managed node that publishes on it."""
+        publishers: dict[str, str] = {}
+        for node in self.nodes.values():
+            for topic in map(full_name, node.outputs):
+                if topic in publishers or topic in _HARNESS_TOPICS:
+                    raise _taken_error("topic", topic)
+                publishers[topic] = node.name
+        return MappingProxyType(publishers)
+
+    @cached_property
+    def inputs(self) -> Mapping[str, frozenset[str]]:
+        """Node → full names of the topics that it may subscribe to, by whatever adaptation."""
+        inputs = {node.name: {*map(full_name, node.inputs)} for node in self.nodes.values()}
+        for adaptation in self.adaptations:
+            if adaptation.kind is AdaptationKind.CHANGE_TOPIC:
+                inputs[adaptation.node].add(full_name(str(adaptation.value)))
+        return MappingProxyType({node: frozenset(topics) for node, topics in inputs.items()})
+
+    @cached_property
+    def upstream(self) -> Mapping[str, frozenset[str]]:
+        """Node → the nodes that its input may come from, however far up.
+
+        Raises:
+            ExtensionError: the wiring has a cycle.
+        """
+        direct = {
+            node: {self.publishers[topic] for topic in topics if topic in self.publishers}
+            for node, topics in self.inputs.items()
+        }
+        try:
+            order = tuple(TopologicalSorter(direct).static_order())
+        except CycleError as error:
+            raise ExtensionError(
+                f"The wiring of the nodes has a cycle: {' feeds '.join(error.args[1])}."
+            ) from error
+        upstream: dict[str, frozenset[str]] = {}
+        for node in order:
+            upstream[node] = frozenset(direct[node]).union(*(upstream[other] for other in direct[node]))
+        return MappingProxyType(upstream)
+
+    @cached_property
+    def failing_nodes(self) -> Mapping[str, str]:
+        """Failure → the node that fails: it publishes the topic, or reports the signal."""
+        return MappingProxyType(
+            {
+                failure.name: self.publishers[full_name(failure.topic)]
+                if failure.topic
+                else self.signals[failure.signal].node
+                for failure in self.failures.values()
+            }
+        )
+
+    @cached_property
+    def outages(self) -> frozenset[str]:
+        """The failures that are a topic that has stopped."""
+        return frozenset(failure.name for failure in self.failures.values() if failure.topic)
+
+    @cached_property
+    def initial_states(self) -> Mapping[str, str]:
+        """Node → its lifecycle state when all is well."""
+        return MappingProxyType({node.name: node.initial_state for node in self.nodes.values()})
+
+    @cached_property
+    def managed_nodes(self) -> frozenset[str]:
+        """The full names of the managed nodes."""
+        return frozenset(map(full_name, self.nodes))
+
+    @cached_property
+    def all_nodes(self) -> frozenset[str]:
+        """The full names of all nodes that are not the managing system's."""
+        return self.managed_nodes | {f"/{name}" for name in HARNESS}
+
+    @cached_property
+    def own_topics(self) -> frozenset[str]:
+        """Full names of topics on which only the managed system and the experiment publish, as all below them."""
+        return frozenset({"/diagnostics", *_HARNESS_TOPICS, *self.publishers})
+
+    @cached_property
+    def sensors(self) -> Mapping[str, frozenset[str]]:
+        """What the world shows → full names of the nodes that may look at it; others would go past sensors' faults."""
+        return MappingProxyType(
+            {
+                topic: frozenset(full_name(node) for node, inputs in self.inputs.items() if topic in inputs)
+                for topic in SENSOR_TOPICS
+            }
+        )
+
+    @cached_property
+    def topic_parameters(self) -> frozenset[tuple[str, str]]:
+        """The parameters that name a topic which a node subscribes to, as (node, parameter)."""
+        return frozenset(
+            (adaptation.node, adaptation.parameter)
+            for adaptation in self.adaptations
+            if adaptation.kind is AdaptationKind.CHANGE_TOPIC
+        )
+
+    @cached_property
+    def fault_parameters(self) -> frozenset[tuple[str, str]]:
+        """The parameters that exist only for injecting faults, as (full node name, parameter)."""
+        return frozenset(
+            (full_name(step.node), step.parameter)
+            for fault in self.faults.values()
+            if fault.kind is not FaultKind.CONFIGURATION
+            for step in fault.injection
+            if step.parameter
+        )
+
+    @cached_property
+    def compute_s(self) -> Mapping[str, float]:
+        """Node → time that a callback of an input takes in the simulation [s]."""
+        return MappingProxyType({node.name: node.compute_s for node in self.nodes.values() if node.compute_s})
+
+    def fault(self, name: str) -> Fault:
+        """Return the fault of that name.
+
+        Raises:
+            ScenarioError: there is none; the message lists those that there are.
+        """
+        try:
+            return self.faults[name]
+        except KeyError:
+            raise ScenarioError(
+                f"There is no fault {name!r}: {suggestion(name, self.faults)}choose one of {', '.join(self.faults)}."
+            ) from None
+
+    def node_class(self, name: str) -> type:
+        """Return the class of a managed node.
+
+        Raises:
+            ExtensionError: it cannot be imported.
+        """
+        replaced = [part.node_classes[name] for part in self.parts if name in part.node_classes]
+        found = replaced[-1] if replaced else self.nodes[name].node_class
+        if isinstance(found, type):
+            return found
+        module, _, attribute = found.partition(":")
+        try:
+            imported: type = getattr(import_module(module), attribute)
+        except (ImportError, AttributeError, ValueError) as error:
+            raise ExtensionError(
+                f"The class {found} of the node {name} cannot be imported: {error}."
+            ) from error
+        return imported
+
+
+_HARNESS_TOPICS = frozenset(topic for node in HARNESS.values() for topic in node.outputs)
+
+
+def _by_name(kind: str, values: Iterable[NamedT]) -> Mapping[str, NamedT]:
+    named: dict[str, NamedT] = {}
+    for value in values:
+        if value.name in named:
+            raise _taken_error(kind, value.name)
+        named[value.name] = value
+    return MappingProxyType(named)
+
+
+def _taken_error(kind: str, name: str) -> ExtensionError:
+    return ExtensionError(f"The name of the {kind} {name!r} is taken: choose another.")

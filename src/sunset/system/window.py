@@ -1,0 +1,69 @@
+"""Times: how long an experiment is, over which samples signals are averaged, when a topic has stopped."""
+
+from collections import deque
+from dataclasses import dataclass
+from typing import Final
+
+__all__ = ["DURATION_S", "PERIOD_S", "SILENCE_S", "WINDOW", "MovingMean", "Window"]
+
+DURATION_S: Final = 20.0
+"""How long the paper measures [s]."""
+
+PERIOD_S: Final = 0.1
+"""Time between two frames of a flight [s]."""
+
+SILENCE_S: Final = 1.0
+"""A topic without a message for so long has stopped [s]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Window:
+    """Over which samples a signal is averaged.
+
+    Attributes:
+        samples: how many; the last ones.
+        gap_s: samples before a gap longer than this say nothing about those after it [s].
+    """
+
+    samples: int = 5
+    gap_s: float = 1.0
+
+
+WINDOW: Final = Window()
+"""The window of every signal."""
+
+
+class MovingMean:
+    """The mean of the last samples of a signal; after a gap, the one before it until there are enough new ones.
+
+    Args:
+        gap: samples before a gap longer than this say nothing about those after it, in the unit of their times.
+        samples: over how many the mean is.
+
+    >>> mean = MovingMean(gap=1.0, samples=2)
+    >>> [mean.add(time, value) for time, value in ((0.0, 1.0), (0.5, 2.0), (2.0, 5.0), (3.0, 6.0))]
+    [None, 1.5, None, 5.5]
+    >>> mean.value, mean.since
+    (5.5, 2.0)
+    """
+
+    def __init__(self, gap: float, samples: int = WINDOW.samples) -> None:
+        self._gap = gap
+        self._samples: deque[tuple[float, float]] = deque(maxlen=samples)
+        self.value: float | None = None
+        """The mean; None until there are enough samples."""
+
+    def add(self, time: float, value: float) -> float | None:
+        """Add a sample, and return the mean that it is the last one of; None until there are enough without a gap."""
+        if self._samples and time - self._samples[-1][0] > self._gap:
+            self._samples.clear()
+        self._samples.append((time, value))
+        if len(self._samples) < (self._samples.maxlen or 0):
+            return None
+        self.value = sum(value for _, value in self._samples) / len(self._samples)
+        return self.value
+
+    @property
+    def since(self) -> float:
+        """The time of the first sample that the mean is over."""
+        return self._samples[0][0]

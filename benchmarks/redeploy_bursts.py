@@ -21,7 +21,7 @@ from itertools import cycle, islice
 from sunset.experiments import RunSpec, prepare
 from sunset.experiments.live import LiveSystem
 from sunset.experiments.observer import COMMANDS_TOPIC, Observer
-from sunset.experiments.operator import Operator
+from sunset.harness.operator import Operator
 from sunset.interfaces import Message
 from sunset.interfaces.diagnostic_msgs.msg import DiagnosticArray
 from sunset.interfaces.lifecycle_msgs.msg import Transition, TransitionEvent
@@ -35,7 +35,7 @@ from sunset.scenarios import Scenario
 from sunset.system import current_system
 
 PROCESSES = multiprocessing.get_context("forkserver")
-PROCESSES.set_forkserver_preload(["sunset.experiments.live", "sunset.experiments.operator", "sunset.rmw.dds"])
+PROCESSES.set_forkserver_preload(["sunset.experiments.live", "sunset.harness.operator", "sunset.rmw.dds"])
 AT_ONCE = 3
 ACTIVE = ("camera", "depth", "sensor_fusion", "segmentation")
 DELAYS: dict[str, float] = {node: current_system().nodes[node].activation_delay_s for node in ACTIVE}

@@ -3,8 +3,9 @@
 import pytest
 from tests.conformance.processes import join_domain
 
+from sunset.harness.executor import ScenarioExecutor
 from sunset.rmw.dds.domains import free_domain_id
-from sunset.scenarios import Scenario, ScenarioExecutor, suite
+from sunset.scenarios import Scenario, suite
 
 pytestmark = pytest.mark.xdist_group("live")
 

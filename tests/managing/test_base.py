@@ -5,13 +5,14 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+from sunset.harness.monitor import Monitor
 from sunset.interfaces.rcl_interfaces.msg import Parameter as ParameterMessage
 from sunset.interfaces.rcl_interfaces.msg import ParameterType, ParameterValue
 from sunset.interfaces.sensor_msgs.msg import Image
 from sunset.interfaces.system_interfaces.msg import SetBlackboardGroup
 from sunset.interfaces.system_interfaces.srv import Redeploy
 from sunset.managing import ManagingSystem, NoAdaptation, Symptoms
-from sunset.nodes import Camera, Fusion, ImageEnhancement, Monitor
+from sunset.nodes import Camera, Fusion, ImageEnhancement
 from sunset.ros import CallbackError, Future, Node
 from sunset.ros.exceptions import InvalidParameterValueException
 

@@ -10,19 +10,17 @@ from typing import Final
 
 from sunset.errors import InvalidInputError, SunsetError
 from sunset.forks import signal_after_parent
-from sunset.nodes import NODES
-from sunset.nodes.deployment import deployed_parameters
-from sunset.nodes.live_bag_player import LiveBagPlayer
+from sunset.harness.deployment import deployed_parameters
 from sunset.rmw.backends import live_middleware
 from sunset.rmw.core.port import CallbackError
 from sunset.ros import Context, Node, SingleThreadedExecutor
 from sunset.ros.signals import install_signal_handlers
+from sunset.system import HARNESS, current_system
 
 __all__ = ["MANAGER", "add_arguments", "add_network_options", "execute"]
 
 MANAGER: Final = "managing_system"
 """The name of a managing system's process."""
-_EXECUTOR: Final = "scenario_executor"
 _PARTING_S: Final = 2.0
 """How long a node whose parent ended may take to leave the graph."""
 
@@ -34,7 +32,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "lifecycle. Other ROS 2 nodes on this computer see it as one of theirs. Where 'sunset up' or a live run is in "
         "the same domain, it has the parameters of that system's own nodes."
     )
-    names = [*NODES, _EXECUTOR, MANAGER]
+    names = [*current_system().nodes, *(node.name for node in HARNESS.values() if node.node_class), MANAGER]
     parser.add_argument("node", choices=names, metavar="NAME", help=f"one of {', '.join(names)}")
     parser.add_argument(
         "--manager", metavar="SPEC", help=f"which managing system {MANAGER} is: none, baseline, or your own"
@@ -94,17 +92,13 @@ def execute(arguments: argparse.Namespace) -> int:
 
 def _factory(name: str, manager: str | None) -> Callable[[Context], Node]:
     """Return what makes a node."""
-    if name == _EXECUTOR:
-        from sunset.scenarios import ScenarioExecutor  # noqa: PLC0415  slow, and no other node needs it
-
-        return lambda context: ScenarioExecutor(context=context)
     if manager is not None:
-        from sunset.managing import load_manager  # noqa: PLC0415  slow, and no other node needs it
+        from sunset.managing import load_manager
 
         made = load_manager(manager)
         return lambda context: made(context=context)
-    kind: Callable[..., Node] = LiveBagPlayer if name == "bag_player" else NODES[name]
-    return lambda context: kind(context=context)
+    node_class: Callable[..., Node] = current_system().node_class(name)
+    return lambda context: node_class(context=context)
 
 
 def _spin(executor: SingleThreadedExecutor, node: Node, *, lasting: bool) -> None:

@@ -11,18 +11,17 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Final, Self
 
 from sunset.errors import InvalidInputError, ManagerError, SunsetError
-from sunset.experiments.launcher import Launcher
 from sunset.experiments.parameters import Parameters, node_parameters
 from sunset.experiments.processes import NodeProcesses
 from sunset.experiments.resources import Resources
 from sunset.experiments.spec import EXTERNAL, RunSpec
+from sunset.harness.deployment import deployed_scenario, deployment
+from sunset.harness.launcher import Launcher
 from sunset.interruption import held_signals
-from sunset.nodes import NODES
-from sunset.nodes.deployment import deployed_scenario, deployment
 from sunset.rmw.backends import live_middleware
 from sunset.rmw.core.port import Middleware
 from sunset.ros import CallbackError, Context, SingleThreadedExecutor
-from sunset.system import MANAGER_PROCESS, current_system, full_name
+from sunset.system import MANAGER_PROCESS, SURROUNDING, current_system, full_name
 
 if TYPE_CHECKING:
     from sunset.forks import ForkServer
@@ -123,7 +122,7 @@ class LiveSystem:
             words = ["--ros-args", "-p", "use_sim_time:=true", "-p", "launcher:use_sim_time:=false"]
             self.context.init(words, middleware=self._middleware, log_to_stderr=False)
             shared = [*(["--network"] if network else []), *(["--ros-distro", distro] if distro else [])]
-            names = [*NODES, *([_EXECUTOR] if spec.scenario.faults or not loop else [])]
+            names = [*self._managed, *SURROUNDING, *([_EXECUTOR] if spec.scenario.faults or not loop else [])]
             commands = {name: [*shared, name] for name in names}
             if spec.manager != EXTERNAL:
                 commands[MANAGER_PROCESS] = [*shared, "managing_system", "--manager", spec.manager]

@@ -13,7 +13,7 @@ from sunset.experiments.manager import absent, check_injection
 from sunset.experiments.observer import Observer
 from sunset.experiments.resources import Resources
 from sunset.experiments.spec import EXTERNAL, RunSpec, Timing
-from sunset.experiments.supervisor import Phase, Supervisor
+from sunset.harness.supervisor import Phase, Supervisor
 from sunset.interfaces import Message
 from sunset.interfaces.rosgraph_msgs.msg import Clock
 from sunset.interfaces.sensor_msgs.msg import Image
@@ -139,7 +139,7 @@ class _Watch(Tap):
         self._frames.note(self._clock.at(time_ns), topic, message)
         self._observer.on_message(self._clock.at(time_ns), topic, node or _NAMELESS, message)
 
-    def on_request(  # noqa: PLR0917  as of Tap
+    def on_request(
         self, time_ns: int, service: str, client: str, server: str, request: Message, request_id: RequestId
     ) -> None:
         at_ns = self._clock.at(time_ns)
@@ -159,7 +159,8 @@ class LiveSupervisor(Supervisor):
     ) -> None:
         super().__init__(
             scenario,
-            timing,
+            warm_up_s=timing.warm_up_s,
+            duration_s=timing.duration_s,
             context=context,
             ready=lambda: ready() and self._log.get_subscription_count() > 0,
         )
@@ -196,7 +197,7 @@ def fly(
 
     def show(node: str, line: str) -> None:
         if log and node == MANAGER_PROCESS:
-            print(line, file=sys.stderr)  # noqa: T201  as in the simulation
+            print(line, file=sys.stderr)
 
     clock = LiveClock(time.time_ns(), float(spec.speed))
     offset_ns = _clock_offset_ns()
@@ -251,7 +252,7 @@ def _readiness(spec: RunSpec, watch: _Watch, system: LiveSystem) -> Callable[[],
         if any(f"{namespace.rstrip('/')}/{name}" in watch.strangers for name, namespace in nodes):
             return True
         for invitation in invitations:
-            print(invitation, file=sys.stderr)  # noqa: T201
+            print(invitation, file=sys.stderr)
         return False
 
     return lambda: watch.is_ready and is_there()

@@ -5,22 +5,23 @@ from functools import partial
 from typing import TypeVar
 
 from sunset.errors import SunsetError
-from sunset.experiments.launcher import Launcher
 from sunset.experiments.manager import absent, check_injection, failure, manager_factory
 from sunset.experiments.observer import Observer
 from sunset.experiments.parameters import node_parameters
 from sunset.experiments.resources import Resources
 from sunset.experiments.spec import RunSpec
-from sunset.experiments.supervisor import Phase, Supervisor
+from sunset.harness.bag_player import BagPlayer
+from sunset.harness.executor import ScenarioExecutor
+from sunset.harness.launcher import Launcher
+from sunset.harness.supervisor import Phase, Supervisor
 from sunset.interfaces import Message
 from sunset.isolation import Watch
 from sunset.managing import ManagingSystem
-from sunset.nodes import NODES, BagPlayer, SegmentationNode
+from sunset.nodes import SegmentationNode
 from sunset.rmw.sim import SimProcess, Simulation, Tap
 from sunset.ros import CallbackError, Context, Node, Parameter, SingleThreadedExecutor
-from sunset.scenarios import ScenarioExecutor
 from sunset.seeding import generator
-from sunset.system import MANAGER_PROCESS, current_system
+from sunset.system import MANAGER_PROCESS, SURROUNDING, current_system
 
 __all__ = ["SimulatedProcesses", "fly"]
 
@@ -128,10 +129,15 @@ def fly(
     started("launcher", lambda context: Launcher(processes, tuple(system.nodes), context=context))
     started("scenario_executor", lambda context: ScenarioExecutor(spec.scenario, context=context))
     supervisor = started(
-        "experiment", lambda context: Supervisor(spec.scenario.name, spec.timing, context=context)
+        "experiment",
+        lambda context: Supervisor(
+            spec.scenario.name, warm_up_s=timing.warm_up_s, duration_s=timing.duration_s, context=context
+        ),
     )
     factory = manager_factory(spec, made, resources.model.card.entropy_threshold, watch)
-    for launch_ns, name in sorted((_launch_ns(spec.seed, name), name) for name in NODES):
+    for launch_ns, name in sorted(
+        (_launch_ns(spec.seed, name), name) for name in (*system.nodes, *SURROUNDING)
+    ):
         simulation.run_until(launch_ns)
         processes.start(name)
     simulation.run_until(simulation.now + _launch_ns(spec.seed, MANAGER_PROCESS))
@@ -160,7 +166,7 @@ def _conduct(simulation: Simulation, supervisor: Supervisor, spec: RunSpec, obse
     simulation.run_while(lambda: supervisor.phase is Phase.BRING_UP, round(limit_s * _S))
     if supervisor.phase is Phase.BRING_UP:
         raise absent(spec, limit_s, supervisor.missing, observer.commands)
-    duration_ns = round((supervisor.timing.warm_up_s + supervisor.timing.duration_s) * _S)
+    duration_ns = round((spec.timing.warm_up_s + spec.timing.duration_s) * _S)
     simulation.run_while(lambda: supervisor.phase is not Phase.OVER, simulation.now + duration_ns + _S)
     if supervisor.start_ns is None or supervisor.phase is not Phase.OVER:
         raise SunsetError(
@@ -180,7 +186,11 @@ def _factories(spec: RunSpec, resources: Resources) -> dict[str, NodeFactory]:
         "segmentation": partial(SegmentationNode, segmenter=resources.segmenter),
         "bag_player": partial(BagPlayer, reader=resources.bag),
     }
-    return {name: _factory(given.get(name, node), parameters.get(name, {})) for name, node in NODES.items()}
+    system = current_system()
+    return {
+        name: _factory(given.get(name) or system.node_class(name), parameters.get(name, {}))
+        for name in (*system.nodes, *SURROUNDING)
+    }
 
 
 def _factory(node: Callable[..., Node], parameters: Mapping[str, bool | int | float | str]) -> NodeFactory:

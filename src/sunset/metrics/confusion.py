@@ -48,7 +48,7 @@ def count_classes(prediction: npt.NDArray[np.uint8], truth: npt.NDArray[np.uint8
     if prediction.shape != truth.shape:
         raise ValueError(f"The prediction must have the truth's shape {truth.shape}, got {prediction.shape}.")
     side = NUMBER_OF_CLASSES + 1  # one more for what is no class
-    rows = np.minimum(truth, NUMBER_OF_CLASSES).astype(np.intp)
+    rows = np.minimum(truth, NUMBER_OF_CLASSES).astype(np.uint16)
     columns = np.minimum(prediction, NUMBER_OF_CLASSES)
     confusion = np.bincount((rows * side + columns).ravel(), minlength=side * side).reshape(side, side)
     known = confusion[:NUMBER_OF_CLASSES, :].astype(np.int64)

@@ -12,11 +12,12 @@ from sunset.interfaces.std_msgs.msg import Header
 from sunset.nodes.parameters import FaultParameter, NodeParameter, bound_parameters
 from sunset.ros.context import Context
 from sunset.ros.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
+from sunset.ros.node import Node
 from sunset.ros.parameter import Parameter
 from sunset.ros.subscription import Subscription
 from sunset.system import NAMESPACE, current_system
 
-__all__ = ["AdaptiveNode"]
+__all__ = ["AdaptiveNode", "call_later"]
 
 _HEARTBEAT_S: Final = 0.1
 _LEVEL: Final = DiagnosticStatus.OK
@@ -34,6 +35,17 @@ class _Input:
     callback: Callable[[Any], None]
     depth: int
     subscription: Subscription[Any] | None = None
+
+
+def call_later(node: Node, delay: float, function: Callable[[], None]) -> None:
+    """Call a function once, after a delay in seconds by a node's clock and after the present callback."""
+
+    def fire() -> None:
+        timer.cancel()
+        node.destroy_timer(timer)
+        function()
+
+    timer = node.create_timer(delay, fire)
 
 
 class AdaptiveNode(LifecycleNode):
@@ -146,13 +158,7 @@ class AdaptiveNode(LifecycleNode):
 
     def call_later(self, delay: float, function: Callable[[], None]) -> None:
         """Call a function once, after a delay in seconds and after the present callback."""
-
-        def fire() -> None:
-            timer.cancel()
-            self.destroy_timer(timer)
-            function()
-
-        timer = self.create_timer(delay, fire)
+        call_later(self, delay, function)
 
     def write_parameter(self, name: str, value: bool | float | str) -> None:
         """Set a parameter of this node from within, past the rule that a fault is not wished away.

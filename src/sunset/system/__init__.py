@@ -19,6 +19,7 @@ from sunset.system.harness import (
     OFF_LIMITS_TOPICS,
     RESULT_TOPIC,
     SENSOR_TOPICS,
+    SURROUNDING,
     HarnessNode,
 )
 from sunset.system.names import NAMESPACE, frequency_entry, full_name, short_name
@@ -39,6 +40,7 @@ __all__ = [
     "RESULT_TOPIC",
     "SENSOR_TOPICS",
     "SILENCE_S",
+    "SURROUNDING",
     "WINDOW",
     "Adaptation",
     "AdaptationKind",

@@ -12,6 +12,7 @@ __all__ = [
     "OFF_LIMITS_TOPICS",
     "RESULT_TOPIC",
     "SENSOR_TOPICS",
+    "SURROUNDING",
     "HarnessNode",
 ]
 
@@ -31,12 +32,14 @@ class HarnessNode:
 
     Attributes:
         name: its name.
+        node_class: where the class is that a process of it runs, as `module:Class`; empty if none does.
         outputs: the topics that nobody else may publish on.
         commands: whether what it asks of the managed system is the experiment's own, such as to inject faults.
         off_limits: whether a managing system must not call its services.
     """
 
     name: str
+    node_class: str = ""
     outputs: tuple[str, ...] = ()
     commands: bool = False
     off_limits: bool = True
@@ -46,16 +49,30 @@ HARNESS: Final[Mapping[str, HarnessNode]] = MappingProxyType(
     {
         node.name: node
         for node in (
-            HarnessNode("bag_player", (*SENSOR_TOPICS, "/gt_segmentation", "/clock")),
-            HarnessNode("monitor", ("/blackboard_group",), off_limits=False),
-            HarnessNode("evaluator", ("/seg_metrics",)),
-            HarnessNode("scenario_executor", ("/experiment/injections",), commands=True),
+            HarnessNode(
+                "bag_player",
+                "sunset.harness.live_bag_player:LiveBagPlayer",
+                (*SENSOR_TOPICS, "/gt_segmentation", "/clock"),
+            ),
+            HarnessNode(
+                "monitor", "sunset.harness.monitor:Monitor", ("/blackboard_group",), off_limits=False
+            ),
+            HarnessNode("evaluator", "sunset.harness.evaluator:Evaluator", ("/seg_metrics",)),
+            HarnessNode(
+                "scenario_executor",
+                "sunset.harness.executor:ScenarioExecutor",
+                ("/experiment/injections",),
+                commands=True,
+            ),
             HarnessNode("launcher", commands=True, off_limits=False),
-            HarnessNode("experiment", ("/experiment/log",), commands=True),
+            HarnessNode("experiment", outputs=("/experiment/log",), commands=True),
         )
     }
 )
 """The nodes of an experiment that are not managed, by name."""
+
+SURROUNDING: Final = ("bag_player", "monitor", "evaluator")
+"""Those that feed and watch the managed system, whether there is an experiment or not."""
 
 INFRASTRUCTURE: Final = frozenset(f"/{node.name}" for node in HARNESS.values() if node.commands)
 """Full names of the nodes whose commands are the experiment's own, such as to inject faults."""

@@ -94,7 +94,7 @@ class System:
         for fault in self.faults.values():
             check_fault(fault, self.nodes, self.failures)
         check_scenarios(self.suites, self.exclusive, self.faults)
-        self.upstream  # noqa: B018  which has no cycle
+        self.upstream
 
     @cached_property
     def nodes(self) -> Mapping[str, NodeDescription]:
@@ -277,13 +277,13 @@ class System:
             ) from None
 
     def node_class(self, name: str) -> type:
-        """Return the class of a managed node.
+        """Return the class of a managed node, or of one of the harness that a process runs.
 
         Raises:
             ExtensionError: it cannot be imported.
         """
         replaced = [part.node_classes[name] for part in self.parts if name in part.node_classes]
-        found = replaced[-1] if replaced else self.nodes[name].node_class
+        found = replaced[-1] if replaced else (self.nodes.get(name) or HARNESS[name]).node_class
         if isinstance(found, type):
             return found
         module, _, attribute = found.partition(":")

@@ -1,4 +1,4 @@
-# ruff: noqa: A002  a parameter has the name of its ROS field
+
 """The messages of `type_description_interfaces`, written by scripts/generate_interfaces."""
 
 from struct import Struct

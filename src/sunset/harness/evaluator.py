@@ -4,66 +4,24 @@ It is an observer from outside: it subscribes to the result and to the truth, an
 between them.
 """
 
-from typing import Final, NamedTuple
+from typing import Final
 
 import numpy as np
-import numpy.typing as npt
 
-from sunset.classes import CLASS_OF_CARLA_ID, CLASSES
+from sunset.classes import CLASS_OF_CARLA_ID
 from sunset.errors import DataError
 from sunset.interfaces.sensor_msgs.msg import Image
 from sunset.interfaces.system_interfaces.msg import FrameEvaluation
+from sunset.metrics import count_classes, image_iou
 from sunset.nodes.images import array_of_labels, stamp_ns
 from sunset.ros.context import Context
 from sunset.ros.node import Node
 from sunset.ros.parameter import Parameter
 
-__all__ = ["Counts", "Evaluator", "compare"]
+__all__ = ["Evaluator"]
 
-_COUNT: Final = len(CLASSES)
-_SIDE: Final = _COUNT + 1
-"""Classes, and one more for what is none."""
-_TRUE_CLASS: Final = np.minimum(CLASS_OF_CARLA_ID, _COUNT).astype(np.uint16)
-"""Array (256,): recorded id → class index, the last one for an id that is no class."""
 _WAITING: Final = 100
 """Frames whose partner has not come that are kept; ten seconds at 10 Hz."""
-
-Vector = npt.NDArray[np.uint32]
-
-
-class Counts(NamedTuple):
-    """Pixels by class index, each (28,) uint32, over the pixels that have a true class."""
-
-    intersection: Vector
-    predicted: Vector
-    truth: Vector
-
-    @property
-    def iou(self) -> float:
-        """Mean intersection over union of the classes in prediction or truth (paper, section 4)."""
-        union = self.predicted + self.truth - self.intersection
-        present = union > 0
-        return float((self.intersection[present] / union[present]).mean()) if present.any() else 0.0
-
-
-def compare(prediction: npt.NDArray[np.uint8], carla_ids: npt.NDArray[np.uint8]) -> Counts:
-    """Count the pixels of each class.
-
-    Args:
-        prediction: (H, W), class indices from 0 to 27.
-        carla_ids: (H, W), the ids as recorded; pixels with an id that is no class are left out.
-
-    >>> counts = compare(np.array([[5, 5]], dtype=np.uint8), np.array([[7, 8]], dtype=np.uint8))
-    >>> counts.iou
-    0.25
-    """
-    classes = _TRUE_CLASS[carla_ids] * _SIDE + np.minimum(prediction, _COUNT)
-    joint = np.bincount(classes.ravel(), minlength=_SIDE * _SIDE).reshape(_SIDE, _SIDE)[:_COUNT]
-    return Counts(
-        joint.diagonal().astype(np.uint32),
-        joint[:, :_COUNT].sum(axis=0).astype(np.uint32),
-        joint.sum(axis=1).astype(np.uint32),
-    )
 
 
 class Evaluator(Node):
@@ -112,14 +70,14 @@ class Evaluator(Node):
                 throttle_duration_sec=10.0,
             )
             return
-        counts = compare(labels, expected)
+        counts = count_classes(labels, CLASS_OF_CARLA_ID[expected])
         self._metrics.publish(
             FrameEvaluation(
                 header=result.header,
-                iou=counts.iou,
-                intersection=counts.intersection,
-                predicted=counts.predicted,
-                truth=counts.truth,
+                iou=image_iou(counts),
+                intersection=counts.intersection.astype(np.uint32),
+                predicted=counts.predicted.astype(np.uint32),
+                truth=counts.truth.astype(np.uint32),
             )
         )
 

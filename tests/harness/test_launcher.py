@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from sunset.experiments.launcher import Launcher
+from sunset.harness.launcher import Launcher
 from sunset.interfaces.lifecycle_msgs.srv import ChangeState
 from sunset.interfaces.system_interfaces.srv import Redeploy
 from sunset.nodes import Camera

@@ -5,10 +5,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
+from sunset.harness.evaluator import Evaluator
 from sunset.interfaces.builtin_interfaces.msg import Time
 from sunset.interfaces.sensor_msgs.msg import Image
 from sunset.interfaces.std_msgs.msg import Header
-from sunset.nodes import Evaluator
 from sunset.nodes.images import image_of_bgr, image_of_labels
 
 if TYPE_CHECKING:

@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING, cast
 
 import pytest
 
-from sunset.experiments.operator import Operator
 from sunset.experiments.processes import NodeProcesses
+from sunset.harness.operator import Operator
 from sunset.interfaces.rcl_interfaces.msg import Parameter as ParameterMessage
 from sunset.interfaces.rcl_interfaces.msg import ParameterValue
 from sunset.interfaces.system_interfaces.msg import SetBlackboardGroup

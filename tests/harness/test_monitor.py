@@ -4,13 +4,14 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+from sunset.harness.monitor import Monitor
 from sunset.interfaces.builtin_interfaces.msg import Time
 from sunset.interfaces.diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from sunset.interfaces.rosgraph_msgs.msg import Clock
 from sunset.interfaces.sensor_msgs.msg import Image
 from sunset.interfaces.system_interfaces.msg import SensorFusion
 from sunset.managing.symptoms import read_parameters
-from sunset.nodes import Camera, Depth, Fusion, ImageEnhancement, Monitor, SegmentationNode
+from sunset.nodes import Camera, Depth, Fusion, ImageEnhancement, SegmentationNode
 
 if TYPE_CHECKING:
     from tests.conftest import World

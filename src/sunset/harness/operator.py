@@ -1,19 +1,17 @@
 """The node that lets a live system fly, and sees how its nodes are."""
 
 from collections import deque
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Final, cast
+from typing import Final, Protocol, cast
 
-from sunset.experiments.processes import NodeProcesses
+from sunset.harness.conductor import Conductor
 from sunset.interfaces import Message
-from sunset.interfaces.std_srvs.srv import Trigger
 from sunset.interfaces.system_interfaces.msg import FrameEvaluation, SetBlackboardGroup
 from sunset.managing.symptoms import Value, read_parameters
 from sunset.ros.clock import Clock
 from sunset.ros.context import Context
-from sunset.ros.node import Node
-from sunset.ros.task import Future
 from sunset.ros.time import ClockType
 from sunset.system import SENSOR_TOPICS, current_system, frequency_entry
 
@@ -23,6 +21,20 @@ _FORGOTTEN_NS: Final = 2 * 10**9
 """So long after a process ended, the blackboard does not tell of it any more."""
 _LONGEST: Final = 20
 """Characters that a state has at most."""
+
+
+class Processes(Protocol):
+    """The processes of the system's nodes."""
+
+    @property
+    def nodes(self) -> Sequence[str]:
+        """The nodes that have a process or had one."""
+
+    def pid(self, node: str) -> int | None:
+        """Return the process of a node; None if there is none."""
+
+    def end_of(self, node: str) -> str:
+        """Return in words how the last process of a node ended."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +54,7 @@ class NodeStatus:
     hertz: float | None
 
 
-class Operator(Node):
+class Operator(Conductor):
     """Starts the flight when the managed system is up, and after the warm-up injects a scenario's faults.
 
     Args:
@@ -70,21 +82,19 @@ class Operator(Node):
         self._outputs["bag_player"] = frequency_entry(SENSOR_TOPICS[0])
         self._ended_ns: dict[str, int] = {}
         self._elsewhere: set[str] = set()
-        self._inject = inject
+        self._injects = inject
         self._warm_up_s = warm_up_s
         self._blackboard: dict[str, object] = {}
         self._wall = Clock(clock_type=ClockType.STEADY_TIME, context=self.context)
         self._times: dict[str, deque[int]] = {"monitor": deque(), "evaluator": deque()}
-        self._player = self.create_client(Trigger, "/bag_player/start")
-        self._injector = self.create_client(Trigger, "/scenario_executor/inject")
         self.create_subscription(SetBlackboardGroup, "/blackboard_group", self._on_blackboard, 10)
         self.create_subscription(FrameEvaluation, "/seg_metrics", partial(self._note, "evaluator"), 10)
 
-    def status(self, processes: NodeProcesses) -> list[NodeStatus]:
+    def status(self, processes: Processes) -> list[NodeStatus]:
         """Return how the nodes are that have a process or had one."""
         return [self._status_of(node, processes) for node in processes.nodes]
 
-    def _status_of(self, node: str, processes: NodeProcesses) -> NodeStatus:
+    def _status_of(self, node: str, processes: Processes) -> NodeStatus:
         pid = processes.pid(node)
         state = "running"
         if pid is not None:
@@ -127,26 +137,20 @@ class Operator(Node):
         if not self.up and states == self._initial_states:
             self.up = True
             self.news.append("All nodes are up.")
-            self._player.call_async(Trigger.Request()).add_done_callback(self._on_flying)
+            self.start_flight(self._on_flying)
         if self._invites and self._blackboard.get(self._outputs["segmentation"]):
             self._invites = False
             self.news.append("The system is up; start your managing system now.")
 
-    def _on_flying(self, future: Future[Trigger.Response]) -> None:
-        self._tell("The flight has begun", future)
-        if self._inject:
-            self._warm_up = self.create_timer(self._warm_up_s, self._on_warm)
+    def _on_flying(self, begun: bool, message: str) -> None:
+        self.news.append(f"{'The flight has begun' if begun else 'Starting the flight failed'}: {message}")
+        if self._injects:
+            self.call_later(self._warm_up_s, lambda: self.inject(self._on_injected))
 
-    def _on_warm(self) -> None:
-        self.destroy_timer(self._warm_up)
-        request = self._injector.call_async(Trigger.Request())
-        request.add_done_callback(lambda future: self._tell("The faults are injected", future))
-
-    def _tell(self, what: str, future: Future[Trigger.Response]) -> None:
-        response = future.result()
-        if response is None or not response.success:
-            what = f"It did not work: {what[:1].lower()}{what[1:]}"
-        self.news.append(f"{what}: {response.message if response else 'no reply'}")
+    def _on_injected(self, injected: bool, message: str) -> None:
+        self.news.append(
+            f"{'The faults are injected' if injected else 'Injecting the faults failed'}: {message}"
+        )
 
 
 def _is_state(value: Value) -> bool:

@@ -2,10 +2,10 @@
 
 from typing import Final
 
+from sunset.harness.bag_player import BagPlayer, time_of
 from sunset.interfaces.builtin_interfaces.msg import Time
 from sunset.interfaces.rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 from sunset.interfaces.rosgraph_msgs.msg import Clock as ClockMessage
-from sunset.nodes.bag_player import BagPlayer, time_of
 from sunset.ros.clock import Clock
 from sunset.ros.context import Context
 from sunset.ros.parameter import Parameter

@@ -4,6 +4,7 @@ from functools import partial
 from types import MappingProxyType
 from typing import Any, Final, cast
 
+from sunset.harness._world import World
 from sunset.interfaces.builtin_interfaces.msg import Time
 from sunset.interfaces.lifecycle_msgs.msg import Transition, TransitionEvent
 from sunset.interfaces.lifecycle_msgs.srv import ChangeState, GetState
@@ -16,7 +17,6 @@ from sunset.ros.context import Context
 from sunset.ros.node import Node
 from sunset.ros.parameter import Parameter
 from sunset.ros.task import Future
-from sunset.scenarios._world import World
 from sunset.scenarios.loading import load_scenario
 from sunset.scenarios.schema import Scenario, ScenarioFault
 from sunset.system import (
@@ -161,7 +161,7 @@ class ScenarioExecutor(Node):
 
         def set_up(future: Future[SetParameters.Response]) -> None:
             response = future.result()
-            assert response is not None  # noqa: S101  the future is done
+            assert response is not None
             finish("; ".join(result.reason for result in response.results if not result.successful))
 
         def activated(future: Future[ChangeState.Response]) -> None:

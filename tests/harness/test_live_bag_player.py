@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from sunset.data import Frame, write_bag
+from sunset.harness.live_bag_player import LiveBagPlayer
 from sunset.interfaces.std_srvs.srv import Trigger
 from sunset.nodes.images import stamp_ns
-from sunset.nodes.live_bag_player import LiveBagPlayer
 from sunset.seeding import generator
 
 if TYPE_CHECKING:

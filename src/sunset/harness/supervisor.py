@@ -5,13 +5,10 @@ from enum import Enum
 from typing import Final
 
 from sunset.errors import ScenarioError
-from sunset.experiments.spec import Timing
+from sunset.harness.conductor import Conductor
 from sunset.interfaces.diagnostic_msgs.msg import DiagnosticArray
-from sunset.interfaces.std_srvs.srv import Trigger
 from sunset.interfaces.system_interfaces.msg import ExperimentLogging
 from sunset.ros.context import Context
-from sunset.ros.node import Node
-from sunset.ros.task import Future
 from sunset.system import current_system
 
 __all__ = ["Phase", "Supervisor"]
@@ -29,14 +26,15 @@ class Phase(Enum):
     OVER = "over"
 
 
-class Supervisor(Node):
+class Supervisor(Conductor):
     """Waits until the managed system is up, starts the flight, injects the faults, and calls time.
 
     It logs `start` (the moment that all times are counted from) and `end` on `/experiment/log`.
 
     Args:
         scenario: the scenario's name.
-        timing: the clockwork of the experiment.
+        warm_up_s: healthy operation before the injection.
+        duration_s: how long is measured, from the injection on.
         ready: whether all else is there that the flight should wait for.
         context: the context of the process; the default one if None.
     """
@@ -44,8 +42,9 @@ class Supervisor(Node):
     def __init__(
         self,
         scenario: str,
-        timing: Timing,
         *,
+        warm_up_s: float,
+        duration_s: float,
         ready: Callable[[], bool] = lambda: True,
         context: Context | None = None,
     ) -> None:
@@ -56,14 +55,12 @@ class Supervisor(Node):
         self.injection_problem = ""
         """Why the faults were not injected as written; empty where they were."""
         self._scenario = scenario
-        self.timing = timing
-        """The clockwork of the experiment."""
+        self._warm_up_s = warm_up_s
+        self._duration_s = duration_s
         self._ready = ready
         self._initial_states = current_system().initial_states
         self._heard: dict[str, tuple[str, int]] = {}
         self._log = self.create_publisher(ExperimentLogging, "/experiment/log", 10)
-        self._player = self.create_client(Trigger, "/bag_player/start")
-        self._injector = self.create_client(Trigger, "/scenario_executor/inject")
         self._diagnostics = self.create_subscription(
             DiagnosticArray, "/diagnostics", self._on_diagnostics, 50
         )
@@ -86,29 +83,24 @@ class Supervisor(Node):
         if self.phase is Phase.BRING_UP and not self.missing and self._ready():
             self.phase = Phase.WARM_UP
             self.destroy_subscription(self._diagnostics)
-            self._player.call_async(Trigger.Request()).add_done_callback(self._on_flying)
+            self.start_flight(self._on_flying)
 
-    def _on_flying(self, future: Future[Trigger.Response]) -> None:
-        response = future.result()
-        if response is None or not response.success:
-            raise ScenarioError(
-                f"The bag player did not start: {response.message if response else 'no reply'}."
-            )
-        self._after(self.timing.warm_up_s, self._inject)
+    def _on_flying(self, begun: bool, message: str) -> None:
+        if not begun:
+            raise ScenarioError(f"The bag player did not start: {message}.")
+        self.call_later(self._warm_up_s, self._inject)
 
     def _inject(self) -> None:
         self.phase = Phase.MEASURED
         self.start_ns = self.get_clock().now().nanoseconds
         self._publish("start")
-        self._injector.call_async(Trigger.Request()).add_done_callback(self._on_injected)
-        self._after(self.timing.duration_s, self._end)
+        self.inject(self._on_injected)
+        self.call_later(self._duration_s, self._end)
 
-    def _on_injected(self, future: Future[Trigger.Response]) -> None:
-        response = future.result()
-        if response is None or not response.success:
-            reason = (response.message if response else "no reply").rstrip(".")
+    def _on_injected(self, injected: bool, message: str) -> None:
+        if not injected:
             self.injection_problem = (
-                f"the scenario {self._scenario} could not be injected as written: {reason}"
+                f"the scenario {self._scenario} could not be injected as written: {message.rstrip('.')}"
             )
 
     def _end(self) -> None:
@@ -120,11 +112,3 @@ class Supervisor(Node):
         self._log.publish(
             ExperimentLogging(timestamp=now, scenario=self._scenario, source="experiment", rule_name=name)
         )
-
-    def _after(self, seconds: float, action: Callable[[], None]) -> None:
-        def once() -> None:
-            timer.cancel()
-            self.destroy_timer(timer)
-            action()
-
-        timer = self.create_timer(seconds, once)

@@ -5,10 +5,11 @@ from typing import TYPE_CHECKING
 import pytest
 
 from sunset.errors import ScenarioError
+from sunset.harness.executor import ScenarioExecutor
 from sunset.interfaces.std_srvs.srv import Trigger
 from sunset.interfaces.system_interfaces.msg import FaultInjection
 from sunset.nodes import AdaptiveNode, Camera, Depth, Fusion, ImageEnhancement
-from sunset.scenarios import Scenario, ScenarioExecutor, ScenarioFault, generate, suite
+from sunset.scenarios import Scenario, ScenarioFault, generate, suite
 from sunset.system import current_system
 
 FAULTS = current_system().faults

@@ -1,0 +1,1 @@
+"""What surrounds the managed system: bag player, monitor, evaluator, scenario executor, launcher, who conducts."""

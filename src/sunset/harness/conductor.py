@@ -1,0 +1,49 @@
+"""What the nodes that conduct a flight have in common: they start it, and inject the scenario's faults."""
+
+from collections.abc import Callable
+
+from sunset.interfaces.std_srvs.srv import Trigger
+from sunset.nodes.base import call_later
+from sunset.ros.client import Client
+from sunset.ros.context import Context
+from sunset.ros.node import Node
+from sunset.ros.task import Future
+
+__all__ = ["Conductor"]
+
+
+class Conductor(Node):
+    """Asks the bag player to start and the scenario executor to inject, when a subclass says so.
+
+    Args:
+        name: the node's name.
+        context: the context of the process; the default one if None.
+    """
+
+    def __init__(self, name: str, *, context: Context | None = None) -> None:
+        super().__init__(name, context=context)
+        self._player = self.create_client(Trigger, "/bag_player/start")
+        self._injector = self.create_client(Trigger, "/scenario_executor/inject")
+
+    def start_flight(self, done: Callable[[bool, str], None]) -> None:
+        """Start the flight; `done` gets whether it has begun, and what the bag player says."""
+        self._ask(self._player, done)
+
+    def inject(self, done: Callable[[bool, str], None]) -> None:
+        """Inject the faults; `done` gets whether all are injected, and what the scenario executor says."""
+        self._ask(self._injector, done)
+
+    def call_later(self, delay: float, function: Callable[[], None]) -> None:
+        """Call a function once, after a delay in seconds."""
+        call_later(self, delay, function)
+
+    @staticmethod
+    def _ask(client: Client[Trigger.Request, Trigger.Response], done: Callable[[bool, str], None]) -> None:
+        def answered(future: Future[Trigger.Response]) -> None:
+            response = future.result()
+            if response is None:
+                done(False, "no reply")
+            else:
+                done(response.success, response.message)
+
+        client.call_async(Trigger.Request()).add_done_callback(answered)

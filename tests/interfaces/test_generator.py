@@ -82,17 +82,6 @@ def test_messages_of_a_package_come_after_those_that_they_use(tmp_path: Path) ->
     assert (message.zebra.stripes, len(message.more)) == (3, 2)
 
 
-def test_long_names_are_broken_into_lines(tmp_path: Path) -> None:
-    name, zebra = "a" * 34, "Z" * 30
-    folder = package(tmp_path, f"{zebra}[] {name}\n") / "pkg" / "msg"
-    (folder / f"{zebra}.msg").write_text("uint8 stripes 3\n")
-    text = generate(tmp_path)["pkg/msg/__init__.py"]
-    assert max(len(line) for line in text.splitlines()) <= 110
-    module = load(tmp_path)
-    own = module.Own(**{name: [getattr(module, zebra)(stripes=2)]})
-    assert sunset.interfaces.deserialize(sunset.interfaces.serialize(own), module.Own) == own
-
-
 @pytest.mark.parametrize("name", ["class", "copy", "self"])
 def test_a_field_that_cannot_be_an_attribute_is_refused(tmp_path: Path, name: str) -> None:
     with pytest.raises(InterfaceError, match=f"pkg/msg/Own has a field '{name}'"):

@@ -1,6 +1,5 @@
 """The text of one generated message class."""
 
-import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from keyword import iskeyword
@@ -9,7 +8,7 @@ from typing import Final
 from sunset.errors import InterfaceError
 from sunset.interfaces._definition import Definition, Field, FieldType
 
-__all__ = ["Structs", "class_text", "natural"]
+__all__ = ["Structs", "class_text"]
 
 _FORMATS: Final = {
     "bool": ("?", 1),
@@ -35,7 +34,6 @@ _ALIGN: Final = {
     4: "position = (position + 3) & -4",
     8: "position = ((position + 3) & -8) + 4",
 }
-_LINE_LENGTH: Final = 110
 _RESERVED: Final = frozenset({"self", "copy", "encode_into", "decode_from"})
 
 
@@ -80,11 +78,6 @@ class _Run:
         return True
 
 
-def natural(name: str) -> list[tuple[int, str]]:
-    """Return the key by which the linter sorts names: numbers in them by their value."""
-    return [(int(part), "") if part.isdigit() else (-1, part) for part in re.split(r"(\d+)", name) if part]
-
-
 def class_text(definition: Definition, structs: Structs, name: str | None = None) -> str:
     """Return the source of a message's class.
 
@@ -102,13 +95,7 @@ def class_text(definition: Definition, structs: Structs, name: str | None = None
                 f"{definition.name} has a field {member.name!r}, which cannot be an attribute."
             )
     runs = list(_runs(definition.fields))
-    margin = 4 if name is None else 8
-    methods = [
-        _constructor(definition, margin),
-        _copy(definition, margin),
-        _encoder(runs, structs),
-        _decoder(runs, structs, margin),
-    ]
+    methods = (_constructor(definition), _copy(definition), _encoder(runs, structs), _decoder(runs, structs))
     lines = [*_head(definition, name or definition.name.rpartition("/")[2])]
     for method in methods:
         lines.append("")
@@ -138,19 +125,10 @@ def _head(definition: Definition, name: str) -> Iterator[str]:
     yield f'    """{definition.name}."""'
     yield ""
     names = [member.name for member in definition.fields]
-    slots = [f'"{item}"' for item in sorted(names, key=natural)]
-    if len(slots) == 1:
-        yield f"    __slots__ = ({slots[0]},)"
-    else:
-        yield from _exploded("    __slots__ = (", slots, ")")
+    yield f"    __slots__ = {tuple(names)}"
     yield f'    __ros_name__ = "{definition.name}"'
     pairs = [f'"{member.name}": "{member.type}"' for member in definition.fields]
-    if pairs:
-        yield "    __ros_fields__ = MappingProxyType("
-        yield from _exploded("        {", pairs, "}")
-        yield "    )"
-    else:
-        yield "    __ros_fields__ = MappingProxyType({})"
+    yield from _exploded("    __ros_fields__ = MappingProxyType({", pairs, "})")
     if definition.constants:
         yield ""
     for constant in definition.constants:
@@ -162,34 +140,14 @@ def _head(definition: Definition, name: str) -> Iterator[str]:
 
 
 def _exploded(start: str, items: list[str], end: str) -> Iterator[str]:
-    if not items:
-        yield start + end
-        return
+    """Yield the lines of a list in brackets, an item a line."""
     indent = " " * (len(start) - len(start.lstrip()))
     yield start
-    for item in items:
-        yield f"{indent}    {item},"
+    yield from (f"{indent}    {item}," for item in items)
     yield indent + end
 
 
-def _assignment(line: str, margin: int) -> Iterator[str]:
-    """Break an assignment of a list, a call or a conditional expression as the formatter does, if it is too long."""
-    if margin + len(line) <= _LINE_LENGTH:
-        yield line
-        return
-    target, _, value = line.partition(" = ")
-    if " is None else " in value:
-        start, inner, end = "(", value, ")"
-    else:
-        cut = 1 if value.startswith("[") else value.index("(") + 1
-        start, inner, end = value[:cut], value[cut:-1], value[-1]
-    indent = " " * (len(line) - len(line.lstrip()))
-    yield f"{target} = {start}"
-    yield f"{indent}    {inner}"
-    yield f"{indent}{end}"
-
-
-def _constructor(definition: Definition, margin: int) -> Iterator[str]:
+def _constructor(definition: Definition) -> Iterator[str]:
     if not definition.fields:
         yield "def __init__(self) -> None:"
         yield "    pass"
@@ -201,9 +159,7 @@ def _constructor(definition: Definition, margin: int) -> Iterator[str]:
             yield f"    self.{name} = {name}"
         else:
             given = f"array_of({name}, {kind.base.upper()})" if kind.is_numpy else name
-            yield from _assignment(
-                f"    self.{name} = {_default(member)} if {name} is None else {given}", margin
-            )
+            yield f"    self.{name} = {_default(member)} if {name} is None else {given}"
 
 
 def _parameter(member: Field) -> str:
@@ -214,7 +170,7 @@ def _parameter(member: Field) -> str:
     return f"{member.name}: {_annotation(member.type)} = {_default(member)}"
 
 
-def _copy(definition: Definition, margin: int) -> Iterator[str]:
+def _copy(definition: Definition) -> Iterator[str]:
     yield "def copy(self) -> Self:"
     if not definition.fields:
         yield "    return object.__new__(self.__class__)"
@@ -225,7 +181,7 @@ def _copy(definition: Definition, margin: int) -> Iterator[str]:
     if guarded:
         yield "    try:"
     for member in definition.fields:
-        yield from _assignment(f"{indent}new.{member.name} = {_copied(member)}", margin)
+        yield f"{indent}new.{member.name} = {_copied(member)}"
     if guarded:
         yield "    except (AttributeError, TypeError, InterfaceError) as error:"
         yield "        raise misfit(self, error) from error"
@@ -252,15 +208,13 @@ def _encoder(runs: list[Field | _Run], structs: Structs) -> Iterator[str]:
 
 
 def _encode_run(run: _Run, structs: Structs) -> Iterator[str]:
-    values = ", ".join(
+    values = [
         f"BOOLS[self.{member.name}]" if member.type.base == "bool" else f"self.{member.name}"
         for member in run.fields
-    )
+    ]
     if run.align > 1:
         yield f"out += PAD{run.align}[len(out) & {run.align - 1}]"
-    packed = f"out += {structs.name(run.letters)}.pack("
-    items = [item.strip() for item in values.split(",")]
-    yield from [f"{packed}{items[0]})"] if len(items) == 1 else _exploded(packed, items, ")")
+    yield from _exploded(f"out += {structs.name(run.letters)}.pack(", values, ")")
 
 
 def _encode_field(member: Field) -> Iterator[str]:
@@ -285,7 +239,7 @@ def _encode_field(member: Field) -> Iterator[str]:
     yield f"write_{_plural(kind)}(out, {value}{elements})"
 
 
-def _decoder(runs: list[Field | _Run], structs: Structs, margin: int) -> Iterator[str]:
+def _decoder(runs: list[Field | _Run], structs: Structs) -> Iterator[str]:
     yield "@classmethod"
     yield "def decode_from(cls, raw: bytes, position: int) -> tuple[Self, int]:"
     if not runs:
@@ -293,11 +247,8 @@ def _decoder(runs: list[Field | _Run], structs: Structs, margin: int) -> Iterato
         return
     yield "    new = object.__new__(cls)"
     for part in runs:
-        if isinstance(part, _Run):
-            yield from (f"    {line}" for line in _decode_run(part, structs))
-        else:
-            for line in _decode_field(part):
-                yield from _assignment(f"    {line}", margin)
+        lines = _decode_run(part, structs) if isinstance(part, _Run) else _decode_field(part)
+        yield from (f"    {line}" for line in lines)
     yield "    return new, position"
 
 
@@ -305,11 +256,7 @@ def _decode_run(run: _Run, structs: Structs) -> Iterator[str]:
     if run.align > 1:
         yield _ALIGN[run.align]
     targets = [f"new.{member.name}" for member in run.fields]
-    source = f"{structs.name(run.letters)}.unpack_from(raw, position)"
-    if len(targets) == 1:
-        yield f"({targets[0]},) = {source}"
-    else:
-        yield from _exploded("(", targets, f") = {source}")
+    yield from _exploded("(", targets, f") = {structs.name(run.letters)}.unpack_from(raw, position)")
     yield f"position += {run.size}"
 
 
@@ -371,11 +318,7 @@ def _default_element(kind: FieldType) -> str:
 
 
 def _literal(value: object) -> str:
-    """Return the source of a constant, quoted as the formatter does."""
+    """Return the source of a constant; a byte by its number, as the definition gives it."""
     if isinstance(value, list):
         return f"[{', '.join(map(_literal, value))}]"
-    if isinstance(value, bytes):
-        return 'b"' + "".join(f"\\x{octet:02x}" for octet in value) + '"'
-    if isinstance(value, str):
-        return '"' + value.replace("\\", "\\\\").replace('"', '\\"') + '"'
-    return repr(value)
+    return f"bytes([{value[0]}])" if isinstance(value, bytes) else repr(value)

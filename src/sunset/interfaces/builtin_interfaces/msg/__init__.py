@@ -4,8 +4,14 @@ from struct import Struct
 from types import MappingProxyType
 from typing import Self
 
-from sunset.interfaces._codec import PAD4
-from sunset.interfaces._message import Message
+import numpy as np
+import numpy.typing as npt
+
+from sunset.errors import InterfaceError
+from sunset.interfaces._check import *
+from sunset.interfaces._codec import *
+from sunset.interfaces._message import *
+from sunset.interfaces._values import *
 
 __all__ = [
     "Duration",
@@ -18,17 +24,12 @@ _STRUCT_0 = Struct("<iI")
 class Duration(Message):
     """builtin_interfaces/msg/Duration."""
 
-    __slots__ = (
-        "nanosec",
-        "sec",
-    )
+    __slots__ = ('sec', 'nanosec')
     __ros_name__ = "builtin_interfaces/msg/Duration"
-    __ros_fields__ = MappingProxyType(
-        {
-            "sec": "int32",
-            "nanosec": "uint32",
-        }
-    )
+    __ros_fields__ = MappingProxyType({
+        "sec": "int32",
+        "nanosec": "uint32",
+    })
 
     sec: int
     nanosec: int
@@ -70,17 +71,12 @@ class Duration(Message):
 class Time(Message):
     """builtin_interfaces/msg/Time."""
 
-    __slots__ = (
-        "nanosec",
-        "sec",
-    )
+    __slots__ = ('sec', 'nanosec')
     __ros_name__ = "builtin_interfaces/msg/Time"
-    __ros_fields__ = MappingProxyType(
-        {
-            "sec": "int32",
-            "nanosec": "uint32",
-        }
-    )
+    __ros_fields__ = MappingProxyType({
+        "sec": "int32",
+        "nanosec": "uint32",
+    })
 
     sec: int
     nanosec: int

@@ -4,17 +4,14 @@ from struct import Struct
 from types import MappingProxyType
 from typing import Self
 
+import numpy as np
+import numpy.typing as npt
+
 from sunset.errors import InterfaceError
-from sunset.interfaces._check import misfit
-from sunset.interfaces._codec import (
-    read_messages,
-    read_size,
-    read_string,
-    write_messages,
-    write_size,
-    write_string,
-)
-from sunset.interfaces._message import Message
+from sunset.interfaces._check import *
+from sunset.interfaces._codec import *
+from sunset.interfaces._message import *
+from sunset.interfaces._values import *
 from sunset.interfaces.std_msgs.msg import Header
 
 __all__ = [
@@ -29,17 +26,12 @@ _STRUCT_0 = Struct("<c")
 class KeyValue(Message):
     """diagnostic_msgs/msg/KeyValue."""
 
-    __slots__ = (
-        "key",
-        "value",
-    )
+    __slots__ = ('key', 'value')
     __ros_name__ = "diagnostic_msgs/msg/KeyValue"
-    __ros_fields__ = MappingProxyType(
-        {
-            "key": "string",
-            "value": "string",
-        }
-    )
+    __ros_fields__ = MappingProxyType({
+        "key": "string",
+        "value": "string",
+    })
 
     key: str
     value: str
@@ -74,28 +66,20 @@ class KeyValue(Message):
 class DiagnosticStatus(Message):
     """diagnostic_msgs/msg/DiagnosticStatus."""
 
-    __slots__ = (
-        "hardware_id",
-        "level",
-        "message",
-        "name",
-        "values",
-    )
+    __slots__ = ('level', 'name', 'message', 'hardware_id', 'values')
     __ros_name__ = "diagnostic_msgs/msg/DiagnosticStatus"
-    __ros_fields__ = MappingProxyType(
-        {
-            "level": "byte",
-            "name": "string",
-            "message": "string",
-            "hardware_id": "string",
-            "values": "diagnostic_msgs/KeyValue[]",
-        }
-    )
+    __ros_fields__ = MappingProxyType({
+        "level": "byte",
+        "name": "string",
+        "message": "string",
+        "hardware_id": "string",
+        "values": "diagnostic_msgs/KeyValue[]",
+    })
 
-    OK = b"\x00"
-    WARN = b"\x01"
-    ERROR = b"\x02"
-    STALE = b"\x03"
+    OK = bytes([0])
+    WARN = bytes([1])
+    ERROR = bytes([2])
+    STALE = bytes([3])
 
     level: bytes
     name: str
@@ -131,7 +115,9 @@ class DiagnosticStatus(Message):
         return new
 
     def encode_into(self, out: bytearray) -> None:
-        out += _STRUCT_0.pack(self.level)
+        out += _STRUCT_0.pack(
+            self.level,
+        )
         write_string(out, self.name)
         write_string(out, self.message)
         write_string(out, self.hardware_id)
@@ -141,7 +127,9 @@ class DiagnosticStatus(Message):
     @classmethod
     def decode_from(cls, raw: bytes, position: int) -> tuple[Self, int]:
         new = object.__new__(cls)
-        (new.level,) = _STRUCT_0.unpack_from(raw, position)
+        (
+            new.level,
+        ) = _STRUCT_0.unpack_from(raw, position)
         position += 1
         new.name, position = read_string(raw, position)
         new.message, position = read_string(raw, position)
@@ -154,17 +142,12 @@ class DiagnosticStatus(Message):
 class DiagnosticArray(Message):
     """diagnostic_msgs/msg/DiagnosticArray."""
 
-    __slots__ = (
-        "header",
-        "status",
-    )
+    __slots__ = ('header', 'status')
     __ros_name__ = "diagnostic_msgs/msg/DiagnosticArray"
-    __ros_fields__ = MappingProxyType(
-        {
-            "header": "std_msgs/Header",
-            "status": "diagnostic_msgs/DiagnosticStatus[]",
-        }
-    )
+    __ros_fields__ = MappingProxyType({
+        "header": "std_msgs/Header",
+        "status": "diagnostic_msgs/DiagnosticStatus[]",
+    })
 
     header: Header
     status: list[DiagnosticStatus]

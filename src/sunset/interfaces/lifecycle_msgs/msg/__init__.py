@@ -1,18 +1,17 @@
-
 """The messages of `lifecycle_msgs`, written by scripts/generate_interfaces."""
 
 from struct import Struct
 from types import MappingProxyType
 from typing import Self
 
+import numpy as np
+import numpy.typing as npt
+
 from sunset.errors import InterfaceError
-from sunset.interfaces._check import misfit
-from sunset.interfaces._codec import (
-    PAD8,
-    read_string,
-    write_string,
-)
-from sunset.interfaces._message import Message
+from sunset.interfaces._check import *
+from sunset.interfaces._codec import *
+from sunset.interfaces._message import *
+from sunset.interfaces._values import *
 
 __all__ = [
     "State",
@@ -28,17 +27,12 @@ _STRUCT_1 = Struct("<Q")
 class State(Message):
     """lifecycle_msgs/msg/State."""
 
-    __slots__ = (
-        "id",
-        "label",
-    )
+    __slots__ = ('id', 'label')
     __ros_name__ = "lifecycle_msgs/msg/State"
-    __ros_fields__ = MappingProxyType(
-        {
-            "id": "uint8",
-            "label": "string",
-        }
-    )
+    __ros_fields__ = MappingProxyType({
+        "id": "uint8",
+        "label": "string",
+    })
 
     PRIMARY_STATE_UNKNOWN = 0
     PRIMARY_STATE_UNCONFIGURED = 1
@@ -71,13 +65,17 @@ class State(Message):
         return new
 
     def encode_into(self, out: bytearray) -> None:
-        out += _STRUCT_0.pack(self.id)
+        out += _STRUCT_0.pack(
+            self.id,
+        )
         write_string(out, self.label)
 
     @classmethod
     def decode_from(cls, raw: bytes, position: int) -> tuple[Self, int]:
         new = object.__new__(cls)
-        (new.id,) = _STRUCT_0.unpack_from(raw, position)
+        (
+            new.id,
+        ) = _STRUCT_0.unpack_from(raw, position)
         position += 1
         new.label, position = read_string(raw, position)
         return new, position
@@ -86,17 +84,12 @@ class State(Message):
 class Transition(Message):
     """lifecycle_msgs/msg/Transition."""
 
-    __slots__ = (
-        "id",
-        "label",
-    )
+    __slots__ = ('id', 'label')
     __ros_name__ = "lifecycle_msgs/msg/Transition"
-    __ros_fields__ = MappingProxyType(
-        {
-            "id": "uint8",
-            "label": "string",
-        }
-    )
+    __ros_fields__ = MappingProxyType({
+        "id": "uint8",
+        "label": "string",
+    })
 
     TRANSITION_CREATE = 0
     TRANSITION_CONFIGURE = 1
@@ -148,13 +141,17 @@ class Transition(Message):
         return new
 
     def encode_into(self, out: bytearray) -> None:
-        out += _STRUCT_0.pack(self.id)
+        out += _STRUCT_0.pack(
+            self.id,
+        )
         write_string(out, self.label)
 
     @classmethod
     def decode_from(cls, raw: bytes, position: int) -> tuple[Self, int]:
         new = object.__new__(cls)
-        (new.id,) = _STRUCT_0.unpack_from(raw, position)
+        (
+            new.id,
+        ) = _STRUCT_0.unpack_from(raw, position)
         position += 1
         new.label, position = read_string(raw, position)
         return new, position
@@ -163,19 +160,13 @@ class Transition(Message):
 class TransitionDescription(Message):
     """lifecycle_msgs/msg/TransitionDescription."""
 
-    __slots__ = (
-        "goal_state",
-        "start_state",
-        "transition",
-    )
+    __slots__ = ('transition', 'start_state', 'goal_state')
     __ros_name__ = "lifecycle_msgs/msg/TransitionDescription"
-    __ros_fields__ = MappingProxyType(
-        {
-            "transition": "lifecycle_msgs/Transition",
-            "start_state": "lifecycle_msgs/State",
-            "goal_state": "lifecycle_msgs/State",
-        }
-    )
+    __ros_fields__ = MappingProxyType({
+        "transition": "lifecycle_msgs/Transition",
+        "start_state": "lifecycle_msgs/State",
+        "goal_state": "lifecycle_msgs/State",
+    })
 
     transition: Transition
     start_state: State
@@ -219,21 +210,14 @@ class TransitionDescription(Message):
 class TransitionEvent(Message):
     """lifecycle_msgs/msg/TransitionEvent."""
 
-    __slots__ = (
-        "goal_state",
-        "start_state",
-        "timestamp",
-        "transition",
-    )
+    __slots__ = ('timestamp', 'transition', 'start_state', 'goal_state')
     __ros_name__ = "lifecycle_msgs/msg/TransitionEvent"
-    __ros_fields__ = MappingProxyType(
-        {
-            "timestamp": "uint64",
-            "transition": "lifecycle_msgs/Transition",
-            "start_state": "lifecycle_msgs/State",
-            "goal_state": "lifecycle_msgs/State",
-        }
-    )
+    __ros_fields__ = MappingProxyType({
+        "timestamp": "uint64",
+        "transition": "lifecycle_msgs/Transition",
+        "start_state": "lifecycle_msgs/State",
+        "goal_state": "lifecycle_msgs/State",
+    })
 
     timestamp: int
     transition: Transition
@@ -266,7 +250,9 @@ class TransitionEvent(Message):
 
     def encode_into(self, out: bytearray) -> None:
         out += PAD8[len(out) & 7]
-        out += _STRUCT_1.pack(self.timestamp)
+        out += _STRUCT_1.pack(
+            self.timestamp,
+        )
         Transition.encode_into(self.transition, out)
         State.encode_into(self.start_state, out)
         State.encode_into(self.goal_state, out)
@@ -275,7 +261,9 @@ class TransitionEvent(Message):
     def decode_from(cls, raw: bytes, position: int) -> tuple[Self, int]:
         new = object.__new__(cls)
         position = ((position + 3) & -8) + 4
-        (new.timestamp,) = _STRUCT_1.unpack_from(raw, position)
+        (
+            new.timestamp,
+        ) = _STRUCT_1.unpack_from(raw, position)
         position += 8
         new.transition, position = Transition.decode_from(raw, position)
         new.start_state, position = State.decode_from(raw, position)

@@ -4,25 +4,17 @@ from struct import Struct
 from types import MappingProxyType
 from typing import Self
 
+import numpy as np
+import numpy.typing as npt
+
 from sunset.errors import InterfaceError
-from sunset.interfaces._check import misfit
-from sunset.interfaces._codec import (
-    BOOLS,
-    read_dummy,
-    read_messages,
-    read_size,
-    write_messages,
-    write_size,
-)
-from sunset.interfaces._message import (
-    Message,
-    Service,
-)
-from sunset.interfaces.lifecycle_msgs.msg import (
-    State,
-    Transition,
-    TransitionDescription,
-)
+from sunset.interfaces._check import *
+from sunset.interfaces._codec import *
+from sunset.interfaces._message import *
+from sunset.interfaces._values import *
+from sunset.interfaces.lifecycle_msgs.msg import State
+from sunset.interfaces.lifecycle_msgs.msg import Transition
+from sunset.interfaces.lifecycle_msgs.msg import TransitionDescription
 
 __all__ = [
     "ChangeState",
@@ -43,13 +35,11 @@ class ChangeState(Service):
     class Request(Message):
         """lifecycle_msgs/srv/ChangeState_Request."""
 
-        __slots__ = ("transition",)
+        __slots__ = ('transition',)
         __ros_name__ = "lifecycle_msgs/srv/ChangeState_Request"
-        __ros_fields__ = MappingProxyType(
-            {
-                "transition": "lifecycle_msgs/Transition",
-            }
-        )
+        __ros_fields__ = MappingProxyType({
+            "transition": "lifecycle_msgs/Transition",
+        })
 
         transition: Transition
 
@@ -80,13 +70,11 @@ class ChangeState(Service):
     class Response(Message):
         """lifecycle_msgs/srv/ChangeState_Response."""
 
-        __slots__ = ("success",)
+        __slots__ = ('success',)
         __ros_name__ = "lifecycle_msgs/srv/ChangeState_Response"
-        __ros_fields__ = MappingProxyType(
-            {
-                "success": "bool",
-            }
-        )
+        __ros_fields__ = MappingProxyType({
+            "success": "bool",
+        })
 
         success: bool
 
@@ -103,12 +91,16 @@ class ChangeState(Service):
             return new
 
         def encode_into(self, out: bytearray) -> None:
-            out += _STRUCT_0.pack(BOOLS[self.success])
+            out += _STRUCT_0.pack(
+                BOOLS[self.success],
+            )
 
         @classmethod
         def decode_from(cls, raw: bytes, position: int) -> tuple[Self, int]:
             new = object.__new__(cls)
-            (new.success,) = _STRUCT_0.unpack_from(raw, position)
+            (
+                new.success,
+            ) = _STRUCT_0.unpack_from(raw, position)
             position += 1
             return new, position
 
@@ -124,7 +116,8 @@ class GetAvailableStates(Service):
 
         __slots__ = ()
         __ros_name__ = "lifecycle_msgs/srv/GetAvailableStates_Request"
-        __ros_fields__ = MappingProxyType({})
+        __ros_fields__ = MappingProxyType({
+        })
 
         def __init__(self) -> None:
             pass
@@ -142,13 +135,11 @@ class GetAvailableStates(Service):
     class Response(Message):
         """lifecycle_msgs/srv/GetAvailableStates_Response."""
 
-        __slots__ = ("available_states",)
+        __slots__ = ('available_states',)
         __ros_name__ = "lifecycle_msgs/srv/GetAvailableStates_Response"
-        __ros_fields__ = MappingProxyType(
-            {
-                "available_states": "lifecycle_msgs/State[]",
-            }
-        )
+        __ros_fields__ = MappingProxyType({
+            "available_states": "lifecycle_msgs/State[]",
+        })
 
         available_states: list[State]
 
@@ -190,7 +181,8 @@ class GetAvailableTransitions(Service):
 
         __slots__ = ()
         __ros_name__ = "lifecycle_msgs/srv/GetAvailableTransitions_Request"
-        __ros_fields__ = MappingProxyType({})
+        __ros_fields__ = MappingProxyType({
+        })
 
         def __init__(self) -> None:
             pass
@@ -208,13 +200,11 @@ class GetAvailableTransitions(Service):
     class Response(Message):
         """lifecycle_msgs/srv/GetAvailableTransitions_Response."""
 
-        __slots__ = ("available_transitions",)
+        __slots__ = ('available_transitions',)
         __ros_name__ = "lifecycle_msgs/srv/GetAvailableTransitions_Response"
-        __ros_fields__ = MappingProxyType(
-            {
-                "available_transitions": "lifecycle_msgs/TransitionDescription[]",
-            }
-        )
+        __ros_fields__ = MappingProxyType({
+            "available_transitions": "lifecycle_msgs/TransitionDescription[]",
+        })
 
         available_transitions: list[TransitionDescription]
 
@@ -228,9 +218,7 @@ class GetAvailableTransitions(Service):
         def copy(self) -> Self:
             new = object.__new__(self.__class__)
             try:
-                new.available_transitions = [
-                    TransitionDescription.copy(item) for item in self.available_transitions
-                ]
+                new.available_transitions = [TransitionDescription.copy(item) for item in self.available_transitions]
             except (AttributeError, TypeError, InterfaceError) as error:
                 raise misfit(self, error) from error
             return new
@@ -258,7 +246,8 @@ class GetState(Service):
 
         __slots__ = ()
         __ros_name__ = "lifecycle_msgs/srv/GetState_Request"
-        __ros_fields__ = MappingProxyType({})
+        __ros_fields__ = MappingProxyType({
+        })
 
         def __init__(self) -> None:
             pass
@@ -276,13 +265,11 @@ class GetState(Service):
     class Response(Message):
         """lifecycle_msgs/srv/GetState_Response."""
 
-        __slots__ = ("current_state",)
+        __slots__ = ('current_state',)
         __ros_name__ = "lifecycle_msgs/srv/GetState_Response"
-        __ros_fields__ = MappingProxyType(
-            {
-                "current_state": "lifecycle_msgs/State",
-            }
-        )
+        __ros_fields__ = MappingProxyType({
+            "current_state": "lifecycle_msgs/State",
+        })
 
         current_state: State
 

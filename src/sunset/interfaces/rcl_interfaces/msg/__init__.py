@@ -1,4 +1,3 @@
-
 """The messages of `rcl_interfaces`, written by scripts/generate_interfaces."""
 
 from struct import Struct
@@ -9,36 +8,10 @@ import numpy as np
 import numpy.typing as npt
 
 from sunset.errors import InterfaceError
-from sunset.interfaces._check import misfit
-from sunset.interfaces._codec import (
-    BOOLS,
-    PAD4,
-    PAD8,
-    read_array,
-    read_bools,
-    read_bytes,
-    read_dummy,
-    read_messages,
-    read_size,
-    read_string,
-    read_strings,
-    write_array,
-    write_bools,
-    write_bytes,
-    write_messages,
-    write_size,
-    write_string,
-    write_strings,
-)
-from sunset.interfaces._message import Message
-from sunset.interfaces._values import (
-    FLOAT64,
-    INT64,
-    array_of,
-    at_most,
-    empty,
-    frozen,
-)
+from sunset.interfaces._check import *
+from sunset.interfaces._codec import *
+from sunset.interfaces._message import *
+from sunset.interfaces._values import *
 from sunset.interfaces.builtin_interfaces.msg import Time
 
 __all__ = [
@@ -46,14 +19,11 @@ __all__ = [
     "IntegerRange",
     "ListParametersResult",
     "Log",
-    "LoggerLevel",
     "Parameter",
     "ParameterDescriptor",
     "ParameterEvent",
-    "ParameterEventDescriptors",
     "ParameterType",
     "ParameterValue",
-    "SetLoggerLevelsResult",
     "SetParametersResult",
 ]
 
@@ -70,19 +40,13 @@ _STRUCT_7 = Struct("<?")
 class FloatingPointRange(Message):
     """rcl_interfaces/msg/FloatingPointRange."""
 
-    __slots__ = (
-        "from_value",
-        "step",
-        "to_value",
-    )
+    __slots__ = ('from_value', 'to_value', 'step')
     __ros_name__ = "rcl_interfaces/msg/FloatingPointRange"
-    __ros_fields__ = MappingProxyType(
-        {
-            "from_value": "float64",
-            "to_value": "float64",
-            "step": "float64",
-        }
-    )
+    __ros_fields__ = MappingProxyType({
+        "from_value": "float64",
+        "to_value": "float64",
+        "step": "float64",
+    })
 
     from_value: float
     to_value: float
@@ -130,19 +94,13 @@ class FloatingPointRange(Message):
 class IntegerRange(Message):
     """rcl_interfaces/msg/IntegerRange."""
 
-    __slots__ = (
-        "from_value",
-        "step",
-        "to_value",
-    )
+    __slots__ = ('from_value', 'to_value', 'step')
     __ros_name__ = "rcl_interfaces/msg/IntegerRange"
-    __ros_fields__ = MappingProxyType(
-        {
-            "from_value": "int64",
-            "to_value": "int64",
-            "step": "uint64",
-        }
-    )
+    __ros_fields__ = MappingProxyType({
+        "from_value": "int64",
+        "to_value": "int64",
+        "step": "uint64",
+    })
 
     from_value: int
     to_value: int
@@ -190,17 +148,12 @@ class IntegerRange(Message):
 class ListParametersResult(Message):
     """rcl_interfaces/msg/ListParametersResult."""
 
-    __slots__ = (
-        "names",
-        "prefixes",
-    )
+    __slots__ = ('names', 'prefixes')
     __ros_name__ = "rcl_interfaces/msg/ListParametersResult"
-    __ros_fields__ = MappingProxyType(
-        {
-            "names": "string[]",
-            "prefixes": "string[]",
-        }
-    )
+    __ros_fields__ = MappingProxyType({
+        "names": "string[]",
+        "prefixes": "string[]",
+    })
 
     names: list[str]
     prefixes: list[str]
@@ -242,27 +195,17 @@ class ListParametersResult(Message):
 class Log(Message):
     """rcl_interfaces/msg/Log."""
 
-    __slots__ = (
-        "file",
-        "function",
-        "level",
-        "line",
-        "msg",
-        "name",
-        "stamp",
-    )
+    __slots__ = ('stamp', 'level', 'name', 'msg', 'file', 'function', 'line')
     __ros_name__ = "rcl_interfaces/msg/Log"
-    __ros_fields__ = MappingProxyType(
-        {
-            "stamp": "builtin_interfaces/Time",
-            "level": "uint8",
-            "name": "string",
-            "msg": "string",
-            "file": "string",
-            "function": "string",
-            "line": "uint32",
-        }
-    )
+    __ros_fields__ = MappingProxyType({
+        "stamp": "builtin_interfaces/Time",
+        "level": "uint8",
+        "name": "string",
+        "msg": "string",
+        "file": "string",
+        "function": "string",
+        "line": "uint32",
+    })
 
     DEBUG = 10
     INFO = 20
@@ -313,81 +256,34 @@ class Log(Message):
 
     def encode_into(self, out: bytearray) -> None:
         Time.encode_into(self.stamp, out)
-        out += _STRUCT_2.pack(self.level)
+        out += _STRUCT_2.pack(
+            self.level,
+        )
         write_string(out, self.name)
         write_string(out, self.msg)
         write_string(out, self.file)
         write_string(out, self.function)
         out += PAD4[len(out) & 3]
-        out += _STRUCT_3.pack(self.line)
+        out += _STRUCT_3.pack(
+            self.line,
+        )
 
     @classmethod
     def decode_from(cls, raw: bytes, position: int) -> tuple[Self, int]:
         new = object.__new__(cls)
         new.stamp, position = Time.decode_from(raw, position)
-        (new.level,) = _STRUCT_2.unpack_from(raw, position)
+        (
+            new.level,
+        ) = _STRUCT_2.unpack_from(raw, position)
         position += 1
         new.name, position = read_string(raw, position)
         new.msg, position = read_string(raw, position)
         new.file, position = read_string(raw, position)
         new.function, position = read_string(raw, position)
         position = (position + 3) & -4
-        (new.line,) = _STRUCT_3.unpack_from(raw, position)
-        position += 4
-        return new, position
-
-
-class LoggerLevel(Message):
-    """rcl_interfaces/msg/LoggerLevel."""
-
-    __slots__ = (
-        "level",
-        "name",
-    )
-    __ros_name__ = "rcl_interfaces/msg/LoggerLevel"
-    __ros_fields__ = MappingProxyType(
-        {
-            "name": "string",
-            "level": "uint32",
-        }
-    )
-
-    LOG_LEVEL_UNKNOWN = 0
-    LOG_LEVEL_DEBUG = 10
-    LOG_LEVEL_INFO = 20
-    LOG_LEVEL_WARN = 30
-    LOG_LEVEL_ERROR = 40
-    LOG_LEVEL_FATAL = 50
-
-    name: str
-    level: int
-
-    def __init__(
-        self,
-        *,
-        name: str = "",
-        level: int = 0,
-    ) -> None:
-        self.name = name
-        self.level = level
-
-    def copy(self) -> Self:
-        new = object.__new__(self.__class__)
-        new.name = self.name
-        new.level = self.level
-        return new
-
-    def encode_into(self, out: bytearray) -> None:
-        write_string(out, self.name)
-        out += PAD4[len(out) & 3]
-        out += _STRUCT_3.pack(self.level)
-
-    @classmethod
-    def decode_from(cls, raw: bytes, position: int) -> tuple[Self, int]:
-        new = object.__new__(cls)
-        new.name, position = read_string(raw, position)
-        position = (position + 3) & -4
-        (new.level,) = _STRUCT_3.unpack_from(raw, position)
+        (
+            new.line,
+        ) = _STRUCT_3.unpack_from(raw, position)
         position += 4
         return new, position
 
@@ -395,33 +291,20 @@ class LoggerLevel(Message):
 class ParameterValue(Message):
     """rcl_interfaces/msg/ParameterValue."""
 
-    __slots__ = (
-        "bool_array_value",
-        "bool_value",
-        "byte_array_value",
-        "double_array_value",
-        "double_value",
-        "integer_array_value",
-        "integer_value",
-        "string_array_value",
-        "string_value",
-        "type",
-    )
+    __slots__ = ('type', 'bool_value', 'integer_value', 'double_value', 'string_value', 'byte_array_value', 'bool_array_value', 'integer_array_value', 'double_array_value', 'string_array_value')
     __ros_name__ = "rcl_interfaces/msg/ParameterValue"
-    __ros_fields__ = MappingProxyType(
-        {
-            "type": "uint8",
-            "bool_value": "bool",
-            "integer_value": "int64",
-            "double_value": "float64",
-            "string_value": "string",
-            "byte_array_value": "byte[]",
-            "bool_array_value": "bool[]",
-            "integer_array_value": "int64[]",
-            "double_array_value": "float64[]",
-            "string_array_value": "string[]",
-        }
-    )
+    __ros_fields__ = MappingProxyType({
+        "type": "uint8",
+        "bool_value": "bool",
+        "integer_value": "int64",
+        "double_value": "float64",
+        "string_value": "string",
+        "byte_array_value": "byte[]",
+        "bool_array_value": "bool[]",
+        "integer_array_value": "int64[]",
+        "double_array_value": "float64[]",
+        "string_array_value": "string[]",
+    })
 
     type: int
     bool_value: bool
@@ -455,12 +338,8 @@ class ParameterValue(Message):
         self.string_value = string_value
         self.byte_array_value = [] if byte_array_value is None else byte_array_value
         self.bool_array_value = [] if bool_array_value is None else bool_array_value
-        self.integer_array_value = (
-            empty(INT64) if integer_array_value is None else array_of(integer_array_value, INT64)
-        )
-        self.double_array_value = (
-            empty(FLOAT64) if double_array_value is None else array_of(double_array_value, FLOAT64)
-        )
+        self.integer_array_value = empty(INT64) if integer_array_value is None else array_of(integer_array_value, INT64)
+        self.double_array_value = empty(FLOAT64) if double_array_value is None else array_of(double_array_value, FLOAT64)
         self.string_array_value = [] if string_array_value is None else string_array_value
 
     def copy(self) -> Self:
@@ -529,17 +408,12 @@ class ParameterValue(Message):
 class Parameter(Message):
     """rcl_interfaces/msg/Parameter."""
 
-    __slots__ = (
-        "name",
-        "value",
-    )
+    __slots__ = ('name', 'value')
     __ros_name__ = "rcl_interfaces/msg/Parameter"
-    __ros_fields__ = MappingProxyType(
-        {
-            "name": "string",
-            "value": "rcl_interfaces/ParameterValue",
-        }
-    )
+    __ros_fields__ = MappingProxyType({
+        "name": "string",
+        "value": "rcl_interfaces/ParameterValue",
+    })
 
     name: str
     value: ParameterValue
@@ -577,29 +451,18 @@ class Parameter(Message):
 class ParameterDescriptor(Message):
     """rcl_interfaces/msg/ParameterDescriptor."""
 
-    __slots__ = (
-        "additional_constraints",
-        "description",
-        "dynamic_typing",
-        "floating_point_range",
-        "integer_range",
-        "name",
-        "read_only",
-        "type",
-    )
+    __slots__ = ('name', 'type', 'description', 'additional_constraints', 'read_only', 'dynamic_typing', 'floating_point_range', 'integer_range')
     __ros_name__ = "rcl_interfaces/msg/ParameterDescriptor"
-    __ros_fields__ = MappingProxyType(
-        {
-            "name": "string",
-            "type": "uint8",
-            "description": "string",
-            "additional_constraints": "string",
-            "read_only": "bool",
-            "dynamic_typing": "bool",
-            "floating_point_range": "rcl_interfaces/FloatingPointRange[<=1]",
-            "integer_range": "rcl_interfaces/IntegerRange[<=1]",
-        }
-    )
+    __ros_fields__ = MappingProxyType({
+        "name": "string",
+        "type": "uint8",
+        "description": "string",
+        "additional_constraints": "string",
+        "read_only": "bool",
+        "dynamic_typing": "bool",
+        "floating_point_range": "rcl_interfaces/FloatingPointRange[<=1]",
+        "integer_range": "rcl_interfaces/IntegerRange[<=1]",
+    })
 
     name: str
     type: int
@@ -648,7 +511,9 @@ class ParameterDescriptor(Message):
 
     def encode_into(self, out: bytearray) -> None:
         write_string(out, self.name)
-        out += _STRUCT_2.pack(self.type)
+        out += _STRUCT_2.pack(
+            self.type,
+        )
         write_string(out, self.description)
         write_string(out, self.additional_constraints)
         out += _STRUCT_6.pack(
@@ -664,7 +529,9 @@ class ParameterDescriptor(Message):
     def decode_from(cls, raw: bytes, position: int) -> tuple[Self, int]:
         new = object.__new__(cls)
         new.name, position = read_string(raw, position)
-        (new.type,) = _STRUCT_2.unpack_from(raw, position)
+        (
+            new.type,
+        ) = _STRUCT_2.unpack_from(raw, position)
         position += 1
         new.description, position = read_string(raw, position)
         new.additional_constraints, position = read_string(raw, position)
@@ -683,23 +550,15 @@ class ParameterDescriptor(Message):
 class ParameterEvent(Message):
     """rcl_interfaces/msg/ParameterEvent."""
 
-    __slots__ = (
-        "changed_parameters",
-        "deleted_parameters",
-        "new_parameters",
-        "node",
-        "stamp",
-    )
+    __slots__ = ('stamp', 'node', 'new_parameters', 'changed_parameters', 'deleted_parameters')
     __ros_name__ = "rcl_interfaces/msg/ParameterEvent"
-    __ros_fields__ = MappingProxyType(
-        {
-            "stamp": "builtin_interfaces/Time",
-            "node": "string",
-            "new_parameters": "rcl_interfaces/Parameter[]",
-            "changed_parameters": "rcl_interfaces/Parameter[]",
-            "deleted_parameters": "rcl_interfaces/Parameter[]",
-        }
-    )
+    __ros_fields__ = MappingProxyType({
+        "stamp": "builtin_interfaces/Time",
+        "node": "string",
+        "new_parameters": "rcl_interfaces/Parameter[]",
+        "changed_parameters": "rcl_interfaces/Parameter[]",
+        "deleted_parameters": "rcl_interfaces/Parameter[]",
+    })
 
     stamp: Time
     node: str
@@ -758,74 +617,13 @@ class ParameterEvent(Message):
         return new, position
 
 
-class ParameterEventDescriptors(Message):
-    """rcl_interfaces/msg/ParameterEventDescriptors."""
-
-    __slots__ = (
-        "changed_parameters",
-        "deleted_parameters",
-        "new_parameters",
-    )
-    __ros_name__ = "rcl_interfaces/msg/ParameterEventDescriptors"
-    __ros_fields__ = MappingProxyType(
-        {
-            "new_parameters": "rcl_interfaces/ParameterDescriptor[]",
-            "changed_parameters": "rcl_interfaces/ParameterDescriptor[]",
-            "deleted_parameters": "rcl_interfaces/ParameterDescriptor[]",
-        }
-    )
-
-    new_parameters: list[ParameterDescriptor]
-    changed_parameters: list[ParameterDescriptor]
-    deleted_parameters: list[ParameterDescriptor]
-
-    def __init__(
-        self,
-        *,
-        new_parameters: list[ParameterDescriptor] | None = None,
-        changed_parameters: list[ParameterDescriptor] | None = None,
-        deleted_parameters: list[ParameterDescriptor] | None = None,
-    ) -> None:
-        self.new_parameters = [] if new_parameters is None else new_parameters
-        self.changed_parameters = [] if changed_parameters is None else changed_parameters
-        self.deleted_parameters = [] if deleted_parameters is None else deleted_parameters
-
-    def copy(self) -> Self:
-        new = object.__new__(self.__class__)
-        try:
-            new.new_parameters = [ParameterDescriptor.copy(item) for item in self.new_parameters]
-            new.changed_parameters = [ParameterDescriptor.copy(item) for item in self.changed_parameters]
-            new.deleted_parameters = [ParameterDescriptor.copy(item) for item in self.deleted_parameters]
-        except (AttributeError, TypeError, InterfaceError) as error:
-            raise misfit(self, error) from error
-        return new
-
-    def encode_into(self, out: bytearray) -> None:
-        write_size(out, len(self.new_parameters))
-        write_messages(out, self.new_parameters, ParameterDescriptor)
-        write_size(out, len(self.changed_parameters))
-        write_messages(out, self.changed_parameters, ParameterDescriptor)
-        write_size(out, len(self.deleted_parameters))
-        write_messages(out, self.deleted_parameters, ParameterDescriptor)
-
-    @classmethod
-    def decode_from(cls, raw: bytes, position: int) -> tuple[Self, int]:
-        new = object.__new__(cls)
-        size, position = read_size(raw, position)
-        new.new_parameters, position = read_messages(raw, position, size, ParameterDescriptor)
-        size, position = read_size(raw, position)
-        new.changed_parameters, position = read_messages(raw, position, size, ParameterDescriptor)
-        size, position = read_size(raw, position)
-        new.deleted_parameters, position = read_messages(raw, position, size, ParameterDescriptor)
-        return new, position
-
-
 class ParameterType(Message):
     """rcl_interfaces/msg/ParameterType."""
 
     __slots__ = ()
     __ros_name__ = "rcl_interfaces/msg/ParameterType"
-    __ros_fields__ = MappingProxyType({})
+    __ros_fields__ = MappingProxyType({
+    })
 
     PARAMETER_NOT_SET = 0
     PARAMETER_BOOL = 1
@@ -852,66 +650,15 @@ class ParameterType(Message):
         return cls(), read_dummy(raw, position)
 
 
-class SetLoggerLevelsResult(Message):
-    """rcl_interfaces/msg/SetLoggerLevelsResult."""
-
-    __slots__ = (
-        "reason",
-        "successful",
-    )
-    __ros_name__ = "rcl_interfaces/msg/SetLoggerLevelsResult"
-    __ros_fields__ = MappingProxyType(
-        {
-            "successful": "bool",
-            "reason": "string",
-        }
-    )
-
-    successful: bool
-    reason: str
-
-    def __init__(
-        self,
-        *,
-        successful: bool = False,
-        reason: str = "",
-    ) -> None:
-        self.successful = successful
-        self.reason = reason
-
-    def copy(self) -> Self:
-        new = object.__new__(self.__class__)
-        new.successful = self.successful
-        new.reason = self.reason
-        return new
-
-    def encode_into(self, out: bytearray) -> None:
-        out += _STRUCT_7.pack(BOOLS[self.successful])
-        write_string(out, self.reason)
-
-    @classmethod
-    def decode_from(cls, raw: bytes, position: int) -> tuple[Self, int]:
-        new = object.__new__(cls)
-        (new.successful,) = _STRUCT_7.unpack_from(raw, position)
-        position += 1
-        new.reason, position = read_string(raw, position)
-        return new, position
-
-
 class SetParametersResult(Message):
     """rcl_interfaces/msg/SetParametersResult."""
 
-    __slots__ = (
-        "reason",
-        "successful",
-    )
+    __slots__ = ('successful', 'reason')
     __ros_name__ = "rcl_interfaces/msg/SetParametersResult"
-    __ros_fields__ = MappingProxyType(
-        {
-            "successful": "bool",
-            "reason": "string",
-        }
-    )
+    __ros_fields__ = MappingProxyType({
+        "successful": "bool",
+        "reason": "string",
+    })
 
     successful: bool
     reason: str
@@ -932,13 +679,17 @@ class SetParametersResult(Message):
         return new
 
     def encode_into(self, out: bytearray) -> None:
-        out += _STRUCT_7.pack(BOOLS[self.successful])
+        out += _STRUCT_7.pack(
+            BOOLS[self.successful],
+        )
         write_string(out, self.reason)
 
     @classmethod
     def decode_from(cls, raw: bytes, position: int) -> tuple[Self, int]:
         new = object.__new__(cls)
-        (new.successful,) = _STRUCT_7.unpack_from(raw, position)
+        (
+            new.successful,
+        ) = _STRUCT_7.unpack_from(raw, position)
         position += 1
         new.reason, position = read_string(raw, position)
         return new, position

@@ -8,45 +8,21 @@ import numpy as np
 import numpy.typing as npt
 
 from sunset.errors import InterfaceError
-from sunset.interfaces._check import misfit
-from sunset.interfaces._codec import (
-    PAD8,
-    read_array,
-    read_messages,
-    read_size,
-    read_strings,
-    write_array,
-    write_messages,
-    write_size,
-    write_strings,
-)
-from sunset.interfaces._message import (
-    Message,
-    Service,
-)
-from sunset.interfaces._values import (
-    UINT8,
-    array_of,
-    empty,
-    frozen,
-)
-from sunset.interfaces.rcl_interfaces.msg import (
-    ListParametersResult,
-    LoggerLevel,
-    Parameter,
-    ParameterDescriptor,
-    ParameterValue,
-    SetLoggerLevelsResult,
-    SetParametersResult,
-)
+from sunset.interfaces._check import *
+from sunset.interfaces._codec import *
+from sunset.interfaces._message import *
+from sunset.interfaces._values import *
+from sunset.interfaces.rcl_interfaces.msg import ListParametersResult
+from sunset.interfaces.rcl_interfaces.msg import Parameter
+from sunset.interfaces.rcl_interfaces.msg import ParameterDescriptor
+from sunset.interfaces.rcl_interfaces.msg import ParameterValue
+from sunset.interfaces.rcl_interfaces.msg import SetParametersResult
 
 __all__ = [
     "DescribeParameters",
-    "GetLoggerLevels",
     "GetParameterTypes",
     "GetParameters",
     "ListParameters",
-    "SetLoggerLevels",
     "SetParameters",
     "SetParametersAtomically",
 ]
@@ -63,13 +39,11 @@ class DescribeParameters(Service):
     class Request(Message):
         """rcl_interfaces/srv/DescribeParameters_Request."""
 
-        __slots__ = ("names",)
+        __slots__ = ('names',)
         __ros_name__ = "rcl_interfaces/srv/DescribeParameters_Request"
-        __ros_fields__ = MappingProxyType(
-            {
-                "names": "string[]",
-            }
-        )
+        __ros_fields__ = MappingProxyType({
+            "names": "string[]",
+        })
 
         names: list[str]
 
@@ -102,13 +76,11 @@ class DescribeParameters(Service):
     class Response(Message):
         """rcl_interfaces/srv/DescribeParameters_Response."""
 
-        __slots__ = ("descriptors",)
+        __slots__ = ('descriptors',)
         __ros_name__ = "rcl_interfaces/srv/DescribeParameters_Response"
-        __ros_fields__ = MappingProxyType(
-            {
-                "descriptors": "rcl_interfaces/ParameterDescriptor[]",
-            }
-        )
+        __ros_fields__ = MappingProxyType({
+            "descriptors": "rcl_interfaces/ParameterDescriptor[]",
+        })
 
         descriptors: list[ParameterDescriptor]
 
@@ -139,91 +111,6 @@ class DescribeParameters(Service):
             return new, position
 
 
-class GetLoggerLevels(Service):
-    """rcl_interfaces/srv/GetLoggerLevels."""
-
-    __slots__ = ()
-    __ros_name__ = "rcl_interfaces/srv/GetLoggerLevels"
-
-    class Request(Message):
-        """rcl_interfaces/srv/GetLoggerLevels_Request."""
-
-        __slots__ = ("names",)
-        __ros_name__ = "rcl_interfaces/srv/GetLoggerLevels_Request"
-        __ros_fields__ = MappingProxyType(
-            {
-                "names": "string[]",
-            }
-        )
-
-        names: list[str]
-
-        def __init__(
-            self,
-            *,
-            names: list[str] | None = None,
-        ) -> None:
-            self.names = [] if names is None else names
-
-        def copy(self) -> Self:
-            new = object.__new__(self.__class__)
-            try:
-                new.names = list(self.names)
-            except (AttributeError, TypeError, InterfaceError) as error:
-                raise misfit(self, error) from error
-            return new
-
-        def encode_into(self, out: bytearray) -> None:
-            write_size(out, len(self.names))
-            write_strings(out, self.names)
-
-        @classmethod
-        def decode_from(cls, raw: bytes, position: int) -> tuple[Self, int]:
-            new = object.__new__(cls)
-            size, position = read_size(raw, position)
-            new.names, position = read_strings(raw, position, size)
-            return new, position
-
-    class Response(Message):
-        """rcl_interfaces/srv/GetLoggerLevels_Response."""
-
-        __slots__ = ("levels",)
-        __ros_name__ = "rcl_interfaces/srv/GetLoggerLevels_Response"
-        __ros_fields__ = MappingProxyType(
-            {
-                "levels": "rcl_interfaces/LoggerLevel[]",
-            }
-        )
-
-        levels: list[LoggerLevel]
-
-        def __init__(
-            self,
-            *,
-            levels: list[LoggerLevel] | None = None,
-        ) -> None:
-            self.levels = [] if levels is None else levels
-
-        def copy(self) -> Self:
-            new = object.__new__(self.__class__)
-            try:
-                new.levels = [LoggerLevel.copy(item) for item in self.levels]
-            except (AttributeError, TypeError, InterfaceError) as error:
-                raise misfit(self, error) from error
-            return new
-
-        def encode_into(self, out: bytearray) -> None:
-            write_size(out, len(self.levels))
-            write_messages(out, self.levels, LoggerLevel)
-
-        @classmethod
-        def decode_from(cls, raw: bytes, position: int) -> tuple[Self, int]:
-            new = object.__new__(cls)
-            size, position = read_size(raw, position)
-            new.levels, position = read_messages(raw, position, size, LoggerLevel)
-            return new, position
-
-
 class GetParameterTypes(Service):
     """rcl_interfaces/srv/GetParameterTypes."""
 
@@ -233,13 +120,11 @@ class GetParameterTypes(Service):
     class Request(Message):
         """rcl_interfaces/srv/GetParameterTypes_Request."""
 
-        __slots__ = ("names",)
+        __slots__ = ('names',)
         __ros_name__ = "rcl_interfaces/srv/GetParameterTypes_Request"
-        __ros_fields__ = MappingProxyType(
-            {
-                "names": "string[]",
-            }
-        )
+        __ros_fields__ = MappingProxyType({
+            "names": "string[]",
+        })
 
         names: list[str]
 
@@ -272,13 +157,11 @@ class GetParameterTypes(Service):
     class Response(Message):
         """rcl_interfaces/srv/GetParameterTypes_Response."""
 
-        __slots__ = ("types",)
+        __slots__ = ('types',)
         __ros_name__ = "rcl_interfaces/srv/GetParameterTypes_Response"
-        __ros_fields__ = MappingProxyType(
-            {
-                "types": "uint8[]",
-            }
-        )
+        __ros_fields__ = MappingProxyType({
+            "types": "uint8[]",
+        })
 
         types: npt.NDArray[np.uint8]
 
@@ -316,13 +199,11 @@ class GetParameters(Service):
     class Request(Message):
         """rcl_interfaces/srv/GetParameters_Request."""
 
-        __slots__ = ("names",)
+        __slots__ = ('names',)
         __ros_name__ = "rcl_interfaces/srv/GetParameters_Request"
-        __ros_fields__ = MappingProxyType(
-            {
-                "names": "string[]",
-            }
-        )
+        __ros_fields__ = MappingProxyType({
+            "names": "string[]",
+        })
 
         names: list[str]
 
@@ -355,13 +236,11 @@ class GetParameters(Service):
     class Response(Message):
         """rcl_interfaces/srv/GetParameters_Response."""
 
-        __slots__ = ("values",)
+        __slots__ = ('values',)
         __ros_name__ = "rcl_interfaces/srv/GetParameters_Response"
-        __ros_fields__ = MappingProxyType(
-            {
-                "values": "rcl_interfaces/ParameterValue[]",
-            }
-        )
+        __ros_fields__ = MappingProxyType({
+            "values": "rcl_interfaces/ParameterValue[]",
+        })
 
         values: list[ParameterValue]
 
@@ -401,17 +280,12 @@ class ListParameters(Service):
     class Request(Message):
         """rcl_interfaces/srv/ListParameters_Request."""
 
-        __slots__ = (
-            "depth",
-            "prefixes",
-        )
+        __slots__ = ('prefixes', 'depth')
         __ros_name__ = "rcl_interfaces/srv/ListParameters_Request"
-        __ros_fields__ = MappingProxyType(
-            {
-                "prefixes": "string[]",
-                "depth": "uint64",
-            }
-        )
+        __ros_fields__ = MappingProxyType({
+            "prefixes": "string[]",
+            "depth": "uint64",
+        })
 
         DEPTH_RECURSIVE = 0
 
@@ -440,7 +314,9 @@ class ListParameters(Service):
             write_size(out, len(self.prefixes))
             write_strings(out, self.prefixes)
             out += PAD8[len(out) & 7]
-            out += _STRUCT_0.pack(self.depth)
+            out += _STRUCT_0.pack(
+                self.depth,
+            )
 
         @classmethod
         def decode_from(cls, raw: bytes, position: int) -> tuple[Self, int]:
@@ -448,20 +324,20 @@ class ListParameters(Service):
             size, position = read_size(raw, position)
             new.prefixes, position = read_strings(raw, position, size)
             position = ((position + 3) & -8) + 4
-            (new.depth,) = _STRUCT_0.unpack_from(raw, position)
+            (
+                new.depth,
+            ) = _STRUCT_0.unpack_from(raw, position)
             position += 8
             return new, position
 
     class Response(Message):
         """rcl_interfaces/srv/ListParameters_Response."""
 
-        __slots__ = ("result",)
+        __slots__ = ('result',)
         __ros_name__ = "rcl_interfaces/srv/ListParameters_Response"
-        __ros_fields__ = MappingProxyType(
-            {
-                "result": "rcl_interfaces/ListParametersResult",
-            }
-        )
+        __ros_fields__ = MappingProxyType({
+            "result": "rcl_interfaces/ListParametersResult",
+        })
 
         result: ListParametersResult
 
@@ -490,91 +366,6 @@ class ListParameters(Service):
             return new, position
 
 
-class SetLoggerLevels(Service):
-    """rcl_interfaces/srv/SetLoggerLevels."""
-
-    __slots__ = ()
-    __ros_name__ = "rcl_interfaces/srv/SetLoggerLevels"
-
-    class Request(Message):
-        """rcl_interfaces/srv/SetLoggerLevels_Request."""
-
-        __slots__ = ("levels",)
-        __ros_name__ = "rcl_interfaces/srv/SetLoggerLevels_Request"
-        __ros_fields__ = MappingProxyType(
-            {
-                "levels": "rcl_interfaces/LoggerLevel[]",
-            }
-        )
-
-        levels: list[LoggerLevel]
-
-        def __init__(
-            self,
-            *,
-            levels: list[LoggerLevel] | None = None,
-        ) -> None:
-            self.levels = [] if levels is None else levels
-
-        def copy(self) -> Self:
-            new = object.__new__(self.__class__)
-            try:
-                new.levels = [LoggerLevel.copy(item) for item in self.levels]
-            except (AttributeError, TypeError, InterfaceError) as error:
-                raise misfit(self, error) from error
-            return new
-
-        def encode_into(self, out: bytearray) -> None:
-            write_size(out, len(self.levels))
-            write_messages(out, self.levels, LoggerLevel)
-
-        @classmethod
-        def decode_from(cls, raw: bytes, position: int) -> tuple[Self, int]:
-            new = object.__new__(cls)
-            size, position = read_size(raw, position)
-            new.levels, position = read_messages(raw, position, size, LoggerLevel)
-            return new, position
-
-    class Response(Message):
-        """rcl_interfaces/srv/SetLoggerLevels_Response."""
-
-        __slots__ = ("results",)
-        __ros_name__ = "rcl_interfaces/srv/SetLoggerLevels_Response"
-        __ros_fields__ = MappingProxyType(
-            {
-                "results": "rcl_interfaces/SetLoggerLevelsResult[]",
-            }
-        )
-
-        results: list[SetLoggerLevelsResult]
-
-        def __init__(
-            self,
-            *,
-            results: list[SetLoggerLevelsResult] | None = None,
-        ) -> None:
-            self.results = [] if results is None else results
-
-        def copy(self) -> Self:
-            new = object.__new__(self.__class__)
-            try:
-                new.results = [SetLoggerLevelsResult.copy(item) for item in self.results]
-            except (AttributeError, TypeError, InterfaceError) as error:
-                raise misfit(self, error) from error
-            return new
-
-        def encode_into(self, out: bytearray) -> None:
-            write_size(out, len(self.results))
-            write_messages(out, self.results, SetLoggerLevelsResult)
-
-        @classmethod
-        def decode_from(cls, raw: bytes, position: int) -> tuple[Self, int]:
-            new = object.__new__(cls)
-            size, position = read_size(raw, position)
-            new.results, position = read_messages(raw, position, size, SetLoggerLevelsResult)
-            return new, position
-
-
 class SetParameters(Service):
     """rcl_interfaces/srv/SetParameters."""
 
@@ -584,13 +375,11 @@ class SetParameters(Service):
     class Request(Message):
         """rcl_interfaces/srv/SetParameters_Request."""
 
-        __slots__ = ("parameters",)
+        __slots__ = ('parameters',)
         __ros_name__ = "rcl_interfaces/srv/SetParameters_Request"
-        __ros_fields__ = MappingProxyType(
-            {
-                "parameters": "rcl_interfaces/Parameter[]",
-            }
-        )
+        __ros_fields__ = MappingProxyType({
+            "parameters": "rcl_interfaces/Parameter[]",
+        })
 
         parameters: list[Parameter]
 
@@ -623,13 +412,11 @@ class SetParameters(Service):
     class Response(Message):
         """rcl_interfaces/srv/SetParameters_Response."""
 
-        __slots__ = ("results",)
+        __slots__ = ('results',)
         __ros_name__ = "rcl_interfaces/srv/SetParameters_Response"
-        __ros_fields__ = MappingProxyType(
-            {
-                "results": "rcl_interfaces/SetParametersResult[]",
-            }
-        )
+        __ros_fields__ = MappingProxyType({
+            "results": "rcl_interfaces/SetParametersResult[]",
+        })
 
         results: list[SetParametersResult]
 
@@ -669,13 +456,11 @@ class SetParametersAtomically(Service):
     class Request(Message):
         """rcl_interfaces/srv/SetParametersAtomically_Request."""
 
-        __slots__ = ("parameters",)
+        __slots__ = ('parameters',)
         __ros_name__ = "rcl_interfaces/srv/SetParametersAtomically_Request"
-        __ros_fields__ = MappingProxyType(
-            {
-                "parameters": "rcl_interfaces/Parameter[]",
-            }
-        )
+        __ros_fields__ = MappingProxyType({
+            "parameters": "rcl_interfaces/Parameter[]",
+        })
 
         parameters: list[Parameter]
 
@@ -708,13 +493,11 @@ class SetParametersAtomically(Service):
     class Response(Message):
         """rcl_interfaces/srv/SetParametersAtomically_Response."""
 
-        __slots__ = ("result",)
+        __slots__ = ('result',)
         __ros_name__ = "rcl_interfaces/srv/SetParametersAtomically_Response"
-        __ros_fields__ = MappingProxyType(
-            {
-                "result": "rcl_interfaces/SetParametersResult",
-            }
-        )
+        __ros_fields__ = MappingProxyType({
+            "result": "rcl_interfaces/SetParametersResult",
+        })
 
         result: SetParametersResult
 

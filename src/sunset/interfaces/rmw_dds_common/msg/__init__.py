@@ -1,5 +1,6 @@
 """The messages of `rmw_dds_common`, written by scripts/generate_interfaces."""
 
+from struct import Struct
 from types import MappingProxyType
 from typing import Self
 
@@ -7,25 +8,10 @@ import numpy as np
 import numpy.typing as npt
 
 from sunset.errors import InterfaceError
-from sunset.interfaces._check import misfit
-from sunset.interfaces._codec import (
-    read_messages,
-    read_numbers,
-    read_size,
-    read_string,
-    write_messages,
-    write_numbers,
-    write_size,
-    write_string,
-)
-from sunset.interfaces._message import Message
-from sunset.interfaces._values import (
-    UINT8,
-    array_of,
-    exactly,
-    frozen,
-    zeros,
-)
+from sunset.interfaces._check import *
+from sunset.interfaces._codec import *
+from sunset.interfaces._message import *
+from sunset.interfaces._values import *
 
 __all__ = [
     "Gid",
@@ -37,13 +23,11 @@ __all__ = [
 class Gid(Message):
     """rmw_dds_common/msg/Gid."""
 
-    __slots__ = ("data",)
+    __slots__ = ('data',)
     __ros_name__ = "rmw_dds_common/msg/Gid"
-    __ros_fields__ = MappingProxyType(
-        {
-            "data": "uint8[16]",
-        }
-    )
+    __ros_fields__ = MappingProxyType({
+        "data": "uint8[16]",
+    })
 
     data: npt.NDArray[np.uint8]
 
@@ -75,21 +59,14 @@ class Gid(Message):
 class NodeEntitiesInfo(Message):
     """rmw_dds_common/msg/NodeEntitiesInfo."""
 
-    __slots__ = (
-        "node_name",
-        "node_namespace",
-        "reader_gid_seq",
-        "writer_gid_seq",
-    )
+    __slots__ = ('node_namespace', 'node_name', 'reader_gid_seq', 'writer_gid_seq')
     __ros_name__ = "rmw_dds_common/msg/NodeEntitiesInfo"
-    __ros_fields__ = MappingProxyType(
-        {
-            "node_namespace": "string<=256",
-            "node_name": "string<=256",
-            "reader_gid_seq": "rmw_dds_common/Gid[]",
-            "writer_gid_seq": "rmw_dds_common/Gid[]",
-        }
-    )
+    __ros_fields__ = MappingProxyType({
+        "node_namespace": "string<=256",
+        "node_name": "string<=256",
+        "reader_gid_seq": "rmw_dds_common/Gid[]",
+        "writer_gid_seq": "rmw_dds_common/Gid[]",
+    })
 
     node_namespace: str
     node_name: str
@@ -143,17 +120,12 @@ class NodeEntitiesInfo(Message):
 class ParticipantEntitiesInfo(Message):
     """rmw_dds_common/msg/ParticipantEntitiesInfo."""
 
-    __slots__ = (
-        "gid",
-        "node_entities_info_seq",
-    )
+    __slots__ = ('gid', 'node_entities_info_seq')
     __ros_name__ = "rmw_dds_common/msg/ParticipantEntitiesInfo"
-    __ros_fields__ = MappingProxyType(
-        {
-            "gid": "rmw_dds_common/Gid",
-            "node_entities_info_seq": "rmw_dds_common/NodeEntitiesInfo[]",
-        }
-    )
+    __ros_fields__ = MappingProxyType({
+        "gid": "rmw_dds_common/Gid",
+        "node_entities_info_seq": "rmw_dds_common/NodeEntitiesInfo[]",
+    })
 
     gid: Gid
     node_entities_info_seq: list[NodeEntitiesInfo]

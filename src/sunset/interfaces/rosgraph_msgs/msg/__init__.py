@@ -1,11 +1,17 @@
 """The messages of `rosgraph_msgs`, written by scripts/generate_interfaces."""
 
+from struct import Struct
 from types import MappingProxyType
 from typing import Self
 
+import numpy as np
+import numpy.typing as npt
+
 from sunset.errors import InterfaceError
-from sunset.interfaces._check import misfit
-from sunset.interfaces._message import Message
+from sunset.interfaces._check import *
+from sunset.interfaces._codec import *
+from sunset.interfaces._message import *
+from sunset.interfaces._values import *
 from sunset.interfaces.builtin_interfaces.msg import Time
 
 __all__ = [
@@ -16,13 +22,11 @@ __all__ = [
 class Clock(Message):
     """rosgraph_msgs/msg/Clock."""
 
-    __slots__ = ("clock",)
+    __slots__ = ('clock',)
     __ros_name__ = "rosgraph_msgs/msg/Clock"
-    __ros_fields__ = MappingProxyType(
-        {
-            "clock": "builtin_interfaces/Time",
-        }
-    )
+    __ros_fields__ = MappingProxyType({
+        "clock": "builtin_interfaces/Time",
+    })
 
     clock: Time
 

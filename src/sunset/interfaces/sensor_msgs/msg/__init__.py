@@ -8,27 +8,10 @@ import numpy as np
 import numpy.typing as npt
 
 from sunset.errors import InterfaceError
-from sunset.interfaces._check import misfit
-from sunset.interfaces._codec import (
-    BOOLS,
-    PAD4,
-    read_array,
-    read_numbers,
-    read_string,
-    write_array,
-    write_numbers,
-    write_string,
-)
-from sunset.interfaces._message import Message
-from sunset.interfaces._values import (
-    FLOAT64,
-    UINT8,
-    array_of,
-    empty,
-    exactly,
-    frozen,
-    zeros,
-)
+from sunset.interfaces._check import *
+from sunset.interfaces._codec import *
+from sunset.interfaces._message import *
+from sunset.interfaces._values import *
 from sunset.interfaces.std_msgs.msg import Header
 
 __all__ = [
@@ -46,23 +29,15 @@ _STRUCT_3 = Struct("<I")
 class RegionOfInterest(Message):
     """sensor_msgs/msg/RegionOfInterest."""
 
-    __slots__ = (
-        "do_rectify",
-        "height",
-        "width",
-        "x_offset",
-        "y_offset",
-    )
+    __slots__ = ('x_offset', 'y_offset', 'height', 'width', 'do_rectify')
     __ros_name__ = "sensor_msgs/msg/RegionOfInterest"
-    __ros_fields__ = MappingProxyType(
-        {
-            "x_offset": "uint32",
-            "y_offset": "uint32",
-            "height": "uint32",
-            "width": "uint32",
-            "do_rectify": "bool",
-        }
-    )
+    __ros_fields__ = MappingProxyType({
+        "x_offset": "uint32",
+        "y_offset": "uint32",
+        "height": "uint32",
+        "width": "uint32",
+        "do_rectify": "bool",
+    })
 
     x_offset: int
     y_offset: int
@@ -122,35 +97,21 @@ class RegionOfInterest(Message):
 class CameraInfo(Message):
     """sensor_msgs/msg/CameraInfo."""
 
-    __slots__ = (
-        "binning_x",
-        "binning_y",
-        "d",
-        "distortion_model",
-        "header",
-        "height",
-        "k",
-        "p",
-        "r",
-        "roi",
-        "width",
-    )
+    __slots__ = ('header', 'height', 'width', 'distortion_model', 'd', 'k', 'r', 'p', 'binning_x', 'binning_y', 'roi')
     __ros_name__ = "sensor_msgs/msg/CameraInfo"
-    __ros_fields__ = MappingProxyType(
-        {
-            "header": "std_msgs/Header",
-            "height": "uint32",
-            "width": "uint32",
-            "distortion_model": "string",
-            "d": "float64[]",
-            "k": "float64[9]",
-            "r": "float64[9]",
-            "p": "float64[12]",
-            "binning_x": "uint32",
-            "binning_y": "uint32",
-            "roi": "sensor_msgs/RegionOfInterest",
-        }
-    )
+    __ros_fields__ = MappingProxyType({
+        "header": "std_msgs/Header",
+        "height": "uint32",
+        "width": "uint32",
+        "distortion_model": "string",
+        "d": "float64[]",
+        "k": "float64[9]",
+        "r": "float64[9]",
+        "p": "float64[12]",
+        "binning_x": "uint32",
+        "binning_y": "uint32",
+        "roi": "sensor_msgs/RegionOfInterest",
+    })
 
     header: Header
     height: int
@@ -256,27 +217,17 @@ class CameraInfo(Message):
 class Image(Message):
     """sensor_msgs/msg/Image."""
 
-    __slots__ = (
-        "data",
-        "encoding",
-        "header",
-        "height",
-        "is_bigendian",
-        "step",
-        "width",
-    )
+    __slots__ = ('header', 'height', 'width', 'encoding', 'is_bigendian', 'step', 'data')
     __ros_name__ = "sensor_msgs/msg/Image"
-    __ros_fields__ = MappingProxyType(
-        {
-            "header": "std_msgs/Header",
-            "height": "uint32",
-            "width": "uint32",
-            "encoding": "string",
-            "is_bigendian": "uint8",
-            "step": "uint32",
-            "data": "uint8[]",
-        }
-    )
+    __ros_fields__ = MappingProxyType({
+        "header": "std_msgs/Header",
+        "height": "uint32",
+        "width": "uint32",
+        "encoding": "string",
+        "is_bigendian": "uint8",
+        "step": "uint32",
+        "data": "uint8[]",
+    })
 
     header: Header
     height: int
@@ -327,9 +278,13 @@ class Image(Message):
             self.width,
         )
         write_string(out, self.encoding)
-        out += _STRUCT_2.pack(self.is_bigendian)
+        out += _STRUCT_2.pack(
+            self.is_bigendian,
+        )
         out += PAD4[len(out) & 3]
-        out += _STRUCT_3.pack(self.step)
+        out += _STRUCT_3.pack(
+            self.step,
+        )
         write_array(out, self.data, UINT8)
 
     @classmethod
@@ -343,10 +298,14 @@ class Image(Message):
         ) = _STRUCT_1.unpack_from(raw, position)
         position += 8
         new.encoding, position = read_string(raw, position)
-        (new.is_bigendian,) = _STRUCT_2.unpack_from(raw, position)
+        (
+            new.is_bigendian,
+        ) = _STRUCT_2.unpack_from(raw, position)
         position += 1
         position = (position + 3) & -4
-        (new.step,) = _STRUCT_3.unpack_from(raw, position)
+        (
+            new.step,
+        ) = _STRUCT_3.unpack_from(raw, position)
         position += 4
         new.data, position = read_array(raw, position, UINT8)
         return new, position

@@ -8,20 +8,10 @@ import numpy as np
 import numpy.typing as npt
 
 from sunset.errors import InterfaceError
-from sunset.interfaces._check import misfit
-from sunset.interfaces._codec import (
-    PAD8,
-    read_numbers,
-    write_numbers,
-)
-from sunset.interfaces._message import Message
-from sunset.interfaces._values import (
-    UINT8,
-    array_of,
-    exactly,
-    frozen,
-    zeros,
-)
+from sunset.interfaces._check import *
+from sunset.interfaces._codec import *
+from sunset.interfaces._message import *
+from sunset.interfaces._values import *
 from sunset.interfaces.builtin_interfaces.msg import Time
 
 __all__ = [
@@ -35,21 +25,14 @@ _STRUCT_1 = Struct("<q")
 class ServiceEventInfo(Message):
     """service_msgs/msg/ServiceEventInfo."""
 
-    __slots__ = (
-        "client_gid",
-        "event_type",
-        "sequence_number",
-        "stamp",
-    )
+    __slots__ = ('event_type', 'stamp', 'client_gid', 'sequence_number')
     __ros_name__ = "service_msgs/msg/ServiceEventInfo"
-    __ros_fields__ = MappingProxyType(
-        {
-            "event_type": "uint8",
-            "stamp": "builtin_interfaces/Time",
-            "client_gid": "uint8[16]",
-            "sequence_number": "int64",
-        }
-    )
+    __ros_fields__ = MappingProxyType({
+        "event_type": "uint8",
+        "stamp": "builtin_interfaces/Time",
+        "client_gid": "uint8[16]",
+        "sequence_number": "int64",
+    })
 
     REQUEST_SENT = 0
     REQUEST_RECEIVED = 1
@@ -86,20 +69,28 @@ class ServiceEventInfo(Message):
         return new
 
     def encode_into(self, out: bytearray) -> None:
-        out += _STRUCT_0.pack(self.event_type)
+        out += _STRUCT_0.pack(
+            self.event_type,
+        )
         Time.encode_into(self.stamp, out)
         write_numbers(out, exactly(self.client_gid, 16), UINT8)
         out += PAD8[len(out) & 7]
-        out += _STRUCT_1.pack(self.sequence_number)
+        out += _STRUCT_1.pack(
+            self.sequence_number,
+        )
 
     @classmethod
     def decode_from(cls, raw: bytes, position: int) -> tuple[Self, int]:
         new = object.__new__(cls)
-        (new.event_type,) = _STRUCT_0.unpack_from(raw, position)
+        (
+            new.event_type,
+        ) = _STRUCT_0.unpack_from(raw, position)
         position += 1
         new.stamp, position = Time.decode_from(raw, position)
         new.client_gid, position = read_numbers(raw, position, UINT8, 16)
         position = ((position + 3) & -8) + 4
-        (new.sequence_number,) = _STRUCT_1.unpack_from(raw, position)
+        (
+            new.sequence_number,
+        ) = _STRUCT_1.unpack_from(raw, position)
         position += 8
         return new, position

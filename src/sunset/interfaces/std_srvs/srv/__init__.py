@@ -4,16 +4,14 @@ from struct import Struct
 from types import MappingProxyType
 from typing import Self
 
-from sunset.interfaces._codec import (
-    BOOLS,
-    read_dummy,
-    read_string,
-    write_string,
-)
-from sunset.interfaces._message import (
-    Message,
-    Service,
-)
+import numpy as np
+import numpy.typing as npt
+
+from sunset.errors import InterfaceError
+from sunset.interfaces._check import *
+from sunset.interfaces._codec import *
+from sunset.interfaces._message import *
+from sunset.interfaces._values import *
 
 __all__ = [
     "Empty",
@@ -35,7 +33,8 @@ class Empty(Service):
 
         __slots__ = ()
         __ros_name__ = "std_srvs/srv/Empty_Request"
-        __ros_fields__ = MappingProxyType({})
+        __ros_fields__ = MappingProxyType({
+        })
 
         def __init__(self) -> None:
             pass
@@ -55,7 +54,8 @@ class Empty(Service):
 
         __slots__ = ()
         __ros_name__ = "std_srvs/srv/Empty_Response"
-        __ros_fields__ = MappingProxyType({})
+        __ros_fields__ = MappingProxyType({
+        })
 
         def __init__(self) -> None:
             pass
@@ -80,13 +80,11 @@ class SetBool(Service):
     class Request(Message):
         """std_srvs/srv/SetBool_Request."""
 
-        __slots__ = ("data",)
+        __slots__ = ('data',)
         __ros_name__ = "std_srvs/srv/SetBool_Request"
-        __ros_fields__ = MappingProxyType(
-            {
-                "data": "bool",
-            }
-        )
+        __ros_fields__ = MappingProxyType({
+            "data": "bool",
+        })
 
         data: bool
 
@@ -103,29 +101,28 @@ class SetBool(Service):
             return new
 
         def encode_into(self, out: bytearray) -> None:
-            out += _STRUCT_0.pack(BOOLS[self.data])
+            out += _STRUCT_0.pack(
+                BOOLS[self.data],
+            )
 
         @classmethod
         def decode_from(cls, raw: bytes, position: int) -> tuple[Self, int]:
             new = object.__new__(cls)
-            (new.data,) = _STRUCT_0.unpack_from(raw, position)
+            (
+                new.data,
+            ) = _STRUCT_0.unpack_from(raw, position)
             position += 1
             return new, position
 
     class Response(Message):
         """std_srvs/srv/SetBool_Response."""
 
-        __slots__ = (
-            "message",
-            "success",
-        )
+        __slots__ = ('success', 'message')
         __ros_name__ = "std_srvs/srv/SetBool_Response"
-        __ros_fields__ = MappingProxyType(
-            {
-                "success": "bool",
-                "message": "string",
-            }
-        )
+        __ros_fields__ = MappingProxyType({
+            "success": "bool",
+            "message": "string",
+        })
 
         success: bool
         message: str
@@ -146,13 +143,17 @@ class SetBool(Service):
             return new
 
         def encode_into(self, out: bytearray) -> None:
-            out += _STRUCT_0.pack(BOOLS[self.success])
+            out += _STRUCT_0.pack(
+                BOOLS[self.success],
+            )
             write_string(out, self.message)
 
         @classmethod
         def decode_from(cls, raw: bytes, position: int) -> tuple[Self, int]:
             new = object.__new__(cls)
-            (new.success,) = _STRUCT_0.unpack_from(raw, position)
+            (
+                new.success,
+            ) = _STRUCT_0.unpack_from(raw, position)
             position += 1
             new.message, position = read_string(raw, position)
             return new, position
@@ -169,7 +170,8 @@ class Trigger(Service):
 
         __slots__ = ()
         __ros_name__ = "std_srvs/srv/Trigger_Request"
-        __ros_fields__ = MappingProxyType({})
+        __ros_fields__ = MappingProxyType({
+        })
 
         def __init__(self) -> None:
             pass
@@ -187,17 +189,12 @@ class Trigger(Service):
     class Response(Message):
         """std_srvs/srv/Trigger_Response."""
 
-        __slots__ = (
-            "message",
-            "success",
-        )
+        __slots__ = ('success', 'message')
         __ros_name__ = "std_srvs/srv/Trigger_Response"
-        __ros_fields__ = MappingProxyType(
-            {
-                "success": "bool",
-                "message": "string",
-            }
-        )
+        __ros_fields__ = MappingProxyType({
+            "success": "bool",
+            "message": "string",
+        })
 
         success: bool
         message: str
@@ -218,13 +215,17 @@ class Trigger(Service):
             return new
 
         def encode_into(self, out: bytearray) -> None:
-            out += _STRUCT_0.pack(BOOLS[self.success])
+            out += _STRUCT_0.pack(
+                BOOLS[self.success],
+            )
             write_string(out, self.message)
 
         @classmethod
         def decode_from(cls, raw: bytes, position: int) -> tuple[Self, int]:
             new = object.__new__(cls)
-            (new.success,) = _STRUCT_0.unpack_from(raw, position)
+            (
+                new.success,
+            ) = _STRUCT_0.unpack_from(raw, position)
             position += 1
             new.message, position = read_string(raw, position)
             return new, position

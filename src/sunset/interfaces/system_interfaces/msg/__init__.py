@@ -8,31 +8,10 @@ import numpy as np
 import numpy.typing as npt
 
 from sunset.errors import InterfaceError
-from sunset.interfaces._check import misfit
-from sunset.interfaces._codec import (
-    BOOLS,
-    PAD4,
-    PAD8,
-    read_array,
-    read_dummy,
-    read_messages,
-    read_size,
-    read_string,
-    read_strings,
-    write_array,
-    write_messages,
-    write_size,
-    write_string,
-    write_strings,
-)
-from sunset.interfaces._message import Message
-from sunset.interfaces._values import (
-    UINT8,
-    UINT32,
-    array_of,
-    empty,
-    frozen,
-)
+from sunset.interfaces._check import *
+from sunset.interfaces._codec import *
+from sunset.interfaces._message import *
+from sunset.interfaces._values import *
 from sunset.interfaces.builtin_interfaces.msg import Time
 from sunset.interfaces.rcl_interfaces.msg import Parameter
 from sunset.interfaces.sensor_msgs.msg import Image
@@ -68,7 +47,8 @@ class AdaptationStatus(Message):
 
     __slots__ = ()
     __ros_name__ = "system_interfaces/msg/AdaptationStatus"
-    __ros_fields__ = MappingProxyType({})
+    __ros_fields__ = MappingProxyType({
+    })
 
     STATUS_NOT_SET = 0
     STATUS_ADAPTATION_TRIGGERED = 1
@@ -94,7 +74,8 @@ class AdaptationType(Message):
 
     __slots__ = ()
     __ros_name__ = "system_interfaces/msg/AdaptationType"
-    __ros_fields__ = MappingProxyType({})
+    __ros_fields__ = MappingProxyType({
+    })
 
     ACTION_NOT_SET = 0
     ACTION_ACTIVATE = 1
@@ -124,31 +105,19 @@ class AdaptationType(Message):
 class Command(Message):
     """system_interfaces/msg/Command."""
 
-    __slots__ = (
-        "client",
-        "kind",
-        "node",
-        "parameters",
-        "reason",
-        "service",
-        "stamp",
-        "successful",
-        "values",
-    )
+    __slots__ = ('stamp', 'client', 'service', 'node', 'kind', 'parameters', 'values', 'successful', 'reason')
     __ros_name__ = "system_interfaces/msg/Command"
-    __ros_fields__ = MappingProxyType(
-        {
-            "stamp": "builtin_interfaces/Time",
-            "client": "string",
-            "service": "string",
-            "node": "string",
-            "kind": "string",
-            "parameters": "string[]",
-            "values": "string[]",
-            "successful": "bool",
-            "reason": "string",
-        }
-    )
+    __ros_fields__ = MappingProxyType({
+        "stamp": "builtin_interfaces/Time",
+        "client": "string",
+        "service": "string",
+        "node": "string",
+        "kind": "string",
+        "parameters": "string[]",
+        "values": "string[]",
+        "successful": "bool",
+        "reason": "string",
+    })
 
     stamp: Time
     client: str
@@ -209,7 +178,9 @@ class Command(Message):
         write_strings(out, self.parameters)
         write_size(out, len(self.values))
         write_strings(out, self.values)
-        out += _STRUCT_0.pack(BOOLS[self.successful])
+        out += _STRUCT_0.pack(
+            BOOLS[self.successful],
+        )
         write_string(out, self.reason)
 
     @classmethod
@@ -224,7 +195,9 @@ class Command(Message):
         new.parameters, position = read_strings(raw, position, size)
         size, position = read_size(raw, position)
         new.values, position = read_strings(raw, position, size)
-        (new.successful,) = _STRUCT_0.unpack_from(raw, position)
+        (
+            new.successful,
+        ) = _STRUCT_0.unpack_from(raw, position)
         position += 1
         new.reason, position = read_string(raw, position)
         return new, position
@@ -233,43 +206,25 @@ class Command(Message):
 class ExperimentLogging(Message):
     """system_interfaces/msg/ExperimentLogging."""
 
-    __slots__ = (
-        "adaptation_status",
-        "adaptation_type",
-        "gt_failure_name",
-        "iou",
-        "is_gt_failure",
-        "road_iou",
-        "rule_name",
-        "scenario",
-        "source",
-        "strategy_hash",
-        "strategy_name",
-        "strategy_status",
-        "success",
-        "timestamp",
-        "vehicle_iou",
-    )
+    __slots__ = ('timestamp', 'scenario', 'source', 'rule_name', 'strategy_name', 'strategy_hash', 'strategy_status', 'adaptation_type', 'adaptation_status', 'success', 'iou', 'vehicle_iou', 'road_iou', 'gt_failure_name', 'is_gt_failure')
     __ros_name__ = "system_interfaces/msg/ExperimentLogging"
-    __ros_fields__ = MappingProxyType(
-        {
-            "timestamp": "uint64",
-            "scenario": "string",
-            "source": "string",
-            "rule_name": "string",
-            "strategy_name": "string",
-            "strategy_hash": "uint64",
-            "strategy_status": "uint8",
-            "adaptation_type": "int8",
-            "adaptation_status": "uint8",
-            "success": "bool",
-            "iou": "float32",
-            "vehicle_iou": "float32",
-            "road_iou": "float32",
-            "gt_failure_name": "string",
-            "is_gt_failure": "bool",
-        }
-    )
+    __ros_fields__ = MappingProxyType({
+        "timestamp": "uint64",
+        "scenario": "string",
+        "source": "string",
+        "rule_name": "string",
+        "strategy_name": "string",
+        "strategy_hash": "uint64",
+        "strategy_status": "uint8",
+        "adaptation_type": "int8",
+        "adaptation_status": "uint8",
+        "success": "bool",
+        "iou": "float32",
+        "vehicle_iou": "float32",
+        "road_iou": "float32",
+        "gt_failure_name": "string",
+        "is_gt_failure": "bool",
+    })
 
     timestamp: int
     scenario: str
@@ -343,7 +298,9 @@ class ExperimentLogging(Message):
 
     def encode_into(self, out: bytearray) -> None:
         out += PAD8[len(out) & 7]
-        out += _STRUCT_1.pack(self.timestamp)
+        out += _STRUCT_1.pack(
+            self.timestamp,
+        )
         write_string(out, self.scenario)
         write_string(out, self.source)
         write_string(out, self.rule_name)
@@ -360,13 +317,17 @@ class ExperimentLogging(Message):
             self.road_iou,
         )
         write_string(out, self.gt_failure_name)
-        out += _STRUCT_0.pack(BOOLS[self.is_gt_failure])
+        out += _STRUCT_0.pack(
+            BOOLS[self.is_gt_failure],
+        )
 
     @classmethod
     def decode_from(cls, raw: bytes, position: int) -> tuple[Self, int]:
         new = object.__new__(cls)
         position = ((position + 3) & -8) + 4
-        (new.timestamp,) = _STRUCT_1.unpack_from(raw, position)
+        (
+            new.timestamp,
+        ) = _STRUCT_1.unpack_from(raw, position)
         position += 8
         new.scenario, position = read_string(raw, position)
         new.source, position = read_string(raw, position)
@@ -385,7 +346,9 @@ class ExperimentLogging(Message):
         ) = _STRUCT_2.unpack_from(raw, position)
         position += 24
         new.gt_failure_name, position = read_string(raw, position)
-        (new.is_gt_failure,) = _STRUCT_0.unpack_from(raw, position)
+        (
+            new.is_gt_failure,
+        ) = _STRUCT_0.unpack_from(raw, position)
         position += 1
         return new, position
 
@@ -393,31 +356,19 @@ class ExperimentLogging(Message):
 class FaultInjection(Message):
     """system_interfaces/msg/FaultInjection."""
 
-    __slots__ = (
-        "confirmed",
-        "failure",
-        "fault",
-        "internal",
-        "node",
-        "parameter",
-        "redeploy_only",
-        "stamp",
-        "value",
-    )
+    __slots__ = ('stamp', 'fault', 'failure', 'node', 'parameter', 'value', 'internal', 'redeploy_only', 'confirmed')
     __ros_name__ = "system_interfaces/msg/FaultInjection"
-    __ros_fields__ = MappingProxyType(
-        {
-            "stamp": "builtin_interfaces/Time",
-            "fault": "string",
-            "failure": "string",
-            "node": "string",
-            "parameter": "string",
-            "value": "string",
-            "internal": "bool",
-            "redeploy_only": "bool",
-            "confirmed": "bool",
-        }
-    )
+    __ros_fields__ = MappingProxyType({
+        "stamp": "builtin_interfaces/Time",
+        "fault": "string",
+        "failure": "string",
+        "node": "string",
+        "parameter": "string",
+        "value": "string",
+        "internal": "bool",
+        "redeploy_only": "bool",
+        "confirmed": "bool",
+    })
 
     stamp: Time
     fault: str
@@ -502,23 +453,15 @@ class FaultInjection(Message):
 class FrameEvaluation(Message):
     """system_interfaces/msg/FrameEvaluation."""
 
-    __slots__ = (
-        "header",
-        "intersection",
-        "iou",
-        "predicted",
-        "truth",
-    )
+    __slots__ = ('header', 'iou', 'intersection', 'predicted', 'truth')
     __ros_name__ = "system_interfaces/msg/FrameEvaluation"
-    __ros_fields__ = MappingProxyType(
-        {
-            "header": "std_msgs/Header",
-            "iou": "float64",
-            "intersection": "uint32[]",
-            "predicted": "uint32[]",
-            "truth": "uint32[]",
-        }
-    )
+    __ros_fields__ = MappingProxyType({
+        "header": "std_msgs/Header",
+        "iou": "float64",
+        "intersection": "uint32[]",
+        "predicted": "uint32[]",
+        "truth": "uint32[]",
+    })
 
     header: Header
     iou: float
@@ -556,7 +499,9 @@ class FrameEvaluation(Message):
     def encode_into(self, out: bytearray) -> None:
         Header.encode_into(self.header, out)
         out += PAD8[len(out) & 7]
-        out += _STRUCT_4.pack(self.iou)
+        out += _STRUCT_4.pack(
+            self.iou,
+        )
         write_array(out, self.intersection, UINT32)
         write_array(out, self.predicted, UINT32)
         write_array(out, self.truth, UINT32)
@@ -566,7 +511,9 @@ class FrameEvaluation(Message):
         new = object.__new__(cls)
         new.header, position = Header.decode_from(raw, position)
         position = ((position + 3) & -8) + 4
-        (new.iou,) = _STRUCT_4.unpack_from(raw, position)
+        (
+            new.iou,
+        ) = _STRUCT_4.unpack_from(raw, position)
         position += 8
         new.intersection, position = read_array(raw, position, UINT32)
         new.predicted, position = read_array(raw, position, UINT32)
@@ -577,13 +524,11 @@ class FrameEvaluation(Message):
 class FusionType(Message):
     """system_interfaces/msg/FusionType."""
 
-    __slots__ = ("fusion_type",)
+    __slots__ = ('fusion_type',)
     __ros_name__ = "system_interfaces/msg/FusionType"
-    __ros_fields__ = MappingProxyType(
-        {
-            "fusion_type": "uint8",
-        }
-    )
+    __ros_fields__ = MappingProxyType({
+        "fusion_type": "uint8",
+    })
 
     FUSION = 0
     RGB = 1
@@ -604,12 +549,16 @@ class FusionType(Message):
         return new
 
     def encode_into(self, out: bytearray) -> None:
-        out += _STRUCT_5.pack(self.fusion_type)
+        out += _STRUCT_5.pack(
+            self.fusion_type,
+        )
 
     @classmethod
     def decode_from(cls, raw: bytes, position: int) -> tuple[Self, int]:
         new = object.__new__(cls)
-        (new.fusion_type,) = _STRUCT_5.unpack_from(raw, position)
+        (
+            new.fusion_type,
+        ) = _STRUCT_5.unpack_from(raw, position)
         position += 1
         return new, position
 
@@ -617,23 +566,15 @@ class FusionType(Message):
 class ImageDigest(Message):
     """system_interfaces/msg/ImageDigest."""
 
-    __slots__ = (
-        "digest",
-        "encoding",
-        "header",
-        "height",
-        "width",
-    )
+    __slots__ = ('header', 'height', 'width', 'encoding', 'digest')
     __ros_name__ = "system_interfaces/msg/ImageDigest"
-    __ros_fields__ = MappingProxyType(
-        {
-            "header": "std_msgs/Header",
-            "height": "uint32",
-            "width": "uint32",
-            "encoding": "string",
-            "digest": "uint8[]",
-        }
-    )
+    __ros_fields__ = MappingProxyType({
+        "header": "std_msgs/Header",
+        "height": "uint32",
+        "width": "uint32",
+        "encoding": "string",
+        "digest": "uint8[]",
+    })
 
     header: Header
     height: int
@@ -696,17 +637,12 @@ class ImageDigest(Message):
 class SegmentationMetrics(Message):
     """system_interfaces/msg/SegmentationMetrics."""
 
-    __slots__ = (
-        "header",
-        "mean_iou",
-    )
+    __slots__ = ('header', 'mean_iou')
     __ros_name__ = "system_interfaces/msg/SegmentationMetrics"
-    __ros_fields__ = MappingProxyType(
-        {
-            "header": "std_msgs/Header",
-            "mean_iou": "float32",
-        }
-    )
+    __ros_fields__ = MappingProxyType({
+        "header": "std_msgs/Header",
+        "mean_iou": "float32",
+    })
 
     header: Header
     mean_iou: float
@@ -732,14 +668,18 @@ class SegmentationMetrics(Message):
     def encode_into(self, out: bytearray) -> None:
         Header.encode_into(self.header, out)
         out += PAD4[len(out) & 3]
-        out += _STRUCT_7.pack(self.mean_iou)
+        out += _STRUCT_7.pack(
+            self.mean_iou,
+        )
 
     @classmethod
     def decode_from(cls, raw: bytes, position: int) -> tuple[Self, int]:
         new = object.__new__(cls)
         new.header, position = Header.decode_from(raw, position)
         position = (position + 3) & -4
-        (new.mean_iou,) = _STRUCT_7.unpack_from(raw, position)
+        (
+            new.mean_iou,
+        ) = _STRUCT_7.unpack_from(raw, position)
         position += 4
         return new, position
 
@@ -747,21 +687,14 @@ class SegmentationMetrics(Message):
 class SensorFusion(Message):
     """system_interfaces/msg/SensorFusion."""
 
-    __slots__ = (
-        "depth",
-        "header",
-        "modality",
-        "rgb",
-    )
+    __slots__ = ('depth', 'rgb', 'modality', 'header')
     __ros_name__ = "system_interfaces/msg/SensorFusion"
-    __ros_fields__ = MappingProxyType(
-        {
-            "depth": "sensor_msgs/Image",
-            "rgb": "sensor_msgs/Image",
-            "modality": "system_interfaces/FusionType",
-            "header": "std_msgs/Header",
-        }
-    )
+    __ros_fields__ = MappingProxyType({
+        "depth": "sensor_msgs/Image",
+        "rgb": "sensor_msgs/Image",
+        "modality": "system_interfaces/FusionType",
+        "header": "std_msgs/Header",
+    })
 
     depth: Image
     rgb: Image
@@ -811,13 +744,11 @@ class SensorFusion(Message):
 class SetBlackboardGroup(Message):
     """system_interfaces/msg/SetBlackboardGroup."""
 
-    __slots__ = ("bb_params",)
+    __slots__ = ('bb_params',)
     __ros_name__ = "system_interfaces/msg/SetBlackboardGroup"
-    __ros_fields__ = MappingProxyType(
-        {
-            "bb_params": "rcl_interfaces/Parameter[]",
-        }
-    )
+    __ros_fields__ = MappingProxyType({
+        "bb_params": "rcl_interfaces/Parameter[]",
+    })
 
     bb_params: list[Parameter]
 
@@ -853,7 +784,8 @@ class StrategyStatus(Message):
 
     __slots__ = ()
     __ros_name__ = "system_interfaces/msg/StrategyStatus"
-    __ros_fields__ = MappingProxyType({})
+    __ros_fields__ = MappingProxyType({
+    })
 
     STATUS_NOT_SET = 0
     STATUS_STRATEGY_TRIGGERED = 1

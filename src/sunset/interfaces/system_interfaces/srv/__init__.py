@@ -4,15 +4,14 @@ from struct import Struct
 from types import MappingProxyType
 from typing import Self
 
-from sunset.interfaces._codec import (
-    BOOLS,
-    read_string,
-    write_string,
-)
-from sunset.interfaces._message import (
-    Message,
-    Service,
-)
+import numpy as np
+import numpy.typing as npt
+
+from sunset.errors import InterfaceError
+from sunset.interfaces._check import *
+from sunset.interfaces._codec import *
+from sunset.interfaces._message import *
+from sunset.interfaces._values import *
 
 __all__ = [
     "Redeploy",
@@ -30,13 +29,11 @@ class Redeploy(Service):
     class Request(Message):
         """system_interfaces/srv/Redeploy_Request."""
 
-        __slots__ = ("node",)
+        __slots__ = ('node',)
         __ros_name__ = "system_interfaces/srv/Redeploy_Request"
-        __ros_fields__ = MappingProxyType(
-            {
-                "node": "string",
-            }
-        )
+        __ros_fields__ = MappingProxyType({
+            "node": "string",
+        })
 
         node: str
 
@@ -64,17 +61,12 @@ class Redeploy(Service):
     class Response(Message):
         """system_interfaces/srv/Redeploy_Response."""
 
-        __slots__ = (
-            "message",
-            "success",
-        )
+        __slots__ = ('success', 'message')
         __ros_name__ = "system_interfaces/srv/Redeploy_Response"
-        __ros_fields__ = MappingProxyType(
-            {
-                "success": "bool",
-                "message": "string",
-            }
-        )
+        __ros_fields__ = MappingProxyType({
+            "success": "bool",
+            "message": "string",
+        })
 
         success: bool
         message: str
@@ -95,13 +87,17 @@ class Redeploy(Service):
             return new
 
         def encode_into(self, out: bytearray) -> None:
-            out += _STRUCT_0.pack(BOOLS[self.success])
+            out += _STRUCT_0.pack(
+                BOOLS[self.success],
+            )
             write_string(out, self.message)
 
         @classmethod
         def decode_from(cls, raw: bytes, position: int) -> tuple[Self, int]:
             new = object.__new__(cls)
-            (new.success,) = _STRUCT_0.unpack_from(raw, position)
+            (
+                new.success,
+            ) = _STRUCT_0.unpack_from(raw, position)
             position += 1
             new.message, position = read_string(raw, position)
             return new, position

@@ -1,22 +1,17 @@
-
 """The messages of `type_description_interfaces`, written by scripts/generate_interfaces."""
 
 from struct import Struct
 from types import MappingProxyType
 from typing import Self
 
+import numpy as np
+import numpy.typing as npt
+
 from sunset.errors import InterfaceError
-from sunset.interfaces._check import misfit
-from sunset.interfaces._codec import (
-    PAD8,
-    read_messages,
-    read_size,
-    read_string,
-    write_messages,
-    write_size,
-    write_string,
-)
-from sunset.interfaces._message import Message
+from sunset.interfaces._check import *
+from sunset.interfaces._codec import *
+from sunset.interfaces._message import *
+from sunset.interfaces._values import *
 
 __all__ = [
     "Field",
@@ -34,21 +29,14 @@ _STRUCT_1 = Struct("<QQ")
 class FieldType(Message):
     """type_description_interfaces/msg/FieldType."""
 
-    __slots__ = (
-        "capacity",
-        "nested_type_name",
-        "string_capacity",
-        "type_id",
-    )
+    __slots__ = ('type_id', 'capacity', 'string_capacity', 'nested_type_name')
     __ros_name__ = "type_description_interfaces/msg/FieldType"
-    __ros_fields__ = MappingProxyType(
-        {
-            "type_id": "uint8",
-            "capacity": "uint64",
-            "string_capacity": "uint64",
-            "nested_type_name": "string<=255",
-        }
-    )
+    __ros_fields__ = MappingProxyType({
+        "type_id": "uint8",
+        "capacity": "uint64",
+        "string_capacity": "uint64",
+        "nested_type_name": "string<=255",
+    })
 
     FIELD_TYPE_NOT_SET = 0
     FIELD_TYPE_NESTED_TYPE = 1
@@ -167,7 +155,9 @@ class FieldType(Message):
         return new
 
     def encode_into(self, out: bytearray) -> None:
-        out += _STRUCT_0.pack(self.type_id)
+        out += _STRUCT_0.pack(
+            self.type_id,
+        )
         out += PAD8[len(out) & 7]
         out += _STRUCT_1.pack(
             self.capacity,
@@ -178,7 +168,9 @@ class FieldType(Message):
     @classmethod
     def decode_from(cls, raw: bytes, position: int) -> tuple[Self, int]:
         new = object.__new__(cls)
-        (new.type_id,) = _STRUCT_0.unpack_from(raw, position)
+        (
+            new.type_id,
+        ) = _STRUCT_0.unpack_from(raw, position)
         position += 1
         position = ((position + 3) & -8) + 4
         (
@@ -193,19 +185,13 @@ class FieldType(Message):
 class Field(Message):
     """type_description_interfaces/msg/Field."""
 
-    __slots__ = (
-        "default_value",
-        "name",
-        "type",
-    )
+    __slots__ = ('name', 'type', 'default_value')
     __ros_name__ = "type_description_interfaces/msg/Field"
-    __ros_fields__ = MappingProxyType(
-        {
-            "name": "string",
-            "type": "type_description_interfaces/FieldType",
-            "default_value": "string",
-        }
-    )
+    __ros_fields__ = MappingProxyType({
+        "name": "string",
+        "type": "type_description_interfaces/FieldType",
+        "default_value": "string",
+    })
 
     name: str
     type: FieldType
@@ -249,17 +235,12 @@ class Field(Message):
 class IndividualTypeDescription(Message):
     """type_description_interfaces/msg/IndividualTypeDescription."""
 
-    __slots__ = (
-        "fields",
-        "type_name",
-    )
+    __slots__ = ('type_name', 'fields')
     __ros_name__ = "type_description_interfaces/msg/IndividualTypeDescription"
-    __ros_fields__ = MappingProxyType(
-        {
-            "type_name": "string<=255",
-            "fields": "type_description_interfaces/Field[]",
-        }
-    )
+    __ros_fields__ = MappingProxyType({
+        "type_name": "string<=255",
+        "fields": "type_description_interfaces/Field[]",
+    })
 
     type_name: str
     fields: list[Field]
@@ -299,17 +280,12 @@ class IndividualTypeDescription(Message):
 class KeyValue(Message):
     """type_description_interfaces/msg/KeyValue."""
 
-    __slots__ = (
-        "key",
-        "value",
-    )
+    __slots__ = ('key', 'value')
     __ros_name__ = "type_description_interfaces/msg/KeyValue"
-    __ros_fields__ = MappingProxyType(
-        {
-            "key": "string",
-            "value": "string",
-        }
-    )
+    __ros_fields__ = MappingProxyType({
+        "key": "string",
+        "value": "string",
+    })
 
     key: str
     value: str
@@ -344,17 +320,12 @@ class KeyValue(Message):
 class TypeDescription(Message):
     """type_description_interfaces/msg/TypeDescription."""
 
-    __slots__ = (
-        "referenced_type_descriptions",
-        "type_description",
-    )
+    __slots__ = ('type_description', 'referenced_type_descriptions')
     __ros_name__ = "type_description_interfaces/msg/TypeDescription"
-    __ros_fields__ = MappingProxyType(
-        {
-            "type_description": "type_description_interfaces/IndividualTypeDescription",
-            "referenced_type_descriptions": "type_description_interfaces/IndividualTypeDescription[]",
-        }
-    )
+    __ros_fields__ = MappingProxyType({
+        "type_description": "type_description_interfaces/IndividualTypeDescription",
+        "referenced_type_descriptions": "type_description_interfaces/IndividualTypeDescription[]",
+    })
 
     type_description: IndividualTypeDescription
     referenced_type_descriptions: list[IndividualTypeDescription]
@@ -366,17 +337,13 @@ class TypeDescription(Message):
         referenced_type_descriptions: list[IndividualTypeDescription] | None = None,
     ) -> None:
         self.type_description = IndividualTypeDescription() if type_description is None else type_description
-        self.referenced_type_descriptions = (
-            [] if referenced_type_descriptions is None else referenced_type_descriptions
-        )
+        self.referenced_type_descriptions = [] if referenced_type_descriptions is None else referenced_type_descriptions
 
     def copy(self) -> Self:
         new = object.__new__(self.__class__)
         try:
             new.type_description = IndividualTypeDescription.copy(self.type_description)
-            new.referenced_type_descriptions = [
-                IndividualTypeDescription.copy(item) for item in self.referenced_type_descriptions
-            ]
+            new.referenced_type_descriptions = [IndividualTypeDescription.copy(item) for item in self.referenced_type_descriptions]
         except (AttributeError, TypeError, InterfaceError) as error:
             raise misfit(self, error) from error
         return new
@@ -391,28 +358,20 @@ class TypeDescription(Message):
         new = object.__new__(cls)
         new.type_description, position = IndividualTypeDescription.decode_from(raw, position)
         size, position = read_size(raw, position)
-        new.referenced_type_descriptions, position = read_messages(
-            raw, position, size, IndividualTypeDescription
-        )
+        new.referenced_type_descriptions, position = read_messages(raw, position, size, IndividualTypeDescription)
         return new, position
 
 
 class TypeSource(Message):
     """type_description_interfaces/msg/TypeSource."""
 
-    __slots__ = (
-        "encoding",
-        "raw_file_contents",
-        "type_name",
-    )
+    __slots__ = ('type_name', 'encoding', 'raw_file_contents')
     __ros_name__ = "type_description_interfaces/msg/TypeSource"
-    __ros_fields__ = MappingProxyType(
-        {
-            "type_name": "string",
-            "encoding": "string",
-            "raw_file_contents": "string",
-        }
-    )
+    __ros_fields__ = MappingProxyType({
+        "type_name": "string",
+        "encoding": "string",
+        "raw_file_contents": "string",
+    })
 
     type_name: str
     encoding: str

@@ -4,26 +4,17 @@ from struct import Struct
 from types import MappingProxyType
 from typing import Self
 
+import numpy as np
+import numpy.typing as npt
+
 from sunset.errors import InterfaceError
-from sunset.interfaces._check import misfit
-from sunset.interfaces._codec import (
-    BOOLS,
-    read_messages,
-    read_size,
-    read_string,
-    write_messages,
-    write_size,
-    write_string,
-)
-from sunset.interfaces._message import (
-    Message,
-    Service,
-)
-from sunset.interfaces.type_description_interfaces.msg import (
-    KeyValue,
-    TypeDescription,
-    TypeSource,
-)
+from sunset.interfaces._check import *
+from sunset.interfaces._codec import *
+from sunset.interfaces._message import *
+from sunset.interfaces._values import *
+from sunset.interfaces.type_description_interfaces.msg import KeyValue
+from sunset.interfaces.type_description_interfaces.msg import TypeDescription
+from sunset.interfaces.type_description_interfaces.msg import TypeSource
 
 __all__ = [
     "GetTypeDescription",
@@ -41,19 +32,13 @@ class GetTypeDescription(Service):
     class Request(Message):
         """type_description_interfaces/srv/GetTypeDescription_Request."""
 
-        __slots__ = (
-            "include_type_sources",
-            "type_hash",
-            "type_name",
-        )
+        __slots__ = ('type_name', 'type_hash', 'include_type_sources')
         __ros_name__ = "type_description_interfaces/srv/GetTypeDescription_Request"
-        __ros_fields__ = MappingProxyType(
-            {
-                "type_name": "string",
-                "type_hash": "string",
-                "include_type_sources": "bool",
-            }
-        )
+        __ros_fields__ = MappingProxyType({
+            "type_name": "string",
+            "type_hash": "string",
+            "include_type_sources": "bool",
+        })
 
         type_name: str
         type_hash: str
@@ -80,37 +65,33 @@ class GetTypeDescription(Service):
         def encode_into(self, out: bytearray) -> None:
             write_string(out, self.type_name)
             write_string(out, self.type_hash)
-            out += _STRUCT_0.pack(BOOLS[self.include_type_sources])
+            out += _STRUCT_0.pack(
+                BOOLS[self.include_type_sources],
+            )
 
         @classmethod
         def decode_from(cls, raw: bytes, position: int) -> tuple[Self, int]:
             new = object.__new__(cls)
             new.type_name, position = read_string(raw, position)
             new.type_hash, position = read_string(raw, position)
-            (new.include_type_sources,) = _STRUCT_0.unpack_from(raw, position)
+            (
+                new.include_type_sources,
+            ) = _STRUCT_0.unpack_from(raw, position)
             position += 1
             return new, position
 
     class Response(Message):
         """type_description_interfaces/srv/GetTypeDescription_Response."""
 
-        __slots__ = (
-            "extra_information",
-            "failure_reason",
-            "successful",
-            "type_description",
-            "type_sources",
-        )
+        __slots__ = ('successful', 'failure_reason', 'type_description', 'type_sources', 'extra_information')
         __ros_name__ = "type_description_interfaces/srv/GetTypeDescription_Response"
-        __ros_fields__ = MappingProxyType(
-            {
-                "successful": "bool",
-                "failure_reason": "string",
-                "type_description": "type_description_interfaces/TypeDescription",
-                "type_sources": "type_description_interfaces/TypeSource[]",
-                "extra_information": "type_description_interfaces/KeyValue[]",
-            }
-        )
+        __ros_fields__ = MappingProxyType({
+            "successful": "bool",
+            "failure_reason": "string",
+            "type_description": "type_description_interfaces/TypeDescription",
+            "type_sources": "type_description_interfaces/TypeSource[]",
+            "extra_information": "type_description_interfaces/KeyValue[]",
+        })
 
         successful: bool
         failure_reason: str
@@ -146,7 +127,9 @@ class GetTypeDescription(Service):
             return new
 
         def encode_into(self, out: bytearray) -> None:
-            out += _STRUCT_0.pack(BOOLS[self.successful])
+            out += _STRUCT_0.pack(
+                BOOLS[self.successful],
+            )
             write_string(out, self.failure_reason)
             TypeDescription.encode_into(self.type_description, out)
             write_size(out, len(self.type_sources))
@@ -157,7 +140,9 @@ class GetTypeDescription(Service):
         @classmethod
         def decode_from(cls, raw: bytes, position: int) -> tuple[Self, int]:
             new = object.__new__(cls)
-            (new.successful,) = _STRUCT_0.unpack_from(raw, position)
+            (
+                new.successful,
+            ) = _STRUCT_0.unpack_from(raw, position)
             position += 1
             new.failure_reason, position = read_string(raw, position)
             new.type_description, position = TypeDescription.decode_from(raw, position)

@@ -27,7 +27,6 @@ from sunset.data.bag_images import (
     COMPRESSED_IMAGE,
     IMAGE,
     SENSORS,
-    STORE,
     TOPICS,
     Recorded,
     decoded,
@@ -38,6 +37,8 @@ from sunset.data.frame import Frame
 from sunset.data.pairing import pair
 from sunset.data.pixels import FAR, check_ids, dimensions, resample
 from sunset.errors import DataError, InvalidInputError, OutputError
+from sunset.interfaces import message_definition, type_hash
+from sunset.interfaces.sensor_msgs.msg import Image
 from sunset.shortage import shortage
 
 __all__ = ["TOPICS", "BagReader", "read_bag", "write_bag"]
@@ -86,8 +87,11 @@ def write_bag(
 
 def _write(folder: Path, frames: Iterable[Frame], stamps_ns: Sequence[int], plugin: StoragePlugin) -> None:
     written = 0
+    definition, digest = message_definition(Image), type_hash(Image)
     with Writer(folder, version=9, storage_plugin=plugin) as writer:
-        connections = [writer.add_connection(topic, IMAGE, typestore=STORE) for topic in TOPICS]
+        connections = [
+            writer.add_connection(topic, IMAGE, msgdef=definition, rihs01=digest) for topic in TOPICS
+        ]
         for frame in frames:
             if written < len(stamps_ns):
                 images: tuple[npt.NDArray[Any], ...] = (frame.rgb, frame.depth, frame.labels)

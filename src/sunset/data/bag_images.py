@@ -7,7 +7,6 @@ from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
-from rosbags.typesys import Stores, get_typestore
 
 from sunset.bag_files import expand
 from sunset.data.pixels import (
@@ -21,12 +20,15 @@ from sunset.data.pixels import (
     raw_pixels,
 )
 from sunset.errors import DataError
+from sunset.interfaces import deserialize, serialize
+from sunset.interfaces.sensor_msgs.msg import CompressedImage, Image
+from sunset.interfaces.stamps import ns_of, stamp_of
+from sunset.interfaces.std_msgs.msg import Header
 
 __all__ = [
     "COMPRESSED_IMAGE",
     "IMAGE",
     "SENSORS",
-    "STORE",
     "TOPICS",
     "Recorded",
     "Sensor",
@@ -37,12 +39,9 @@ __all__ = [
 TOPICS: Final = MappingProxyType({"/rgb_raw": "bgr8", "/depth_raw": "16UC1", "/gt_segmentation": "8UC1"})
 """The topics of a bag and the encodings in which their images are written."""
 
-IMAGE: Final = "sensor_msgs/msg/Image"
-COMPRESSED_IMAGE: Final = "sensor_msgs/msg/CompressedImage"
-STORE: Final = get_typestore(Stores.ROS2_JAZZY)
-"""What knows the messages; those of images are the same in every ROS 2."""
+IMAGE: Final = Image.__ros_name__
+COMPRESSED_IMAGE: Final = CompressedImage.__ros_name__
 
-_NANO: Final = 1_000_000_000
 _ZSTD: Final = b"\x28\xb5\x2f\xfd"
 _PNG: Final = b"\x89PNG"
 
@@ -112,23 +111,24 @@ def decoded(raw: bytes | memoryview, kind: str, topic: str, place: str) -> Recor
         DataError: it is not of an accepted encoding, or damaged.
     """
     plain = expand(raw) if bytes(raw[:4]) == _ZSTD else raw
-    message: Any = STORE.deserialize_cdr(plain, kind)
-    stamp = message.header.stamp
-    encoding = str(message.encoding if kind == IMAGE else message.format)
+    message: Image | CompressedImage
     if kind == IMAGE:
-        pixels, order = raw_pixels(message, place, SENSORS[topic].encodings), encoding
+        message = deserialize(plain, Image)
+        encoding = order = message.encoding
+        pixels = raw_pixels(message, place, SENSORS[topic].encodings)
     else:
-        # a picture is in our order, whatever its format says was recorded
-        pixels, order = _unpacked(message, topic, place), "bgr8"
+        message = deserialize(plain, CompressedImage)
+        encoding, order = message.format, "bgr8"  # the order of our pictures, whatever was recorded
+        pixels = _unpacked(message, topic, place)
     if topic == "/rgb_raw":
         pixels = bgr_of(pixels, order)
     elif topic == "/depth_raw":
         pixels = counts_of(pixels)
     pixels.flags.writeable = False
-    return Recorded(int(stamp.sec) * _NANO + int(stamp.nanosec), encoding, pixels)
+    return Recorded(ns_of(message.header.stamp), encoding, pixels)
 
 
-def _unpacked(message: Any, topic: str, place: str) -> npt.NDArray[Any]:
+def _unpacked(message: CompressedImage, topic: str, place: str) -> npt.NDArray[Any]:
     """Return the picture in a `CompressedImage`."""
     data = message.data.tobytes()
     if topic == "/depth_raw":
@@ -142,7 +142,7 @@ def _unpacked(message: Any, topic: str, place: str) -> npt.NDArray[Any]:
     return picture(data, place, SENSORS[topic].pictures)
 
 
-def serialized(image: npt.NDArray[Any], encoding: str, stamp_ns: int) -> memoryview:
+def serialized(image: npt.NDArray[Any], encoding: str, stamp_ns: int) -> bytes:
     """Return a serialized `sensor_msgs/msg/Image`.
 
     Args:
@@ -150,16 +150,14 @@ def serialized(image: npt.NDArray[Any], encoding: str, stamp_ns: int) -> memoryv
         encoding: of the image.
         stamp_ns: time at which it was taken, in nanoseconds.
     """
-    types = STORE.types
-    stamp = types["builtin_interfaces/msg/Time"](sec=stamp_ns // _NANO, nanosec=stamp_ns % _NANO)
     little = np.ascontiguousarray(image, dtype=image.dtype.newbyteorder("<"))
-    message = types[IMAGE](
-        header=types["std_msgs/msg/Header"](stamp=stamp, frame_id="camera"),
-        height=image.shape[0],
-        width=image.shape[1],
-        encoding=encoding,
-        is_bigendian=0,
-        step=little[0].nbytes,
-        data=little.reshape(-1).view(np.uint8),
+    return serialize(
+        Image(
+            header=Header(stamp=stamp_of(stamp_ns), frame_id="camera"),
+            height=image.shape[0],
+            width=image.shape[1],
+            encoding=encoding,
+            step=little[0].nbytes,
+            data=little.reshape(-1).view(np.uint8),
+        )
     )
-    return STORE.serialize_cdr(message, IMAGE)

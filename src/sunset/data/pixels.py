@@ -16,6 +16,7 @@ import numpy.typing as npt
 from sunset.classes import CARLA_IDS
 from sunset.data.frame import DEPTH_RANGE_M, Frame
 from sunset.errors import DataError
+from sunset.interfaces.sensor_msgs.msg import Image
 
 __all__ = [
     "COLOUR_JPEG",
@@ -93,7 +94,7 @@ def dimensions(size: tuple[int, int]) -> str:
     return f"{size[1]}x{size[0]}"
 
 
-def raw_pixels(message: Any, place: str, encodings: Collection[str]) -> Pixels:
+def raw_pixels(message: Image, place: str, encodings: Collection[str]) -> Pixels:
     """Return the pixels of a `sensor_msgs/msg/Image`, (H, W) or (H, W, channels), in this machine's byte order.
 
     Args:
@@ -111,8 +112,8 @@ def raw_pixels(message: Any, place: str, encodings: Collection[str]) -> Pixels:
         )
     kind, channels = _ENCODINGS[message.encoding]
     dtype = np.dtype(kind).newbyteorder(">" if message.is_bigendian else "<")
-    height, row = int(message.height), int(message.width) * channels * dtype.itemsize
-    step = int(message.step) or row
+    height, row = message.height, message.width * channels * dtype.itemsize
+    step = message.step or row
     if not height * row or step < row or len(message.data) < height * step:
         raise DataError(
             f"The image {place} must have at least one pixel, and {height} rows of at least {row} bytes, got "

@@ -16,6 +16,7 @@ from sunset.interfaces.std_msgs.msg import Header
 
 __all__ = [
     "CameraInfo",
+    "CompressedImage",
     "Image",
     "RegionOfInterest",
 ]
@@ -211,6 +212,56 @@ class CameraInfo(Message):
         ) = _STRUCT_1.unpack_from(raw, position)
         position += 8
         new.roi, position = RegionOfInterest.decode_from(raw, position)
+        return new, position
+
+
+class CompressedImage(Message):
+    """sensor_msgs/msg/CompressedImage."""
+
+    __slots__ = ('header', 'format', 'data')
+    __ros_name__ = "sensor_msgs/msg/CompressedImage"
+    __ros_fields__ = MappingProxyType({
+        "header": "std_msgs/Header",
+        "format": "string",
+        "data": "uint8[]",
+    })
+
+    header: Header
+    format: str
+    data: npt.NDArray[np.uint8]
+
+    def __init__(
+        self,
+        *,
+        header: Header | None = None,
+        format: str = "",
+        data: npt.ArrayLike | None = None,
+    ) -> None:
+        self.header = Header() if header is None else header
+        self.format = format
+        self.data = empty(UINT8) if data is None else array_of(data, UINT8)
+
+    def copy(self) -> Self:
+        new = object.__new__(self.__class__)
+        try:
+            new.header = Header.copy(self.header)
+            new.format = self.format
+            new.data = frozen(self.data, UINT8)
+        except (AttributeError, TypeError, InterfaceError) as error:
+            raise misfit(self, error) from error
+        return new
+
+    def encode_into(self, out: bytearray) -> None:
+        Header.encode_into(self.header, out)
+        write_string(out, self.format)
+        write_array(out, self.data, UINT8)
+
+    @classmethod
+    def decode_from(cls, raw: bytes, position: int) -> tuple[Self, int]:
+        new = object.__new__(cls)
+        new.header, position = Header.decode_from(raw, position)
+        new.format, position = read_string(raw, position)
+        new.data, position = read_array(raw, position, UINT8)
         return new, position
 
 

@@ -8,6 +8,7 @@ from typing import Final
 from sunset.errors import InvalidInputError
 from sunset.evaluation.agreement import TOLERANCE, TOLERANCE_S, Agreement, Comparison, LeftOut, Pair
 from sunset.evaluation.text import WIDTH
+from sunset.tables import aligned, table_width
 from sunset.texts import csv_text
 
 __all__ = ["AGREEMENT_FORMATS", "format_agreement"]
@@ -55,8 +56,9 @@ def _text(agreement: Agreement, *, bag: bool) -> Iterator[str]:
     )
     yield ""
     if pairs:
-        yield from _table([_COLUMNS, *map(_cells, agreement.comparisons)])
-        yield ""
+        rows = [_COLUMNS, *map(_cells, agreement.comparisons)]
+        head, *lines = aligned(rows, left=(0, len(_COLUMNS) - 1))
+        yield from (head, "─" * table_width(rows), *lines, "")
         yield from (
             f"Only one of the two runs has {one.name} in {_count(one.one_sided, 'more pair')}."
             for one in agreement.comparisons
@@ -95,19 +97,6 @@ def _wrapped(text: str, indent: str = "  ") -> str:
 
 def _count(number: int, noun: str) -> str:
     return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
-
-
-def _table(rows: Sequence[Sequence[str]]) -> Iterator[str]:
-    """Give the lines of a table; its first row is its head, numbers are aligned to the right."""
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    for number, row in enumerate(rows):
-        first, *others = (
-            f"{cell:>{width}}" if 0 < place < len(row) - 1 else f"{cell:<{width}}"
-            for place, (cell, width) in enumerate(zip(row, widths, strict=True))
-        )
-        yield "  ".join([first, *others]).rstrip()
-        if number == 0:
-            yield "─" * (sum(widths) + 2 * (len(widths) - 1))
 
 
 def _cells(one: Comparison) -> tuple[str, ...]:

@@ -2,14 +2,16 @@
 
 import textwrap
 from typing import Final
-from unicodedata import combining, east_asian_width
 
-from sunset.evaluation.layout import Block, Line, Report, plain
+from rich.cells import cell_len
+
+from sunset.evaluation.layout import Block, Report, plain
+from sunset.tables import aligned, table_width
 
 __all__ = ["as_text"]
 
 WIDTH: Final = 100
-_GAP: Final = "  "
+_GAP: Final = 2
 _RUNS: Final = "runs"
 _SYSTEM: Final = "system"
 _LEAST: Final = 16  # so wide is the first column at least
@@ -27,50 +29,32 @@ def _note(note: str) -> str:
 
 
 def _table(block: Block) -> str:
-    lines = [line for group in block.groups for line in group]
-    columns = [
-        [column.text, *(plain(line.cells[place]) for line in lines)]
-        for place, column in enumerate(block.columns)
-    ]
-    widths = [max(map(_width, column)) for column in columns]
-    runs = max(len(_RUNS), *(len(line.runs) for line in lines))
-    others = runs + sum(widths) + len(_GAP) * (len(widths) + 1)
-    first = min(max(len(_SYSTEM), *(_width(line.label) for line in lines)), max(WIDTH - others, _LEAST))
-    rule = "─" * (first + others)
-
-    def put(label: str, number: str, cells: list[str]) -> str:
-        above = ""
-        if _width(label) > first:  # a line of its own
-            above, label = _shortened(label, len(rule)) + "\n", ""
-        padded = [_pad(cell, width) for cell, width in zip(cells, widths, strict=True)]
-        return above + _GAP.join([_pad(label, first), f"{number:>{runs}}", *padded]).rstrip()
-
-    out = [f"{block.title}\n", put(_SYSTEM, _RUNS, [column.text for column in block.columns]), rule]
+    head = [_SYSTEM, _RUNS, *(column.text for column in block.columns)]
+    rows = [[line.label, line.runs, *map(plain, line.cells)] for group in block.groups for line in group]
+    others = table_width([row[1:] for row in (head, *rows)]) + _GAP
+    room = max(WIDTH - others, _LEAST)
+    names = [row[0] for row in rows]
+    for row in rows:
+        if cell_len(row[0]) > room:  # a line of its own
+            row[0] = ""
+    rule = "─" * table_width([head, *rows])
+    first, *lines = aligned([head, *rows], left={0, *range(2, len(head))})
+    out = [f"{block.title}\n", first, rule]
+    numbered = zip(names, rows, lines, strict=True)
     for group in block.groups:
-        out += [put(line.label, line.runs, _texts(line)) for line in group]
+        for _ in group:
+            name, row, line = next(numbered)
+            out += [line] if row[0] == name else [_shortened(name, WIDTH), line]
         out.append(rule)
     return "\n".join(out)
 
 
-def _texts(line: Line) -> list[str]:
-    return [plain(cell) for cell in line.cells]
-
-
-def _width(text: str) -> int:
-    """Return how many columns of a terminal a text takes."""
-    return sum(2 if east_asian_width(c) in "WF" else 1 for c in text if not combining(c))
-
-
-def _pad(text: str, width: int) -> str:
-    return text + " " * (width - _width(text))
-
-
 def _shortened(text: str, width: int) -> str:
     """Cut out the middle of a text that is too wide."""
-    if _width(text) <= width:
+    if cell_len(text) <= width:
         return text
     middle = len(text) // 2
     head, tail = text[: min(middle, width)], text[max(middle, len(text) - width) :]
-    while _width(head) + _width(tail) + 1 > width:
-        head, tail = (head[:-1], tail) if _width(head) >= _width(tail) else (head, tail[1:])
+    while cell_len(head) + cell_len(tail) + 1 > width:
+        head, tail = (head[:-1], tail) if cell_len(head) >= cell_len(tail) else (head, tail[1:])
     return f"{head}…{tail}"

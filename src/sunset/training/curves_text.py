@@ -4,16 +4,15 @@ from collections.abc import Iterator
 from dataclasses import asdict, fields
 from typing import Final
 
+from sunset.tables import aligned
 from sunset.texts import csv_text
 from sunset.training.conditions import BLURRED, UNSURE, cure_of
 from sunset.training.curves import AUC, BAND, CURED, DROP, SHARPNESS_AUC, Case, Curves, Figures
 
 __all__ = ["as_csv", "as_json", "as_text"]
 
-_HEAD: Final = (
-    f"{'IoU':>7}{'of nom.':>9}{'entropy':>9}{'AUC':>7}{'over':>6}{'sharpness':>11}{'AUC':>7}{'under':>7}"
-)
-_CURED: Final = f"{'cured: IoU':>13}{'entropy':>9}"
+_HEAD: Final = ("IoU", "of nom.", "entropy", "AUC", "over", "sharpness", "AUC", "under")
+_CURED: Final = ("cured: IoU", "entropy")
 _FIGURES: Final = tuple(field.name for field in fields(Figures))
 
 
@@ -24,25 +23,32 @@ def as_text(curves: Curves) -> str:
         f"{name}, version {version}: {curves.frames} frames",
         f"thresholds: entropy {curves.entropy_threshold:.4f}, sharpness {curves.sharpness_threshold:.3f}",
         "",
-        f"{'fault':21}{'strength':>8} {_HEAD}{_CURED}",
     ]
+    rows: list[tuple[str, ...]] = [("fault", "strength ", *_HEAD, *_CURED)]
     for network, figures in curves.nominal.items():
-        lines.append(f"{f'none, {network.key}':29} {_figures(curves, figures)}")
+        rows.append((f"none, {network.key}", "", *_figures(curves, figures), "", ""))
     for case in curves.points:
-        cured = "" if case.after is None else f"{case.after.iou:>13.3f}{case.after.entropy:>9.4f}"
+        cured = ("", "") if case.after is None else (f"{case.after.iou:.3f}", f"{case.after.entropy:.4f}")
         (strength,) = case.strengths.values()
         mark = "*" if case.suite else " "
-        lines.append(f"{case.name:21}{strength:>8g}{mark}{_figures(curves, case.before)}{cured}")
+        rows.append((case.name, f"{strength:g}{mark}", *_figures(curves, case.before), *cured))
+    lines += aligned(rows)
     if curves.pairs:
-        lines += ["", f"{'two faults at suite strength':43}{_HEAD}"]
-        lines += [f"{case.name:43}{_figures(curves, case.before)}" for case in curves.pairs]
+        pairs = [(case.name, *_figures(curves, case.before)) for case in curves.pairs]
+        lines += ["", *aligned([("two faults at suite strength", *_HEAD), *pairs])]
     return "\n".join([*lines, "", *_cures(curves), "", *_advice(curves)]) + "\n"
 
 
-def _figures(curves: Curves, figures: Figures) -> str:
+def _figures(curves: Curves, figures: Figures) -> tuple[str, ...]:
     return (
-        f"{figures.iou:>7.3f}{curves.share(figures):>9.0%}{figures.entropy:>9.4f}{figures.auc:>7.3f}"
-        f"{figures.over:>6.2f}{figures.sharpness:>11.3f}{figures.sharpness_auc:>7.3f}{figures.under:>7.2f}"
+        f"{figures.iou:.3f}",
+        f"{curves.share(figures):.0%}",
+        f"{figures.entropy:.4f}",
+        f"{figures.auc:.3f}",
+        f"{figures.over:.2f}",
+        f"{figures.sharpness:.3f}",
+        f"{figures.sharpness_auc:.3f}",
+        f"{figures.under:.2f}",
     )
 
 

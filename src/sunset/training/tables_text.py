@@ -1,12 +1,13 @@
 """Tables of IoU as Markdown and as rows, and whether they bear out what the project claims."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import Final
 
 import numpy as np
 
 from sunset.classes import CLASSES
 from sunset.perception import Modality
+from sunset.tables import markdown_table
 from sunset.texts import csv_text
 from sunset.training.tables import AXES, Entry, IouTables, Measured
 
@@ -41,40 +42,27 @@ def _means(tables: IouTables, rows: dict[str, Measured], *, per_image: bool) -> 
     lines = {
         name: measured.per_image() if per_image else measured.dataset() for name, measured in rows.items()
     }
-    return _table(
-        ["", "frames", *map(str, tables.networks)],
-        [[name, str(len(rows[name])), *map(_cell, values)] for name, values in lines.items()],
+    return markdown_table(
+        [
+            ["", "frames", *map(str, tables.networks)],
+            *([name, str(len(rows[name])), *map(_cell, values)] for name, values in lines.items()),
+        ]
     )
 
 
 def _classes(tables: IouTables, measured: Measured) -> str:
     iou, shares = measured.by_class(), measured.shares()
-    return _table(
-        ["class", "share of pixels", *map(str, tables.networks)],
+    seen = np.flatnonzero(~np.isnan(iou).all(axis=0))
+    return markdown_table(
         [
-            [CLASSES[index], f"{shares[index]:.2%}", *map(_cell, iou[:, index])]
-            for index in range(len(CLASSES))
-            if not np.isnan(iou[:, index]).all()
-        ],
+            ["class", "share of pixels", *map(str, tables.networks)],
+            *([CLASSES[index], f"{shares[index]:.2%}", *map(_cell, iou[:, index])] for index in seen),
+        ]
     )
 
 
 def _cell(value: float) -> str:
     return "–" if np.isnan(value) else f"{value:.3f}"
-
-
-def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    widths = [max(len(row[place]) for row in (head, *rows)) for place in range(len(head))]
-
-    def line(cells: Sequence[str]) -> str:
-        padded = [
-            f"{cell:>{width}}" if place else f"{cell:{width}}"
-            for place, (cell, width) in enumerate(zip(cells, widths, strict=True))
-        ]
-        return f"| {' | '.join(padded)} |"
-
-    rule = "|".join("-" * (width + 1) + (":" if place else "-") for place, width in enumerate(widths))
-    return "\n".join([line(head), f"|{rule}|", *map(line, rows)])
 
 
 def claims(tables: IouTables) -> Iterator[str]:

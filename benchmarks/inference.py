@@ -146,7 +146,7 @@ def peak(threads: int, known: Work = Work()) -> Work:
         for size in _SIZES:
             a = np.ones((size, size), dtype=np.uint8 if quantised else np.float32)
             opened = session(product(size, quantised=quantised), threads)
-            best = max(best, size**3 / min(seconds(lambda: opened.run(None, {"a": a}), 10)))
+            best = max(best, size**3 / min(seconds(lambda: opened.run(None, {"a": a}), 10)))  # noqa: B023
         rates[quantised] = round(best)
     return Work(float32=max(known.float32, rates[False]), int8=max(known.int8, rates[True]))
 

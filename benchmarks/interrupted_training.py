@@ -35,7 +35,7 @@ def training(folder: Path, options: Sequence[str]) -> list[str]:
 def seconds_lost(command: Sequence[str], work: Path, phase: str, number: int, wait_s: float) -> float | None:
     """Send a signal to a training in a phase, and return how old what it kept last was; None if it came too late."""
     started = time.perf_counter()
-    process = subprocess.Popen(command, stderr=subprocess.DEVNULL)
+    process = subprocess.Popen(command, stderr=subprocess.DEVNULL)  # noqa: S603  the command is our own
     began = None
     while process.poll() is None:
         if began is None and any(_written(path) > 0 for path in work.glob(PHASES[phase])):
@@ -46,7 +46,7 @@ def seconds_lost(command: Sequence[str], work: Path, phase: str, number: int, wa
             process.wait()
             last = max((_written(path) for pattern in KEPT for path in work.glob(pattern)), default=now)
             return max(0.0, now - last)
-        time.sleep(0.1)
+        time.sleep(0.1)  # noqa: TID251  nothing is simulated here
     if process.returncode != 0:
         raise SystemExit(f"The training failed with exit code {process.returncode}.")
     return None
@@ -87,7 +87,7 @@ def main() -> None:
                 told = "over before the signal" if lost is None else f"{lost:.1f} s lost"
                 print(f"{phase}, {number.name}: {told}", flush=True)
         for folder in (parts, whole):
-            subprocess.run(
+            subprocess.run(  # noqa: S603  the command is our own
                 training(folder, options), stderr=subprocess.DEVNULL, check=True
             )
         same = all(

@@ -45,7 +45,7 @@ class Counter(Tap):
     def __init__(self) -> None:
         self.count = 0
 
-    def on_message(self, time_ns: int, topic: str, node: str, message: Message) -> None:
+    def on_message(self, time_ns: int, topic: str, node: str, message: Message) -> None:  # noqa: ARG002  Tap's
         """Count it."""
         self.count += 1
 

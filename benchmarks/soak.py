@@ -49,7 +49,7 @@ class System:
 
     def __init__(self, domain_id: int) -> None:
         command = [sys.executable, "-m", "sunset", "up", "--domain-id", str(domain_id)]
-        self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)  # noqa: S603
         self.lines: list[str] = []
         threading.Thread(target=self._read, args=(self.process.stdout,), daemon=True).start()
 

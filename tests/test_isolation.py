@@ -114,8 +114,8 @@ def test_a_call_that_refuses_every_signal_is_ended_too() -> None:
 def test_the_limit_is_one_of_calls_under_the_watch_only() -> None:
     def sleep_twice(watch: Watch) -> str:
         for _ in range(2):
-            watch.call(lambda: time.sleep(0.15))
-        time.sleep(0.3)
+            watch.call(lambda: time.sleep(0.15))  # noqa: TID251
+        time.sleep(0.3)  # noqa: TID251
         return "done"
 
     assert call_isolated(sleep_twice, limit_s=0.25) == "done"
@@ -140,7 +140,7 @@ def test_a_call_within_a_call_does_not_end_the_watch() -> None:
 def test_a_call_that_returns_while_it_is_ended_has_passed_its_limit() -> None:
     def be_late(watch: Watch) -> str:
         signal.signal(signal.SIGABRT, signal.SIG_IGN)
-        watch.call(lambda: time.sleep(0.3))
+        watch.call(lambda: time.sleep(0.3))  # noqa: TID251
         return "done"
 
     with pytest.raises(ProcessDeath, match=r"^did not return within 0.1 s$"):
@@ -152,7 +152,7 @@ def test_closed_streams_are_no_failure() -> None:
 
 
 def test_what_is_written_to_stdout_goes_to_stderr(capfd: pytest.CaptureFixture[str]) -> None:
-    call_isolated(lambda _: os.system("echo said"), limit_s=5)
+    call_isolated(lambda _: os.system("echo said"), limit_s=5)  # noqa: S605, S607
 
     assert capfd.readouterr() == ("", "said\n")
 
@@ -177,7 +177,7 @@ def test_what_a_call_has_started_ends_with_it() -> None:
 
     deadline = time.monotonic() + 5
     while _is_running(pid) and time.monotonic() < deadline:
-        time.sleep(0.01)
+        time.sleep(0.01)  # noqa: TID251  another process's end is waited for
     assert not _is_running(pid)
 
 
@@ -203,7 +203,7 @@ def test_a_process_that_a_call_forks_does_not_go_on_with_it(tmp_path: Path) -> N
         return "done"
 
     assert call_isolated(fork, limit_s=5) == "done"
-    time.sleep(0.2)
+    time.sleep(0.2)  # noqa: TID251  the other one would have written by now
     assert len(list(tmp_path.iterdir())) == 1
 
 
@@ -212,7 +212,7 @@ def test_a_process_that_a_call_forks_ends_with_it(tmp_path: Path) -> None:
         def stay() -> None:
             if not os.fork():
                 (tmp_path / str(os.getpid())).touch()
-                time.sleep(60)
+                time.sleep(60)  # noqa: TID251
 
         watch.call(stay)
         while not list(tmp_path.iterdir()):
@@ -222,7 +222,7 @@ def test_a_process_that_a_call_forks_ends_with_it(tmp_path: Path) -> None:
     (file,) = tmp_path.iterdir()
     deadline = time.monotonic() + 5
     while _is_running(int(file.name)) and time.monotonic() < deadline:
-        time.sleep(0.01)
+        time.sleep(0.01)  # noqa: TID251  another process's end is waited for
     assert not _is_running(int(file.name))
 
 
@@ -240,7 +240,7 @@ def test_an_interrupted_caller_leaves_no_process_behind(tmp_path: Path) -> None:
     def interrupt(_: Watch) -> None:
         (tmp_path / str(os.getpid())).touch()
         os.kill(os.getppid(), signal.SIGINT)
-        time.sleep(60)
+        time.sleep(60)  # noqa: TID251
 
     for _ in range(20):  # whatever the caller is about
         with pytest.raises(KeyboardInterrupt):

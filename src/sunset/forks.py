@@ -86,7 +86,7 @@ class ForkedProcess:
     def wait(self) -> int:
         """Wait for its end, and return the exit code."""
         code = self._look(None)
-        assert code is not None
+        assert code is not None  # noqa: S101  it waited for it
         return code
 
     def _look(self, timeout_s: float | None) -> int | None:
@@ -122,7 +122,7 @@ class ForkServer:
         self._door, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         self._door.settimeout(_FIRST_S)
         with theirs:
-            self._process: subprocess.Popen[bytes] = subprocess.Popen(
+            self._process: subprocess.Popen[bytes] = subprocess.Popen(  # noqa: S603  the command is the caller's
                 command,
                 stdin=theirs.fileno(),
                 stdout=subprocess.DEVNULL,
@@ -216,7 +216,7 @@ def await_order(door: socket.socket) -> list[str] | None:
 
 def _become(arguments: list[str], stdin: int, stdout: int) -> None:
     """Make of a copy of the server a process of its own, which goes on when the server ends, even if it is stopped."""
-    from setproctitle import setproctitle
+    from setproctitle import setproctitle  # noqa: PLC0415  an optional extra
 
     signal_after_parent(signal.SIGCONT)  # at once, for it may be stopped while it starts
     os.setsid()

@@ -24,7 +24,7 @@ def open_regular(path: Path) -> BufferedReader:
     Raises:
         OSError: it cannot be opened, or is not a regular file.
     """
-    file = open(path, "rb", opener=_opened)
+    file = open(path, "rb", opener=_opened)  # noqa: SIM115  handed over; a path's own takes no opener
     try:
         _check(path, os.fstat(file.fileno()).st_mode)
     except OSError:

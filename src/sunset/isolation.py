@@ -48,7 +48,7 @@ _LONGEST: Final = 4000
 _FRAME: Final = re.compile(r'File "(?P<file>[^"]+)", line (?P<line>\d+) in (?P<function>\S+)')
 
 
-class ProcessDeath(Exception):
+class ProcessDeath(Exception):  # noqa: N818  not every death is an error
     """The process ended before its call did.
 
     Attributes:
@@ -192,7 +192,7 @@ def _set_up(kept: set[int], frames: int) -> None:
         opened = int(name.name)
         with suppress(OSError):  # the one of the list itself is closed already
             mode = os.fstat(opened).st_mode
-            if opened > 2 and opened not in kept and (stat.S_ISFIFO(mode) or stat.S_ISSOCK(mode)):
+            if opened > 2 and opened not in kept and (stat.S_ISFIFO(mode) or stat.S_ISSOCK(mode)):  # noqa: PLR2004
                 os.close(opened)
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     size = Path("/proc/self/statm")
@@ -216,7 +216,7 @@ def _outcome(
         return {"error": known, "text": shorten(str(error), _LONGEST)}
     except MemoryError:
         return {"death": f"ran out of memory: it may take {_MEMORY >> 30} GiB"}
-    except BaseException:
+    except BaseException:  # noqa: BLE001  the other side raises it
         return {"bug": traceback.format_exc()[-_LONGEST:]}
 
 
@@ -250,7 +250,7 @@ def _await_end(pid: int, watch: Watch, limit_s: float) -> str:
         elif hung := watch.passed(limit_s):
             grace_over = time.monotonic() + _GRACE_S
             os.kill(pid, signal.SIGABRT)  # its faulthandler tells where it is
-        time.sleep(_POLL_S)
+        time.sleep(_POLL_S)  # noqa: TID251  another process's end is waited for
     return hung
 
 

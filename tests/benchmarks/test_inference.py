@@ -11,7 +11,7 @@ from sunset.training import LiteShape, TrainingConfig
 torch = pytest.importorskip("torch")
 onnx = pytest.importorskip("onnx")
 
-from benchmarks import inference
+from benchmarks import inference  # noqa: E402
 
 torch.set_num_threads(1)  # the networks are tiny, and other tests run beside
 

@@ -194,7 +194,7 @@ def test_a_model_without_fusion_is_said_not_to_fly(
 def checkpoint(path: Path, **other: Any) -> None:
     """Write the published network's state dict: zeros, but for some of the entries of `backbone.bn1`."""
     torch = pytest.importorskip("torch")
-    from sunset.training.network import build
+    from sunset.training.network import build  # noqa: PLC0415  needs torch
 
     with torch.device("meta"):
         names = build(ReferenceShape().network("", "")).state_dict()

@@ -29,7 +29,7 @@ def run(
     model: str = "lite",
     middleware: str = "sim",
     version: str = "1.0.0",
-    flight: Flight = Flight(20.0, bag="3c" * 32),
+    flight: Flight = Flight(20.0, bag="3c" * 32),  # noqa: B008  it cannot be changed
     valid: bool = True,
     **metrics: float | None,
 ) -> RunRow:

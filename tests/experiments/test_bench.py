@@ -117,7 +117,7 @@ def test_killing_a_campaign_loses_nothing_and_changes_nothing(undisturbed: Path,
     )
     while len(list(disturbed.rglob("run.json"))) < 4:
         assert process.poll() is None, "the campaign ended before it could be killed"
-        time.sleep(0.02)
+        time.sleep(0.02)  # noqa: TID251  the other process lives in wall time
     os.killpg(process.pid, signal.SIGKILL)
     process.wait()
     finished = {path: path.stat().st_mtime_ns for path in disturbed.rglob("run.json")}
@@ -151,7 +151,7 @@ def test_an_interrupted_campaign_leaves_no_process_behind(number: signal.Signals
     )
     while not list(tmp_path.rglob("run.json")):
         assert process.poll() is None, "the campaign ended before it could be interrupted"
-        time.sleep(0.02)
+        time.sleep(0.02)  # noqa: TID251  the other process lives in wall time
     process.send_signal(number)
     error = process.communicate()[1]
 
@@ -159,7 +159,7 @@ def test_an_interrupted_campaign_leaves_no_process_behind(number: signal.Signals
     assert "Traceback" not in error
     deadline = time.monotonic() + 10
     while _processes_of(process.pid) and time.monotonic() < deadline:
-        time.sleep(0.05)
+        time.sleep(0.05)  # noqa: TID251  the other processes live in wall time
     assert not _processes_of(process.pid)
 
 

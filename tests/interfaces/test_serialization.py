@@ -303,4 +303,4 @@ def test_a_flipped_byte_gives_a_message_or_an_interface_error(seed: int, place: 
     try:
         assert isinstance(deserialize(payload, ParameterEvent), ParameterEvent)
     except InterfaceError as error:
-        assert "rcl_interfaces/msg/ParameterEvent" in str(error)
+        assert "rcl_interfaces/msg/ParameterEvent" in str(error)  # noqa: PT017  both ends are right

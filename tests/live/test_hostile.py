@@ -159,7 +159,7 @@ def test_nothing_that_comes_from_the_network_ends_a_node_or_stays_in_it() -> Non
                 for node in processes
             ),
         ]
-        print("", *figures, sep="\n")
+        print("", *figures, sep="\n")  # noqa: T201  for pytest -s
         assert len(storm.aims) > 100
         assert storm.sent > 0.8 * SAMPLES * len(storm.aims)
         assert up.process.poll() is None

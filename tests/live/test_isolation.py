@@ -14,7 +14,7 @@ from sunset.recording import read_messages, read_timeline
 
 pytestmark = [pytest.mark.xdist_group("live"), pytest.mark.thorough]
 
-LOOPBACK, ANY = "127.0.0.1", "0.0.0.0"
+LOOPBACK, ANY = "127.0.0.1", "0.0.0.0"  # noqa: S104  what a process must not send from
 MULTICAST = "239.255.0.1"
 
 

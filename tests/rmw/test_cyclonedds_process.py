@@ -67,7 +67,7 @@ def test_samples_that_nobody_takes_cost_no_memory(live: "Live") -> None:
 
 
 def resident_bytes() -> int:
-    with open("/proc/self/statm") as file:
+    with open("/proc/self/statm") as file:  # noqa: PTH123  no file, but a question to the kernel
         return int(file.read().split()[1]) * os.sysconf("SC_PAGE_SIZE")
 
 
@@ -84,7 +84,7 @@ def test_callbacks_take_turns(live: "Live") -> None:
         publisher = node.create_publisher(String, topic, QOS)
         for _ in range(3):
             publisher.publish(String())
-        assert process.wait_for(lambda: len(process._queue._items) == lined_up, 10_000 * MS)
+        assert process.wait_for(lambda: len(process._queue._items) == lined_up, 10_000 * MS)  # noqa: B023
     assert run_for(process, 50 * MS) == 6
     assert order == ["/a", "/b"] * 3
 

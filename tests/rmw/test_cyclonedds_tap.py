@@ -51,7 +51,7 @@ class Notes(Tap):
             self.messages.append((topic, node, message))
             self.times.append(time_ns)
 
-    def on_request(
+    def on_request(  # noqa: PLR0917  as of Tap
         self, time_ns: int, service: str, client: str, server: str, request: Message, request_id: RequestId
     ) -> None:
         self.calls.append(("request", service, client, server, repr(request)))

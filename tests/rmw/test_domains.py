@@ -13,7 +13,7 @@ def test_a_domain_is_given_to_one_at_a_time() -> None:
 
 def test_a_domain_with_a_process_in_it_is_not_free(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(domains, "_DOMAINS", range(224, 225))  # one that no other test gets
-    with CycloneDDS(domain_id=224, environment={}):
+    with CycloneDDS(domain_id=224, environment={}):  # noqa: SIM117  one after the other
         with (
             pytest.raises(MiddlewareError, match=r"^All domain ids from 224 to 224 are in use\.$"),
             free_domain_id(),

@@ -244,7 +244,7 @@ def test_an_exception_in_a_callback_comes_out_and_names_node_and_callback() -> N
         sim.run_until(100 * MS)
     assert isinstance(caught.value.__cause__, ValueError)
     assert (caught.value.node, caught.value.callback) == ("/node", "Node.tick (timer)")
-    copied = pickle.loads(pickle.dumps(caught.value))
+    copied = pickle.loads(pickle.dumps(caught.value))  # noqa: S301  workers send it to who waits for them
     assert (type(copied), str(copied), copied.node) == (CallbackError, str(caught.value), "/node")
     assert sim.now == 10 * MS
 

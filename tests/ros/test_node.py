@@ -48,7 +48,7 @@ class Failing(Node):
 
 
 class NotAFuture:
-    def __await__(self):  # type: ignore[no-untyped-def]
+    def __await__(self):  # type: ignore[no-untyped-def]  # noqa: ANN204  wrong on purpose
         yield 1
 
 
@@ -163,7 +163,7 @@ def test_timers_may_be_coroutines(world: "World") -> None:
         answers.append(await client.call_async(SetBool.Request()))
 
     node.create_timer(0.1, ask)
-    node.create_timer(0.1, lambda: ask())
+    node.create_timer(0.1, lambda: ask())  # noqa: PLW0108  it makes a coroutine without being a coroutine function
     world.pass_time(0.25)
     assert answers == [SetBool.Response()] * 4
 

@@ -270,7 +270,7 @@ def test_callbacks_decide_the_latest_first_and_are_told_afterwards(world: "World
 
 
 def test_what_a_set_callback_raises_comes_out(world: "World") -> None:
-    from sunset.interfaces.rcl_interfaces.srv import SetParameters
+    from sunset.interfaces.rcl_interfaces.srv import SetParameters  # noqa: PLC0415
 
     node = world.node()
     node.declare_parameter("speed", 1.0)

@@ -18,11 +18,11 @@ pytestmark = pytest.mark.thorough
 
 torch = pytest.importorskip("torch")
 
-from torch.utils._python_dispatch import TorchDispatchMode
+from torch.utils._python_dispatch import TorchDispatchMode  # noqa: E402  needs torch
 
-from sunset.training.augment import DeviceFrames
-from sunset.training.loop import find_torch_device, learn
-from sunset.training.network import build, depth_input, forward, rgb_input, upsample
+from sunset.training.augment import DeviceFrames  # noqa: E402
+from sunset.training.loop import find_torch_device, learn  # noqa: E402
+from sunset.training.network import build, depth_input, forward, rgb_input, upsample  # noqa: E402
 
 TINY = TrainingConfig(
     shape=LiteShape(16, (16, 16, 16), (1, 1, 1), pyramid=16, rates=(2,), skips=(16, 16), decoder=16),

@@ -18,7 +18,7 @@ pytestmark = pytest.mark.thorough
 torch = pytest.importorskip("torch")
 pytest.importorskip("onnx")
 
-from sunset.training.network import build, forward, rgb_input
+from sunset.training.network import build, forward, rgb_input  # noqa: E402  needs torch
 
 torch.set_num_threads(1)
 

@@ -14,10 +14,10 @@ torch = pytest.importorskip("torch")
 onnx = pytest.importorskip("onnx")
 onnxruntime = pytest.importorskip("onnxruntime")
 
-from sunset.training.network import build, depth_input, folded_weights, forward, rgb_input
-from sunset.training.onnx_graph import Format, Network, export
-from sunset.training.onnx_writer import Store
-from sunset.training.quantise import ranges
+from sunset.training.network import build, depth_input, folded_weights, forward, rgb_input  # noqa: E402
+from sunset.training.onnx_graph import Format, Network, export  # noqa: E402
+from sunset.training.onnx_writer import Store  # noqa: E402
+from sunset.training.quantise import ranges  # noqa: E402
 
 torch.set_num_threads(1)  # the networks are tiny, and other tests run beside
 

@@ -12,7 +12,7 @@ pytestmark = pytest.mark.thorough
 
 torch = pytest.importorskip("torch")
 
-from sunset.training.network import build, forward
+from sunset.training.network import build, forward  # noqa: E402  needs torch
 
 # torchvision publishes 42,004,074 parameters with 21 classes and the auxiliary classifier, which is a 3x3
 # convolution 1024 → 256 with normalisation and a 1x1 convolution with bias; each class more takes 256 and 1.

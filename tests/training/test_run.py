@@ -30,8 +30,8 @@ pytestmark = pytest.mark.thorough
 torch = pytest.importorskip("torch")
 pytest.importorskip("onnx")
 
-from sunset.training.loop import learn
-from sunset.training.network import (
+from sunset.training.loop import learn  # noqa: E402  needs torch
+from sunset.training.network import (  # noqa: E402
     build,
     forward,
     shift_logits,

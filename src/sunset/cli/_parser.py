@@ -13,7 +13,7 @@ __all__ = ["EXIT_BAD_INPUT", "VERBS", "Actions", "Parser", "Verb", "at_least_one
 
 EXIT_BAD_INPUT: Final = 2
 
-Actions: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
+Actions: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"  # noqa: SLF001  it has no other name
 
 
 @dataclass(frozen=True, slots=True)

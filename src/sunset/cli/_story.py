@@ -113,7 +113,7 @@ class _Console(Console):
 
     def on_broken_pipe(self) -> NoReturn:
         """Raise on; rich would exit with code 1."""
-        raise
+        raise  # noqa: PLE0704  rich calls this while it handles the BrokenPipeError
 
 
 def _events(result: StoredRun) -> Iterator[_Event]:

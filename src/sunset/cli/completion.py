@@ -33,7 +33,7 @@ def execute(arguments: argparse.Namespace) -> int:
         raise MissingExtraError(
             "Completion needs shtab, which is not installed; run: pip install 'sunset-exemplar[completion]'."
         )
-    import shtab
+    import shtab  # noqa: PLC0415  an optional extra
 
     parser = make_parser()
     _complete(parser, shtab.FILE)
@@ -56,8 +56,8 @@ def _complete(parser: Parser, files: object) -> None:
         "scenario": (*scenario_names(), *faults),
         "suite": suite_names(),
     }
-    for action in parser._actions:
-        if isinstance(action, argparse._SubParsersAction):
+    for action in parser._actions:  # noqa: SLF001  shtab goes through them as well
+        if isinstance(action, argparse._SubParsersAction):  # noqa: SLF001  likewise
             for below in action.choices.values():
                 _complete(below, files)
         elif action.choices is None:

@@ -93,7 +93,7 @@ def execute(arguments: argparse.Namespace) -> int:
 def _factory(name: str, manager: str | None) -> Callable[[Context], Node]:
     """Return what makes a node."""
     if manager is not None:
-        from sunset.managing import load_manager
+        from sunset.managing import load_manager  # noqa: PLC0415  slow, and no other node needs it
 
         made = load_manager(manager)
         return lambda context: made(context=context)

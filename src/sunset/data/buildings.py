@@ -110,7 +110,7 @@ def _shops(rng: np.random.Generator, size: Size) -> list[Mesh]:
     front = _plain(pick(rng, CONCRETES), Material.SHOP)
     parts = [box((-x - 0.1, -y - 0.1, -FOUNDATION_M), (x + 0.1, y + 0.1, SHOP_M), front)]
     for at in np.arange(-x + 2.5, x - 2, 5.0).tolist():
-        if rng.random() < 0.45:
+        if rng.random() < 0.45:  # noqa: PLR2004  a share
             cloth = _plain(pick(rng, AWNINGS))
             for side in (-1, 1):
                 near, far = sorted((side * y, side * (y + 1.5)))
@@ -122,7 +122,7 @@ def _wing(rng: np.random.Generator, size: Size, height: float, wall: Finish) -> 
     """Walls with a cornice, standing on a foundation."""
     x, y = size[0] / 2, size[1] / 2
     parts = [box((-x, -y, -FOUNDATION_M), (x, y, height), wall)]
-    if rng.random() < 0.6:
+    if rng.random() < 0.6:  # noqa: PLR2004  a share
         trim = _plain(pick(rng, (STONE, wall.colour)))
         parts.append(box((-x - 0.3, -y - 0.3, height - 0.45), (x + 0.3, y + 0.3, height), trim, bottom=True))
     return parts
@@ -134,15 +134,15 @@ def apartment(rng: np.random.Generator, size: Size) -> Mesh:
     wall = _facade(rng, (0.58, 0.16, 0.16, 0.06, 0.04))
     low = 0.0
     parts = _wing(rng, size, height, wall)
-    if rng.random() < 0.4:
+    if rng.random() < 0.4:  # noqa: PLR2004  a share
         parts += _shops(rng, size)
         low = SHOP_M
-    if rng.random() < 0.5:
+    if rng.random() < 0.5:  # noqa: PLR2004  a share
         parts += _balconies(rng, size, low + STOREY_M, height)
     roof = float(rng.random())
-    if roof < 0.5:
+    if roof < 0.5:  # noqa: PLR2004  a share
         return join([*parts, *pitched_roof(rng, size, height, wall, steep=0.62)])
-    if roof < 0.65 and min(size) > 9:
+    if roof < 0.65 and min(size) > 9:  # noqa: PLR2004  a share; room for a terrace
         inner = (size[0] - 4.0, size[1] - 4.0)
         top = _facade(rng, (0.5, 0.0, 0.2, 0.2, 0.1))
         x, y = inner[0] / 2, inner[1] / 2
@@ -161,7 +161,7 @@ def tower(rng: np.random.Generator, size: Size) -> Mesh:
     base = _plain(pick(rng, CONCRETES), Material.SHOP)
     parts = [box((-x - 2.5, -y - 2.5, -FOUNDATION_M), (x + 2.5, y + 2.5, 5), base)]
     parts += flat_roof(rng, wide, 5, base, terrace=True)
-    if rng.random() < 0.4 and height > 24:
+    if rng.random() < 0.4 and height > 24:  # noqa: PLR2004  a share; room for a step
         step = height * float(rng.uniform(0.6, 0.8))
         inner = (size[0] - 4.5, size[1] - 4.5)
         parts.append(box((-x, -y, 0), (x, y, step), wall))
@@ -169,7 +169,7 @@ def tower(rng: np.random.Generator, size: Size) -> Mesh:
         parts.append(box((-x + 2.25, -y + 2.25, step), (x - 2.25, y - 2.25, height), wall))
         return join([*parts, *flat_roof(rng, inner, height, wall)])
     parts.append(box((-x, -y, 0), (x, y, height), wall))
-    if wall.material is Material.FACADE and rng.random() < 0.6:
+    if wall.material is Material.FACADE and rng.random() < 0.6:  # noqa: PLR2004  a share
         parts += _balconies(rng, size, 5 + STOREY_M, height)
     return join([*parts, *flat_roof(rng, size, height, wall)])
 
@@ -185,13 +185,13 @@ def house(rng: np.random.Generator, size: Size) -> Mesh:
         box((-x * 0.6, y, -FOUNDATION_M), (x * 0.5, y + 2.4, 0.15), _plain((0.6, 0.57, 0.52))),
     ]
     kind = float(rng.random())
-    if kind < 0.14:
+    if kind < 0.14:  # noqa: PLR2004  a share
         return join([*parts, *flat_roof(rng, size, height, wall)])
     parts += pitched_roof(rng, size, height, wall, steep=float(rng.uniform(0.6, 0.85)))
-    if kind < 0.5:
+    if kind < 0.5:  # noqa: PLR2004  a share
         parts.append(box((x * 0.1, y, -FOUNDATION_M), (x * 0.75, y + 1.7, 2.5), wall))
         parts.append(box((x * 0.1 - 0.2, y, 2.5), (x * 0.75 + 0.2, y + 1.9, 2.65), porch, bottom=True))
-    elif kind < 0.8:
+    elif kind < 0.8:  # noqa: PLR2004  a share
         parts += _cross_wing(size, height, wall, cover=parts[2])
     return join(parts)
 

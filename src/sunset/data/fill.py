@@ -43,7 +43,7 @@ def _perimeter(builder: Builder, block: Block) -> None:
             builder.build(apartment, (u + length / 2, v), (length - 0.4, depth))
             u += length
     inner = v1 - v0 - 2 * depth - 6
-    if inner > 12:
+    if inner > 12:  # noqa: PLR2004  room for one more building
         for u in (u0 + depth / 2 + 0.8, u1 - depth / 2 - 0.8):
             if builder.chance(0.6):
                 builder.build(apartment, (u, (v0 + v1) / 2), (inner, depth), turned=True)
@@ -54,7 +54,7 @@ def _perimeter(builder: Builder, block: Block) -> None:
 def _towers(builder: Builder, block: Block) -> None:
     rng = builder.rng
     (u0, v0), (u1, v1) = block.low, block.high
-    count = 2 if block.size[0] > 52 else 1
+    count = 2 if block.size[0] > 52 else 1  # noqa: PLR2004  metres for two towers
     for index in range(count):
         u = u0 + (u1 - u0) * (index + 0.5) / count
         size = (float(rng.uniform(15, 19)), float(rng.uniform(16, 24)))
@@ -140,7 +140,7 @@ def _industry(builder: Builder, block: Block) -> None:
     rng = builder.rng
     (u0, v0), (u1, v1) = block.low, block.high
     depth = (v1 - v0) * 0.5
-    halls = 2 if u1 - u0 > 75 else 1
+    halls = 2 if u1 - u0 > 75 else 1  # noqa: PLR2004  metres for two halls
     width = (u1 - u0) / halls
     for index in range(halls):
         for share in (1.0, 0.85, 0.7, 0.5):  # the largest that fits between bent streets
@@ -152,9 +152,9 @@ def _industry(builder: Builder, block: Block) -> None:
         builder.skip(spot, "container", int(rng.integers(2)))
     for u in np.arange(u0 + 6, u1 - 5, 4.2).tolist():
         chance = float(rng.random())
-        if chance < 0.4:
+        if chance < 0.4:  # noqa: PLR2004  a share
             builder.put("truck", (u, v1 - 9), axis=1, tint=CAR_TINTS[int(rng.integers(len(CAR_TINTS)))])
-        elif chance < 0.8:
+        elif chance < 0.8:  # noqa: PLR2004  a share
             builder.skip((u, v1 - 8), "container", 1)
     for start, end in (
         ((u0, v1), (u1 - 9, v1)),

@@ -191,7 +191,7 @@ def _lines(
     at, chosen = -REACH_M, -1
     trigger = float(rng.uniform(-90, 60))
     while at < REACH_M:
-        width = 14.0 if rng.random() < 0.24 else float(rng.choice([6.2, 7.5, 9.0]))
+        width = 14.0 if rng.random() < 0.24 else float(rng.choice([6.2, 7.5, 9.0]))  # noqa: PLR2004  a share
         lines.append((at, width))
         if chosen < 0 and at > trigger:
             chosen = len(lines) - 1

@@ -57,7 +57,7 @@ def _paint_towers(painter: Painter, block: Block) -> None:
     (u0, v0), (u1, v1) = block.low, block.high
     painter.quad((u0 + 2, v0 + 2), (u0 + (u1 - u0) * 0.22, v1 - 2), Surface.LAWN)
     painter.quad((u1 - (u1 - u0) * 0.22, v0 + 2), (u1 - 2, v1 - 2), Surface.LAWN)
-    if block.size[0] > 60:
+    if block.size[0] > 60:  # noqa: PLR2004  metres for a garden between two towers
         painter.ellipse(((u0 + u1) / 2, (v0 + v1) / 2), (8, block.size[1] * 0.3), Surface.GRASS)
 
 
@@ -96,7 +96,7 @@ def _paint_houses(painter: Painter, block: Block) -> None:
                 painter.quad((u - 3, back[0]), (u + 3.5, back[1]), Surface.POOL)
             elif draw in (1, 2):
                 painter.quad((u - 5, back[0]), (u + 1, back[1]), Surface.FALLOW)
-            elif draw == 3:
+            elif draw == 3:  # noqa: PLR2004  one of seven
                 painter.ellipse((u, middle + row * 4), (4.5, 2.5), Surface.SHRUBS)
 
 
@@ -105,7 +105,7 @@ def _paint_sport(painter: Painter, block: Block) -> None:
     (u0, v0), (u1, v1) = block.low, block.high
     u, v = (u0 + u1) / 2, (v0 + v1) / 2
     half = np.array([block.size[0] / 2 - 7, block.size[1] / 2 - 7])
-    if min(half) > 15:
+    if min(half) > 15:  # noqa: PLR2004  metres for a track
         painter.quad((u - half[0] - 4, v - half[1] - 4), (u + half[0] + 4, v + half[1] + 4), Surface.TARTAN)
     for stripe in range(8):
         low = u - half[0] + half[0] / 4 * stripe

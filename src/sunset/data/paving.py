@@ -60,7 +60,7 @@ def _paint_fields(painter: Painter) -> None:
     corners = np.stack(np.meshgrid(steps, steps, indexing="ij"), axis=-1)
     corners += rng.uniform(-0.3, 0.3, corners.shape) * FIELD_M
     kinds = rng.choice(list(FIELDS), p=list(FIELDS.values()), size=(len(steps) - 1, len(steps) - 1))
-    hedged = rng.random(kinds.shape) < 0.5
+    hedged = rng.random(kinds.shape) < 0.5  # noqa: PLR2004  a share
     for i, j in np.ndindex(*kinds.shape):
         ring = np.stack([corners[i, j], corners[i + 1, j], corners[i + 1, j + 1], corners[i, j + 1]])
         painter.polygon(ring, Surface(int(kinds[i, j])))

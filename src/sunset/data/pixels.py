@@ -194,7 +194,7 @@ def _jpeg_size(data: bytes) -> tuple[int, int]:
         if marker in _JPEG_FRAMES:
             height, width = struct.unpack_from(">HH", data, start + 5)
             return height, width
-        start += 1 if marker == 0xFFFF else 2 + length
+        start += 1 if marker == 0xFFFF else 2 + length  # noqa: PLR2004  between segments, such bytes fill
 
 
 def _check_chunks(data: bytes, place: str) -> None:

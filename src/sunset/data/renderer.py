@@ -119,7 +119,7 @@ def _traffic(town: Town, view: View, sunlight: Light, size: tuple[int, int]) -> 
     reach = np.maximum(forward, 0) + margin
     seen = ahead & (np.abs(right) < reach) & (np.abs(down) < reach * (size[0] / size[1]) + margin)
     seen &= np.abs(positions[:, :2]).max(axis=1) < EXTENT_M
-    seen &= forward < 400
+    seen &= forward < 400  # noqa: PLR2004  metres; nothing that moves is a pixel wide beyond
     mesh, corners, faces = town.traffic.mesh(positions, headings, seen)
     seen &= forward > -radii
     near = _rays_near(right[seen], down[seen], forward[seen], radii[seen], size)

@@ -80,9 +80,9 @@ def _planting(builder: Builder, street: Street, stretch: tuple[float, float]) ->
         for at in np.arange(stretch[0] + 11, stretch[1] - 10, 6.2).tolist():
             chance = float(rng.random())
             uv = _point(street, at, side * (edge + 0.95))
-            if chance < 0.55:
+            if chance < 0.55:  # noqa: PLR2004  a share
                 builder.car(uv, street.axis)
-            elif chance < 0.6:
+            elif chance < 0.6:  # noqa: PLR2004  a share
                 builder.skip(uv, axis=street.axis)
 
 

@@ -55,10 +55,10 @@ def pitched_roof(
     """
     x, y = size[0] / 2, size[1] / 2
     over = (size[0] + 0.9, size[1] + 0.9)
-    tiled = rng.random() < 0.85
+    tiled = rng.random() < 0.85  # noqa: PLR2004  a share
     colours, material = (TILES, Material.TILES) if tiled else (SHEETS, Material.METAL)
     cover = _plain(_varied(rng, colours[int(rng.integers(len(colours)))]), material)
-    hipped = rng.random() < 0.35 and x > y
+    hipped = rng.random() < 0.35 and x > y  # noqa: PLR2004  a share
     reach = max(x - y, 1.0) if hipped else x * 0.8
     rise, drop = y * steep, 0.45 * steep
     parts = [
@@ -83,10 +83,10 @@ def _openings(rng: np.random.Generator, reach: float, slope: tuple[float, float,
         return _panel((low, high), bottom, top, finish)
 
     extra = float(rng.random())
-    if extra < 0.22:
-        side = 1 if rng.random() < 0.5 else -1
+    if extra < 0.22:  # noqa: PLR2004  a share
+        side = 1 if rng.random() < 0.5 else -1  # noqa: PLR2004  a coin
         return [on_slope(-reach * 0.75, reach * 0.75, (0.3, 0.8), side, PANELS)]
-    if extra < 0.62:
+    if extra < 0.62:  # noqa: PLR2004  a share
         glass = _plain((0.2, 0.23, 0.26), Material.GLASS)
         places = np.arange(-reach, reach, float(rng.uniform(3, 5))).tolist()
         return [on_slope(at - 0.4, at + 0.4, (0.35, 0.6), side, glass) for at in places for side in (-1, 1)]
@@ -120,7 +120,7 @@ def flat_roof(
         box((x - 0.3, -y, height), (x, y, top), edge),
         box((-x + 0.3, -y + 0.3, height - 0.3), (x - 0.3, y - 0.3, height + 0.05), cover),
     ]
-    if not terrace and min(x, y) > 3:
+    if not terrace and min(x, y) > 3:  # noqa: PLR2004  room for it
         parts += _plant(rng, (x, y), height, edge)
     return parts
 
@@ -139,14 +139,14 @@ def _plant(rng: np.random.Generator, half: Size, height: float, edge: Finish) ->
         a, b, c = (float(value) for value in rng.uniform((0.4, 0.4, 0.5), (1.3, 1.0, 1.3)))
         parts.append(box((cx - a, cy - b, height), (cx + a, cy + b, height + c), unit))
     extra = float(rng.random())
-    if extra < 0.3:
+    if extra < 0.3:  # noqa: PLR2004  a share
         for row in np.arange(-y + 1.2, y - 2.2, 1.8).tolist():
             parts += [
                 _panel((start, end), (row, height + 0.15), (row + 1.2, height + 0.6), PANELS)
                 for start, end in ((-x + 1, at - 0.6), (at + 3.6, x - 1))
-                if end - start > 2
+                if end - start > 2  # noqa: PLR2004  metres, room for a panel
             ]
-    elif extra < 0.6:
+    elif extra < 0.6:  # noqa: PLR2004  a share
         glass = _plain((0.6, 0.66, 0.7), Material.GLASS)
         parts += [
             box((cx - 0.6, y * 0.5 - 0.6, height), (cx + 0.6, y * 0.5 + 0.6, height + 0.4), glass)

@@ -155,7 +155,7 @@ def _lay_slabs(surfaces: Ids, points: Reals, colours: Reals) -> None:
     square = surfaces[slabs] == Surface.PLAZA
     size = np.where(square, np.float32(1.6), np.float32(0.9))
     tone = np.float32(0.92) + np.float32(0.16) * hashed(x / size, y / size, 2)
-    band = (np.abs(x / 9 - np.round(x / 9)) < 0.05) | (np.abs(y / 9 - np.round(y / 9)) < 0.05)
+    band = (np.abs(x / 9 - np.round(x / 9)) < 0.05) | (np.abs(y / 9 - np.round(y / 9)) < 0.05)  # noqa: PLR2004
     tone = np.where(square & band, tone * np.float32(0.76), tone)
     dirt = np.clip(look_up(broad(), x, y, 1.3), 0, 1)
     scale(colours, slabs, tone * (1 - np.float32(0.2) * dirt))

@@ -176,7 +176,7 @@ def _packs(rng: np.random.Generator, lane: _Lane, share: float) -> list[_Hop]:
     hops = []
     for first in range(len(lane.stops)):
         if rng.random() < share:
-            kind = "bicycle" if rng.random() < 0.55 else "motorcycle"
+            kind = "bicycle" if rng.random() < 0.55 else "motorcycle"  # noqa: PLR2004  a share
             for index in range(int(rng.integers(2, 6))):
                 aside = float(rng.uniform(0, 0.35)) * (1 if index % 2 else -1)
                 hops.append(lane.hop(kind, first, 1.2 + 2.3 * index, 0.5 * index, aside))
@@ -189,7 +189,7 @@ def _crossers(rng: np.random.Generator, plan: TownPlan, street: Street) -> list[
     ends = (street.at - street.width / 2 - 0.9, street.at + street.width / 2 + 0.9)
     for before, after in plan.stretches(street):
         for side, other in ((1, before), (-1, after)):
-            if not has_zebra(street, other) or rng.random() < 0.3:
+            if not has_zebra(street, other) or rng.random() < 0.3:  # noqa: PLR2004  a share
                 continue
             middle = other.at + side * (other.width / 2 + 2.4)
             first = int(rng.integers(2))

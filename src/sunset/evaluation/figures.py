@@ -97,8 +97,8 @@ def entropy_figure(
 
 
 def _draw(series: Mapping[str, Samples], threshold: float, path: Path, iou: Mapping[str, Samples]) -> None:
-    from matplotlib import rc_context
-    from matplotlib.figure import Figure
+    from matplotlib import rc_context  # noqa: PLC0415  an optional extra
+    from matplotlib.figure import Figure  # noqa: PLC0415  an optional extra
 
     with rc_context(_PRINT):
         figure = Figure(figsize=(7.0, 2.8) if iou else (3.5, 2.9), dpi=300, layout="constrained")

@@ -185,7 +185,7 @@ def bench(spec: BenchSpec, out: Path, *, jobs: int | None = None, progress: Prog
 @contextmanager
 def _alone(out: Path) -> Iterator[None]:
     """Make a campaign's folder, if there is none, and keep other processes from flying in it."""
-    import fcntl
+    import fcntl  # noqa: PLC0415  not on every system
 
     make_folder(out)
     names = {path.name for path in out.iterdir()}

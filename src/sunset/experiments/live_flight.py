@@ -139,7 +139,7 @@ class _Watch(Tap):
         self._frames.note(self._clock.at(time_ns), topic, message)
         self._observer.on_message(self._clock.at(time_ns), topic, node or _NAMELESS, message)
 
-    def on_request(
+    def on_request(  # noqa: PLR0917  as of Tap
         self, time_ns: int, service: str, client: str, server: str, request: Message, request_id: RequestId
     ) -> None:
         at_ns = self._clock.at(time_ns)
@@ -197,7 +197,7 @@ def fly(
 
     def show(node: str, line: str) -> None:
         if log and node == MANAGER_PROCESS:
-            print(line, file=sys.stderr)
+            print(line, file=sys.stderr)  # noqa: T201  as in the simulation
 
     clock = LiveClock(time.time_ns(), float(spec.speed))
     offset_ns = _clock_offset_ns()
@@ -252,7 +252,7 @@ def _readiness(spec: RunSpec, watch: _Watch, system: LiveSystem) -> Callable[[],
         if any(f"{namespace.rstrip('/')}/{name}" in watch.strangers for name, namespace in nodes):
             return True
         for invitation in invitations:
-            print(invitation, file=sys.stderr)
+            print(invitation, file=sys.stderr)  # noqa: T201
         return False
 
     return lambda: watch.is_ready and is_there()

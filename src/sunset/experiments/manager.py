@@ -180,7 +180,7 @@ def failure(spec: RunSpec, manager: ManagingSystem, error: BaseException) -> Man
 def _described(error: BaseException) -> str:
     try:
         text = shorten(str(error).rstrip("."))
-    except Exception:
+    except Exception:  # noqa: BLE001  a class of the user's, whose text is a mistake of its own
         text = ""
     return ": ".join(filter(None, (type(error).__name__, text)))
 

@@ -146,7 +146,7 @@ class Observer(Tap):
             if isinstance(message, TransitionEvent) and topic == f"{node}/transition_event":
                 self._note_transition(node, message)
 
-    def on_request(
+    def on_request(  # noqa: PLR0917  as of Tap
         self, time_ns: int, service: str, client: str, server: str, request: Message, request_id: RequestId
     ) -> None:
         """Note a request that reached its server."""

@@ -77,7 +77,7 @@ class NodeProcesses:
         self._running[node] = process
         lines: deque[str] = deque(maxlen=_LAST_WORDS)
         self._lines[node] = lines
-        assert process.stdout is not None
+        assert process.stdout is not None  # noqa: S101  a pipe was asked for
         reader = threading.Thread(target=self._read, args=(node, process.stdout, lines), daemon=True)
         self._readers[node] = reader
         reader.start()
@@ -88,7 +88,7 @@ class NodeProcesses:
                 return self._server.fork(arguments, self._environment)
             except OSError:
                 self._server = None  # somebody has killed it; the nodes can do without
-        return subprocess.Popen(
+        return subprocess.Popen(  # noqa: S603  the command is ours
             [sys.executable, "-m", "sunset", *arguments],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
@@ -181,7 +181,7 @@ class NodeProcesses:
 
     def _note_end(self, node: str) -> None:
         process = self._running.pop(node)
-        assert process.stdin is not None
+        assert process.stdin is not None  # noqa: S101  a pipe was asked for
         process.stdin.close()
         self._ended[node] = process.wait()
         with suppress(OSError):  # nothing is left of what it has started

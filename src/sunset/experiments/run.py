@@ -197,7 +197,7 @@ def _fly_simulated(
 def _fly_live(
     spec: RunSpec, resources: Resources, writer: RecordWriter, *, log: bool, known: str | None
 ) -> _Flown:
-    from sunset.experiments import live_flight
+    from sunset.experiments import live_flight  # noqa: PLC0415  needs an optional extra
 
     frames = live_flight.FrameCount()
     observer = Observer(writer)

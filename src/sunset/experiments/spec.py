@@ -132,7 +132,7 @@ class RunSpec:
         if self.middleware not in MIDDLEWARES:
             known = " or ".join(MIDDLEWARES)
             raise InvalidInputError(f"The middleware must be {known}, got {self.middleware!r}.")
-        if not 0.01 <= self.speed <= 100:
+        if not 0.01 <= self.speed <= 100:  # noqa: PLR2004  the bag player's limits
             raise InvalidInputError(f"The rate of a live run must be from 0.01 to 100, got {self.speed}.")
         if self.speed != 1 and not self.live:
             raise InvalidInputError(

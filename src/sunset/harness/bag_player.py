@@ -103,7 +103,7 @@ class BagPlayer(Node):
             raise ParameterError(
                 "The bag player needs the parameter bag: the path of a rosbag2 folder or file."
             )
-        from sunset.data import read_bag
+        from sunset.data import read_bag  # noqa: PLC0415  slow, and only the bag player's process needs it
 
         return read_bag(Path(name), size=self._size())
 

@@ -52,7 +52,7 @@ def deployment(
         MiddlewareError: another system runs in the domain.
         OutputError: the file cannot be written, or its folder is another user's.
     """
-    import fcntl
+    import fcntl  # noqa: PLC0415  not on every system
 
     path = _file(domain_id)
     content = {node: {"ros__parameters": dict(values)} for node, values in parameters.items()}
@@ -86,7 +86,7 @@ def deployment(
 
 def deployed_parameters(domain_id: int) -> Path | None:
     """Return the file with the parameters of a domain's nodes; None if no system runs there."""
-    import fcntl
+    import fcntl  # noqa: PLC0415  not on every system
 
     path = _file(domain_id)
     try:

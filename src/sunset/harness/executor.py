@@ -161,7 +161,7 @@ class ScenarioExecutor(Node):
 
         def set_up(future: Future[SetParameters.Response]) -> None:
             response = future.result()
-            assert response is not None
+            assert response is not None  # noqa: S101  the future is done
             finish("; ".join(result.reason for result in response.results if not result.successful))
 
         def activated(future: Future[ChangeState.Response]) -> None:

@@ -94,11 +94,11 @@ def write_numbers(out: bytearray, value: npt.NDArray[_T], dtype: np.dtype[_T]) -
     data = array_of(value, dtype)
     if not data.size:
         return
-    if dtype.itemsize == 8:
+    if dtype.itemsize == 8:  # noqa: PLR2004  bytes
         out += PAD8[len(out) & 7]
-    elif dtype.itemsize == 4:
+    elif dtype.itemsize == 4:  # noqa: PLR2004
         out += PAD4[len(out) & 3]
-    elif dtype.itemsize == 2:
+    elif dtype.itemsize == 2:  # noqa: PLR2004
         out += PAD2[len(out) & 1]
     out += data.data
 
@@ -106,7 +106,7 @@ def write_numbers(out: bytearray, value: npt.NDArray[_T], dtype: np.dtype[_T]) -
 def read_numbers(raw: bytes, position: int, dtype: np.dtype[_T], size: int) -> tuple[npt.NDArray[_T], int]:
     """Return an array (size,) that looks at the payload's own bytes, and the position behind it."""
     item = dtype.itemsize
-    start = 4 if item == 8 else 0
+    start = 4 if item == 8 else 0  # noqa: PLR2004  the header shifts the grid of 8 bytes, no smaller one
     position = ((position - start + item - 1) & -item) + start
     return np.frombuffer(raw, dtype, size, position), position + size * item
 

@@ -198,7 +198,7 @@ def split_service(text: str, name: str) -> tuple[str, str]:
         InterfaceError: the text does not have two parts.
     """
     parts = re.split(r"^---[ \t]*(?:\n|\Z)", text, flags=re.MULTILINE)
-    if len(parts) != 2:
+    if len(parts) != 2:  # noqa: PLR2004  a service has two parts
         raise InterfaceError(
             f"{name} needs one line '---' between request and response, got {len(parts) - 1}."
         )

@@ -12,7 +12,7 @@ _LONG = 8
 """Arrays with more elements are shown by their size."""
 
 
-class Message:
+class Message:  # noqa: PLW1641  a mutable value has no hash
     """Base of all message classes.
 
     A message has value semantics: it equals another of its class with equal fields, and has no hash.

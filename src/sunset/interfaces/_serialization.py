@@ -1,6 +1,6 @@
 """Messages to payloads and back."""
 
-from struct import error as StructError
+from struct import error as StructError  # noqa: N812  it is a class
 from typing import TypeVar
 
 from sunset.errors import InterfaceError

@@ -22,7 +22,7 @@ def normalised_entropy(logits: npt.NDArray[np.floating], *, temperature: float =
     >>> normalised_entropy(np.zeros((28, 2, 3)))
     1.0
     """
-    if logits.ndim != 3 or logits.shape[0] < 2 or logits.size == 0:
+    if logits.ndim != 3 or logits.shape[0] < 2 or logits.size == 0:  # noqa: PLR2004  shape (C >= 2, H, W)
         raise ValueError(f"Logits must have shape (C, H, W) with C of 2 or more, got {logits.shape}.")
     if not temperature > 0:
         raise ValueError(f"The temperature must be greater than 0, got {temperature!r}.")

@@ -86,7 +86,7 @@ class SegmentationNode(AdaptiveNode):
         return super().on_configure(state)
 
     def _described(self) -> "Segmenter":
-        from sunset.perception import Segmenter, load_model
+        from sunset.perception import Segmenter, load_model  # noqa: PLC0415  see above
 
         answers = _answers(self.inference_cache) if self.inference_cache else None
         return Segmenter(load_model(self.model), device=self.device, cache=answers)
@@ -122,7 +122,7 @@ class SegmentationNode(AdaptiveNode):
         Raises:
             DataError: the message has no such modality, or not the images that the model takes.
         """
-        from sunset.perception import Modality
+        from sunset.perception import Modality  # noqa: PLC0415  see above
 
         card = self._segmenter.model.card
         try:
@@ -143,6 +143,6 @@ class SegmentationNode(AdaptiveNode):
 @cache
 def _answers(path: str) -> "InferenceCache":
     """Return the cache in a file, opened once a process: what it answers does not depend on when."""
-    from sunset.perception import InferenceCache
+    from sunset.perception import InferenceCache  # noqa: PLC0415  see above
 
     return InferenceCache(path)

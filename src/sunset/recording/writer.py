@@ -185,7 +185,7 @@ def _take_folder(folder: Path) -> int:
     Raises:
         OutputError: another process writes to it.
     """
-    import fcntl
+    import fcntl  # noqa: PLC0415  not on every system
 
     while True:
         folder.mkdir(parents=True, exist_ok=True)

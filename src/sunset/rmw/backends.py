@@ -29,7 +29,7 @@ class Backend:
 
 
 def _load_cyclonedds() -> LiveMiddleware:
-    from sunset.rmw import dds
+    from sunset.rmw import dds  # noqa: PLC0415  an optional extra
 
     return dds
 
@@ -58,5 +58,5 @@ def live_middleware(name: str = LIVE) -> LiveMiddleware:
         MissingExtraError: the extra that it needs is not installed.
     """
     load = BACKENDS[name].load
-    assert load is not None, f"{name} is simulated"
+    assert load is not None, f"{name} is simulated"  # noqa: S101  a mistake of the caller's
     return load()

@@ -70,7 +70,7 @@ class NodeParameters:
         prefix = f"{namespace}." if namespace else ""
         declared = []
         for entry in parameters:
-            if not 1 <= len(entry) <= 3:
+            if not 1 <= len(entry) <= 3:  # noqa: PLR2004  name, value, descriptor
                 raise TypeError(f"A parameter is declared by (name, value, descriptor), got {entry!r}.")
             name, value, descriptor = (*entry, None, None)[:3]
             declared.append(self.declare_parameter(f"{prefix}{name}", value, descriptor, ignore_override))

@@ -130,7 +130,7 @@ def matches(pattern: str, node: str) -> bool:
 
 def _load(text: str, what: str) -> object:
     try:
-        return yaml.load(text, Loader=_Loader)
+        return yaml.load(text, Loader=_Loader)  # noqa: S506  a subclass of the safe loader
     except yaml.MarkedYAMLError as error:
         line = f", line {error.problem_mark.line + 1}" if error.problem_mark else ""
         raise ParameterError(f"The {what}{line} is not valid YAML: {error.problem}.") from error

@@ -116,12 +116,12 @@ class Arguments:
 
 
 _OPTIONS: dict[str, Callable[[Arguments, str], None]] = {
-    "-r": Arguments._add_remap,
-    "--remap": Arguments._add_remap,
-    "-p": Arguments._add_parameter,
-    "--param": Arguments._add_parameter,
-    "--params-file": Arguments._add_file,
-    "--log-level": Arguments._set_level,
+    "-r": Arguments._add_remap,  # noqa: SLF001  the table belongs to the class
+    "--remap": Arguments._add_remap,  # noqa: SLF001  likewise
+    "-p": Arguments._add_parameter,  # noqa: SLF001  likewise
+    "--param": Arguments._add_parameter,  # noqa: SLF001  likewise
+    "--params-file": Arguments._add_file,  # noqa: SLF001  likewise
+    "--log-level": Arguments._set_level,  # noqa: SLF001  likewise
 }
 _FLAGS: dict[str, tuple[str, bool]] = {
     "--enable-rosout-logs": ("log_to_rosout", True),

@@ -24,7 +24,7 @@ __all__ = [
     "UnknownROSArgsError",
 ]
 
-
+# ruff: noqa: N818  the names are rclpy's
 
 
 class NotInitializedException(MiddlewareError):

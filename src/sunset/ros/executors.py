@@ -125,7 +125,7 @@ class SingleThreadedExecutor:
         """Make a waiting `spin_once` return."""
         self._context.middleware.wake()
 
-    def shutdown(self, timeout_sec: float | None = None) -> bool:
+    def shutdown(self, timeout_sec: float | None = None) -> bool:  # noqa: ARG002  rclpy's; nothing here waits
         """Stop running callbacks and end `spin`, from any thread; return True, since nothing is waited for."""
         self._is_shutdown = True
         for node in self.get_nodes():

@@ -165,7 +165,7 @@ class Logger:
     def _log(self, message: str, severity: LoggingSeverity, options: LogOptions) -> bool:
         if not self.is_enabled_for(severity):
             return False
-        frame = sys._getframe(2)
+        frame = sys._getframe(2)  # noqa: SLF001  the only way to learn who logs
         if options and not self._is_due(frame, options):
             return False
         code = frame.f_code

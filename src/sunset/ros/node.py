@@ -190,7 +190,7 @@ class Node(NodeParameters, NodeGraph):
         topic: str,
         qos_profile: QoSProfile | int,
         *,
-        callback_group: CallbackGroup | None = None,
+        callback_group: CallbackGroup | None = None,  # noqa: ARG002  rclpy's; one thread makes them all alike
     ) -> Publisher[MessageT]:
         """Make a publisher on a topic; a whole number as QoS keeps the last so many messages.
 
@@ -210,7 +210,7 @@ class Node(NodeParameters, NodeGraph):
         callback: Callable[[MessageT], Any],
         qos_profile: QoSProfile | int,
         *,
-        callback_group: CallbackGroup | None = None,
+        callback_group: CallbackGroup | None = None,  # noqa: ARG002  rclpy's; one thread makes them all alike
     ) -> Subscription[MessageT]:
         """Call `callback(message)` for the messages on a topic; at most the QoS depth of them wait.
 
@@ -231,7 +231,7 @@ class Node(NodeParameters, NodeGraph):
         srv_name: str,
         *,
         qos_profile: QoSProfile = qos_profile_services_default,
-        callback_group: CallbackGroup | None = None,
+        callback_group: CallbackGroup | None = None,  # noqa: ARG002  rclpy's; one thread makes them all alike
     ) -> Client[Any, Any]:
         """Make a client of a service.
 
@@ -250,7 +250,7 @@ class Node(NodeParameters, NodeGraph):
         callback: Callable[[Any, Any], Any],
         *,
         qos_profile: QoSProfile = qos_profile_services_default,
-        callback_group: CallbackGroup | None = None,
+        callback_group: CallbackGroup | None = None,  # noqa: ARG002  rclpy's; one thread makes them all alike
     ) -> Service:
         """Answer requests with what `callback(request, response)` returns, or awaits and returns.
 
@@ -267,7 +267,7 @@ class Node(NodeParameters, NodeGraph):
         self,
         timer_period_sec: float,
         callback: Callable[[], Any],
-        callback_group: CallbackGroup | None = None,
+        callback_group: CallbackGroup | None = None,  # noqa: ARG002  rclpy's; one thread makes them all alike
         clock: Clock | None = None,
         autostart: bool = True,
     ) -> Timer:
@@ -341,7 +341,7 @@ class Node(NodeParameters, NodeGraph):
                 mine = f"the {kind.value} of this node"
                 theirs = f"the {other.kind.value} of {other.node_name}"
                 self._logger.warning(
-                    f"On {topic}, {mine} and {theirs} do not match: incompatible {policy}."
+                    f"On {topic}, {mine} and {theirs} do not match: incompatible {policy}."  # noqa: G004  as in ROS
                 )
 
     def _find_overrides(self, arguments: list[Arguments], own: list[Parameter]) -> dict[str, Parameter]:

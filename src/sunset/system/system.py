@@ -94,7 +94,7 @@ class System:
         for fault in self.faults.values():
             check_fault(fault, self.nodes, self.failures)
         check_scenarios(self.suites, self.exclusive, self.faults)
-        self.upstream
+        self.upstream  # noqa: B018  which has no cycle
 
     @cached_property
     def nodes(self) -> Mapping[str, NodeDescription]:

@@ -38,7 +38,7 @@ class FrameSet:
         """Refuse arrays that do not belong together."""
         frame = self.labels.shape
         shapes = (self.bgr.shape, self.depth.shape, frame)
-        if len(frame) != 3 or shapes != ((*frame, 3), frame, frame):
+        if len(frame) != 3 or shapes != ((*frame, 3), frame, frame):  # noqa: PLR2004  N, H, W
             raise DataError(
                 "A set of frames consists of three arrays of shapes (N, H, W, 3), (N, H, W) and (N, H, W), got "
                 f"shapes {shapes}."
@@ -120,9 +120,9 @@ def draw(count: int, size: int, seed: int, number: int) -> Draw:
     frames = rng.choice(count, size=size, replace=count < size)
     transforms, gains = [], []
     for _ in frames:
-        zoom = 1.0 if rng.random() < 0.5 else rng.uniform(1.0, _MAX_ZOOM)
+        zoom = 1.0 if rng.random() < 0.5 else rng.uniform(1.0, _MAX_ZOOM)  # noqa: PLR2004  half of them
         left, top = rng.random(2) * (1 - 1 / zoom) * (WIDTH, HEIGHT)
-        flip = rng.random() < 0.5
+        flip = rng.random() < 0.5  # noqa: PLR2004  half of them
         sign, offset = (-1.0, WIDTH - 1.0) if flip else (1.0, 0.0)
         transforms.append(
             (

@@ -94,7 +94,7 @@ def import_checkpoints(
             f"The folder {folder} has none of the checkpoints rgb.pth, depth.pth and fusion.pth: give the folder "
             "with at least one of them."
         )
-    from sunset.training.onnx_graph import Format, Network, export
+    from sunset.training.onnx_graph import Format, Network, export  # noqa: PLC0415  onnx is optional
 
     networks = {}
     for done, (modality, path) in enumerate(paths.items()):
@@ -151,9 +151,9 @@ _LEFT_OUT: Final = (
 
 def _layers_and_weights(modality: str, path: Path) -> tuple[tuple[Layer, ...], Mapping[str, Any]]:
     """Return a network's plan, and its weights out of a checkpoint."""
-    import torch
+    import torch  # noqa: PLC0415  an optional extra
 
-    from sunset.training.network import build, folded_weights
+    from sunset.training.network import build, folded_weights  # noqa: PLC0415
 
     shape = ReferenceShape()
     whole = modality == "fusion"
@@ -175,7 +175,7 @@ def _layers_and_weights(modality: str, path: Path) -> tuple[tuple[Layer, ...], M
 
 def _entries(path: Path) -> Mapping[str, Any]:
     """Return the state dict in a checkpoint."""
-    import torch
+    import torch  # noqa: PLC0415  an optional extra
 
     if zipfile.is_zipfile(path):  # older ones are none
         check_archive(path, _unreadable(path))
@@ -213,7 +213,7 @@ def _names_code(path: Path) -> bool:
     try:
         with open_regular(path) as file:
             return any("GLOBAL" in code.name or code.name == "INST" for code, _, _ in genops(file))
-    except Exception:
+    except Exception:  # noqa: BLE001  whatever it is, it is no pickle
         return False
 
 
@@ -246,7 +246,7 @@ def _checked(entries: Mapping[str, Any], expected: Mapping[str, Any], path: Path
 
 def _converted(value: Any, like: Any, name: str, path: Path) -> Any:
     """Return an entry in the network's own number format, if it is one that the network can compute with."""
-    import torch
+    import torch  # noqa: PLC0415  an optional extra
 
     entry = f"The entry {name!r} of the checkpoint {path}"
     if not isinstance(value, torch.Tensor) or value.layout is not torch.strided or value.is_nested:

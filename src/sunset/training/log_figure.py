@@ -32,7 +32,7 @@ def draw_log(log: Path, png: Path) -> None:
         raise MissingExtraError(
             "The curves of a training need matplotlib, not installed: pip install 'sunset-exemplar[plots]'."
         )
-    from matplotlib.figure import Figure
+    from matplotlib.figure import Figure  # noqa: PLC0415  an optional extra
 
     lines = _read(log)
     figure = Figure(figsize=(8, 3), layout="constrained")

@@ -54,8 +54,8 @@ def draw(curves: Curves, folder: Path) -> tuple[Path, ...]:
             "The figures were left out because matplotlib is not installed; "
             "run: pip install 'sunset-exemplar[plots]'."
         )
-    from matplotlib import rc_context
-    from matplotlib.figure import Figure
+    from matplotlib import rc_context  # noqa: PLC0415  an optional extra
+    from matplotlib.figure import Figure  # noqa: PLC0415  an optional extra
 
     drawn = []
     with rc_context(_STYLE):

@@ -357,9 +357,9 @@ def set_temperature(path: Path, temperature: float) -> None:
     Raises:
         ModelError: the file is no network, or has no constant of the name.
     """
-    from onnx import numpy_helper
+    from onnx import numpy_helper  # noqa: PLC0415  an optional dependency
 
-    from sunset.training.onnx_reader import read_network
+    from sunset.training.onnx_reader import read_network  # noqa: PLC0415  needs it
 
     network = read_network(path, weights=False)
     for constant in network.graph.initializer:

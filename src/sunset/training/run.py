@@ -72,7 +72,7 @@ def train(
         ModelError: a network's file of `start` is none.
     """
     _check_extra()
-    from sunset.training.loop import check_work, find_torch_device
+    from sunset.training.loop import check_work, find_torch_device  # noqa: PLC0415  torch is an optional dependency
 
     _start(start, config)  # to know before hours of work
     find_torch_device(device)
@@ -127,8 +127,8 @@ def train_on(
         ModelError: a network's file of `start` is none.
     """
     _check_extra()
-    from sunset.training.loop import find_torch_device, learn
-    from sunset.training.stage import LOG
+    from sunset.training.loop import find_torch_device, learn  # noqa: PLC0415  torch is an optional dependency
+    from sunset.training.stage import LOG  # noqa: PLC0415
 
     begin = _start(start, config)
     logs = {stage.name: work / stage.name / LOG for stage in config.stages()}
@@ -185,8 +185,8 @@ def _check_extra() -> None:
 
 
 def _start(model: Model | None, config: TrainingConfig) -> "Start | None":
-    from sunset.training.loop import Start
-    from sunset.training.onnx_reader import stored_weights
+    from sunset.training.loop import Start  # noqa: PLC0415  torch is an optional dependency
+    from sunset.training.onnx_reader import stored_weights  # noqa: PLC0415  onnx is one, too
 
     if model is None:
         return None
@@ -221,9 +221,9 @@ def _export(
     Returns:
         What 8 bits cost, and how exact the networks are in float32, in which they are also written, for a while.
     """
-    from sunset.training.network import folded_weights
-    from sunset.training.onnx_graph import Format
-    from sunset.training.quantise import ranges
+    from sunset.training.network import folded_weights  # noqa: PLC0415  torch is an optional dependency
+    from sunset.training.onnx_graph import Format  # noqa: PLC0415  onnx is one, too
+    from sunset.training.quantise import ranges  # noqa: PLC0415
 
     weights = folded_weights(config.plan(config.modalities), modules)
     limits = ranges(config.plan(config.branches), modules, sets.train, measured.kept)
@@ -245,9 +245,9 @@ def _export(
 
 def _errors(config: TrainingConfig, modules: Any, segmenter: Segmenter, frames: FrameSet) -> dict[str, float]:
     """Return by network how far logits are from torch's on a few frames, at most."""
-    import torch
+    import torch  # noqa: PLC0415  an optional dependency
 
-    from sunset.training.network import forward, frame_inputs
+    from sunset.training.network import forward, frame_inputs  # noqa: PLC0415
 
     errors: dict[str, float] = {}
     for index in range(min(_COMPARED, len(frames))):
@@ -264,7 +264,7 @@ def _errors(config: TrainingConfig, modules: Any, segmenter: Segmenter, frames: 
 
 def _write(config: TrainingConfig, weights: "Weights", form: "Format", out: Path) -> None:
     """Write networks and a card."""
-    from sunset.training.onnx_graph import Network, export
+    from sunset.training.onnx_graph import Network, export  # noqa: PLC0415  onnx is an optional dependency
 
     networks = export(
         out,

@@ -23,7 +23,7 @@ def truncate_log(path: Path, step: int, learned: Sequence[str]) -> None:
         for found in read:
             values = [*(found[name] for name in names), *{**found.get("iou", {})}.values()]
             if not all(map(math.isfinite, values)):
-                raise ValueError(f"a number at step {found['step']} is not finite")
+                raise ValueError(f"a number at step {found['step']} is not finite")  # noqa: TRY301
         kept = [line for line, found in zip(lines, read, strict=True) if found["step"] <= step]
     except (KeyError, OverflowError, RecursionError, TypeError, ValueError) as error:
         raise DataError(

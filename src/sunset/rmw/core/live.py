@@ -69,7 +69,7 @@ class LiveMiddleware(Protocol):
     """What a package of a live middleware offers; the package itself is one."""
 
     @property
-    def RMW_IMPLEMENTATION(self) -> str:
+    def RMW_IMPLEMENTATION(self) -> str:  # noqa: N802  the environment's name for it
         """What ROS 2 calls the middleware that its nodes must have to meet ours."""
 
     def join(

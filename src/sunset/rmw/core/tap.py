@@ -40,7 +40,7 @@ class Tap:
             message: the sample.
         """
 
-    def on_request(
+    def on_request(  # noqa: PLR0917  it is called with all of them, in this order
         self, time_ns: int, service: str, client: str, server: str, request: Message, request_id: RequestId
     ) -> None:
         """Note that a server takes a request.

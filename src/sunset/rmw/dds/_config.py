@@ -125,7 +125,7 @@ def read_configuration(
         cyclonedds=",".join([*settings, uri] if uri else settings),
         gid_size=size or 24,
         adapts=distro is None,
-        announces_hashes=size != 24,
+        announces_hashes=size != 24,  # noqa: PLR2004
     )
 
 

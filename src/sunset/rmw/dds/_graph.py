@@ -5,7 +5,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from struct import Struct
-from struct import error as StructError
+from struct import error as StructError  # noqa: N812  it is a class
 
 from sunset.errors import InterfaceError
 from sunset.rmw.core.port import EndpointInfo, EndpointKind

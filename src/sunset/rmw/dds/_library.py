@@ -40,7 +40,7 @@ def _installed() -> str | None:
 
 check_version(_installed())
 
-from cyclonedds.internal import DDS
+from cyclonedds.internal import DDS  # noqa: E402  only of the version that was checked
 
 __all__ = [
     "BUILTIN_TOPICS",
@@ -120,7 +120,7 @@ _SIGNATURES: Final[dict[str, tuple[Any, ...]]] = {  # arguments; the last is wha
     "dds_qget_userdata": (_Pointer, _Pointer, _Pointer, ctypes.c_bool),
 }
 
-_C = ctypes.CDLL(DDS._dll_handle._name)
+_C = ctypes.CDLL(DDS._dll_handle._name)  # noqa: SLF001  a handle of our own: argument types belong to it
 for _name, _types in _SIGNATURES.items():
     _function = getattr(_C, _name)
     _function.argtypes, _function.restype = list(_types[:-1]), _types[-1]

@@ -172,7 +172,7 @@ class Link:
                         self.look()
                         self.watch(number, self._conditions[number])
                     self._on_data(number)
-        except Exception as error:
+        except Exception as error:  # noqa: BLE001  nobody would see it on this thread
             self._on_failure(error)
 
     # The graph

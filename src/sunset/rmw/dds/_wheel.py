@@ -168,7 +168,7 @@ def take_endpoints(reader: int) -> tuple[list[Endpoint], int]:
     while True:
         try:
             batch: list[Endpoint] | int = _clayer.ddspy_take_endpoint(reader, _ONE, _endpoint, read_qos)
-        except Exception:
+        except Exception:  # noqa: BLE001  the wheel raises no other
             unknown += 1
             continue
         if not batch or isinstance(batch, int):

@@ -184,7 +184,7 @@ class LifecycleNode(Node):
         callback = getattr(self, _CALLBACKS[self._state_machine.state.label])
         try:
             outcome = _checked(callback(before))
-        except Exception as error:
+        except Exception as error:  # noqa: BLE001  whatever it is, `_go_through` raises it
             wrapped = CallbackError.of(self.get_fully_qualified_name(), callback_name(callback), error)
             wrapped.__cause__ = error
             return TransitionCallbackReturn.ERROR, wrapped

@@ -19,7 +19,7 @@ import warnings
 from collections.abc import Callable
 from contextlib import closing, suppress
 from pathlib import Path
-from typing import Any, Final, NoReturn, TypeVar
+from typing import Final, NoReturn, TypeVar, cast
 
 from sunset import errors
 from sunset.errors import SunsetError
@@ -99,7 +99,7 @@ class Watch:
         return f"did nothing for {still_s:g} s" if now - last > still_s * 1e9 else ""
 
 
-def call_isolated(function: Callable[[Watch], Any], *, limit_s: float) -> Any:
+def call_isolated(function: Callable[[Watch], T], *, limit_s: float) -> T:
     """Call a function in a process of its own, and return what it returns.
 
     What the process has started and left running is ended with it, but for what made itself a session of its own.
@@ -140,7 +140,7 @@ def call_isolated(function: Callable[[Watch], Any], *, limit_s: float) -> Any:
         told = answer.read()
         if code or not told:
             raise ProcessDeath(_describe_end(code), _find_frames(frames.read()))
-        return _result(told)
+        return cast("T", _result(told))
 
 
 class _Pipe:
@@ -163,7 +163,7 @@ class _Pipe:
         os.close(self.writer)
 
 
-def _serve(function: Callable[[Watch], Any], watch: Watch, answer: _Pipe, frames: _Pipe) -> NoReturn:
+def _serve(function: Callable[[Watch], object], watch: Watch, answer: _Pipe, frames: _Pipe) -> NoReturn:
     """Call the function, write its answer, and end this process: neither threads nor handlers keep it."""
     process, code = os.getpid(), 1
     try:
@@ -205,7 +205,7 @@ def _set_up(kept: set[int], frames: int) -> None:
 
 
 def _outcome(
-    function: Callable[[Watch], Any], watch: Watch, kept: set[int], frames: int
+    function: Callable[[Watch], object], watch: Watch, kept: set[int], frames: int
 ) -> dict[str, object]:
     try:
         _set_up(kept, frames)
@@ -225,7 +225,7 @@ def _class_of_ours(name: str) -> type[SunsetError] | None:
     return found if isinstance(found, type) and issubclass(found, SunsetError) else None
 
 
-def _result(told: bytes) -> Any:
+def _result(told: bytes) -> object:
     """Return what a process answered, or raise it; it may have been tampered with."""
     try:
         outcome = dict(json.loads(told))

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from inspect import isasyncgen, iscoroutine, isgenerator
-from typing import TYPE_CHECKING, Any, ClassVar, cast
+from typing import Any, ClassVar, cast
 
 from sunset.interfaces.lifecycle_msgs.msg import Transition
 from sunset.interfaces.lifecycle_msgs.srv import ChangeState
@@ -16,15 +16,13 @@ from sunset.managing.symptoms import (
     Value,
     read_parameters,
 )
+from sunset.ros.client import AnyClient
 from sunset.ros.context import Context
 from sunset.ros.node import Node
 from sunset.ros.parameter import Parameter
 from sunset.ros.task import Future
 from sunset.system import current_system, full_name
 from sunset.texts import shorten, suggestion
-
-if TYPE_CHECKING:
-    from sunset.ros.client import Client
 
 __all__ = ["ManagingSystem"]
 
@@ -94,7 +92,7 @@ class ManagingSystem(Node):
         )
         # Two underscores: out of the way of a subclass's own attributes.
         self.__blackboard: dict[str, Value] = {}
-        self.__callers: dict[str, Client[Any, Any]] = {}
+        self.__callers: dict[str, AnyClient] = {}
         self.create_subscription(SetBlackboardGroup, "/blackboard_group", self.__on_blackboard, 10)
         self.create_timer(cast("float", self.get_parameter("period").value), self.__decide)
         self.on_start()

@@ -5,7 +5,7 @@ change. What is more: `init` may be told a middleware, such as a process of a si
 """
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, TypeVar
 
 from sunset.rmw.core.port import Middleware
 from sunset.ros.context import Context, get_default_context
@@ -32,6 +32,8 @@ __all__ = [
     "spin_until_future_complete",
     "try_shutdown",
 ]
+
+T = TypeVar("T")
 
 
 def init(
@@ -120,7 +122,7 @@ def spin_once(
 
 def spin_until_future_complete(
     node: Node,
-    future: Future[Any],
+    future: Future[T],
     executor: SingleThreadedExecutor | None = None,
     timeout_sec: float | None = None,
 ) -> None:

@@ -3,7 +3,6 @@
 from collections.abc import Callable, Coroutine
 from functools import partial
 from inspect import iscoroutine
-from typing import Any
 
 from sunset.ros.task import Future
 
@@ -21,7 +20,7 @@ def callback_name(callback: object) -> str:
     return getattr(callback, "__qualname__", None) or type(callback).__qualname__
 
 
-def driven(callback: Callable[..., Any]) -> Callable[..., Any]:
+def driven(callback: Callable[..., object]) -> Callable[..., None]:
     """Return a function that calls the callback, and runs the coroutine if it makes one."""
 
     def call(*arguments: object) -> None:
@@ -32,7 +31,7 @@ def driven(callback: Callable[..., Any]) -> Callable[..., Any]:
     return call
 
 
-def drive(outcome: object, done: Callable[[Any], object]) -> None:
+def drive(outcome: object, done: Callable[..., object]) -> None:
     """Hand what a callback returned to `done`; if it is a coroutine, let it run and hand over its result.
 
     Whenever the coroutine waits for a future, it goes on in that future's done callback.
@@ -50,7 +49,7 @@ def _ignore(_: object) -> None:
     """Do nothing with what a subscription or timer returned."""
 
 
-def _step(coroutine: Coroutine[Any, Any, Any], done: Callable[[Any], object]) -> None:
+def _step(coroutine: Coroutine[object, None, object], done: Callable[..., object]) -> None:
     try:
         awaited = coroutine.send(None)
     except StopIteration as end:

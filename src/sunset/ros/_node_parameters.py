@@ -24,7 +24,7 @@ class NodeParameters:
     def declare_parameter(
         self,
         name: str,
-        value: Any = None,
+        value: object = None,
         descriptor: ParameterDescriptor | None = None,
         ignore_override: bool = False,
     ) -> Parameter:

@@ -4,7 +4,6 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import yaml
 
@@ -61,8 +60,8 @@ def _construct_int(_: yaml.Loader, node: yaml.ScalarNode) -> int:
 _Loader.add_constructor("tag:yaml.org,2002:int", _construct_int)
 
 
-def _construct_unique_map(loader: yaml.SafeLoader, node: yaml.MappingNode) -> dict[Any, Any]:
-    result: dict[Any, Any] = {}
+def _construct_unique_map(loader: yaml.SafeLoader, node: yaml.MappingNode) -> dict[object, object]:
+    result: dict[object, object] = {}
     for key_node, value_node in node.value:
         key = loader.construct_object(key_node, deep=True)
         try:
@@ -138,7 +137,7 @@ def _load(text: str, what: str) -> object:
         raise ParameterError(f"The {what} is not valid YAML: {error}.") from error
 
 
-def _walk(content: dict[Any, Any], nodes: str, path: Path) -> Iterator[Override]:
+def _walk(content: dict[object, object], nodes: str, path: Path) -> Iterator[Override]:
     for key, value in content.items():
         if key == _SECTION and nodes:
             if not isinstance(value, dict):
@@ -155,7 +154,7 @@ def _walk(content: dict[Any, Any], nodes: str, path: Path) -> Iterator[Override]
             )
 
 
-def _parameters(content: dict[Any, Any], prefix: str, nodes: str, path: Path) -> Iterator[Override]:
+def _parameters(content: dict[object, object], prefix: str, nodes: str, path: Path) -> Iterator[Override]:
     for key, value in content.items():
         name = f"{prefix}{key}"
         if isinstance(value, dict):

@@ -1,7 +1,7 @@
 """The six services through which others see and set a node's parameters."""
 
 from collections.abc import Callable, Iterable, Sequence
-from typing import Any, TypeVar
+from typing import TypeVar
 
 from sunset.errors import ParameterError
 from sunset.interfaces import Service
@@ -35,7 +35,7 @@ class ParameterServices:
     def __init__(self, store: ParameterStore) -> None:
         self._store = store
 
-    def callbacks(self) -> list[tuple[type[Service], str, Callable[[Any, Any], Any]]]:
+    def callbacks(self) -> list[tuple[type[Service], str, Callable[..., object]]]:
         """Return type, name below the node's, and callback of each service."""
         return [
             (DescribeParameters, "describe_parameters", self.describe),

@@ -1,12 +1,12 @@
 """Clients of services, as in `rclpy.client`; there is no blocking `call`."""
 
-from typing import Any, Generic, TypeVar, cast
+from typing import Any, Generic, TypeAlias, TypeVar, cast
 
 from sunset.interfaces import Message, Service
 from sunset.rmw.core.port import ClientHandle, Middleware, NodeHandle, QoSProfile
 from sunset.ros.task import Future
 
-__all__ = ["Client"]
+__all__ = ["AnyClient", "Client"]
 
 RequestT = TypeVar("RequestT", bound=Message)
 ResponseT = TypeVar("ResponseT", bound=Message)
@@ -55,7 +55,7 @@ class Client(Generic[RequestT, ResponseT]):
         self._pending[self.handle.send_request(request)] = future
         return future
 
-    def remove_pending_request(self, future: Future[Any]) -> None:
+    def remove_pending_request(self, future: Future[ResponseT]) -> None:
         """Forget a request; a response that still comes is dropped."""
         self._pending = {
             number: waiting for number, waiting in self._pending.items() if waiting is not future
@@ -85,3 +85,7 @@ class Client(Generic[RequestT, ResponseT]):
         future = self._pending.pop(number, None)
         if future is not None:  # else forgotten, or answered by another server before
             future.set_result(cast("ResponseT", response))
+
+
+AnyClient: TypeAlias = Client[Any, Any]
+"""A client of a service that is not known when the code is checked."""

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Coroutine
 from types import TracebackType
-from typing import Any, Self
+from typing import Any, Self, TypeVar
 
 from sunset.errors import MiddlewareError
 from sunset.ros._callbacks import callback_name, drive
@@ -12,6 +12,8 @@ from sunset.ros.node import Node
 from sunset.ros.task import Future
 
 __all__ = ["SingleThreadedExecutor"]
+
+T = TypeVar("T")
 
 
 class SingleThreadedExecutor:
@@ -64,7 +66,10 @@ class SingleThreadedExecutor:
         return list(self._nodes)
 
     def create_task(
-        self, callback: Callable[..., Any] | Coroutine[Any, Any, Any], *args: Any, **kwargs: Any
+        self,
+        callback: Callable[..., object] | Coroutine[object, None, object],
+        *args: object,
+        **kwargs: object,
     ) -> Future[Any]:
         """Call a function soon, as a callback of the first node; the future is done with what it returns.
 
@@ -106,7 +111,7 @@ class SingleThreadedExecutor:
             raise NotInitializedException("A context that is not initialised, or was shut down, cannot spin.")
         self._context.middleware.spin_once(_nanoseconds(timeout_sec))
 
-    def spin_until_future_complete(self, future: Future[Any], timeout_sec: float | None = None) -> None:
+    def spin_until_future_complete(self, future: Future[T], timeout_sec: float | None = None) -> None:
         """Run callbacks until a future is done, the context is shut down, or time is over.
 
         Raises:

@@ -1,7 +1,7 @@
 """Nodes, as in `rclpy.node`."""
 
 from collections.abc import Callable, Iterator, Sequence
-from typing import Any, TypeVar, cast
+from typing import Any, Protocol, TypeAlias, TypeVar, cast
 
 from sunset.interfaces import Message
 from sunset.interfaces import Service as ServiceType
@@ -18,7 +18,7 @@ from sunset.ros._time_source import TimeSource
 from sunset.ros._type_descriptions import offer_type_descriptions
 from sunset.ros.arguments import Arguments
 from sunset.ros.callback_groups import CallbackGroup
-from sunset.ros.client import Client
+from sunset.ros.client import AnyClient, Client
 from sunset.ros.clock import Clock, ROSClock
 from sunset.ros.context import Context, get_default_context
 from sunset.ros.exceptions import NodeNameNonExistentError
@@ -40,6 +40,18 @@ from sunset.ros.timer import Timer
 __all__ = ["Node", "NodeNameNonExistentError"]
 
 MessageT = TypeVar("MessageT", bound=Message)
+
+AnyPublisher: TypeAlias = Publisher[Any]
+AnySubscription: TypeAlias = Subscription[Any]
+
+
+class _Part(Protocol):
+    """What a node consists of."""
+
+    def destroy(self) -> None: ...
+
+
+PartT = TypeVar("PartT", bound=_Part)
 
 
 class Node(NodeParameters, NodeGraph):
@@ -86,9 +98,9 @@ class Node(NodeParameters, NodeGraph):
         self._rules = [rule for each in arguments for rule in each.remaps]
         name, namespace = _renamed(node_name, namespace or "/", self._rules)
         self.handle = self._middleware.create_node(name, namespace)
-        self._publishers: list[Publisher[Any]] = []
-        self._subscriptions: list[Subscription[Any]] = []
-        self._clients: list[Client[Any, Any]] = []
+        self._publishers: list[AnyPublisher] = []
+        self._subscriptions: list[AnySubscription] = []
+        self._clients: list[AnyClient] = []
         self._services: list[Service] = []
         self._timers: list[Timer] = []
         self._default_callback_group = CallbackGroup()
@@ -128,17 +140,17 @@ class Node(NodeParameters, NodeGraph):
         return self._default_callback_group
 
     @property
-    def publishers(self) -> Iterator[Publisher[Any]]:
+    def publishers(self) -> Iterator[AnyPublisher]:
         """Its publishers."""
         return iter(self._publishers)
 
     @property
-    def subscriptions(self) -> Iterator[Subscription[Any]]:
+    def subscriptions(self) -> Iterator[AnySubscription]:
         """Its subscriptions."""
         return iter(self._subscriptions)
 
     @property
-    def clients(self) -> Iterator[Client[Any, Any]]:
+    def clients(self) -> Iterator[AnyClient]:
         """Its clients."""
         return iter(self._clients)
 
@@ -207,7 +219,7 @@ class Node(NodeParameters, NodeGraph):
         self,
         msg_type: type[MessageT],
         topic: str,
-        callback: Callable[[MessageT], Any],
+        callback: Callable[[MessageT], object],
         qos_profile: QoSProfile | int,
         *,
         callback_group: CallbackGroup | None = None,  # noqa: ARG002  rclpy's; one thread makes them all alike
@@ -232,14 +244,14 @@ class Node(NodeParameters, NodeGraph):
         *,
         qos_profile: QoSProfile = qos_profile_services_default,
         callback_group: CallbackGroup | None = None,  # noqa: ARG002  rclpy's; one thread makes them all alike
-    ) -> Client[Any, Any]:
+    ) -> AnyClient:
         """Make a client of a service.
 
         Raises:
             InvalidServiceNameException: the name breaks the rules.
         """
         name = self.resolve_service_name(srv_name)
-        client: Client[Any, Any] = Client(self._middleware, self.handle, srv_type, name, qos_profile)
+        client: AnyClient = Client(self._middleware, self.handle, srv_type, name, qos_profile)
         self._clients.append(client)
         return client
 
@@ -247,7 +259,7 @@ class Node(NodeParameters, NodeGraph):
         self,
         srv_type: type[ServiceType],
         srv_name: str,
-        callback: Callable[[Any, Any], Any],
+        callback: Callable[[Any, Any], object],
         *,
         qos_profile: QoSProfile = qos_profile_services_default,
         callback_group: CallbackGroup | None = None,  # noqa: ARG002  rclpy's; one thread makes them all alike
@@ -266,7 +278,7 @@ class Node(NodeParameters, NodeGraph):
     def create_timer(
         self,
         timer_period_sec: float,
-        callback: Callable[[], Any],
+        callback: Callable[[], object],
         callback_group: CallbackGroup | None = None,  # noqa: ARG002  rclpy's; one thread makes them all alike
         clock: Clock | None = None,
         autostart: bool = True,
@@ -285,15 +297,15 @@ class Node(NodeParameters, NodeGraph):
         self._timers.append(timer)
         return timer
 
-    def destroy_publisher(self, publisher: Publisher[Any]) -> bool:
+    def destroy_publisher(self, publisher: AnyPublisher) -> bool:
         """Take a publisher off the graph; return whether it was this node's."""
         return _destroy(publisher, self._publishers)
 
-    def destroy_subscription(self, subscription: Subscription[Any]) -> bool:
+    def destroy_subscription(self, subscription: AnySubscription) -> bool:
         """Take a subscription off the graph; return whether it was this node's."""
         return _destroy(subscription, self._subscriptions)
 
-    def destroy_client(self, client: Client[Any, Any]) -> bool:
+    def destroy_client(self, client: AnyClient) -> bool:
         """Take a client off the graph; return whether it was this node's."""
         return _destroy(client, self._clients)
 
@@ -312,7 +324,7 @@ class Node(NodeParameters, NodeGraph):
             self.destroy_timer(timer)
         self.handle.destroy()
         for parts in (self._publishers, self._subscriptions, self._clients, self._services):
-            cast("list[Any]", parts).clear()
+            cast("list[object]", parts).clear()
 
     # How it is made
 
@@ -391,7 +403,7 @@ def _renamed(node_name: str, namespace: str, rules: Sequence[RemapRule]) -> tupl
     return node_name, namespace
 
 
-def _destroy(part: Any, parts: list[Any]) -> bool:
+def _destroy(part: PartT, parts: list[PartT]) -> bool:
     if part not in parts:
         return False
     parts.remove(part)

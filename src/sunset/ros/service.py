@@ -1,7 +1,6 @@
 """Servers of services, as in `rclpy.service`."""
 
 from collections.abc import Callable
-from typing import Any
 
 from sunset.interfaces import Message
 from sunset.interfaces import Service as ServiceType
@@ -19,7 +18,7 @@ class Service:
         node: NodeHandle,
         srv_type: type[ServiceType],
         srv_name: str,
-        callback: Callable[[Any, Any], Any],
+        callback: Callable[..., object],
         qos_profile: QoSProfile,
         *,
         label: str,

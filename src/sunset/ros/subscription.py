@@ -1,7 +1,7 @@
 """Subscriptions, as in `rclpy.subscription`."""
 
 from collections.abc import Callable
-from typing import Any, Generic, TypeVar
+from typing import Generic, TypeVar
 
 from sunset.interfaces import Message
 from sunset.rmw.core.port import QoSProfile, SubscriptionHandle
@@ -19,7 +19,7 @@ class Subscription(Generic[MessageT]):
         handle: SubscriptionHandle,
         msg_type: type[MessageT],
         topic: str,
-        callback: Callable[[MessageT], Any],
+        callback: Callable[[MessageT], object],
         qos_profile: QoSProfile,
     ) -> None:
         self.handle = handle

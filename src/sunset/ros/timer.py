@@ -1,7 +1,6 @@
 """Timers, as in `rclpy.timer`."""
 
 from collections.abc import Callable
-from typing import Any
 
 from sunset.rmw.core.port import NodeHandle, TimerHandle
 from sunset.ros._callbacks import driven
@@ -20,7 +19,7 @@ class Timer:
     """
 
     def __init__(
-        self, node: NodeHandle, clock: Clock, callback: Callable[[], Any], period_ns: int, label: str
+        self, node: NodeHandle, clock: Clock, callback: Callable[[], object], period_ns: int, label: str
     ) -> None:
         self.clock = clock
         self.callback = callback

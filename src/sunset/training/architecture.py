@@ -4,7 +4,7 @@ A plan names every layer's result, and for layers with weights the torch modules
 weights can be run by several plans: with strides instead of dilations, say, where a training begins.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Final, TypeAlias
@@ -26,6 +26,7 @@ __all__ = [
     "check_widths",
     "convolutions",
     "merge",
+    "rounded",
 ]
 
 _CLASSES: Final = len(CLASSES)
@@ -198,3 +199,14 @@ def convolutions(layers: tuple[Layer, ...]) -> Iterator[Conv]:
     for layer in layers:
         if isinstance(layer, Conv):
             yield layer
+
+
+def rounded(layers: Sequence[Layer]) -> set[str]:
+    """Return the names of the results that can do with 8 bits: all but a branch's logits and what comes after them."""
+    names = set()
+    for layer in layers:
+        if isinstance(layer, Conv) and layer.norm:
+            names |= {layer.name, f"{layer.name}.conv"} if layer.add else {layer.name}
+        elif isinstance(layer, MaxPool | Pool | Spread | Concat):
+            names.add(layer.name)
+    return names

@@ -1,11 +1,12 @@
 """Batches of augmented frames, made on the device that learns from them, where all frames are."""
 
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 import numpy.typing as npt
 import torch
+from torch import Tensor
 from torch.nn import functional
 
 from sunset.training.batches import Draw, FrameSet
@@ -28,9 +29,9 @@ class Batch:
         phase: the first row and column of the pixels, every second one, that the loss is taken on.
     """
 
-    bgr: Any
-    depth: Any
-    labels: Any
+    bgr: Tensor
+    depth: Tensor
+    labels: Tensor
     phase: tuple[int, int]
 
 
@@ -42,12 +43,12 @@ class DeviceFrames:
         device: of torch.
     """
 
-    def __init__(self, frames: FrameSet, device: Any) -> None:
+    def __init__(self, frames: FrameSet, device: torch.device) -> None:
         self._device = device
         self._bgr, self._labels = self._to_device(frames.bgr), self._to_device(frames.labels)
         self._depth = self._to_device(frames.depth.view(np.int16))  # torch can do little with uint16
 
-    def _to_device(self, array: npt.NDArray[Any]) -> Any:
+    def _to_device(self, array: npt.NDArray[np.generic]) -> Tensor:
         return torch.from_numpy(np.require(array, requirements="W")).to(self._device, non_blocking=True)
 
     def __len__(self) -> int:
@@ -66,7 +67,7 @@ class DeviceFrames:
         size = [len(draw.frames), 1, HEIGHT, WIDTH]
         grid = functional.affine_grid(self._to_device(draw.transforms), size, align_corners=False)
 
-        def warped(images: Any, mode: str) -> Any:
+        def warped(images: Tensor, mode: str) -> Tensor:
             return functional.grid_sample(images, grid, mode, padding_mode="border", align_corners=False)
 
         colours = warped(frames.bgr.permute(0, 3, 1, 2).float(), "bilinear").round_()
@@ -75,7 +76,7 @@ class DeviceFrames:
         return Batch(colours.permute(0, 2, 3, 1), depth, labels.long(), draw.phase)
 
 
-def movement(random: Any = None) -> tuple[int, int]:
+def movement(random: torch.Generator | None = None) -> tuple[int, int]:
     """Draw how far the colour camera's picture is moved, across and down, from torch's numbers or given ones."""
     across, down = (
         int(torch.randint(least, most + 1, (), generator=random))

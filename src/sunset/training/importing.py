@@ -13,7 +13,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from pickle import UnpicklingError
 from pickletools import genops
-from typing import Any, Final
+from typing import TYPE_CHECKING, Final
 from warnings import catch_warnings
 
 import numpy as np
@@ -28,6 +28,11 @@ from sunset.training.archives import check_archive
 from sunset.training.config import MODALITIES, TrainingConfig
 from sunset.training.inputs import HEIGHT, WIDTH
 from sunset.training.reference import ReferenceShape
+
+if TYPE_CHECKING:
+    from torch import Tensor
+
+    from sunset.training.onnx_layers import Weights
 
 __all__ = ["import_checkpoints"]
 
@@ -149,7 +154,7 @@ _LEFT_OUT: Final = (
 )
 
 
-def _layers_and_weights(modality: str, path: Path) -> tuple[tuple[Layer, ...], Mapping[str, Any]]:
+def _layers_and_weights(modality: str, path: Path) -> tuple[tuple[Layer, ...], "Weights"]:
     """Return a network's plan, and its weights out of a checkpoint."""
     import torch  # noqa: PLC0415  an optional extra
 
@@ -173,7 +178,7 @@ def _layers_and_weights(modality: str, path: Path) -> tuple[tuple[Layer, ...], M
     return layers, weights
 
 
-def _entries(path: Path) -> Mapping[str, Any]:
+def _entries(path: Path) -> Mapping[str, "Tensor"]:
     """Return the state dict in a checkpoint."""
     import torch  # noqa: PLC0415  an optional extra
 
@@ -229,7 +234,9 @@ def _unreadable(path: Path) -> ModelError:
     )
 
 
-def _checked(entries: Mapping[str, Any], expected: Mapping[str, Any], path: Path) -> dict[str, Any]:
+def _checked(
+    entries: Mapping[str, "Tensor"], expected: Mapping[str, "Tensor"], path: Path
+) -> dict[str, "Tensor"]:
     """Return the entries as float32, if they are exactly those of the network."""
     network = f"{ReferenceShape().name} with {len(CLASSES)} classes"
     for names, verb in (
@@ -244,7 +251,7 @@ def _checked(entries: Mapping[str, Any], expected: Mapping[str, Any], path: Path
     return {name: _converted(entries[name], like, name, path) for name, like in expected.items()}
 
 
-def _converted(value: Any, like: Any, name: str, path: Path) -> Any:
+def _converted(value: "Tensor", like: "Tensor", name: str, path: Path) -> "Tensor":
     """Return an entry in the network's own number format, if it is one that the network can compute with."""
     import torch  # noqa: PLC0415  an optional extra
 
@@ -279,7 +286,7 @@ def _converted(value: Any, like: Any, name: str, path: Path) -> Any:
     return converted
 
 
-def _form(value: Any) -> str:
+def _form(value: object) -> str:
     """Return what something is that is no dense tensor."""
     return (
         "a nested tensor"
@@ -288,10 +295,10 @@ def _form(value: Any) -> str:
     )
 
 
-def _first(value: Any, chosen: Any) -> str:
+def _first(value: "Tensor", chosen: "Tensor") -> str:
     """Return the first of some of a tensor's numbers."""
     return f"{value.double()[chosen][0].item():g}"
 
 
-def _numbers(like: Any) -> str:
+def _numbers(like: "Tensor") -> str:
     return "floating-point numbers" if like.is_floating_point() else "whole numbers"

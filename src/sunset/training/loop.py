@@ -3,11 +3,12 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 import numpy.typing as npt
 import torch
+from torch import Tensor, nn
 
 from sunset.errors import InvalidInputError, MissingExtraError
 from sunset.perception import DEVICES
@@ -57,7 +58,7 @@ def learn(
     device: str = "cpu",
     compiled: bool = False,
     progress: Progress | None = None,
-) -> Any:
+) -> nn.Module:
     """Learn the weights of all networks of a model, stage by stage.
 
     Args:
@@ -103,7 +104,7 @@ def learn(
         device=place,
         compiled=compiled,
     )
-    weights: dict[str, Any] = {}
+    weights: dict[str, Tensor] = {}
     for stage in config.stages():
         run = StageRun(training, stage, work / stage.name, weights)
         run.fit(resume=resume, progress=progress)
@@ -114,7 +115,7 @@ def learn(
     return modules.eval()
 
 
-def find_torch_device(wanted: str) -> Any:
+def find_torch_device(wanted: str) -> torch.device:
     """Return torch's device for what was asked for: "cpu", "cuda" or "auto".
 
     Raises:
@@ -132,11 +133,11 @@ def find_torch_device(wanted: str) -> Any:
     return torch.device("cuda" if wanted != "cpu" and offered else "cpu")
 
 
-def _unfolded(networks: Mapping[str, Sequence[Layer]], weights: FoldedWeights, frames: FrameSet) -> Any:
+def _unfolded(networks: Mapping[str, Sequence[Layer]], weights: FoldedWeights, frames: FrameSet) -> nn.Module:
     """Return torch modules with folded weights; what normalisation undoes is found on evenly chosen frames."""
     chosen = np.linspace(0, len(frames) - 1, min(_UNFOLDED, len(frames))).astype(int)
     modules = build([layer for layers in networks.values() for layer in layers]).eval()
-    logits: dict[str, Any] = {}
+    logits: dict[str, Tensor] = {}
     for name, layers in networks.items():
         results = frame_inputs(frames.bgr[chosen], frames.depth[chosen]) | logits
         unfold(layers, modules, weights, results)

@@ -5,12 +5,12 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache, reduce
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 import torch
-from torch import nn
+from torch import Tensor, nn
 from torch.nn import functional
 
 from sunset.classes import CLASSES
@@ -52,7 +52,7 @@ __all__ = [
 _Array: TypeAlias = npt.NDArray[np.float32]
 
 
-def build(layers: Sequence[Layer]) -> Any:
+def build(layers: Sequence[Layer]) -> nn.Module:
     """Return a torch module with the weights of a plan, under the names that the plan gives them.
 
     They are drawn from torch's global generator. The module only holds them; `forward` runs a plan.
@@ -73,7 +73,7 @@ def build(layers: Sequence[Layer]) -> Any:
     return root.to(memory_format=torch.channels_last)
 
 
-def _place(root: Any, path: str, module: Any) -> None:
+def _place(root: nn.Module, path: str, module: nn.Module) -> None:
     *parents, name = path.split(".")
     for parent in parents:
         if parent not in dict(root.named_children()):
@@ -82,7 +82,7 @@ def _place(root: Any, path: str, module: Any) -> None:
     root.add_module(name, module)
 
 
-def forward(layers: Sequence[Layer], modules: Any, results: dict[str, Any]) -> None:
+def forward(layers: Sequence[Layer], modules: nn.Module, results: dict[str, Tensor]) -> None:
     """Run a plan; `results` holds the inputs by name and receives every layer's result (N, C, H, W).
 
     What a convolution gives before an addition is there as `<name>.conv`.
@@ -109,7 +109,7 @@ def forward(layers: Sequence[Layer], modules: Any, results: dict[str, Any]) -> N
                 results[layer.name] = torch.cat([results[source] for source in layer.sources], 1)
 
 
-def _convolve(layer: Conv, modules: Any, results: dict[str, Any]) -> Any:
+def _convolve(layer: Conv, modules: nn.Module, results: dict[str, Tensor]) -> Tensor:
     conv, source = _module(modules, layer.weights), results[layer.source]
     height, width = source.shape[2:]
     kernel = conv.weight[:, :, layer.taps(height), layer.taps(width)]
@@ -125,24 +125,24 @@ def _convolve(layer: Conv, modules: Any, results: dict[str, Any]) -> Any:
     return functional.dropout(y, layer.dropout, modules.training) if layer.dropout else y
 
 
-def _module(modules: Any, path: str) -> Any:
+def _module(modules: nn.Module, path: str) -> nn.Module:
     """Return a module by its path; torch's `get_submodule` cannot be compiled, for one is called `global`."""
     return reduce(getattr, path.split("."), modules)
 
 
-def rgb_input(bgr: Any) -> Any:
+def rgb_input(bgr: Tensor) -> Tensor:
     """Return the RGB branch's input (N, 3, H, W) float32 from frames (N, H, W, 3) uint8 BGR."""
     rgb = bgr.permute(0, 3, 1, 2).flip(1).float() / 255
     return (rgb - _by_channel(RGB_MEAN, rgb.device)) / _by_channel(RGB_STD, rgb.device)
 
 
 @lru_cache
-def _by_channel(values: tuple[float, ...], device: Any) -> Any:
+def _by_channel(values: tuple[float, ...], device: torch.device) -> Tensor:
     """Return numbers as (C, 1, 1) on a device, sent there once."""
     return torch.tensor(values, device=device).view(-1, 1, 1)
 
 
-def depth_input(counts: Any) -> Any:
+def depth_input(counts: Tensor) -> Tensor:
     """Return the depth branch's input (N, 3, H, W) float32 from depth (N, H, W) in counts of 65535 per km."""
     metres = counts.float()[:, None] * (FAR_PLANE_M / 65535)
     channels = [torch.log(torch.clamp(metres, min=1) / REFERENCE_DEPTH_M)]
@@ -153,7 +153,7 @@ def depth_input(counts: Any) -> Any:
     return torch.cat(channels, 1)
 
 
-def frame_inputs(bgr: npt.NDArray[np.uint8], depth: npt.NDArray[np.uint16]) -> dict[str, Any]:
+def frame_inputs(bgr: npt.NDArray[np.uint8], depth: npt.NDArray[np.uint16]) -> dict[str, Tensor]:
     """Return both branches' inputs, `rgb.input` and `depth.input`, of frames (N, H, W, 3) and (N, H, W)."""
     return {
         "rgb.input": rgb_input(torch.from_numpy(np.array(bgr))),
@@ -162,12 +162,12 @@ def frame_inputs(bgr: npt.NDArray[np.uint8], depth: npt.NDArray[np.uint16]) -> d
 
 
 def upsample(
-    maps: Any,
+    maps: Tensor,
     factor: int,
     phase: tuple[int, int] = (0, 0),
     step: int = 1,
     size: tuple[int, int] | None = None,
-) -> Any:
+) -> Tensor:
     """Return maps (N, C, H, W) interpolated to (N, C, H·factor/step, W·factor/step).
 
     With a `step`, only every so-manieth row and column of the full resolution is computed, from
@@ -180,13 +180,15 @@ def upsample(
 
 
 @lru_cache(maxsize=64)
-def _interpolation(size: int, factor: int, wanted: range, device: Any, *, across: bool = False) -> Any:
+def _interpolation(
+    size: int, factor: int, wanted: range, device: torch.device, *, across: bool = False
+) -> Tensor:
     """Return the wanted rows of a matrix of interpolation on a device, sent there once; as columns if `across`."""
     matrix = upsampling(size, factor)[wanted]
     return torch.from_numpy((matrix.T if across else matrix).copy()).to(device)
 
 
-def folded_weights(layers: Sequence[Layer], modules: Any) -> dict[str, tuple[_Array, _Array]]:
+def folded_weights(layers: Sequence[Layer], modules: nn.Module) -> dict[str, tuple[_Array, _Array]]:
     """Return per convolution its kernel (out, in, k, k) and bias (out,), normalisation folded in."""
     weights = {}
     for layer in convolutions(tuple(layers)):
@@ -205,9 +207,9 @@ def folded_weights(layers: Sequence[Layer], modules: Any) -> dict[str, tuple[_Ar
 
 def unfold(
     layers: Sequence[Layer],
-    modules: Any,
+    modules: nn.Module,
     weights: Mapping[str, tuple[_Array, _Array]],
-    results: dict[str, Any],
+    results: dict[str, Tensor],
 ) -> None:
     """Give modules the weights that `folded_weights` returned, so that they can be learned on.
 
@@ -233,7 +235,7 @@ def unfold(
             forward([layer], modules, results)
 
 
-def _normalise(layer: Conv, modules: Any, bias: Any, results: Mapping[str, Any]) -> None:
+def _normalise(layer: Conv, modules: nn.Module, bias: Tensor, results: Mapping[str, Tensor]) -> None:
     """Make a kernel's results normalised ones, and undo that by what normalisation learns, on some frames."""
     kernel, norm = modules.get_submodule(layer.weights).weight, modules.get_submodule(layer.norm)
     found = {layer.source: results[layer.source]}
@@ -250,7 +252,7 @@ def _normalise(layer: Conv, modules: Any, bias: Any, results: Mapping[str, Any])
 
 
 def shift_logits(
-    networks: Mapping[str, Sequence[Layer]], modules: Any, shift: npt.NDArray[np.float32]
+    networks: Mapping[str, Sequence[Layer]], modules: nn.Module, shift: npt.NDArray[np.float32]
 ) -> None:
     """Add a number to every class's logits, in the biases of the networks that give them.
 
@@ -270,7 +272,7 @@ def shift_logits(
             last.bias += added.repeat_interleave(pixels)
 
 
-def start_from_the_sum(modules: Any) -> None:
+def start_from_the_sum(modules: nn.Module) -> None:
     """Let the merging layers begin as about the sum of both branches' logits, which is a fusion already.
 
     The logits are raised for the layers with a ReLU, and lowered again by the last.
@@ -285,7 +287,7 @@ def start_from_the_sum(modules: Any) -> None:
             layer.bias.fill_(bias)
 
 
-def digest_of_weights(weights: Mapping[str, Any]) -> str:
+def digest_of_weights(weights: Mapping[str, Tensor]) -> str:
     """Return a short checksum of tensors."""
     digest = hashlib.sha256()
     for name, value in weights.items():

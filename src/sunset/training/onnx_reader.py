@@ -2,9 +2,10 @@
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TypeAlias
 
 import numpy as np
+import numpy.typing as npt
 import onnx
 from google.protobuf.message import DecodeError  # type: ignore[import-untyped]  # comes with onnx
 from onnx import numpy_helper
@@ -17,8 +18,10 @@ from sunset.training.onnx_layers import Weights
 
 __all__ = ["read_network", "stored_weights"]
 
+_Array: TypeAlias = npt.NDArray[np.float32]
 
-def read_network(path: Path, *, weights: bool = True) -> Any:
+
+def read_network(path: Path, *, weights: bool = True) -> onnx.ModelProto:
     """Return what an ONNX file holds.
 
     Args:
@@ -65,15 +68,16 @@ def stored_weights(model: Model, config: TrainingConfig) -> Weights:
     return weights
 
 
-def _stored(layer: Conv, constants: Mapping[str, Any]) -> tuple[Any, Any]:
+def _stored(layer: Conv, constants: Mapping[str, onnx.TensorProto]) -> tuple[_Array, _Array]:
     """Return a layer's kernel and bias.
 
     Raises:
         KeyError, ValueError: there is none, or it has another shape.
     """
 
-    def constant(key: str) -> Any:
-        return numpy_helper.to_array(constants[f"{layer.name}.{key}"])
+    def constant(key: str) -> _Array:
+        array: _Array = numpy_helper.to_array(constants[f"{layer.name}.{key}"])
+        return array
 
     if f"{layer.name}.kernel.8bit" in constants:
         kernel = constant("kernel.8bit") * constant("kernel.scale")[:, None, None, None]

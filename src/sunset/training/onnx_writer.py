@@ -4,11 +4,11 @@ import hashlib
 import os
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 import numpy.typing as npt
-from onnx import checker, external_data_helper, helper, numpy_helper
+from onnx import NodeProto, TensorProto, ValueInfoProto, checker, external_data_helper, helper, numpy_helper
 
 from sunset.training.inputs import upsampling
 
@@ -61,8 +61,8 @@ class Graph:
     def __init__(self, name: str, store: Store) -> None:
         self._name = name
         self._store = store
-        self._nodes: list[Any] = []
-        self._constants: list[Any] = []
+        self._nodes: list[NodeProto] = []
+        self._constants: list[TensorProto] = []
         self.data: set[str] = set()
         """The files beside the graph's own that it needs."""
 
@@ -101,7 +101,7 @@ class Graph:
         self.node("MatMul", [source, columns], f"{output}.wide")
         return self.node("MatMul", [rows, f"{output}.wide"], output)
 
-    def write(self, path: Path, inputs: Sequence[Any], outputs: Sequence[Any]) -> None:
+    def write(self, path: Path, inputs: Sequence[ValueInfoProto], outputs: Sequence[ValueInfoProto]) -> None:
         """Write the graph; the store's files must be there already, since the result is checked."""
         body = helper.make_graph(self._nodes, self._name, list(inputs), list(outputs), self._constants)
         opset = helper.make_opsetid("", _OPSET)
@@ -110,7 +110,7 @@ class Graph:
         checker.check_model(os.fspath(path))
 
 
-def tensor_info(name: str, dtype: int, shape: Sequence[int]) -> Any:
+def tensor_info(name: str, dtype: int, shape: Sequence[int]) -> ValueInfoProto:
     """Return the description of an input or output."""
     return helper.make_tensor_value_info(name, dtype, list(shape))
 

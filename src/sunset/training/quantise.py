@@ -1,14 +1,15 @@
 """Finds the ranges of results, so that networks can be computed in 8 bits."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 import torch
+from torch import nn
 
-from sunset.training.architecture import Concat, Conv, Layer, MaxPool, Pool, Spread
+from sunset.training.architecture import Layer, rounded
 from sunset.training.batches import FrameSet
 from sunset.training.network import digest_of_weights, forward, frame_inputs
 from sunset.training.onnx_layers import Ranges
@@ -21,7 +22,7 @@ _OUTLIERS: Final = 1e-4
 """The share of the values looked at, of a frame's result, that may lie outside its range on either side."""
 
 
-def ranges(layers: Sequence[Layer], modules: Any, frames: FrameSet, kept: Path | None = None) -> Ranges:
+def ranges(layers: Sequence[Layer], modules: nn.Module, frames: FrameSet, kept: Path | None = None) -> Ranges:
     """Return the ranges of the results that can do with 8 bits, on evenly chosen frames and values.
 
     The rest stays in float: a branch's input and first convolution, the logits, and the late fusion.
@@ -32,7 +33,7 @@ def ranges(layers: Sequence[Layer], modules: Any, frames: FrameSet, kept: Path |
         frames: that the weights were learned on.
         kept: a folder that keeps what was found, frame by frame; None for nowhere.
     """
-    names = tuple(sorted(set(_rounded(layers))))
+    names = tuple(sorted(rounded(layers)))
     what = kept and (digest_of_weights(modules.state_dict()), frames.digest())
     work = keep(partial(_limits, layers, modules, frames, names), kept, "ranges", names, what)
     chosen = np.linspace(0, len(frames) - 1, min(_FRAMES, len(frames))).astype(int)
@@ -42,7 +43,11 @@ def ranges(layers: Sequence[Layer], modules: Any, frames: FrameSet, kept: Path |
 
 
 def _limits(
-    layers: Sequence[Layer], modules: Any, frames: FrameSet, names: Sequence[str], indices: Sequence[int]
+    layers: Sequence[Layer],
+    modules: nn.Module,
+    frames: FrameSet,
+    names: Sequence[str],
+    indices: Sequence[int],
 ) -> Arrays:
     """Return the ranges of results on a frame, (names, 2)."""
     (index,) = indices
@@ -54,17 +59,3 @@ def _limits(
         values = results[name].numpy().ravel()
         limits.append(np.quantile(values[:: 1 + values.size // 50_000], (_OUTLIERS, 1 - _OUTLIERS)))
     return (np.array(limits, dtype=np.float64),)
-
-
-def _rounded(layers: Sequence[Layer]) -> Iterator[str]:
-    """Yield the names of the results that are rounded."""
-    for layer in layers:
-        match layer:
-            case Conv() if layer.norm:
-                yield layer.name
-                if layer.add:
-                    yield f"{layer.name}.conv"
-            case MaxPool() | Pool() | Spread() | Concat():
-                yield layer.name
-            case _:
-                pass

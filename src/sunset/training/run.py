@@ -7,7 +7,7 @@ from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -24,6 +24,8 @@ from sunset.training.recalibrate import calibrate_model
 from sunset.training.report import held_out_results, training_facts
 
 if TYPE_CHECKING:
+    from torch import nn
+
     from sunset.training.loop import Start
     from sunset.training.onnx_graph import Format
     from sunset.training.onnx_layers import Weights
@@ -214,7 +216,7 @@ def _empty_folder(folder: Path) -> Path:
 
 
 def _export(
-    config: TrainingConfig, modules: Any, sets: FrameSets, draft: Path, measured: _Measuring
+    config: TrainingConfig, modules: "nn.Module", sets: FrameSets, draft: Path, measured: _Measuring
 ) -> dict[str, object]:
     """Write the networks in 8 bits and a card without temperatures and thresholds.
 
@@ -243,7 +245,9 @@ def _export(
     }
 
 
-def _errors(config: TrainingConfig, modules: Any, segmenter: Segmenter, frames: FrameSet) -> dict[str, float]:
+def _errors(
+    config: TrainingConfig, modules: "nn.Module", segmenter: Segmenter, frames: FrameSet
+) -> dict[str, float]:
     """Return by network how far logits are from torch's on a few frames, at most."""
     import torch  # noqa: PLC0415  an optional dependency
 

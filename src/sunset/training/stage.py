@@ -5,15 +5,15 @@ import math
 import pickle
 import struct
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final, Protocol
+from typing import Final, Protocol
 
 import numpy as np
 import numpy.typing as npt
 import torch
-from torch import nn
+from torch import Tensor, nn
 from torch.nn import functional
 
 from sunset.classes import IGNORED
@@ -52,7 +52,7 @@ LOG: Final = "log.jsonl"
 CHECKPOINT_EVERY_S: Final = 30.0
 """Seconds between checkpoints: with the slowest step and the IoU on held-out frames, less than a minute."""
 
-Weights = Mapping[str, Any]
+Weights = Mapping[str, Tensor]
 """Tensors by name: a torch state dict."""
 
 _UNREADABLE: Final = (
@@ -100,7 +100,7 @@ class Training:
     class_weights: Mapping[str, npt.NDArray[np.float32]]
     begun: Weights
     origin: str
-    device: Any
+    device: torch.device
     compiled: bool
 
 
@@ -143,8 +143,8 @@ class StageRun:
             self._description += f", from {training.origin}"
         self._options = describe_options(config, stage, frames=training.digest, origin=training.origin)
         self._step, self._seconds, self._since = 0, 0.0, 0.0
-        self._losses: list[Any] = []  # (losses,) a step since the last line of the log, on the device
-        self._kept: dict[int, dict[str, Any]] = {}
+        self._losses: list[Tensor] = []  # (losses,) a step since the last line of the log, on the device
+        self._kept: dict[int, dict[str, Tensor]] = {}
 
     def fit(self, *, resume: bool, progress: Progress | None) -> None:
         """Take all steps that are left; a checkpoint is written now and then, and when this is interrupted."""
@@ -196,7 +196,7 @@ class StageRun:
         row, column = batch.phase
         labels = batch.labels[:, row::2, column::2].contiguous()
 
-        def loss(maps: Any, smoothing: float = 0.0) -> Any:
+        def loss(maps: Tensor, smoothing: float = 0.0) -> Tensor:
             logits = _full_size(maps, batch.phase, 2)
             return functional.cross_entropy(
                 logits, labels, self._weights, ignore_index=IGNORED, label_smoothing=smoothing
@@ -220,7 +220,7 @@ class StageRun:
         also = "fusion" in learned and self._stage.schedule.misaligned_weight
         return (*learned, "misaligned") if also else learned
 
-    def _frozen_logits(self, batch: Batch) -> dict[str, Any]:
+    def _frozen_logits(self, batch: Batch) -> dict[str, Tensor]:
         """Return the frozen branches' logits of the step's batch, and `moved`, those of its moved colour pictures.
 
         They are kept for when the batch comes again.
@@ -239,14 +239,14 @@ class StageRun:
             self._kept[number] = kept
         return self._kept[number]
 
-    def _run_frozen(self, names: tuple[str, ...], bgr: Any, depth: Any) -> dict[str, Any]:
+    def _run_frozen(self, names: tuple[str, ...], bgr: Tensor, depth: Tensor) -> dict[str, Tensor]:
         """Return frozen branches' logits of frames."""
         results = _inputs(names, bgr, depth)
         with torch.autocast(self._device.type, torch.bfloat16), torch.no_grad():
             forward(self._config.plan(names), self._frozen, results)
         return {f"{name}.logits": results[f"{name}.logits"] for name in names}
 
-    def _misaligned(self, results: Mapping[str, Any]) -> Any:
+    def _misaligned(self, results: Mapping[str, Tensor]) -> Tensor:
         """Return the merged logits of a colour picture that is moved against the depth picture.
 
         Only the merging layers learn from it. Frozen branches have seen the moved picture; of others the
@@ -264,8 +264,8 @@ class StageRun:
         return merged["fusion.logits"]
 
     def _logits(
-        self, run: Any, frames: Batch, output_stride: int | None, frozen: Mapping[str, Any]
-    ) -> dict[str, Any]:
+        self, run: Callable[..., None], frames: Batch, output_stride: int | None, frozen: Mapping[str, Tensor]
+    ) -> dict[str, Tensor]:
         """Run the networks that are learned on frames; `frozen` are the frozen branches' logits of them."""
         learned = self._stage.learned
         results = {**frozen, **_inputs(learned, frames.bgr, frames.depth)}
@@ -296,7 +296,7 @@ class StageRun:
         now = time.perf_counter()
         self._seconds, self._since = self._seconds + now - self._since, now
 
-    def _found_losses(self) -> Any:
+    def _found_losses(self) -> Tensor:
         """Return the losses (steps, losses) since the last line of the log, which the device is waited for.
 
         Raises:
@@ -378,9 +378,9 @@ class StageRun:
             ) from error
 
 
-def _inputs(names: tuple[str, ...], bgr: Any, depth: Any) -> dict[str, Any]:
+def _inputs(names: tuple[str, ...], bgr: Tensor, depth: Tensor) -> dict[str, Tensor]:
     """Return the inputs of branches."""
-    frames: dict[str, Any] = {}
+    frames: dict[str, Tensor] = {}
     if "rgb" in names:
         frames["rgb.input"] = rgb_input(bgr)
     if "depth" in names:
@@ -388,12 +388,12 @@ def _inputs(names: tuple[str, ...], bgr: Any, depth: Any) -> dict[str, Any]:
     return {name: value.contiguous(memory_format=torch.channels_last) for name, value in frames.items()}
 
 
-def _full_size(maps: Any, phase: tuple[int, int] = (0, 0), step: int = 1) -> Any:
+def _full_size(maps: Tensor, phase: tuple[int, int] = (0, 0), step: int = 1) -> Tensor:
     """Return logits (N, 28, h, w) of any stride at the frames' size, or of every so-manieth pixel of it."""
     return upsample(maps.float(), WIDTH // maps.shape[3], phase, step, (HEIGHT, WIDTH))
 
 
-def _parameters(modules: Any, decay: float) -> list[dict[str, Any]]:
+def _parameters(modules: nn.Module, decay: float) -> list[dict[str, object]]:
     kernels = [p for p in modules.parameters() if p.ndim > 1]
     others = [p for p in modules.parameters() if p.ndim <= 1]
     return [{"params": kernels, "weight_decay": decay}, {"params": others, "weight_decay": 0.0}]

@@ -139,7 +139,7 @@ class LifecycleNode(Node):
         self.add_managed_entity(publisher)
         return publisher
 
-    def destroy_lifecycle_publisher(self, publisher: LifecyclePublisher[Any]) -> bool:
+    def destroy_lifecycle_publisher(self, publisher: LifecyclePublisher[MessageT]) -> bool:
         """Take a publisher off the graph; return whether it was this node's."""
         self._managed_entities.pop(publisher, None)
         return self.destroy_publisher(publisher)

@@ -1,7 +1,7 @@
 """Nodes, as in `rclpy.node`."""
 
 from collections.abc import Callable, Iterator, Sequence
-from typing import Any, Protocol, TypeAlias, TypeVar, cast
+from typing import Any, TypeVar, cast
 
 from sunset.interfaces import Message
 from sunset.interfaces import Service as ServiceType
@@ -25,7 +25,7 @@ from sunset.ros.exceptions import NodeNameNonExistentError
 from sunset.ros.logging import Logger, LoggingSeverity
 from sunset.ros.names import RemapRule, resolve_name, validate_namespace, validate_node_name
 from sunset.ros.parameter import Parameter
-from sunset.ros.publisher import Publisher
+from sunset.ros.publisher import AnyPublisher, Publisher
 from sunset.ros.qos import (
     qos_profile_parameter_events,
     qos_profile_parameters,
@@ -34,24 +34,13 @@ from sunset.ros.qos import (
     to_profile,
 )
 from sunset.ros.service import Service
-from sunset.ros.subscription import Subscription
+from sunset.ros.subscription import AnySubscription, Subscription
 from sunset.ros.timer import Timer
 
 __all__ = ["Node", "NodeNameNonExistentError"]
 
 MessageT = TypeVar("MessageT", bound=Message)
-
-AnyPublisher: TypeAlias = Publisher[Any]
-AnySubscription: TypeAlias = Subscription[Any]
-
-
-class _Part(Protocol):
-    """What a node consists of."""
-
-    def destroy(self) -> None: ...
-
-
-PartT = TypeVar("PartT", bound=_Part)
+PartT = TypeVar("PartT", AnyPublisher, AnySubscription, AnyClient, Service, Timer)
 
 
 class Node(NodeParameters, NodeGraph):

@@ -1,11 +1,11 @@
 """Publishers, as in `rclpy.publisher`."""
 
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeAlias, TypeVar
 
 from sunset.interfaces import Message
 from sunset.rmw.core.port import PublisherHandle, QoSProfile
 
-__all__ = ["Publisher"]
+__all__ = ["AnyPublisher", "Publisher"]
 
 MessageT = TypeVar("MessageT", bound=Message)
 
@@ -49,3 +49,7 @@ class Publisher(Generic[MessageT]):
     def destroy(self) -> None:
         """Leave the graph; prefer `Node.destroy_publisher`."""
         self.handle.destroy()
+
+
+AnyPublisher: TypeAlias = Publisher[Any]
+"""A publisher of messages of any type."""

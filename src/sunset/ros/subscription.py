@@ -1,12 +1,12 @@
 """Subscriptions, as in `rclpy.subscription`."""
 
 from collections.abc import Callable
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeAlias, TypeVar
 
 from sunset.interfaces import Message
 from sunset.rmw.core.port import QoSProfile, SubscriptionHandle
 
-__all__ = ["Subscription"]
+__all__ = ["AnySubscription", "Subscription"]
 
 MessageT = TypeVar("MessageT", bound=Message)
 
@@ -43,3 +43,7 @@ class Subscription(Generic[MessageT]):
     def destroy(self) -> None:
         """Leave the graph; prefer `Node.destroy_subscription`."""
         self.handle.destroy()
+
+
+AnySubscription: TypeAlias = Subscription[Any]
+"""A subscription of messages of any type."""

@@ -5,11 +5,11 @@ from types import ModuleType
 
 import numpy as np
 import pytest
+from scripts.interface_modules import generate
 
 import sunset.interfaces
 from sunset.errors import InterfaceError
 from sunset.interfaces._definition import DEFINITIONS
-from sunset.interfaces._generator import generate
 
 SCRIPT = Path(__file__).parents[2] / "scripts" / "generate_interfaces"
 

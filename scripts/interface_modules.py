@@ -4,7 +4,8 @@ from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Final
 
-from sunset.interfaces._class_text import Structs, class_text
+from scripts.interface_classes import Structs, class_text
+
 from sunset.interfaces._definition import DEFINITIONS, Definition, parse_message, parse_service
 
 __all__ = ["generate"]

@@ -99,7 +99,7 @@ def test_a_card_that_is_no_text_is_refused(tmp_path: Path) -> None:
 def test_a_card_that_is_a_list_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "card.json"
     path.write_text("[]", encoding="utf-8")
-    with pytest.raises(ModelError, match="must be a JSON object, got list"):
+    with pytest.raises(ModelError, match=r"The model card .*card\.json must be an object, got \[\]"):
         ModelCard.read(path)
 
 
@@ -109,39 +109,69 @@ NETWORK = {"file": "rgb.onnx", "sha256": "0" * 64, "parameters": 1, "temperature
 @pytest.mark.parametrize(
     ("fields", "message"),
     [
-        ({"format": 2}, "1, the only format known, as 'format', got 2"),
-        ({"name": ""}, "a text as 'name', got ''"),
-        ({"height": 14.4}, "a whole number from 1 to 4096 as 'height', got 14.4"),
-        ({"width": True}, "a whole number from 1 to 4096 as 'width', got True"),
-        ({"height": 31623, "width": 31623}, "a whole number from 1 to 4096 as 'height', got 31623"),
-        ({"classes": ["road"]}, "the list of the 28 classes in their order as 'classes'"),
-        ({"entropy_threshold": 1.5}, "a number from 0 to 1 as 'entropy_threshold', got 1.5"),
-        ({"entropy_threshold": "low"}, "a number from 0 to 1 as 'entropy_threshold', got 'low'"),
-        ({"sharpness_threshold": -1}, "a number from 0 to 64 as 'sharpness_threshold', got -1"),
-        ({"networks": {}}, "at least one network as 'networks'"),
-        ({"networks": {"lidar": NETWORK}}, "networks named depth, fusion, rgb only as 'networks'"),
+        ({"format": 2}, "format in the model card CARD must be 1, got 2;"),
+        ({"name": ""}, "The name in the model card CARD must be a text, got '';"),
+        (
+            {"height": 14.4},
+            "The height in the model card CARD must be a whole number from 1 to 4096, got 14.4;",
+        ),
+        (
+            {"width": True},
+            "The width in the model card CARD must be a whole number from 1 to 4096, got True;",
+        ),
+        (
+            {"height": 31623, "width": 31623},
+            "The height in the model card CARD must be a whole number from 1 to 4096, got 31623;",
+        ),
+        ({"classes": ["road"]}, "The classes in the model card CARD must be the 28 classes in their order;"),
+        (
+            {"entropy_threshold": 1.5},
+            "The entropy_threshold in the model card CARD must be a number from 0 to 1, got 1.5;",
+        ),
+        (
+            {"entropy_threshold": "low"},
+            "The entropy_threshold in the model card CARD must be a number from 0 to 1, got 'low';",
+        ),
+        (
+            {"sharpness_threshold": -1},
+            "The sharpness_threshold in the model card CARD must be a number from 0 to 64, got -1;",
+        ),
+        (
+            {"networks": {}},
+            "The networks in the model card CARD must be at least one, named depth, fusion, rgb only, got none;",
+        ),
+        ({"networks": {"lidar": NETWORK}}, "named depth, fusion, rgb only, got lidar;"),
         (
             {"networks": {"rgb": 7}},
-            "The entry of network 'rgb' in the model card must be a JSON object, got int",
+            "The networks.rgb in the model card CARD must be an object, got 7;",
         ),
-        ({"networks": {"rgb": {**NETWORK, "file": "../rgb.onnx"}}}, "a plain file name as 'file'"),
-        ({"networks": {"rgb": {**NETWORK, "sha256": "abc"}}}, "64 hexadecimal digits as 'sha256', got 'abc'"),
+        (
+            {"networks": {"rgb": {**NETWORK, "file": "../rgb.onnx"}}},
+            "The networks.rgb.file in the model card CARD must be a plain file name, without folders, got '../rgb",
+        ),
+        (
+            {"networks": {"rgb": {**NETWORK, "sha256": "abc"}}},
+            "The networks.rgb.sha256 in the model card CARD must be 64 hexadecimal digits, got 'abc';",
+        ),
         (
             {"networks": {"rgb": {**NETWORK, "temperature": 0}}},
-            "a number from 0.001 to 1000 as 'temperature', got 0",
+            "networks.rgb.temperature in the model card CARD must be a number from 0.001 to 1000, got 0;",
         ),
         (
             {"networks": {"rgb": {**NETWORK, "data": {"../all.data": "0" * 64}}}},
-            "plain file names with 64 hexadecimal digits each as 'data'",
+            "must be a plain file name, without folders, got '../all.data';",
         ),
         (
             {"networks": {"rgb": {**NETWORK, "data": {"all.data": "abc"}}}},
-            "plain file names with 64 hexadecimal digits each as 'data'",
+            "The networks.rgb.data.all.data in the model card CARD must be 64 hexadecimal digits, got 'abc';",
         ),
-        ({"networks": {"rgb": {**NETWORK, "data": None}}}, "an object as 'data', got None"),
-        ({"architecture": 7}, "a text as 'architecture', got 7"),
-        ({"precision": ""}, "a text as 'precision', got ''"),
-        ({"training": None}, "an object as 'training', got None"),
+        (
+            {"networks": {"rgb": {**NETWORK, "data": None}}},
+            "The networks.rgb.data in the model card CARD must be an object, got None;",
+        ),
+        ({"architecture": 7}, "The architecture in the model card CARD must be a text, got 7;"),
+        ({"precision": None}, "The precision in the model card CARD must be a text, got None;"),
+        ({"training": None}, "The training in the model card CARD must be an object, got None;"),
     ],
 )
 def test_a_malformed_card_says_where_what_was_expected_and_what_it_got(
@@ -150,7 +180,8 @@ def test_a_malformed_card_says_where_what_was_expected_and_what_it_got(
     folder = edit_card(**fields)
     with pytest.raises(ModelError) as caught:
         ModelCard.read(folder / "card.json")
-    assert message in str(caught.value)
+    assert message in str(caught.value).replace(str(folder / "card.json"), "CARD")
+    assert str(caught.value).endswith("; correct the card, or take another model.")
 
 
 @pytest.mark.parametrize("name", ["", "a\udcff"])

@@ -1,0 +1,175 @@
+"""Stored documents: JSON files whose schema is a class. One reader, one writer, one sentence for what does not fit.
+
+A schema is a dataclass or a `msgspec.Struct`. Ranges stand in its annotations, as in
+`Annotated[int, Meta(ge=1, le=4096)]`; what ranges cannot say is said in words, as in `Meta(description=...)`.
+"""
+
+import json
+import reprlib
+from collections.abc import Iterator, Mapping
+from enum import Enum
+from pathlib import Path
+from types import NoneType, UnionType
+from typing import Annotated, Final, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
+
+import msgspec
+from msgspec.inspect import DataclassType, Field, StructType, type_info
+
+from sunset.errors import InvalidInputError
+from sunset.input_files import read_text
+from sunset.texts import printable_json
+
+__all__ = ["convert", "document_text", "fields_of", "read_json"]
+
+_T = TypeVar("_T")
+
+_PLAIN: Final = {
+    str: "a text",
+    bool: "true or false",
+    int: "a whole number",
+    float: "a number",
+    NoneType: "null",
+    list: "a list",
+    tuple: "a list",
+}
+"""How a type is called in a sentence; whatever else there is is an object."""
+_MISSING: Final = object()
+
+
+def read_json(file: Path, what: str, error: type[InvalidInputError]) -> object:
+    """Return the content of a JSON file, with every text in it made printable.
+
+    Args:
+        file: it is read from.
+        what: it is called in messages: `The file`, `The model card`.
+        error: is raised.
+
+    Raises:
+        InvalidInputError: of the class `error`: the file is missing, cannot be read, or is not JSON, as NaN is not.
+    """
+    try:
+        content = json.loads(read_text(file))
+        json.dumps(content, ensure_ascii=False, allow_nan=False).encode()  # as it could be written again
+        return printable_json(content)
+    except FileNotFoundError as cause:
+        raise error(f"{what} {file} is missing.") from cause
+    except OSError as cause:
+        raise error(f"{what} {file} cannot be read: {cause.strerror}.") from cause
+    except (RecursionError, ValueError) as cause:
+        raise error(f"{what} {file} is damaged and cannot be read as JSON: {cause}.") from cause
+
+
+def convert(
+    content: object,
+    kind: type[_T],
+    where: str,
+    error: type[InvalidInputError],
+    *,
+    remedy: str,
+    path: tuple[str, ...] = (),
+) -> _T:
+    """Return the content of a JSON file as a value of its schema; keys that the schema lacks are ignored.
+
+    Args:
+        content: what `read_json` returned, or a part of it.
+        kind: the schema.
+        where: the content comes from, in messages.
+        error: is raised.
+        remedy: the end of the sentence.
+        path: the keys that lead to the part of the file that the content is.
+
+    Raises:
+        InvalidInputError: of the class `error`, with one sentence: where, which key, expected, got, remedy.
+    """
+    try:
+        return msgspec.convert(content, kind)
+    except msgspec.ValidationError as cause:
+        keys, value, expected = _misfit(content, kind, path)
+        got = "nothing" if value is _MISSING else reprlib.repr(value)
+        subject = f"The {'.'.join(keys)} in {where}" if keys else f"{where[:1].upper()}{where[1:]}"
+        raise error(f"{subject} must be {_described(expected)}, got {got}; {remedy}.") from cause
+
+
+def document_text(document: object) -> str:
+    """Return a value of a schema as JSON with sorted keys: the same value gives the same text.
+
+    Raises:
+        ValueError: a number in it is one that JSON does not know, such as NaN.
+        TypeError: another value is.
+    """
+    plain = msgspec.to_builtins(document, str_keys=True)
+    return json.dumps(plain, sort_keys=True, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def fields_of(kind: type) -> dict[str, object]:
+    """Return the annotations of a schema's fields by name, ranges included."""
+    return get_type_hints(kind, include_extras=True)
+
+
+def _misfit(value: object, kind: object, path: tuple[str, ...]) -> tuple[tuple[str, ...], object, object]:
+    """Return the keys that lead to the innermost part that does not fit, that part, and its type."""
+    for key, part, inner in _parts(value, kind):
+        if part is _MISSING or not _fits(part, inner):
+            return _misfit(part, inner, (*path, key))
+    return path, value, kind
+
+
+def _parts(value: object, kind: object) -> Iterator[tuple[str, object, object]]:
+    """Yield the keys, values and types that a value of this type consists of; optional ones only if they are there."""
+    if get_origin(kind) is Annotated:
+        kind = get_args(kind)[0]
+    origin, arguments = get_origin(kind), get_args(kind)
+    if isinstance(value, dict) and origin in (dict, Mapping):
+        for key, part in value.items():
+            yield str(key), key, arguments[0]
+            yield key.name.lower() if isinstance(key, Enum) else str(key), part, arguments[1]
+    elif isinstance(value, list) and origin in (list, tuple):
+        for place, part in enumerate(value):
+            yield str(place), part, arguments[0]
+    elif isinstance(value, dict) and isinstance(kind, type):
+        types = fields_of(kind)
+        for field in _fields(kind):
+            if field.required or field.name in value:
+                yield field.name, value.get(field.name, _MISSING), types[field.name]
+
+
+def _fields(kind: type) -> tuple[Field, ...]:
+    """Return the fields of a schema; of another type, nothing."""
+    info = type_info(kind)
+    return info.fields if isinstance(info, StructType | DataclassType) else ()
+
+
+def _fits(value: object, kind: object) -> bool:
+    try:
+        msgspec.convert(value, kind)
+    except msgspec.ValidationError:
+        return False
+    return True
+
+
+def _described(kind: object) -> str:
+    """Return what a value of a type is, in words.
+
+    >>> _described(Annotated[float, msgspec.Meta(ge=0, le=1)] | None)
+    'a number from 0 to 1 or null'
+    """
+    origin, arguments = get_origin(kind), get_args(kind)
+    if origin is Annotated:
+        base, *remarks = arguments
+        (limits,) = (remark for remark in remarks if isinstance(remark, msgspec.Meta))
+        return limits.description or f"{_described(base)}{_range(limits)}"
+    if origin in (Union, UnionType):
+        return " or ".join(_described(one) for one in arguments if one is not msgspec.UnsetType)
+    if origin is Literal:
+        return " or ".join(repr(one) for one in arguments)
+    return next((words for known, words in _PLAIN.items() if (origin or kind) is known), "an object")
+
+
+def _range(limits: msgspec.Meta) -> str:
+    match limits.ge, limits.gt, limits.le:
+        case None, None, None:
+            return ""
+        case None, low, high:
+            return f" above {low:g} and at most {high:g}"
+        case low, _, high:
+            return f" from {low:g} to {high:g}"

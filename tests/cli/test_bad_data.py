@@ -325,9 +325,9 @@ def test_what_is_no_bag(tmp_path: Path, complaint: Complaint) -> None:
     assert "There is no bag at nowhere" in complaint(["data", "import", "--bag", "nowhere", "--out", "o"])
     for option in ("--rate", "--jobs"):
         idle = ["data", "import", "--bag", "nowhere", option, "5", "--out", "o"]
-        assert f"{option} is for --syndrone and --pictures and means nothing with --bag" in complaint(idle)
+        assert f"{option} is for --syndrone and --pictures and cannot be used with --bag" in complaint(idle)
     idle = ["data", "import", "--pictures", "nowhere", "--town", "2", "--out", "o"]
-    assert "--town is for --syndrone and means nothing with --pictures" in complaint(idle)
+    assert "--town is for --syndrone and cannot be used with --pictures" in complaint(idle)
 
 
 @pytest.mark.parametrize(("span", "got"), [("3:", "3 to 2"), ("0:3", "0 to 3"), ("2:1", "2 to 1")])

@@ -224,7 +224,7 @@ def test_an_import_tells_of_frames_that_all_folders_lack(
         == 0
     )
     told = capsys.readouterr().err
-    assert "has no frame under 2 of the numbers from 00000 to 00004: the flight jumps there." in told
+    assert "lacks frames for 2 of the numbers from 00000 to 00004: the flight jumps there." in told
 
 
 def test_an_import_tells_of_images_without_a_partner(

@@ -29,7 +29,7 @@ def interrupted(*_: object, **__: object) -> NoReturn:
         (
             ["train", "--out", "model"],
             "sunset.cli.train.train",
-            "Interrupted; the same command with --resume goes on.\n",
+            "Interrupted; the same command with --resume continues it.\n",
         ),
     ],
 )

@@ -35,21 +35,21 @@ class Verb:
 _SAME_COMMAND: Final = "the same command continues it"
 
 VERBS: Final[Mapping[str, Verb]] = {
-    "run": Verb("fly one faulted mission and measure the adaptation", is_long=True),
+    "run": Verb("run one scenario and measure the adaptation", is_long=True),
     "bench": Verb("run managing systems over a suite and print the paper's table", True, _SAME_COMMAND),
     "agree": Verb("compare live runs with simulated ones", True, _SAME_COMMAND),
     "report": Verb("print the table of stored runs, or the time line of one"),
-    "scenarios": Verb("faulted missions: list, show, generate"),
+    "scenarios": Verb("the faults of a run: list, show, generate"),
     "faults": Verb("the catalogue of faults: list, show, figure"),
     "managers": Verb("managing systems: list, check (your own)", is_long=True),
     "data": Verb("flights: render, import, info", is_long=True),
     "models": Verb("segmentation models: list, show, import, calibrate, curves, iou", is_long=True),
     "train": Verb(
-        "train a segmentation model on rendered towns", True, "the same command with --resume goes on"
+        "train a segmentation model on rendered towns", True, "the same command with --resume continues it"
     ),
     "node": Verb("run one node as a process on ROS 2's network"),
     "up": Verb("run the whole system as processes on ROS 2's network"),
-    "ros": Verb("look at and poke a running ROS 2 system, without a ROS installation"),
+    "ros": Verb("look at a running ROS 2 system and change it, without a ROS installation"),
     "completion": Verb("print what a shell completes this command line with"),
 }
 """By name. Each is a module beside this one, whose `add_arguments` completes the verb's parser."""
@@ -74,7 +74,7 @@ class Parser(argparse.ArgumentParser):
             import_module(f"sunset.cli.{verb}").add_arguments(self)
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
-        """Suggest an option to who mistyped it, in the name of the verb; argparse complains in that of the program."""
+        """Suggest an option for a mistyped one, in the name of the verb; argparse complains in that of the program."""
         self.complete()
         parsed, unknown = super().parse_known_args(args, namespace)
         if unknown:
@@ -84,7 +84,7 @@ class Parser(argparse.ArgumentParser):
         return parsed, unknown
 
     def _check_value(self, action: argparse.Action, value: object) -> None:
-        """Suggest a choice to who mistyped it."""
+        """Suggest a choice for a mistyped one."""
         if action.choices is not None and value not in action.choices:
             choices = [str(choice) for choice in action.choices]
             hint = suggestion(str(value), choices)
@@ -113,8 +113,8 @@ def make_parser() -> Parser:
     """Return the parser of the whole command line; a verb's module is loaded when its parser is used."""
     parser = Parser(
         prog="sunset",
-        description="A ROS 2 exemplar for self-adaptation: fly a faulted mission, let a managing system repair it, "
-        "and measure how well it did.",
+        description="A ROS 2 exemplar for self-adaptation: inject faults into a perception pipeline, let a managing "
+        "system repair it, and measure how well it does.",
         epilog="'sunset VERB --help' explains one verb.",
     )
     parser.add_argument("--version", action="version", version=f"sunset {__version__}")

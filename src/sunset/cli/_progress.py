@@ -125,7 +125,7 @@ def _repeating(draw: Callable[[], float], pause_s: float) -> Iterator[None]:
 
 @contextmanager
 def rendering_progress() -> Iterator[Callable[[int, int], None]]:
-    """Give the progress of loading what is flown with, and of rendering the default flight, which happens once."""
+    """Give the progress of loading what a run needs, and of rendering the default flight, which happens once."""
     with stages_progress() as stage:
         stage("Preparing")
 

@@ -20,11 +20,11 @@ from sunset.ros.qos import QoSProfile, qos_profile_services_default
 __all__ = ["NotThereError", "Session", "absolute", "hidden", "session"]
 
 _QUIET_S: Final = 0.5
-"""The graph is taken as known when nothing new has been seen for so long."""
+"""The graph is complete when nothing new has been seen for so long."""
 
 _LOOK_S: Final = 0.05
 _STEP_S: Final = 0.1
-"""How long nobody looks whether a signal has come."""
+"""How long may pass until a signal is handled."""
 
 _ANSWER_S: Final = 10.0
 """How long a service may take to answer."""
@@ -33,7 +33,7 @@ T = TypeVar("T")
 
 
 class NotThereError(Exception):
-    """What was asked for is not on the graph, or refused; the text is one sentence."""
+    """A name that is not on the graph, or a request that was refused; the text is one sentence."""
 
 
 class Session:

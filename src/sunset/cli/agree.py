@@ -27,9 +27,9 @@ _LIVE = "live"
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Complete the verb's parser."""
     parser.description = (
-        "Fly scenarios with the same seeds in the simulation and live, into DIR/sim and DIR/live, and "
+        "Run scenarios with the same seeds in the simulation and live, into DIR/sim and DIR/live, and "
         "print how much each figure differs, and whether the same failures appeared and the same adaptations were "
-        "executed. Finished runs are kept: the same command continues what was interrupted, and flies nothing where "
+        "executed. Finished runs are kept: the same command continues what was interrupted, and runs nothing where "
         "all runs are there."
     )
     add_campaign_options(parser, suite="artifact", managers="baseline", repetitions=1, what="pairs")
@@ -45,11 +45,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--jobs",
         type=at_least_one,
         metavar="N",
-        help="worker processes of the simulation (default: one a core); live runs are flown one at a time",
+        help="worker processes of the simulation (default: one a core); live runs take place one at a time",
     )
     parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder of the results")
     parser.add_argument(
-        "--stored", action="store_true", help="fly nothing: compare the runs that are in DIR already"
+        "--stored", action="store_true", help="run nothing: compare the runs that are in DIR already"
     )
     parser.add_argument(
         "--format", default="table", choices=AGREEMENT_FORMATS, help="how the report is printed"

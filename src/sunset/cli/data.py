@@ -57,7 +57,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     actions = parser.add_subparsers(title="actions", metavar="ACTION")
     _add_render(actions)
     _add_import(actions)
-    looking = actions.add_parser("info", help="what a bag or a folder of SynDrone's holds")
+    looking = actions.add_parser("info", help="say what a bag or a folder of SynDrone's holds")
     looking.add_argument(
         "path", nargs="?", type=Path, help="a rosbag2 or SynDrone's folder (default: the default flight)"
     )
@@ -97,7 +97,7 @@ def _add_import(actions: Actions) -> None:
         "import",
         help="make a flight of SynDrone's folders, of a folder of pictures, or of another bag",
         description="Read a flight of the SynDrone data set, a folder of pictures, or any rosbag2, check it, resample "
-        "it, and write it as a rosbag2 (MCAP) that 'sunset run --bag' flies.",
+        "it, and write it as a rosbag2 (MCAP) that 'sunset run --bag' plays.",
     )
     source = parser.add_mutually_exclusive_group(required=True)
     source.add_argument("--syndrone", type=Path, metavar="DIR", help="the folder that holds TownNN_Opt_120")
@@ -190,7 +190,7 @@ def import_flight(arguments: argparse.Namespace) -> int:
         flight = _found_flight(arguments, first, last)
         if isinstance(flight, SynDroneFlight) and flight.gaps:
             print(
-                f"The folder {flight.folder} has no frame under {flight.gaps} of the numbers from "
+                f"The folder {flight.folder} lacks frames for {flight.gaps} of the numbers from "
                 f"{flight.numbers[0]:05} to {flight.numbers[-1]:05}: the flight jumps there.",
                 file=sys.stderr,
             )
@@ -205,9 +205,7 @@ def import_flight(arguments: argparse.Namespace) -> int:
                 "choose them among these."
             )
         if any(reader.dropped.values()):
-            print(
-                f"Images that belong to no frame are left out: {_dropped(reader.dropped)}.", file=sys.stderr
-            )
+            print(f"Images without a frame are left out: {_dropped(reader.dropped)}.", file=sys.stderr)
         chosen = range(low, high + 1)
         stamps = [reader.stamps_ns[index] for index in chosen]
         _write("Importing", arguments.out, map(reader.frame, chosen), stamps)
@@ -220,7 +218,9 @@ def _check_idle(arguments: argparse.Namespace) -> None:
     for option, unset, sources in _OF_SOURCES:
         if source not in sources and getattr(arguments, option) != unset:
             uses = " and ".join(f"--{name}" for name in sources)
-            raise InvalidInputError(f"The option --{option} is for {uses} and means nothing with --{source}.")
+            raise InvalidInputError(
+                f"The option --{option} is for {uses} and cannot be used with --{source}; leave it out."
+            )
 
 
 def _found_flight(
@@ -334,8 +334,10 @@ def _bag_text(found: dict[str, Any]) -> str:
         encoding = f", {found['encodings'][topic]}" if topic in found["encodings"] else ""
         lines.append(f"  {topic}: {told['messages']} x {told['type']}{encoding}")
     if any(found["dropped"].values()):
-        lines.append(f"images that belong to no frame: {_dropped(found['dropped'])}")
+        lines.append(f"images without a frame: {_dropped(found['dropped'])}")
     near, far = found["depth_m"]
-    lines.append(f"depth from {near:.1f} to {far:.1f} m; {found['depth_far']:.1%} is further or not known")
+    lines.append(
+        f"depth from {near:.1f} to {far:.1f} m; {found['depth_far']:.1%} is further away or not known"
+    )
     lines += [f"  {name:14}{share:8.3%}" for name, share in found["classes"].items()]
     return "\n".join([*lines, f"  {'(no class)':14}{found['ignored']:8.3%}"])

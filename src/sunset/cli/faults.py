@@ -38,10 +38,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     drawing = actions.add_parser(
         "figure",
         help="draw the segmentation's entropy over time, with and without each fault of F4",
-        description="Fly once without a fault and once with each fault of F4, and draw the paper's figure.",
+        description="Run once without a fault and once with each fault of F4, and draw the paper's figure.",
     )
     drawing.add_argument("--out", type=Path, required=True, metavar="FILE", help="a .png, .pdf or .svg")
-    drawing.add_argument("--seed", type=int, default=1, metavar="N", help="seed of the flights (default: 1)")
+    drawing.add_argument("--seed", type=int, default=1, metavar="N", help="seed of the runs (default: 1)")
     add_flight_options(drawing)
     drawing.set_defaults(execute=draw)
 
@@ -90,7 +90,7 @@ def show(arguments: argparse.Namespace) -> int:
 
 
 def draw(arguments: argparse.Namespace) -> int:
-    """Fly without and with each fault of F4, and draw the figure."""
+    """Run without and with each fault of F4, and draw the figure."""
     check_figure(arguments.out)
     names = ["nofault", *(fault.name for fault in current_system().faults.values() if fault.failure == "F4")]
     series, iou = {}, {}

@@ -30,8 +30,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     listing.set_defaults(execute=list_managers)
     checking = actions.add_parser(
         "check",
-        help="load a managing system and fly it twice",
-        description="Load a managing system, fly one scenario twice, and say whether it can be scored: it must not "
+        help="load a managing system and run it twice",
+        description="Load a managing system, run one scenario twice, and say whether it can be scored: it must not "
         "raise, hang, end its process, read the truth or set faults, and the same seed must give the same record, even "
         "where sets have another order.",
     )
@@ -55,7 +55,7 @@ def list_managers(arguments: argparse.Namespace) -> int:
 
 
 def check(arguments: argparse.Namespace) -> int:
-    """Fly twice and judge."""
+    """Run twice and judge."""
     spec = RunSpec(
         scenario=load_scenario(arguments.scenario),
         manager=arguments.manager,

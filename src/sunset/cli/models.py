@@ -90,7 +90,7 @@ def _add_calibrate(actions: Actions) -> None:
         "calibrate",
         help="give a model its temperatures, thresholds and card",
         description="Give all networks of a model the same entropy on good frames, choose its two thresholds, measure "
-        "it, and write its card. Nothing is trained. Needs onnx, which the extra 'train' installs.",
+        "it, and write its card, without training. Needs onnx, which the extra 'train' installs.",
     )
     parser.add_argument("model", help="a model's name or folder")
     parser.add_argument(
@@ -134,7 +134,7 @@ def _add_curves(actions: Actions) -> None:
         action="append",
         default=[],
         metavar="FAULT=STRENGTH",
-        help="measure at this strength instead of that of the suites; can be given several times",
+        help="measure at this strength instead of that of the suites; may be repeated",
     )
     _add_measuring_options(parser)
     parser.set_defaults(execute=curves)
@@ -320,7 +320,7 @@ def calibrate(arguments: argparse.Namespace) -> int:
         print(f"{modality.key + ' temperature':22}{network.temperature:.4f}")
     print(f"{'entropy threshold':22}{card.entropy_threshold:.4f}")
     print(f"{'sharpness threshold':22}{card.sharpness_threshold:.4f}")
-    use = f"'sunset run --model {calibrated.folder}' flies it"
+    use = f"'sunset run --model {calibrated.folder}' runs with it"
     if missing := missing_networks(calibrated):
         use = f"it can be measured, but cannot fly without {missing}"
     print(f"The model in {calibrated.folder} is calibrated; {use}.", file=sys.stderr)

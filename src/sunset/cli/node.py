@@ -29,8 +29,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Complete the verb's parser."""
     parser.description = (
         "Run one node as a process on Cyclone DDS, until it is interrupted or shut down through its "
-        "lifecycle. Other ROS 2 nodes on this computer see it as one of theirs. Where 'sunset up' or a live run is in "
-        "the same domain, it has the parameters of that system's own nodes."
+        "lifecycle. Other ROS 2 nodes on this computer see it like their own. If 'sunset up' or a live run is in the "
+        "same domain, it has the parameters of that system's own nodes."
     )
     names = [*current_system().nodes, *(node.name for node in HARNESS.values() if node.node_class), MANAGER]
     parser.add_argument("node", choices=names, metavar="NAME", help=f"one of {', '.join(names)}")
@@ -113,7 +113,7 @@ def _spin(executor: SingleThreadedExecutor, node: Node, *, lasting: bool) -> Non
 
 
 def _end_with_stdin() -> None:
-    """End this process, as by SIGTERM, when nobody holds the other end of stdin any more.
+    """End this process, as by SIGTERM, when no process holds the other end of stdin any more.
 
     Where the system can, a process that is stopped then goes on, to see it.
     """

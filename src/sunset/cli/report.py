@@ -17,7 +17,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Complete the verb's parser."""
     parser.description = (
         "Read the runs below a folder and print the paper's table; of the folder of one run, print its "
-        "time line. Nothing is flown again."
+        "time line. Nothing is run again."
     )
     parser.add_argument(
         "folder", type=Path, metavar="DIR", help="what 'sunset bench --out' or 'run --out' wrote"

@@ -23,8 +23,8 @@ _Command: TypeAlias = Callable[[argparse.Namespace], int]
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Complete the verb's parser."""
     parser.description = (
-        "The 'ros2' command line's words for machines without ROS. Exit code 1: what was asked for is not "
-        "there, or refused; 2: what was typed cannot be used."
+        "The commands of 'ros2' for machines without ROS. Exit code 1: a node, topic, parameter or service does "
+        "not exist, or a node refused; 2: the command line cannot be used."
     )
     things = parser.add_subparsers(title="things", metavar="THING", required=True)
     _add_node(_actions(things, "node", "list and describe nodes"))
@@ -36,15 +36,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def _add_node(actions: Actions) -> None:
     _add(actions, "list", graph.node_list, "list the nodes")
-    info = _add(actions, "info", graph.node_info, "tell what a node consists of")
+    info = _add(actions, "info", graph.node_info, "show what a node consists of")
     info.add_argument("node", metavar="NODE", help="its full name, such as /managed_subsystem/camera")
 
 
 def _add_topic(actions: Actions) -> None:
     _show_types(_add(actions, "list", graph.topic_list, "list the topics"))
-    info = _add(actions, "info", graph.topic_info, "tell who publishes on a topic and who subscribes to it")
+    info = _add(
+        actions, "info", graph.topic_info, "show which nodes publish on a topic and which subscribe to it"
+    )
     info.add_argument("topic", metavar="TOPIC")
-    info.add_argument("-v", "--verbose", action="store_true", help="tell of every publisher and subscription")
+    info.add_argument("-v", "--verbose", action="store_true", help="show every publisher and subscription")
     rate = _add(actions, "hz", topics.topic_hz, "measure how often messages come, until Ctrl-C")
     rate.add_argument("topic", metavar="TOPIC")
     rate.add_argument(
@@ -53,7 +55,7 @@ def _add_topic(actions: Actions) -> None:
         type=at_least_one,
         default=10_000,
         metavar="N",
-        help="average over so many (default: 10000)",
+        help="average over so many messages (default: 10000)",
     )
     echo = _add(actions, "echo", topics.topic_echo, "print messages, until Ctrl-C")
     echo.add_argument("topic", metavar="TOPIC")
@@ -86,14 +88,14 @@ def _add_lifecycle(actions: Actions) -> None:
     getting.add_argument("node", nargs="?", metavar="NODE")
     listing = _add(actions, "list", services.lifecycle_list, "list the transitions that a node can make now")
     listing.add_argument("node", metavar="NODE")
-    setting = _add(actions, "set", services.lifecycle_set, "let a node make a transition")
+    setting = _add(actions, "set", services.lifecycle_set, "request a transition of a node")
     setting.add_argument("node", metavar="NODE")
     setting.add_argument("transition", metavar="TRANSITION", help="its label or number, such as deactivate")
 
 
 def _add_service(actions: Actions) -> None:
     _show_types(_add(actions, "list", graph.service_list, "list the services"))
-    call = _add(actions, "call", services.service_call, "ask a service and print its answer")
+    call = _add(actions, "call", services.service_call, "call a service and print its response")
     call.add_argument("service", metavar="NAME")
     call.add_argument("type", metavar="TYPE", help="such as std_srvs/srv/Trigger")
     call.add_argument(
@@ -112,7 +114,7 @@ def _show_types(parser: argparse.ArgumentParser) -> None:
 
 def _add(actions: Actions, name: str, command: _Command, text: str) -> argparse.ArgumentParser:
     parser = actions.add_parser(name, help=text)
-    common = parser.add_argument_group("who is heard")
+    common = parser.add_argument_group("the network")
     common.add_argument(
         "--domain-id", type=int, metavar="N", help="the domain, 0 to 232 (default: ROS_DOMAIN_ID, else 0)"
     )
@@ -126,7 +128,7 @@ def _add(actions: Actions, name: str, command: _Command, text: str) -> argparse.
         type=_seconds,
         default=3.0,
         metavar="S",
-        help="how long others may take to be found, in seconds (default: 3)",
+        help="seconds within which other nodes must be found (default: 3)",
     )
     parser.set_defaults(execute=_reporting(command))
     return parser
@@ -143,7 +145,7 @@ def _seconds(text: str) -> float:
 
 
 def _reporting(command: _Command) -> _Command:
-    """Return a command that says in a sentence what is not there."""
+    """Return a command that says in a sentence what does not exist."""
 
     def execute(arguments: argparse.Namespace) -> int:
         try:

@@ -41,7 +41,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--steps",
         type=at_least_one,
         metavar="N",
-        help="optimiser steps; where branches are trained one by one, of each, and those that merge them stay as many "
+        help="optimiser steps, of each branch where branches are trained one by one; merging them takes its own number "
         f"(default: {steps})",
     )
     parser.add_argument(
@@ -53,8 +53,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--frames",
         type=at_least_one,
         metavar="N",
-        help="training frames, about; fewer than the default, and fewer are rendered to validate and test, too: for a "
-        "quick training (default: 5500)",
+        help="about how many training frames; with fewer than the default, fewer are rendered to validate and test "
+        "too, for a quick training (default: 5500)",
     )
     parser.add_argument(
         "--batch",
@@ -66,7 +66,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--device",
         default="cpu",
         choices=DEVICES,
-        help="what networks are learned on; auto: CUDA where torch offers it (default: cpu)",
+        help="what networks are trained on; auto: CUDA where torch offers it (default: cpu)",
     )
     parser.add_argument(
         "--compile", action="store_true", help="let torch compile the networks; needs a C compiler"
@@ -81,10 +81,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--minutes",
         type=at_least_one,
         metavar="N",
-        help="stop in order after so long, with exit code 1; --resume goes on",
+        help="stop after so many minutes, with exit code 1; --resume continues",
     )
     parser.add_argument(
-        "--resume", action="store_true", help="go on where the training in the work folder was interrupted"
+        "--resume",
+        action="store_true",
+        help="continue the training in the work folder where it was interrupted",
     )
     parser.add_argument(
         "--work",
@@ -127,11 +129,16 @@ def execute(arguments: argparse.Namespace) -> int:
             )
     except _TimeIsUpError:
         print(
-            f"The {arguments.minutes} min are over; the same command with --resume goes on.", file=sys.stderr
+            f"The {arguments.minutes} min are over; the same command with --resume continues the training.",
+            file=sys.stderr,
         )
         return 1
     missing = missing_networks(model)
-    use = f"it cannot fly without {missing}" if missing else f"'sunset run --model {arguments.out}' flies it"
+    use = (
+        f"it cannot fly without {missing}"
+        if missing
+        else f"'sunset run --model {arguments.out}' runs with it"
+    )
     print(f"The model is in {arguments.out}; {use}.", file=sys.stderr)
     return 0
 

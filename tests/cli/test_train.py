@@ -58,4 +58,7 @@ def test_a_training_that_is_stopped_by_its_time_says_how_it_goes_on(
     monkeypatch.setattr("sunset.cli.train.train", training)
     monkeypatch.setattr("sunset.cli.train._until", lambda _, progress: _until(0, progress))
     assert main(["train", "--out", str(tmp_path / "model"), "--minutes", "9"]) == 1
-    assert "The 9 min are over; the same command with --resume continues the training." in capsys.readouterr().err
+    assert (
+        "The 9 min are over; the same command with --resume continues the training."
+        in capsys.readouterr().err
+    )

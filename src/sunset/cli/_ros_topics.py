@@ -41,15 +41,15 @@ def topic_hz(arguments: argparse.Namespace) -> int:
     with suppress(KeyboardInterrupt), session(arguments) as graph:
         times: deque[float] = deque(maxlen=arguments.window + 1)
         _subscribe(graph, arguments.topic, lambda _: times.append(graph.now_s))
-        told = None
+        printed = None
         due_s = graph.now_s + _REPORT_S
         while True:
             graph.spin_once(max(0.0, due_s - graph.now_s))
             if graph.now_s < due_s:
                 continue
             due_s += _REPORT_S
-            if len(times) > 1 and times[-1] != told:
-                told = times[-1]
+            if len(times) > 1 and times[-1] != printed:
+                printed = times[-1]
                 print(rate_text(times), flush=True)
     return 0
 

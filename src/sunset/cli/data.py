@@ -141,16 +141,16 @@ def _add_out(parser: argparse.ArgumentParser) -> None:
 
 
 def _span(text: str) -> tuple[int | None, int | None]:
-    found = re.fullmatch(r"(\d*):(\d*)", text)
-    if not found:
+    match = re.fullmatch(r"(\d*):(\d*)", text)
+    if not match:
         raise argparse.ArgumentTypeError(f"expected FIRST:LAST such as 0:299, got {text!r}")
-    first, last = (int(number) if number else None for number in found.groups())
+    first, last = (int(number) if number else None for number in match.groups())
     return first, last
 
 
 def _size(text: str) -> tuple[int, int]:
-    found = re.fullmatch(r"(\d{1,4})x(\d{1,4})", text)
-    width, height = (int(number) for number in found.groups()) if found else (0, 0)
+    match = re.fullmatch(r"(\d{1,4})x(\d{1,4})", text)
+    width, height = (int(number) for number in match.groups()) if match else (0, 0)
     if not (width and height):
         raise argparse.ArgumentTypeError(f"expected WIDTHxHEIGHT such as 256x144, got {text!r}")
     return height, width
@@ -187,7 +187,7 @@ def import_flight(arguments: argparse.Namespace) -> int:
     _check_idle(arguments)
     first, last = arguments.frames
     if arguments.bag is None:
-        flight = _found_flight(arguments, first, last)
+        flight = _find_flight(arguments, first, last)
         if isinstance(flight, SynDroneFlight) and flight.gaps:
             print(
                 f"The folder {flight.folder} lacks frames for {flight.gaps} of the numbers from "
@@ -223,7 +223,7 @@ def _check_idle(arguments: argparse.Namespace) -> None:
             )
 
 
-def _found_flight(
+def _find_flight(
     arguments: argparse.Namespace, first: int | None, last: int | None
 ) -> PictureFolder | SynDroneFlight:
     if arguments.pictures is not None:
@@ -245,12 +245,12 @@ def _write(
     with stages_progress() as stage:
         stage(first or doing)
 
-        def told() -> Iterator[Frame]:
+        def counted() -> Iterator[Frame]:
             for done, frame in enumerate(frames, 1):
                 yield frame
                 stage(doing, done, len(stamps_ns))
 
-        write_bag(out, told(), stamps_ns)
+        write_bag(out, counted(), stamps_ns)
     print(f"The flight of {len(stamps_ns)} frames is in {out}.", file=sys.stderr)
 
 
@@ -262,12 +262,12 @@ def info(arguments: argparse.Namespace) -> int:
     else:
         path = arguments.path
     if is_syndrone(path):
-        found, text = _syndrone(path)
+        contents, text = _syndrone(path)
     else:
         with read_bag(path) as reader, progress_bar("Looking") as progress:
-            found = _bag(reader, progress)
-        text = _bag_text(found)
-    print(json.dumps(found, sort_keys=True) if arguments.json else printable(text))
+            contents = _bag(reader, progress)
+        text = _bag_text(contents)
+    print(json.dumps(contents, sort_keys=True) if arguments.json else printable(text))
     return 0
 
 
@@ -325,19 +325,19 @@ def _dropped(counts: Mapping[str, int]) -> str:
     return ", ".join(f"{count} on {topic}" for topic, count in counts.items())
 
 
-def _bag_text(found: dict[str, Any]) -> str:
-    """Return what `_bag` found for people."""
-    rate = f" at {found['rate_hz']:.4g} Hz" if found["rate_hz"] else ""
-    size = f"{found['width']} x {found['height']} pixels"
-    lines = [found["bag"], f"{found['frames']} frames of {size} over {found['seconds']:.1f} s{rate}"]
-    for topic, told in found["topics"].items():
-        encoding = f", {found['encodings'][topic]}" if topic in found["encodings"] else ""
-        lines.append(f"  {topic}: {told['messages']} x {told['type']}{encoding}")
-    if any(found["dropped"].values()):
-        lines.append(f"images without a frame: {_dropped(found['dropped'])}")
-    near, far = found["depth_m"]
+def _bag_text(contents: dict[str, Any]) -> str:
+    """Return the contents of a bag as text."""
+    rate = f" at {contents['rate_hz']:.4g} Hz" if contents["rate_hz"] else ""
+    size = f"{contents['width']} x {contents['height']} pixels"
+    lines = [contents["bag"], f"{contents['frames']} frames of {size} over {contents['seconds']:.1f} s{rate}"]
+    for topic, recorded in contents["topics"].items():
+        encoding = f", {contents['encodings'][topic]}" if topic in contents["encodings"] else ""
+        lines.append(f"  {topic}: {recorded['messages']} x {recorded['type']}{encoding}")
+    if any(contents["dropped"].values()):
+        lines.append(f"images without a frame: {_dropped(contents['dropped'])}")
+    near, far = contents["depth_m"]
     lines.append(
-        f"depth from {near:.1f} to {far:.1f} m; {found['depth_far']:.1%} is further away or not known"
+        f"depth from {near:.1f} to {far:.1f} m; {contents['depth_far']:.1%} is further away or not known"
     )
-    lines += [f"  {name:14}{share:8.3%}" for name, share in found["classes"].items()]
-    return "\n".join([*lines, f"  {'(no class)':14}{found['ignored']:8.3%}"])
+    lines += [f"  {name:14}{share:8.3%}" for name, share in contents["classes"].items()]
+    return "\n".join([*lines, f"  {'(no class)':14}{contents['ignored']:8.3%}"])

@@ -205,7 +205,7 @@ def list_models(arguments: argparse.Namespace) -> int:
         for name in names:
             try:
                 models.append(_described(name, load_model(name), arguments.device))
-            except ModelError as error:  # of one that somebody else's distribution installed, maybe
+            except ModelError as error:  # maybe of another distribution, whose model is broken
                 complaints.append(str(error))
     missing = {name: command for name, command in OFFERED.items() if name not in names}
     if arguments.json:
@@ -333,7 +333,7 @@ def curves(arguments: argparse.Namespace) -> int:
     bag = arguments.bag or _default_flight(model, arguments.jobs)
     _prepare(arguments.out)
     with progress_bar("Measuring") as progress:
-        found = measure_curves(
+        measured = measure_curves(
             model,
             bag,
             every=arguments.every,
@@ -342,12 +342,14 @@ def curves(arguments: argparse.Namespace) -> int:
             device=device,
             progress=progress,
         )
-    print(json.dumps(as_json(found), sort_keys=True) + "\n" if arguments.json else as_text(found), end="")
+    print(
+        json.dumps(as_json(measured), sort_keys=True) + "\n" if arguments.json else as_text(measured), end=""
+    )
     if arguments.out is not None:
-        write_text(arguments.out / "curves.csv", as_csv(found))
-        write_text(arguments.out / "curves.json", json.dumps(as_json(found), indent=2) + "\n")
+        write_text(arguments.out / "curves.csv", as_csv(measured))
+        write_text(arguments.out / "curves.json", json.dumps(as_json(measured), indent=2) + "\n")
         try:
-            draw(found, arguments.out)
+            draw(measured, arguments.out)
         except MissingExtraError as error:
             print(error, file=sys.stderr)
     return 0
@@ -370,7 +372,7 @@ def iou(arguments: argparse.Namespace) -> int:
     models = [load_model(name) for name in dict.fromkeys(arguments.models or installed_models())]
     _prepare(arguments.out)
     with stages_progress() as stage:
-        found = measure_iou(
+        tables = measure_iou(
             models,
             frames=arguments.frames,
             jobs=arguments.jobs,
@@ -378,11 +380,11 @@ def iou(arguments: argparse.Namespace) -> int:
             progress=_named(stage, "Measuring"),
             rendering=_named(stage, "Rendering (once)"),
         )
-    text = iou_markdown(found)
-    print(json.dumps(iou_json(found), sort_keys=True) + "\n" if arguments.json else text, end="")
+    text = iou_markdown(tables)
+    print(json.dumps(iou_json(tables), sort_keys=True) + "\n" if arguments.json else text, end="")
     if arguments.out is not None:
         write_text(arguments.out / "iou.md", text)
-        write_text(arguments.out / "iou.csv", iou_csv(found))
+        write_text(arguments.out / "iou.csv", iou_csv(tables))
     return 0
 
 

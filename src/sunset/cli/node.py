@@ -95,8 +95,8 @@ def _factory(name: str, manager: str | None) -> Callable[[Context], Node]:
     if manager is not None:
         from sunset.managing import load_manager  # noqa: PLC0415  slow, and no other node needs it
 
-        made = load_manager(manager)
-        return lambda context: made(context=context)
+        factory = load_manager(manager)
+        return lambda context: factory(context=context)
     node_class: Callable[..., Node] = current_system().node_class(name)
     return lambda context: node_class(context=context)
 

@@ -38,11 +38,15 @@ def list_scenarios(arguments: argparse.Namespace) -> int:
     """Print the names."""
     chosen = [arguments.suite] if arguments.suite else list(suite_names())
     if arguments.json:
-        print(json.dumps({name: [one.name for one in load_suite(name)] for name in chosen}, sort_keys=True))
+        print(
+            json.dumps(
+                {name: [scenario.name for scenario in load_suite(name)] for name in chosen}, sort_keys=True
+            )
+        )
         return 0
     for name in chosen:
-        for one in load_suite(name):
-            print(one.name)
+        for scenario in load_suite(name):
+            print(scenario.name)
     return 0
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from sunset.forks import UNSEEN, ForkedProcess, ForkServer, can_fork
+from sunset.forks import UNSEEN, ForkedProcess, ForkServer, can_fork, fork_server, started_ahead
 
 pytestmark = [
     pytest.mark.skipif(not can_fork(), reason="only Linux has what a fork server needs"),
@@ -81,15 +81,6 @@ def test_it_has_the_environment_and_is_a_session_of_its_own(server: ForkServer) 
     assert ended(process) == 0
 
 
-def test_others_see_what_it_runs(server: ForkServer) -> None:
-    process = server.fork(["node", "camera", "print(); input()"], {})
-    assert process.stdout.readline() == "\n"
-    words = Path(f"/proc/{process.pid}/cmdline").read_text(encoding="utf-8").rstrip("\0")
-    assert words == f"{sys.executable} -m sunset node camera print(); input()"
-    process.kill()
-    assert ended(process) == -signal.SIGKILL
-
-
 def test_a_process_outlives_the_server_but_nobody_sees_its_end(server: ForkServer) -> None:
     process = server.fork(["print(os.getppid()); input()"], {})
     os.kill(int(process.stdout.readline()), signal.SIGKILL)
@@ -119,3 +110,30 @@ def test_the_server_ends_when_nobody_can_order_any_more() -> None:
         theirs.close()
         ours.close()
         assert process.wait() == 0
+
+
+def test_a_server_that_was_started_ahead_is_used_once_and_ends_in_any_case(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "ahead.py").write_text(PROGRAM, encoding="utf-8")
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    monkeypatch.setenv("WHEN", "before")
+    with started_ahead("ahead"):
+        monkeypatch.setenv("WHEN", "after")
+        said = []
+        for _ in range(2):
+            server = fork_server("ahead")
+            assert server is not None
+            process = server.fork(["print(os.environ['WHEN'])"], {})
+            said.append(spoken(process))
+            process.stdin.close()
+            server.close()
+    assert said == ["before\n", "after\n"]
+    with started_ahead("ahead"):
+        pass
+    server = fork_server("ahead")
+    assert server is not None
+    process = server.fork(["print(os.environ['WHEN'])"], {})
+    assert spoken(process) == "after\n"
+    process.stdin.close()
+    server.close()

@@ -2,11 +2,11 @@
 
 Python, numpy and DDS take half a second of a processor to load, for every node and again whenever one is redeployed. A
 fork server loads them once; a process that it forks is there within milliseconds. The server has one thread, joins no
-network and knows nothing of the nodes.
+network and knows nothing of the nodes: it is a module that calls `await_order` when it has imported what is needed.
 
-Both ends of it are here. An order is a JSON list, of arguments for the command line and of variables of the
-environment, with two open files: what the new process reads and what it writes. The answer is its number. A number is
-the order to bury a process that has ended; the answer is its exit code.
+Both ends of it are here. A request is a JSON list, of arguments for the new process and of variables of its
+environment, with two open files: what it reads and what it writes. The answer is its number. A request that is a number
+reaps that process, which has ended; the answer is its exit code.
 """
 
 import ctypes
@@ -17,8 +17,8 @@ import signal
 import socket
 import subprocess
 import sys
-from collections.abc import Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from typing import IO, Final
 
 __all__ = [
@@ -28,8 +28,9 @@ __all__ = [
     "ForkedProcess",
     "await_order",
     "can_fork",
-    "node_server",
+    "fork_server",
     "signal_after_parent",
+    "started_ahead",
 ]
 
 ONE_THREAD: Final = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
@@ -38,7 +39,6 @@ ONE_THREAD: Final = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_N
 UNSEEN: Final = 256
 """Takes the place of an exit code that nobody saw, for the server was gone."""
 
-_NODES: Final = (sys.executable, "-m", "sunset.cli._forks")
 _LONGEST: Final = 65536
 _FIRST_S: Final = 30.0
 """How long the server may take for its first answer, which comes when it has imported everything."""
@@ -91,7 +91,7 @@ class ForkedProcess:
 
     def _look(self, timeout_s: float | None) -> int | None:
         if self.returncode is None and self._end.poll(timeout_s):
-            self.returncode = self._server.bury(self.pid)
+            self.returncode = self._server.reap(self.pid)
             os.close(self._handle)
         return self.returncode
 
@@ -132,7 +132,7 @@ class ForkServer:
             )
 
     def fork(self, arguments: Sequence[str], environment: Mapping[str, str]) -> ForkedProcess:
-        """Return a new process that runs a command line, with variables besides the server's.
+        """Return a new process with these arguments, and with variables besides the server's.
 
         Raises:
             OSError: the server does not answer; it is of no more use.
@@ -152,7 +152,7 @@ class ForkServer:
             self, pid, os.fdopen(stdin, "wb", buffering=0), os.fdopen(stdout, encoding=None, errors="replace")
         )
 
-    def bury(self, pid: int) -> int:
+    def reap(self, pid: int) -> int:
         """Return the exit code of a process that has ended, once; `UNSEEN` if the server is gone."""
         try:
             return self._ask(pid)
@@ -179,9 +179,35 @@ class ForkServer:
         self._process.wait()
 
 
-def node_server() -> ForkServer | None:
-    """Start what nodes are forked from, where the system can; it is ready when it has imported what they need."""
-    return ForkServer(_NODES, ONE_THREAD | dict(os.environ)) if can_fork() else None
+_AHEAD: Final[dict[str, ForkServer]] = {}
+
+
+def fork_server(module: str) -> ForkServer | None:
+    """Start a module as a server, unless that was done ahead; it is ready when it has imported what it needs.
+
+    Returns:
+        The server, which the caller closes; None where the system has not what one needs.
+    """
+    if not can_fork():
+        return None
+    return _AHEAD.pop(module, None) or ForkServer(
+        (sys.executable, "-m", module), ONE_THREAD | dict(os.environ)
+    )
+
+
+@contextmanager
+def started_ahead(module: str) -> Iterator[None]:
+    """Start the server of the next `fork_server(module)`, so that it imports what it needs while its user does."""
+    server = fork_server(module)
+    if server is None:
+        yield
+        return
+    _AHEAD[module] = server
+    try:
+        yield
+    finally:
+        _AHEAD.pop(module, None)
+        server.close()
 
 
 def await_order(door: socket.socket) -> list[str] | None:
@@ -216,8 +242,6 @@ def await_order(door: socket.socket) -> list[str] | None:
 
 def _become(arguments: list[str], stdin: int, stdout: int) -> None:
     """Make of a copy of the server a process of its own, which goes on when the server ends, even if it is stopped."""
-    from setproctitle import setproctitle  # noqa: PLC0415  an optional extra
-
     signal_after_parent(signal.SIGCONT)  # at once, for it may be stopped while it starts
     os.setsid()
     for number, file in enumerate((stdin, stdout, stdout)):
@@ -227,4 +251,3 @@ def _become(arguments: list[str], stdin: int, stdout: int) -> None:
     for stream in (sys.stdout, sys.stderr):
         stream.reconfigure(line_buffering=True)  # type: ignore[union-attr]  # as they are at the start of a program
     sys.argv[1:] = arguments
-    setproctitle(" ".join([sys.executable, "-m", "sunset", *arguments]))

@@ -3,7 +3,9 @@
 import errno
 from typing import Final
 
-__all__ = ["shortage"]
+from sunset.errors import SunsetError
+
+__all__ = ["complaint", "shortage"]
 
 _MEMORY: Final = "there is not enough memory; close other programs, or allow more of it ('ulimit -v')"
 _PROCESSES: Final = (
@@ -31,6 +33,26 @@ _LIBRARIES: Final = frozenset({"cv2", "onnxruntime"})
 
 _STARTERS: Final = frozenset({"fork", "forkpty", "fork_exec", "_fork_exec", "posix_spawn"})
 """What starts a process; a file that somebody else has locked gives the same error."""
+
+
+def complaint(error: Exception) -> str:
+    """Return one sentence on an error that is not a mistake of the program's; of another nothing.
+
+    >>> complaint(SunsetError("There is no seed -1"))
+    'There is no seed -1.'
+    >>> complaint(ValueError("a bug"))
+    ''
+    """
+    if isinstance(error, SunsetError):
+        text = str(error)
+    elif lacking := shortage(error):
+        text = f"The computer could not go on: {lacking}"
+    elif isinstance(error, OSError):
+        where = error.filename or "the output"
+        text = f"The operating system refused to use {where}: {error.strerror or error}"
+    else:
+        return ""
+    return " ".join(text.split()).rstrip(".") + "."
 
 
 def shortage(error: BaseException) -> str:

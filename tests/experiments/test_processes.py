@@ -11,13 +11,14 @@ import pytest
 from tests.live.systems import exists
 
 from sunset.experiments.processes import NodeProcesses
+from sunset.harness.node_process import MANAGER, NodeSpec
 from sunset.rmw.dds.domains import free_domain_id
 
 PATIENCE_S = 60.0
 
 
 class Nodes(NodeProcesses):
-    """A camera, a node that there is not, and one whose program is the file `program`.
+    """A camera, one whose program there is not, and one whose program is the file `program`.
 
     `lines` has what they print, `ended` those that ended.
     """
@@ -26,12 +27,12 @@ class Nodes(NodeProcesses):
         self.lines: list[str] = []
         self.ended: list[str] = []
         self.program = program
-        arguments = {
-            "camera": ["camera"],
-            "rotor": ["rotor"],
-            "manager": ["managing_system", "--manager", f"{program}:Mine"],
+        specs = {
+            "camera": NodeSpec(node="camera"),
+            "rotor": NodeSpec(node=MANAGER, manager="rotor.py:Mine"),
+            "manager": NodeSpec(node=MANAGER, manager=f"{program}:Mine"),
         }
-        super().__init__(arguments, {"ROS_DOMAIN_ID": str(domain_id)}, lambda _, line: self.note(line))
+        super().__init__(specs, {"ROS_DOMAIN_ID": str(domain_id)}, lambda _, line: self.note(line))
         self.on_exit(self.ended.append)
 
     def note(self, line: str) -> None:
@@ -59,7 +60,7 @@ def test_a_node_that_cannot_start_says_why(nodes: Nodes) -> None:
     nodes.start("rotor")
     assert nodes.polled_until(lambda: not nodes.is_running("rotor"))
     assert nodes.ended == ["rotor"]
-    assert nodes.end_of("rotor").startswith("ended with exit code 2: sunset node: ")
+    assert nodes.end_of("rotor").startswith("ended with exit code 2: sunset: ")
     assert "rotor" in nodes.lines[-1]
     assert nodes.pid("rotor") is None
 

@@ -1,20 +1,18 @@
 """The entry point: choose the verb, run it, turn errors into one sentence and exit code 2."""
 
-import argparse
 import os
 import signal
 import sys
 import threading
 from collections.abc import Iterator, Sequence
-from contextlib import ExitStack, contextmanager, nullcontext
+from contextlib import contextmanager, nullcontext
 from io import TextIOWrapper
 from types import FrameType
 from typing import Final, NoReturn
 
 from sunset.cli._parser import EXIT_BAD_INPUT, VERBS, Verb, make_parser
-from sunset.errors import SunsetError
-from sunset.forks import node_server
-from sunset.shortage import shortage
+from sunset.forks import started_ahead
+from sunset.shortage import complaint
 
 __all__ = ["EXIT_INTERRUPTED", "main"]
 
@@ -24,7 +22,6 @@ _SIGNALLED: Final = 128
 
 _QUICK_S: Final = 0.4
 
-_NODE: Final = "node"
 _UP: Final = "up"
 
 
@@ -40,29 +37,21 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     arguments = sys.argv[1:] if arguments is None else arguments
     verb = next(iter(arguments), "")
-    if verb != _NODE and isinstance(sys.stdout, TextIOWrapper):
-        # some terminals have no arrows; a forked node's output is not what it was opened as
+    if isinstance(sys.stdout, TextIOWrapper):  # some terminals have no arrows
         sys.stdout.reconfigure(errors="replace")
-    if verb != _UP:
-        return _execute(verb, arguments, argparse.Namespace())
-    with ExitStack() as stack:
-        server = node_server()  # which imports what it needs while this process does
-        if server is not None:
-            stack.callback(server.close)
-        return _execute(verb, arguments, argparse.Namespace(server=server))
+    with started_ahead("sunset.harness.node_process") if verb == _UP else nullcontext():
+        return _execute(verb, arguments)
 
 
-def _execute(verb: str, arguments: Sequence[str], given: argparse.Namespace) -> int:
+def _execute(verb: str, arguments: Sequence[str]) -> int:
     known = VERBS.get(verb, Verb(""))
     try:
         with _loading() if known.is_long else nullcontext():
-            parsed = make_parser().parse_args(arguments, given)
+            parsed = make_parser().parse_args(arguments)
         if known.is_long and threading.current_thread() is threading.main_thread():
             signal.signal(signal.SIGTERM, _interrupt)
         code = parsed.execute(parsed)
         print(end="", flush=True)
-    except SunsetError as error:
-        return _complain(str(error))
     except BrokenPipeError:
         # the reader of our output has seen enough; what is still buffered has nowhere to go
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
@@ -72,12 +61,11 @@ def _execute(verb: str, arguments: Sequence[str], given: argparse.Namespace) -> 
         print(f"Interrupted{remedy}.", file=sys.stderr)
         return _SIGNALLED + int(*error.args) if error.args else EXIT_INTERRUPTED
     except Exception as error:
-        if lacking := shortage(error):
-            return _complain(f"The computer could not go on: {lacking}.")
-        if isinstance(error, OSError):
-            where = error.filename or "the output"
-            return _complain(f"The operating system refused to use {where}: {error.strerror or error}.")
-        raise
+        sentence = complaint(error)
+        if not sentence:
+            raise
+        print(f"sunset: {sentence}", file=sys.stderr)
+        return EXIT_BAD_INPUT
     return code or 0
 
 
@@ -98,8 +86,3 @@ def _interrupt(number: int, _: FrameType | None) -> NoReturn:
     """End in order, so that nothing is left behind that is not finished; a second signal ends at once."""
     signal.signal(number, signal.SIG_DFL)
     raise KeyboardInterrupt(number)
-
-
-def _complain(sentence: str) -> int:
-    print(f"sunset: {' '.join(sentence.split()).rstrip('.')}.", file=sys.stderr)
-    return EXIT_BAD_INPUT

@@ -74,7 +74,6 @@ def execute(arguments: argparse.Namespace) -> int:
             distro=arguments.ros_distro,
             loop=True,
             on_line=lambda node, line: console.print(f"[{node}] {line}", soft_wrap=True),
-            server=arguments.server,
         ) as system,
     ):
         operator = Operator(

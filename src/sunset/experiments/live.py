@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING, Final, Self
+from typing import Final, Self
 
 from sunset.errors import InvalidInputError, ManagerError, SunsetError
 from sunset.experiments.parameters import Parameters, node_parameters
@@ -17,19 +17,16 @@ from sunset.experiments.resources import Resources
 from sunset.experiments.spec import EXTERNAL, RunSpec
 from sunset.harness.deployment import deployed_scenario, deployment
 from sunset.harness.launcher import Launcher
+from sunset.harness.node_process import EXECUTOR, MANAGER, NodeSpec
 from sunset.interruption import held_signals
 from sunset.rmw.backends import live_middleware
 from sunset.rmw.core.port import Middleware
 from sunset.ros import CallbackError, Context, SingleThreadedExecutor
 from sunset.system import MANAGER_PROCESS, SURROUNDING, current_system, full_name
 
-if TYPE_CHECKING:
-    from sunset.forks import ForkServer
-
 __all__ = ["LiveClock", "LiveSystem", "drop_line"]
 
-_EXECUTOR: Final = "scenario_executor"
-_FIRST: Final = ("bag_player", "camera", "depth", _EXECUTOR)
+_FIRST: Final = ("bag_player", "camera", "depth", EXECUTOR)
 """Those that others wait for, or that take longest to be active, are started before the others."""
 _TURN_S: Final = 0.2
 """How long the next waits for one that takes longer: all at once would take the processor from other systems."""
@@ -73,7 +70,6 @@ class LiveSystem:
         loop: whether the system lasts: the flight starts again when it is over, from the bag's first frame to its
             last, and what a callback of this process raises is logged and does not end it.
         on_line: called, on other threads, with a node and a line that it printed.
-        server: what `node_server` returned; None for a new one.
 
     Attributes:
         domain_id: the domain.
@@ -98,7 +94,6 @@ class LiveSystem:
         clock: "LiveClock | None" = None,
         loop: bool = False,
         on_line: Callable[[str, str], None] = drop_line,
-        server: "ForkServer | None" = None,
     ) -> None:
         live = live_middleware(spec.middleware)
         if os.environ.get("ROS_AUTOMATIC_DISCOVERY_RANGE", "").strip() == "OFF":
@@ -121,21 +116,21 @@ class LiveSystem:
             self.context = Context()
             words = ["--ros-args", "-p", "use_sim_time:=true", "-p", "launcher:use_sim_time:=false"]
             self.context.init(words, middleware=self._middleware, log_to_stderr=False)
-            shared = [*(["--network"] if network else []), *(["--ros-distro", distro] if distro else [])]
-            names = [*self._managed, *SURROUNDING, *([_EXECUTOR] if spec.scenario.faults or not loop else [])]
-            commands = {name: [*shared, name] for name in names}
+            names = [*self._managed, *SURROUNDING, *([EXECUTOR] if spec.scenario.faults or not loop else [])]
+            spec_of = partial(NodeSpec, middleware=spec.middleware, network=network, distro=distro)
+            specs = {name: spec_of(node=name) for name in names}
             if spec.manager != EXTERNAL:
-                commands[MANAGER_PROCESS] = [*shared, "managing_system", "--manager", spec.manager]
+                specs[MANAGER_PROCESS] = spec_of(node=MANAGER, manager=spec.manager)
             self.processes = stack.enter_context(
-                NodeProcesses(commands, {"ROS_DOMAIN_ID": str(self.domain_id)}, on_line, server)
+                NodeProcesses(specs, {"ROS_DOMAIN_ID": str(self.domain_id)}, on_line)
             )
             self.executor = SingleThreadedExecutor(context=self.context)
             self._launcher = Launcher(self.processes, self._managed, context=self.context)
             self.executor.add_node(self._launcher)
-            for node in sorted(commands, key=lambda name: name not in _FIRST):
+            for node in sorted(specs, key=lambda name: name not in _FIRST):
                 self.processes.start(node)
                 self.spin_until(partial(self._is_heard, node), _TURN_S)
-            self.essential = tuple(name for name in commands if name not in {*self._managed, MANAGER_PROCESS})
+            self.essential = tuple(name for name in specs if name not in {*self._managed, MANAGER_PROCESS})
             """The nodes without which there is no experiment."""
             self._stack = stack.pop_all()
 
@@ -169,7 +164,7 @@ class LiveSystem:
             "model": _absolute(spec.model),
             "device": resources.segmenter.device,
         }
-        parameters[_EXECUTOR] = {"scenario": str(deployed_scenario(self.domain_id))}
+        parameters[EXECUTOR] = {"scenario": str(deployed_scenario(self.domain_id))}
         parameters[""] = {"use_sim_time": True, "entropy_threshold": card.entropy_threshold}
         return parameters
 

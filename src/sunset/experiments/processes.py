@@ -7,13 +7,15 @@ import sys
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from types import TracebackType
 from typing import IO, Final, Self
 
-from sunset.forks import ONE_THREAD, UNSEEN, ForkedProcess, ForkServer, node_server
+from sunset.forks import ONE_THREAD, UNSEEN, ForkedProcess, fork_server
+from sunset.harness.node_process import NodeSpec
 
 __all__ = ["NodeProcesses"]
 
@@ -26,34 +28,35 @@ _LOOK_S: Final = 0.1
 _LAST_WORDS: Final = 20
 _SIGNALS: Final = {one.value: one.name for one in signal.Signals}  # real-time ones have no names
 
+_PROGRAM: Final = NodeSpec.__module__
+"""What runs a node as a process, and forks such processes."""
+
 _Process = subprocess.Popen[str] | ForkedProcess
 
 
 class NodeProcesses:
-    """Runs nodes by `sunset node`, one process each; a `ProcessHost`.
+    """Runs nodes, one process each; a `ProcessHost`.
 
     Whatever ends this process ends them too: each holds the other end of a pipe. As a context manager it ends
     them when the context does. With a node ends what it has started. Where the system can, nodes are forked from a
     process that has imported already what they need, so that a new one is there at once.
 
     Args:
-        arguments: node → what follows `sunset node`.
+        specs: process → the node that it runs.
         environment: variables for all of them, besides this process's own.
         on_line: called, on other threads, with a node and a line that it printed.
-        server: what `node_server` returned, to be closed with them; None for a new one.
     """
 
     def __init__(
         self,
-        arguments: Mapping[str, Sequence[str]],
+        specs: Mapping[str, NodeSpec],
         environment: Mapping[str, str],
         on_line: Callable[[str, str], None],
-        server: ForkServer | None = None,
     ) -> None:
-        self._arguments = dict(arguments)
+        self._specs = {name: replace(spec, ends_with_stdin=True) for name, spec in specs.items()}
         self._environment = dict(environment)
         self._on_line = on_line
-        self._server = server or node_server()
+        self._server = fork_server(_PROGRAM)
         self._running: dict[str, _Process] = {}
         self._stopped: frozenset[str] = frozenset()
         self._next_look_s = 0.0
@@ -72,7 +75,7 @@ class NodeProcesses:
 
     def start(self, node: str) -> None:
         """Start a new process for `node`."""
-        process = self._new_process(["node", "--end-with-stdin", *self._arguments[node]])
+        process = self._new_process(self._specs[node].to_json())
         self._ended.pop(node, None)
         self._running[node] = process
         lines: deque[str] = deque(maxlen=_LAST_WORDS)
@@ -82,14 +85,14 @@ class NodeProcesses:
         self._readers[node] = reader
         reader.start()
 
-    def _new_process(self, arguments: list[str]) -> _Process:
+    def _new_process(self, spec: str) -> _Process:
         if self._server is not None:
             try:
-                return self._server.fork(arguments, self._environment)
+                return self._server.fork([spec], self._environment)
             except OSError:
                 self._server = None  # somebody has killed it; the nodes can do without
         return subprocess.Popen(  # noqa: S603  the command is ours
-            [sys.executable, "-m", "sunset", *arguments],
+            [sys.executable, "-m", _PROGRAM, spec],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
@@ -110,7 +113,7 @@ class NodeProcesses:
     @property
     def nodes(self) -> tuple[str, ...]:
         """The nodes that there are."""
-        return tuple(self._arguments)
+        return tuple(self._specs)
 
     def is_running(self, node: str) -> bool:
         """Return whether the process of `node` exists."""

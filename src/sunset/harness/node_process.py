@@ -1,0 +1,197 @@
+"""One node as a process of its own, on a live middleware.
+
+As a program, `python -m sunset.harness.node_process SPEC` runs the node of a `NodeSpec` in JSON; without an argument it
+forks processes that do so, for `sunset.forks`.
+"""
+
+import gc
+import json
+import os
+import signal
+import socket
+import sys
+import threading
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
+from typing import Final
+
+from sunset.errors import InvalidInputError, SunsetError
+from sunset.forks import await_order, signal_after_parent
+from sunset.harness.deployment import deployed_parameters
+from sunset.rmw.backends import LIVE, live_middleware
+from sunset.rmw.core.port import CallbackError
+from sunset.ros import Context, Node, SingleThreadedExecutor
+from sunset.ros.signals import install_signal_handlers
+from sunset.shortage import complaint
+from sunset.system import HARNESS, current_system
+
+__all__ = ["EXECUTOR", "MANAGER", "NodeSpec", "node_names", "run_node"]
+
+MANAGER: Final = "managing_system"
+"""The managing system, as a node that has a process."""
+
+EXECUTOR: Final = "scenario_executor"
+
+_BAD_INPUT: Final = 2
+_PARTING_S: Final = 2.0
+"""How long a node whose parent ended may take to leave the graph."""
+
+
+def node_names() -> list[str]:
+    """Return the nodes that can have a process."""
+    return [*_classes(), MANAGER]
+
+
+def _classes() -> list[str]:
+    """Return the nodes whose class the system names."""
+    return [*current_system().nodes, *(node.name for node in HARNESS.values() if node.node_class)]
+
+
+@dataclass(frozen=True, kw_only=True)
+class NodeSpec:
+    """Which node a process runs, and where.
+
+    Raises:
+        InvalidInputError: there is no such node, or a managing system is named where there is none to be.
+    """
+
+    node: str
+    """One of `node_names`."""
+    manager: str | None = None
+    """Which managing system `MANAGER` is; None for any other node."""
+    middleware: str = LIVE
+    network: bool = False
+    """Whether to be heard beyond this computer."""
+    distro: str | None = None
+    """The ROS 2 distribution of the other nodes; None to find out."""
+    ends_with_stdin: bool = False
+    """Whether the process ends when its input does: with its parent, if that holds the other end of a pipe."""
+    ros_arguments: Sequence[str] = ()
+    """What follows `--ros-args`."""
+
+    def __post_init__(self) -> None:
+        names = node_names()
+        if self.node not in names:
+            raise InvalidInputError(f"There is no node {self.node!r}; choose one of {', '.join(names)}.")
+        if (self.node == MANAGER) != (self.manager is not None):
+            raise InvalidInputError(
+                f"--manager says which managing system {MANAGER} is, and no other node has one."
+            )
+
+    def to_json(self) -> str:
+        """Return it as the argument of this program."""
+        return json.dumps(asdict(self))
+
+
+def run_node(spec: NodeSpec) -> None:
+    """Run a node until its context is shut down: through its lifecycle, or by a signal.
+
+    Raises:
+        CallbackError: a callback of the managing system raised; that of another node is logged.
+        SunsetError: the network cannot be joined, or the node cannot be made.
+    """
+    factory = _factory(spec)
+    context = Context()
+    middleware = live_middleware(spec.middleware).join(network=spec.network, distro=spec.distro)
+    with middleware:
+        deployed = deployed_parameters(middleware.domain_id)
+        shared = [] if deployed is None else ["--params-file", str(deployed)]
+        words = ["--ros-args", *shared, *spec.ros_arguments]
+        context.init(words, middleware=middleware, log_to_stderr=True)
+        install_signal_handlers(context=context)
+        if spec.ends_with_stdin:
+            _end_with_stdin()
+        try:
+            node = factory(context)
+        except SunsetError:
+            if context.ok():
+                raise
+            return  # a signal came before the node was made
+        executor = SingleThreadedExecutor(context=context)
+        executor.add_node(node)
+        _spin(executor, node, lasting=spec.node != MANAGER)
+
+
+def _factory(spec: NodeSpec) -> Callable[[Context], Node]:
+    """Return what makes a node."""
+    if spec.manager is not None:
+        from sunset.managing import load_manager  # noqa: PLC0415  slow, and no other node needs it
+
+        made = load_manager(spec.manager)
+        return lambda context: made(context=context)
+    node_class: Callable[..., Node] = current_system().node_class(spec.node)
+    return lambda context: node_class(context=context)
+
+
+def _spin(executor: SingleThreadedExecutor, node: Node, *, lasting: bool) -> None:
+    """Run callbacks until the context is shut down; where `lasting`, one that raises is logged."""
+    while executor.context.ok():
+        try:
+            executor.spin()
+        except CallbackError as error:
+            if not lasting:
+                raise
+            node.get_logger().error(str(error), throttle_duration_sec=10.0)
+
+
+def _end_with_stdin() -> None:
+    """End this process, as by SIGTERM, when nobody holds the other end of stdin any more.
+
+    Where the system can, a process that is stopped then goes on, to see it.
+    """
+    signal_after_parent(signal.SIGCONT)
+    threading.Thread(target=_watch_stdin, daemon=True).start()
+
+
+def _watch_stdin() -> None:
+    while os.read(sys.stdin.fileno(), 4096):
+        pass
+    os.kill(os.getpid(), signal.SIGTERM)
+    threading.Event().wait(_PARTING_S)
+    os._exit(1)
+
+
+def _main(text: str) -> int:
+    """Run the node of a specification in JSON; return the exit code."""
+    from setproctitle import setproctitle  # noqa: PLC0415  an optional extra
+
+    try:
+        spec = NodeSpec(**json.loads(text))
+        setproctitle(f"sunset node {spec.node}")
+        run_node(spec)
+    except Exception as error:
+        sentence = complaint(error)
+        if not sentence:
+            raise
+        print(f"sunset: {sentence}", file=sys.stderr)  # noqa: T201  the last line of a node that could not run
+        return _BAD_INPUT
+    return 0
+
+
+def _serve() -> None:
+    """Import what nodes need, and run a node in every process that is forked from this one."""
+    import setproctitle  # noqa: F401, PLC0415  what is forked gets its name from it
+
+    import sunset.managing  # noqa: F401, PLC0415  what a managing system needs
+
+    for name in _classes():
+        current_system().node_class(name)
+    live_middleware().prepare()
+    gc.freeze()  # the garbage collector would write to the pages that all forked processes share
+    with socket.socket(fileno=os.dup(0)) as orders:
+        words = await_order(orders)
+    if words is None:
+        return
+    (text,) = words
+    code = _main(text)
+    if json.loads(text)["node"] == MANAGER:
+        sys.exit(code)  # whatever others wrote may have to tidy up
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(code)  # the node has left the network; the interpreter would take a tenth of a second to tidy up
+
+
+if __name__ == "__main__":
+    if len(sys.argv) > 1:
+        sys.exit(_main(sys.argv[1]))
+    _serve()

@@ -3,7 +3,8 @@ import pytest
 from sunset.errors import MiddlewareError
 from sunset.interfaces import Message
 from sunset.interfaces.std_srvs.srv import SetBool, Trigger
-from sunset.rmw.core.port import NodeHandle, QoSProfile, RequestId, ServiceHandle
+from sunset.rmw.core.node import NodeHandle
+from sunset.rmw.core.port import QoSProfile, RequestId, ServiceHandle
 from sunset.rmw.sim import Simulation, Tap
 
 MS = 1_000_000

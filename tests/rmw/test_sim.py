@@ -8,7 +8,8 @@ import pytest
 from sunset.errors import InvalidInputError, MiddlewareError
 from sunset.interfaces import Message
 from sunset.interfaces.std_msgs.msg import String
-from sunset.rmw.core.port import CallbackError, NodeHandle, PublisherHandle, QoSProfile
+from sunset.rmw.core.node import NodeHandle
+from sunset.rmw.core.port import CallbackError, PublisherHandle, QoSProfile
 from sunset.rmw.sim import SimProcess, Simulation, Tap
 
 MS = 1_000_000

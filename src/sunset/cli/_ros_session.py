@@ -10,7 +10,8 @@ from typing import Any, Final, TypeVar
 from sunset.interfaces import Message, Service
 from sunset.interruption import held_signals
 from sunset.rmw.backends import live_middleware
-from sunset.rmw.core.port import EndpointInfo, EndpointKind, Middleware
+from sunset.rmw.core.node import Middleware
+from sunset.rmw.core.port import EndpointInfo, EndpointKind
 from sunset.ros.context import Context
 from sunset.ros.executors import SingleThreadedExecutor
 from sunset.ros.names import validate_topic_name

@@ -20,7 +20,7 @@ from sunset.harness.launcher import Launcher
 from sunset.harness.node_process import EXECUTOR, MANAGER, NodeSpec
 from sunset.interruption import held_signals
 from sunset.rmw.backends import live_middleware
-from sunset.rmw.core.port import Middleware
+from sunset.rmw.core.node import Middleware
 from sunset.ros import CallbackError, Context, SingleThreadedExecutor
 from sunset.system import MANAGER_PROCESS, SURROUNDING, current_system, full_name
 

@@ -7,7 +7,7 @@ change. What is more: `init` may be told a middleware, such as a process of a si
 from collections.abc import Sequence
 from typing import Any, TypeVar
 
-from sunset.rmw.core.port import Middleware
+from sunset.rmw.core.node import Middleware
 from sunset.ros.context import Context, get_default_context
 from sunset.ros.exceptions import CallbackError
 from sunset.ros.executors import SingleThreadedExecutor

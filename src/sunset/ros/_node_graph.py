@@ -3,7 +3,8 @@
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
-from sunset.rmw.core.port import EndpointInfo, EndpointKind, Middleware, QoSProfile
+from sunset.rmw.core.node import Middleware
+from sunset.rmw.core.port import EndpointInfo, EndpointKind, QoSProfile
 from sunset.ros.exceptions import NodeNameNonExistentError
 
 __all__ = ["NodeGraph", "TopicEndpointInfo"]

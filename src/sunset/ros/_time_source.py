@@ -5,7 +5,8 @@ from typing import Final
 
 from sunset.interfaces import Message
 from sunset.interfaces.rosgraph_msgs.msg import Clock as ClockMessage
-from sunset.rmw.core.port import NodeHandle, QoSProfile, ReliabilityPolicy, SubscriptionHandle
+from sunset.rmw.core.node import NodeHandle
+from sunset.rmw.core.port import QoSProfile, ReliabilityPolicy, SubscriptionHandle
 from sunset.ros.clock import ROSClock
 from sunset.ros.time import ClockType, Time
 

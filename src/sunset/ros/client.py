@@ -3,7 +3,8 @@
 from typing import Any, Generic, TypeAlias, TypeVar, cast
 
 from sunset.interfaces import Message, Service
-from sunset.rmw.core.port import ClientHandle, Middleware, NodeHandle, QoSProfile
+from sunset.rmw.core.node import Middleware, NodeHandle
+from sunset.rmw.core.port import ClientHandle, QoSProfile
 from sunset.ros.task import Future
 
 __all__ = ["AnyClient", "Client"]

@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 
 from sunset.errors import MiddlewareError
 from sunset.rmw.backends import live_middleware
-from sunset.rmw.core.port import Middleware
+from sunset.rmw.core.node import Middleware
 from sunset.ros.arguments import Arguments
 from sunset.ros.exceptions import NotInitializedException
 

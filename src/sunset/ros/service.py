@@ -4,7 +4,8 @@ from collections.abc import Callable
 
 from sunset.interfaces import Message
 from sunset.interfaces import Service as ServiceType
-from sunset.rmw.core.port import NodeHandle, QoSProfile, RequestId, ServiceHandle
+from sunset.rmw.core.node import NodeHandle
+from sunset.rmw.core.port import QoSProfile, RequestId, ServiceHandle
 from sunset.ros._callbacks import drive
 
 __all__ = ["Service"]

@@ -2,7 +2,8 @@
 
 from collections.abc import Callable
 
-from sunset.rmw.core.port import NodeHandle, TimerHandle
+from sunset.rmw.core.node import NodeHandle
+from sunset.rmw.core.port import TimerHandle
 from sunset.ros._callbacks import driven
 from sunset.ros.clock import Clock, ROSClock
 

@@ -5,7 +5,7 @@ from contextlib import AbstractContextManager
 from types import TracebackType
 from typing import Protocol, Self
 
-from sunset.rmw.core.port import Middleware
+from sunset.rmw.core.node import Middleware
 from sunset.rmw.core.tap import Tap
 
 __all__ = ["LiveMiddleware", "LiveObserver", "LiveProcess"]

@@ -1,11 +1,11 @@
-"""What the nodes of every middleware share: who has which parts, whose callbacks may run, and what an error says.
+"""A middleware's process, and what its nodes are whatever the middleware.
 
-A middleware's process is a `Host`; what its nodes are made of are `Entity`s that it names in `Parts`. Endpoints import
-this module, the process imports its endpoints, and nothing imports the process.
+A middleware supplies a `Middleware`, and in its `Parts` what nodes consist of: each an `Entity`. Endpoints import this
+module, the process imports its endpoints, and nothing imports the process.
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
@@ -14,8 +14,7 @@ from sunset.interfaces import Message, Service
 from sunset.rmw.core.port import (
     CallbackError,
     ClientHandle,
-    Middleware,
-    NodeHandle,
+    EndpointInfo,
     PublisherHandle,
     QoSProfile,
     RequestId,
@@ -24,11 +23,70 @@ from sunset.rmw.core.port import (
     TimerHandle,
 )
 
-__all__ = ["Entity", "Host", "HostT_co", "Node", "Parts", "run_callback"]
+__all__ = ["Entity", "Middleware", "MiddlewareT_co", "NodeHandle", "Parts", "run_callback"]
 
 
-class Host(Middleware):
-    """A process, as its nodes need it."""
+class Middleware(ABC):
+    """One process on the network."""
+
+    @property
+    @abstractmethod
+    def describes_types(self) -> bool:
+        """Whether its nodes tell others what their types are made of, as those of ROS 2 since Jazzy do."""
+
+    @abstractmethod
+    def now_ns(self) -> int:
+        """The system clock, in nanoseconds since its epoch."""
+
+    @abstractmethod
+    def steady_ns(self) -> int:
+        """A clock that never jumps, in nanoseconds since some fixed moment."""
+
+    @abstractmethod
+    def create_node(self, name: str, namespace: str) -> "NodeHandle":
+        """Enter the graph with a node that has no endpoints yet."""
+
+    @abstractmethod
+    def post(self, node: "NodeHandle", handler: Callable[[], None], label: str) -> None:
+        """Call a handler of a node once, after those that are ready already."""
+
+    @abstractmethod
+    def remove(self, node: "NodeHandle") -> None:
+        """Take a node, which has no parts any more, off the graph."""
+
+    @abstractmethod
+    def spin_once(self, timeout_ns: int | None) -> bool:
+        """Wait for a callback of an attached node and run it.
+
+        Args:
+            timeout_ns: how long to wait; 0 for not at all, None for ever.
+
+        Returns:
+            Whether a callback ran.
+
+        Raises:
+            CallbackError: it raised.
+            MiddlewareError: called from inside a callback.
+        """
+
+    @abstractmethod
+    def wait_for(self, predicate: Callable[[], bool], timeout_ns: int | None) -> bool:
+        """Wait, without running callbacks of this process, until a predicate on the graph holds.
+
+        From inside a callback it does not wait.
+
+        Returns:
+            Whether the predicate holds.
+        """
+
+    @abstractmethod
+    def wake(self) -> None:
+        """Make a waiting `spin_once` return."""
+
+    @property
+    @abstractmethod
+    def alive(self) -> bool:
+        """Whether the process may still use the network."""
 
     @abstractmethod
     def check_alive(self) -> None:
@@ -39,15 +97,22 @@ class Host(Middleware):
         """
 
     @abstractmethod
-    def post(self, node: "Node", handler: Callable[[], None], label: str) -> None:
-        """Call a handler of a node once, after those that are ready already."""
+    def shutdown(self) -> None:
+        """Leave the network; from inside a callback, after that callback and what it sends.
+
+        A signal handler may call it.
+        """
 
     @abstractmethod
-    def remove(self, node: "Node") -> None:
-        """Take a node, which has no parts any more, off the graph."""
+    def nodes(self) -> Sequence[tuple[str, str]]:
+        """(name, namespace) of every node on the graph, in a fixed order."""
+
+    @abstractmethod
+    def endpoints(self, name: str | None = None) -> Sequence[EndpointInfo]:
+        """Every endpoint on the graph, or those of one topic or service, in a fixed order."""
 
 
-HostT_co = TypeVar("HostT_co", bound=Host, covariant=True)
+MiddlewareT_co = TypeVar("MiddlewareT_co", bound=Middleware, covariant=True)
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,12 +126,14 @@ class Parts:
     timer: Callable[..., TimerHandle]
 
 
-class Node(NodeHandle):
-    """A node of a process.
+class NodeHandle:
+    """A node on the graph. Labels name a callback in errors.
 
     Attributes:
-        process: the process.
-        fqn: its fully qualified name.
+        name: without namespace.
+        namespace: the root is `/`.
+        fully_qualified_name: namespace and name, such as `/managed_subsystem/camera`.
+        process: its process.
         entities: its parts, as the keys, by age.
         alive: False once destroyed.
         attached: whether its callbacks run while the process spins.
@@ -79,30 +146,25 @@ class Node(NodeHandle):
         "alive",
         "attached",
         "entities",
-        "fqn",
+        "fully_qualified_name",
         "name",
         "namespace",
         "process",
         "warn",
     )
 
-    def __init__(self, process: Host, parts: Parts, name: str, namespace: str) -> None:
+    def __init__(self, process: Middleware, parts: Parts, name: str, namespace: str) -> None:
         process.check_alive()
         self.name = name
         self.namespace = namespace
-        self.fqn = f"{namespace.rstrip('/')}/{name}"
+        self.fully_qualified_name = f"{namespace.rstrip('/')}/{name}"
         self.process = process
-        self.entities: dict[Entity[Host], None] = {}
+        self.entities: dict[Entity[Middleware], None] = {}
         self.alive = True
         self.attached = False
         self.warn: Callable[[str], None] | None = None
         self._parts = parts
         self._held: list[Callable[[], None]] = []
-
-    @property
-    def fully_qualified_name(self) -> str:
-        """Namespace and name, such as `/managed_subsystem/camera`."""
-        return self.fqn
 
     def check_alive(self) -> None:
         """Refuse to extend a node that is destroyed.
@@ -112,7 +174,9 @@ class Node(NodeHandle):
         """
         self.process.check_alive()
         if not self.alive:
-            raise MiddlewareError(f"Node {self.fqn} is destroyed and can have no new endpoints.")
+            raise MiddlewareError(
+                f"Node {self.fully_qualified_name} is destroyed and can have no new endpoints."
+            )
 
     def create_publisher(self, message_type: type[Message], topic: str, qos: QoSProfile) -> PublisherHandle:
         """Make a writer on `topic`."""
@@ -139,7 +203,7 @@ class Node(NodeHandle):
         *,
         label: str,
     ) -> ClientHandle:
-        """Make the asking end of service `name`."""
+        """Make the asking end of service `name`; the handler gets (number of the request, response)."""
         return self._parts.client(self, service_type, name, qos, handler=handler, label=label)
 
     def create_service(
@@ -155,7 +219,7 @@ class Node(NodeHandle):
         return self._parts.service(self, service_type, name, qos, handler=handler, label=label)
 
     def create_timer(self, period_ns: int, handler: Callable[[], None], label: str) -> TimerHandle:
-        """Make a running timer."""
+        """Make a running timer with a period of at least 0 ns."""
         return self._parts.timer(self, period_ns, handler, label)
 
     def post(self, handler: Callable[[], None], label: str) -> None:
@@ -190,7 +254,7 @@ class Node(NodeHandle):
         self.process.remove(self)
 
 
-class Entity(ABC, Generic[HostT_co]):
+class Entity(ABC, Generic[MiddlewareT_co]):
     """A part of a node; most have callbacks.
 
     Attributes:
@@ -202,7 +266,7 @@ class Entity(ABC, Generic[HostT_co]):
 
     __slots__ = ("alive", "label", "node", "process")
 
-    def __init__(self, process: HostT_co, node: Node, label: str) -> None:
+    def __init__(self, process: MiddlewareT_co, node: NodeHandle, label: str) -> None:
         node.check_alive()
         self.process = process
         self.node = node
@@ -231,11 +295,11 @@ class Entity(ABC, Generic[HostT_co]):
         """
         if not self.alive:
             raise MiddlewareError(
-                f"Node {self.node.fqn} cannot {action}: it was destroyed, or its process has ended."
+                f"Node {self.node.fully_qualified_name} cannot {action}: it was destroyed, or its process has ended."
             )
 
 
-def run_callback(entity: Entity[Host], function: Callable[..., object], *arguments: Any) -> None:
+def run_callback(entity: Entity[Middleware], function: Callable[..., object], *arguments: Any) -> None:
     """Call a function that an entity's user has given.
 
     Raises:
@@ -246,4 +310,4 @@ def run_callback(entity: Entity[Host], function: Callable[..., object], *argumen
     except CallbackError:
         raise
     except Exception as error:
-        raise CallbackError.of(entity.node.fqn, entity.label, error) from error
+        raise CallbackError.of(entity.node.fully_qualified_name, entity.label, error) from error

@@ -1,6 +1,6 @@
 """The middleware port: the narrow door between the client library and whatever carries its messages.
 
-A `Middleware` is one process on the network: it has one thread of callbacks, a clock, and nodes. A
+A `Middleware` (in `node`) is one process on the network: it has one thread of callbacks, a clock, and nodes. A
 node makes endpoints, each with a *handler* that the middleware calls on that thread, one at a time,
 and only while the process spins and the node is attached. Messages cross the port as typed Python
 objects; a middleware that needs bytes serialises behind it. Handlers own what they are given, and
@@ -10,13 +10,12 @@ Names that cross the port are fully qualified (`/ns/name`), expanded, remapped a
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from typing import NamedTuple
 
 from sunset.errors import MiddlewareError
-from sunset.interfaces import Message, Service
+from sunset.interfaces import Message
 from sunset.rmw.core.qos import (
     DurabilityPolicy,
     HistoryPolicy,
@@ -33,8 +32,6 @@ __all__ = [
     "EndpointInfo",
     "EndpointKind",
     "HistoryPolicy",
-    "Middleware",
-    "NodeHandle",
     "PublisherHandle",
     "QoSProfile",
     "ReliabilityPolicy",
@@ -218,151 +215,3 @@ class TimerHandle(ABC):
     @abstractmethod
     def destroy(self) -> None:
         """Stop for good."""
-
-
-class NodeHandle(ABC):
-    """A node on the graph. Labels name a callback in errors."""
-
-    __slots__ = ()
-
-    name: str
-    namespace: str
-
-    @property
-    def fully_qualified_name(self) -> str:
-        """Namespace and name, such as `/managed_subsystem/camera`."""
-        return f"{self.namespace.rstrip('/')}/{self.name}"
-
-    @abstractmethod
-    def create_publisher(self, message_type: type[Message], topic: str, qos: QoSProfile) -> PublisherHandle:
-        """Make a writer on `topic`."""
-
-    @abstractmethod
-    def create_subscription(
-        self,
-        message_type: type[Message],
-        topic: str,
-        qos: QoSProfile,
-        handler: Callable[[Message], None],
-        *,
-        label: str,
-    ) -> SubscriptionHandle:
-        """Make a reader of `topic`."""
-
-    @abstractmethod
-    def create_client(
-        self,
-        service_type: type[Service],
-        name: str,
-        qos: QoSProfile,
-        handler: Callable[[int, Message], None],
-        *,
-        label: str,
-    ) -> ClientHandle:
-        """Make the asking end of service `name`; the handler gets (number of the request, response)."""
-
-    @abstractmethod
-    def create_service(
-        self,
-        service_type: type[Service],
-        name: str,
-        qos: QoSProfile,
-        handler: Callable[[RequestId, Message], None],
-        *,
-        label: str,
-    ) -> ServiceHandle:
-        """Make the answering end of service `name`."""
-
-    @abstractmethod
-    def create_timer(self, period_ns: int, handler: Callable[[], None], label: str) -> TimerHandle:
-        """Make a running timer with a period of at least 0 ns."""
-
-    @abstractmethod
-    def post(self, handler: Callable[[], None], label: str) -> None:
-        """Call the handler once, as a callback of this node, after those that are ready already."""
-
-    @abstractmethod
-    def on_problem(self, handler: Callable[[str], None]) -> None:
-        """Tell `handler` in a sentence, at a limited rate, what the network brought and could not be used."""
-
-    @abstractmethod
-    def attach(self) -> None:
-        """Let the callbacks of this node run while its process spins."""
-
-    @abstractmethod
-    def detach(self) -> None:
-        """Hold the callbacks of this node back."""
-
-    @abstractmethod
-    def destroy(self) -> None:
-        """Leave the graph with all endpoints."""
-
-
-class Middleware(ABC):
-    """One process on the network."""
-
-    @property
-    @abstractmethod
-    def describes_types(self) -> bool:
-        """Whether its nodes tell others what their types are made of, as those of ROS 2 since Jazzy do."""
-
-    @abstractmethod
-    def now_ns(self) -> int:
-        """The system clock, in nanoseconds since its epoch."""
-
-    @abstractmethod
-    def steady_ns(self) -> int:
-        """A clock that never jumps, in nanoseconds since some fixed moment."""
-
-    @abstractmethod
-    def create_node(self, name: str, namespace: str) -> NodeHandle:
-        """Enter the graph with a node that has no endpoints yet."""
-
-    @abstractmethod
-    def spin_once(self, timeout_ns: int | None) -> bool:
-        """Wait for a callback of an attached node and run it.
-
-        Args:
-            timeout_ns: how long to wait; 0 for not at all, None for ever.
-
-        Returns:
-            Whether a callback ran.
-
-        Raises:
-            CallbackError: it raised.
-            MiddlewareError: called from inside a callback.
-        """
-
-    @abstractmethod
-    def wait_for(self, predicate: Callable[[], bool], timeout_ns: int | None) -> bool:
-        """Wait, without running callbacks of this process, until a predicate on the graph holds.
-
-        From inside a callback it does not wait.
-
-        Returns:
-            Whether the predicate holds.
-        """
-
-    @abstractmethod
-    def wake(self) -> None:
-        """Make a waiting `spin_once` return."""
-
-    @property
-    @abstractmethod
-    def alive(self) -> bool:
-        """Whether the process may still use the network."""
-
-    @abstractmethod
-    def shutdown(self) -> None:
-        """Leave the network; from inside a callback, after that callback and what it sends.
-
-        A signal handler may call it.
-        """
-
-    @abstractmethod
-    def nodes(self) -> Sequence[tuple[str, str]]:
-        """(name, namespace) of every node on the graph, in a fixed order."""
-
-    @abstractmethod
-    def endpoints(self, name: str | None = None) -> Sequence[EndpointInfo]:
-        """Every endpoint on the graph, or those of one topic or service, in a fixed order."""

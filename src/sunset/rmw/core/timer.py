@@ -4,7 +4,7 @@ from abc import abstractmethod
 from collections.abc import Callable
 
 from sunset.errors import MiddlewareError
-from sunset.rmw.core.node import Entity, HostT_co, Node
+from sunset.rmw.core.node import Entity, MiddlewareT_co, NodeHandle
 from sunset.rmw.core.port import TimerHandle
 
 __all__ = ["Timer", "next_due_ns"]
@@ -24,13 +24,18 @@ def next_due_ns(due_ns: int, period_ns: int, now_ns: int) -> int:
     return due_ns
 
 
-class Timer(Entity[HostT_co], TimerHandle):
+class Timer(Entity[MiddlewareT_co], TimerHandle):
     """A timer by the clock of its process that never jumps; a middleware sets its alarm."""
 
     __slots__ = ("_canceled", "_due_ns", "_handler", "_period_ns")
 
     def __init__(
-        self, process: HostT_co, node: Node, period_ns: int, handler: Callable[[], None], label: str
+        self,
+        process: MiddlewareT_co,
+        node: NodeHandle,
+        period_ns: int,
+        handler: Callable[[], None],
+        label: str,
     ) -> None:
         super().__init__(process, node, label)
         self.set_period_ns(period_ns)

@@ -3,7 +3,6 @@
 from importlib.metadata import version
 from typing import Final
 
-from sunset.rmw.core.tap import Tap
 from sunset.rmw.dds._process import CycloneDDS, prepare
 from sunset.rmw.dds._tap import CycloneTap
 from sunset.rmw.dds.domains import free_domain_id, sole_system
@@ -24,14 +23,8 @@ RMW_IMPLEMENTATION: Final = "rmw_cyclonedds_cpp"
 """What ROS 2 calls the middleware that its nodes must have to meet ours."""
 
 
-def join(*, domain_id: int | None = None, network: bool = False, distro: str | None = None) -> CycloneDDS:
-    """Join the network, as `CycloneDDS` does."""
-    return CycloneDDS(domain_id=domain_id, network=network, distro=distro)
-
-
-def observe(tap: Tap, *, domain_id: int | None = None) -> CycloneTap:
-    """Return what tells a tap everything that happens in a domain."""
-    return CycloneTap(tap, domain_id=domain_id)
+join: Final = CycloneDDS
+observe: Final = CycloneTap
 
 
 def versions() -> dict[str, str]:

@@ -6,7 +6,7 @@ from typing import TypeVar
 
 from sunset.errors import InterfaceError
 from sunset.interfaces import Message, deserialize
-from sunset.rmw.core.node import Node
+from sunset.rmw.core.node import NodeHandle
 from sunset.rmw.core.timer import Timer
 from sunset.rmw.dds import _library as dds
 from sunset.rmw.dds import _wheel as wheel
@@ -92,7 +92,7 @@ class DdsPosted(DdsEntity):
 
     __slots__ = ("_handler",)
 
-    def __init__(self, process: DdsHost, node: Node, handler: Callable[[], None], label: str) -> None:
+    def __init__(self, process: DdsHost, node: NodeHandle, handler: Callable[[], None], label: str) -> None:
         super().__init__(process, node, label)
         self._handler = handler
 

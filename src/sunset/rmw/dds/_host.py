@@ -12,7 +12,7 @@ from typing import Any, Final
 from sunset.errors import MiddlewareError
 from sunset.interfaces import Message, type_name
 from sunset.rmw.core.live import LiveProcess
-from sunset.rmw.core.node import Entity, Host, Node, run_callback
+from sunset.rmw.core.node import Entity, NodeHandle, run_callback
 from sunset.rmw.dds import _wheel as wheel
 from sunset.rmw.dds._config import Configuration
 from sunset.rmw.dds._graph import Graph, NodeEntities
@@ -74,7 +74,7 @@ class DdsEndpoint(DdsEntity):
         return True
 
 
-class DdsHost(Host, LiveProcess):
+class DdsHost(LiveProcess):
     """What the parts of its nodes need of a process on DDS.
 
     Attributes:
@@ -89,7 +89,7 @@ class DdsHost(Host, LiveProcess):
         self.problems: Counter[str] = Counter()
         self.alarms: dict[DdsEntity, int] = {}
         self.endpoints_here: dict[DdsEndpoint, None] = {}
-        self._nodes: dict[Node, None] = {}
+        self._nodes: dict[NodeHandle, None] = {}
         self._numbers = count(FIRST_NUMBER)
         self._readers: dict[int, DdsEntity] = {}
         self._queue: WaitingLine[DdsEntity | None] = WaitingLine()
@@ -141,7 +141,7 @@ class DdsHost(Host, LiveProcess):
         """Do not expect data of that number any more."""
         self._readers.pop(number, None)
 
-    def remove(self, node: Node) -> None:
+    def remove(self, node: NodeHandle) -> None:
         """Take a node off the graph."""
         if node in self._nodes:
             del self._nodes[node]
@@ -201,7 +201,7 @@ class DdsHost(Host, LiveProcess):
         finally:
             self._calling = False
 
-    def report(self, where: str, problem: str, node: Node | None = None) -> None:
+    def report(self, where: str, problem: str, node: NodeHandle | None = None) -> None:
         """Count something that could not be used, and tell a node of it, for each place at most every 10 s.
 
         Args:

@@ -16,7 +16,7 @@ from typing import Final
 
 from sunset.errors import MiddlewareError
 from sunset.interfaces import Message, type_hash, type_name
-from sunset.rmw.core.node import Node, Parts
+from sunset.rmw.core.node import NodeHandle, Parts
 from sunset.rmw.core.port import EndpointInfo
 from sunset.rmw.dds import _wheel as wheel
 from sunset.rmw.dds._config import read_configuration
@@ -97,14 +97,14 @@ class CycloneDDS(DdsHost):
         """Whether its nodes tell others what their types are made of: not where other nodes are of Humble."""
         return self.link.announces_hashes
 
-    def create_node(self, name: str, namespace: str) -> Node:
+    def create_node(self, name: str, namespace: str) -> NodeHandle:
         """Enter the graph with a node that has no endpoints yet."""
-        node = Node(self, self._parts, name, namespace)
+        node = NodeHandle(self, self._parts, name, namespace)
         self._nodes[node] = None
         self.announce()
         return node
 
-    def post(self, node: Node, handler: Callable[[], None], label: str) -> None:
+    def post(self, node: NodeHandle, handler: Callable[[], None], label: str) -> None:
         """Call a handler of a node once, after those that are ready already; any thread may ask for it."""
         self.queue(DdsPosted(self, node, handler, label))
 

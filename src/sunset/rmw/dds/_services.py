@@ -12,7 +12,7 @@ from typing import Final, NamedTuple
 
 from sunset.errors import InterfaceError, MiddlewareError
 from sunset.interfaces import Message, Service, serialize
-from sunset.rmw.core.node import Node
+from sunset.rmw.core.node import NodeHandle
 from sunset.rmw.core.port import CallbackError, ClientHandle, QoSProfile, RequestId, ServiceHandle
 from sunset.rmw.dds import _library as dds
 from sunset.rmw.dds import _wheel as wheel
@@ -126,7 +126,7 @@ class DdsClient(_ServiceEnd, ClientHandle):
     def __init__(
         self,
         process: DdsHost,
-        node: Node,
+        node: NodeHandle,
         service_type: type[Service],
         name: str,
         qos: QoSProfile,
@@ -199,7 +199,7 @@ class DdsService(_ServiceEnd, ServiceHandle):
     def __init__(
         self,
         process: DdsHost,
-        node: Node,
+        node: NodeHandle,
         service_type: type[Service],
         name: str,
         qos: QoSProfile,

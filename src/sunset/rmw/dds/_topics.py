@@ -3,7 +3,7 @@
 from collections.abc import Callable
 
 from sunset.interfaces import Message, serialize, type_name
-from sunset.rmw.core.node import Node
+from sunset.rmw.core.node import NodeHandle
 from sunset.rmw.core.port import (
     DurabilityPolicy,
     PublisherHandle,
@@ -26,7 +26,7 @@ class DdsPublisher(DdsEndpoint, PublisherHandle):
     __slots__ = ("_reliable", "_topic", "_transient_local", "_writer")
 
     def __init__(
-        self, process: DdsHost, node: Node, message_type: type[Message], topic: str, qos: QoSProfile
+        self, process: DdsHost, node: NodeHandle, message_type: type[Message], topic: str, qos: QoSProfile
     ) -> None:
         super().__init__(process, node, f"publisher of {topic}")
         self._topic = topic
@@ -81,7 +81,7 @@ class DdsSubscription(ReadingEntity, SubscriptionHandle):
     def __init__(
         self,
         process: DdsHost,
-        node: Node,
+        node: NodeHandle,
         message_type: type[Message],
         topic: str,
         qos: QoSProfile,

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any, ClassVar, Generic, TypeVar
 
 from sunset.interfaces import Message, Service, type_name
-from sunset.rmw.core.node import Entity, Host, Node
+from sunset.rmw.core.node import Entity, Middleware, NodeHandle
 from sunset.rmw.core.port import EndpointKind, QoSProfile
 from sunset.rmw.sim._compute import OTHER_CALLBACK_NS
 from sunset.rmw.sim._network import Network
@@ -16,7 +16,7 @@ __all__ = ["SimEndpoint", "SimEntity", "SimHost", "SimReceiver"]
 ItemT = TypeVar("ItemT")
 
 
-class SimHost(Host):
+class SimHost(Middleware):
     """A simulated process, as its parts need it.
 
     Attributes:
@@ -72,7 +72,7 @@ class SimEndpoint(SimEntity):
     def __init__(
         self,
         process: SimHost,
-        node: Node,
+        node: NodeHandle,
         ros_type: type[Message | Service],
         name: str,
         qos: QoSProfile,
@@ -104,7 +104,7 @@ class SimReceiver(SimEndpoint, Generic[ItemT]):
     def __init__(
         self,
         process: SimHost,
-        node: Node,
+        node: NodeHandle,
         ros_type: type[Message | Service],
         name: str,
         qos: QoSProfile,

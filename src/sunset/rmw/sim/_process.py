@@ -6,8 +6,8 @@ from functools import partial
 from typing import Any
 
 from sunset.errors import MiddlewareError
-from sunset.rmw.core.node import Node, Parts, run_callback
-from sunset.rmw.core.port import EndpointInfo, NodeHandle
+from sunset.rmw.core.node import NodeHandle, Parts, run_callback
+from sunset.rmw.core.port import EndpointInfo
 from sunset.rmw.sim._entity import SimEntity, SimHost
 from sunset.rmw.sim._network import Network
 from sunset.rmw.sim._scheduler import Priority
@@ -48,7 +48,7 @@ class SimProcess(SimHost):
     ) -> None:
         self.name = name
         self.network = network
-        self.nodes_here: dict[Node, None] = {}
+        self.nodes_here: dict[NodeHandle, None] = {}
         self._around = around
         self._alive = True
         self._busy = False
@@ -151,13 +151,13 @@ class SimProcess(SimHost):
         else:
             leave(payload)
 
-    def post(self, node: Node, handler: Callable[[], None], label: str) -> None:
+    def post(self, node: NodeHandle, handler: Callable[[], None], label: str) -> None:
         """Call a handler of a node once, after those that are ready already."""
         scheduler = self.network.scheduler
         posted = SimPosted(self, node, handler, label)
         scheduler.add(scheduler.now, Priority.TIMER, self.notify, posted)
 
-    def remove(self, node: Node) -> None:
+    def remove(self, node: NodeHandle) -> None:
         """Take a node off the graph."""
         self.network.nodes.pop(node, None)
         self.nodes_here.pop(node, None)
@@ -190,13 +190,13 @@ class SimProcess(SimHost):
         """Virtual time."""
         return self.network.scheduler.now
 
-    def create_node(self, name: str, namespace: str) -> Node:
+    def create_node(self, name: str, namespace: str) -> NodeHandle:
         """Enter the graph with a node that has no endpoints yet."""
-        node = Node(self, self._parts, name, namespace)
+        node = NodeHandle(self, self._parts, name, namespace)
         self.network.nodes[node] = None
         self.nodes_here[node] = None
         for tap in self.network.taps:
-            tap.on_node(self.name, node.fqn)
+            tap.on_node(self.name, node.fully_qualified_name)
         return node
 
     def spin_once(self, timeout_ns: int | None) -> bool:

@@ -5,7 +5,7 @@ from typing import ClassVar
 
 from sunset.errors import MiddlewareError
 from sunset.interfaces import Message, Service, serialize
-from sunset.rmw.core.node import Node
+from sunset.rmw.core.node import NodeHandle
 from sunset.rmw.core.port import ClientHandle, EndpointKind, QoSProfile, RequestId, ServiceHandle
 from sunset.rmw.sim._entity import SimHost, SimReceiver
 from sunset.rmw.sim._scheduler import Priority
@@ -23,7 +23,7 @@ class SimClient(SimReceiver[tuple[int, Message]], ClientHandle):
     def __init__(
         self,
         process: SimHost,
-        node: Node,
+        node: NodeHandle,
         service_type: type[Service],
         name: str,
         qos: QoSProfile,
@@ -81,7 +81,7 @@ class SimService(SimReceiver[tuple[RequestId, SimClient, Message]], ServiceHandl
     def __init__(
         self,
         process: SimHost,
-        node: Node,
+        node: NodeHandle,
         service_type: type[Service],
         name: str,
         qos: QoSProfile,
@@ -94,16 +94,15 @@ class SimService(SimReceiver[tuple[RequestId, SimClient, Message]], ServiceHandl
         self._asking: dict[RequestId, SimClient] = {}
         self.join()
         for tap in process.network.taps:
-            tap.on_endpoint(node.fqn, self.kind, name)
+            tap.on_endpoint(node.fully_qualified_name, self.kind, name)
 
     def run(self) -> None:
         """Handle the oldest request, in a copy of the server's own."""
         request_id, client, request = self._items.popleft()
         network = self.process.network
+        asking, server = client.node.fully_qualified_name, self.node.fully_qualified_name
         for tap in network.taps:
-            tap.on_request(
-                network.scheduler.now, self.name, client.node.fqn, self.node.fqn, request, request_id
-            )
+            tap.on_request(network.scheduler.now, self.name, asking, server, request, request_id)
         self._asking[request_id] = client
         self._handler(request_id, request.copy())
 
@@ -126,6 +125,6 @@ class SimService(SimReceiver[tuple[RequestId, SimClient, Message]], ServiceHandl
         network = self.process.network
         now = network.scheduler.now
         for tap in network.taps:
-            tap.on_response(now, self.name, self.node.fqn, response, request_id)
+            tap.on_response(now, self.name, self.node.fully_qualified_name, response, request_id)
         arrival = now + network.latency_ns
         network.scheduler.add(arrival, Priority.DELIVERY, client.deliver, (request_id.sequence, response))

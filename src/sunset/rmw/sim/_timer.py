@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from sunset.rmw.core.node import Node
+from sunset.rmw.core.node import NodeHandle
 from sunset.rmw.core.timer import Timer
 from sunset.rmw.sim._entity import SimEntity, SimHost
 from sunset.rmw.sim._scheduler import Priority
@@ -16,7 +16,7 @@ class SimTimer(Timer[SimHost], SimEntity):
     __slots__ = ("_alarms", "_expired")
 
     def __init__(
-        self, process: SimHost, node: Node, period_ns: int, handler: Callable[[], None], label: str
+        self, process: SimHost, node: NodeHandle, period_ns: int, handler: Callable[[], None], label: str
     ) -> None:
         self._alarms = 0
         super().__init__(process, node, period_ns, handler, label)
@@ -43,7 +43,7 @@ class SimPosted(SimEntity):
 
     __slots__ = ("_handler",)
 
-    def __init__(self, process: SimHost, node: Node, handler: Callable[[], None], label: str) -> None:
+    def __init__(self, process: SimHost, node: NodeHandle, handler: Callable[[], None], label: str) -> None:
         super().__init__(process, node, label)
         self._handler = handler
         self.join()

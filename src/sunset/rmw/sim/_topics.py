@@ -6,7 +6,7 @@ from typing import ClassVar
 
 from sunset.errors import InterfaceError
 from sunset.interfaces import Message
-from sunset.rmw.core.node import Node
+from sunset.rmw.core.node import NodeHandle
 from sunset.rmw.core.port import (
     CallbackError,
     DurabilityPolicy,
@@ -36,7 +36,7 @@ class SimSubscription(SimReceiver[Message], SubscriptionHandle):
     def __init__(
         self,
         process: SimHost,
-        node: Node,
+        node: NodeHandle,
         message_type: type[Message],
         topic: str,
         qos: QoSProfile,
@@ -51,7 +51,7 @@ class SimSubscription(SimReceiver[Message], SubscriptionHandle):
         self.publishers: list[SimPublisher] = []
         self.join()
         for tap in network.taps:
-            tap.on_endpoint(node.fqn, self.kind, topic)
+            tap.on_endpoint(node.fully_qualified_name, self.kind, topic)
         for publisher in network.named(topic, SimPublisher):
             publisher.match(self)
 
@@ -84,7 +84,7 @@ class SimPublisher(SimEndpoint, PublisherHandle):
     kind: ClassVar = EndpointKind.PUBLISHER
 
     def __init__(
-        self, process: SimHost, node: Node, message_type: type[Message], topic: str, qos: QoSProfile
+        self, process: SimHost, node: NodeHandle, message_type: type[Message], topic: str, qos: QoSProfile
     ) -> None:
         super().__init__(process, node, message_type, topic, qos, label=f"publisher of {topic}")
         self.subscriptions: list[SimSubscription] = []
@@ -121,9 +121,11 @@ class SimPublisher(SimEndpoint, PublisherHandle):
         now = network.scheduler.now
         try:
             for tap in network.taps:
-                tap.on_message(now, self.name, self.node.fqn, message)
+                tap.on_message(now, self.name, self.node.fully_qualified_name, message)
         except InterfaceError as error:  # it does not fit its definition
-            raise CallbackError.of(self.node.fqn, f"that publishes on {self.name}", error) from error
+            raise CallbackError.of(
+                self.node.fully_qualified_name, f"that publishes on {self.name}", error
+            ) from error
         if self._kept is not None:
             self._kept.append((now, message))
         add = network.scheduler.add

@@ -2,6 +2,7 @@
 
 import doctest
 import importlib
+import re
 from pathlib import Path
 from types import ModuleType
 
@@ -48,3 +49,13 @@ def test_the_examples_in_docstrings_are_true(name: str) -> None:
     results = doctest.testmod(_imported(name))
     assert results.attempted > 0
     assert results.failed == 0
+
+
+def test_nothing_below_the_command_line_starts_it() -> None:
+    by_name = re.compile(r"""sunset\.cli|["']-m["'],\s*["']sunset["']""")
+    below = [
+        path
+        for path in SOURCE.rglob("*.py")
+        if path.relative_to(SOURCE).parts[0] not in {"cli", "__main__.py"}
+    ]
+    assert [_name(path) for path in below if by_name.search(path.read_text("utf-8"))] == []

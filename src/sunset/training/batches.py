@@ -54,6 +54,12 @@ class FrameSet:
         """Return the number of frames."""
         return len(self.bgr)
 
+    def images(
+        self, index: int
+    ) -> tuple[npt.NDArray[np.uint8], npt.NDArray[np.uint16], npt.NDArray[np.uint8]]:
+        """Return one frame: colours, depth and labels."""
+        return np.asarray(self.bgr[index]), np.asarray(self.depth[index]), np.asarray(self.labels[index])
+
     def digest(self) -> str:
         """Return a short checksum of the frames."""
         digest = hashlib.sha256()

@@ -2,23 +2,23 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache, partial
+from functools import partial
 from pathlib import Path
 from typing import Final
 
 import numpy as np
 import numpy.typing as npt
 
-from sunset.classes import CLASS_OF_CARLA_ID
-from sunset.data import BagReader, read_bag
+from sunset.data import read_bag
 from sunset.errors import DataError
 from sunset.metrics import count_classes, image_iou
-from sunset.perception import Modality, Model, ModelCard, Segmenter, find_device, load_model
+from sunset.perception import Modality, Model, ModelCard, Segmenter, find_device
 from sunset.seeding import generator
 from sunset.system import WINDOW
 from sunset.training.conditions import BLURRED, GRID, Condition, CurvesPlan, plan_curves
 from sunset.training.evaluate import roc_auc
-from sunset.training.spread import Progress, spread
+from sunset.training.over_frames import Images, over_frames
+from sunset.training.spread import Arrays, Progress
 
 __all__ = [
     "AUC",
@@ -185,19 +185,14 @@ def window_means(values: Values, every: int) -> Values:
     return means
 
 
-def look(
-    segmenter: Segmenter,
-    conditions: Sequence[Condition],
-    index: int,
-    images: tuple[npt.NDArray[np.uint8], npt.NDArray[np.uint16], npt.NDArray[np.uint8]],
-) -> Values:
+def look(segmenter: Segmenter, index: int, images: Images, conditions: Sequence[Condition]) -> Arrays:
     """Segment one frame in every condition; the noise depends on the frame's number only.
 
     Args:
         segmenter: runs the model.
-        conditions: of which each is one look.
         index: the frame's number.
-        images: (H, W, 3) colour, (H, W) depth, and (H, W) true class indices.
+        images: of the frame.
+        conditions: of which each is one look.
 
     Returns:
         (conditions, 3): IoU, entropy and sharpness.
@@ -208,7 +203,7 @@ def look(
         seen = condition.seen(bgr, depth, generator(0, "conditions", index))
         found = segmenter.segment(condition.modality, seen.bgr, seen.depth)
         rows.append((image_iou(count_classes(found.labels, truth)), found.entropy, seen.sharpness))
-    return np.array(rows)
+    return (np.array(rows),)
 
 
 def measure_curves(
@@ -245,30 +240,17 @@ def measure_curves(
         count = len(reader)
     if count < SAMPLES:
         raise DataError(f"The bag {bag} must have at least {SAMPLES} frames, got {count}.")
-    frames = chosen_frames(count, every)
-    work = partial(_look_at, model.folder, find_device(device), bag, plan.conditions())
-    _opened.cache_clear()  # what the paths name may have changed since this process measured before
-    parts = list(spread(work, [(index,) for index in frames], jobs=jobs, progress=progress))
-    return curves_of(plan, model.card, np.concatenate(parts), partial(window_means, every=every))
-
-
-def _look_at(
-    folder: Path, device: str, bag: Path, conditions: Sequence[Condition], frames: Sequence[int]
-) -> npt.NDArray[np.float64]:
-    segmenter, reader = _opened(folder, device, bag)
-    looks = []
-    for index in frames:
-        frame = reader.frame(index)
-        images = (frame.rgb, frame.depth, CLASS_OF_CARLA_ID[frame.labels])
-        looks.append(look(segmenter, conditions, index, images))
-    return np.stack(looks)
-
-
-@lru_cache(maxsize=1)
-def _opened(folder: Path, device: str, bag: Path) -> tuple[Segmenter, BagReader]:
-    """Return model and bag, opened once a process."""
-    model = load_model(folder)
-    return Segmenter(model, device=device), read_bag(bag, size=(model.card.height, model.card.width))
+    (values,) = over_frames(
+        look,
+        (plan.conditions(),),
+        model,
+        bag,
+        chosen=chosen_frames(count, every),
+        device=find_device(device),
+        jobs=jobs,
+        progress=progress,
+    )
+    return curves_of(plan, model.card, values, partial(window_means, every=every))
 
 
 def curves_of(plan: CurvesPlan, card: ModelCard, values: Values, means: Callable[[Values], Values]) -> Curves:

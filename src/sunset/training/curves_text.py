@@ -24,7 +24,7 @@ def as_text(curves: Curves) -> str:
         f"thresholds: entropy {curves.entropy_threshold:.4f}, sharpness {curves.sharpness_threshold:.3f}",
         "",
     ]
-    rows: list[tuple[str, ...]] = [("fault", "strength ", *_HEAD, *_CURED)]
+    rows: list[tuple[str, ...]] = [("fault", "strength", *_HEAD, *_CURED)]
     for network, figures in curves.nominal.items():
         rows.append((f"none, {network.key}", "", *_figures(curves, figures), "", ""))
     for case in curves.points:

@@ -37,7 +37,7 @@ def ranges(layers: Sequence[Layer], modules: nn.Module, frames: FrameSet, kept: 
     what = kept and (digest_of_weights(modules.state_dict()), frames.digest())
     work = keep(partial(_limits, layers, modules, frames, names), kept, "ranges", names, what)
     chosen = np.linspace(0, len(frames) - 1, min(_FRAMES, len(frames))).astype(int)
-    limits = np.array([work([index])[0] for index in chosen])
+    limits = np.array([work(int(index))[0] for index in chosen])
     lowest, highest = limits[:, :, 0].min(axis=0), limits[:, :, 1].max(axis=0)
     return {name: (float(low), float(high)) for name, low, high in zip(names, lowest, highest, strict=True)}
 
@@ -47,10 +47,9 @@ def _limits(
     modules: nn.Module,
     frames: FrameSet,
     names: Sequence[str],
-    indices: Sequence[int],
+    index: int,
 ) -> Arrays:
     """Return the ranges of results on a frame, (names, 2)."""
-    (index,) = indices
     results = frame_inputs(frames.bgr[index : index + 1], frames.depth[index : index + 1])
     with torch.no_grad():
         forward(layers, modules, results)

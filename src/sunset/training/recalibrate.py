@@ -2,7 +2,7 @@
 
 import hashlib
 import shutil
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, replace
 from functools import partial
 from importlib.util import find_spec
@@ -258,13 +258,9 @@ def _looks(
     """Return IoU, entropy and sharpness of every frame in every condition (frames, conditions, 3)."""
     measuring = partial(progress, "Measuring") if progress else None
     (found,) = over_frames(
-        _look_at, (plan.conditions(),), model, frames, device=device, jobs=jobs, progress=measuring, kept=kept
+        look, (plan.conditions(),), model, frames, device=device, jobs=jobs, progress=measuring, kept=kept
     )
     return found
-
-
-def _look_at(segmenter: Segmenter, index: int, images: Images, conditions: Sequence[Condition]) -> Arrays:
-    return (look(segmenter, conditions, index, images),)
 
 
 def _thresholds(plan: CurvesPlan, values: Values) -> tuple[Separation, Separation]:

@@ -4,7 +4,7 @@ import hashlib
 import os
 import zipfile
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import suppress
+from contextlib import nullcontext, suppress
 from functools import partial
 from pathlib import Path
 from typing import Any, TypeAlias, TypeVar
@@ -21,55 +21,44 @@ Arrays: TypeAlias = tuple[npt.NDArray[Any], ...]
 Progress = Callable[[int, int], None]
 """Called with how much is done and how much there is."""
 
+Item = TypeVar("Item")
 Result = TypeVar("Result")
 
 
 def spread(
-    work: Callable[[Sequence[int]], Result],
-    chunks: Sequence[Sequence[int]],
+    work: Callable[[Item], Result],
+    items: Sequence[Item],
     *,
     jobs: int | None = None,
     progress: Progress | None = None,
 ) -> Iterator[Result]:
-    """Yield the result of every chunk, in their order.
+    """Yield the result of every item, in their order.
 
     Args:
         work: a function of a module, or a `partial` of one, since it goes to other processes.
-        chunks: the numbers of the frames of each piece of work.
+        items: what it is called with, one by one.
         jobs: processes; as many as there are processors if None. With one it is this process.
-        progress: called with frames done and frames in all.
+        progress: called with items done and items in all.
 
     Raises:
         InvalidInputError: `jobs` is less than 1.
         SunsetError: a worker process was killed, or what `work` raised.
     """
     check_jobs(jobs)
-    count = min(jobs or processors(), max(len(chunks), 1))
-    total, done = sum(map(len, chunks)), 0
-    for chunk, result in zip(chunks, _results(work, chunks, count), strict=True):
-        yield result
-        done += len(chunk)
-        if progress is not None:
-            progress(done, total)
+    count = min(jobs or processors(), max(len(items), 1))
+    with nullcontext() if count == 1 else worker_pool(count) as pool:
+        results = pool.map(work, items) if pool else map(work, items)
+        for done, result in enumerate(results, 1):
+            yield result
+            if progress is not None:
+                progress(done, len(items))
 
 
-def _results(
-    work: Callable[[Sequence[int]], Result], chunks: Sequence[Sequence[int]], jobs: int
-) -> Iterator[Result]:
-    if jobs == 1:
-        yield from map(work, chunks)
-        return
-    with worker_pool(jobs) as pool:
-        yield from pool.map(work, chunks)
-
-
-def keep(
-    work: Callable[[Sequence[int]], Arrays], folder: Path | None, *what: object
-) -> Callable[[Sequence[int]], Arrays]:
+def keep(work: Callable[[int], Arrays], folder: Path | None, *what: object) -> Callable[[int], Arrays]:
     """Return work that writes each result to a file, and reads it there instead of doing the work again.
 
     Args:
-        work: as `spread` takes it.
+        work: gets the number of a frame.
         folder: of the files; None to do the work as it is.
         what: everything that results depend on, by its `repr`.
     """
@@ -80,11 +69,11 @@ def keep(
     return partial(_kept, work, of_this)
 
 
-def _kept(work: Callable[[Sequence[int]], Arrays], folder: Path, chunk: Sequence[int]) -> Arrays:
-    path = folder / f"{chunk[0]}.npz"
+def _kept(work: Callable[[int], Arrays], folder: Path, index: int) -> Arrays:
+    path = folder / f"{index}.npz"
     with suppress(EOFError, OSError, ValueError, zipfile.BadZipFile), np.load(path) as arrays:
         return tuple(arrays.values())
-    result = work(chunk)
+    result = work(index)
     temporary = path.with_suffix(f".{os.getpid()}.tmp")
     with temporary.open("wb") as file:
         np.savez(file, *result)

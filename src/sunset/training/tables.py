@@ -50,7 +50,6 @@ AXES: Final = ("height", "angle", "time", "weather")
 """What views differ in; the fields of `Setting`."""
 
 _SEED: Final = 7
-_BATCH: Final = 10
 _PERIOD_NS: Final = 100_000_000
 
 Counts = npt.NDArray[np.int64]
@@ -225,10 +224,9 @@ def measure_iou(
     flown = np.unique(np.linspace(0, DEFAULT_FLIGHT.frames - 1, frames or DEFAULT_FLIGHT.frames).astype(int))
     chosen = [*(range(len(taken)) for _ in HELD_OUT), flown.tolist()]
     looks = [(place, index) for place, indices in enumerate(chosen) for index in indices]
-    work = partial(_count, tuple(model.folder for model in models), device, tuple(bags), looks)
-    numbers = [(number,) for number in range(len(looks))]
+    work = partial(_count, tuple(model.folder for model in models), device, tuple(bags))
     _opened.cache_clear()  # what the paths name may have changed since this process measured before
-    counts = np.concatenate(list(spread(work, numbers, jobs=jobs, progress=progress)))
+    counts = np.stack(list(spread(work, looks, jobs=jobs, progress=progress)))
     *held_out, flight = np.split(counts, np.cumsum([len(indices) for indices in chosen])[:-1])
     return IouTables(
         networks=tuple(
@@ -273,58 +271,45 @@ def _views_bag(
     jobs: int | None,
     progress: Progress | None,
 ) -> Path:
-    chunks = [range(start, min(start + _BATCH, len(taken))) for start in range(0, len(taken), _BATCH)]
     facts = {"town": town, "seed": _SEED, "size": size, "settings": [asdict(setting) for setting in taken]}
     work = partial(_render, town, taken, size)
     return kept_bag(
         f"views-town{town}",
         facts,
-        lambda: (frame for batch in spread(work, chunks, jobs=jobs, progress=progress) for frame in batch),
+        lambda: spread(work, range(len(taken)), jobs=jobs, progress=progress),
         [index * _PERIOD_NS for index in range(len(taken))],
     )
 
 
-def _render(
-    town: int, taken: Sequence[Setting], size: tuple[int, int], indices: Sequence[int]
-) -> list[Frame]:
-    frames: list[Frame] = []
-    for index in indices:
-        setting = taken[index]
-        frames += render_views(
-            town,
-            1,
-            _SEED,
-            heights=(setting.height,),
-            pitches=(setting.angle,),
-            times=(setting.time,),
-            weathers=(setting.weather,),
-            start=index,
-            size=size,
-        )
-    return frames
+def _render(town: int, taken: Sequence[Setting], size: tuple[int, int], index: int) -> Frame:
+    setting = taken[index]
+    (frame,) = render_views(
+        town,
+        1,
+        _SEED,
+        heights=(setting.height,),
+        pitches=(setting.angle,),
+        times=(setting.time,),
+        weathers=(setting.weather,),
+        start=index,
+        size=size,
+    )
+    return frame
 
 
-def _count(
-    folders: tuple[Path, ...],
-    device: str,
-    bags: tuple[Path, ...],
-    looks: Sequence[tuple[int, int]],
-    numbers: Sequence[int],
-) -> Counts:
-    """Return the counts (N, networks, 3, 28) of some looks, each a bag's place and a frame's index there."""
+def _count(folders: tuple[Path, ...], device: str, bags: tuple[Path, ...], look: tuple[int, int]) -> Counts:
+    """Return the counts (networks, 3, 28) of a look: a bag's place and a frame's index there."""
+    place, index = look
     segmenters, readers = _opened(folders, device, bags)
-    rows = []
-    for place, index in (looks[number] for number in numbers):
-        frame = readers[place].frame(index)
-        truth = CLASS_OF_CARLA_ID[frame.labels]
-        rows.append(
-            [
-                _as_rows(count_classes(segmenter.segment(modality, frame.rgb, frame.depth).labels, truth))
-                for segmenter in segmenters
-                for modality in sorted(segmenter.model.card.networks)
-            ]
-        )
-    return np.array(rows)
+    frame = readers[place].frame(index)
+    truth = CLASS_OF_CARLA_ID[frame.labels]
+    return np.array(
+        [
+            _as_rows(count_classes(segmenter.segment(modality, frame.rgb, frame.depth).labels, truth))
+            for segmenter in segmenters
+            for modality in sorted(segmenter.model.card.networks)
+        ]
+    )
 
 
 def _as_rows(counts: ClassCounts) -> Counts:

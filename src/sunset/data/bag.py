@@ -14,10 +14,9 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, Final, Self
+from typing import Final, Self
 
 import numpy as np
-import numpy.typing as npt
 from rosbags.interfaces import Connection
 from rosbags.rosbag2 import Reader, StoragePlugin, Writer
 from rosbags.rosbag2.reader import DirectoryReader
@@ -35,7 +34,7 @@ from sunset.data.bag_images import (
 from sunset.data.bag_paths import STORAGES, check_bag_path, check_uri
 from sunset.data.frame import Frame
 from sunset.data.pairing import pair
-from sunset.data.pixels import FAR, check_ids, dimensions, resample
+from sunset.data.pixels import FAR, Pixels, check_ids, dimensions, resample
 from sunset.errors import DataError, InvalidInputError, OutputError
 from sunset.interfaces import message_definition, type_hash
 from sunset.interfaces.sensor_msgs.msg import Image
@@ -94,7 +93,7 @@ def _write(folder: Path, frames: Iterable[Frame], stamps_ns: Sequence[int], plug
         ]
         for frame in frames:
             if written < len(stamps_ns):
-                images: tuple[npt.NDArray[Any], ...] = (frame.rgb, frame.depth, frame.labels)
+                images: tuple[Pixels, ...] = (frame.rgb, frame.depth, frame.labels)
                 for connection, image in zip(connections, images, strict=True):
                     stamp = int(stamps_ns[written])
                     writer.write(connection, stamp, serialized(image, TOPICS[connection.topic], stamp))

@@ -3,10 +3,9 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
-import numpy.typing as npt
 
 from sunset.bag_files import expand
 from sunset.data.pixels import (
@@ -14,6 +13,7 @@ from sunset.data.pixels import (
     COLOUR_PNG,
     DEPTH_PNG,
     LABEL_PNG,
+    Pixels,
     bgr_of,
     counts_of,
     picture,
@@ -95,7 +95,7 @@ class Recorded:
 
     stamp_ns: int
     encoding: str
-    pixels: npt.NDArray[Any]
+    pixels: Pixels
 
 
 def decoded(raw: bytes | memoryview, kind: str, topic: str, place: str) -> Recorded:
@@ -128,7 +128,7 @@ def decoded(raw: bytes | memoryview, kind: str, topic: str, place: str) -> Recor
     return Recorded(ns_of(message.header.stamp), encoding, pixels)
 
 
-def _unpacked(message: CompressedImage, topic: str, place: str) -> npt.NDArray[Any]:
+def _unpacked(message: CompressedImage, topic: str, place: str) -> Pixels:
     """Return the picture in a `CompressedImage`."""
     data = message.data.tobytes()
     if topic == "/depth_raw":
@@ -142,7 +142,7 @@ def _unpacked(message: CompressedImage, topic: str, place: str) -> npt.NDArray[A
     return picture(data, place, SENSORS[topic].pictures)
 
 
-def serialized(image: npt.NDArray[Any], encoding: str, stamp_ns: int) -> bytes:
+def serialized(image: Pixels, encoding: str, stamp_ns: int) -> bytes:
     """Return a serialized `sensor_msgs/msg/Image`.
 
     Args:

@@ -6,9 +6,7 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, Final
-
-import numpy.typing as npt
+from typing import Final
 
 from sunset.data.frame import FRAME_SIZE, Frame
 from sunset.data.pixels import (
@@ -17,6 +15,7 @@ from sunset.data.pixels import (
     DEPTH_PNG,
     LABEL_PNG,
     PICTURE_BYTES,
+    Pixels,
     check_ids,
     dimensions,
     picture,
@@ -83,7 +82,7 @@ def _frame(recorded: tuple[int, int], size: tuple[int, int], files: tuple[Path, 
     return resample(Frame(rgb, depth, labels), size)
 
 
-def _pixels(path: Path, name: str) -> npt.NDArray[Any]:
+def _pixels(path: Path, name: str) -> Pixels:
     try:
         data = read_bytes(path, PICTURE_BYTES)
     except OSError as error:

@@ -26,6 +26,7 @@ __all__ = [
     "IDS_OF_NO_CLASS",
     "LABEL_PNG",
     "PICTURE_BYTES",
+    "Pixels",
     "bgr_of",
     "check_ids",
     "counts_of",
@@ -37,6 +38,7 @@ __all__ = [
 ]
 
 Pixels = npt.NDArray[Any]
+"""Of whatever type a sensor has."""
 
 FAR: Final = 65535
 """The depth count of what is 1000 m away or further, or of no measured depth."""

@@ -11,9 +11,7 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, Final, NoReturn
-
-import numpy.typing as npt
+from typing import Final, NoReturn
 
 from sunset.data.frame import FRAME_SIZE, Frame
 from sunset.data.pixels import (
@@ -21,6 +19,7 @@ from sunset.data.pixels import (
     DEPTH_PNG,
     LABEL_PNG,
     PICTURE_BYTES,
+    Pixels,
     check_ids,
     dimensions,
     picture,
@@ -100,7 +99,7 @@ class SynDroneFlight:
         check_ids(labels, str(self._file("semantic", number)))
         return resample(Frame(rgb, depth, labels), size)
 
-    def _pixels(self, name: str, number: int) -> npt.NDArray[Any]:
+    def _pixels(self, name: str, number: int) -> Pixels:
         path = self._file(name, number)
         try:
             data = read_bytes(path, PICTURE_BYTES)

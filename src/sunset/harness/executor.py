@@ -2,9 +2,10 @@
 
 from functools import partial
 from types import MappingProxyType
-from typing import Any, Final, cast
+from typing import Final, cast
 
 from sunset.harness._world import World
+from sunset.interfaces import Service
 from sunset.interfaces.builtin_interfaces.msg import Time
 from sunset.interfaces.lifecycle_msgs.msg import Transition, TransitionEvent
 from sunset.interfaces.lifecycle_msgs.srv import ChangeState, GetState
@@ -12,7 +13,7 @@ from sunset.interfaces.rcl_interfaces.msg import ParameterDescriptor, ParameterE
 from sunset.interfaces.rcl_interfaces.srv import SetParameters
 from sunset.interfaces.std_srvs.srv import Trigger
 from sunset.interfaces.system_interfaces.msg import FaultInjection
-from sunset.ros.client import Client
+from sunset.ros.client import AnyClient
 from sunset.ros.context import Context
 from sunset.ros.node import Node
 from sunset.ros.parameter import Parameter
@@ -79,7 +80,7 @@ class ScenarioExecutor(Node):
         self.scenario = scenario or load_scenario(cast("str", name))
         """What is injected."""
         self._world = World()
-        self._callers: dict[str, Client[Any, Any]] = {}
+        self._callers: dict[str, AnyClient] = {}
         self._injections = self.create_publisher(FaultInjection, "/experiment/injections", 100)
         self._prepare()
         self.create_service(Trigger, "~/inject", self._inject)
@@ -188,7 +189,7 @@ class ScenarioExecutor(Node):
             self._caller(SetParameters, step.node).call_async(setting).add_done_callback(set_up)
         return outcome
 
-    def _caller(self, service: type[Any], node: str) -> Client[Any, Any]:
+    def _caller(self, service: type[Service], node: str) -> AnyClient:
         name = f"{NAMESPACE}/{node}/{_SERVICES[service]}"
         if name not in self._callers:
             self._callers[name] = self.create_client(service, name)

@@ -14,7 +14,7 @@ from sunset.ros.context import Context
 from sunset.ros.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from sunset.ros.node import Node
 from sunset.ros.parameter import Parameter
-from sunset.ros.subscription import Subscription
+from sunset.ros.subscription import AnySubscription
 from sunset.system import NAMESPACE, current_system
 
 __all__ = ["AdaptiveNode", "call_later"]
@@ -34,7 +34,7 @@ class _Input:
     parameter: str
     callback: Callable[[Any], None]
     depth: int
-    subscription: Subscription[Any] | None = None
+    subscription: AnySubscription | None = None
 
 
 def call_later(node: Node, delay: float, function: Callable[[], None]) -> None:

@@ -7,7 +7,7 @@ therefore pinned and checked here, before anything of it is imported.
 import ctypes
 from collections.abc import Callable, Sequence
 from importlib.metadata import PackageNotFoundError, version
-from typing import Any, Final
+from typing import Final
 
 from sunset.errors import MiddlewareError, MissingExtraError
 from sunset.rmw.core.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
@@ -78,7 +78,7 @@ _FATAL, _ERROR, _WARNING = 1, 2, 4
 _Entity, _Pointer, _Size, _Time = ctypes.c_int32, ctypes.c_void_p, ctypes.c_size_t, ctypes.c_int64
 _Kind, _Number, _Handle = ctypes.c_int, ctypes.c_int32, ctypes.c_uint64
 
-_SIGNATURES: Final[dict[str, tuple[Any, ...]]] = {  # arguments; the last is what is returned
+_SIGNATURES: Final[dict[str, tuple[object, ...]]] = {  # arguments; the last is what is returned
     "dds_set_log_mask": (ctypes.c_uint32, None),
     "dds_create_domain": (ctypes.c_uint32, ctypes.c_char_p, _Entity),
     "dds_create_participant": (ctypes.c_uint32, _Pointer, _Pointer, _Entity),
@@ -233,7 +233,7 @@ def sertype_of(topic: int) -> int:
 # Quality of service
 
 
-def _announced(qos: QoSProfile, user_data: bytes) -> Any:
+def _announced(qos: QoSProfile, user_data: bytes) -> object:
     settings = _C.dds_create_qos()
     keep_all = qos.history is HistoryPolicy.KEEP_ALL
     depth = -1 if keep_all else qos.depth
@@ -287,7 +287,7 @@ def matched_publications(reader: int) -> Sequence[int]:
     return _handles(_C.dds_get_matched_publications, reader)
 
 
-def _handles(function: Callable[[int, Any, int], int], entity: int) -> Sequence[int]:
+def _handles(function: Callable[..., int], entity: int) -> Sequence[int]:
     room = function(entity, None, 0)
     if room <= 0:
         return ()

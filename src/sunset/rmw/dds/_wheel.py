@@ -77,7 +77,7 @@ def prepare(type_name: str) -> None:
 
 
 @cache
-def _octet(type_name: str) -> Any:
+def _octet(type_name: str) -> object:
     """Return a type of the wheel: one octet, and whatever follows."""
     kind = make_idl_struct("Octet", type_name.replace("::", "."), {"octet": uint8}, dataclassify=False)
     kind.__idl__.populate()
@@ -86,7 +86,7 @@ def _octet(type_name: str) -> Any:
 
 
 @cache
-def _without_type_information(operations: int) -> Any:
+def _without_type_information(operations: int) -> ctypes.Array[ctypes.c_void_p]:
     """Return a copy of a type's table of functions in which those that tell its XTypes information are missing."""
     table = (ctypes.c_void_p * _OPERATIONS).from_address(operations)
     return (ctypes.c_void_p * _OPERATIONS)(

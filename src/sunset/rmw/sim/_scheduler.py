@@ -4,7 +4,6 @@ from collections.abc import Callable
 from enum import IntEnum
 from heapq import heappop, heappush
 from itertools import count
-from typing import Any
 
 __all__ = ["Priority", "Scheduler"]
 
@@ -28,11 +27,11 @@ class Scheduler:
     __slots__ = ("_events", "_numbers", "now")
 
     def __init__(self) -> None:
-        self._events: list[tuple[int, int, int, Callable[[Any], object], Any]] = []
+        self._events: list[tuple[int, int, int, Callable[..., object], object]] = []
         self._numbers = count()
         self.now = 0
 
-    def add(self, time_ns: int, priority: int, action: Callable[[Any], object], argument: object) -> None:
+    def add(self, time_ns: int, priority: int, action: Callable[..., object], argument: object) -> None:
         """Let `action(argument)` happen at `time_ns`, which is not in the past."""
         heappush(self._events, (time_ns, priority, next(self._numbers), action, argument))
 

@@ -1,5 +1,6 @@
-"""What holds for every module: it exports what it says, and the examples in its docstrings are true."""
+"""What holds for every module: what it exports, and that the examples in its docstrings are true."""
 
+import ast
 import doctest
 import importlib
 import re
@@ -37,11 +38,27 @@ def _imported(name: str) -> ModuleType:
 
 
 @pytest.mark.parametrize("name", MODULES)
-def test_every_module_exports_what_it_says(name: str) -> None:
+def test_a_package_exports_what_it_says_and_a_module_what_has_no_underscore(name: str) -> None:
     module = _imported(name)
-    if name.rpartition(".")[2] != "__main__":
-        missing = [exported for exported in module.__all__ if not hasattr(module, exported)]
-        assert missing == []
+    path = Path(module.__file__ or "")
+    listed = getattr(module, "__all__", None)
+    if path.name == "__init__.py":
+        assert listed is not None
+    if listed is not None:
+        assert [exported for exported in listed if not hasattr(module, exported)] == []
+    assert _private_names_of_others(path) == [], "a name with an underscore is its module's own"
+
+
+def _private_names_of_others(path: Path) -> list[str]:
+    """Return what a module imports by a name with an underscore, unless it is a module itself."""
+    return [
+        f"{node.module}.{alias.name}"
+        for node in ast.walk(ast.parse(path.read_text("utf-8")))
+        if isinstance(node, ast.ImportFrom) and node.module and node.module.startswith("sunset.")
+        for alias in node.names
+        if alias.name.startswith("_")
+        and not (SOURCE.parent / node.module.replace(".", "/") / f"{alias.name}.py").exists()
+    ]
 
 
 @pytest.mark.parametrize("name", WITH_EXAMPLES)

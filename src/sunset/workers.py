@@ -5,14 +5,17 @@ import os
 import signal
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 
 from sunset.errors import InvalidInputError, SunsetError
 
-__all__ = ["check_jobs", "processors", "worker_pool"]
+__all__ = ["Progress", "check_jobs", "processors", "worker_pool"]
+
+Progress = Callable[[int, int], None]
+"""Called with how much is done and how much there is."""
 
 
 def processors() -> int:

@@ -15,7 +15,7 @@ from sunset.data.flight import DEFAULT_FLIGHT, FlightPlan, render_frames
 from sunset.data.frame import Frame
 from sunset.errors import OutputError
 from sunset.input_files import file_digest, read_text
-from sunset.workers import check_jobs, processors, worker_pool
+from sunset.workers import Progress, check_jobs, processors, worker_pool
 
 __all__ = ["RENDER_VERSION", "cache_folder", "default_flight", "flight_bag", "kept_bag", "render_parallel"]
 
@@ -25,8 +25,6 @@ RENDER_VERSION: Final = 2
 CHECKSUM_FILE: Final = "checksum.json"
 BATCH: Final = 10
 MAX_JOBS: Final = 8
-
-Progress = Callable[[int, int], None]
 
 
 def cache_folder() -> Path:

@@ -1,7 +1,7 @@
 """Whether live runs tell what the simulation tells: the same seeds flown in both, compared in pairs."""
 
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from statistics import fmean
@@ -13,6 +13,7 @@ from sunset.evaluation.results import FIGURES, Flight, RunRow, load_results
 from sunset.metrics import RunMetrics, score
 from sunset.recording import read_timeline
 from sunset.texts import shorten
+from sunset.workers import Progress
 
 __all__ = ["TOLERANCE", "TOLERANCE_S", "Agreement", "Comparison", "LeftOut", "Pair", "compare"]
 
@@ -21,9 +22,6 @@ TOLERANCE: Final = 0.2
 
 TOLERANCE_S: Final = 0.5
 """By so much it may differ where it is a time, whatever its share [s]."""
-
-Progress = Callable[[int, int], None]
-"""Called with (pairs that are read, pairs in all)."""
 
 _Key = tuple[str, str, str, int, str, str, Flight]
 

@@ -9,11 +9,12 @@ from sunset.errors import InvalidInputError
 from sunset.evaluation.estimates import METHOD
 from sunset.evaluation.latex import as_latex
 from sunset.evaluation.layout import arrange
-from sunset.evaluation.results import FIGURES, Progress, load_results
+from sunset.evaluation.results import FIGURES, load_results
 from sunset.evaluation.summary import PUBLISHED, PUBLISHED_SOURCE, SystemRow, published_names, summarise
 from sunset.evaluation.text import as_text
 from sunset.evaluation.webpage import as_html
 from sunset.texts import csv_text
+from sunset.workers import Progress
 
 __all__ = ["FORMATS", "format_report", "render_report"]
 

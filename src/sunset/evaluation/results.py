@@ -3,7 +3,7 @@
 import hashlib
 import json
 from collections import defaultdict
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import MappingProxyType
@@ -22,6 +22,7 @@ from sunset.recording import (
     stored_figures,
 )
 from sunset.system import DURATION_S
+from sunset.workers import Progress
 
 __all__ = ["FIGURES", "Flight", "RunRow", "load_results", "recompute"]
 
@@ -45,8 +46,6 @@ FIGURES: Final = (
 )
 """The names of a run's figures, as `RunMetrics` has them."""
 
-Progress = Callable[[int, int], None]
-"""Called with (runs that are read, runs in all)."""
 _CHECKSUM: Final = 8
 """Digits of a short checksum."""
 _THRESHOLDS: Final = ("entropy_threshold", "sharpness_threshold")

@@ -5,8 +5,9 @@ from pathlib import Path
 from typing import Final
 
 from sunset.errors import InvalidInputError
-from sunset.evaluation.results import FIGURES, Progress, RunRow, load_results
+from sunset.evaluation.results import FIGURES, RunRow, load_results
 from sunset.texts import csv_text, printable
+from sunset.workers import Progress
 
 __all__ = ["RUNS_FORMATS", "render_runs"]
 

@@ -18,7 +18,8 @@ from sunset.system import WINDOW
 from sunset.training.conditions import BLURRED, GRID, Condition, CurvesPlan, plan_curves
 from sunset.training.evaluate import roc_auc
 from sunset.training.over_frames import Images, over_frames
-from sunset.training.spread import Arrays, Progress
+from sunset.training.spread import Arrays
+from sunset.workers import Progress
 
 __all__ = [
     "AUC",

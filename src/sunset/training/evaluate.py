@@ -10,7 +10,8 @@ from sunset.metrics import ClassCounts, class_iou, count_classes, image_iou
 from sunset.perception import Modality, Model, Segmenter
 from sunset.training.batches import FrameSet
 from sunset.training.over_frames import Images, over_frames
-from sunset.training.spread import Arrays, Progress
+from sunset.training.spread import Arrays
+from sunset.workers import Progress
 
 __all__ = ["Measured", "measure", "roc_auc"]
 

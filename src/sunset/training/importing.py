@@ -27,6 +27,7 @@ from sunset.training.architecture import Layer
 from sunset.training.archives import check_archive
 from sunset.training.config import MODALITIES, TrainingConfig
 from sunset.training.inputs import HEIGHT, WIDTH
+from sunset.training.recalibrate import version_of
 from sunset.training.reference import ReferenceShape
 
 if TYPE_CHECKING:
@@ -109,10 +110,9 @@ def import_checkpoints(
     is_new = not out.exists()
     try:
         cards = export(out, networks, Format(size=(height, width), published_depth=True))
-        digests = "".join(card.digest for card in cards.values())
         ModelCard(
             name=name,
-            version=hashlib.sha256(digests.encode()).hexdigest()[:12],
+            version=version_of(cards),
             description=_DESCRIPTION,
             height=height,
             width=width,

@@ -15,7 +15,8 @@ from sunset.classes import CLASS_OF_CARLA_ID
 from sunset.data import BagReader, read_bag
 from sunset.perception import Model, Segmenter, load_model
 from sunset.training.batches import FrameSet
-from sunset.training.spread import Arrays, Progress, keep, spread
+from sunset.training.spread import Arrays, keep, spread
+from sunset.workers import Progress
 
 __all__ = ["Images", "over_frames"]
 

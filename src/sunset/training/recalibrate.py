@@ -26,7 +26,14 @@ from sunset.training.frames import COURSES_DEG, VALIDATION_TOWN, FrameCounts
 from sunset.training.over_frames import Images, over_frames
 from sunset.training.spread import Arrays
 
-__all__ = ["calibrate_model", "check_target", "frames_of_bag", "set_temperature", "validation_flight"]
+__all__ = [
+    "calibrate_model",
+    "check_target",
+    "frames_of_bag",
+    "set_temperature",
+    "validation_flight",
+    "version_of",
+]
 
 Progress = Callable[[str, int, int], None]
 """Called with what is being done, how much of it is done, and how much there is."""
@@ -334,12 +341,13 @@ def _with_temperatures(model: Model, temperatures: Mapping[Modality, float]) -> 
         set_temperature(path, temperatures[modality])
         digest = hashlib.sha256(path.read_bytes()).hexdigest()
         networks[modality] = replace(network, sha256=digest, temperature=temperatures[modality])
-    card = replace(model.card, version=_version(networks), networks=networks, entropy_threshold=1.0)
+    card = replace(model.card, version=version_of(networks), networks=networks, entropy_threshold=1.0)
     card.write(model.folder)
     return load_model(model.folder)
 
 
-def _version(networks: Mapping[Modality, perception.NetworkCard]) -> str:
+def version_of(networks: Mapping[Modality, perception.NetworkCard]) -> str:
+    """Return the version of a model: a checksum of its networks."""
     return hashlib.sha256("".join(network.digest for network in networks.values()).encode()).hexdigest()[:12]
 
 

@@ -1,6 +1,5 @@
 """A training run, from nothing to a model's folder with its card."""
 
-import hashlib
 import shutil
 from dataclasses import dataclass, replace
 from functools import partial
@@ -20,7 +19,7 @@ from sunset.training.evaluate import Measured, measure
 from sunset.training.frames import VALIDATION_TOWN, FrameCounts, FrameSets, render_sets
 from sunset.training.inputs import HEIGHT, WIDTH
 from sunset.training.log_figure import draw_log
-from sunset.training.recalibrate import calibrate_model
+from sunset.training.recalibrate import calibrate_model, version_of
 from sunset.training.report import held_out_results, training_facts
 
 if TYPE_CHECKING:
@@ -279,10 +278,9 @@ def _write(config: TrainingConfig, weights: "Weights", form: "Format", out: Path
         },
         form,
     )
-    digests = "".join(network.digest for network in networks.values())
     ModelCard(
         name=config.name,
-        version=hashlib.sha256(digests.encode()).hexdigest()[:12],
+        version=version_of(networks),
         description=config.shape.description + _DESCRIPTION,
         height=HEIGHT,
         width=WIDTH,

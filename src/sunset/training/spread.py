@@ -12,14 +12,11 @@ from typing import Any, TypeAlias, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from sunset.workers import check_jobs, processors, worker_pool
+from sunset.workers import Progress, check_jobs, processors, worker_pool
 
-__all__ = ["Arrays", "Progress", "keep", "spread"]
+__all__ = ["Arrays", "keep", "spread"]
 
 Arrays: TypeAlias = tuple[npt.NDArray[Any], ...]
-
-Progress = Callable[[int, int], None]
-"""Called with how much is done and how much there is."""
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")

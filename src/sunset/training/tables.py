@@ -29,7 +29,8 @@ from sunset.metrics import ClassCounts, class_iou, count_classes
 from sunset.perception import Modality, Model, Segmenter, find_device, load_model
 from sunset.seeding import generator
 from sunset.training.frames import TEST_TOWN, VALIDATION_TOWN
-from sunset.training.spread import Progress, spread
+from sunset.training.spread import spread
+from sunset.workers import Progress
 
 __all__ = [
     "AXES",

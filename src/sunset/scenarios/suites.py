@@ -61,7 +61,7 @@ def suite(name: str) -> tuple[Scenario, ...]:
 def suite_of(scenario: Scenario) -> str:
     """Return the name of the suite that has a scenario, with its name and its faults; empty if none has.
 
-    >>> suite_of(Scenario("nofault")), suite_of(Scenario("nofault", (ScenarioFault("gpu_failure"),)))
+    >>> suite_of(Scenario("nofault")), suite_of(Scenario("nofault", (parse_fault("gpu_failure"),)))
     ('nofault', '')
     """
     what = (scenario.name, scenario.faults)

@@ -105,9 +105,11 @@ def test_a_new_period_holds_from_the_next_call_on() -> None:
     assert calls == [10, 20, 23, 26]
 
 
-def test_a_period_cannot_be_negative() -> None:
-    with pytest.raises(MiddlewareError, match="period must be at least 0 ns, got -1"):
-        node_of(Simulation()).create_timer(-1, lambda: None, label="tick")
+def test_a_period_cannot_be_negative_and_a_timer_that_is_refused_leaves_nothing_behind() -> None:
+    node = node_of(Simulation())
+    with pytest.raises(MiddlewareError, match=r"period must be at least 0 ns, got -1\.$"):
+        node.create_timer(-1, lambda: None, label="tick")
+    node.destroy()
 
 
 def test_posted_work_is_done_once_and_after_what_was_ready() -> None:

@@ -111,10 +111,10 @@ def test_outage_repaired_by_redeploys_and_a_change_of_modality() -> None:
             ),
             injections=INJECTIONS,
             samples={
-                "entropy": Samples(
+                "segmentation_entropy": Samples(
                     entropy_times, np.where((entropy_times >= 6) & (entropy_times < 7.45), 0.4, 0.1)
                 ),
-                "sharpness": Samples(entropy_times, np.where(entropy_times < 0, 0.9, 0.3)),
+                "camera_sharpness": Samples(entropy_times, np.where(entropy_times < 0, 0.9, 0.3)),
             },
         )
     )
@@ -225,4 +225,4 @@ def test_flickering_entropy_does_not_make_dozens_of_episodes() -> None:
     # every third frame is high; the mean of five has one or two high ones of 0.3: 0.14 or 0.18 < 0.2
     times = steady(-3, 20)
     flicker = Samples(times, np.where(np.arange(len(times)) % 3 == 0, 0.3, 0.1))
-    assert score(run(times, samples={"entropy": flicker})).episodes == 0
+    assert score(run(times, samples={"segmentation_entropy": flicker})).episodes == 0

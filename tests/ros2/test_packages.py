@@ -169,8 +169,8 @@ def test_the_experiment_passes_parameters_that_its_nodes_have() -> None:
     assert set(re.findall(r'LaunchConfiguration\("(\w+)"\)', text)) == declared
     for parameter in re.findall(r'"(\w+)": ParameterValue', text):
         sources = [
-            *(ROOT / "src/sunset/nodes").glob("*bag_player.py"),
-            ROOT / "src/sunset/scenarios/executor.py",
+            *(ROOT / "src/sunset/harness").glob("*bag_player.py"),
+            ROOT / "src/sunset/harness/executor.py",
         ]
         assert any(f'"{parameter}"' in source.read_text("utf-8") for source in sources), parameter
     assert set(re.findall(r'SetParameter\("(\w+)"', text)) <= set(bound_parameters(Camera))

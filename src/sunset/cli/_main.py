@@ -10,7 +10,7 @@ from io import TextIOWrapper
 from types import FrameType
 from typing import Final, NoReturn
 
-from sunset.cli._parser import EXIT_BAD_INPUT, VERBS, Verb, make_parser
+from sunset.cli._parser import EXIT_BAD_INPUT, VERBS, Verb, make_parser, split_extensions
 from sunset.forks import started_ahead
 from sunset.shortage import complaint
 
@@ -46,11 +46,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _execute(verb: str, arguments: Sequence[str]) -> int:
     known = VERBS.get(verb, Verb(""))
     try:
-        with _loading() if known.is_long else nullcontext():
-            parsed = make_parser().parse_args(arguments)
-        if known.is_long and threading.current_thread() is threading.main_thread():
-            signal.signal(signal.SIGTERM, _interrupt)
-        code = parsed.execute(parsed)
+        with ExitStack() as stack:
+            with _loading() if known.is_long else nullcontext():
+                extensions, rest = split_extensions(arguments) if known.is_extensible else ([], arguments)
+                if extensions:
+                    from sunset.system import extended_system  # noqa: PLC0415  most command lines need none
+
+                    stack.enter_context(extended_system(extensions))
+                parsed = make_parser().parse_args(rest)
+            if known.is_long and threading.current_thread() is threading.main_thread():
+                signal.signal(signal.SIGTERM, _interrupt)
+            code = parsed.execute(parsed)
         print(end="", flush=True)
     except BrokenPipeError:
         # the reader of our output has seen enough; what is still buffered has nowhere to go

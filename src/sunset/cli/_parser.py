@@ -1,7 +1,7 @@
 """The parser of the command line: a table of verbs, each of which is loaded when it is asked for."""
 
 import argparse
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from typing import Any, Final, NoReturn, TypeAlias
@@ -9,7 +9,16 @@ from typing import Any, Final, NoReturn, TypeAlias
 from sunset import __version__
 from sunset.texts import suggestion
 
-__all__ = ["EXIT_BAD_INPUT", "VERBS", "Actions", "Parser", "Verb", "at_least_one", "make_parser"]
+__all__ = [
+    "EXIT_BAD_INPUT",
+    "VERBS",
+    "Actions",
+    "Parser",
+    "Verb",
+    "at_least_one",
+    "make_parser",
+    "split_extensions",
+]
 
 EXIT_BAD_INPUT: Final = 2
 
@@ -25,34 +34,60 @@ class Verb:
         is_long: whether it takes its time: then it tidies up when it is asked to end, and shows from the first second
             what it does.
         continuation: how work goes on that was interrupted, where what was finished is kept.
+        is_extensible: whether it takes extensions of the managed system.
     """
 
     help: str
     is_long: bool = False
     continuation: str = ""
+    is_extensible: bool = False
 
 
 _SAME_COMMAND: Final = "the same command continues it"
 
 VERBS: Final[Mapping[str, Verb]] = {
-    "run": Verb("run one scenario and measure the adaptation", is_long=True),
-    "bench": Verb("run managing systems over a suite and print the paper's table", True, _SAME_COMMAND),
-    "agree": Verb("compare live runs with simulated ones", True, _SAME_COMMAND),
-    "report": Verb("print the table of stored runs, or the time line of one"),
-    "scenarios": Verb("the faults of a run: list, show, generate"),
-    "faults": Verb("the catalogue of faults: list, show, figure"),
-    "managers": Verb("managing systems: list, check (your own)", is_long=True),
+    "run": Verb("run one scenario and measure the adaptation", is_long=True, is_extensible=True),
+    "bench": Verb(
+        "run managing systems over a suite and print the paper's table",
+        True,
+        _SAME_COMMAND,
+        is_extensible=True,
+    ),
+    "agree": Verb("compare live runs with simulated ones", True, _SAME_COMMAND, is_extensible=True),
+    "report": Verb("print the table of stored runs, or the time line of one", is_extensible=True),
+    "scenarios": Verb("the faults of a run: list, show, generate", is_extensible=True),
+    "faults": Verb("the catalogue of faults: list, show, figure", is_extensible=True),
+    "managers": Verb("managing systems: list, check (your own)", is_long=True, is_extensible=True),
     "data": Verb("flights: render, import, info", is_long=True),
     "models": Verb("segmentation models: list, show, import, calibrate, curves, iou", is_long=True),
     "train": Verb(
         "train a segmentation model on rendered towns", True, "the same command with --resume continues it"
     ),
-    "node": Verb("run one node as a process on ROS 2's network"),
-    "up": Verb("run the whole system as processes on ROS 2's network"),
+    "node": Verb("run one node as a process on ROS 2's network", is_extensible=True),
+    "up": Verb("run the whole system as processes on ROS 2's network", is_extensible=True),
     "ros": Verb("look at a running ROS 2 system and change it, without a ROS installation"),
     "completion": Verb("print what a shell completes this command line with"),
 }
 """By name. Each is a module beside this one, whose `add_arguments` completes the verb's parser."""
+
+
+_EXTENSION: Final[Mapping[str, Any]] = {
+    "action": "append",
+    "default": [],
+    "metavar": "FILE.py|NAME",
+    "help": "add nodes, signals, failures, faults and suites to the managed system; may be repeated",
+}
+
+
+def split_extensions(arguments: Sequence[str]) -> tuple[list[str], list[str]]:
+    """Return the extensions that a command line names, wherever they stand, and the rest of it."""
+    parser = argparse.ArgumentParser(add_help=False, allow_abbrev=False, exit_on_error=False)
+    parser.add_argument("--extension", **_EXTENSION)
+    try:
+        known, rest = parser.parse_known_args(arguments)
+    except argparse.ArgumentError:  # nothing follows it, of which the verb's own parser complains
+        return [], list(arguments)
+    return known.extension, rest
 
 
 class Parser(argparse.ArgumentParser):
@@ -72,6 +107,8 @@ class Parser(argparse.ArgumentParser):
         verb, self._missing = self._missing, ""
         if verb:
             import_module(f"sunset.cli.{verb}").add_arguments(self)
+            if VERBS[verb].is_extensible:  # `main` has taken them out of the command line already
+                self.add_argument("--extension", **_EXTENSION)
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
         """Suggest an option for a mistyped one, in the name of the verb; argparse complains in that of the program."""

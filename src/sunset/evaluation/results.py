@@ -48,7 +48,7 @@ FIGURES: Final = (
 
 _CHECKSUM: Final = 8
 """Digits of a short checksum."""
-_THRESHOLDS: Final = ("entropy_threshold", "sharpness_threshold")
+_SETTING: Final = ("entropy_threshold", "sharpness_threshold", "extensions")
 
 
 @dataclass(frozen=True, slots=True, order=True)
@@ -213,7 +213,7 @@ def _read(folder: Path, *, again: bool) -> RunRow:
         metrics=metrics,
         differing=differing_figures(run.get("metrics"), metrics),
         version=str(versions.get("sunset", "")) if isinstance(versions, dict) else "",
-        setting=_checksum({"model_checksums": networks, **{key: run.get(key) for key in _THRESHOLDS}}),
+        setting=_checksum({"model_checksums": networks, **{key: run[key] for key in _SETTING if key in run}}),
         flight=_flight({"bag_looped": False, "bag_checksum": ""} | run, where),
         sources=str(run.get("manager_checksum", ""))[:_CHECKSUM],
         faults=_checksum({"faults": run.get("faults")}),

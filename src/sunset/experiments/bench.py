@@ -21,6 +21,7 @@ from sunset.managing import MANAGERS, split_label
 from sunset.recording import RUN_FILE
 from sunset.scenarios import Scenario, load_suite, suite
 from sunset.seeding import check_seed
+from sunset.system import loaded_extensions
 from sunset.texts import suggestion
 from sunset.workers import check_jobs, processors, worker_pool
 
@@ -314,6 +315,11 @@ def describe(spec: BenchSpec, resources: Resources) -> dict[str, Any]:
         "suite": spec.suite,
         "timing": asdict(spec.timing),
         "versions": versions(),
+        **(
+            {"extensions": {one.name: one.checksum for one in loaded_extensions()}}
+            if loaded_extensions()
+            else {}
+        ),
         **({"loop": True} if spec.loop else {}),
         **({} if spec.references else {"references": False}),
         **({"scenarios": [one.name for one in _chosen(spec)]} if spec.scenarios else {}),

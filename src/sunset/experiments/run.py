@@ -118,6 +118,7 @@ def record(spec: RunSpec, folder: Path, *, log: bool = False, known: str | None 
     computed here, from what it has recorded. `known` is the checksum that the managing system's files must have; any if
     it is None.
     """
+    spec.load_extensions()
     resources = find_resources(spec)
     with RecordWriter(folder) as writer:
         fly = _fly_live if spec.live else _fly_simulated
@@ -258,12 +259,13 @@ def _describe(spec: RunSpec, resources: Resources) -> dict[str, Any]:
         "period_s": timing.period_s,
         "expected_frames": timing.expected_frames,
         **_thresholds(card),
+        **({"extensions": {one.name: one.checksum for one in spec.extensions}} if spec.extensions else {}),
         "versions": versions(),
     }
 
 
 def _thresholds(card: ModelCard) -> dict[str, float]:
-    """Return the thresholds of the model's card, by name; a record pins those of extensions with these."""
+    """Return the thresholds of the model's card, by name; the checksums of extensions stand for theirs."""
     signals = current_system().signals.values()
     return {
         signal.threshold_name: getattr(card, signal.threshold_name) for signal in signals if signal.calibrated

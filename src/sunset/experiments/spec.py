@@ -10,7 +10,7 @@ from sunset.managing import split_label
 from sunset.rmw.backends import BACKENDS, LIVE, SIMULATED
 from sunset.scenarios import Scenario, suite_of
 from sunset.seeding import check_seed
-from sunset.system import DURATION_S, PERIOD_S
+from sunset.system import DURATION_S, PERIOD_S, LoadedExtension, load_extension, loaded_extensions
 
 __all__ = ["DEFAULT_SCENARIO", "EXTERNAL", "MIDDLEWARES", "RunSpec", "Timing"]
 
@@ -112,6 +112,8 @@ class RunSpec:
     """Seconds of `/clock` in a second; live."""
     label: str = ""
     """The managing system's name in tables, records and campaigns, if that is not `manager`."""
+    extensions: tuple[LoadedExtension, ...] = field(default_factory=loaded_extensions)
+    """What the managed system is extended by: what is loaded when this is made."""
 
     def __post_init__(self) -> None:
         """Check what can be checked without loading anything.
@@ -142,6 +144,15 @@ class RunSpec:
             raise InvalidInputError(
                 f"A managing system of another process can manage a live run only: --middleware {LIVE}."
             )
+
+    def load_extensions(self) -> None:
+        """Make the managed system of this process, which may be a new one, what it was when this was made.
+
+        Raises:
+            ExtensionError: an extension cannot be loaded, or has changed meanwhile.
+        """
+        for extension in self.extensions:
+            load_extension(extension.where, checksum=extension.checksum)
 
     @property
     def manager_name(self) -> str:

@@ -12,7 +12,7 @@ import socket
 import sys
 import threading
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from typing import Final
 
 from sunset.errors import InvalidInputError, SunsetError
@@ -23,7 +23,7 @@ from sunset.rmw.core.port import CallbackError
 from sunset.ros import Context, Node, SingleThreadedExecutor
 from sunset.ros.signals import install_signal_handlers
 from sunset.shortage import complaint
-from sunset.system import HARNESS, current_system
+from sunset.system import HARNESS, current_system, load_extension, loaded_extensions
 
 __all__ = ["EXECUTOR", "MANAGER", "NodeSpec", "node_names", "run_node"]
 
@@ -47,6 +47,10 @@ def _classes() -> list[str]:
     return [*current_system().nodes, *(node.name for node in HARNESS.values() if node.node_class)]
 
 
+def _loaded() -> tuple[str, ...]:
+    return tuple(extension.where for extension in loaded_extensions())
+
+
 @dataclass(frozen=True, kw_only=True)
 class NodeSpec:
     """Which node a process runs, and where.
@@ -68,6 +72,8 @@ class NodeSpec:
     """Whether the process ends when its input does: with its parent, if that holds the other end of a pipe."""
     ros_arguments: Sequence[str] = ()
     """What follows `--ros-args`."""
+    extensions: Sequence[str] = field(default_factory=_loaded)
+    """What the managed system is extended by: what is loaded when this is made."""
 
     def __post_init__(self) -> None:
         names = node_names()
@@ -156,7 +162,10 @@ def _main(text: str) -> int:
     from setproctitle import setproctitle  # noqa: PLC0415  an optional extra
 
     try:
-        spec = NodeSpec(**json.loads(text))
+        fields = json.loads(text)
+        for extension in fields["extensions"]:
+            load_extension(extension)
+        spec = NodeSpec(**fields)
         setproctitle(f"sunset node {spec.node}")
         run_node(spec)
     except Exception as error:

@@ -2,7 +2,7 @@
 
 import json
 import reprlib
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any, Final
 
@@ -13,7 +13,7 @@ from sunset.recording._bag import read_bag
 from sunset.recording.run_file import check_number
 from sunset.recording.timelines import measured_topics, timeline
 from sunset.recording.values import RECORD_VERSION, RUN_FILE, RecordedMessage, digest_of
-from sunset.system import current_system
+from sunset.system import current_system, loaded_extensions
 from sunset.texts import printable_json
 
 __all__ = ["read_messages", "read_run", "read_timeline"]
@@ -70,6 +70,31 @@ def read_messages(folder: Path, topics: Collection[str] | None = None) -> tuple[
     return tuple(payload.decoded() for payload in payloads if topics is None or payload.topic in topics)
 
 
+def check_extensions(flown: object, folder: Path) -> None:
+    """Check that this process describes the system that a run was flown with.
+
+    Args:
+        flown: name → checksum, as `run.json` has them.
+        folder: the record.
+
+    Raises:
+        RecordError: an extension is missing, too many, or another one of the same name.
+    """
+    loaded = {extension.name: extension.checksum for extension in loaded_extensions()}
+    recorded = flown if isinstance(flown, Mapping) else {}
+    for name in recorded.keys() - loaded.keys():
+        raise RecordError(
+            f"The run in {folder} was flown with the extension {name}: name it with --extension."
+        )
+    for name, checksum in loaded.items():
+        if name not in recorded:
+            raise RecordError(f"The run in {folder} was flown without the extension {name}: leave it out.")
+        if recorded[name] != checksum:
+            raise RecordError(
+                f"The run in {folder} was flown with another version of the extension {name}: name that one."
+            )
+
+
 def read_timeline(folder: Path) -> Timeline:
     """Return what the metrics look at, from a record.
 
@@ -79,6 +104,7 @@ def read_timeline(folder: Path) -> Timeline:
     run = read_run(folder)
     for key in _TIMELINE_KEYS:
         check_number(run, key, Path(folder) / RUN_FILE)
+    check_extensions(run.get("extensions", {}), folder)
     signals = current_system().signals.values()
     calibrated = [signal.threshold_name for signal in signals if signal.calibrated]
     for key in calibrated:

@@ -1,6 +1,13 @@
 """The managed system as data: nodes, topics, signals, failures, faults, adaptations, suites, and what is off limits."""
 
-from sunset.system.current import current_system, get_fault
+from sunset.system.current import (
+    LoadedExtension,
+    current_system,
+    extended_system,
+    get_fault,
+    load_extension,
+    loaded_extensions,
+)
 from sunset.system.description import (
     Adaptation,
     AdaptationKind,
@@ -49,6 +56,7 @@ __all__ = [
     "Fault",
     "FaultKind",
     "HarnessNode",
+    "LoadedExtension",
     "MovingMean",
     "NodeDescription",
     "Signal",
@@ -57,8 +65,11 @@ __all__ = [
     "Value",
     "Window",
     "current_system",
+    "extended_system",
     "frequency_entry",
     "full_name",
     "get_fault",
+    "load_extension",
+    "loaded_extensions",
     "short_name",
 ]

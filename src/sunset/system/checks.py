@@ -38,7 +38,7 @@ def check_nodes(nodes: Mapping[str, NodeDescription], published: Collection[str]
             raise ExtensionError(
                 f"The node {node.name} needs a class, or where that is as module:Class, got {node.node_class!r}."
             )
-        named = getattr(node.node_class, "node_name", node.name)
+        named = getattr(node.node_class, "node_name", None)
         if isinstance(node.node_class, type) and named != node.name:
             raise ExtensionError(f"The class of the node {node.name} must have its node_name, got {named!r}.")
         check_topics(map(full_name, node.inputs), {*published, *SENSOR_TOPICS})

@@ -1,17 +1,70 @@
 """The managed system of this process: the paper's, and what extensions add to it."""
 
+import hashlib
+import importlib.util
+import sys
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import ModuleType
+from typing import Final
+
+from sunset.errors import ExtensionError
 from sunset.system.description import Fault
 from sunset.system.paper import PAPER
-from sunset.system.system import System
+from sunset.system.system import Extension, System
+from sunset.texts import suggestion
 
-__all__ = ["current_system", "get_fault"]
+__all__ = [
+    "LoadedExtension",
+    "current_system",
+    "extended_system",
+    "get_fault",
+    "load_extension",
+    "loaded_extensions",
+]
 
-_system = System(PAPER)
+_GROUP: Final = "sunset.extensions"
+"""The group of entry points of installed extensions."""
+_ATTRIBUTE: Final = "EXTENSION"
+"""What a file calls the extension that it adds."""
+
+
+@dataclass(frozen=True, slots=True)
+class LoadedExtension:
+    """An extension that is part of a process's system.
+
+    Attributes:
+        name: the file's name, or that of the entry point.
+        where: the file's absolute path, or the name of the entry point.
+        checksum: the SHA-256 of the file that it is written in, in hexadecimal.
+    """
+
+    name: str
+    where: str
+    checksum: str
+
+
+@dataclass
+class _State:
+    """What this process describes, runs and scores."""
+
+    system: System = field(default_factory=lambda: System(PAPER))
+    loaded: tuple[LoadedExtension, ...] = ()
+
+
+_state = _State()
 
 
 def current_system() -> System:
     """Return the managed system that this process describes, runs and scores."""
-    return _system
+    return _state.system
+
+
+def loaded_extensions() -> tuple[LoadedExtension, ...]:
+    """Return the extensions that are part of it, in the order in which they were loaded."""
+    return _state.loaded
 
 
 def get_fault(name: str) -> Fault:
@@ -23,4 +76,104 @@ def get_fault(name: str) -> Fault:
     >>> get_fault("gpu_failure").redeploy_only
     True
     """
-    return _system.fault(name)
+    return current_system().fault(name)
+
+
+def load_extension(where: str | Path, *, checksum: str = "") -> None:
+    """Add an extension to the managed system of this process; one that is loaded already is not loaded again.
+
+    Args:
+        where: a Python file, which has its `Extension` as EXTENSION; or the name of an entry point of the group
+            `sunset.extensions`.
+        checksum: what that of its file must be; any if empty.
+
+    Raises:
+        ExtensionError: it cannot be imported, has no extension, does not fit the system, or has another checksum.
+    """
+    is_file = str(where).endswith(".py") or Path(where).is_file()
+    place = str(Path(where).resolve()) if is_file else str(where)
+    loaded = next((one for one in _state.loaded if one.where == place), None)
+    if loaded is None:
+        module, extension = _from_file(Path(place)) if is_file else _from_entry_point(place)
+        digest = hashlib.sha256(Path(str(module.__file__)).read_bytes()).hexdigest()
+        loaded = LoadedExtension(Path(place).name, place, digest)
+        if loaded.name in {one.name for one in _state.loaded}:
+            raise ExtensionError(f"The name of the extension {loaded.name} is taken: rename {where}.")
+        _state.system = _extended(where, extension)
+        _state.loaded = (*_state.loaded, loaded)
+    if checksum not in {"", loaded.checksum}:
+        raise ExtensionError(
+            f"The extension {where} has changed since the run was planned; run it in a new folder."
+        )
+
+
+@contextmanager
+def extended_system(wheres: Iterable[str | Path]) -> Iterator[System]:
+    """Load extensions for as long as the context lasts, and give the system with them.
+
+    Raises:
+        ExtensionError: as `load_extension`.
+    """
+    before = _state.system, _state.loaded
+    try:
+        for where in wheres:
+            load_extension(where)
+        yield _state.system
+    finally:
+        _state.system, _state.loaded = before
+
+
+def _extended(where: str | Path, extension: Extension) -> System:
+    try:
+        system = System(*_state.system.parts, extension)
+        for node in extension.nodes:
+            system.node_class(node.name)
+    except ExtensionError as error:
+        raise ExtensionError(f"The extension {where} does not fit the system: {error}") from error
+    return system
+
+
+def _from_file(path: Path) -> tuple[ModuleType, Extension]:
+    if not path.is_file():
+        raise ExtensionError(f"There is no extension {path}: name a Python file.")
+    name = f"sunset_extension_{path.stem}"
+    spec = importlib.util.spec_from_file_location(name, path)
+    if spec is None or spec.loader is None:
+        raise ExtensionError(f"The extension {path} is not a Python file.")
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module  # dataclasses look a class's module up
+    try:
+        spec.loader.exec_module(module)
+    except Exception as error:
+        del sys.modules[name]
+        line = f", line {error.lineno}" if isinstance(error, SyntaxError) else ""
+        raise ExtensionError(
+            f"The extension {path}{line} cannot be imported: it raised {type(error).__name__}: {error}."
+        ) from error
+    return module, _checked(path, vars(module).get(_ATTRIBUTE))
+
+
+def _from_entry_point(name: str) -> tuple[ModuleType, Extension]:
+    from importlib.metadata import entry_points  # noqa: PLC0415  slow, and rarely needed
+
+    installed = {point.name: point for point in entry_points(group=_GROUP)}
+    if name not in installed:
+        raise ExtensionError(
+            f"There is no extension {name!r}: {suggestion(name, installed)}name a Python file, or one that is "
+            f"installed ({', '.join(installed) or 'none is'})."
+        )
+    try:
+        extension = installed[name].load()
+    except Exception as error:
+        raise ExtensionError(
+            f"The extension {name} cannot be imported: it raised {type(error).__name__}: {error}."
+        ) from error
+    return sys.modules[installed[name].module], _checked(name, extension)
+
+
+def _checked(where: object, found: object) -> Extension:
+    if not isinstance(found, Extension):
+        raise ExtensionError(
+            f"The extension {where} must have an Extension as {_ATTRIBUTE}, got {type(found).__name__}."
+        )
+    return found

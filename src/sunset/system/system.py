@@ -30,7 +30,7 @@ from sunset.system.description import (
 )
 from sunset.system.harness import HARNESS, SENSOR_TOPICS
 from sunset.system.names import full_name
-from sunset.texts import suggestion
+from sunset.texts import shorten, suggestion
 
 __all__ = ["Extension", "System"]
 
@@ -69,6 +69,37 @@ class Extension:
     adaptations: tuple[Adaptation, ...] = ()
     exclusive: tuple[tuple[str, str], ...] = ()
     suites: Mapping[str, tuple[tuple[str, ...], ...]] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        """Check the types, since an extension's author may not check them.
+
+        Raises:
+            ExtensionError: one is not as it must be.
+        """
+        for name, kind in _KINDS.items():
+            values = getattr(self, name)
+            if not isinstance(values, tuple | list) or not all(isinstance(value, kind) for value in values):
+                raise ExtensionError(
+                    f"The {name} of an extension must be a tuple of {kind.__name__}, got {shorten(repr(values), 100)}."
+                )
+        for name, scenarios in self.suites.items():
+            if any(isinstance(faults, str) for faults in (scenarios, *scenarios)):
+                raise ExtensionError(
+                    f"The scenarios of the suite {name} must be tuples of faults, got {shorten(repr(scenarios), 100)}."
+                )
+
+
+_KINDS = MappingProxyType(
+    {
+        "nodes": NodeDescription,
+        "topics": Topic,
+        "signals": Signal,
+        "failures": Failure,
+        "faults": Fault,
+        "adaptations": Adaptation,
+        "exclusive": tuple,
+    }
+)
 
 
 class System:

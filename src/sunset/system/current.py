@@ -144,7 +144,7 @@ def _from_file(path: Path) -> tuple[ModuleType, Extension]:
     sys.modules[name] = module  # dataclasses look a class's module up
     try:
         spec.loader.exec_module(module)
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         del sys.modules[name]
         line = f", line {error.lineno}" if isinstance(error, SyntaxError) else ""
         raise ExtensionError(
@@ -164,7 +164,7 @@ def _from_entry_point(name: str) -> tuple[ModuleType, Extension]:
         )
     try:
         extension = installed[name].load()
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         raise ExtensionError(
             f"The extension {name} cannot be imported: it raised {type(error).__name__}: {error}."
         ) from error

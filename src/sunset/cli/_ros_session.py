@@ -9,6 +9,7 @@ from typing import Any, Final, TypeVar
 
 from sunset.interfaces import Message, Service
 from sunset.interruption import held_signals
+from sunset.names import qualified_name
 from sunset.rmw.backends import live_middleware
 from sunset.rmw.core.node import Middleware
 from sunset.rmw.core.port import EndpointInfo, EndpointKind
@@ -82,7 +83,7 @@ class Session:
 
     def nodes(self) -> list[str]:
         """Return the full names of all nodes."""
-        return [f"{namespace.rstrip('/')}/{name}" for name, namespace in self._middleware.nodes()]
+        return [qualified_name(namespace, name) for name, namespace in self._middleware.nodes()]
 
     def endpoints(self, name: str | None = None, kinds: Sequence[EndpointKind] = ()) -> list[EndpointInfo]:
         """Return all endpoints, or those of one topic or service, or only of some kinds."""
@@ -93,7 +94,7 @@ class Session:
         """Return name → types of all endpoints of some kinds, or those of one node, sorted."""
         types: dict[str, set[str]] = {}
         for info in self.endpoints(kinds=kinds):
-            if not node or f"{info.node_namespace.rstrip('/')}/{info.node_name}" == node:
+            if not node or qualified_name(info.node_namespace, info.node_name) == node:
                 types.setdefault(info.name, set()).add(info.type_name)
         return {name: sorted(types[name]) for name in sorted(types)}
 

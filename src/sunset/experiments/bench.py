@@ -18,6 +18,7 @@ from sunset.experiments.run import prepare, record, record_failure, versions
 from sunset.experiments.spec import RunSpec, Timing
 from sunset.input_files import read_text
 from sunset.managing import MANAGERS, split_label
+from sunset.names import base_name
 from sunset.recording import RUN_FILE
 from sunset.scenarios import Scenario, load_suite, suite
 from sunset.seeding import check_seed
@@ -117,7 +118,7 @@ def plan(spec: BenchSpec) -> tuple[RunSpec, ...]:
 
 def _chosen(spec: BenchSpec) -> tuple[Scenario, ...]:
     """Return the scenarios of the suite that are flown, in its order."""
-    every = {scenario.name.rpartition("/")[2]: scenario for scenario in load_suite(spec.suite)}
+    every = {base_name(scenario.name): scenario for scenario in load_suite(spec.suite)}
     wanted = {name.removeprefix(f"{spec.suite}/") for name in spec.scenarios}
     for name in sorted(wanted - every.keys()):
         raise InvalidInputError(
@@ -138,7 +139,7 @@ def count_runs(out: Path) -> tuple[int, int] | None:
 
 def run_folder(out: Path, spec: RunSpec) -> Path:
     """Return where a campaign in `out` keeps this run."""
-    parts = (spec.suite or "own", spec.manager_name, spec.scenario.name.rsplit("/", 1)[-1])
+    parts = (spec.suite or "own", spec.manager_name, base_name(spec.scenario.name))
     return out.joinpath("runs", *(_slug(part) for part in parts), f"seed-{spec.seed}")
 
 

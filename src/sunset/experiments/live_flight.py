@@ -17,9 +17,11 @@ from sunset.harness.supervisor import Phase, Supervisor
 from sunset.interfaces import Message
 from sunset.interfaces.rosgraph_msgs.msg import Clock
 from sunset.interfaces.sensor_msgs.msg import Image
+from sunset.interfaces.stamps import ns_of
 from sunset.interfaces.std_srvs.srv import Trigger
 from sunset.interruption import held_signals
 from sunset.metrics import Timeline
+from sunset.names import base_name, qualified_name
 from sunset.rmw.backends import live_middleware
 from sunset.rmw.core.port import EndpointKind, RequestId
 from sunset.rmw.core.tap import Tap
@@ -61,7 +63,7 @@ class FrameCount:
     def note(self, time_ns: int, topic: str, message: Message) -> None:
         """Note a message."""
         if topic == _CLOCK and isinstance(message, Clock):
-            self.clock.append((time_ns, message.clock.sec * _S + message.clock.nanosec))
+            self.clock.append((time_ns, ns_of(message.clock)))
         frames = {_TRUTH: self.taken, RESULT_TOPIC: self.segmented}.get(topic)
         if frames is not None and isinstance(message, Image):
             frames[message.header.stamp.sec, message.header.stamp.nanosec] = time_ns
@@ -125,7 +127,7 @@ class _Watch(Tap):
         """Whether it has heard of the service that is made last, so that it knows of all before."""
 
     def on_node(self, process: str, node: str) -> None:
-        if node not in current_system().all_nodes and not node.rpartition("/")[2].startswith(
+        if node not in current_system().all_nodes and not base_name(node).startswith(
             "_"
         ):  # a hidden one is a tool
             self.strangers[node] = None
@@ -249,7 +251,7 @@ def _readiness(spec: RunSpec, watch: _Watch, system: LiveSystem) -> Callable[[],
 
     def is_there() -> bool:
         nodes = system.context.middleware.nodes()
-        if any(f"{namespace.rstrip('/')}/{name}" in watch.strangers for name, namespace in nodes):
+        if any(qualified_name(namespace, name) in watch.strangers for name, namespace in nodes):
             return True
         for invitation in invitations:
             print(invitation, file=sys.stderr)  # noqa: T201

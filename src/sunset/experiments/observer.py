@@ -7,7 +7,6 @@ from types import MappingProxyType
 from typing import Final, Protocol
 
 from sunset.interfaces import Message
-from sunset.interfaces.builtin_interfaces.msg import Time
 from sunset.interfaces.lifecycle_msgs.msg import TransitionEvent
 from sunset.interfaces.lifecycle_msgs.srv import ChangeState
 from sunset.interfaces.rcl_interfaces.msg import ParameterEvent, ParameterValue
@@ -17,8 +16,10 @@ from sunset.interfaces.rcl_interfaces.srv import (
     SetParameters,
     SetParametersAtomically,
 )
+from sunset.interfaces.stamps import stamp_of
 from sunset.interfaces.system_interfaces.msg import Command
 from sunset.interfaces.system_interfaces.srv import Redeploy
+from sunset.names import base_name, ros_text
 from sunset.rmw.core.port import EndpointKind, RequestId
 from sunset.rmw.core.tap import Tap
 from sunset.ros.exceptions import InvalidParameterTypeException
@@ -162,7 +163,7 @@ class Observer(Tap):
         self._note_violations(client, server, request)
         if command is None:
             return
-        command.stamp = Time(sec=time_ns // 10**9, nanosec=time_ns % 10**9)
+        command.stamp = stamp_of(time_ns)
         command.client = client
         command.service = service
         self.commands += client not in INFRASTRUCTURE
@@ -239,7 +240,7 @@ def _command_of(server: str, request: Message) -> Command | None:
         label = request.transition.label or _TRANSITIONS.get(request.transition.id, "unknown")
         return Command(node=server, kind=label)
     if isinstance(request, Redeploy.Request):
-        return Command(node=full_name(request.node.rsplit("/", 1)[-1]), kind="redeploy")
+        return Command(node=full_name(base_name(request.node)), kind="redeploy")
     return None
 
 
@@ -273,4 +274,4 @@ def _text(message: ParameterValue) -> str:
         value = None
     if value is None:
         return "unset"
-    return shorten(str(value).lower() if isinstance(value, bool) else str(value))
+    return shorten(ros_text(value))

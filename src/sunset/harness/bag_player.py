@@ -1,6 +1,7 @@
 """The bag player: publishes the recorded flight."""
 
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, cast
 
@@ -9,6 +10,7 @@ from sunset.interfaces.builtin_interfaces.msg import Time
 from sunset.interfaces.rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 from sunset.interfaces.rosgraph_msgs.msg import Clock
 from sunset.interfaces.sensor_msgs.msg import Image
+from sunset.interfaces.stamps import stamp_of
 from sunset.interfaces.std_msgs.msg import Header
 from sunset.interfaces.std_srvs.srv import Trigger
 from sunset.nodes.images import image_of_bgr, image_of_depth, image_of_labels
@@ -136,7 +138,7 @@ class BagPlayer(Node):
         response.message = "Playing the bag in a loop." if endless else f"Playing {len(self._range)} frames."
         return response
 
-    def _schedule(self, period: float, callback: Any) -> None:
+    def _schedule(self, period: float, callback: Callable[[], None]) -> None:
         self._stop()
         self._timer = self.create_timer(period, callback)
 
@@ -168,11 +170,6 @@ class BagPlayer(Node):
         laps, number = divmod(self._next, len(stamps))
         span_ns = int(stamps[-1] - stamps[0])
         period_ns = span_ns // (len(stamps) - 1) if span_ns else round(_NS_PER_S / self._value("rate"))
-        stamp = time_of(int(stamps[number]) + laps * (span_ns + period_ns))
+        stamp = stamp_of(int(stamps[number]) + laps * (span_ns + period_ns))
         self._time.publish(Clock(clock=stamp))
         return stamp
-
-
-def time_of(nanoseconds: int) -> Time:
-    """Return a time as a message."""
-    return Time(sec=nanoseconds // _NS_PER_S, nanosec=nanoseconds % _NS_PER_S)

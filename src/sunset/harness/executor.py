@@ -13,6 +13,7 @@ from sunset.interfaces.rcl_interfaces.msg import ParameterDescriptor, ParameterE
 from sunset.interfaces.rcl_interfaces.srv import SetParameters
 from sunset.interfaces.std_srvs.srv import Trigger
 from sunset.interfaces.system_interfaces.msg import FaultInjection
+from sunset.names import ros_text
 from sunset.ros.client import AnyClient
 from sunset.ros.context import Context
 from sunset.ros.node import Node
@@ -123,7 +124,7 @@ class ScenarioExecutor(Node):
                 failure=fault.failure,
                 node=full_name(fault.node),
                 parameter=fault.parameter,
-                value=str(one.value).lower() if isinstance(one.value, bool) else str(one.value),
+                value=ros_text(one.value),
                 internal=fault.kind is FaultKind.INTERNAL,
                 redeploy_only=fault.redeploy_only,
                 confirmed=confirmed,

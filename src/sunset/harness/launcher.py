@@ -1,12 +1,13 @@
 """The launcher: ends the processes of managed nodes and starts new ones when a managing system asks."""
 
 from collections.abc import Callable, Sequence
-from typing import Any, Protocol
+from typing import Protocol
 
 from sunset.interfaces.lifecycle_msgs.msg import Transition
 from sunset.interfaces.lifecycle_msgs.srv import ChangeState
 from sunset.interfaces.system_interfaces.srv import Redeploy
-from sunset.ros.client import Client
+from sunset.names import base_name
+from sunset.ros.client import AnyClient
 from sunset.ros.context import Context
 from sunset.ros.node import Node
 from sunset.ros.timer import Timer
@@ -55,14 +56,14 @@ class Launcher(Node):
         self._redeploying: dict[str, Timer] = {}
         self._past: dict[str, frozenset[tuple[int, ...]]] = {}
         """Node → what `_outputs` were when its last process ended; a killed one is remembered for some seconds."""
-        self._shutdown_clients: dict[str, Client[Any, Any]] = {
+        self._shutdown_clients: dict[str, AnyClient] = {
             node: self.create_client(ChangeState, f"{NAMESPACE}/{node}/change_state") for node in nodes
         }
         host.on_exit(self._on_exit)
         self.create_service(Redeploy, "~/redeploy", self._redeploy)
 
     def _redeploy(self, request: Redeploy.Request, response: Redeploy.Response) -> Redeploy.Response:
-        node = request.node.rsplit("/", 1)[-1]
+        node = base_name(request.node)
         if node not in self._nodes:
             known = ", ".join(self._nodes)
             response.message = (

@@ -2,10 +2,11 @@
 
 from typing import Final
 
-from sunset.harness.bag_player import BagPlayer, time_of
+from sunset.harness.bag_player import BagPlayer
 from sunset.interfaces.builtin_interfaces.msg import Time
 from sunset.interfaces.rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 from sunset.interfaces.rosgraph_msgs.msg import Clock as ClockMessage
+from sunset.interfaces.stamps import stamp_of
 from sunset.ros.clock import Clock
 from sunset.ros.context import Context
 from sunset.ros.parameter import Parameter
@@ -66,7 +67,7 @@ class LiveBagPlayer(BagPlayer):
 
     def _now(self) -> Time:
         # 0 means on /clock that there is no time yet
-        return time_of(max(1, round((self._steady.now_ns() + self._offset_ns) * self._speed)))
+        return stamp_of(max(1, round((self._steady.now_ns() + self._offset_ns) * self._speed)))
 
     def _tick(self) -> None:
         self._time.publish(ClockMessage(clock=self._now()))

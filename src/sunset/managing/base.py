@@ -16,6 +16,7 @@ from sunset.managing.symptoms import (
     Value,
     read_parameters,
 )
+from sunset.names import base_name
 from sunset.ros.client import AnyClient
 from sunset.ros.context import Context
 from sunset.ros.node import Node
@@ -194,7 +195,7 @@ class ManagingSystem(Node):
                 self.get_logger().warning(f"{node} is not redeployed: {response.message}")
             return response.success
 
-        return self.__call(Redeploy, "/launcher/redeploy", Redeploy.Request(node=_short(node)), accepted)
+        return self.__call(Redeploy, "/launcher/redeploy", Redeploy.Request(node=base_name(node)), accepted)
 
     def __on_blackboard(self, message: SetBlackboardGroup) -> None:
         self.__blackboard.update(read_parameters(message.bb_params))
@@ -227,7 +228,7 @@ class ManagingSystem(Node):
         if name not in self.__callers:
             self.__callers[name] = self.create_client(service, name)
         if not self.__callers[name].service_is_ready():
-            node = _short(name.rpartition("/")[0])
+            node = base_name(name.rpartition("/")[0])
             nodes = current_system().nodes
             hint = "" if node in nodes else suggestion(node, nodes)
             self.get_logger().warning(
@@ -237,10 +238,6 @@ class ManagingSystem(Node):
         answer = self.__callers[name].call_async(request)
         answer.add_done_callback(lambda done: result.set_result(outcome(done.result())))
         return result
-
-
-def _short(node: str) -> str:
-    return node.rsplit("/", 1)[-1]
 
 
 def _full(node: str) -> str:

@@ -5,6 +5,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from typing import Annotated, Final
 
 from sunset.interfaces.rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
+from sunset.names import base_name
 from sunset.system import RESULT_TOPIC, Value, current_system, frequency_entry
 from sunset.texts import suggestion
 
@@ -118,9 +119,9 @@ class Symptoms(Mapping[str, Value]):
         return self._number(self._node_key(node, "heartbeat_freq"))
 
     def _node_key(self, node: str, what: str) -> str:
-        key = f"{_short(node)}_{what}"
+        key = f"{base_name(node)}_{what}"
         nodes = current_system().nodes
-        if key not in self and _short(node) not in nodes:
+        if key not in self and base_name(node) not in nodes:
             raise _unknown_error("node", node, nodes)
         return key
 
@@ -157,7 +158,3 @@ def _unknown_error(what: str, name: str, known: Iterable[str]) -> ValueError:
     return ValueError(
         f"The monitor knows no {what} {name!r}: {suggestion(name, known)}name one of {', '.join(known)}."
     )
-
-
-def _short(node: str) -> str:
-    return node.rsplit("/", 1)[-1]

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from sunset.errors import DataError
 from sunset.interfaces.sensor_msgs.msg import Image
+from sunset.interfaces.stamps import ns_of
 from sunset.interfaces.std_msgs.msg import Header
 
 __all__ = [
@@ -30,12 +31,10 @@ BGR: Final = "bgr8"
 DEPTH: Final = "16UC1"
 LABELS: Final = "8UC1"
 
-_NS_PER_S: Final = 10**9
-
 
 def stamp_ns(header: Header) -> int:
     """Return a header's stamp in nanoseconds."""
-    return header.stamp.sec * _NS_PER_S + header.stamp.nanosec
+    return ns_of(header.stamp)
 
 
 def array_of_bgr(image: Image) -> npt.NDArray[np.uint8]:

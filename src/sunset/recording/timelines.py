@@ -8,8 +8,8 @@ import numpy.typing as npt
 
 from sunset.errors import RecordError
 from sunset.interfaces import Message, type_name
-from sunset.interfaces.builtin_interfaces.msg import Time
 from sunset.interfaces.diagnostic_msgs.msg import DiagnosticArray
+from sunset.interfaces.stamps import ns_of
 from sunset.interfaces.system_interfaces.msg import (
     Command as CommandMessage,
 )
@@ -121,10 +121,6 @@ def _seconds(time_ns: int, start_ns: int) -> float:
     return (time_ns - start_ns) / _NS_PER_S
 
 
-def _nanoseconds(stamp: Time) -> int:
-    return stamp.sec * _NS_PER_S + stamp.nanosec
-
-
 def _times(recorded: Sequence[RecordedMessage], start_ns: int) -> npt.NDArray[np.float64]:
     return np.array([_seconds(one.time_ns, start_ns) for one in recorded], dtype=np.float64)
 
@@ -168,7 +164,7 @@ def _injections(recorded: Sequence[RecordedMessage], start_ns: int) -> tuple[Inj
     injections = [
         Injection(
             # live, the clock of the node that injects may be a tick behind that of the node that lets it
-            time=max(0.0, _seconds(_nanoseconds(one.stamp), start_ns)),
+            time=max(0.0, _seconds(ns_of(one.stamp), start_ns)),
             fault=one.fault,
             failure=one.failure,
             node=one.node,
@@ -188,7 +184,7 @@ def _commands(
     found = [content_of(one, CommandMessage) for one in recorded]
     commands = [
         Command(
-            time=_seconds(_nanoseconds(one.stamp), start_ns),
+            time=_seconds(ns_of(one.stamp), start_ns),
             client=one.client,
             node=one.node,
             kind=one.kind,
@@ -197,7 +193,7 @@ def _commands(
             successful=one.successful,
         )
         for one in found
-        if _nanoseconds(one.stamp) >= flown_ns
+        if ns_of(one.stamp) >= flown_ns
     ]
     return tuple(sorted(commands, key=lambda command: command.time))
 
@@ -205,11 +201,11 @@ def _commands(
 def _frames(
     evaluations: Sequence[RecordedMessage], truths: Sequence[RecordedMessage], start_ns: int
 ) -> Frames:
-    taken_ns = {_nanoseconds(content_of(one, ImageDigest).header.stamp): one.time_ns for one in truths}
+    taken_ns = {ns_of(content_of(one, ImageDigest).header.stamp): one.time_ns for one in truths}
     found = []
     for recorded in evaluations:
         evaluation = content_of(recorded, FrameEvaluation)
-        time_ns = taken_ns.get(_nanoseconds(evaluation.header.stamp), recorded.time_ns)
+        time_ns = taken_ns.get(ns_of(evaluation.header.stamp), recorded.time_ns)
         found.append((_seconds(time_ns, start_ns), evaluation))
     found.sort(key=lambda item: item[0])
     return Frames(

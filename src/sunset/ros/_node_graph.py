@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
+from sunset.names import qualified_name
 from sunset.rmw.core.node import Middleware
 from sunset.rmw.core.port import EndpointInfo, EndpointKind, QoSProfile
 from sunset.ros.exceptions import NodeNameNonExistentError
@@ -39,7 +40,7 @@ class NodeGraph:
 
     def get_fully_qualified_node_names(self) -> list[str]:
         """Return the fully qualified names of all nodes."""
-        return [f"{namespace.rstrip('/')}/{name}" for name, namespace in self._middleware.nodes()]
+        return [qualified_name(namespace, name) for name, namespace in self._middleware.nodes()]
 
     def get_node_names_and_namespaces(self) -> list[tuple[str, str]]:
         """Return (name, namespace) of all nodes."""

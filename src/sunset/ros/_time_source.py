@@ -5,6 +5,7 @@ from typing import Final
 
 from sunset.interfaces import Message
 from sunset.interfaces.rosgraph_msgs.msg import Clock as ClockMessage
+from sunset.interfaces.stamps import ns_of
 from sunset.rmw.core.node import NodeHandle
 from sunset.rmw.core.port import QoSProfile, ReliabilityPolicy, SubscriptionHandle
 from sunset.ros.clock import ROSClock
@@ -49,7 +50,7 @@ class TimeSource:
     def _on_clock(self, message: Message) -> None:
         if not isinstance(message, ClockMessage):
             return
-        now_ns = message.clock.sec * 10**9 + message.clock.nanosec
+        now_ns = ns_of(message.clock)
         if 0 <= now_ns < _END_NS:
             self._clock.set_ros_time_override(Time(nanoseconds=now_ns, clock_type=ClockType.ROS_TIME))
         else:

@@ -1,7 +1,7 @@
 """The service by which a node tells what the types that it uses are made of, as rclpy's nodes do since Jazzy."""
 
 from collections.abc import Callable, Iterator
-from typing import Any, Protocol
+from typing import Protocol
 
 from sunset.interfaces import (
     Message,
@@ -21,12 +21,12 @@ from sunset.interfaces.type_description_interfaces.msg import (
     TypeSource,
 )
 from sunset.interfaces.type_description_interfaces.srv import GetTypeDescription
-from sunset.ros.client import Client
+from sunset.ros.client import AnyClient
 from sunset.ros.context import Context
 from sunset.ros.parameter import Parameter
-from sunset.ros.publisher import Publisher
+from sunset.ros.publisher import AnyPublisher
 from sunset.ros.service import Service as ServiceEnd
-from sunset.ros.subscription import Subscription
+from sunset.ros.subscription import AnySubscription
 
 __all__ = ["offer_type_descriptions"]
 
@@ -37,11 +37,11 @@ class _Node(Protocol):
     @property
     def context(self) -> Context: ...
     @property
-    def publishers(self) -> Iterator[Publisher[Any]]: ...
+    def publishers(self) -> Iterator[AnyPublisher]: ...
     @property
-    def subscriptions(self) -> Iterator[Subscription[Any]]: ...
+    def subscriptions(self) -> Iterator[AnySubscription]: ...
     @property
-    def clients(self) -> Iterator[Client[Any, Any]]: ...
+    def clients(self) -> Iterator[AnyClient]: ...
     @property
     def services(self) -> Iterator[ServiceEnd]: ...
     def declare_parameter(self, name: str, value: bool, descriptor: ParameterDescriptor) -> Parameter: ...

@@ -5,6 +5,7 @@ from functools import total_ordering
 from typing import overload
 
 from sunset.interfaces.builtin_interfaces.msg import Time as TimeMessage
+from sunset.interfaces.stamps import stamp_of
 from sunset.ros.duration import Duration
 
 __all__ = ["ClockType", "Time"]
@@ -97,8 +98,7 @@ class Time:
 
     def to_msg(self) -> TimeMessage:
         """Return it as a message."""
-        seconds, nanoseconds = divmod(self._nanoseconds, 10**9)
-        return TimeMessage(sec=seconds, nanosec=nanoseconds)
+        return stamp_of(self._nanoseconds)
 
     @classmethod
     def from_msg(cls, msg: TimeMessage, clock_type: ClockType = ClockType.ROS_TIME) -> "Time":

@@ -5,6 +5,7 @@ from types import MappingProxyType
 from typing import Final
 
 from sunset.errors import ScenarioError
+from sunset.names import base_name
 from sunset.system import Value, get_fault
 
 __all__ = ["IGNORED_KEYS", "REQUIRED_KEYS", "translate"]
@@ -65,7 +66,7 @@ def translate(name: str, target_node: str, kind: str, value: Value) -> tuple[str
     if kind != "parameter_adaptation":
         raise ScenarioError(f"The type of {name} must be parameter_adaptation, got {kind!r}.")
     fault = get_fault(_RENAMED.get(name, name))
-    if target_node.rsplit("/", 1)[-1] != fault.node:
+    if base_name(target_node) != fault.node:
         raise ScenarioError(
             f"The fault {name} must have the target_node /managed_subsystem/{fault.node}, "
             f"got {target_node!r}."

@@ -6,6 +6,7 @@ from typing import Final
 
 from sunset.errors import ScenarioError
 from sunset.input_files import read_bytes
+from sunset.names import base_name
 from sunset.scenarios._document import Document, Item
 from sunset.scenarios._published import IGNORED_KEYS, REQUIRED_KEYS, translate
 from sunset.scenarios.schema import Scenario, ScenarioFault, parse_fault
@@ -72,7 +73,7 @@ def load_suite(name: str | Path) -> tuple[Scenario, ...]:
     scenarios = []
     for file in files:
         scenario = _from_file(file)
-        short = scenario.name.rpartition("/")[2]
+        short = base_name(scenario.name)
         if short in known:
             raise ScenarioError(
                 f"The scenarios {known[short]} and {file} are both called {short!r}: rename one."

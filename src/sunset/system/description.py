@@ -6,6 +6,8 @@ Nothing here is code that does something. Nodes, harness, scenarios, metrics, te
 from dataclasses import dataclass
 from enum import StrEnum
 
+from sunset.names import ros_text
+
 __all__ = [
     "Adaptation",
     "AdaptationKind",
@@ -162,8 +164,7 @@ class Adaptation:
     def __str__(self) -> str:
         """Return it in words, such as `set sensor_fusion.modality to 1` or `restart camera`."""
         if self.parameter:
-            value = str(self.value).lower() if isinstance(self.value, bool) else self.value
-            return f"set {self.node}.{self.parameter} to {value}"
+            return f"set {self.node}.{self.parameter} to {ros_text(self.value)}"
         return f"{self.kind} {self.node}"
 
 

@@ -7,10 +7,11 @@ module, the process imports its endpoints, and nothing imports the process.
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, Generic, TypeVar
+from typing import Generic, TypeVar
 
 from sunset.errors import MiddlewareError
 from sunset.interfaces import Message, Service
+from sunset.names import qualified_name
 from sunset.rmw.core.port import (
     CallbackError,
     ClientHandle,
@@ -157,7 +158,7 @@ class NodeHandle:
         process.check_alive()
         self.name = name
         self.namespace = namespace
-        self.fully_qualified_name = f"{namespace.rstrip('/')}/{name}"
+        self.fully_qualified_name = qualified_name(namespace, name)
         self.process = process
         self.entities: dict[Entity[Middleware], None] = {}
         self.alive = True
@@ -299,7 +300,7 @@ class Entity(ABC, Generic[MiddlewareT_co]):
             )
 
 
-def run_callback(entity: Entity[Middleware], function: Callable[..., object], *arguments: Any) -> None:
+def run_callback(entity: Entity[Middleware], function: Callable[..., object], *arguments: object) -> None:
     """Call a function that an entity's user has given.
 
     Raises:

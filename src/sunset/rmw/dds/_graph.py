@@ -8,6 +8,7 @@ from struct import Struct
 from struct import error as StructError  # noqa: N812  it is a class
 
 from sunset.errors import InterfaceError
+from sunset.names import qualified_name
 from sunset.rmw.core.port import EndpointInfo, EndpointKind
 from sunset.rmw.dds._names import OBSERVER, parse_user_data, ros_name
 from sunset.rmw.dds._wheel import Endpoint
@@ -195,7 +196,7 @@ class Graph(GraphListener):
         with self._lock:
             others = [node for nodes in self._participants.values() for node in nodes]
         nodes = [(node.name, node.namespace) for node in (*own, *others)]
-        return sorted(nodes, key=lambda node: f"{node[1].rstrip('/')}/{node[0]}")
+        return sorted(nodes, key=lambda node: qualified_name(node[1], node[0]))
 
     def endpoints(self, own: Iterable[NodeEntities], name: str | None) -> list[EndpointInfo]:
         """Return all endpoints, or those of one topic or service: by what they do, by name, by GUID."""

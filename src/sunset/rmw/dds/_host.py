@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from functools import partial
 from itertools import count
-from typing import Any, Final
+from typing import Final
 
 from sunset.errors import MiddlewareError
 from sunset.interfaces import Message, type_name
@@ -189,7 +189,7 @@ class DdsHost(LiveProcess):
         """Return the running number of a request."""
         return next(self._requests)
 
-    def call(self, entity: DdsEntity, handler: Callable[..., None], *arguments: Any) -> None:
+    def call(self, entity: DdsEntity, handler: Callable[..., None], *arguments: object) -> None:
         """Call a handler.
 
         Raises:

@@ -13,6 +13,7 @@ from typing import Final, NamedTuple
 
 from sunset.errors import InterfaceError, MiddlewareError
 from sunset.interfaces import deserialize
+from sunset.names import qualified_name
 from sunset.rmw.core.live import LiveObserver
 from sunset.rmw.core.port import EndpointKind, QoSProfile, RequestId
 from sunset.rmw.core.tap import Tap
@@ -248,7 +249,7 @@ class CycloneTap(LiveObserver):
 
     def _learn_nodes(self, participant: Participant) -> None:
         for node in participant.nodes:
-            name = f"{node.namespace.rstrip('/')}/{node.name}"
+            name = qualified_name(node.namespace, node.name)
             self._node_of.update(dict.fromkeys((*node.readers, *node.writers), name))
             if (participant.guid, name) not in self._nodes:
                 self._nodes.add((participant.guid, name))

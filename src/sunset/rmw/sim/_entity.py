@@ -3,7 +3,7 @@
 from abc import abstractmethod
 from collections import deque
 from collections.abc import Callable
-from typing import Any, ClassVar, Generic, TypeVar
+from typing import ClassVar, Generic, TypeVar
 
 from sunset.interfaces import Message, Service, type_name
 from sunset.rmw.core.node import Entity, Middleware, NodeHandle
@@ -32,7 +32,7 @@ class SimHost(Middleware):
         """Note that an entity has one more thing to do."""
 
     @abstractmethod
-    def send(self, leave: Callable[[Any], None], payload: object) -> None:
+    def send(self, leave: Callable[..., None], payload: object) -> None:
         """Let something leave when the running callback ends, or now if none runs."""
 
 

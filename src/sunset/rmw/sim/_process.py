@@ -3,7 +3,6 @@
 from collections import deque
 from collections.abc import Callable
 from functools import partial
-from typing import Any
 
 from sunset.errors import MiddlewareError
 from sunset.rmw.core.node import NodeHandle, Parts, run_callback
@@ -56,7 +55,7 @@ class SimProcess(SimHost):
         self._ending = False
         self._calls = 0
         self._ready: deque[SimEntity] = deque()
-        self._outbox: list[tuple[Callable[[Any], None], Any]] = []
+        self._outbox: list[tuple[Callable[..., None], object]] = []
         self._on_exit: list[Callable[[SimProcess], object]] = []
         self._parts = Parts(
             publisher=partial(SimPublisher, self),
@@ -144,7 +143,7 @@ class SimProcess(SimHost):
         elif self._running and self._ready:
             self._run_next()
 
-    def send(self, leave: Callable[[Any], None], payload: object) -> None:
+    def send(self, leave: Callable[..., None], payload: object) -> None:
         """Let something leave when the running callback ends, or now if none runs."""
         if self.network.executing is self:
             self._outbox.append((leave, payload))

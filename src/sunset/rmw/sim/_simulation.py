@@ -11,6 +11,7 @@ from math import isfinite
 from types import MappingProxyType
 
 from sunset.errors import MiddlewareError
+from sunset.names import qualified_name
 from sunset.rmw.core.port import EndpointInfo, EndpointKind
 from sunset.rmw.core.tap import Tap
 from sunset.rmw.sim._compute import ComputeModel
@@ -137,7 +138,7 @@ class Simulation:
         return [
             (info.name, info.type_name)
             for info in self._network.endpoints()
-            if info.kind is kind and f"{info.node_namespace.rstrip('/')}/{info.node_name}" == node
+            if info.kind is kind and qualified_name(info.node_namespace, info.node_name) == node
         ]
 
     def _check_outside(self) -> None:

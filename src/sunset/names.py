@@ -1,0 +1,30 @@
+"""Names of nodes on the ROS graph, and values as ROS and YAML write them."""
+
+__all__ = ["base_name", "qualified_name", "ros_text"]
+
+
+def qualified_name(namespace: str, node: str) -> str:
+    """Return a node's name with its namespace.
+
+    >>> qualified_name("/managed_subsystem", "camera"), qualified_name("/", "monitor")
+    ('/managed_subsystem/camera', '/monitor')
+    """
+    return f"{namespace.rstrip('/')}/{node}"
+
+
+def base_name(name: str) -> str:
+    """Return a name without its namespace.
+
+    >>> base_name("/managed_subsystem/camera"), base_name("camera")
+    ('camera', 'camera')
+    """
+    return name.rpartition("/")[2]
+
+
+def ros_text(value: object) -> str:
+    """Return a value as ROS and YAML write it: truth values in small letters.
+
+    >>> ros_text(True), ros_text(0.5), ros_text("rgb_camera")
+    ('true', '0.5', 'rgb_camera')
+    """
+    return str(value).lower() if isinstance(value, bool) else str(value)

@@ -18,7 +18,7 @@ from functools import partial
 from pathlib import Path
 from statistics import median
 
-from sunset.experiments import RunSpec, prepare
+from sunset.experiments import RunSpec, Settings, prepare
 from sunset.experiments.live import LiveSystem
 from sunset.harness.operator import Operator
 from sunset.interfaces import Message
@@ -148,7 +148,7 @@ def memory_mb(system: LiveSystem) -> float:
 
 def main(rounds: int) -> None:
     """Measure and print."""
-    spec = RunSpec(scenario=Scenario("none"), manager="external", middleware="cyclonedds")
+    spec = RunSpec(scenario=Scenario("none"), manager="external", settings=Settings(middleware="cyclonedds"))
     resources = prepare(spec)
     longest = max(current_system().nodes[node].activation_delay_s for node in OUTPUTS)
     print(f"load of the computer: {os.getloadavg()[0]:.1f} on {os.cpu_count()} processors")

@@ -18,7 +18,7 @@ from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from itertools import cycle, islice
 
-from sunset.experiments import RunSpec, prepare
+from sunset.experiments import RunSpec, Settings, prepare
 from sunset.experiments.live import LiveSystem
 from sunset.experiments.observer import COMMANDS_TOPIC, Observer
 from sunset.harness.operator import Operator
@@ -128,7 +128,7 @@ def redeploy(system: LiveSystem, node: Node, record: Record, nodes: list[str]) -
 
 def main(bursts: int, busy: int) -> int:
     """Measure and print; return the exit code."""
-    spec = RunSpec(scenario=Scenario("none"), manager="external", middleware="cyclonedds")
+    spec = RunSpec(scenario=Scenario("none"), manager="external", settings=Settings(middleware="cyclonedds"))
     resources = prepare(spec)
     record = Record()
     observer = Observer(record)

@@ -10,10 +10,11 @@ import statistics
 import tempfile
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 from sunset.data import default_flight, read_bag
-from sunset.experiments import RunSpec, run
+from sunset.experiments import RunSpec, Settings, run
 from sunset.perception import Modality, Segmenter, load_model
 from sunset.scenarios import load_scenario
 
@@ -34,8 +35,10 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--model", default="lite")
     arguments = parser.parse_args()
-    spec = RunSpec(scenario=load_scenario("nofault"), manager="none", model=arguments.model, cache=False)
-    timing = spec.timing
+    settings = Settings(model=arguments.model)
+    cached = RunSpec(scenario=load_scenario("nofault"), manager="none", settings=settings)
+    spec = replace(cached, settings=replace(settings, cache=False))
+    timing = settings.timing
     with read_bag(default_flight()) as bag:
         frames = [bag.frame(index) for index in range(timing.frames)]
     segmenter = Segmenter(load_model(arguments.model))
@@ -45,7 +48,6 @@ def main() -> None:
             segmenter.segment(Modality.FUSION, frame.rgb, frame.depth)
 
     with tempfile.TemporaryDirectory() as folder:
-        cached = RunSpec(scenario=spec.scenario, manager="none", model=arguments.model)
         infer(0)
         run(cached, Path(folder) / "warm-up")
         bare = median_seconds(arguments.rounds, infer)

@@ -12,8 +12,8 @@ from sunset.errors import SunsetError
 from sunset.experiments.bench import count_runs
 from sunset.input_files import check_regular, file_digest, open_regular, read_bytes, read_text
 from sunset.perception import ModelCard
+from sunset.recording import read_run
 from sunset.recording._bag import read_bag
-from sunset.recording.reader import read_run
 from sunset.ros._parameter_files import read_parameter_file
 
 READERS = [check_regular, file_digest, open_regular, read_bytes, read_text]

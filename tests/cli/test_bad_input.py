@@ -348,19 +348,57 @@ def test_a_folder_of_another_campaign(
     tmp_path: Path, flight: Path, complaint: Callable[[Sequence[str]], str]
 ) -> None:
     del flight
-    plan = {
-        "bag": None,
-        "managers": ["none"],
-        "model": "lite",
-        "repetitions": 1,
-        "seed": 1,
-        "suite": "degraded",
-    }
-    written(tmp_path / "results" / "bench.json", json.dumps(plan))
+    flown = [
+        "--no-references",
+        "--managers",
+        "none",
+        "--repetitions",
+        "1",
+        "--duration",
+        "1",
+        "--out",
+        "results",
+    ]
+    assert main(["bench", "--suite", "nofault", *flown]) == 0
 
-    sentence = complaint(["bench", "--suite", "nofault", "--managers", "none", "--out", "results"])
+    sentence = complaint(["bench", "--suite", "degraded", *flown])
 
-    assert "another campaign" in sentence
+    assert "holds another campaign: its suite is 'nofault', this one's is 'degraded'" in sentence
+
+    plan = tmp_path / "results" / "bench.json"
+    stored = json.loads(plan.read_text())
+    for change, words in (
+        ({"plan_version": 7}, "is of version 7, expected 1"),
+        ({"seed": "1"}, "The seed in results/bench.json must be a whole number, got '1'"),
+    ):
+        plan.write_text(json.dumps(stored | change))
+        assert words in complaint(["bench", "--suite", "nofault", *flown])
+
+
+def test_a_campaign_whose_plan_does_not_say_its_version_is_continued(
+    tmp_path: Path, flight: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    del flight
+    flown = [
+        "--suite",
+        "nofault",
+        "--no-references",
+        "--managers",
+        "none",
+        "--repetitions",
+        "1",
+        "--duration",
+        "1",
+    ]
+    assert main(["bench", *flown, "--out", "results"]) == 0
+    plan = tmp_path / "results" / "bench.json"
+    stored = json.loads(plan.read_text())
+    plan.write_text(json.dumps({key: value for key, value in stored.items() if key != "plan_version"}))
+    capsys.readouterr()
+
+    assert main(["bench", *flown, "--out", "results"]) == 0
+
+    assert "0 runs flown, 1 were there already" in capsys.readouterr().err
 
 
 def test_a_damaged_run(tmp_path: Path, complaint: Callable[[Sequence[str]], str]) -> None:

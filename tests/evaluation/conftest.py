@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
+from tests.recording.runs import RUN
 
 from sunset.interfaces import Message
 from sunset.interfaces.builtin_interfaces.msg import Time
@@ -111,31 +113,24 @@ def store(tmp_path: Path) -> Store:
 
     def write(name: str, *, command_s: float = 3.5, iou: float = 0.5, **about: Any) -> Path:
         folder = tmp_path / name
-        thresholds = {"entropy_threshold": 0.2, "sharpness_threshold": 0.1}
-        settings = {
-            "duration_s": 20.0,
-            "period_s": 0.1,
-            "expected_frames": 200,
+        described = {
+            "scenario": "paper/camera_driver_issue",
+            "suite": "paper",
+            "manager": "baseline",
+            "seed": 1,
+            "model_checksums": {"fusion": "0f"},
+            "entropy_threshold": 0.2,
+            "sharpness_threshold": 0.1,
+            **about,
         }
+        record = replace(RUN, **described)
         with RecordWriter(folder) as writer:
-            described = {
-                "scenario": "paper/camera_driver_issue",
-                "suite": "paper",
-                "manager": "baseline",
-                "seed": 1,
-                "model": "lite",
-                "model_checksums": {"fusion": "0f"},
-                "middleware": "sim",
-                "valid": True,
-                "reason": "",
-                **about,
-            }
             # two flights never have the same messages
-            run = f"{described['scenario']}, seed {described['seed']}, {about.get('faults')}"
+            run = f"{record.scenario}, seed {record.seed}, {about.get('faults')}"
             for topic, time_ns, message in messages(run, command_s, iou):
                 writer.write(topic, time_ns, message)
-            metrics = score(writer.timeline(thresholds=thresholds, **settings)).to_json()  # type: ignore[arg-type]
-            writer.close({**thresholds, **settings, "metrics": metrics, **described})
+            timeline = writer.timeline(thresholds=record.thresholds)
+            writer.close(replace(record, metrics=score(timeline).to_json()))
         return folder
 
     return write

@@ -410,7 +410,7 @@ def test_the_report_of_one_run_names_metrics_that_were_edited_and_refuses_imposs
     assert "Stored otherwise than the messages give, and computed here: t_down_s." in told
     edit(folder, metrics=metrics | {"iou": 7})
     assert main(["report", str(folder)]) == 2
-    assert "The metric iou in" in capsys.readouterr().err
+    assert "The metrics.iou in" in capsys.readouterr().err
     edit(folder, metrics={})
     assert main(["report", str(folder)]) == 2
     assert "or use --recompute" in capsys.readouterr().err

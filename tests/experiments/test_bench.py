@@ -15,10 +15,12 @@ import pytest
 
 from sunset.errors import InvalidInputError, OutputError
 from sunset.evaluation import render_report
-from sunset.experiments import BenchSpec, Timing, bench, plan, run_folder
+from sunset.experiments import BenchSpec, Settings, Timing, bench, plan, run_folder
 from sunset.recording import read_run
 
 pytestmark = pytest.mark.usefixtures("flight")
+
+SHORT = Settings(timing=Timing(duration_s=2.0))
 
 
 def test_the_papers_campaign() -> None:
@@ -177,6 +179,8 @@ from pathlib import Path
 
 from sunset.managing import NoAdaptation
 
+SHORT = Settings(timing=Timing(duration_s=2.0))
+
 
 class Mine(NoAdaptation):
     def on_start(self):
@@ -194,7 +198,7 @@ def test_a_managing_system_that_is_changed_while_it_is_flown_fails(tmp_path: Pat
         managers=(f"{file}:Mine", "none"),
         references=False,
         repetitions=2,
-        timing=Timing(duration_s=2.0),
+        settings=SHORT,
     )
 
     assert bench(spec, tmp_path / "out", jobs=1) == 4
@@ -223,7 +227,9 @@ def test_a_campaign_is_not_continued_with_a_managing_system_that_was_rewritten(t
 def test_a_campaign_is_not_continued_with_another_bag(tmp_path: Path, flight: Path) -> None:
     bag = tmp_path / "bag"
     shutil.copytree(flight, bag)
-    spec = BenchSpec(suite="nofault", managers=("none",), references=False, repetitions=1, bag=bag)
+    spec = BenchSpec(
+        suite="nofault", managers=("none",), references=False, repetitions=1, settings=Settings(bag=bag)
+    )
     bench(spec, tmp_path / "out", jobs=1)
 
     metadata = bag / "metadata.yaml"
@@ -238,15 +244,14 @@ def test_a_label_is_the_name_everywhere(tmp_path: Path) -> None:
     file = tmp_path / "mine.py"
     file.write_text(MANAGER)
     managers = (f"mine={file}:Mine", "idle=none", "none")
-    timing = Timing(duration_s=2.0)
-    spec = BenchSpec(suite="nofault", managers=managers, references=False, repetitions=1, timing=timing)
+    spec = BenchSpec(suite="nofault", managers=managers, references=False, repetitions=1, settings=SHORT)
 
     assert bench(spec, tmp_path / "out", jobs=1) == 3
 
     folders = sorted(folder.name for folder in (tmp_path / "out" / "runs" / "nofault").iterdir())
     assert folders == ["idle", "mine", "none"]
     record = read_run(next((tmp_path / "out").glob("runs/*/mine/*/seed-1")))
-    assert (record["manager"], record["manager_spec"]) == ("mine", f"{file}:Mine")
+    assert (record.manager, record.manager_spec) == ("mine", f"{file}:Mine")
     planned = json.loads((tmp_path / "out" / "bench.json").read_text())
     assert sorted(planned["manager_checksums"]) == ["idle", "mine", "none"]
     rows = json.loads(render_report(tmp_path / "out", "json"))["rows"]
@@ -265,7 +270,7 @@ def test_labels_must_differ() -> None:
 
 @pytest.mark.thorough
 def test_a_campaign_without_references_is_another(tmp_path: Path) -> None:
-    spec = BenchSpec(suite="nofault", managers=("none",), repetitions=1, timing=Timing(duration_s=2.0))
+    spec = BenchSpec(suite="nofault", managers=("none",), repetitions=1, settings=SHORT)
     bench(replace(spec, references=False), tmp_path / "out", jobs=1)
 
     with pytest.raises(InvalidInputError, match="its references is False"):
@@ -275,7 +280,7 @@ def test_a_campaign_without_references_is_another(tmp_path: Path) -> None:
 @pytest.mark.thorough
 def test_a_campaign_is_not_continued_with_another_clockwork(tmp_path: Path) -> None:
     spec = BenchSpec(suite="nofault", managers=("none",), references=False, repetitions=1)
-    bench(replace(spec, timing=Timing(duration_s=2.0)), tmp_path / "out", jobs=1)
+    bench(replace(spec, settings=SHORT), tmp_path / "out", jobs=1)
 
     with pytest.raises(InvalidInputError, match=r"timing\.duration_s is 2\.0"):
         bench(spec, tmp_path / "out", jobs=1)
@@ -284,7 +289,11 @@ def test_a_campaign_is_not_continued_with_another_clockwork(tmp_path: Path) -> N
 @pytest.mark.thorough
 def test_a_campaign_is_flown_by_one_process_at_a_time(tmp_path: Path) -> None:
     spec = BenchSpec(
-        suite="nofault", managers=("none",), references=False, repetitions=1, timing=Timing(duration_s=2.0)
+        suite="nofault",
+        managers=("none",),
+        references=False,
+        repetitions=1,
+        settings=SHORT,
     )
 
     def another(done: int, _: int) -> None:
@@ -317,8 +326,7 @@ def test_nothing_that_a_managing_system_does_ends_a_campaign_or_shows_in_the_run
         managers=(*(f"{file}:{name}" for name in (*TROUBLEMAKERS, *HARMLESS)), "baseline"),
         references=False,
         repetitions=2,
-        timing=Timing(duration_s=2.0),
-        manager_limit_s=1.0,
+        settings=Settings(timing=Timing(duration_s=2.0), manager_limit_s=1.0),
     )
 
     assert bench(spec, tmp_path / "out", jobs=1) == 22

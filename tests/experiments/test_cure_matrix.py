@@ -6,7 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sunset.experiments import RunResult, RunSpec, Timing, run
+from sunset.experiments import RunSpec, Settings, Timing, run
+from sunset.recording import StoredRun
 from sunset.scenarios import Scenario, ScenarioFault
 from sunset.system import Adaptation, current_system, full_name
 
@@ -24,20 +25,20 @@ SETTLED_S = 6.5
 RGB_ONLY = FAULTS["depth_degradation"].cures[0][0]
 
 
-def fly(folder: Path, manager: str, *faults: str) -> RunResult:
+def fly(folder: Path, manager: str, *faults: str) -> StoredRun:
     scenario = Scenario(
         name="+".join(faults) or "nofault", faults=tuple(ScenarioFault(name) for name in faults)
     )
-    return run(RunSpec(scenario=scenario, manager=manager, seed=3, timing=SHORT), folder)
+    return run(RunSpec(scenario=scenario, manager=manager, seed=3, settings=Settings(timing=SHORT)), folder)
 
 
-def settled_iou(result: RunResult) -> float:
+def settled_iou(result: StoredRun) -> float:
     frames = result.timeline.frames
     late = frames.iou[(frames.times >= SETTLED_S) & (frames.times < SHORT.duration_s)]
     return float(late.mean()) if late.size else 0.0
 
 
-def keeps_sending(result: RunResult) -> bool:
+def keeps_sending(result: StoredRun) -> bool:
     """Whether camera, fusion and segmentation send at the expected rate to the end."""
     expected = (SHORT.duration_s - SETTLED_S) / SHORT.period_s
     counts = [
@@ -48,7 +49,7 @@ def keeps_sending(result: RunResult) -> bool:
     return all(count >= 0.9 * expected for count in counts)
 
 
-def is_cured(result: RunResult, healthy_iou: float) -> bool:
+def is_cured(result: StoredRun, healthy_iou: float) -> bool:
     """Whether no symptom is left and the segmentation is about as good as without the fault."""
     return (
         keeps_sending(result)

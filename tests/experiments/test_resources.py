@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from sunset.errors import ModelError
-from sunset.experiments import RunSpec, prepare
+from sunset.experiments import RunSpec, Settings, prepare
 from sunset.perception import load_model
 from sunset.scenarios import Scenario
 
@@ -27,7 +27,11 @@ def test_a_network_that_cannot_be_run_is_refused_before_the_flight(
 
     with pytest.raises(ModelError, match=rf"The network .*{modality}\.onnx is no ONNX model that can be run"):
         prepare(
-            RunSpec(scenario=Scenario("none"), manager="none", model=str(folder), bag=flight, cache=cache)
+            RunSpec(
+                scenario=Scenario("none"),
+                manager="none",
+                settings=Settings(model=str(folder), bag=flight, cache=cache),
+            )
         )
 
 
@@ -35,7 +39,7 @@ def test_a_network_that_answered_once_is_not_opened_again(
     flight: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("SUNSET_CACHE_DIR", str(tmp_path))
-    spec = RunSpec(scenario=Scenario("none"), manager="none", bag=flight)
+    spec = RunSpec(scenario=Scenario("none"), manager="none", settings=Settings(bag=flight))
     first = prepare(spec)
     frame = first.bag.frame(0)
     monkeypatch.setattr("sunset.perception.model._sessions", {})

@@ -13,10 +13,10 @@ import pytest
 
 from sunset.data import read_bag, write_bag
 from sunset.errors import DataError, ManagerError
-from sunset.experiments import RunResult, RunSpec, Timing, run
+from sunset.experiments import RunSpec, Settings, Timing, run
 from sunset.metrics import score
 from sunset.perception import Segmenter
-from sunset.recording import read_messages, read_run, read_timeline
+from sunset.recording import StoredRun, read_messages, read_run, read_timeline
 from sunset.scenarios import load_scenario, suite
 from sunset.system import current_system
 
@@ -30,9 +30,11 @@ RULE_BREAKERS = Path(__file__).with_name("rule_breakers.py")
 pytestmark = pytest.mark.usefixtures("flight")
 
 
-def fly(folder: Path, scenario: str, manager: str = "baseline", **options: Any) -> RunResult:
-    options.setdefault("timing", SHORT)
-    return run(RunSpec(scenario=load_scenario(scenario), manager=manager, **options), folder)
+def fly(
+    folder: Path, scenario: str, manager: str = "baseline", *, seed: int = 1, **settings: Any
+) -> StoredRun:
+    used = Settings(**{"timing": SHORT} | settings)
+    return run(RunSpec(scenario=load_scenario(scenario), manager=manager, seed=seed, settings=used), folder)
 
 
 def content(folder: Path) -> dict[str, bytes]:
@@ -57,8 +59,8 @@ def test_without_a_fault_nothing_happens(tmp_path: Path) -> None:
 def test_the_metrics_are_those_of_the_stored_record(tmp_path: Path) -> None:
     result = fly(tmp_path / "run", "hardware_disconnect+autofocus_needed")
 
-    assert read_run(tmp_path / "run")["metrics"] == score(read_timeline(tmp_path / "run")).to_json()
-    assert read_run(tmp_path / "run")["digest"] == result.digest
+    assert read_run(tmp_path / "run").metrics == score(read_timeline(tmp_path / "run")).to_json()
+    assert read_run(tmp_path / "run").digest == result.digest
 
 
 def test_the_baseline_redeploys_what_is_silent_and_recalibrates_what_is_unsure(tmp_path: Path) -> None:
@@ -118,7 +120,7 @@ def test_whoever_breaks_the_rules_is_not_scored(manager: str, word: str, tmp_pat
 
     assert not result.valid
     assert word in result.reason
-    assert read_run(tmp_path / "run")["valid"] is False
+    assert read_run(tmp_path / "run").valid is False
 
 
 @pytest.mark.thorough
@@ -136,7 +138,7 @@ def test_until_the_injection_the_graph_is_the_same_in_every_scenario(
             timing=Timing(duration_s=1.0, warm_up_s=0.5),
         )
         lines = [json.loads(line) for line in (tmp_path / "census.jsonl").read_text().splitlines()]
-        before.append([line for line in lines if line[0] < result.described["start_ns"]])
+        before.append([line for line in lines if line[0] < result.record.start_ns])
 
     assert len(before[0]) > 20
     assert "/|scenario_executor" in before[0][-1][1][0]
@@ -265,7 +267,7 @@ def test_a_bag_that_is_too_short_is_looped_where_that_is_asked_for(short_bag: Pa
     fly(tmp_path / "2", "depth_degradation", bag=short_bag, loop=True, timing=timing, seed=2)
 
     assert content(tmp_path / "1") == content(tmp_path / "2")
-    assert read_run(tmp_path / "1")["bag_looped"] is True
+    assert read_run(tmp_path / "1").bag_looped is True
     assert first.score.t_down_s == 0
     truths: list[Any] = [one.message for one in read_messages(tmp_path / "1", ["/gt_segmentation"])]
     stamps = [truth.header.stamp.sec * 10**9 + truth.header.stamp.nanosec for truth in truths]

@@ -157,13 +157,14 @@ _SHORT = """
 import json, sys
 from pathlib import Path
 from sunset.errors import SunsetError
-from sunset.experiments import RunSpec, Timing, run
+from sunset.experiments import RunSpec, Settings, Timing, run
 from sunset.scenarios import load_scenario
 
 scenario, manager, seconds, out = sys.argv[1:]
 timing = Timing(duration_s=float(seconds), warm_up_s=1.0)
 spec = RunSpec(
-    scenario=load_scenario(scenario), manager=manager, middleware="cyclonedds", timing=timing, cache=False
+    scenario=load_scenario(scenario), manager=manager,
+    settings=Settings(middleware="cyclonedds", timing=timing, cache=False),
 )
 try:
     result = run(spec, Path(out))
@@ -176,12 +177,13 @@ print(json.dumps(result.summary()))
 _CAMPAIGN = """
 import sys
 from pathlib import Path
-from sunset.experiments import BenchSpec, Timing, bench
+from sunset.experiments import BenchSpec, Settings, Timing, bench
 
 out, manager, limit_s = sys.argv[1:]
 timing = Timing(duration_s=1.0, warm_up_s=1.0, bring_up_limit_s=float(limit_s))
 spec = BenchSpec(
-    suite="nofault", references=False, managers=(manager,), repetitions=2, timing=timing, middleware="cyclonedds"
+    suite="nofault", references=False, managers=(manager,), repetitions=2,
+    settings=Settings(timing=timing, middleware="cyclonedds"),
 )
 bench(spec, Path(out))
 """

@@ -23,7 +23,7 @@ from tests.live.systems import (
 )
 
 from sunset.errors import MiddlewareError
-from sunset.experiments import RunSpec, run
+from sunset.experiments import RunSpec, Settings, run
 from sunset.interfaces.lifecycle_msgs.msg import Transition
 from sunset.interfaces.lifecycle_msgs.srv import ChangeState
 from sunset.interfaces.system_interfaces.msg import ExperimentLogging
@@ -117,8 +117,8 @@ def test_a_managing_system_that_keeps_the_system_from_coming_up_does_not_end_its
     assert process.returncode == 0, complaint
     failed, flown = (read_run(runs / f"seed-{seed}") for seed in (1, 2))
     reason = "The managed system did not come up within 20 s in nofault, seed 1: camera is "
-    assert failed["manager_failed"].startswith(reason)
-    assert (failed["valid"], flown["manager_failed"]) == (False, None)
+    assert (failed.manager_failed or "").startswith(reason)
+    assert (failed.valid, flown.manager_failed) == (False, None)
 
 
 @pytest.mark.thorough
@@ -150,7 +150,11 @@ def test_a_run_of_which_nothing_can_be_seen_any_more_ends(
             raise MiddlewareError("Nothing is heard any more.")
 
     monkeypatch.setattr(CycloneTap, "check", check)
-    spec = RunSpec(scenario=load_scenario("nofault"), manager="none", middleware="cyclonedds", cache=False)
+    spec = RunSpec(
+        scenario=load_scenario("nofault"),
+        manager="none",
+        settings=Settings(middleware="cyclonedds", cache=False),
+    )
     with pytest.raises(MiddlewareError, match="Nothing is heard any more"):
         run(spec, tmp_path / "run")
     assert eventually(lambda: not any(exists(pid) for pid in pids.values()))

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.recording.runs import RUN
 
 from sunset.interfaces import Message
 from sunset.interfaces.builtin_interfaces.msg import Time
@@ -24,13 +25,6 @@ Row = tuple[str, int, Message]
 
 MS = 10**6
 START_NS = 3000 * MS
-RUN = {
-    "entropy_threshold": 0.06,
-    "sharpness_threshold": 0.2,
-    "duration_s": 20.0,
-    "period_s": 0.1,
-    "expected_frames": 200,
-}
 
 
 def stamp(time_ns: int) -> Time:

@@ -61,23 +61,27 @@ def test_what_was_logged_has_the_experiments_time(
 def test_a_run_is_what_its_record_tells(record: Path) -> None:
     run = read_stored_run(described(record))
 
-    assert (run.scenario, run.faults) == ("rain", ("gpu_failure", "image_shift"))
-    assert (run.manager, run.seed, run.model) == ("mine", 4, "lite")
+    about = run.record
+    faults = [(fault.name, fault.value) for fault in about.faults]
+    assert (about.scenario, faults) == ("rain", [("gpu_failure", None), ("image_shift", 300)])
+    assert (about.manager, about.seed, about.model) == ("mine", 4, "lite")
     assert (run.valid, run.reason, run.log) == (False, "it looked", ())
     assert run.score == score(read_timeline(record))
     assert [injection.fault for injection in run.timeline.injections] == ["hardware_disconnect"]
 
 
 @pytest.mark.parametrize("key", ABOUT)
-@pytest.mark.parametrize("value", [..., 1.5])
-def test_a_record_that_does_not_tell_is_refused(record: Path, key: str, value: object) -> None:
-    with pytest.raises(RecordError, match=f"The {key} in .* must be of type"):
+@pytest.mark.parametrize(("value", "got"), [(..., "nothing"), (1.5, "1.5")])
+def test_a_record_that_does_not_tell_is_refused(record: Path, key: str, value: object, got: str) -> None:
+    with pytest.raises(
+        RecordError, match=rf"^The {key} in .*/run\.json must be .*, got {got}; restore the file, or"
+    ):
         read_stored_run(described(record, **{key: value}))
 
 
 def test_a_seed_that_is_no_number_is_refused_and_its_text_is_cut(record: Path) -> None:
     for seed in (True, "1" * 10_000):
-        with pytest.raises(RecordError, match=r"The seed in .* must be of type int") as found:
+        with pytest.raises(RecordError, match=r"The seed in .* must be a whole number, got") as found:
             read_stored_run(described(record, seed=seed))
         assert len(str(found.value)) < 300
 
@@ -86,16 +90,23 @@ def test_metrics_that_no_run_can_have_are_refused_and_edited_ones_are_named(reco
     metrics = score(read_timeline(record)).to_json()
     assert read_stored_run(described(record)).differing == ()
     with pytest.raises(
-        RecordError, match=r"The metric iou in .* must be a number from 0 to 1 or null, got 7"
+        RecordError, match=r"The metrics\.iou in .* must be a number from 0 to 1 or null, got 7"
     ):
         read_stored_run(described(record, metrics=metrics | {"iou": 7}))
     run = read_stored_run(described(record, metrics=metrics | {"adaptations": 99}))
     assert (run.differing, run.score) == (("adaptations",), score(read_timeline(record)))
 
 
-@pytest.mark.parametrize("faults", [[{}], ["gpu_failure"], [None]])
-def test_faults_without_a_name_are_refused(record: Path, faults: object) -> None:
-    with pytest.raises(RecordError, match="must have a name"):
+@pytest.mark.parametrize(
+    ("faults", "message"),
+    [
+        ([{}], r"The faults\.0\.name in .* must be a text, got nothing"),
+        ([{"name": "a"}, "gpu_failure"], r"The faults\.1 in .* must be an object, got 'gpu_failure'"),
+        ([None], r"The faults\.0 in .* must be an object, got None"),
+    ],
+)
+def test_faults_without_a_name_are_refused(record: Path, faults: object, message: str) -> None:
+    with pytest.raises(RecordError, match=message):
         read_stored_run(described(record, faults=faults))
 
 

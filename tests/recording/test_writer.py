@@ -8,7 +8,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 from rosbags.highlevel import AnyReader
+from tests.recording.runs import RUN
 
 from sunset.errors import InterfaceError, OutputError, RecordError
 from sunset.interfaces import Message, deserialize, get_message, type_hash
@@ -29,7 +31,7 @@ def written(folder: Path, *messages: Message) -> list[Message]:
     with RecordWriter(folder) as writer:
         for message in messages:
             writer.write("/topic", 0, message)
-        writer.close({})
+        writer.close(RUN)
     return [recorded.message for recorded in read_messages(folder)]
 
 
@@ -54,7 +56,7 @@ def test_messages_are_stored_in_order_of_time_and_then_of_writing(tmp_path: Path
     with RecordWriter(tmp_path / "r") as writer:
         for time_ns, text in [(5, "late"), (1, "first"), (1, "second"), (3, "middle"), (1, "third")]:
             writer.write("/topic", time_ns, String(data=text))
-        writer.close({})
+        writer.close(RUN)
     found = [recorded.message for recorded in read_messages(tmp_path / "r")]
     assert found == [String(data=text) for text in ("first", "second", "third", "middle", "late")]
 
@@ -65,7 +67,7 @@ def test_messages_of_equal_time_keep_their_order_across_topics(tmp_path: Path) -
         writer.write("/late", 5, String())
         for topic in topics:
             writer.write(topic, 1, String())
-        writer.close({})
+        writer.close(RUN)
     assert [recorded.topic for recorded in read_messages(tmp_path / "r")] == [*topics, "/late"]
 
 
@@ -90,13 +92,15 @@ from pathlib import Path
 from sunset.interfaces.rcl_interfaces.msg import Parameter
 from sunset.interfaces.sensor_msgs.msg import Image
 from sunset.interfaces.std_msgs.msg import Header, String
+from msgspec.structs import replace
 from sunset.recording import RecordWriter
+from tests.recording.runs import RUN
 with RecordWriter(Path(sys.argv[1])) as writer:
     for number in range(200):
         writer.write("/b", number, Parameter(name=str(number)))
         writer.write("/a", number, String(data="text"))
         writer.write("/image", number, Image(header=Header(frame_id="c"), data=[number] * 10))
-    writer.close({"b": 1, "a": {"y": 0.1, "x": None}})
+    writer.close(replace(RUN, metrics={"y": 0.1, "x": None}))
 """
     folders = []
     for seed in ("0", "1", "4711"):
@@ -112,8 +116,8 @@ def test_the_digest_is_over_topic_type_time_and_bytes(tmp_path: Path) -> None:
     with RecordWriter(tmp_path / "r") as writer:
         writer.write("/t", 7, String(data="a"))
         assert writer.digest == expected
-        writer.close({})
-    assert read_run(tmp_path / "r")["digest"] == expected
+        writer.close(RUN)
+    assert read_run(tmp_path / "r").digest == expected
 
 
 @pytest.mark.parametrize(
@@ -133,20 +137,23 @@ def test_the_digest_tells_records_apart(tmp_path: Path, topic: str, time_ns: int
 
 
 def test_the_run_file_is_canonical_json(tmp_path: Path) -> None:
+    run = replace(RUN, scenario="größer", metrics={"b": 2.5, "a": None})
     with RecordWriter(tmp_path / "r") as writer:
         digest = writer.digest
-        writer.close({"b": [1, 2.5], "a": "größer"})
+        writer.close(run)
     text = (tmp_path / "r" / "run.json").read_text()
     assert text.endswith("}\n")
-    assert list(json.loads(text)) == ["a", "b", "digest", "record_version"]
+    assert list(json.loads(text)) == sorted(json.loads(text))
+    assert list(json.loads(text)["metrics"]) == ["a", "b"]
     assert "größer" in text
-    assert read_run(tmp_path / "r") == {"a": "größer", "b": [1, 2.5], "digest": digest, "record_version": 1}
+    assert "start_ns" not in text  # nor is anything else that the run has not
+    assert read_run(tmp_path / "r") == replace(run, digest=digest, record_version=1)
 
 
 @pytest.mark.parametrize("value", [float("nan"), object(), Path()])
 def test_what_json_does_not_know_is_refused(tmp_path: Path, value: object) -> None:
     with RecordWriter(tmp_path / "r") as writer, pytest.raises(RecordError, match=r"run\.json cannot hold"):
-        writer.close({"a": value})
+        writer.close(replace(RUN, metrics={"a": value}))
     assert list(tmp_path.iterdir()) == []
 
 
@@ -188,7 +195,7 @@ def test_an_array_that_is_reused_with_other_pixels_has_another_digest(tmp_path: 
         writer.write("/t", 0, Image(data=pixels))
         pixels[0] = 1
         writer.write("/t", 1, Image(data=pixels))
-        writer.close({})
+        writer.close(RUN)
     first, second = (recorded.message for recorded in read_messages(tmp_path / "r"))
     assert first != second
 
@@ -205,7 +212,7 @@ def test_a_message_may_be_changed_after_it_was_written(tmp_path: Path) -> None:
     with RecordWriter(tmp_path / "r") as writer:
         writer.write("/t", 0, message)
         message.data = "after"
-        writer.close({})
+        writer.close(RUN)
     assert read_messages(tmp_path / "r")[0].message == String(data="before")
 
 
@@ -225,11 +232,11 @@ def test_a_negative_time_is_refused(tmp_path: Path) -> None:
 
 def test_a_closed_record_takes_no_message_and_no_second_close(tmp_path: Path) -> None:
     with RecordWriter(tmp_path / "r") as writer:
-        writer.close({})
+        writer.close(RUN)
         with pytest.raises(RecordError, match="is closed"):
             writer.write("/t", 0, String())
         with pytest.raises(RecordError, match="closed already"):
-            writer.close({})
+            writer.close(RUN)
     assert sorted(contents(tmp_path / "r")) == FILES
 
 
@@ -255,7 +262,7 @@ def test_two_that_write_to_one_folder_do_not_take_it_from_each_other(tmp_path: P
     with RecordWriter(tmp_path / "run") as first:
         with pytest.raises(OutputError, match="Another process writes a record to"):
             RecordWriter(tmp_path / "run")
-        first.close({})
+        first.close(RUN)
 
     assert read_run(tmp_path / "run")
 
@@ -288,7 +295,7 @@ def test_a_record_that_appeared_meanwhile_is_not_overwritten(tmp_path: Path) -> 
         (tmp_path / "r").mkdir()
         (tmp_path / "r" / "mine").write_text("kept")
         with pytest.raises(OutputError, match="cannot be written"):
-            writer.close({})
+            writer.close(RUN)
     assert contents(tmp_path / "r") == {"mine": b"kept"}
     assert [path.name for path in tmp_path.iterdir()] == ["r"]
 
@@ -302,13 +309,14 @@ from sunset.errors import OutputError
 from sunset.interfaces.std_msgs.msg import String
 from sunset.recording import RecordWriter
 import numpy as np
+from tests.recording.runs import RUN
 texts = [np.random.default_rng(i).bytes(500).hex() for i in range(100)]
 resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))
 try:
     with RecordWriter(Path(sys.argv[1])) as writer:
         for text in texts:
             writer.write("/t", 0, String(data=text))
-        writer.close({})
+        writer.close(RUN)
 except OutputError as error:
     print(error)
 """

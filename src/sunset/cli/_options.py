@@ -2,9 +2,8 @@
 
 import argparse
 from pathlib import Path
-from typing import Any
 
-from sunset.experiments import Timing
+from sunset.experiments import BenchSpec, Settings, Timing
 from sunset.perception import DEVICES
 from sunset.rmw.backends import BACKENDS, SIMULATED
 from sunset.scenarios import suite_names
@@ -15,10 +14,9 @@ __all__ = [
     "add_flight_options",
     "add_middleware_options",
     "add_model_options",
-    "campaign_options",
-    "flight_options",
-    "middleware_options",
-    "model_options",
+    "bag_path",
+    "campaign",
+    "flight_settings",
     "names",
 ]
 
@@ -75,15 +73,17 @@ def add_campaign_options(
     )
 
 
-def campaign_options(arguments: argparse.Namespace) -> dict[str, Any]:
-    """Return the options of `add_campaign_options` as arguments of `BenchSpec`."""
-    return {
-        "suite": arguments.suite,
-        "scenarios": names(arguments.scenarios),
-        "managers": names(arguments.managers),
-        "repetitions": arguments.repetitions,
-        "seed": arguments.seed,
-    }
+def campaign(arguments: argparse.Namespace, settings: Settings, *, references: bool) -> BenchSpec:
+    """Return the campaign that the options of `add_campaign_options` describe."""
+    return BenchSpec(
+        suite=arguments.suite,
+        scenarios=names(arguments.scenarios),
+        references=references,
+        managers=names(arguments.managers),
+        repetitions=arguments.repetitions,
+        seed=arguments.seed,
+        settings=settings,
+    )
 
 
 def add_model_options(parser: argparse.ArgumentParser) -> None:
@@ -105,13 +105,9 @@ def add_device_option(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def model_options(arguments: argparse.Namespace) -> dict[str, Any]:
-    """Return the options of `add_model_options` as arguments of `RunSpec`."""
-    return {
-        "model": arguments.model,
-        "bag": None if arguments.bag is None else Path(arguments.bag),
-        "device": arguments.device,
-    }
+def bag_path(arguments: argparse.Namespace) -> Path | None:
+    """Return the bag that the options of `add_model_options` name."""
+    return None if arguments.bag is None else Path(arguments.bag)
 
 
 def add_flight_options(parser: argparse.ArgumentParser) -> None:
@@ -159,17 +155,18 @@ def add_middleware_options(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def middleware_options(arguments: argparse.Namespace) -> dict[str, Any]:
-    """Return the options of `add_middleware_options` as arguments of `RunSpec` and `BenchSpec`."""
-    return {"middleware": arguments.middleware, "speed": arguments.rate}
-
-
-def flight_options(arguments: argparse.Namespace) -> dict[str, Any]:
-    """Return the options of `add_flight_options` as arguments of `RunSpec` and `BenchSpec`."""
-    return {
-        **model_options(arguments),
-        "loop": arguments.loop,
-        "timing": Timing(duration_s=arguments.duration),
-        "cache": not arguments.no_cache,
-        "manager_limit_s": arguments.manager_limit,
-    }
+def flight_settings(
+    arguments: argparse.Namespace, *, middleware: str = "sim", speed: float = 1.0
+) -> Settings:
+    """Return the settings that the options of `add_flight_options` describe, for a back end of the middleware."""
+    return Settings(
+        model=arguments.model,
+        bag=bag_path(arguments),
+        device=arguments.device,
+        loop=arguments.loop,
+        timing=Timing(duration_s=arguments.duration),
+        cache=not arguments.no_cache,
+        manager_limit_s=arguments.manager_limit,
+        middleware=middleware,
+        speed=speed,
+    )

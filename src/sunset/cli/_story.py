@@ -40,15 +40,16 @@ def print_story(folder: Path) -> None:
         RecordError: the record is missing or damaged.
     """
     result = read_stored_run(folder)
+    run = result.record
     # no markup: names and values are the user's, brackets included
     console = _Console(highlight=False, markup=False, emoji=False)
     if not console.is_terminal:
         console.width = _UNBOUNDED  # what is searched or cut into fields stands in one line
     console.print()
-    console.print(result.scenario, style="bold", soft_wrap=True)
-    described = f"managing system {result.manager}, seed {result.seed}, model {result.model}"
+    console.print(run.scenario, style="bold", soft_wrap=True)
+    described = f"managing system {run.manager}, seed {run.seed}, model {run.model}"
     console.print(described, soft_wrap=True)
-    console.print(f"faults: {', '.join(result.faults) or 'none'}\n", soft_wrap=True)
+    console.print(f"faults: {', '.join(fault.name for fault in run.faults) or 'none'}\n", soft_wrap=True)
     table = Table(box=None, padding=(0, 1), show_header=False)
     table.add_column(justify="right")
     table.add_column()
@@ -72,8 +73,8 @@ def print_story(folder: Path) -> None:
             f"\nStored otherwise than the messages give, and computed here: {', '.join(result.differing)}.",
             style="bold red",
         )
-    if not result.valid:
-        console.print(f"\nThis run does not count: {shorten(result.reason)}.", style="bold red")
+    if not run.valid:
+        console.print(f"\nThis run does not count: {shorten(run.reason)}.", style="bold red")
 
 
 def _stated_once(events: Iterable[_Event]) -> list[_Event]:

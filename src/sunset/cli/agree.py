@@ -9,13 +9,13 @@ from pathlib import Path
 from sunset.cli._options import (
     add_campaign_options,
     add_flight_options,
-    campaign_options,
-    flight_options,
+    campaign,
+    flight_settings,
 )
 from sunset.cli._parser import at_least_one
 from sunset.cli._progress import progress_bar, rendering_progress
 from sunset.evaluation import AGREEMENT_FORMATS, compare, format_agreement
-from sunset.experiments import BenchSpec, bench, plan, prepare
+from sunset.experiments import bench, plan, prepare
 from sunset.rmw.backends import LIVE, live_middleware
 
 __all__ = ["add_arguments", "execute"]
@@ -72,12 +72,8 @@ def execute(arguments: argparse.Namespace) -> int:
 
 def _fly(arguments: argparse.Namespace) -> None:
     live_middleware()  # that its extra is missing is said before anything is flown
-    sim = BenchSpec(
-        references=False,
-        **campaign_options(arguments),
-        **flight_options(arguments),
-    )
-    live = replace(sim, middleware=LIVE, speed=arguments.rate)
+    sim = campaign(arguments, flight_settings(arguments), references=False)
+    live = replace(sim, settings=replace(sim.settings, middleware=LIVE, speed=arguments.rate))
     runs = plan(live)  # what is wrong with either is said before anything is flown
     with rendering_progress() as progress:
         prepare(plan(sim)[0], progress=progress)

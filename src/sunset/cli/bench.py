@@ -9,15 +9,14 @@ from sunset.cli._options import (
     add_campaign_options,
     add_flight_options,
     add_middleware_options,
-    campaign_options,
-    flight_options,
-    middleware_options,
+    campaign,
+    flight_settings,
 )
 from sunset.cli._parser import at_least_one
 from sunset.cli._progress import progress_bar, rendering_progress
 from sunset.cli.report import print_report
 from sunset.evaluation import FORMATS
-from sunset.experiments import BenchSpec, bench, plan, prepare
+from sunset.experiments import bench, plan, prepare
 
 __all__ = ["add_arguments", "execute"]
 
@@ -56,12 +55,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """Fly, and print the table."""
-    spec = BenchSpec(
-        references=arguments.references,
-        **campaign_options(arguments),
-        **flight_options(arguments),
-        **middleware_options(arguments),
-    )
+    settings = flight_settings(arguments, middleware=arguments.middleware, speed=arguments.rate)
+    spec = campaign(arguments, settings, references=arguments.references)
     runs = plan(spec)
     with rendering_progress() as progress:
         prepare(runs[0], progress=progress)

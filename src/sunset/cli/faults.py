@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from sunset.cli._columns import print_columns
-from sunset.cli._options import add_flight_options, flight_options
+from sunset.cli._options import add_flight_options, flight_settings
 from sunset.cli._progress import progress_bar, rendering_progress
 from sunset.evaluation import check_figure, entropy_figure
 from sunset.experiments import RunSpec, prepare, run
@@ -101,7 +101,7 @@ def draw(arguments: argparse.Namespace) -> int:
                 scenario=load_scenario(name),
                 manager="none",
                 seed=arguments.seed,
-                **flight_options(arguments),
+                settings=flight_settings(arguments),
             )
             if done == 0:
                 with rendering_progress() as rendering:

@@ -9,7 +9,7 @@ from contextlib import redirect_stdout
 from pathlib import Path
 from typing import Final
 
-from sunset.cli._options import add_flight_options, flight_options
+from sunset.cli._options import add_flight_options, flight_settings
 from sunset.cli._progress import progress_bar, rendering_progress
 from sunset.experiments import DEFAULT_SCENARIO, RunSpec, manager_checksum, prepare, run
 from sunset.managing import MANAGERS
@@ -60,9 +60,11 @@ def check(arguments: argparse.Namespace) -> int:
         scenario=load_scenario(arguments.scenario),
         manager=arguments.manager,
         seed=arguments.seed,
-        **flight_options(arguments),
+        settings=flight_settings(arguments),
     )
-    manager_checksum(spec.manager, limit_s=spec.manager_limit_s)  # what is wrong with it is said at once
+    manager_checksum(
+        spec.manager, limit_s=spec.settings.manager_limit_s
+    )  # what is wrong with it is said at once
     with rendering_progress() as progress:
         prepare(spec, progress=progress)
     with (

@@ -7,7 +7,7 @@ import tempfile
 from contextlib import redirect_stdout
 from pathlib import Path
 
-from sunset.cli._options import add_flight_options, add_middleware_options, flight_options, middleware_options
+from sunset.cli._options import add_flight_options, add_middleware_options, flight_settings
 from sunset.cli._progress import progress_bar, rendering_progress
 from sunset.cli._story import print_story
 from sunset.experiments import DEFAULT_SCENARIO, RunSpec, prepare, run
@@ -54,8 +54,7 @@ def execute(arguments: argparse.Namespace) -> int:
         scenario=load_scenario(arguments.scenario),
         manager=arguments.manager,
         seed=arguments.seed,
-        **flight_options(arguments),
-        **middleware_options(arguments),
+        settings=flight_settings(arguments, middleware=arguments.middleware, speed=arguments.rate),
     )
     with rendering_progress() as progress:
         prepare(spec, progress=progress)
@@ -63,7 +62,7 @@ def execute(arguments: argparse.Namespace) -> int:
         folder = arguments.out or Path(temporary) / "run"
         with progress_bar("Flying"), redirect_stdout(sys.stderr):
             # what is logged stands in the time line, which JSON has not, and which a live run leaves much later
-            result = run(spec, folder, log=arguments.json or spec.live)
+            result = run(spec, folder, log=arguments.json or spec.settings.live)
         if arguments.json:
             print(json.dumps(result.summary(), sort_keys=True))
             return 0

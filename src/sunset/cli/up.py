@@ -9,10 +9,10 @@ from rich.console import Console
 from rich.live import Live
 from rich.table import Table
 
-from sunset.cli._options import add_model_options, model_options
+from sunset.cli._options import add_model_options, bag_path
 from sunset.cli._progress import rendering_progress
 from sunset.cli.node import add_network_options
-from sunset.experiments import RunSpec, manager_checksum, prepare
+from sunset.experiments import RunSpec, Settings, manager_checksum, prepare
 from sunset.experiments.live import LiveSystem
 from sunset.experiments.spec import EXTERNAL
 from sunset.harness.operator import NodeStatus, Operator
@@ -55,12 +55,18 @@ def execute(arguments: argparse.Namespace) -> int:
     spec = RunSpec(
         scenario=load_scenario(arguments.scenario) if arguments.scenario else Scenario("none"),
         manager=arguments.manager,
-        middleware=LIVE,
-        speed=arguments.rate,
-        **model_options(arguments),
+        settings=Settings(
+            model=arguments.model,
+            bag=bag_path(arguments),
+            device=arguments.device,
+            middleware=LIVE,
+            speed=arguments.rate,
+        ),
     )
     if spec.manager != EXTERNAL:
-        manager_checksum(spec.manager, limit_s=spec.manager_limit_s)  # what is wrong with it is said at once
+        manager_checksum(
+            spec.manager, limit_s=spec.settings.manager_limit_s
+        )  # what is wrong with it is said at once
     with rendering_progress() as progress:
         resources = prepare(spec, progress=progress)
     console = Console(highlight=False, markup=False)
@@ -78,7 +84,7 @@ def execute(arguments: argparse.Namespace) -> int:
     ):
         operator = Operator(
             inject=bool(spec.scenario.faults),
-            warm_up_s=spec.timing.warm_up_s,
+            warm_up_s=spec.settings.timing.warm_up_s,
             invites=spec.manager == EXTERNAL,
             context=system.context,
         )

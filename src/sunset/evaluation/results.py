@@ -9,13 +9,12 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Final
 
+from msgspec import to_builtins
+
 from sunset.errors import RecordError
-from sunset.metrics import score
+from sunset.metrics import RunMetrics, score
 from sunset.recording import (
     RUN_FILE,
-    check_entries,
-    check_entry,
-    check_number,
     differing_figures,
     read_run,
     read_timeline,
@@ -26,29 +25,11 @@ from sunset.workers import Progress
 
 __all__ = ["FIGURES", "Flight", "RunRow", "load_results", "recompute"]
 
-FIGURES: Final = (
-    "f_resolved_per_adaptation",
-    "t_react_s",
-    "t_detect_s",
-    "t_decide_s",
-    "t_repair_s",
-    "redeploys_unnecessary",
-    "t_down_s",
-    "availability",
-    "iou",
-    "iou_all",
-    "miou",
-    "episodes",
-    "episodes_resolved",
-    "episodes_unresolved",
-    "episodes_subsided",
-    "adaptations",
-)
+FIGURES: Final = RunMetrics.names()
 """The names of a run's figures, as `RunMetrics` has them."""
 
 _CHECKSUM: Final = 8
 """Digits of a short checksum."""
-_SETTING: Final = ("entropy_threshold", "sharpness_threshold", "extensions")
 
 
 @dataclass(frozen=True, slots=True, order=True)
@@ -202,33 +183,30 @@ def recompute(folder: Path) -> Mapping[str, float | None]:
 def _read(folder: Path, *, again: bool) -> RunRow:
     """Read one run's `run.json` and check what the table needs of it."""
     run = read_run(folder)
-    where = folder / RUN_FILE
-    entries = check_entries(run, where)
-    networks = entries.pop("model_checksums")
-    failed = run.get("manager_failed") is not None
-    metrics = recompute(folder) if again and not failed else stored_figures(run, where)
-    versions = run.get("versions")
+    failed = run.manager_failed is not None
+    metrics = recompute(folder) if again and not failed else stored_figures(run, folder / RUN_FILE)
+    extensions = {"extensions": run.extensions} if run.extensions else {}
     return RunRow(
         folder=folder,
+        scenario=run.scenario,
+        suite=run.suite,
+        manager=run.manager,
+        seed=run.seed,
+        model=run.model,
+        middleware=run.middleware,
+        digest=run.digest,
+        valid=run.valid,
+        reason=run.reason,
         metrics=metrics,
-        differing=differing_figures(run.get("metrics"), metrics),
-        version=str(versions.get("sunset", "")) if isinstance(versions, dict) else "",
-        setting=_checksum({"model_checksums": networks, **{key: run[key] for key in _SETTING if key in run}}),
-        flight=_flight({"bag_looped": False, "bag_checksum": ""} | run, where),
-        sources=str(run.get("manager_checksum", ""))[:_CHECKSUM],
-        faults=_checksum({"faults": run.get("faults")}),
+        differing=differing_figures(run.metrics, metrics),
+        version=run.versions.get("sunset", ""),
+        setting=_checksum({"model_checksums": run.model_checksums, **run.thresholds, **extensions}),
+        flight=Flight(run.duration_s, run.bag_looped, run.bag_checksum),
+        sources=run.manager_checksum[:_CHECKSUM],
+        faults=_checksum({"faults": to_builtins(run.faults)}),
         failed=failed,
-        **entries,
     )
 
 
-def _flight(run: Mapping[str, Any], where: Path) -> Flight:
-    return Flight(
-        check_number(run, "duration_s", where),
-        check_entry(run, "bag_looped", bool, where),
-        check_entry(run, "bag_checksum", str, where),
-    )
-
-
-def _checksum(values: Mapping[str, Any]) -> str:
+def _checksum(values: Mapping[str, object]) -> str:
     return hashlib.sha256(json.dumps(values, sort_keys=True).encode()).hexdigest()[:_CHECKSUM]

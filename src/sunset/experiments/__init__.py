@@ -2,15 +2,15 @@
 
 from sunset.experiments.bench import BenchSpec, bench, count_runs, plan, run_folder
 from sunset.experiments.manager import manager_checksum
-from sunset.experiments.run import RunResult, prepare, run
-from sunset.experiments.spec import DEFAULT_SCENARIO, MIDDLEWARES, RunSpec, Timing
+from sunset.experiments.run import prepare, run
+from sunset.experiments.spec import DEFAULT_SCENARIO, MIDDLEWARES, RunSpec, Settings, Timing
 
 __all__ = [
     "DEFAULT_SCENARIO",
     "MIDDLEWARES",
     "BenchSpec",
-    "RunResult",
     "RunSpec",
+    "Settings",
     "Timing",
     "bench",
     "count_runs",

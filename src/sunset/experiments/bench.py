@@ -1,26 +1,29 @@
 """A campaign: every scenario of a suite, every managing system, several repetitions; resumable."""
 
+import dataclasses
 import hashlib
 import json
 import re
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
-from sunset.errors import InvalidInputError, ManagerError, OutputError, SunsetError
+from msgspec.structs import asdict
+
+from sunset.errors import InvalidInputError, ManagerError, OutputError, RecordError, SunsetError
 from sunset.experiments.files import make_folder, write_text
 from sunset.experiments.manager import manager_checksum
 from sunset.experiments.resources import Resources
 from sunset.experiments.run import prepare, record, record_failure, versions
-from sunset.experiments.spec import RunSpec, Timing
-from sunset.input_files import read_text
+from sunset.experiments.spec import RunSpec, Settings
 from sunset.managing import MANAGERS, split_label
 from sunset.names import base_name
-from sunset.recording import RUN_FILE
+from sunset.recording import PLAN_FILE, PLAN_VERSION, RUN_FILE, CampaignPlan, read_plan
 from sunset.scenarios import Scenario, load_suite, suite
+from sunset.schemas import check_fields, document_text
 from sunset.seeding import check_seed
 from sunset.system import loaded_extensions
 from sunset.texts import suggestion
@@ -31,7 +34,6 @@ __all__ = ["BenchSpec", "Progress", "bench", "plan", "run_folder"]
 REFERENCE_SUITES: Final = ("nofault", "degraded")
 """The suites that, without a managing system, give the first two rows of the paper's table."""
 
-_PLAN_FILE: Final = "bench.json"
 _LOCK_FILE: Final = ".lock"
 _LONGEST_SLUG: Final = 100
 
@@ -56,24 +58,17 @@ class BenchSpec:
     managers: tuple[str, ...] = ("none", "baseline")
     repetitions: int = 3
     seed: int = 1
-    model: str = "lite"
-    bag: Path | None = None
-    loop: bool = False
-    device: str = "cpu"
-    timing: Timing = field(default_factory=Timing)
-    cache: bool = True
-    manager_limit_s: float = 30.0
-    middleware: str = "sim"
-    speed: float = 1.0
+    settings: Settings = field(default_factory=Settings)
 
     def __post_init__(self) -> None:
         """Check the ranges.
 
         Raises:
-            InvalidInputError: a number is out of range or a managing system is named twice.
+            InvalidInputError: a value is of another type or out of range, or a managing system is named twice.
             ManagerError: the label of a managing system is none.
         """
         check_seed(self.seed)
+        check_fields(self)
         if self.repetitions < 1:
             raise InvalidInputError(f"There must be at least 1 repetition, got {self.repetitions}.")
         check_seed(self.seed + self.repetitions - 1)
@@ -98,15 +93,7 @@ def plan(spec: BenchSpec) -> tuple[RunSpec, ...]:
             scenario=scenario,
             manager=manager,
             seed=spec.seed + repetition,
-            model=spec.model,
-            bag=spec.bag,
-            loop=spec.loop,
-            device=spec.device,
-            timing=spec.timing,
-            cache=spec.cache,
-            manager_limit_s=spec.manager_limit_s,
-            middleware=spec.middleware,
-            speed=spec.speed,
+            settings=spec.settings,
         )
         # a repetition at a time: runs that share their frames are neighbours, for the inference cache
         for repetition in range(spec.repetitions)
@@ -131,8 +118,8 @@ def _chosen(spec: BenchSpec) -> tuple[Scenario, ...]:
 def count_runs(out: Path) -> tuple[int, int] | None:
     """Return how many runs of a folder's campaign are there, and how many it has; None if it holds no campaign."""
     try:
-        planned = int(json.loads(read_text(out / _PLAN_FILE))["runs"])
-    except (OSError, KeyError, TypeError, ValueError, RecursionError):
+        planned = read_plan(out).runs
+    except RecordError:
         return None
     return sum(1 for _ in out.glob(f"runs/*/*/*/seed-*/{RUN_FILE}")), planned
 
@@ -176,7 +163,7 @@ def bench(spec: BenchSpec, out: Path, *, jobs: int | None = None, progress: Prog
         if progress is not None:
             progress(done, len(runs))
         if todo:
-            checksums = described["manager_checksums"]
+            checksums = described.manager_checksums
             flights = [(one, run_folder(out, one), checksums.get(one.manager_name)) for one in todo]
             for count in _run_all(flights, min(jobs or _jobs(spec), len(todo))):
                 if progress is not None:
@@ -191,7 +178,7 @@ def _alone(out: Path) -> Iterator[None]:
 
     make_folder(out)
     names = {path.name for path in out.iterdir()}
-    if names - {_LOCK_FILE} and _PLAN_FILE not in names:
+    if names - {_LOCK_FILE} and PLAN_FILE not in names:
         raise OutputError(f"The folder {out} is not empty and holds no campaign; name a new folder.")
     with (out / _LOCK_FILE).open("ab") as file:
         try:
@@ -204,7 +191,7 @@ def _alone(out: Path) -> Iterator[None]:
 
 
 def _jobs(spec: BenchSpec) -> int:
-    return processors() if spec.middleware == "sim" else 1
+    return processors() if spec.settings.middleware == "sim" else 1
 
 
 def _run_all(flights: Sequence[tuple[RunSpec, Path, str | None]], jobs: int) -> Iterator[int]:
@@ -212,7 +199,7 @@ def _run_all(flights: Sequence[tuple[RunSpec, Path, str | None]], jobs: int) -> 
 
     Simulated ones are flown by other processes, as many at a time as there are jobs.
     """
-    if flights[0][0].live and jobs == 1:
+    if flights[0][0].settings.live and jobs == 1:
         for count, flight in enumerate(flights, 1):
             _fly(*flight)
             yield count
@@ -249,24 +236,22 @@ def _fly(spec: RunSpec, folder: Path, known: str | None) -> None:
     try:
         record(spec, folder, known=known)
     except SunsetError as error:
-        if spec.manager in MANAGERS or (spec.live and not isinstance(error, ManagerError)):
+        if spec.manager in MANAGERS or (spec.settings.live and not isinstance(error, ManagerError)):
             raise
         record_failure(spec, folder, manager_checksum=known or "", reason=str(error))
 
 
-def _claim(out: Path, described: dict[str, Any]) -> None:
-    """Write the campaign's plan into its folder, or check that it is the one that stands there."""
-    file = out / _PLAN_FILE
+def _claim(out: Path, plan: CampaignPlan) -> None:
+    """Write the campaign's plan into its folder, or check that it is the one that stands there.
+
+    Raises:
+        InvalidInputError: another one stands there, or none that can be read.
+    """
+    file = out / PLAN_FILE
     if not file.exists():
-        write_text(file, json.dumps(described, indent=2, sort_keys=True) + "\n")
+        write_text(file, document_text(plan))
         return
-    try:
-        found = dict(json.loads(read_text(file)))
-    except (OSError, RecursionError, TypeError, ValueError) as error:
-        raise InvalidInputError(
-            f"The campaign's plan {file} cannot be read ({error}); name a new folder."
-        ) from error
-    theirs, ours = _flat(found), _flat(described)
+    theirs, ours = _flat(read_plan(out)), _flat(plan)
     differing = sorted(key for key in ours | theirs if theirs.get(key) != ours.get(key))
     if differing:
         # a name that differs says more than the checksum or the number that differs with it
@@ -283,49 +268,48 @@ def _claim(out: Path, described: dict[str, Any]) -> None:
         )
 
 
-def _flat(described: dict[str, Any]) -> dict[str, Any]:
-    """Return a plan with the entries of its dictionaries as entries of its own: `versions.numpy`."""
-    flat: dict[str, Any] = {}
-    for key, value in described.items():
+def _flat(plan: CampaignPlan) -> dict[str, object]:
+    """Return a plan by key, with the entries of its dictionaries as entries of its own: `versions.numpy`."""
+    flat: dict[str, object] = {}
+    for key, value in asdict(plan).items():
         inner = {f"{key}.{name}": one for name, one in value.items()} if isinstance(value, dict) else {}
-        flat |= inner or {key: value}
+        flat |= inner or {key: list(value) if isinstance(value, tuple) else value}
     return flat
 
 
-def describe(spec: BenchSpec, resources: Resources) -> dict[str, Any]:
+def describe(spec: BenchSpec, resources: Resources) -> CampaignPlan:
     """Return a campaign's plan as it is stored: whatever its results may depend on, by name and by content.
 
     Raises:
         ManagerError: a managing system cannot be loaded.
     """
-    return {
-        "bag": str(spec.bag) if spec.bag else None,
-        "bag_checksum": resources.bag_checksum,
-        "device": resources.segmenter.device,
-        "manager_checksums": {
-            label or manager: manager_checksum(manager, limit_s=spec.manager_limit_s)
+    runs = plan(spec)
+    return CampaignPlan(
+        plan_version=PLAN_VERSION,
+        suite=spec.suite,
+        scenarios=tuple(one.name for one in _chosen(spec)) if spec.scenarios else (),
+        scenarios_checksum=_checksum(repr([one.scenario for one in runs])),
+        references=spec.references,
+        managers=spec.managers,
+        manager_checksums={
+            label or manager: manager_checksum(manager, limit_s=spec.settings.manager_limit_s)
             for label, manager in map(split_label, spec.managers)
         },
-        "managers": list(spec.managers),
-        "model": spec.model,
-        "model_checksum": _checksum(json.dumps(resources.model.card.to_json(), sort_keys=True)),
-        "repetitions": spec.repetitions,
-        "runs": len(plan(spec)),
-        "scenarios_checksum": _checksum(repr([one.scenario for one in plan(spec)])),
-        "seed": spec.seed,
-        "suite": spec.suite,
-        "timing": asdict(spec.timing),
-        "versions": versions(),
-        **(
-            {"extensions": {one.name: one.checksum for one in loaded_extensions()}}
-            if loaded_extensions()
-            else {}
-        ),
-        **({"loop": True} if spec.loop else {}),
-        **({} if spec.references else {"references": False}),
-        **({"scenarios": [one.name for one in _chosen(spec)]} if spec.scenarios else {}),
-        **({} if spec.middleware == "sim" else {"middleware": spec.middleware, "speed": spec.speed}),
-    }
+        repetitions=spec.repetitions,
+        seed=spec.seed,
+        runs=len(runs),
+        model=spec.settings.model,
+        model_checksum=_checksum(json.dumps(resources.model.card.to_json(), sort_keys=True)),
+        bag=str(spec.settings.bag) if spec.settings.bag else None,
+        bag_checksum=resources.bag_checksum,
+        loop=spec.settings.loop,
+        device=resources.segmenter.device,
+        timing=dataclasses.asdict(spec.settings.timing),
+        middleware=spec.settings.middleware,
+        speed=spec.settings.speed,
+        versions=versions(),
+        extensions={one.name: one.checksum for one in loaded_extensions()},
+    )
 
 
 def _checksum(text: str) -> str:

@@ -95,7 +95,7 @@ class LiveSystem:
         loop: bool = False,
         on_line: Callable[[str, str], None] = drop_line,
     ) -> None:
-        live = live_middleware(spec.middleware)
+        live = live_middleware(spec.settings.middleware)
         if os.environ.get("ROS_AUTOMATIC_DISCOVERY_RANGE", "").strip() == "OFF":
             raise InvalidInputError(
                 "With ROS_AUTOMATIC_DISCOVERY_RANGE=OFF no two processes find each other: unset it, or choose "
@@ -104,7 +104,7 @@ class LiveSystem:
         self._spec = spec
         self._managed = tuple(current_system().nodes)
         self._lasts = loop
-        self._clock = clock or LiveClock(time.time_ns(), float(spec.speed))
+        self._clock = clock or LiveClock(time.time_ns(), float(spec.settings.speed))
         with ExitStack() as stack:
             self._check_signals = stack.enter_context(held_signals())
             middleware = stack.enter_context(live.join(domain_id=domain_id, network=network, distro=distro))
@@ -117,7 +117,7 @@ class LiveSystem:
             words = ["--ros-args", "-p", "use_sim_time:=true", "-p", "launcher:use_sim_time:=false"]
             self.context.init(words, middleware=self._middleware, log_to_stderr=False)
             names = [*self._managed, *SURROUNDING, *([EXECUTOR] if spec.scenario.faults or not loop else [])]
-            spec_of = partial(NodeSpec, middleware=spec.middleware, network=network, distro=distro)
+            spec_of = partial(NodeSpec, middleware=spec.settings.middleware, network=network, distro=distro)
             specs = {name: spec_of(node=name) for name in names}
             if spec.manager != EXTERNAL:
                 specs[MANAGER_PROCESS] = spec_of(node=MANAGER, manager=spec.manager)
@@ -156,12 +156,12 @@ class LiveSystem:
             "height": height,
             "speed": self._clock.speed,
             "origin_ns": self._clock.origin_ns,
-            "loop": loop or spec.loop,
+            "loop": loop or spec.settings.loop,
             "use_sim_time": False,  # it is what gives the time
         }
         parameters["bag_player"] |= played | ({"start_frame": 0, "frames": 0} if loop else {})
         parameters["segmentation"] |= {
-            "model": _absolute(spec.model),
+            "model": _absolute(spec.settings.model),
             "device": resources.segmenter.device,
         }
         parameters[EXECUTOR] = {"scenario": str(deployed_scenario(self.domain_id))}

@@ -201,10 +201,10 @@ def fly(
         if log and node == MANAGER_PROCESS:
             print(line, file=sys.stderr)  # noqa: T201  as in the simulation
 
-    clock = LiveClock(time.time_ns(), float(spec.speed))
+    clock = LiveClock(time.time_ns(), float(spec.settings.speed))
     offset_ns = _clock_offset_ns()
     watch = _Watch(observer, frames, clock)
-    live = live_middleware(spec.middleware)
+    live = live_middleware(spec.settings.middleware)
     with ExitStack() as stack:
         check_signals = stack.enter_context(held_signals())
         domain_id = stack.enter_context(_domain(spec))
@@ -213,7 +213,7 @@ def fly(
         check_signals()
         system = stack.enter_context(LiveSystem(spec, resources, domain_id, clock=clock, on_line=show))
         supervisor = LiveSupervisor(
-            spec.scenario.name, spec.timing, _readiness(spec, watch, system), context=system.context
+            spec.scenario.name, spec.settings.timing, _readiness(spec, watch, system), context=system.context
         )
         system.executor.add_node(supervisor)
 
@@ -238,7 +238,11 @@ def _clock_offset_ns() -> int:
 
 def _domain(spec: RunSpec) -> AbstractContextManager[int | None]:
     """Reserve a domain; a managing system of another process must know it beforehand, by ROS_DOMAIN_ID."""
-    return nullcontext() if spec.manager == EXTERNAL else live_middleware(spec.middleware).free_domain_id()
+    return (
+        nullcontext()
+        if spec.manager == EXTERNAL
+        else live_middleware(spec.settings.middleware).free_domain_id()
+    )
 
 
 def _readiness(spec: RunSpec, watch: _Watch, system: LiveSystem) -> Callable[[], bool]:
@@ -268,7 +272,7 @@ def _conduct(
     look: Callable[[], None],
 ) -> None:
     """Let the experiment happen; call `look` often, which may end it by an error."""
-    timing = spec.timing
+    timing = spec.settings.timing
 
     def wait(predicate: Callable[[], bool], seconds: float) -> bool:
         def looked_after() -> bool:
@@ -278,13 +282,13 @@ def _conduct(
 
         return system.spin_until(looked_after, seconds)
 
-    limit = timing.bring_up_limit_s / min(1.0, spec.speed)
+    limit = timing.bring_up_limit_s / min(1.0, spec.settings.speed)
     if not wait(lambda: supervisor.phase is not Phase.BRING_UP or not supervisor.missing, limit):
         raise absent(spec, limit, supervisor.missing, observer.commands, disturbed=system.is_disturbed())
     patience = math.inf if spec.manager == EXTERNAL else limit  # who waits for another process waits long
     if not wait(lambda: supervisor.phase is not Phase.BRING_UP, patience):
         raise SunsetError(f"The computer is too slow: nothing was observed of the system within {limit:g} s.")
-    planned = (timing.warm_up_s + timing.duration_s) / spec.speed
+    planned = (timing.warm_up_s + timing.duration_s) / spec.settings.speed
     if not wait(lambda: supervisor.phase is Phase.OVER or supervisor.ended, planned + _PATIENCE_S):
         raise SunsetError(
             f"The experiment did not end in time: {planned + _PATIENCE_S:g} s after its begin it is still in its phase "
@@ -292,4 +296,4 @@ def _conduct(
         )
     check_injection(supervisor.injection_problem, observer)
     # what left the bag before the end is still on its way through the pipeline
-    wait(lambda: False, 0.5 / spec.speed)
+    wait(lambda: False, 0.5 / spec.settings.speed)

@@ -11,7 +11,7 @@ Parameters = dict[str, bool | int | float | str]
 
 def node_parameters(spec: RunSpec, resources: Resources) -> dict[str, Parameters]:
     """Return node → parameter → value, of those that differ from their defaults, on any middleware."""
-    timing, card = spec.timing, resources.model.card
+    timing, card = spec.settings.timing, resources.model.card
     frames = len(resources.bag)
     starts = frames - timing.frames + 1 if frames >= timing.frames else frames
     start = generator(spec.seed, "flight", "start")
@@ -22,7 +22,7 @@ def node_parameters(spec: RunSpec, resources: Resources) -> dict[str, Parameters
         "bag_player": {
             "start_frame": int(start.integers(0, starts)),
             "frames": timing.frames,
-            "loop": spec.loop,
+            "loop": spec.settings.loop,
             "rate": 1 / timing.period_s,
             "phase": float(start.uniform(0, timing.period_s)),
         },

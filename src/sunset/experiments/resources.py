@@ -49,7 +49,7 @@ def find_resources(spec: RunSpec, *, progress: Callable[[int, int], None] | None
         DataError: there is no such bag, it is corrupt, or too short.
         OutputError: the cache folder cannot be written.
     """
-    model = load_model(spec.model)
+    model = load_model(spec.settings.model)
     if missing := missing_networks(model):
         raise ModelError(
             f"The model {model.card.name!r} cannot fly without {missing}, since the sensor fusion switches "
@@ -58,20 +58,21 @@ def find_resources(spec: RunSpec, *, progress: Callable[[int, int], None] | None
     if model.card.sharpness_threshold <= 0:
         raise ModelError(
             f"The model {model.card.name!r} has no thresholds yet, without which nobody sees F4 and F5: "
-            f"'sunset models calibrate {spec.model}' gives it some."
+            f"'sunset models calibrate {spec.settings.model}' gives it some."
         )
-    path = spec.bag if spec.bag is not None else _default_flight(progress)
+    path = spec.settings.bag if spec.settings.bag is not None else _default_flight(progress)
     bag, checksum = _reader(path, (model.card.height, model.card.width))
-    if len(bag) < spec.timing.frames and not spec.loop:
+    timing = spec.settings.timing
+    if len(bag) < timing.frames and not spec.settings.loop:
         dropped = sum(bag.dropped.values())
         lacking = f" ({dropped} images have no partner)" if dropped else ""
         raise DataError(
-            f"The bag {bag.path} holds {len(bag)} frames{lacking}; an experiment needs {spec.timing.frames} "
-            f"({spec.timing.warm_up_s:g} s of warm-up and {spec.timing.duration_s:g} s that are measured): take a "
+            f"The bag {bag.path} holds {len(bag)} frames{lacking}; an experiment needs {timing.frames} "
+            f"({timing.warm_up_s:g} s of warm-up and {timing.duration_s:g} s that are measured): take a "
             "longer one, a shorter --duration, or --loop."
         )
-    cache = _inference_cache(cache_folder()) if spec.cache else None
-    segmenter = Segmenter(model, device=spec.device, cache=cache)
+    cache = _inference_cache(cache_folder()) if spec.settings.cache else None
+    segmenter = Segmenter(model, device=spec.settings.device, cache=cache)
     frame = bag.frame(0)
     for modality in Modality:  # what is wrong with a network is found before the sensor fusion turns to it
         segmenter.segment(modality, frame.rgb, frame.depth)
@@ -89,11 +90,11 @@ def own_cache(resources: Resources, spec: RunSpec, flown: str) -> Resources:
         spec: what is run.
         flown: the checksum of the managing system's files.
     """
-    if not spec.cache or spec.manager in MANAGERS:
+    if not spec.settings.cache or spec.manager in MANAGERS:
         return resources
     folder = cache_folder()
     cache = InferenceCache(folder / f"inference-{flown[:16]}.sqlite", base=_inference_cache(folder))
-    return replace(resources, segmenter=Segmenter(resources.model, device=spec.device, cache=cache))
+    return replace(resources, segmenter=Segmenter(resources.model, device=spec.settings.device, cache=cache))
 
 
 def missing_networks(model: Model) -> str:

@@ -1,15 +1,15 @@
 """One experiment: from its specification to its record and its metrics."""
 
 import platform
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
 
 import onnxruntime
+from msgspec import UNSET, UnsetType
 
 from sunset import __version__
 from sunset.errors import ManagerError
@@ -17,66 +17,16 @@ from sunset.experiments.manager import isolate, manager_checksum
 from sunset.experiments.observer import Observer
 from sunset.experiments.resources import Resources, find_resources, own_cache
 from sunset.experiments.simulated import fly
-from sunset.experiments.spec import RunSpec, Timing
+from sunset.experiments.spec import RunSpec
 from sunset.isolation import Watch
 from sunset.managing import checksum, load_manager, manager_sources
 from sunset.metrics import RunMetrics, Timeline, score
 from sunset.perception import ModelCard
-from sunset.recording import RecordWriter, read_run, read_timeline
+from sunset.recording import RecordWriter, RunRecord, StoredFault, StoredRun, read_stored_run
 from sunset.rmw.backends import live_middleware
 from sunset.system import current_system
 
-__all__ = ["RunResult", "prepare", "record", "record_failure", "run", "versions"]
-
-
-@dataclass(frozen=True)
-class RunResult:
-    """A finished experiment.
-
-    Attributes:
-        spec: what was run.
-        folder: where its record is.
-        described: what `run.json` holds.
-        timeline: what was observed.
-        score: the metrics.
-    """
-
-    spec: RunSpec
-    folder: Path
-    described: dict[str, Any]
-    timeline: Timeline
-    score: RunMetrics
-
-    @property
-    def digest(self) -> str:
-        """SHA-256 of the record's messages, in hexadecimal."""
-        return str(self.described["digest"])
-
-    @property
-    def valid(self) -> bool:
-        """Whether the run counts; if not, `reason` says why."""
-        return bool(self.described["valid"])
-
-    @property
-    def reason(self) -> str:
-        """Why the run does not count; empty where it does."""
-        return str(self.described["reason"])
-
-    def summary(self) -> dict[str, Any]:
-        """Return what `sunset run --json` prints."""
-        keys = (
-            "scenario",
-            "manager",
-            "manager_failed",
-            "seed",
-            "model",
-            "middleware",
-            "digest",
-            "metrics",
-            "valid",
-            "reason",
-        )
-        return {key: self.described[key] for key in keys}
+__all__ = ["prepare", "record", "record_failure", "run", "versions"]
 
 
 def prepare(spec: RunSpec, *, progress: Callable[[int, int], None] | None = None) -> Resources:
@@ -88,7 +38,7 @@ def prepare(spec: RunSpec, *, progress: Callable[[int, int], None] | None = None
     return find_resources(spec, progress=progress)
 
 
-def run(spec: RunSpec, folder: Path, *, log: bool = False) -> RunResult:
+def run(spec: RunSpec, folder: Path, *, log: bool = False) -> StoredRun:
     """Fly one experiment, write its record to a new folder, and score it.
 
     The folder appears when the run is complete, under its final name; what is measured is read from the
@@ -107,8 +57,7 @@ def run(spec: RunSpec, folder: Path, *, log: bool = False) -> RunResult:
         OutputError: the record cannot be written.
     """
     record(spec, folder, log=log)
-    timeline = read_timeline(folder)
-    return RunResult(spec, folder, read_run(folder), timeline, score(timeline))
+    return read_stored_run(folder)
 
 
 def record(spec: RunSpec, folder: Path, *, log: bool = False, known: str | None = None) -> None:
@@ -121,24 +70,19 @@ def record(spec: RunSpec, folder: Path, *, log: bool = False, known: str | None 
     spec.load_extensions()
     resources = find_resources(spec)
     with RecordWriter(folder) as writer:
-        fly = _fly_live if spec.live else _fly_simulated
+        fly = _fly_live if spec.settings.live else _fly_simulated
         flown = fly(spec, resources, writer, log=log, known=known)
         timeline = writer.timeline(
             thresholds=_thresholds(resources.model.card),
-            duration_s=spec.timing.duration_s,
-            period_s=spec.timing.period_s,
-            expected_frames=spec.timing.expected_frames,
+            duration_s=spec.settings.timing.duration_s,
+            period_s=spec.settings.timing.period_s,
+            expected_frames=spec.settings.timing.expected_frames,
         )
         reasons = [*flown.violations, *filter(None, [flown.shortfall(timeline)])]
-        described = _describe(spec, resources) | {
-            "manager_checksum": flown.manager_checksum,
-            "manager_failed": None,
-            "start_ns": flown.start_ns,
-            "metrics": score(timeline).to_json(),
-            "valid": not reasons,
-            "reason": "; ".join(reasons),
-        }
-        writer.close(described)
+        outcome = _Outcome(
+            flown.manager_checksum, score(timeline).to_json(), "; ".join(reasons), flown.start_ns
+        )
+        writer.close(_describe(spec, resources, outcome))
 
 
 def record_failure(spec: RunSpec, folder: Path, *, manager_checksum: str, reason: str) -> None:
@@ -148,16 +92,10 @@ def record_failure(spec: RunSpec, folder: Path, *, manager_checksum: str, reason
         OutputError: it cannot be written.
     """
     with RecordWriter(folder) as writer:
-        writer.close(
-            _describe(spec, find_resources(spec))
-            | {
-                "manager_checksum": manager_checksum,
-                "manager_failed": reason,
-                "metrics": dict.fromkeys(RunMetrics.names()),
-                "valid": False,
-                "reason": reason.rstrip("."),
-            }
+        outcome = _Outcome(
+            manager_checksum, dict.fromkeys(RunMetrics.names()), reason.rstrip("."), failed=reason
         )
+        writer.close(_describe(spec, find_resources(spec), outcome))
 
 
 @dataclass(frozen=True)
@@ -190,7 +128,7 @@ def _fly_simulated(
         return {"start_ns": start_ns, "violations": list(observer.violations), "manager_checksum": flown}
 
     what = f"failed in {spec.scenario.name}, seed {spec.seed}"
-    told = isolate(spec.manager, what, fly_isolated, limit_s=spec.manager_limit_s)
+    told = isolate(spec.manager, what, fly_isolated, limit_s=spec.settings.manager_limit_s)
     writer.load()
     return _Flown(int(told["start_ns"]), tuple(told["violations"]), str(told["manager_checksum"]))
 
@@ -202,14 +140,14 @@ def _fly_live(
 
     frames = live_flight.FrameCount()
     observer = Observer(writer)
-    now = partial(manager_checksum, spec.manager, limit_s=spec.manager_limit_s)
+    now = partial(manager_checksum, spec.manager, limit_s=spec.settings.manager_limit_s)
     with _unchanged(spec.manager, now, known) as flown:
         start_ns = live_flight.fly(spec, resources, observer, frames, log=log)
     return _Flown(
         start_ns,
         tuple(observer.violations),
         flown,
-        lambda timeline: frames.shortfall(start_ns, timeline, spec.timing),
+        lambda timeline: frames.shortfall(start_ns, timeline, spec.settings.timing),
     )
 
 
@@ -233,37 +171,6 @@ def _check_same(manager: str, found: str, flown: str) -> None:
         )
 
 
-def _describe(spec: RunSpec, resources: Resources) -> dict[str, Any]:
-    """Return the full specification of a run, as it is stored with its result: no paths, no wall clock."""
-    timing, card = spec.timing, resources.model.card
-    return {
-        "scenario": spec.scenario.name,
-        "faults": [{"name": fault.name, "value": fault.value} for fault in spec.scenario.faults],
-        "suite": spec.suite,
-        "manager": spec.manager_name,
-        **({"manager_spec": spec.manager} if spec.label else {}),
-        "seed": spec.seed,
-        "model": card.name,
-        "model_checksums": {str(modality): network.digest for modality, network in card.networks.items()},
-        "device": resources.segmenter.device,
-        "middleware": spec.middleware,
-        "bag_frames": len(resources.bag),
-        "bag_checksum": resources.bag_checksum,
-        "bag_looped": spec.loop,
-        "bag_size": list(resources.bag.recorded_size),
-        "bag_dropped": sum(resources.bag.dropped.values()),
-        "frame_size": list(resources.bag.size),
-        **(_live_time(spec) if spec.live else _modelled_time(timing)),
-        "warm_up_s": timing.warm_up_s,
-        "duration_s": timing.duration_s,
-        "period_s": timing.period_s,
-        "expected_frames": timing.expected_frames,
-        **_thresholds(card),
-        **({"extensions": {one.name: one.checksum for one in spec.extensions}} if spec.extensions else {}),
-        "versions": versions(),
-    }
-
-
 def _thresholds(card: ModelCard) -> dict[str, float]:
     """Return the thresholds of the model's card, by name; the checksums of extensions stand for theirs."""
     signals = current_system().signals.values()
@@ -272,16 +179,65 @@ def _thresholds(card: ModelCard) -> dict[str, float]:
     }
 
 
-def _modelled_time(timing: Timing) -> dict[str, Any]:
-    return {
-        "compute_s": dict(current_system().compute_s),
-        "jitter": timing.jitter,
-        "latency_s": timing.latency_s,
-    }
+@dataclass(frozen=True)
+class _Outcome:
+    """What came out of a run.
+
+    Attributes:
+        manager_checksum: of the managing system's files.
+        metrics: the figures by name.
+        reason: why the run does not count; empty if it does.
+        start_ns: the time of the injection, nanoseconds of the experiment's clock.
+        failed: why the managing system failed, if it did.
+    """
+
+    manager_checksum: str
+    metrics: Mapping[str, float | None]
+    reason: str
+    start_ns: int | UnsetType = UNSET
+    failed: str | None = None
 
 
-def _live_time(spec: RunSpec) -> dict[str, Any]:
-    return {"speed": spec.speed, **live_middleware(spec.middleware).versions()}
+def _describe(spec: RunSpec, resources: Resources, outcome: _Outcome) -> RunRecord:
+    """Return the full specification of a run with its result, as it is stored: no paths, no wall clock."""
+    settings, card, bag = spec.settings, resources.model.card, resources.bag
+    timing = settings.timing
+    return RunRecord(
+        scenario=spec.scenario.name,
+        faults=[StoredFault(fault.name, fault.value) for fault in spec.scenario.faults],
+        suite=spec.suite,
+        manager=spec.manager_name,
+        manager_spec=spec.manager if spec.label else UNSET,
+        manager_checksum=outcome.manager_checksum,
+        manager_failed=outcome.failed,
+        seed=spec.seed,
+        model=card.name,
+        model_checksums={str(modality): network.digest for modality, network in card.networks.items()},
+        device=resources.segmenter.device,
+        middleware=settings.middleware,
+        bag_frames=len(bag),
+        bag_checksum=resources.bag_checksum,
+        bag_looped=settings.loop,
+        bag_size=list(bag.recorded_size),
+        bag_dropped=sum(bag.dropped.values()),
+        frame_size=list(bag.size),
+        compute_s=UNSET if settings.live else dict(current_system().compute_s),
+        jitter=UNSET if settings.live else timing.jitter,
+        latency_s=UNSET if settings.live else timing.latency_s,
+        speed=settings.speed if settings.live else UNSET,
+        warm_up_s=timing.warm_up_s,
+        duration_s=timing.duration_s,
+        period_s=timing.period_s,
+        expected_frames=timing.expected_frames,
+        entropy_threshold=card.entropy_threshold,
+        sharpness_threshold=card.sharpness_threshold,
+        extensions={one.name: one.checksum for one in spec.extensions} or UNSET,
+        versions=versions() | (live_middleware(settings.middleware).versions() if settings.live else {}),
+        start_ns=outcome.start_ns,
+        metrics=outcome.metrics,
+        valid=not outcome.reason,
+        reason=outcome.reason,
+    )
 
 
 def versions() -> dict[str, str]:

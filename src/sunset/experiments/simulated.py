@@ -115,7 +115,7 @@ def fly(
         ManagerError: the managing system raised.
         SunsetError: the system did not come up, or the scenario could not be injected.
     """
-    timing, system = spec.timing, current_system()
+    timing, system = spec.settings.timing, current_system()
     simulation = Simulation(
         seed=spec.seed, compute=system.compute_s, jitter=timing.jitter, latency_s=timing.latency_s
     )
@@ -162,11 +162,11 @@ def _launch_ns(seed: int, process: str) -> int:
 
 def _conduct(simulation: Simulation, supervisor: Supervisor, spec: RunSpec, observer: Observer) -> int:
     """Let the experiment happen; return the time of the injection."""
-    limit_s = spec.timing.bring_up_limit_s
+    limit_s = spec.settings.timing.bring_up_limit_s
     simulation.run_while(lambda: supervisor.phase is Phase.BRING_UP, round(limit_s * _S))
     if supervisor.phase is Phase.BRING_UP:
         raise absent(spec, limit_s, supervisor.missing, observer.commands)
-    duration_ns = round((spec.timing.warm_up_s + spec.timing.duration_s) * _S)
+    duration_ns = round((spec.settings.timing.warm_up_s + spec.settings.timing.duration_s) * _S)
     simulation.run_while(lambda: supervisor.phase is not Phase.OVER, simulation.now + duration_ns + _S)
     if supervisor.start_ns is None or supervisor.phase is not Phase.OVER:
         raise SunsetError(

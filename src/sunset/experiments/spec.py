@@ -3,16 +3,19 @@
 from dataclasses import dataclass, field
 from math import isclose
 from pathlib import Path
-from typing import Final
+from typing import Annotated, Final
+
+from msgspec import Meta
 
 from sunset.errors import InvalidInputError
 from sunset.managing import split_label
 from sunset.rmw.backends import BACKENDS, LIVE, SIMULATED
 from sunset.scenarios import Scenario, suite_of
+from sunset.schemas import check_fields
 from sunset.seeding import check_seed
 from sunset.system import DURATION_S, PERIOD_S, LoadedExtension, load_extension, loaded_extensions
 
-__all__ = ["DEFAULT_SCENARIO", "EXTERNAL", "MIDDLEWARES", "RunSpec", "Timing"]
+__all__ = ["DEFAULT_SCENARIO", "EXTERNAL", "MIDDLEWARES", "RunSpec", "Settings", "Timing"]
 
 EXTERNAL: Final = "external"
 """The managing system's name where it is another process on the graph, which somebody else starts."""
@@ -35,23 +38,24 @@ class Timing:
 
     duration_s: float = DURATION_S
     """How long is measured, from the injection on."""
-    warm_up_s: float = 3.0
+    warm_up_s: Annotated[float, Meta(ge=0, le=3600)] = 3.0
     """Healthy operation before the injection; not counted."""
-    period_s: float = PERIOD_S
+    period_s: Annotated[float, Meta(gt=0, le=10)] = PERIOD_S
     """Time between two frames of the bag."""
-    latency_s: float = 0.0005
+    latency_s: Annotated[float, Meta(ge=0, le=10)] = 0.0005
     """Time that a message or a service request is on its way."""
-    jitter: float = 0.1
+    jitter: Annotated[float, Meta(ge=0, lt=1)] = 0.1
     """Relative half-width of the uniform jitter of the compute times, in [0, 1)."""
-    bring_up_limit_s: float = 60.0
+    bring_up_limit_s: Annotated[float, Meta(gt=0, le=3600)] = 60.0
     """How long all nodes may take until they are active."""
 
     def __post_init__(self) -> None:
         """Check how long is measured.
 
         Raises:
-            InvalidInputError: it is out of range, or no whole number of frames.
+            InvalidInputError: it is out of range, or no whole number of frames; or another value is out of range.
         """
+        check_fields(self)
         shortest, longest = _DURATIONS_S
         whole = shortest <= self.duration_s <= longest and isclose(
             self.duration_s, self.expected_frames * self.period_s
@@ -79,6 +83,51 @@ class Timing:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Settings:
+    """How an experiment is flown, whatever its scenario and whoever manages it."""
+
+    model: Annotated[str, Meta(min_length=1)] = "lite"
+    """A shipped model's name, or the folder of one's own."""
+    bag: Path | None = None
+    """A rosbag2 folder or file; the default flight if it is None."""
+    loop: bool = False
+    """Whether a bag that is too short begins again at its first frame after its last."""
+    timing: Timing = field(default_factory=Timing)
+    device: str = "cpu"
+    """What networks run on: `cpu`, `cuda` or `auto`. Records of different devices may differ."""
+    cache: bool = True
+    """Whether results of inference are looked up and kept in the user's cache folder."""
+    manager_limit_s: Annotated[
+        float, Meta(gt=0, le=_LONGEST_LIMIT_S, title="managing system's time limit [s]")
+    ] = 30.0
+    """Wall time that one callback of the managing system may take before the run is given up; in the simulation."""
+    middleware: str = SIMULATED
+    """One of `BACKENDS`."""
+    speed: Annotated[float, Meta(ge=0.01, le=100, title="rate of a live run")] = 1.0
+    """Seconds of `/clock` in a second; live."""
+
+    def __post_init__(self) -> None:
+        """Check what can be checked without loading anything.
+
+        Raises:
+            InvalidInputError: a value is of another type or out of range, or two contradict each other.
+        """
+        check_fields(self)
+        if self.middleware not in MIDDLEWARES:
+            known = " or ".join(MIDDLEWARES)
+            raise InvalidInputError(f"The middleware must be {known}, got {self.middleware!r}.")
+        if self.speed != 1 and not self.live:
+            raise InvalidInputError(
+                f"The rate is one of live runs, --middleware {LIVE}; simulated ones are as fast as can be."
+            )
+
+    @property
+    def live(self) -> bool:
+        """Whether nodes are processes of the operating system, and time is real."""
+        return BACKENDS[self.middleware].load is not None
+
+
+@dataclass(frozen=True, kw_only=True)
 class RunSpec:
     """One experiment: who manages what, under which faults, from which seed.
 
@@ -93,23 +142,7 @@ class RunSpec:
     With `LABEL=` before it, the label is kept in `label`.
     """
     seed: int = 1
-    model: str = "lite"
-    """A shipped model's name, or the folder of one's own."""
-    bag: Path | None = None
-    """A rosbag2 folder or file; the default flight if it is None."""
-    loop: bool = False
-    """Whether a bag that is too short begins again at its first frame after its last."""
-    timing: Timing = field(default_factory=Timing)
-    device: str = "cpu"
-    """What networks run on: `cpu`, `cuda` or `auto`. Records of different devices may differ."""
-    cache: bool = True
-    """Whether results of inference are looked up and kept in the user's cache folder."""
-    manager_limit_s: float = 30.0
-    """Wall time that one callback of the managing system may take before the run is given up; in the simulation."""
-    middleware: str = SIMULATED
-    """One of `BACKENDS`."""
-    speed: float = 1.0
-    """Seconds of `/clock` in a second; live."""
+    settings: Settings = field(default_factory=Settings)
     label: str = ""
     """The managing system's name in tables, records and campaigns, if that is not `manager`."""
     extensions: tuple[LoadedExtension, ...] = field(default_factory=loaded_extensions)
@@ -119,28 +152,15 @@ class RunSpec:
         """Check what can be checked without loading anything.
 
         Raises:
-            InvalidInputError: a value is out of range, or two contradict each other.
+            InvalidInputError: a value is of another type or out of range, or two contradict each other.
             ManagerError: the managing system's label is none.
         """
         check_seed(self.seed)
+        check_fields(self)
         label, manager = split_label(self.manager)
         object.__setattr__(self, "label", label or self.label)
         object.__setattr__(self, "manager", manager)
-        if not 0 < self.manager_limit_s <= _LONGEST_LIMIT_S:
-            raise InvalidInputError(
-                f"The managing system's time limit must be over 0 s and at most {_LONGEST_LIMIT_S:,} s, got "
-                f"{self.manager_limit_s} s."
-            )
-        if self.middleware not in MIDDLEWARES:
-            known = " or ".join(MIDDLEWARES)
-            raise InvalidInputError(f"The middleware must be {known}, got {self.middleware!r}.")
-        if not 0.01 <= self.speed <= 100:  # noqa: PLR2004  the bag player's limits
-            raise InvalidInputError(f"The rate of a live run must be from 0.01 to 100, got {self.speed}.")
-        if self.speed != 1 and not self.live:
-            raise InvalidInputError(
-                f"The rate is one of live runs, --middleware {LIVE}; simulated ones are as fast as can be."
-            )
-        if self.manager == EXTERNAL and not self.live:
+        if self.manager == EXTERNAL and not self.settings.live:
             raise InvalidInputError(
                 f"A managing system of another process can manage a live run only: --middleware {LIVE}."
             )
@@ -163,8 +183,3 @@ class RunSpec:
     def suite(self) -> str:
         """The suite that the scenario is of; empty for a scenario of one's own."""
         return suite_of(self.scenario)
-
-    @property
-    def live(self) -> bool:
-        """Whether nodes are processes of the operating system, and time is real."""
-        return BACKENDS[self.middleware].load is not None

@@ -2,8 +2,10 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
+from typing import Annotated, Final
 
 import numpy as np
+from msgspec import Meta
 
 from sunset.metrics.adaptations import ExecutedAdaptation, executed_adaptations, unnecessary_redeploys
 from sunset.metrics.confusion import accumulated_iou
@@ -13,6 +15,12 @@ from sunset.metrics.timeline import Timeline
 from sunset.system import RESULT_TOPIC
 
 __all__ = ["RunMetrics", "score"]
+
+_MOST: Final = 10**6
+"""No figure of a run is larger; twelve days, of those that are times."""
+_Share = Annotated[float, Meta(ge=0, le=1)]
+_Amount = Annotated[float, Meta(ge=0, le=_MOST)]
+_Count = Annotated[int, Meta(ge=0, le=_MOST)]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -40,22 +48,22 @@ class RunMetrics:
         executed: the adaptations, in order of time.
     """
 
-    f_resolved_per_adaptation: float | None
-    t_react_s: float | None
-    t_detect_s: float | None
-    t_decide_s: float | None
-    t_repair_s: float | None
-    redeploys_unnecessary: int
-    t_down_s: float
-    availability: float
-    iou: float | None
-    iou_all: float
-    miou: float | None
-    episodes: int
-    episodes_resolved: int
-    episodes_unresolved: int
-    episodes_subsided: int
-    adaptations: int
+    f_resolved_per_adaptation: _Amount | None
+    t_react_s: _Amount | None
+    t_detect_s: _Amount | None
+    t_decide_s: Annotated[float, Meta(ge=-_MOST, le=_MOST)] | None
+    t_repair_s: _Amount | None
+    redeploys_unnecessary: _Count
+    t_down_s: _Amount
+    availability: _Share
+    iou: _Share | None
+    iou_all: _Share
+    miou: _Share | None
+    episodes: _Count
+    episodes_resolved: _Count
+    episodes_unresolved: _Count
+    episodes_subsided: _Count
+    adaptations: _Count
     failures: tuple[Episode, ...] = ()
     executed: tuple[ExecutedAdaptation, ...] = ()
 

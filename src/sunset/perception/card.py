@@ -11,10 +11,10 @@ import msgspec
 from msgspec import Meta
 
 from sunset.classes import CLASSES
-from sunset.documents import convert, read_json
 from sunset.errors import InvalidInputError, ModelError
 from sunset.perception.card_text import card_text
 from sunset.perception.modality import Modality
+from sunset.schemas import convert, read_json
 
 __all__ = ["CARD_FORMAT", "CARD_NAME", "MAX_SIDE", "ModelCard", "NetworkCard", "check_name"]
 

@@ -5,32 +5,41 @@ open, `run.json` says what was run and what came out. It appears under its name 
 runs of the same specification leave the same bytes.
 """
 
-from sunset.recording.reader import read_messages, read_run, read_timeline
-from sunset.recording.run_file import (
-    check_entries,
-    check_entry,
-    check_number,
+from sunset.recording.reader import read_messages, read_timeline
+from sunset.recording.schema import (
+    PLAN_FILE,
+    PLAN_VERSION,
+    RECORD_VERSION,
+    RUN_FILE,
+    CampaignPlan,
+    RunRecord,
+    StoredFault,
     differing_figures,
+    read_plan,
+    read_run,
     stored_figures,
 )
 from sunset.recording.stored import LogLine, StoredRun, read_log, read_stored_run
 from sunset.recording.timelines import timeline
-from sunset.recording.values import RECORD_VERSION, RUN_FILE, RecordedMessage
+from sunset.recording.values import RecordedMessage
 from sunset.recording.writer import RecordWriter
 
 __all__ = [
+    "PLAN_FILE",
+    "PLAN_VERSION",
     "RECORD_VERSION",
     "RUN_FILE",
+    "CampaignPlan",
     "LogLine",
     "RecordWriter",
     "RecordedMessage",
+    "RunRecord",
+    "StoredFault",
     "StoredRun",
-    "check_entries",
-    "check_entry",
-    "check_number",
     "differing_figures",
     "read_log",
     "read_messages",
+    "read_plan",
     "read_run",
     "read_stored_run",
     "read_timeline",

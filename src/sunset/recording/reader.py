@@ -1,52 +1,17 @@
-"""Reading the record of a run."""
+"""Reading the messages of a record."""
 
-import json
-import reprlib
 from collections.abc import Collection, Mapping
 from pathlib import Path
-from typing import Any, Final
 
 from sunset.errors import RecordError
-from sunset.input_files import read_text
 from sunset.metrics import Timeline
 from sunset.recording._bag import read_bag
-from sunset.recording.run_file import check_number
+from sunset.recording.schema import RUN_FILE, read_run
 from sunset.recording.timelines import measured_topics, timeline
-from sunset.recording.values import RECORD_VERSION, RUN_FILE, RecordedMessage, digest_of
-from sunset.system import current_system, loaded_extensions
-from sunset.texts import printable_json
+from sunset.recording.values import RecordedMessage, digest_of
+from sunset.system import loaded_extensions
 
-__all__ = ["read_messages", "read_run", "read_timeline"]
-
-_TIMELINE_KEYS: Final = (
-    "duration_s",
-    "expected_frames",
-    "period_s",
-)
-
-
-def read_run(folder: Path) -> dict[str, Any]:
-    """Return what `run.json` of a record says.
-
-    Raises:
-        RecordError: the folder is no complete record, `run.json` is damaged, or of another version.
-    """
-    file = Path(folder) / RUN_FILE
-    try:
-        run = printable_json(json.loads(read_text(file)))
-    except FileNotFoundError as error:
-        raise RecordError(f"{folder} is no complete record: {RUN_FILE} is missing.") from error
-    except OSError as error:
-        raise RecordError(f"The file {file} cannot be read: {error.strerror}.") from error
-    except (RecursionError, ValueError) as error:
-        raise RecordError(f"The file {file} is damaged: {error}.") from error
-    version = run.get("record_version") if isinstance(run, dict) else None
-    if version != RECORD_VERSION:
-        raise RecordError(
-            f"The record {folder} is of version {reprlib.repr(version)}, expected {RECORD_VERSION}; "
-            "read it with the SUNSET that wrote it, or run it again."
-        )
-    return dict(run)
+__all__ = ["read_messages", "read_timeline"]
 
 
 def read_messages(folder: Path, topics: Collection[str] | None = None) -> tuple[RecordedMessage, ...]:
@@ -60,7 +25,7 @@ def read_messages(folder: Path, topics: Collection[str] | None = None) -> tuple[
         RecordError: the record is missing, incomplete, damaged, or of another version.
     """
     folder = Path(folder)
-    expected = read_run(folder).get("digest")
+    expected = read_run(folder).digest
     payloads = list(read_bag(folder))
     found = digest_of(payloads)
     if found != expected:
@@ -99,16 +64,14 @@ def read_timeline(folder: Path) -> Timeline:
     """Return what the metrics look at, from a record.
 
     Raises:
-        RecordError: as `read_messages`; `run.json` lacks a key, or as `timeline`.
+        RecordError: as `read_messages` or `timeline`.
     """
     run = read_run(folder)
-    for key in _TIMELINE_KEYS:
-        check_number(run, key, Path(folder) / RUN_FILE)
-    check_extensions(run.get("extensions", {}), folder)
-    signals = current_system().signals.values()
-    calibrated = [signal.threshold_name for signal in signals if signal.calibrated]
-    for key in calibrated:
-        check_number(run, key, Path(folder) / RUN_FILE)
-    thresholds = {key: run[key] for key in calibrated}
-    messages = read_messages(folder, measured_topics())
-    return timeline(messages, thresholds=thresholds, **{key: run[key] for key in _TIMELINE_KEYS})
+    check_extensions(run.extensions or {}, folder)
+    return timeline(
+        read_messages(folder, measured_topics()),
+        thresholds=run.thresholds,
+        duration_s=run.duration_s,
+        period_s=run.period_s,
+        expected_frames=run.expected_frames,
+    )

@@ -7,10 +7,9 @@ from typing import Final
 from sunset.errors import RecordError
 from sunset.interfaces.rcl_interfaces.msg import Log
 from sunset.metrics import RunMetrics, Timeline, score
-from sunset.recording.reader import read_messages, read_run, read_timeline
-from sunset.recording.run_file import check_entries, check_entry, differing_figures, stored_figures
+from sunset.recording.reader import read_messages, read_timeline
+from sunset.recording.schema import RUN_FILE, RunRecord, differing_figures, read_run, stored_figures
 from sunset.recording.timelines import LOG_TOPIC, content_of, start_of
-from sunset.recording.values import RUN_FILE
 from sunset.texts import shorten
 
 __all__ = ["LogLine", "StoredRun", "read_log", "read_stored_run"]
@@ -47,63 +46,74 @@ class StoredRun:
     """A run, as its record tells it.
 
     Attributes:
-        scenario: the scenario's name.
-        faults: the names of its faults, in its order.
-        manager: the managing system's name.
-        seed: of the run.
-        model: the segmentation's model.
-        valid: whether the run counts.
-        reason: why it does not; empty if it does.
+        folder: the record's.
+        record: what was run.
         timeline: what was observed.
         score: the metrics, computed from that.
         log: what all nodes logged, in order of time.
         differing: the names of the metrics that are stored otherwise than they were computed.
     """
 
-    scenario: str
-    faults: tuple[str, ...]
-    manager: str
-    seed: int
-    model: str
-    valid: bool
-    reason: str
+    folder: Path
+    record: RunRecord
     timeline: Timeline
     score: RunMetrics
     log: tuple[LogLine, ...]
     differing: tuple[str, ...] = ()
+
+    @property
+    def digest(self) -> str:
+        """SHA-256 of the record's messages, in hexadecimal."""
+        return self.record.digest
+
+    @property
+    def valid(self) -> bool:
+        """Whether the run counts; if not, `reason` says why."""
+        return self.record.valid
+
+    @property
+    def reason(self) -> str:
+        """Why the run does not count; empty where it does."""
+        return self.record.reason
+
+    def summary(self) -> dict[str, object]:
+        """Return what `sunset run --json` prints."""
+        run = self.record
+        return {
+            "scenario": run.scenario,
+            "manager": run.manager,
+            "manager_failed": run.manager_failed,
+            "seed": run.seed,
+            "model": run.model,
+            "middleware": run.middleware,
+            "digest": run.digest,
+            "metrics": self.score.to_json(),
+            "valid": run.valid,
+            "reason": run.reason,
+        }
 
 
 def read_stored_run(folder: Path) -> StoredRun:
     """Return what the record of a run tells.
 
     Raises:
-        RecordError: as `read_timeline`; `run.json` lacks something, or has a metric that no run can have; or there
-            is nothing to tell, because the managing system failed.
+        RecordError: as `read_timeline`; `run.json` has a metric that no run can have; or there is nothing to tell,
+            because the managing system failed.
     """
-    run, where = read_run(folder), folder / RUN_FILE
-    if failed := run.get("manager_failed"):
+    run = read_run(folder)
+    if run.manager_failed is not None:
         raise RecordError(
-            f"The run in {folder} has no time line, since its managing system failed: {shorten(str(failed))}"
+            f"The run in {folder} has no time line, since its managing system failed: {shorten(run.manager_failed)}"
         )
-    try:
-        faults = tuple(str(fault["name"]) for fault in check_entry(run, "faults", list, where))
-    except (KeyError, TypeError) as error:
-        raise RecordError(f"Each of the faults in {where} must have a name.") from error
-    entries = check_entries(run, where)
     timeline = read_timeline(folder)
     figures = score(timeline)
     return StoredRun(
-        scenario=entries["scenario"],
-        faults=faults,
-        manager=entries["manager"],
-        seed=entries["seed"],
-        model=entries["model"],
-        valid=entries["valid"],
-        reason=entries["reason"],
+        folder=folder,
+        record=run,
         timeline=timeline,
         score=figures,
         log=read_log(folder),
-        differing=differing_figures(stored_figures(run, where), figures.to_json()),
+        differing=differing_figures(stored_figures(run, folder / RUN_FILE), figures.to_json()),
     )
 
 

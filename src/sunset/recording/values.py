@@ -3,18 +3,11 @@
 import hashlib
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Final
 
 from sunset.errors import InterfaceError, RecordError
 from sunset.interfaces import Message, deserialize, get_message
 
-__all__ = ["RECORD_VERSION", "RUN_FILE", "Payload", "RecordedMessage", "digest_of"]
-
-RECORD_VERSION: Final = 1
-"""The version of the layout of records; it changes when an older reader would misread a newer record."""
-
-RUN_FILE: Final = "run.json"
-"""The file of a run's folder that is there only when the run is complete."""
+__all__ = ["Payload", "RecordedMessage", "digest_of"]
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,21 +1,24 @@
 """Writing the record of a run."""
 
-import json
 import os
 import shutil
 from collections.abc import Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, Final, Self
+from typing import TYPE_CHECKING, Final, Self
+
+import msgspec
 
 from sunset.errors import OutputError, RecordError
 from sunset.interfaces import Message, serialize, type_name
 from sunset.metrics import Timeline
 from sunset.recording._bag import read_bag, write_bag
 from sunset.recording._images import ImageDigester
+from sunset.recording.schema import RUN_FILE, RunRecord
 from sunset.recording.timelines import measured_topics, timeline
-from sunset.recording.values import RECORD_VERSION, RUN_FILE, Payload, digest_of
+from sunset.recording.values import Payload, digest_of
+from sunset.schemas import document_text
 from sunset.system import DURATION_S, PERIOD_S
 
 if TYPE_CHECKING:
@@ -43,7 +46,7 @@ class RecordWriter:
 
         with RecordWriter(Path("out/run-1")) as writer:
             writer.write("/diagnostics", time_ns, message)
-            writer.close({"scenario": "nofault", "seed": 1})
+            writer.close(run)
     """
 
     def __init__(self, folder: Path) -> None:
@@ -128,11 +131,11 @@ class RecordWriter:
         self._payloads = list(read_bag(self._partial))
         self._stored = True
 
-    def close(self, run: Mapping[str, Any]) -> None:
+    def close(self, run: RunRecord) -> None:
         """Write the record and give it its final name.
 
         Args:
-            run: what was run and what came out, as JSON values; `digest` and `record_version` are added.
+            run: what was run and what came out; its `digest` is set here.
 
         Raises:
             RecordError: `run` has a value that JSON does not know, such as NaN, or the record is closed.
@@ -140,8 +143,10 @@ class RecordWriter:
         """
         if self._closed:
             raise RecordError(f"The record {self._folder} is closed already.")
-        payloads = self._in_order()
-        text = _canonical({**run, "digest": digest_of(payloads), "record_version": RECORD_VERSION})
+        try:
+            text = document_text(msgspec.structs.replace(run, digest=self.digest))
+        except (TypeError, ValueError) as error:
+            raise RecordError(f"{RUN_FILE} cannot hold what the run left: {error}.") from error
         if not self._stored:
             self.store()
         with _translated(self._folder):
@@ -204,13 +209,6 @@ def _take_folder(folder: Path) -> int:
         except FileNotFoundError:
             pass
         os.close(lock)  # it was renamed or removed meanwhile
-
-
-def _canonical(run: Mapping[str, Any]) -> str:
-    try:
-        return json.dumps(run, sort_keys=True, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
-    except (TypeError, ValueError) as error:
-        raise RecordError(f"{RUN_FILE} cannot hold what the run left: {error}.") from error
 
 
 @contextmanager

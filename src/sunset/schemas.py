@@ -1,7 +1,8 @@
-"""Stored documents: JSON files whose schema is a class. One reader, one writer, one sentence for what does not fit.
+"""Values that must fit a class: files of JSON, and what is passed from Python. One sentence for what does not fit.
 
 A schema is a dataclass or a `msgspec.Struct`. Ranges stand in its annotations, as in
-`Annotated[int, Meta(ge=1, le=4096)]`; what ranges cannot say is said in words, as in `Meta(description=...)`.
+`Annotated[int, Meta(ge=1, le=4096)]`; what ranges cannot say is said in words, as in `Meta(description=...)`. Where a
+field's name is not what messages should call it, `Meta(title=...)` says that.
 """
 
 import json
@@ -15,11 +16,11 @@ from typing import Annotated, Final, Literal, TypeVar, Union, get_args, get_orig
 import msgspec
 from msgspec.inspect import DataclassType, Field, StructType, type_info
 
-from sunset.errors import InvalidInputError
+from sunset.errors import InvalidInputError, SunsetError
 from sunset.input_files import read_text
 from sunset.texts import printable_json
 
-__all__ = ["convert", "document_text", "fields_of", "read_json"]
+__all__ = ["check_fields", "convert", "document_text", "fields_of", "read_json"]
 
 _T = TypeVar("_T")
 
@@ -31,18 +32,20 @@ _PLAIN: Final = {
     NoneType: "null",
     list: "a list",
     tuple: "a list",
+    Path: "a path",
 }
-"""How a type is called in a sentence; whatever else there is is an object."""
+"""How a type is called in a sentence; every other one is an object."""
 _MISSING: Final = object()
 
 
-def read_json(file: Path, what: str, error: type[InvalidInputError]) -> object:
+def read_json(file: Path, what: str, error: type[InvalidInputError], *, missing: str = "") -> object:
     """Return the content of a JSON file, with every text in it made printable.
 
     Args:
         file: it is read from.
         what: it is called in messages: `The file`, `The model card`.
         error: is raised.
+        missing: the sentence where there is no such file.
 
     Raises:
         InvalidInputError: of the class `error`: the file is missing, cannot be read, or is not JSON, as NaN is not.
@@ -52,7 +55,7 @@ def read_json(file: Path, what: str, error: type[InvalidInputError]) -> object:
         json.dumps(content, ensure_ascii=False, allow_nan=False).encode()  # as it could be written again
         return printable_json(content)
     except FileNotFoundError as cause:
-        raise error(f"{what} {file} is missing.") from cause
+        raise error(missing or f"{what} {file} is missing.") from cause
     except OSError as cause:
         raise error(f"{what} {file} cannot be read: {cause.strerror}.") from cause
     except (RecursionError, ValueError) as cause:
@@ -90,6 +93,18 @@ def convert(
         raise error(f"{subject} must be {_described(expected)}, got {got}; {remedy}.") from cause
 
 
+def check_fields(instance: object, error: type[SunsetError] = InvalidInputError) -> None:
+    """Check that the fields of a dataclass have the types and ranges that its annotations give.
+
+    Raises:
+        SunsetError: of the class `error`: one has not; the sentence says which, what was expected and what it got.
+    """
+    for name, kind in fields_of(type(instance)).items():
+        value = getattr(instance, name)
+        if not _fits(value, kind):
+            raise error(f"The {_title(kind) or name} must be {_described(kind)}, got {reprlib.repr(value)}.")
+
+
 def document_text(document: object) -> str:
     """Return a value of a schema as JSON with sorted keys: the same value gives the same text.
 
@@ -101,7 +116,7 @@ def document_text(document: object) -> str:
     return json.dumps(plain, sort_keys=True, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
 
-def fields_of(kind: type) -> dict[str, object]:
+def fields_of(kind: type) -> dict[str, type]:
     """Return the annotations of a schema's fields by name, ranges included."""
     return get_type_hints(kind, include_extras=True)
 
@@ -162,14 +177,22 @@ def _described(kind: object) -> str:
         return " or ".join(_described(one) for one in arguments if one is not msgspec.UnsetType)
     if origin is Literal:
         return " or ".join(repr(one) for one in arguments)
-    return next((words for known, words in _PLAIN.items() if (origin or kind) is known), "an object")
+    return next((words for known, words in _PLAIN.items() if known in (origin, kind)), "an object")
+
+
+def _title(kind: object) -> str:
+    """Return what messages call a field of this type; empty if that is its name."""
+    remarks = get_args(kind)[1:] if get_origin(kind) is Annotated else ()
+    return next((remark.title for remark in remarks if isinstance(remark, msgspec.Meta) and remark.title), "")
 
 
 def _range(limits: msgspec.Meta) -> str:
-    match limits.ge, limits.gt, limits.le:
-        case None, None, None:
+    match limits.ge, limits.gt, limits.le, limits.lt:
+        case None, None, None, None:
             return ""
-        case None, low, high:
+        case low, None, None, high:
+            return f" from {low:g} to below {high:g}"
+        case None, low, high, _:
             return f" above {low:g} and at most {high:g}"
-        case low, _, high:
+        case low, _, high, _:
             return f" from {low:g} to {high:g}"

@@ -1,0 +1,266 @@
+"""What `run.json` and `bench.json` hold: the schema of a stored run and of a campaign's plan.
+
+The version of a schema changes when an older reader would misread a newer file. What was added since is optional.
+"""
+
+import math
+import reprlib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Final
+
+import msgspec
+from msgspec import UNSET, Meta, UnsetType
+
+from sunset.errors import RecordError
+from sunset.metrics import RunMetrics
+from sunset.schemas import convert, fields_of, read_json
+
+__all__ = [
+    "PLAN_FILE",
+    "PLAN_VERSION",
+    "RECORD_VERSION",
+    "RUN_FILE",
+    "CampaignPlan",
+    "RunRecord",
+    "StoredFault",
+    "differing_figures",
+    "read_plan",
+    "read_run",
+    "stored_figures",
+]
+
+RECORD_VERSION: Final = 1
+"""The version of the layout of records."""
+PLAN_VERSION: Final = 1
+"""The version of the layout of campaigns' folders; the first one did not say which it is."""
+
+RUN_FILE: Final = "run.json"
+"""The file of a run's folder that is there only when the run is complete."""
+PLAN_FILE: Final = "bench.json"
+"""The file of a campaign's folder that says what is flown in it."""
+
+_MOST: Final = 10**6
+"""No number of a run is larger; twelve days, of those that are times."""
+_Positive = Annotated[float, Meta(gt=0, le=_MOST)]
+
+
+class StoredFault(msgspec.Struct, frozen=True):
+    """A fault of a scenario, and its strength; True where it has none."""
+
+    name: str
+    value: bool | int | float | str | None = None
+
+
+class RunRecord(msgspec.Struct, frozen=True, kw_only=True):
+    """What `run.json` says: what was run, with what, and what came out.
+
+    Attributes:
+        scenario: the scenario's name.
+        faults: the scenario's.
+        suite: the suite that it was flown for; empty for a scenario of one's own.
+        manager: the managing system's name.
+        manager_spec: what it was loaded as, where that is not its name.
+        manager_checksum: of the files that it is written in; empty if it has none.
+        manager_failed: why the managing system failed, so that there is no message and no figure; None if it did not.
+        seed: of the run.
+        model: the segmentation's model.
+        model_checksums: of its networks.
+        device: what networks ran on.
+        middleware: the back end of the middleware.
+        bag_frames: how many frames the bag has.
+        bag_checksum: of the bag's files.
+        bag_looped: whether it began anew where it ended.
+        bag_size: height and width of the recorded images, in pixels.
+        bag_dropped: how many images have no partner.
+        frame_size: height and width of what the networks take, in pixels.
+        compute_s: the modelled compute time of each node [s]; in the simulation.
+        jitter: the relative half-width of their jitter; in the simulation.
+        latency_s: how long a message is on its way [s]; in the simulation.
+        speed: seconds of `/clock` in a second; live.
+        warm_up_s: healthy operation before the injection [s].
+        duration_s: how long is measured [s].
+        period_s: the time between two frames [s].
+        expected_frames: how many frames are measured if none is lost.
+        entropy_threshold: F4 holds above it.
+        sharpness_threshold: F5 holds below it.
+        extensions: of the system's description: name → checksum; where there are any.
+        versions: of everything that the record's bytes may depend on.
+        start_ns: when faults were injected, in nanoseconds of the experiment's clock.
+        metrics: the figures by name; `stored_figures` checks them.
+        valid: whether the run counts.
+        reason: why it does not; empty if it does.
+        digest: SHA-256 of the messages; the record's writer sets it.
+        record_version: of this schema.
+    """
+
+    scenario: str
+    faults: list[StoredFault]
+    suite: str
+    manager: str
+    manager_spec: str | UnsetType = UNSET
+    manager_checksum: str = ""
+    manager_failed: str | None = None
+    seed: int
+    model: str
+    model_checksums: dict[str, str]
+    device: str = "cpu"
+    middleware: str
+    bag_frames: int | UnsetType = UNSET
+    bag_checksum: str = ""
+    bag_looped: bool = False
+    bag_size: list[int] | UnsetType = UNSET
+    bag_dropped: int | UnsetType = UNSET
+    frame_size: list[int] | UnsetType = UNSET
+    compute_s: dict[str, float] | UnsetType = UNSET
+    jitter: float | UnsetType = UNSET
+    latency_s: float | UnsetType = UNSET
+    speed: float | UnsetType = UNSET
+    warm_up_s: float | UnsetType = UNSET
+    duration_s: _Positive
+    period_s: _Positive
+    expected_frames: Annotated[int, Meta(gt=0, le=_MOST)]
+    entropy_threshold: _Positive
+    sharpness_threshold: _Positive
+    extensions: dict[str, str] | UnsetType = UNSET
+    versions: dict[str, str] = {}
+    start_ns: int | UnsetType = UNSET
+    metrics: Mapping[str, object]
+    valid: bool
+    reason: str
+    digest: str = ""
+    record_version: int = RECORD_VERSION
+
+    @property
+    def thresholds(self) -> dict[str, float]:
+        """The thresholds of the model's signals, by name."""
+        return {
+            "entropy_threshold": self.entropy_threshold,
+            "sharpness_threshold": self.sharpness_threshold,
+        }
+
+
+_Figures = msgspec.defstruct(
+    "_Figures", [(name, fields_of(RunMetrics)[name] | None) for name in RunMetrics.names()]
+)
+
+
+def read_run(folder: Path) -> RunRecord:
+    """Return what `run.json` of a record says.
+
+    Raises:
+        RecordError: the folder is no complete record, `run.json` is damaged, lacks something, has something else in its
+            place, or is of another version.
+    """
+    file = Path(folder) / RUN_FILE
+    missing = f"{folder} is no complete record: {RUN_FILE} is missing."
+    content = read_json(file, "The file", RecordError, missing=missing)
+    version = content.get("record_version") if isinstance(content, dict) else None
+    if version != RECORD_VERSION:
+        raise _version_error(f"The record {folder}", version, RECORD_VERSION, "run it again")
+    return convert(content, RunRecord, str(file), RecordError, remedy="restore the file, or run it again")
+
+
+def stored_figures(run: RunRecord, file: Path) -> dict[str, float | None]:
+    """Return the figures that the `run.json` of a run gives.
+
+    Raises:
+        RecordError: one is missing, or is none that a run can have.
+    """
+    figures = convert(
+        run.metrics,
+        _Figures,
+        str(file),
+        RecordError,
+        remedy="run it again, or use --recompute",
+        path=("metrics",),
+    )
+    return msgspec.structs.asdict(figures)
+
+
+def differing_figures(stored: Mapping[str, object], computed: Mapping[str, float | None]) -> tuple[str, ...]:
+    """Return the names of the figures that are stored otherwise than they were computed from the messages."""
+    return tuple(
+        name for name, value in computed.items() if name in stored and not _same(stored[name], value)
+    )
+
+
+def _same(one: object, other: object) -> bool:
+    """Return whether two figures are equal, but for the last digits that another computer may give."""
+    if isinstance(one, float) and isinstance(other, float):
+        return math.isclose(one, other, rel_tol=1e-9, abs_tol=1e-9)
+    return one == other
+
+
+class CampaignPlan(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
+    """What `bench.json` says: whatever a campaign's results may depend on, by name and by content.
+
+    Attributes:
+        plan_version: of this schema.
+        suite: the suite's name or folder.
+        scenarios: those of it that are flown; all if there is none.
+        scenarios_checksum: of all scenarios that are flown.
+        references: whether the paper's two reference rows are flown too.
+        managers: the managing systems.
+        manager_checksums: of the files that they are written in, by name.
+        repetitions: of every scenario.
+        seed: of the first repetition.
+        runs: how many there are in all.
+        model: the segmentation's model.
+        model_checksum: of its card.
+        bag: the bag's path; None for the default flight.
+        bag_checksum: of its files.
+        loop: whether it begins anew where it ends.
+        device: what networks run on.
+        timing: the clockwork of the experiments, by name.
+        middleware: the back end of the middleware.
+        speed: seconds of `/clock` in a second; live.
+        versions: of everything that a record's bytes may depend on.
+        extensions: of the system's description: name → checksum.
+    """
+
+    plan_version: int
+    suite: str
+    scenarios: tuple[str, ...] = ()
+    scenarios_checksum: str
+    references: bool = True
+    managers: tuple[str, ...]
+    manager_checksums: dict[str, str]
+    repetitions: int
+    seed: int
+    runs: int
+    model: str
+    model_checksum: str
+    bag: str | None
+    bag_checksum: str
+    loop: bool = False
+    device: str
+    timing: dict[str, float]
+    middleware: str = "sim"
+    speed: float = 1.0
+    versions: dict[str, str]
+    extensions: dict[str, str] = {}
+
+
+def read_plan(folder: Path) -> CampaignPlan:
+    """Return what `bench.json` of a campaign's folder says.
+
+    Raises:
+        RecordError: it is missing, damaged, lacks something, has something else in its place, or is of another version.
+    """
+    file = folder / PLAN_FILE
+    content = read_json(file, "The campaign's plan", RecordError)
+    if isinstance(content, dict):
+        content.setdefault("plan_version", 1)
+        if content["plan_version"] != PLAN_VERSION:
+            raise _version_error(
+                f"The campaign in {folder}", content["plan_version"], PLAN_VERSION, "name a new folder"
+            )
+    return convert(content, CampaignPlan, str(file), RecordError, remedy="restore it, or name a new folder")
+
+
+def _version_error(what: str, version: object, expected: int, remedy: str) -> RecordError:
+    return RecordError(
+        f"{what} is of version {reprlib.repr(version)}, expected {expected}; read it with the SUNSET that wrote it, or "
+        f"{remedy}."
+    )

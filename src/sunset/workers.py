@@ -5,6 +5,7 @@ import os
 import signal
 import sys
 import threading
+import warnings
 from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
@@ -27,25 +28,33 @@ def check_jobs(jobs: int | None) -> None:
     """Make sure that a number of worker processes, None for any, is one.
 
     Raises:
-        InvalidInputError: it is less than 1.
+        InvalidInputError: it is less than 1, or no whole number.
     """
-    if jobs is not None and jobs < 1:
-        raise InvalidInputError(f"There must be at least 1 job, got {jobs}.")
+    if jobs is not None and (not isinstance(jobs, int) or jobs < 1):
+        raise InvalidInputError(f"There must be at least 1 job, got {jobs!r}.")
 
 
 @contextmanager
-def worker_pool(jobs: int) -> Iterator[ProcessPoolExecutor]:
+def worker_pool(jobs: int, *, forked: bool = False) -> Iterator[ProcessPoolExecutor]:
     """Give worker processes, which end with the context: at once if it ends with an exception.
 
     They also end when this process does, however it does. They leave interrupts to it, and print to stderr.
+
+    Args:
+        jobs: how many there are.
+        forked: whether they have what this process has defined, instead of importing what they need.
 
     Raises:
         SunsetError: a worker process was killed.
     """
     others = multiprocessing.active_children()
-    pool = ProcessPoolExecutor(jobs, mp_context=multiprocessing.get_context("spawn"), initializer=_set_up)
+    context = multiprocessing.get_context("fork" if forked else "spawn")
+    pool = ProcessPoolExecutor(jobs, mp_context=context, initializer=_set_up)
     try:
-        yield pool
+        with warnings.catch_warnings():
+            if forked:  # of Python from 3.12 on; the other threads that there may be are not needed there
+                warnings.simplefilter("ignore", DeprecationWarning)
+            yield pool
     except BaseException as error:
         # nobody waits for results that are not wanted any more
         for worker in multiprocessing.active_children():

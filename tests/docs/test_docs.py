@@ -31,9 +31,9 @@ def test_the_managing_system_of_a_page_focuses_the_camera(page: str, flight: Pat
 
     result = run(spec, tmp_path / "run")
 
-    (episode,) = [episode for episode in result.score.failures if episode.failure == "F5"]
+    (episode,) = [episode for episode in result.metrics.failures if episode.failure == "F5"]
     assert episode.resolved
-    assert {str(adaptation) for adaptation in result.score.executed} == {
+    assert {str(adaptation) for adaptation in result.metrics.executed} == {
         "set camera.perform_autofocus to true"
     }
 

@@ -179,8 +179,6 @@ from pathlib import Path
 
 from sunset.managing import NoAdaptation
 
-SHORT = Settings(timing=Timing(duration_s=2.0))
-
 
 class Mine(NoAdaptation):
     def on_start(self):

@@ -53,7 +53,7 @@ def is_cured(result: StoredRun, healthy_iou: float) -> bool:
     """Whether no symptom is left and the segmentation is about as good as without the fault."""
     return (
         keeps_sending(result)
-        and all(episode.ended is not None for episode in result.score.failures)
+        and all(episode.ended is not None for episode in result.metrics.failures)
         and settled_iou(result) >= 0.85 * healthy_iou
     )
 

@@ -49,10 +49,10 @@ def content(folder: Path) -> dict[str, bytes]:
 def test_without_a_fault_nothing_happens(tmp_path: Path) -> None:
     result = fly(tmp_path / "run", "nofault", "none")
 
-    assert result.score.episodes == 0
-    assert result.score.t_down_s == 0
-    assert result.score.iou is not None
-    assert result.score.iou == pytest.approx(result.score.iou_all)
+    assert result.metrics.episodes == 0
+    assert result.metrics.t_down_s == 0
+    assert result.metrics.iou is not None
+    assert result.metrics.iou == pytest.approx(result.metrics.iou_all)
     assert len(result.timeline.frames.times) >= SHORT.expected_frames
 
 
@@ -66,21 +66,21 @@ def test_the_metrics_are_those_of_the_stored_record(tmp_path: Path) -> None:
 def test_the_baseline_redeploys_what_is_silent_and_recalibrates_what_is_unsure(tmp_path: Path) -> None:
     result = fly(tmp_path / "run", "hardware_disconnect+depth_degradation", timing=Timing())
 
-    assert sorted(str(adaptation) for adaptation in result.score.executed) == [
+    assert sorted(str(adaptation) for adaptation in result.metrics.executed) == [
         "redeploy camera",
         "redeploy segmentation",
         "redeploy sensor_fusion",
         "set sensor_fusion.do_recalibration to true",
     ]
-    assert result.score.redeploys_unnecessary == 2
-    assert result.score.episodes_resolved == 3
+    assert result.metrics.redeploys_unnecessary == 2
+    assert result.metrics.episodes_resolved == 3
 
 
 @pytest.mark.thorough
 @pytest.mark.parametrize("fault", OUTAGES)
 def test_never_repairing_is_worst(fault: str, tmp_path: Path) -> None:
-    idle = fly(tmp_path / "idle", fault, "none").score
-    baseline = fly(tmp_path / "baseline", fault, "baseline").score
+    idle = fly(tmp_path / "idle", fault, "none").metrics
+    baseline = fly(tmp_path / "baseline", fault, "baseline").metrics
 
     assert idle.t_down_s == pytest.approx(SHORT.duration_s, abs=0.2)
     assert idle.t_down_s > baseline.t_down_s + 1
@@ -94,7 +94,7 @@ def test_false_claims_of_success_change_no_metric(tmp_path: Path) -> None:
     claiming = fly(tmp_path / "claiming", scenario, f"{RULE_BREAKERS}:Claimer")
 
     assert claiming.valid
-    assert claiming.score == silent.score
+    assert claiming.metrics == silent.metrics
 
 
 @pytest.mark.thorough
@@ -157,7 +157,7 @@ def test_a_forged_segmentation_does_not_end_the_downtime(tmp_path: Path) -> None
     silent = fly(tmp_path / "silent", "gpu_failure", "none")
     forged = fly(tmp_path / "forged", "gpu_failure", f"{RULE_BREAKERS}:Forger")
 
-    assert forged.score.t_down_s == silent.score.t_down_s
+    assert forged.metrics.t_down_s == silent.metrics.t_down_s
 
 
 @pytest.mark.parametrize("fault", FAULTS)
@@ -268,7 +268,7 @@ def test_a_bag_that_is_too_short_is_looped_where_that_is_asked_for(short_bag: Pa
 
     assert content(tmp_path / "1") == content(tmp_path / "2")
     assert read_run(tmp_path / "1").bag_looped is True
-    assert first.score.t_down_s == 0
+    assert first.metrics.t_down_s == 0
     truths: list[Any] = [one.message for one in read_messages(tmp_path / "1", ["/gt_segmentation"])]
     stamps = [truth.header.stamp.sec * 10**9 + truth.header.stamp.nanosec for truth in truths]
     assert np.diff(stamps).tolist() == [10**8] * 39
@@ -282,7 +282,7 @@ def test_looping_changes_nothing_where_the_bag_is_long_enough(tmp_path: Path) ->
 
     topics = ["/gt_segmentation", "/managed_subsystem/segmentation", "/seg_metrics"]
     assert read_messages(tmp_path / "once", topics) == read_messages(tmp_path / "looped", topics)
-    assert once.score == looped.score
+    assert once.metrics == looped.metrics
 
 
 def test_a_managing_system_that_keeps_faults_from_being_injected_makes_its_run_invalid(

@@ -66,7 +66,7 @@ def test_a_run_is_what_its_record_tells(record: Path) -> None:
     assert (about.scenario, faults) == ("rain", [("gpu_failure", None), ("image_shift", 300)])
     assert (about.manager, about.seed, about.model) == ("mine", 4, "lite")
     assert (run.valid, run.reason, run.log) == (False, "it looked", ())
-    assert run.score == score(read_timeline(record))
+    assert run.metrics == score(read_timeline(record))
     assert [injection.fault for injection in run.timeline.injections] == ["hardware_disconnect"]
 
 
@@ -94,7 +94,7 @@ def test_metrics_that_no_run_can_have_are_refused_and_edited_ones_are_named(reco
     ):
         read_stored_run(described(record, metrics=metrics | {"iou": 7}))
     run = read_stored_run(described(record, metrics=metrics | {"adaptations": 99}))
-    assert (run.differing, run.score) == (("adaptations",), score(read_timeline(record)))
+    assert (run.differing, run.metrics) == (("adaptations",), score(read_timeline(record)))
 
 
 @pytest.mark.parametrize(

@@ -65,7 +65,7 @@ def print_story(folder: Path) -> None:
     console.print_table(table)
     console.print()
     figures = Table(box=None, padding=(0, 1), show_header=False)
-    for name, value, remark in _figures(result.score):
+    for name, value, remark in _figures(result.metrics):
         figures.add_row(name, Text(value, style="bold"), Text(remark, style="dim"))
     console.print_table(figures)
     if result.differing:
@@ -121,7 +121,7 @@ def _events(result: StoredRun) -> Iterator[_Event]:
     system = current_system()
     for injection in result.timeline.injections:
         yield injection.time, "fault", f"{injection.fault}: {system.fault(injection.fault).description}"
-    for episode in result.score.failures:
+    for episode in result.metrics.failures:
         symptom = f"{episode.failure} {_cause(episode)}{system.failures[episode.failure].symptom}"
         # a time line of the experiment has no time before 0 for what began before
         since = ", since before the injection" if episode.holds == 0 else ""
@@ -132,13 +132,13 @@ def _events(result: StoredRun) -> Iterator[_Event]:
                 "cured",
                 f"{episode.failure} {system.failures[episode.failure].gone}{_resolution(episode)}",
             )
-    for adaptation in result.score.executed:
+    for adaptation in result.metrics.executed:
         yield adaptation.time, "adaptation", str(adaptation)
     loggers = {node.strip("/").replace("/", ".") for node in system.all_nodes}
     for line in result.log:
         if line.logger not in loggers:
             yield line.time, "log", str(line)
-    yield result.timeline.duration_s, "end", _ending(result.score)
+    yield result.timeline.duration_s, "end", _ending(result.metrics)
 
 
 def _cause(episode: Episode) -> str:

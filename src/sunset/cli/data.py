@@ -4,26 +4,22 @@ import argparse
 import json
 import re
 import sys
-from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
-import numpy as np
-
-from sunset.classes import CLASS_OF_CARLA_ID, CLASSES
 from sunset.cli._parser import Actions, at_least_one
 from sunset.cli._progress import BUILDING, progress_bar, rendering_progress, stages_progress
 from sunset.data import (
-    DEPTH_RANGE_M,
     FRAME_SIZE,
     TIMES,
     WEATHERS,
-    BagReader,
+    BagStatistics,
     FlightPlan,
     Frame,
     PictureFolder,
     SynDroneFlight,
+    bag_statistics,
     default_flight,
     find_pictures,
     find_syndrone,
@@ -33,7 +29,6 @@ from sunset.data import (
     survey_syndrone,
     write_bag,
 )
-from sunset.data.pixels import FAR
 from sunset.errors import InvalidInputError
 from sunset.texts import printable
 
@@ -265,79 +260,42 @@ def info(arguments: argparse.Namespace) -> int:
         contents, text = _syndrone(path)
     else:
         with read_bag(path) as reader, progress_bar("Looking") as progress:
-            contents = _bag(reader, progress)
-        text = _bag_text(contents)
+            statistics = bag_statistics(reader, progress=progress)
+        contents, text = statistics.to_json(), _bag_text(statistics)
     print(json.dumps(contents, sort_keys=True) if arguments.json else printable(text))
     return 0
 
 
-def _syndrone(root: Path) -> tuple[dict[str, Any], str]:
-    flights: list[dict[str, Any]] = [
-        {"town": town, "weather": weather, "height_m": height, "images": dict(counts)}
-        for (town, weather, height), counts in survey_syndrone(root).items()
-    ]
-    lines = [f"{root}\n  town  weather          height     rgb  depth  semantic"]
-    for flight in flights:
-        counts = flight["images"]
+def _syndrone(root: Path) -> tuple[dict[str, object], str]:
+    flights, lines = [], [f"{root}\n  town  weather          height     rgb  depth  semantic"]
+    for (town, weather, height), counts in survey_syndrone(root).items():
+        flights.append({"town": town, "weather": weather, "height_m": height, "images": dict(counts)})
         lines.append(
-            f"  {flight['town']:6}{flight['weather']:16}{flight['height_m']:4} m"
-            f"{counts['rgb']:10}{counts['depth']:7}{counts['semantic']:10}"
+            f"  {town:6}{weather:16}{height:4} m{counts['rgb']:10}{counts['depth']:7}{counts['semantic']:10}"
         )
     return {"syndrone": str(root), "flights": flights}, "\n".join(lines)
-
-
-def _bag(reader: BagReader, progress: Any) -> dict[str, Any]:
-    """Return what a bag holds, as it is printed in JSON."""
-    pixels, nearest, furthest, far = np.zeros(256, dtype=np.int64), FAR, 0, 0
-    for index in range(len(reader)):
-        frame = reader.frame(index)
-        pixels += np.bincount(CLASS_OF_CARLA_ID[frame.labels].ravel(), minlength=256)
-        near = frame.depth[frame.depth < FAR]
-        far += frame.depth.size - near.size
-        if near.size:
-            nearest, furthest = min(nearest, int(near.min())), max(furthest, int(near.max()))
-        progress(index + 1, len(reader))
-    height, width = reader.size
-    total = len(reader) * height * width
-    stamps = reader.stamps_ns
-    seconds = (stamps[-1] - stamps[0]) / 1e9
-    shares = Counter({name: int(pixels[number]) / total for number, name in enumerate(CLASSES)})
-    return {
-        "bag": str(reader.path),
-        "frames": len(reader),
-        "width": width,
-        "height": height,
-        "seconds": seconds,
-        "rate_hz": (len(stamps) - 1) / seconds if seconds else None,
-        "topics": {
-            topic: {"type": kind, "messages": count} for topic, (kind, count) in reader.topics.items()
-        },
-        "encodings": dict(reader.encodings),
-        "dropped": dict(reader.dropped),
-        "classes": {name: share for name, share in shares.most_common() if share},
-        "ignored": int(pixels[len(CLASSES) :].sum()) / total,
-        "depth_m": [nearest * DEPTH_RANGE_M / FAR, furthest * DEPTH_RANGE_M / FAR],
-        "depth_far": far / total,
-    }
 
 
 def _dropped(counts: Mapping[str, int]) -> str:
     return ", ".join(f"{count} on {topic}" for topic, count in counts.items())
 
 
-def _bag_text(contents: dict[str, Any]) -> str:
+def _bag_text(contents: BagStatistics) -> str:
     """Return the contents of a bag as text."""
-    rate = f" at {contents['rate_hz']:.4g} Hz" if contents["rate_hz"] else ""
-    size = f"{contents['width']} x {contents['height']} pixels"
-    lines = [contents["bag"], f"{contents['frames']} frames of {size} over {contents['seconds']:.1f} s{rate}"]
-    for topic, recorded in contents["topics"].items():
-        encoding = f", {contents['encodings'][topic]}" if topic in contents["encodings"] else ""
-        lines.append(f"  {topic}: {recorded['messages']} x {recorded['type']}{encoding}")
-    if any(contents["dropped"].values()):
-        lines.append(f"images without a frame: {_dropped(contents['dropped'])}")
-    near, far = contents["depth_m"]
+    rate = f" at {contents.rate_hz:.4g} Hz" if contents.rate_hz else ""
+    height, width = contents.size
+    lines = [
+        f"{contents.path}",
+        f"{contents.frames} frames of {width} x {height} pixels over {contents.seconds:.1f} s{rate}",
+    ]
+    for topic, (kind, count) in contents.topics.items():
+        encoding = f", {contents.encodings[topic]}" if topic in contents.encodings else ""
+        lines.append(f"  {topic}: {count} x {kind}{encoding}")
+    if any(contents.dropped.values()):
+        lines.append(f"images without a frame: {_dropped(contents.dropped)}")
+    near, far = contents.depth_m
     lines.append(
-        f"depth from {near:.1f} to {far:.1f} m; {contents['depth_far']:.1%} is further away or not known"
+        f"depth from {near:.1f} to {far:.1f} m; {contents.depth_far:.1%} is further away or not known"
     )
-    lines += [f"  {name:14}{share:8.3%}" for name, share in contents["classes"].items()]
-    return "\n".join([*lines, f"  {'(no class)':14}{contents['ignored']:8.3%}"])
+    lines += [f"  {name:14}{share:8.3%}" for name, share in contents.classes.items()]
+    return "\n".join([*lines, f"  {'(no class)':14}{contents.ignored:8.3%}"])

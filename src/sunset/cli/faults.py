@@ -3,16 +3,15 @@
 import argparse
 import json
 import sys
-import tempfile
 from pathlib import Path
 from typing import Any
 
+from sunset.api.catalogue import draw_fault_figure
 from sunset.cli._columns import print_columns
 from sunset.cli._options import add_flight_options, flight_settings
 from sunset.cli._progress import progress_bar, rendering_progress
-from sunset.evaluation import check_figure, entropy_figure
-from sunset.experiments import RunSpec, prepare, run
-from sunset.metrics import Samples
+from sunset.evaluation import check_figure
+from sunset.experiments import RunSpec, prepare
 from sunset.scenarios import load_scenario
 from sunset.system import Fault, current_system, get_fault
 
@@ -91,28 +90,15 @@ def show(arguments: argparse.Namespace) -> int:
 
 def draw(arguments: argparse.Namespace) -> int:
     """Run without and with each fault of F4, and draw the figure."""
+    settings = flight_settings(arguments)
     check_figure(arguments.out)
-    names = ["nofault", *(fault.name for fault in current_system().faults.values() if fault.failure == "F4")]
-    series, iou = {}, {}
-    threshold = 0.0
-    with progress_bar("Flying") as progress, tempfile.TemporaryDirectory(prefix="sunset-") as folder:
-        for done, name in enumerate(names):
-            spec = RunSpec(
-                scenario=load_scenario(name),
-                manager="none",
-                seed=arguments.seed,
-                settings=flight_settings(arguments),
-            )
-            if done == 0:
-                with rendering_progress() as rendering:
-                    prepare(spec, progress=rendering)
-            result = run(spec, Path(folder) / name)
-            label = name.replace("nofault", "no fault")
-            series[label] = result.timeline.samples["segmentation_entropy"]
-            iou[label] = Samples(result.timeline.frames.times, result.timeline.frames.iou)
-            threshold = result.timeline.thresholds["entropy_threshold"]
-            progress(done + 1, len(names))
-    entropy_figure(series, threshold, arguments.out, iou=iou)
+    nofault = RunSpec(
+        scenario=load_scenario("nofault"), manager="none", seed=arguments.seed, settings=settings
+    )
+    with rendering_progress() as progress:
+        prepare(nofault, progress=progress)
+    with progress_bar("Flying") as progress:
+        draw_fault_figure(arguments.out, settings, arguments.seed, progress)
     print(f"The figure is in {arguments.out}.", file=sys.stderr)
     return 0
 

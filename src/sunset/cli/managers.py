@@ -2,23 +2,16 @@
 
 import argparse
 import json
-import os
 import sys
-import tempfile
 from contextlib import redirect_stdout
-from pathlib import Path
-from typing import Final
 
 from sunset.cli._options import add_flight_options, flight_settings
 from sunset.cli._progress import progress_bar, rendering_progress
-from sunset.experiments import DEFAULT_SCENARIO, RunSpec, manager_checksum, prepare, run
+from sunset.experiments import DEFAULT_SCENARIO, RunSpec, check_manager, manager_checksum, prepare
 from sunset.managing import MANAGERS
 from sunset.scenarios import load_scenario
-from sunset.workers import worker_pool
 
 __all__ = ["add_arguments", "check", "list_managers"]
-
-_HASH_SEED: Final = "PYTHONHASHSEED"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -67,39 +60,7 @@ def check(arguments: argparse.Namespace) -> int:
     )  # what is wrong with it is said at once
     with rendering_progress() as progress:
         prepare(spec, progress=progress)
-    with (
-        progress_bar("Flying twice") as progress,
-        tempfile.TemporaryDirectory(prefix="sunset-") as folder,
-        redirect_stdout(sys.stderr),
-    ):
-        progress(0, 2)
-        first = _flown(spec, Path(folder) / "first", hash_seed="1", log=True)
-        progress(1, 2)
-        second = _flown(spec, Path(folder) / "second", hash_seed="2", log=False)
-        progress(2, 2)
-    adaptations, _, reason = first
-    print(f"loads            yes: {arguments.manager}")
-    print(f"flies            yes: {adaptations} adaptations in {spec.scenario.name}")
-    print(f"keeps the rules  {f'no: {reason}' if reason else 'yes'}")
-    same = first == second
-    print(f"deterministic    {'yes' if same else 'no: the same seed gave different records'}")
-    return 1 if reason or not same else 0
-
-
-def _flown(spec: RunSpec, folder: Path, *, hash_seed: str, log: bool) -> tuple[int, str, str]:
-    """Fly with an interpreter in which sets of texts have an order of its own; return what is judged."""
-    own = os.environ.get(_HASH_SEED)
-    os.environ[_HASH_SEED] = hash_seed
-    try:
-        with worker_pool(1) as pool:
-            return pool.submit(_fly, spec, folder, log=log).result()
-    finally:
-        del os.environ[_HASH_SEED]
-        if own is not None:
-            os.environ[_HASH_SEED] = own
-
-
-def _fly(spec: RunSpec, folder: Path, *, log: bool) -> tuple[int, str, str]:
-    """Return how many adaptations there were, the record's digest, and why the run does not count, if so."""
-    result = run(spec, folder, log=log)
-    return result.score.adaptations, result.digest, result.reason
+    with progress_bar("Flying twice") as progress, redirect_stdout(sys.stderr):
+        found = check_manager(spec, progress=progress)
+    print(found)
+    return 0 if found.passed else 1

@@ -1,6 +1,7 @@
 """Frames: the town renderer, flights, flight bags (rosbag2) in and out, and the import of SynDrone."""
 
 from sunset.data.bag import TOPICS, BagReader, read_bag, write_bag
+from sunset.data.bag_statistics import BagStatistics, bag_statistics
 from sunset.data.cache import cache_folder, default_flight, flight_bag, kept_bag, render_parallel
 from sunset.data.flight import DEFAULT_FLIGHT, FlightPlan, render_frames
 from sunset.data.frame import DEPTH_RANGE_M, FRAME_SIZE, Frame
@@ -19,11 +20,13 @@ __all__ = [
     "TOPICS",
     "WEATHERS",
     "BagReader",
+    "BagStatistics",
     "FlightPlan",
     "Frame",
     "PictureFolder",
     "SynDroneFlight",
     "TrainingView",
+    "bag_statistics",
     "cache_folder",
     "default_flight",
     "find_pictures",

@@ -4,9 +4,10 @@ from sunset.evaluation.agreement import Agreement, Comparison, LeftOut, Pair, co
 from sunset.evaluation.agreement_report import AGREEMENT_FORMATS, format_agreement
 from sunset.evaluation.estimates import METHOD, Estimate, estimate
 from sunset.evaluation.figures import check_figure, entropy_figure
+from sunset.evaluation.paired import Difference, PairedComparison, compare_managers
 from sunset.evaluation.report import FORMATS, format_report, render_report
 from sunset.evaluation.results import FIGURES, Flight, RunRow, load_results, recompute
-from sunset.evaluation.runs import RUNS_FORMATS, render_runs
+from sunset.evaluation.runs import RUNS_FORMATS, render_runs, run_fields
 from sunset.evaluation.summary import PUBLISHED, PUBLISHED_SOURCE, SystemRow, summarise
 
 __all__ = [
@@ -19,14 +20,17 @@ __all__ = [
     "RUNS_FORMATS",
     "Agreement",
     "Comparison",
+    "Difference",
     "Estimate",
     "Flight",
     "LeftOut",
     "Pair",
+    "PairedComparison",
     "RunRow",
     "SystemRow",
     "check_figure",
     "compare",
+    "compare_managers",
     "entropy_figure",
     "estimate",
     "format_agreement",
@@ -35,5 +39,6 @@ __all__ = [
     "recompute",
     "render_report",
     "render_runs",
+    "run_fields",
     "summarise",
 ]

@@ -9,7 +9,7 @@ from sunset.evaluation.results import FIGURES, RunRow, load_results
 from sunset.texts import csv_text, printable
 from sunset.workers import Progress
 
-__all__ = ["RUNS_FORMATS", "render_runs"]
+__all__ = ["RUNS_FORMATS", "render_runs", "run_fields"]
 
 RUNS_FORMATS: Final = ("csv", "json")
 
@@ -35,7 +35,7 @@ def render_runs(folder: Path, form: str, *, recompute: bool = False, progress: P
         raise InvalidInputError(
             f"The format of a list of runs must be {' or '.join(RUNS_FORMATS)}, got {form!r}; name one with --format."
         )
-    rows = [_row(run, folder) for run in load_results(folder, again=recompute, progress=progress)]
+    rows = [run_fields(run, folder) for run in load_results(folder, again=recompute, progress=progress)]
     if form == "json":
         return json.dumps({"runs": rows}, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
     cells = ([_cell(value) for value in row.values()] for row in rows)
@@ -48,7 +48,8 @@ def _cell(value: object) -> object:
     return json.dumps(value) if isinstance(value, bool) else value
 
 
-def _row(run: RunRow, folder: Path) -> dict[str, object]:
+def run_fields(run: RunRow, folder: Path) -> dict[str, object]:
+    """Return a run's row, column by column; its folder relative to `folder`."""
     return {
         "scenario": run.scenario,
         "suite": run.suite,

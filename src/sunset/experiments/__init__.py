@@ -1,6 +1,7 @@
 """The composition root: (scenario, seed, managing system, middleware) → one record."""
 
 from sunset.experiments.bench import BenchSpec, bench, count_runs, plan, run_folder
+from sunset.experiments.checking import ManagerCheck, check_manager
 from sunset.experiments.manager import manager_checksum
 from sunset.experiments.run import prepare, run
 from sunset.experiments.spec import DEFAULT_SCENARIO, MIDDLEWARES, RunSpec, Settings, Timing
@@ -9,10 +10,12 @@ __all__ = [
     "DEFAULT_SCENARIO",
     "MIDDLEWARES",
     "BenchSpec",
+    "ManagerCheck",
     "RunSpec",
     "Settings",
     "Timing",
     "bench",
+    "check_manager",
     "count_runs",
     "manager_checksum",
     "plan",

@@ -16,10 +16,10 @@ from msgspec.structs import asdict
 from sunset.errors import InvalidInputError, ManagerError, OutputError, RecordError, SunsetError
 from sunset.experiments.files import make_folder, write_text
 from sunset.experiments.manager import manager_checksum
-from sunset.experiments.resources import Resources
+from sunset.experiments.resources import Resources, close_bags
 from sunset.experiments.run import prepare, record, record_failure, versions
 from sunset.experiments.spec import RunSpec, Settings
-from sunset.managing import MANAGERS, split_label
+from sunset.managing import MANAGERS, is_registered, split_label
 from sunset.names import base_name
 from sunset.recording import PLAN_FILE, PLAN_VERSION, RUN_FILE, CampaignPlan, read_plan
 from sunset.scenarios import Scenario, load_suite, suite
@@ -207,7 +207,10 @@ def _run_all(flights: Sequence[tuple[RunSpec, Path, str | None]], jobs: int) -> 
     waiting = iter(flights)
     pending: set[Future[None]] = set()
     finished = 0
-    with worker_pool(jobs) as pool:
+    forked = any(is_registered(spec.manager) for spec, _, _ in flights)
+    if forked:
+        close_bags()
+    with worker_pool(jobs, forked=forked) as pool:
         while True:
             for one in waiting:
                 pending.add(pool.submit(_fly, *one))

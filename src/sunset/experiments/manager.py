@@ -36,6 +36,8 @@ def manager_factory(
         try:
             manager = watch.call(lambda: made(context=context, parameter_overrides=overrides))
             name = manager.get_fully_qualified_name()
+        except ManagerError:
+            raise
         except BaseException as error:
             raise ManagerError(
                 f"The managing system {spec.manager} cannot be made: it raised "
@@ -62,7 +64,7 @@ def manager_checksum(manager: str, *, limit_s: float) -> str:
         def look() -> str:
             made = load_manager(manager)
             check_name(f"/{made.node_name}", manager)
-            return checksum(manager_sources(manager, made))
+            return checksum(manager, manager_sources(manager, made))
 
         return watch.call(look)
 
@@ -187,7 +189,10 @@ def _described(error: BaseException) -> str:
 
 def _place(manager: type[ManagingSystem], error: BaseException) -> str:
     """Return which line of the managing system's file was the last to run: ` (mine.py, line 7, in adapt)`."""
-    source = inspect.getsourcefile(manager)
+    try:
+        source = inspect.getsourcefile(manager)
+    except (OSError, TypeError):  # a class of a notebook
+        source = inspect.getfile(manager.adapt)
     frames = [frame for frame in traceback.extract_tb(error.__traceback__) if frame.filename == source]
     if source is None or not frames:
         return ""

@@ -13,7 +13,7 @@ from sunset.input_files import file_digest
 from sunset.managing import MANAGERS
 from sunset.perception import InferenceCache, Modality, Model, Segmenter, load_model
 
-__all__ = ["Resources", "find_resources", "missing_networks", "own_cache"]
+__all__ = ["Resources", "close_bags", "find_resources", "missing_networks", "own_cache"]
 
 
 @dataclass(frozen=True)
@@ -141,6 +141,11 @@ def _checksum(files: Sequence[Path]) -> str:
     for path in files:
         digest.update(bytes.fromhex(file_digest(path)))
     return digest.hexdigest()
+
+
+def close_bags() -> None:
+    """Close the bags that this process keeps open: processes that it forks would read on at each other's places."""
+    _opened.cache_clear()
 
 
 @cache

@@ -121,7 +121,7 @@ def _fly_simulated(
     def fly_isolated(watch: Watch) -> dict[str, object]:
         made = watch.call(lambda: load_manager(spec.manager))
         sources = watch.call(lambda: manager_sources(spec.manager, made))
-        with _unchanged(spec.manager, lambda: checksum(sources), known) as flown:
+        with _unchanged(spec.manager, lambda: checksum(spec.manager, sources), known) as flown:
             observer = Observer(writer)
             start_ns = fly(spec, own_cache(resources, spec, flown), watch, made, observer, log=log)
         writer.store()

@@ -2,7 +2,15 @@
 
 from sunset.managing.base import ManagingSystem
 from sunset.managing.baseline import Baseline
-from sunset.managing.loading import MANAGERS, checksum, load_manager, manager_sources, split_label
+from sunset.managing.loading import (
+    MANAGERS,
+    checksum,
+    is_registered,
+    load_manager,
+    manager_sources,
+    register_manager,
+    split_label,
+)
 from sunset.managing.none import NoAdaptation
 from sunset.managing.symptoms import FloatOrNaN, Symptoms
 
@@ -14,7 +22,9 @@ __all__ = [
     "NoAdaptation",
     "Symptoms",
     "checksum",
+    "is_registered",
     "load_manager",
     "manager_sources",
+    "register_manager",
     "split_label",
 ]

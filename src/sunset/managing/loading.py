@@ -6,19 +6,28 @@ import importlib.util
 import inspect
 import re
 import sys
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from types import MappingProxyType, ModuleType
-from typing import Final
+from typing import Final, Self, cast
 
 from sunset.errors import ManagerError
 from sunset.managing.base import ManagingSystem
 from sunset.managing.baseline import Baseline
 from sunset.managing.none import NoAdaptation
+from sunset.managing.symptoms import Symptoms
 from sunset.texts import suggestion
 
-__all__ = ["MANAGERS", "checksum", "load_manager", "manager_sources", "split_label"]
+__all__ = [
+    "MANAGERS",
+    "checksum",
+    "is_registered",
+    "load_manager",
+    "manager_sources",
+    "register_manager",
+    "split_label",
+]
 
 MANAGERS: Final[Mapping[str, type[ManagingSystem]]] = MappingProxyType(
     {"none": NoAdaptation, "baseline": Baseline}
@@ -30,6 +39,11 @@ _OURS: Final = frozenset({"sunset", "__main__", "__mp_main__"})
 
 _LABEL: Final = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.+-]{0,39}")
 _RESERVED: Final = frozenset({*MANAGERS, "external"})
+
+_registered: dict[str, type[ManagingSystem]] = {}
+"""Those that were passed as classes, by the names that they are loaded by in this process and in those it forks."""
+_origins: dict[str, Callable[..., ManagingSystem]] = {}
+"""What was passed: the class, or the function that makes one."""
 
 _folders: set[Path] = set()
 """Where files were loaded from."""
@@ -75,8 +89,8 @@ def load_manager(spec: str) -> type[ManagingSystem]:
     >>> load_manager("baseline").__name__
     'Baseline'
     """
-    if spec in MANAGERS:
-        return MANAGERS[spec]
+    if known := MANAGERS.get(spec) or _registered.get(spec):
+        return known
     if not spec.isprintable():
         raise ManagerError(
             f"The managing system {spec!r} has a character in its name that no record can hold."
@@ -94,6 +108,54 @@ def load_manager(spec: str) -> type[ManagingSystem]:
     module = _load_file(Path(where)) if where.endswith(".py") else _load_module(where)
     with _translated(spec):
         return _checked(spec, where, module, name)
+
+
+def register_manager(manager: Callable[..., ManagingSystem]) -> str:
+    """Return the name by which this process, and those that it forks, load a managing system of their own.
+
+    Args:
+        manager: a class, or a function that makes one: it gets the keyword arguments of `ManagingSystem`.
+
+    Raises:
+        ManagerError: it is neither, or no managing system.
+    """
+    if isinstance(manager, ManagingSystem) or not callable(manager):
+        raise ManagerError(
+            "A managing system must be a name, a subclass of ManagingSystem or a function that makes one, got "
+            f"an object of type {type(manager).__name__}: pass the class itself, without parentheses."
+        )
+    function = getattr(manager, "func", manager)  # of a functools.partial
+    name = f"{function.__module__}:{getattr(function, '__qualname__', type(function).__name__)}"
+    made = manager if isinstance(manager, type) else _class_of_factory(name, manager)
+    _registered[name], _origins[name] = _checked_class(name, made), function
+    return name
+
+
+def is_registered(name: str) -> bool:
+    """Return whether a managing system was passed as a class, so that only this process and its forks have it."""
+    return name in _registered
+
+
+def _class_of_factory(name: str, make: Callable[..., ManagingSystem]) -> type[ManagingSystem]:
+    """Return a class of which every instance is what a function makes."""
+
+    class Made(ManagingSystem):
+        __signature__ = inspect.signature(make)
+
+        def __new__(cls, **options: object) -> Self:
+            manager = make(**options)
+            if not isinstance(manager, ManagingSystem):
+                raise ManagerError(
+                    f"{name} must make a managing system, an instance of a subclass of ManagingSystem, got "
+                    f"an object of type {type(manager).__name__}."
+                )
+            return cast("Self", manager)  # Python does not initialise it again, since it is of another class
+
+        def adapt(self, symptoms: Symptoms) -> None:
+            raise NotImplementedError
+
+    Made.__qualname__ = Made.__name__ = name.rpartition(":")[2]
+    return Made
 
 
 @contextmanager
@@ -117,7 +179,16 @@ def manager_sources(spec: str, made: type[ManagingSystem]) -> tuple[Path, ...]:
         made: what `load_manager` returned for it.
     """
     with _translated(spec):
-        return _sources(spec, inspect.getsourcefile(made))
+        return _sources(spec, _source_file(_origins.get(spec, made)))
+
+
+def _source_file(origin: Callable[..., ManagingSystem]) -> str | None:
+    """Return the file that defines something; None where that is a notebook's cell or a console."""
+    try:
+        source = inspect.getsourcefile(origin)
+    except (OSError, TypeError):
+        return None
+    return source if source and Path(source).is_file() else None
 
 
 def _sources(spec: str, source: str | None) -> tuple[Path, ...]:
@@ -135,10 +206,24 @@ def _sources(spec: str, source: str | None) -> tuple[Path, ...]:
     return tuple(sorted(files))
 
 
-def checksum(sources: Iterable[Path]) -> str:
-    """Return the SHA-256 of what stands in a managing system's files now, in hexadecimal; of none, an empty text."""
-    digests = [hashlib.sha256(source.read_bytes()).digest() for source in sources]
-    return hashlib.sha256(b"".join(digests)).hexdigest() if digests else ""
+def checksum(spec: str, sources: Iterable[Path]) -> str:
+    """Return the SHA-256 of what stands in a managing system's files now, in hexadecimal.
+
+    Where there is no file, as for a class of a notebook, it is that of the methods' source if Python still has it; else
+    an empty text.
+    """
+    texts = [source.read_bytes() for source in sources] or _method_texts(_origins.get(spec))
+    return (
+        hashlib.sha256(b"".join(hashlib.sha256(text).digest() for text in texts)).hexdigest() if texts else ""
+    )
+
+
+def _method_texts(origin: Callable[..., ManagingSystem] | None) -> list[bytes]:
+    functions = vars(origin).values() if isinstance(origin, type) else [origin]
+    try:
+        return [inspect.getsource(one).encode() for one in functions if inspect.isfunction(one)]
+    except OSError:
+        return []
 
 
 def _beside(folder: Path) -> list[str]:
@@ -216,6 +301,10 @@ def _checked(spec: str, where: str, module: ModuleType, name: str) -> type[Manag
         ]
         hint = f": {suggestion(name, classes)}name one of {', '.join(classes)}" if classes else ""
         raise ManagerError(f"There is no class {name} in {where}{hint}.")
+    return _checked_class(spec, found)
+
+
+def _checked_class(spec: str, found: object) -> type[ManagingSystem]:
     if not (isinstance(found, type) and issubclass(found, ManagingSystem)):
         raise ManagerError(f"{spec} is no managing system: it must be a subclass of ManagingSystem.")
     if inspect.isabstract(found) or found.adapt is ManagingSystem.adapt:

@@ -2,15 +2,19 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
+from sunset.dataframes import data_frame
 from sunset.errors import RecordError
 from sunset.interfaces.rcl_interfaces.msg import Log
-from sunset.metrics import RunMetrics, Timeline, score
+from sunset.metrics import Episode, ExecutedAdaptation, RunMetrics, Samples, Timeline, score
 from sunset.recording.reader import read_messages, read_timeline
 from sunset.recording.schema import RUN_FILE, RunRecord, differing_figures, read_run, stored_figures
 from sunset.recording.timelines import LOG_TOPIC, content_of, start_of
 from sunset.texts import shorten
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
 
 __all__ = ["LogLine", "StoredRun", "read_log", "read_stored_run"]
 
@@ -49,7 +53,7 @@ class StoredRun:
         folder: the record's.
         record: what was run.
         timeline: what was observed.
-        score: the metrics, computed from that.
+        metrics: the figures, computed from that.
         log: what all nodes logged, in order of time.
         differing: the names of the metrics that are stored otherwise than they were computed.
     """
@@ -57,7 +61,7 @@ class StoredRun:
     folder: Path
     record: RunRecord
     timeline: Timeline
-    score: RunMetrics
+    metrics: RunMetrics
     log: tuple[LogLine, ...]
     differing: tuple[str, ...] = ()
 
@@ -76,6 +80,33 @@ class StoredRun:
         """Why the run does not count; empty where it does."""
         return self.record.reason
 
+    @property
+    def episodes(self) -> tuple[Episode, ...]:
+        """The episodes of failures, in order of time."""
+        return self.metrics.failures
+
+    @property
+    def adaptations(self) -> tuple[ExecutedAdaptation, ...]:
+        """The adaptations that were executed, in order of time."""
+        return self.metrics.executed
+
+    def to_frame(self) -> "DataFrame":
+        """Return what was measured over time as a data frame of pandas: one row a sample.
+
+        Its columns are `signal` (`iou`, and what nodes report: `entropy`, `sharpness`), `time_s` (from the injection
+        on) and `value`.
+
+        Raises:
+            MissingExtraError: pandas is not installed.
+        """
+        frames = self.timeline.frames
+        signals = {"iou": Samples(frames.times, frames.iou), **self.timeline.samples}
+        return data_frame(
+            {"signal": signal, "time_s": time, "value": value}
+            for signal, samples in signals.items()
+            for time, value in zip(samples.times, samples.values, strict=True)
+        )
+
     def summary(self) -> dict[str, object]:
         """Return what `sunset run --json` prints."""
         run = self.record
@@ -87,7 +118,7 @@ class StoredRun:
             "model": run.model,
             "middleware": run.middleware,
             "digest": run.digest,
-            "metrics": self.score.to_json(),
+            "metrics": self.metrics.to_json(),
             "valid": run.valid,
             "reason": run.reason,
         }
@@ -111,7 +142,7 @@ def read_stored_run(folder: Path) -> StoredRun:
         folder=folder,
         record=run,
         timeline=timeline,
-        score=figures,
+        metrics=figures,
         log=read_log(folder),
         differing=differing_figures(stored_figures(run, folder / RUN_FILE), figures.to_json()),
     )

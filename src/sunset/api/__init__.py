@@ -1,0 +1,46 @@
+"""What the command line does, one call each; `sunset` has all of it as attributes."""
+
+from sunset.api.catalogue import (
+    bag_statistics,
+    calibrate_model,
+    fault_figure,
+    list_faults,
+    list_managers,
+    list_models,
+    list_scenarios,
+    list_suites,
+    measure_curves,
+    measure_iou,
+    render_flight,
+)
+from sunset.api.options import Manager, Options
+from sunset.api.results import Results
+from sunset.api.running import agree, bench, check_manager, load, make_scenario, report, run
+from sunset.perception import load_model
+from sunset.scenarios import load_scenario
+
+__all__ = [
+    "Manager",
+    "Options",
+    "Results",
+    "agree",
+    "bag_statistics",
+    "bench",
+    "calibrate_model",
+    "check_manager",
+    "fault_figure",
+    "list_faults",
+    "list_managers",
+    "list_models",
+    "list_scenarios",
+    "list_suites",
+    "load",
+    "load_model",
+    "load_scenario",
+    "make_scenario",
+    "measure_curves",
+    "measure_iou",
+    "render_flight",
+    "report",
+    "run",
+]

@@ -1,0 +1,229 @@
+"""What there is to choose from, and what is prepared and measured without a managing system."""
+
+import tempfile
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeAlias, Unpack
+
+from sunset import data, experiments
+from sunset.api.options import Options, as_path, seed_of, settings_of
+from sunset.data import BagStatistics, FlightPlan, default_flight, read_bag, render_frames, write_bag
+from sunset.errors import InvalidInputError
+from sunset.evaluation import check_figure, entropy_figure
+from sunset.experiments import RunSpec, Settings
+from sunset.managing import MANAGERS, ManagingSystem
+from sunset.metrics import Samples
+from sunset.perception import Model, load_model
+from sunset.perception import list_models as installed_models
+from sunset.scenarios import load_scenario, load_suite, suite_names
+from sunset.system import Fault, current_system
+
+if TYPE_CHECKING:
+    from sunset.training.curves import Curves
+    from sunset.training.tables import IouTables
+
+__all__ = [
+    "bag_statistics",
+    "calibrate_model",
+    "fault_figure",
+    "list_faults",
+    "list_managers",
+    "list_models",
+    "list_scenarios",
+    "list_suites",
+    "measure_curves",
+    "measure_iou",
+    "render_flight",
+]
+
+_Progress: TypeAlias = Callable[[int, int], None]
+
+
+def list_suites() -> tuple[str, ...]:
+    """Return the names of the suites."""
+    return suite_names()
+
+
+def list_scenarios(suite: str | Path | None = None) -> tuple[str, ...]:
+    """Return the names of the scenarios of a suite, or of a folder of scenario files; of all suites if it is None.
+
+    Raises:
+        ScenarioError: there is no such suite, or it is not usable.
+    """
+    chosen = (
+        suite_names() if suite is None else (suite if isinstance(suite, str) else as_path(suite, "suite"),)
+    )
+    return tuple(scenario.name for one in chosen for scenario in load_suite(one))
+
+
+def list_faults() -> tuple[Fault, ...]:
+    """Return the catalogue of faults."""
+    return tuple(current_system().faults.values())
+
+
+def list_managers() -> Mapping[str, type[ManagingSystem]]:
+    """Return the managing systems that come with SUNSET, by name."""
+    return MANAGERS
+
+
+def list_models() -> tuple[str, ...]:
+    """Return the names of the segmentation models that are installed."""
+    return tuple(installed_models())
+
+
+def render_flight(
+    out: str | Path, plan: FlightPlan | None = None, *, progress: _Progress | None = None
+) -> Path:
+    """Render a flight over a made-up town into a new bag, as `sunset data render` does, and return the bag's folder.
+
+    Args:
+        out: the bag's folder.
+        plan: of the flight; the default one if it is None.
+        progress: called with (frames done, frames in all).
+
+    Raises:
+        InvalidInputError: nothing can be flown as planned.
+        OutputError: the bag cannot be written.
+    """
+    chosen, folder = FlightPlan() if plan is None else plan, as_path(out, "bag's folder")
+    if not isinstance(chosen, FlightPlan):
+        raise InvalidInputError(f"The plan of a flight must be a FlightPlan, got {chosen!r}.")
+
+    def frames() -> Iterator[data.Frame]:
+        for done, frame in enumerate(render_frames(chosen), 1):
+            yield frame
+            if progress is not None:
+                progress(done, chosen.frames)
+
+    write_bag(folder, frames(), chosen.stamps_ns())
+    return folder
+
+
+def bag_statistics(bag: str | Path | None = None, *, progress: _Progress | None = None) -> BagStatistics:
+    """Return what a bag holds, as `sunset data info` does; of the default flight if it is None.
+
+    Raises:
+        DataError: there is no such bag, or it is damaged.
+    """
+    path = default_flight() if bag is None else as_path(bag, "bag")
+    with read_bag(path) as reader:
+        return data.bag_statistics(reader, progress=progress)
+
+
+def fault_figure(
+    out: str | Path, *, seed: int = 1, progress: _Progress | None = None, **options: Unpack[Options]
+) -> Path:
+    """Run without a fault and with each fault of F4, and draw the entropy over time, as `sunset faults figure` does.
+
+    Args:
+        out: a .png, .pdf or .svg.
+        seed: of the runs.
+        progress: called with (runs that are done, runs in all).
+        **options: as `Options`.
+
+    Raises:
+        MissingExtraError: matplotlib is not installed.
+        SunsetError: as `run`.
+    """
+    file = as_path(out, "figure's file")
+    draw_fault_figure(file, settings_of(options), seed_of(seed), progress)
+    return file
+
+
+def draw_fault_figure(file: Path, settings: Settings, seed: int, progress: _Progress | None) -> None:
+    """Run without a fault and with each fault of F4, and draw the entropy over time; as `fault_figure`."""
+    check_figure(file)
+    faults = [fault.name for fault in current_system().faults.values() if fault.failure == "F4"]
+    series, iou, threshold = {}, {}, 0.0
+    with tempfile.TemporaryDirectory(prefix="sunset-") as folder:
+        for done, name in enumerate(["nofault", *faults]):
+            spec = RunSpec(scenario=load_scenario(name), manager="none", seed=seed, settings=settings)
+            timeline = experiments.run(spec, Path(folder) / name).timeline
+            label = name.replace("nofault", "no fault")
+            series[label] = timeline.samples["entropy"]
+            iou[label] = Samples(timeline.frames.times, timeline.frames.iou)
+            threshold = timeline.thresholds["entropy_threshold"]
+            if progress is not None:
+                progress(done + 1, len(faults) + 1)
+    entropy_figure(series, threshold, file, iou=iou)
+
+
+def calibrate_model(
+    model: str | Path,
+    bag: str | Path | None = None,
+    *,
+    out: str | Path | None = None,
+    jobs: int | None = None,
+    device: str = "cpu",
+) -> Model:
+    """Set a model's temperatures and thresholds, as `sunset models calibrate` does, and return it.
+
+    Args:
+        model: its name or folder.
+        bag: with the frames to go by; flights over a held-out town if it is None.
+        out: a new folder for the calibrated model; the model's own is changed if it is None.
+        jobs: worker processes; one a core if None.
+        device: what networks run on: `cpu`, `cuda` or `auto`.
+
+    Raises:
+        SunsetError: the model or the bag is not usable, or the result cannot be written.
+    """
+    from sunset.training.recalibrate import calibrate_model as calibrate  # noqa: PLC0415  takes long to import
+    from sunset.training.recalibrate import check_target, frames_of_bag, validation_flight  # noqa: PLC0415
+
+    loaded, target = load_model(model), None if out is None else as_path(out, "model's folder")
+    check_target(loaded, target)
+    size = (loaded.card.height, loaded.card.width)
+    if bag is None:
+        frames, source = validation_flight(size, jobs=jobs), "flights over town 7"
+    else:
+        path = as_path(bag, "bag")
+        frames, source = frames_of_bag(path, size), f"the bag {path.resolve().name}"
+    return calibrate(loaded, frames, target, source=source, jobs=jobs, device=device)
+
+
+def measure_curves(
+    model: str | Path,
+    bag: str | Path | None = None,
+    *,
+    every: int = 8,
+    jobs: int | None = None,
+    device: str = "cpu",
+    progress: _Progress | None = None,
+) -> "Curves":
+    """Measure a model by fault and strength, as `sunset models curves` does.
+
+    Args:
+        model: its name or folder.
+        bag: with the frames; the default flight if it is None.
+        every: of so many frames, one is looked at.
+        jobs: worker processes; one a core if None.
+        device: what networks run on: `cpu`, `cuda` or `auto`.
+        progress: called with (frames done, frames in all).
+
+    Raises:
+        SunsetError: the model or the bag is not usable.
+    """
+    from sunset.training.curves import measure_curves as measure  # noqa: PLC0415  takes long to import
+
+    path = default_flight() if bag is None else as_path(bag, "bag")
+    return measure(load_model(model), path, every=every, jobs=jobs, device=device, progress=progress)
+
+
+def measure_iou(
+    models: Sequence[str | Path] = (),
+    *,
+    frames: int = 48,
+    jobs: int | None = None,
+    device: str = "cpu",
+    progress: _Progress | None = None,
+) -> "IouTables":
+    """Measure models on held-out towns, as `sunset models iou` does; all that are installed if none is named.
+
+    Raises:
+        SunsetError: a model is not usable.
+    """
+    from sunset.training.tables import measure_iou as measure  # noqa: PLC0415  takes long to import
+
+    loaded = [load_model(name) for name in models or installed_models()]
+    return measure(loaded, frames=frames, jobs=jobs, device=device, progress=progress)

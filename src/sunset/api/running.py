@@ -1,0 +1,226 @@
+"""Runs and campaigns: flown, stored, opened again, compared."""
+
+import tempfile
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import TypeAlias, Unpack
+
+from sunset import experiments
+from sunset.api.options import (
+    Manager,
+    Options,
+    as_path,
+    manager_name,
+    manager_names,
+    names_of,
+    scenario_of,
+    seed_of,
+    settings_of,
+)
+from sunset.api.results import Results
+from sunset.errors import InvalidInputError, RecordError
+from sunset.evaluation import Agreement, compare, load_results, render_report
+from sunset.experiments import DEFAULT_SCENARIO, BenchSpec, ManagerCheck, RunSpec
+from sunset.recording import RUN_FILE, StoredRun, read_stored_run
+from sunset.rmw.backends import LIVE
+from sunset.scenarios import Scenario, generate
+
+__all__ = ["agree", "bench", "check_manager", "load", "make_scenario", "report", "run"]
+
+Progress: TypeAlias = Callable[[int, int], None]
+"""Called with what is done, and what there is to do in all."""
+_Scenario: TypeAlias = str | Path | Scenario
+_Managers: TypeAlias = Manager | Mapping[str, Manager] | list[Manager] | tuple[Manager, ...]
+_Names: TypeAlias = str | list[str] | tuple[str, ...]
+
+
+def run(
+    scenario: _Scenario = DEFAULT_SCENARIO,
+    manager: Manager = "baseline",
+    *,
+    seed: int = 1,
+    out: str | Path | None = None,
+    **options: Unpack[Options],
+) -> StoredRun:
+    """Run one faulted mission and measure the adaptation, as `sunset run` does.
+
+    Args:
+        scenario: a scenario's name, a YAML file, faults joined by `+`, or what `load_scenario` returned.
+        manager: the managing system: a name, `FILE.py:CLASS`, `MODULE:CLASS`, a class, or a function that makes one. It
+            runs in a process of its own, which is forked from this one, so that a class of a notebook will do.
+        seed: a whole number in [0, 2³² − 1]. The same seed gives the same record.
+        out: keep the record in this new folder; it is not kept if None.
+        **options: as `Options`.
+
+    Raises:
+        InvalidInputError: an argument is not usable.
+        ManagerError: the managing system could not be loaded, raised, did not return, or ended its process.
+        OutputError: the record cannot be written.
+    """
+    spec = RunSpec(
+        scenario=scenario_of(scenario),
+        manager=manager_name(manager),
+        seed=seed_of(seed),
+        settings=settings_of(options),
+    )
+    if out is not None:
+        return experiments.run(spec, as_path(out, "folder of the record"))
+    with tempfile.TemporaryDirectory(prefix="sunset-") as folder:
+        return experiments.run(spec, Path(folder) / "run")
+
+
+def bench(
+    suite: str | Path = "paper",
+    managers: _Managers = ("none", "baseline"),
+    *,
+    out: str | Path,
+    scenarios: _Names = (),
+    references: bool = True,
+    repetitions: int = 3,
+    seed: int = 1,
+    jobs: int | None = None,
+    progress: Progress | None = None,
+    **options: Unpack[Options],
+) -> Results:
+    """Run managing systems over a suite, as `sunset bench` does; runs that `out` holds already are not repeated.
+
+    A script calls this below `if __name__ == "__main__":`, since worker processes import it.
+
+    Args:
+        suite: a suite's name, or a folder of scenario files.
+        managers: managing systems, as of `run`: a list, or a dictionary of them by their labels in tables.
+        out: the folder of the results.
+        scenarios: some scenarios of the suite; all if empty.
+        references: whether the paper's two reference rows are run too.
+        repetitions: runs a scenario, at least 1.
+        seed: of the first repetition.
+        jobs: worker processes; one a core if None. They change no result of the simulation.
+        progress: called with (runs that are done, runs in all).
+        **options: as `Options`.
+
+    Raises:
+        InvalidInputError: an argument is not usable, or `out` holds another campaign.
+        ManagerError: a managing system cannot be loaded.
+        OutputError: `out` cannot be written, or another process flies its campaign.
+    """
+    spec = BenchSpec(
+        suite=str(suite) if isinstance(suite, Path) else suite,
+        scenarios=names_of(scenarios, "scenarios"),
+        references=references,
+        managers=manager_names(managers),
+        repetitions=repetitions,
+        seed=seed_of(seed),
+        settings=settings_of(options),
+    )
+    folder = as_path(out, "folder of the results")
+    experiments.bench(spec, folder, jobs=jobs, progress=progress)
+    return Results(folder, load_results(folder))
+
+
+def load(path: str | Path, *, recompute: bool = False) -> StoredRun | Results:
+    """Open stored runs: of the folder of one run, that run; of one with several, their results.
+
+    Args:
+        path: what `run` or `bench`, or the command line, has written.
+        recompute: compute the figures of several runs from the recorded messages instead of reading the stored ones.
+
+    Raises:
+        RecordError: there is no such folder, no run in it, or one that is damaged or of another version.
+    """
+    folder = as_path(path, "folder of stored runs")
+    if folder.is_file():
+        raise RecordError(f"A record is a folder, got the file {folder}: name the folder that it is in.")
+    if (folder / RUN_FILE).exists():
+        return read_stored_run(folder)
+    return Results(folder, load_results(folder, again=recompute))
+
+
+def report(path: str | Path, form: str = "table", *, recompute: bool = False) -> str:
+    """Return the report of stored runs, as `sunset report` prints it.
+
+    Raises:
+        RecordError: as `load`.
+        InvalidInputError: there is no such format.
+    """
+    return render_report(as_path(path, "folder of stored runs"), form, recompute=recompute)
+
+
+def check_manager(
+    manager: Manager,
+    scenario: _Scenario = DEFAULT_SCENARIO,
+    *,
+    seed: int = 1,
+    progress: Progress | None = None,
+    **options: Unpack[Options],
+) -> ManagerCheck:
+    """Return whether a managing system runs, keeps the rules and is deterministic, as `sunset managers check` does.
+
+    Args:
+        manager: as of `run`.
+        scenario: as of `run`.
+        seed: of both runs.
+        progress: called with (runs that are done, runs in all).
+        **options: as `Options`.
+
+    Raises:
+        SunsetError: as `run`.
+    """
+    spec = RunSpec(
+        scenario=scenario_of(scenario),
+        manager=manager_name(manager),
+        seed=seed_of(seed),
+        settings=settings_of(options),
+    )
+    return experiments.check_manager(spec, progress=progress)
+
+
+def agree(
+    suite: str | Path = "artifact",
+    managers: _Managers = ("baseline",),
+    *,
+    out: str | Path,
+    scenarios: _Names = (),
+    repetitions: int = 1,
+    seed: int = 1,
+    **options: Unpack[Options],
+) -> list[Agreement]:
+    """Run the same seeds in the simulation and live, and return how well they agree, as `sunset agree` does.
+
+    Args:
+        suite: as of `bench`.
+        managers: as of `bench`; by name, since live they are processes of their own.
+        out: the folder of the results.
+        scenarios: as of `bench`.
+        repetitions: pairs a scenario.
+        seed: of the first repetition.
+        **options: as `Options`; the rate is that of the live runs.
+
+    Raises:
+        SunsetError: as `bench`.
+    """
+    folder, rate = as_path(out, "folder of the results"), options.pop("rate", 1.0)
+    if "middleware" in options:
+        raise InvalidInputError("An agreement is of the simulation with live runs: leave the middleware out.")
+    sim = BenchSpec(
+        suite=str(suite) if isinstance(suite, Path) else suite,
+        scenarios=names_of(scenarios, "scenarios"),
+        references=False,
+        managers=manager_names(managers),
+        repetitions=repetitions,
+        seed=seed_of(seed),
+        settings=settings_of(options),
+    )
+    live = replace(sim, settings=replace(sim.settings, middleware=LIVE, speed=rate))
+    for name, spec in (("sim", sim), ("live", live)):
+        experiments.bench(spec, folder / name)
+    return compare(folder / "sim", folder / "live")
+
+
+def make_scenario(*faults: str, name: str = "") -> Scenario:
+    """Make a scenario of faults, each as `FAULT` or `FAULT=STRENGTH`, as `sunset scenarios generate` does.
+
+    Raises:
+        ScenarioError: there is no such fault, or no such strength.
+    """
+    return generate(names_of(list(faults), "faults"), name=name)

@@ -1,0 +1,109 @@
+"""What a bag holds: how many frames of what, which classes, which depths."""
+
+from collections import Counter
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from sunset.classes import CLASS_OF_CARLA_ID, CLASSES
+from sunset.data.bag import BagReader
+from sunset.data.frame import DEPTH_RANGE_M
+from sunset.data.pixels import FAR
+
+__all__ = ["BagStatistics", "bag_statistics"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BagStatistics:
+    """What a bag holds.
+
+    Attributes:
+        path: the bag's.
+        frames: how many.
+        size: height and width in pixels.
+        seconds: from the first to the last.
+        rate_hz: frames a second; None of a single moment.
+        topics: name → type and number of messages.
+        encodings: name of a topic of images → their encoding.
+        dropped: name of a topic → images that belong to no frame.
+        classes: name → share of the pixels, the largest first; those that are there.
+        ignored: the share of pixels that are of no class.
+        depth_m: the least and the greatest that is known [m].
+        depth_far: the share of pixels whose depth is greater, or not known.
+    """
+
+    path: Path
+    frames: int
+    size: tuple[int, int]
+    seconds: float
+    rate_hz: float | None
+    topics: Mapping[str, tuple[str, int]]
+    encodings: Mapping[str, str]
+    dropped: Mapping[str, int]
+    classes: Mapping[str, float]
+    ignored: float
+    depth_m: tuple[float, float]
+    depth_far: float
+
+    def to_json(self) -> dict[str, object]:
+        """Return it as JSON values."""
+        height, width = self.size
+        return {
+            "bag": str(self.path),
+            "frames": self.frames,
+            "width": width,
+            "height": height,
+            "seconds": self.seconds,
+            "rate_hz": self.rate_hz,
+            "topics": {
+                topic: {"type": kind, "messages": count} for topic, (kind, count) in self.topics.items()
+            },
+            "encodings": dict(self.encodings),
+            "dropped": dict(self.dropped),
+            "classes": dict(self.classes),
+            "ignored": self.ignored,
+            "depth_m": list(self.depth_m),
+            "depth_far": self.depth_far,
+        }
+
+
+def bag_statistics(reader: BagReader, *, progress: Callable[[int, int], None] | None = None) -> BagStatistics:
+    """Look at every frame of a bag.
+
+    Args:
+        reader: of the bag.
+        progress: called with (frames done, frames in all).
+
+    Raises:
+        DataError: a frame cannot be read.
+    """
+    pixels, nearest, furthest, far = np.zeros(256, dtype=np.int64), FAR, 0, 0
+    for index in range(len(reader)):
+        frame = reader.frame(index)
+        pixels += np.bincount(CLASS_OF_CARLA_ID[frame.labels].ravel(), minlength=256)
+        near = frame.depth[frame.depth < FAR]
+        far += frame.depth.size - near.size
+        if near.size:
+            nearest, furthest = min(nearest, int(near.min())), max(furthest, int(near.max()))
+        if progress is not None:
+            progress(index + 1, len(reader))
+    total = len(reader) * reader.size[0] * reader.size[1]
+    stamps = reader.stamps_ns
+    seconds = (stamps[-1] - stamps[0]) / 1e9
+    shares = Counter({name: int(pixels[number]) / total for number, name in enumerate(CLASSES)})
+    return BagStatistics(
+        path=reader.path,
+        frames=len(reader),
+        size=reader.size,
+        seconds=seconds,
+        rate_hz=(len(stamps) - 1) / seconds if seconds else None,
+        topics=dict(reader.topics),
+        encodings=dict(reader.encodings),
+        dropped=dict(reader.dropped),
+        classes={name: share for name, share in shares.most_common() if share},
+        ignored=int(pixels[len(CLASSES) :].sum()) / total,
+        depth_m=(nearest * DEPTH_RANGE_M / FAR, furthest * DEPTH_RANGE_M / FAR),
+        depth_far=far / total,
+    )

@@ -1,0 +1,27 @@
+"""Tables for pandas, which is not installed with SUNSET."""
+
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING
+
+from sunset.errors import MissingExtraError
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
+
+__all__ = ["data_frame"]
+
+
+def data_frame(rows: Iterable[Mapping[str, object]]) -> "DataFrame":
+    """Return rows as a data frame of pandas.
+
+    Raises:
+        MissingExtraError: pandas is not installed.
+    """
+    try:
+        import pandas as pd  # noqa: PLC0415  optional
+    except ImportError as error:
+        raise MissingExtraError(
+            "A data frame needs pandas, which is not installed: 'pip install pandas' installs it; the same figures are "
+            "attributes of what to_frame was called on."
+        ) from error
+    return pd.DataFrame(list(rows))

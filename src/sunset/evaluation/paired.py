@@ -1,0 +1,144 @@
+"""Two managing systems, compared in the runs that both have: the same scenario, flight, model and seed."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from statistics import fmean
+from typing import TYPE_CHECKING
+
+from sunset.dataframes import data_frame
+from sunset.errors import InvalidInputError
+from sunset.evaluation.estimates import Estimate, estimate
+from sunset.evaluation.results import FIGURES, RunRow
+from sunset.texts import suggestion
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
+
+__all__ = ["Difference", "PairedComparison", "compare_managers"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Difference:
+    """One figure of two managing systems, over the pairs in which both have it.
+
+    Attributes:
+        figure: one of `FIGURES`.
+        first: the mean of the first; None where there is no such pair.
+        second: the mean of the second.
+        difference: the estimate of first - second, over the pairs.
+        one_sided: in how many more pairs only one of the two has the figure.
+    """
+
+    figure: str
+    first: float | None
+    second: float | None
+    difference: Estimate | None
+    one_sided: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PairedComparison:
+    """Two managing systems, figure by figure.
+
+    Attributes:
+        first: the name of one.
+        second: of the other.
+        pairs: how many runs both have that count.
+        left_out: how many runs have no counterpart that counts.
+        differences: by figure.
+    """
+
+    first: str
+    second: str
+    pairs: int
+    left_out: int
+    differences: tuple[Difference, ...]
+
+    def __getitem__(self, figure: str) -> Difference:
+        """Return the difference in one figure.
+
+        Raises:
+            InvalidInputError: there is no such figure.
+        """
+        for one in self.differences:
+            if one.figure == figure:
+                return one
+        raise InvalidInputError(
+            f"There is no figure {figure!r}: {suggestion(figure, FIGURES)}choose among {', '.join(FIGURES)}."
+        )
+
+    def to_frame(self) -> "DataFrame":
+        """Return one row a figure, as a data frame of pandas.
+
+        Raises:
+            MissingExtraError: pandas is not installed.
+        """
+        return data_frame(
+            {
+                "figure": one.figure,
+                self.first: one.first,
+                self.second: one.second,
+                "difference": one.difference and one.difference.mean,
+                "low": one.difference and one.difference.low,
+                "high": one.difference and one.difference.high,
+                "pairs": one.difference.runs if one.difference else 0,
+            }
+            for one in self.differences
+        )
+
+
+def compare_managers(runs: Sequence[RunRow], first: str, second: str) -> PairedComparison:
+    """Compare two managing systems in the runs that both have.
+
+    Args:
+        runs: of a campaign.
+        first: the name of one, as it stands in the runs.
+        second: of the other.
+
+    Raises:
+        InvalidInputError: there is no such managing system, both are the same, or they have no run in common.
+    """
+    known = sorted({run.manager for run in runs})
+    for name in (first, second):
+        if name not in known:
+            hint = suggestion(name, known) if isinstance(name, str) else ""
+            raise InvalidInputError(
+                f"There are no runs of a managing system {name!r}: {hint}choose among {', '.join(known)}."
+            )
+    if first == second:
+        raise InvalidInputError(f"Two managing systems are compared, got {first!r} twice.")
+    ours, theirs = (_by_experiment(runs, name) for name in (first, second))
+    pairs = [(ours[key], theirs[key]) for key in ours if key in theirs]
+    if not pairs:
+        raise InvalidInputError(
+            f"The managing systems {first} and {second} have no run in common that counts: they need the same "
+            "scenarios, seeds, model and flight."
+        )
+    return PairedComparison(
+        first=first,
+        second=second,
+        pairs=len(pairs),
+        left_out=len(ours.keys() ^ theirs.keys()),
+        differences=tuple(_difference(figure, pairs) for figure in FIGURES),
+    )
+
+
+def _by_experiment(runs: Sequence[RunRow], manager: str) -> dict[tuple[object, ...], RunRow]:
+    """Return the runs of a managing system that count, by what makes two of them a pair."""
+    return {
+        (run.suite, run.scenario, run.seed, run.model, run.setting, run.flight, run.middleware): run
+        for run in runs
+        if run.manager == manager and run.valid
+    }
+
+
+def _difference(figure: str, pairs: Sequence[tuple[RunRow, RunRow]]) -> Difference:
+    values = [(one.scenario, one.metrics[figure], other.metrics[figure]) for one, other in pairs]
+    both = [(name, one, other) for name, one, other in values if one is not None and other is not None]
+    return Difference(
+        figure=figure,
+        first=fmean(one for _, one, _ in both) if both else None,
+        second=fmean(other for _, _, other in both) if both else None,
+        difference=estimate([one - other for _, one, other in both], [name for name, _, _ in both]),
+        one_sided=sum((one is None) != (other is None) for _, one, other in values),
+    )

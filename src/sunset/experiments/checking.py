@@ -1,0 +1,118 @@
+"""Whether a managing system loads, flies, keeps the rules and is deterministic."""
+
+import os
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from sunset.experiments.manager import manager_checksum
+from sunset.experiments.run import prepare, run
+from sunset.experiments.spec import RunSpec
+from sunset.managing import is_registered
+from sunset.workers import worker_pool
+
+__all__ = ["ManagerCheck", "check_manager"]
+
+_HASH_SEED: Final = "PYTHONHASHSEED"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ManagerCheck:
+    """What two runs of a managing system with one seed say of it.
+
+    Attributes:
+        manager: its name.
+        scenario: what it was run in.
+        adaptations: how many it executed.
+        reason: which rule it broke, so that its runs do not count; empty if none.
+        deterministic: whether both runs left the same messages.
+        sets_reordered: whether sets of texts had another order in the second run. A class that only this process has,
+            such as one of a notebook, cannot be run in another interpreter.
+    """
+
+    manager: str
+    scenario: str
+    adaptations: int
+    reason: str
+    deterministic: bool
+    sets_reordered: bool
+
+    @property
+    def passed(self) -> bool:
+        """Whether it keeps the rules and is deterministic."""
+        return not self.reason and self.deterministic
+
+    def __str__(self) -> str:
+        """Return the verdict as a table of text."""
+        same = "yes" if self.deterministic else "no: the same seed gave different records"
+        where = "" if self.sets_reordered else " (sets kept their order: the class is of this process only)"
+        return "\n".join(
+            (
+                f"loads            yes: {self.manager}",
+                f"flies            yes: {self.adaptations} adaptations in {self.scenario}",
+                f"keeps the rules  {f'no: {self.reason}' if self.reason else 'yes'}",
+                f"deterministic    {same}{where}",
+            )
+        )
+
+
+def check_manager(spec: RunSpec, *, progress: Callable[[int, int], None] | None = None) -> ManagerCheck:
+    """Fly twice with one seed, in interpreters in which sets of texts have different orders, and compare.
+
+    Args:
+        spec: the managing system, and what it is run in.
+        progress: called with (runs that are done, runs in all).
+
+    Raises:
+        SunsetError: as `run`.
+    """
+    manager_checksum(
+        spec.manager, limit_s=spec.settings.manager_limit_s
+    )  # what is wrong with it is said at once
+    prepare(spec)
+    flown = []
+    with tempfile.TemporaryDirectory(prefix="sunset-") as folder:
+        for number in (1, 2):
+            if progress is not None:
+                progress(number - 1, 2)
+            flown.append(_flown(spec, Path(folder) / f"{number}", hash_seed=f"{number}", log=number == 1))
+        if progress is not None:
+            progress(2, 2)
+    (adaptations, _, reason), _ = flown
+    return ManagerCheck(
+        manager=spec.manager_name,
+        scenario=spec.scenario.name,
+        adaptations=adaptations,
+        reason=reason,
+        deterministic=flown[0] == flown[1],
+        sets_reordered=not is_registered(spec.manager),
+    )
+
+
+def _flown(spec: RunSpec, folder: Path, *, hash_seed: str, log: bool) -> tuple[int, str, str]:
+    """Fly with an interpreter in which sets of texts have an order of its own; return what is judged."""
+    if is_registered(spec.manager):
+        return _fly(spec, folder, log=log)
+    with _hash_seed(hash_seed), worker_pool(1) as pool:
+        return pool.submit(_fly, spec, folder, log=log).result()
+
+
+@contextmanager
+def _hash_seed(value: str) -> Iterator[None]:
+    own = os.environ.get(_HASH_SEED)
+    os.environ[_HASH_SEED] = value
+    try:
+        yield
+    finally:
+        del os.environ[_HASH_SEED]
+        if own is not None:
+            os.environ[_HASH_SEED] = own
+
+
+def _fly(spec: RunSpec, folder: Path, *, log: bool) -> tuple[int, str, str]:
+    """Return how many adaptations there were, the record's digest, and why the run does not count, if so."""
+    result = run(spec, folder, log=log)
+    return result.metrics.adaptations, result.digest, result.reason

@@ -4,7 +4,6 @@ import csv
 import difflib
 import io
 from collections.abc import Iterable
-from typing import Any
 
 __all__ = ["csv_text", "printable", "printable_json", "shorten", "suggestion"]
 
@@ -25,7 +24,7 @@ def printable(text: str) -> str:
     )
 
 
-def printable_json(value: Any) -> Any:
+def printable_json(value: object) -> object:
     """Return a value of JSON with every text in it, names included, made printable.
 
     Raises:

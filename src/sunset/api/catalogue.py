@@ -140,7 +140,7 @@ def draw_fault_figure(file: Path, settings: Settings, seed: int, progress: _Prog
             spec = RunSpec(scenario=load_scenario(name), manager="none", seed=seed, settings=settings)
             timeline = experiments.run(spec, Path(folder) / name).timeline
             label = name.replace("nofault", "no fault")
-            series[label] = timeline.samples["entropy"]
+            series[label] = timeline.samples["segmentation_entropy"]
             iou[label] = Samples(timeline.frames.times, timeline.frames.iou)
             threshold = timeline.thresholds["entropy_threshold"]
             if progress is not None:

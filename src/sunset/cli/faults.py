@@ -4,7 +4,6 @@ import argparse
 import json
 import sys
 from pathlib import Path
-from typing import Any
 
 from sunset.api.catalogue import draw_fault_figure
 from sunset.cli._columns import print_columns
@@ -115,7 +114,7 @@ def _told_cures(fault: Fault) -> str:
     return ", or ".join(_cures(fault)) or "nothing"
 
 
-def _described(fault: Fault) -> dict[str, Any]:
+def _described(fault: Fault) -> dict[str, object]:
     return {
         "name": fault.name,
         "failure": fault.failure,

@@ -4,11 +4,11 @@ import argparse
 import json
 import os
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from time import perf_counter
-from typing import Any, Final
+from typing import Final, TypedDict
 
 from sunset.cli._columns import print_columns
 from sunset.cli._options import add_device_option
@@ -220,7 +220,19 @@ def list_models(arguments: argparse.Namespace) -> int:
     return EXIT_BAD_INPUT if complaints else 0
 
 
-def _cells(model: dict[str, Any]) -> tuple[str, ...]:
+class _Described(TypedDict):
+    """What a list tells of a model."""
+
+    name: str
+    width: int
+    height: int
+    parameters: int
+    bytes: int
+    iou: float | None
+    frame_ms: float
+
+
+def _cells(model: _Described) -> tuple[str, ...]:
     return (
         model["name"],
         f"{model['width']}x{model['height']}",
@@ -231,7 +243,7 @@ def _cells(model: dict[str, Any]) -> tuple[str, ...]:
     )
 
 
-def _described(name: str, model: Model, device: str) -> dict[str, Any]:
+def _described(name: str, model: Model, device: str) -> _Described:
     """Return what a list tells of a model; how long its fusion takes for a frame is measured, here and now."""
     card, modality = model.card, min(model.card.networks)
     files = {file for network in card.networks.values() for file in network.files}
@@ -252,12 +264,12 @@ def _described(name: str, model: Model, device: str) -> dict[str, Any]:
     }
 
 
-def _test_iou(results: Any, modality: Modality) -> float | None:
+def _test_iou(results: Mapping[str, object], modality: Modality) -> float | None:
     """Return the IoU on the town that was kept for the test, where the training that wrote the card measured it."""
-    try:
-        return float(results["iou_per_image"]["test town"][modality.key])
-    except (KeyError, TypeError):
-        return None
+    found: object = results
+    for key in ("iou_per_image", "test town", modality.key):
+        found = found.get(key) if isinstance(found, Mapping) else None
+    return float(found) if isinstance(found, int | float) else None
 
 
 def show(arguments: argparse.Namespace) -> int:

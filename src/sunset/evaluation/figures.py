@@ -3,7 +3,7 @@
 import importlib.util
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 import numpy.typing as npt
@@ -20,7 +20,7 @@ __all__ = ["check_figure", "entropy_figure"]
 SUFFIXES: Final = (".pdf", ".png", ".svg")
 
 # Okabe and Ito's colours, without the yellow, which is too light for lines; told apart by dashes as well
-_STYLES: Final[tuple[tuple[str, Any], ...]] = (
+_STYLES: Final[tuple[tuple[str, object], ...]] = (
     ("#000000", "-"),
     ("#0072B2", "-"),
     ("#D55E00", "-"),
@@ -133,7 +133,7 @@ def _draw(series: Mapping[str, Samples], threshold: float, path: Path, iou: Mapp
 
 
 def _panel(
-    axes: "Axes", series: Mapping[str, Samples], styles: Mapping[str, tuple[str, Any]], label: str
+    axes: "Axes", series: Mapping[str, Samples], styles: Mapping[str, tuple[str, object]], label: str
 ) -> None:
     for name, samples in series.items():
         colour, dashes = styles[name]

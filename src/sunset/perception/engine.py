@@ -1,7 +1,7 @@
 """The engine that runs networks, ONNX Runtime, set up so that its answers repeat bit by bit."""
 
 from collections.abc import Mapping
-from typing import Any, Final
+from typing import Final
 
 import onnxruntime
 from onnxruntime.capi import onnxruntime_pybind11_state as _runtime_errors
@@ -31,7 +31,7 @@ RUNTIME_ERRORS: Final = tuple(
 """What ONNX Runtime raises; the classes have no base of their own."""
 
 _CUDA: Final = "CUDAExecutionProvider"
-_PROVIDERS: Final[dict[str, list[Any]]] = {
+_PROVIDERS: Final[dict[str, list[object]]] = {
     "cpu": ["CPUExecutionProvider"],
     # Neither rounding to 19 bits nor algorithms that are chosen by timing them.
     "cuda": [(_CUDA, {"use_tf32": "0", "cudnn_conv_algo_search": "DEFAULT"}), "CPUExecutionProvider"],
@@ -61,7 +61,7 @@ def find_device(wanted: str) -> str:
 
 def open_session(
     network: bytes, data: Mapping[str, bytes], *, name: str, threads: int = 1, device: str = "cpu"
-) -> Any:
+) -> onnxruntime.InferenceSession:
     """Open a network, from memory: the engine gets at no file.
 
     Args:

@@ -4,7 +4,9 @@ import hashlib
 import threading
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
+
+from onnxruntime import InferenceSession
 
 from sunset.errors import ModelError
 from sunset.input_files import read_bytes
@@ -18,7 +20,7 @@ __all__ = ["Model", "load_model"]
 _LARGEST: Final = 2**31
 """Bytes of a network's file; none of ONNX's is larger."""
 
-_sessions: dict[tuple[object, ...], Any] = {}
+_sessions: dict[tuple[object, ...], InferenceSession] = {}
 _sessions_lock = threading.Lock()
 
 
@@ -33,7 +35,7 @@ class Model:
         """Return name, version and folder."""
         return f"Model({self.card.name!r}, version {self.card.version!r}, in {str(self.folder)!r})"
 
-    def session(self, modality: Modality, *, threads: int = 1, device: str = "cpu") -> Any:
+    def session(self, modality: Modality, *, threads: int = 1, device: str = "cpu") -> InferenceSession:
         """Return the network's ONNX Runtime session, made once per process, number of threads and device.
 
         Args:
@@ -112,7 +114,7 @@ def _verified(path: Path, expected: str) -> bytes:
     return content
 
 
-def _check_signature(session: Any, card: ModelCard, modality: Modality, path: Path) -> None:
+def _check_signature(session: InferenceSession, card: ModelCard, modality: Modality, path: Path) -> None:
     expected = {}
     if modality.needs_rgb:
         expected["bgr"] = ("tensor(uint8)", [card.height, card.width, 3])

@@ -93,8 +93,8 @@ class StoredRun:
     def to_frame(self) -> "DataFrame":
         """Return what was measured over time as a data frame of pandas: one row a sample.
 
-        Its columns are `signal` (`iou`, and what nodes report: `entropy`, `sharpness`), `time_s` (from the injection
-        on) and `value`.
+        Its columns are `signal` (`iou`, and what nodes report, such as `segmentation_entropy`), `time_s` (from the
+        injection on) and `value`.
 
         Raises:
             MissingExtraError: pandas is not installed.

@@ -181,6 +181,14 @@ def node(name: str, inputs: tuple[str, ...], outputs: tuple[str, ...]) -> NodeDe
         ),
         (Extension(suites={"mine": ()}), "The suite mine has no scenario"),
         (
+            Extension(node_classes={"cammera": Altimeter}),
+            "A class in node_classes refers to the node 'cammera', which is not there: did you mean 'camera'",
+        ),
+        (
+            Extension(node_classes={"camera": Altimeter}),
+            "The class of the node camera must have its node_name, got 'altimeter'",
+        ),
+        (
             Extension(suites={"mine": (("gpu_failur",),)}),
             "The suite mine refers to the fault 'gpu_failur', which is not there: did you mean 'gpu_failure'",
         ),

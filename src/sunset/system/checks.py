@@ -14,6 +14,7 @@ __all__ = [
     "check_adaptation",
     "check_failures",
     "check_fault",
+    "check_node_classes",
     "check_nodes",
     "check_scenarios",
     "check_signals",
@@ -38,15 +39,25 @@ def check_nodes(nodes: Mapping[str, NodeDescription], published: Collection[str]
             raise ExtensionError(
                 f"The node {node.name} needs a class, or where that is as module:Class, got {node.node_class!r}."
             )
-        named = getattr(node.node_class, "node_name", None)
-        if isinstance(node.node_class, type) and named != node.name:
-            raise ExtensionError(f"The class of the node {node.name} must have its node_name, got {named!r}.")
+        if isinstance(node.node_class, type):
+            _check_class(node.name, node.node_class)
         check_topics(map(full_name, node.inputs), {*published, *SENSOR_TOPICS})
         if not isfinite(node.activation_delay_s) or not 0 <= node.compute_s < 1:
             raise ExtensionError(
                 f"The node {node.name} needs a finite activation_delay_s and a compute_s from 0 to less than 1 s, got "
                 f"{node.activation_delay_s} and {node.compute_s}."
             )
+
+
+def check_node_classes(node_classes: Mapping[str, type], nodes: Mapping[str, NodeDescription]) -> None:
+    """Check the classes that run in place of nodes' own.
+
+    Raises:
+        ExtensionError: one is of a node that is not there, or of another node.
+    """
+    for name, node_class in node_classes.items():
+        _known("node", name, nodes, "A class in node_classes")
+        _check_class(name, node_class)
 
 
 def check_topics(named: Iterable[str], published: Collection[str]) -> None:
@@ -188,6 +199,12 @@ def _known(kind: str, name: str, things: Mapping[str, ThingT], what: str) -> Thi
             f"{', '.join(things) or 'none'}."
         )
     return things[name]
+
+
+def _check_class(node: str, node_class: object) -> None:
+    named = getattr(node_class, "node_name", None)
+    if not isinstance(node_class, type) or named != node:
+        raise ExtensionError(f"The class of the node {node} must have its node_name, got {named!r}.")
 
 
 def _check_parameter(node: NodeDescription, parameter: str, what: str) -> None:

@@ -13,6 +13,7 @@ from sunset.system.checks import (
     check_adaptation,
     check_failures,
     check_fault,
+    check_node_classes,
     check_nodes,
     check_scenarios,
     check_signals,
@@ -115,6 +116,8 @@ class System:
     def __init__(self, *parts: Extension) -> None:
         self.parts = parts
         check_nodes(self.nodes, self.publishers)
+        for part in parts:
+            check_node_classes(part.node_classes, self.nodes)
         published = {*self.publishers, *SENSOR_TOPICS}
         stopping = [failure.topic for failure in self.failures.values() if failure.topic]
         check_topics(map(full_name, [*self.topics, *stopping]), published)

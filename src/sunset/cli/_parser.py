@@ -2,9 +2,8 @@
 
 import argparse
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from importlib import import_module
-from typing import Any, Final, NoReturn, TypeAlias
+from typing import Any, Final, NamedTuple, NoReturn, TypeAlias
 
 from sunset import __version__
 from sunset.texts import suggestion
@@ -25,8 +24,7 @@ EXIT_BAD_INPUT: Final = 2
 Actions: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"  # noqa: SLF001  it has no other name
 
 
-@dataclass(frozen=True, slots=True)
-class Verb:
+class Verb(NamedTuple):  # not a dataclass, whose module is slow to import
     """What is known of a verb before its module is loaded.
 
     Attributes:

@@ -6,6 +6,7 @@ from types import MappingProxyType
 from typing import Any, ClassVar, Final, TypeVar
 
 from sunset.errors import ParameterError
+from sunset.interfaces import Message
 from sunset.interfaces.diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from sunset.interfaces.rcl_interfaces.msg import SetParametersResult
 from sunset.interfaces.std_msgs.msg import Header
@@ -22,17 +23,17 @@ __all__ = ["AdaptiveNode", "call_later"]
 _HEARTBEAT_S: Final = 0.1
 _LEVEL: Final = DiagnosticStatus.OK
 
-MessageT = TypeVar("MessageT")
+MessageT = TypeVar("MessageT", bound=Message)
 
 
 @dataclass(slots=True)
 class _Input:
     """A subscription that exists while the node is active; its topic is fixed or a parameter's value."""
 
-    message_type: type[Any]
+    message_type: type[Message]
     topic: str
     parameter: str
-    callback: Callable[[Any], None]
+    callback: Callable[..., None]
     depth: int
     subscription: AnySubscription | None = None
 

@@ -4,7 +4,7 @@ Arrays made of a message are views of its data, which is read-only once it has b
 writing. Messages made of an array share its memory: do not write to it afterwards.
 """
 
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 import numpy.typing as npt
@@ -97,7 +97,7 @@ def _rows(image: Image, encoding: str, bytes_per_pixel: int) -> npt.NDArray[np.u
     return rows[:, :width]
 
 
-def _image(header: Header, array: npt.NDArray[Any], encoding: str, bytes_per_pixel: int) -> Image:
+def _image(header: Header, array: npt.NDArray[np.generic], encoding: str, bytes_per_pixel: int) -> Image:
     height, width = array.shape[:2]
     return Image(
         header=header,

@@ -171,7 +171,7 @@ class TopicParameter(NodeParameter[str]):
 class Action(NodeParameter[bool]):
     """A parameter that does something when it is set to true, and then becomes false again; see `action`."""
 
-    def __init__(self, function: Callable[[Any], None]) -> None:
+    def __init__(self, function: Callable[..., None]) -> None:
         super().__init__(False, (function.__doc__ or "").strip().split("\n", 1)[0])
         self.function = function
 
@@ -182,7 +182,7 @@ class Action(NodeParameter[bool]):
             node.call_later(0.0, lambda: node.write_parameter(self.name, value=False))
 
 
-def action(function: Callable[[Any], None]) -> Action:
+def action(function: Callable[..., None]) -> Action:
     """Make a method a parameter that calls it when it is set to true; its docstring is the description.
 
     Example:

@@ -230,8 +230,13 @@ class Meta(type):
         raise RuntimeError("no " + name)
 class Mine(Mine, metaclass=Meta): pass
 """,
-    "a module that is not there": f"{MINE}\n\nMine.__module__ = 'no_module'\n",
 }
+
+
+def test_a_class_that_claims_to_be_of_no_module_is_of_its_file(tmp_path: Path) -> None:
+    file = write(tmp_path, f"{MINE}\n\nMine.__module__ = 'no_module'\n")
+    manager = f"{file}:Mine"
+    assert manager_sources(manager, load_manager(manager)) == (Path(file),)
 
 
 @pytest.mark.parametrize("case", HOSTILE)

@@ -192,9 +192,11 @@ def _source_file(origin: Callable[..., ManagingSystem]) -> str | None:
 
 
 def _sources(spec: str, source: str | None) -> tuple[Path, ...]:
+    where = spec.rpartition(":")[0]
+    if source is None and where.endswith(".py"):
+        source = str(Path(where).resolve())  # its class may claim to be of any module
     if source is None:
         return ()
-    where = spec.rpartition(":")[0]
     package = where.partition(".")[0]
     files = {Path(source)}
     if where.endswith(".py"):

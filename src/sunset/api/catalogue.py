@@ -1,9 +1,9 @@
 """What there is to choose from, and what is prepared and measured without a managing system."""
 
 import tempfile
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias, Unpack
+from typing import TYPE_CHECKING, Unpack
 
 from sunset import data, experiments
 from sunset.api.options import Options, as_path, seed_of, settings_of
@@ -17,6 +17,7 @@ from sunset.perception import Model, load_model
 from sunset.perception import list_models as installed_models
 from sunset.scenarios import load_scenario, load_suite, suite_names
 from sunset.system import Fault, current_system
+from sunset.workers import Progress
 
 if TYPE_CHECKING:
     from sunset.training.curves import Curves
@@ -35,8 +36,6 @@ __all__ = [
     "measure_iou",
     "render_flight",
 ]
-
-_Progress: TypeAlias = Callable[[int, int], None]
 
 
 def list_suites() -> tuple[str, ...]:
@@ -72,7 +71,7 @@ def list_models() -> tuple[str, ...]:
 
 
 def render_flight(
-    out: str | Path, plan: FlightPlan | None = None, *, progress: _Progress | None = None
+    out: str | Path, plan: FlightPlan | None = None, *, progress: Progress | None = None
 ) -> Path:
     """Render a flight over a made-up town into a new bag, as `sunset data render` does, and return the bag's folder.
 
@@ -99,7 +98,7 @@ def render_flight(
     return folder
 
 
-def bag_statistics(bag: str | Path | None = None, *, progress: _Progress | None = None) -> BagStatistics:
+def bag_statistics(bag: str | Path | None = None, *, progress: Progress | None = None) -> BagStatistics:
     """Return what a bag holds, as `sunset data info` does; of the default flight if it is None.
 
     Raises:
@@ -111,7 +110,7 @@ def bag_statistics(bag: str | Path | None = None, *, progress: _Progress | None 
 
 
 def fault_figure(
-    out: str | Path, *, seed: int = 1, progress: _Progress | None = None, **options: Unpack[Options]
+    out: str | Path, *, seed: int = 1, progress: Progress | None = None, **options: Unpack[Options]
 ) -> Path:
     """Run without a fault and with each fault of F4, and draw the entropy over time, as `sunset faults figure` does.
 
@@ -130,7 +129,7 @@ def fault_figure(
     return file
 
 
-def draw_fault_figure(file: Path, settings: Settings, seed: int, progress: _Progress | None) -> None:
+def draw_fault_figure(file: Path, settings: Settings, seed: int, progress: Progress | None) -> None:
     """Run without a fault and with each fault of F4, and draw the entropy over time; as `fault_figure`."""
     check_figure(file)
     faults = [fault.name for fault in current_system().faults.values() if fault.failure == "F4"]
@@ -189,7 +188,7 @@ def measure_curves(
     every: int = 8,
     jobs: int | None = None,
     device: str = "cpu",
-    progress: _Progress | None = None,
+    progress: Progress | None = None,
 ) -> "Curves":
     """Measure a model by fault and strength, as `sunset models curves` does.
 
@@ -216,7 +215,7 @@ def measure_iou(
     frames: int = 48,
     jobs: int | None = None,
     device: str = "cpu",
-    progress: _Progress | None = None,
+    progress: Progress | None = None,
 ) -> "IouTables":
     """Measure models on held-out towns, as `sunset models iou` does; all that are installed if none is named.
 

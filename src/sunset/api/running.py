@@ -1,7 +1,7 @@
 """Runs and campaigns: flown, stored, opened again, compared."""
 
 import tempfile
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TypeAlias, Unpack
@@ -25,11 +25,10 @@ from sunset.experiments import DEFAULT_SCENARIO, BenchSpec, ManagerCheck, RunSpe
 from sunset.recording import RUN_FILE, StoredRun, read_stored_run
 from sunset.rmw.backends import LIVE
 from sunset.scenarios import Scenario, generate
+from sunset.workers import Progress
 
 __all__ = ["agree", "bench", "check_manager", "load", "make_scenario", "report", "run"]
 
-Progress: TypeAlias = Callable[[int, int], None]
-"""Called with what is done, and what there is to do in all."""
 _Scenario: TypeAlias = str | Path | Scenario
 _Managers: TypeAlias = Manager | Mapping[str, Manager] | list[Manager] | tuple[Manager, ...]
 _Names: TypeAlias = str | list[str] | tuple[str, ...]
@@ -58,12 +57,7 @@ def run(
         ManagerError: the managing system could not be loaded, raised, did not return, or ended its process.
         OutputError: the record cannot be written.
     """
-    spec = RunSpec(
-        scenario=scenario_of(scenario),
-        manager=manager_name(manager),
-        seed=seed_of(seed),
-        settings=settings_of(options),
-    )
+    spec = _spec_of(scenario, manager, seed, options)
     if out is not None:
         return experiments.run(spec, as_path(out, "folder of the record"))
     with tempfile.TemporaryDirectory(prefix="sunset-") as folder:
@@ -166,12 +160,7 @@ def check_manager(
     Raises:
         SunsetError: as `run`.
     """
-    spec = RunSpec(
-        scenario=scenario_of(scenario),
-        manager=manager_name(manager),
-        seed=seed_of(seed),
-        settings=settings_of(options),
-    )
+    spec = _spec_of(scenario, manager, seed, options)
     return experiments.check_manager(spec, progress=progress)
 
 
@@ -224,3 +213,12 @@ def make_scenario(*faults: str, name: str = "") -> Scenario:
         ScenarioError: there is no such fault, or no such strength.
     """
     return generate(names_of(list(faults), "faults"), name=name)
+
+
+def _spec_of(scenario: _Scenario, manager: Manager, seed: int, options: Options) -> RunSpec:
+    return RunSpec(
+        scenario=scenario_of(scenario),
+        manager=manager_name(manager),
+        seed=seed_of(seed),
+        settings=settings_of(options),
+    )

@@ -1,7 +1,6 @@
 """What happened in a run, in words."""
 
 from collections.abc import Iterable, Iterator
-from pathlib import Path
 from typing import Any, Final, NoReturn
 
 from rich.console import Console
@@ -9,7 +8,7 @@ from rich.table import Table
 from rich.text import Text
 
 from sunset.metrics import Episode, RunMetrics
-from sunset.recording import StoredRun, read_stored_run
+from sunset.recording import StoredRun
 from sunset.system import current_system
 from sunset.texts import printable, shorten
 
@@ -33,13 +32,8 @@ _UNBOUNDED: Final = 100_000
 """Columns of a line that nobody wraps."""
 
 
-def print_story(folder: Path) -> None:
-    """Print the time line of a run and its metrics on stdout, from its record.
-
-    Raises:
-        RecordError: the record is missing or damaged.
-    """
-    result = read_stored_run(folder)
+def print_story(result: StoredRun) -> None:
+    """Print the time line of a run and its metrics on stdout."""
     run = result.record
     # no markup: names and values are the user's, brackets included
     console = _Console(highlight=False, markup=False, emoji=False)

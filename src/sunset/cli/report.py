@@ -8,7 +8,7 @@ from sunset.cli._progress import progress_bar
 from sunset.cli._story import print_story
 from sunset.evaluation import FORMATS, RUNS_FORMATS, render_report, render_runs
 from sunset.experiments import count_runs
-from sunset.recording import RUN_FILE
+from sunset.recording import RUN_FILE, read_stored_run
 
 __all__ = ["add_arguments", "execute", "print_report"]
 
@@ -50,7 +50,7 @@ def execute(arguments: argparse.Namespace) -> int:
     if arguments.runs:
         print_runs(folder, form or RUNS_FORMATS[0], recompute=again)
     elif form is None and not again and (folder / RUN_FILE).is_file():
-        print_story(folder)
+        print_story(read_stored_run(folder))
     else:
         print_report(folder, form or "table", recompute=again)
     return 0

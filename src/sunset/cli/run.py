@@ -66,7 +66,7 @@ def execute(arguments: argparse.Namespace) -> int:
         if arguments.json:
             print(json.dumps(result.summary(), sort_keys=True))
             return 0
-        print_story(folder)
+        print_story(result)
     if arguments.out is None:
         print("The record was not kept; '--out DIR' keeps it.", file=sys.stderr)
     else:

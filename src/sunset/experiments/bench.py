@@ -4,7 +4,7 @@ import dataclasses
 import hashlib
 import json
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -27,18 +27,15 @@ from sunset.schemas import check_fields, document_text
 from sunset.seeding import check_seed
 from sunset.system import loaded_extensions
 from sunset.texts import suggestion
-from sunset.workers import check_jobs, processors, worker_pool
+from sunset.workers import Progress, check_jobs, processors, worker_pool
 
-__all__ = ["BenchSpec", "Progress", "bench", "plan", "run_folder"]
+__all__ = ["BenchSpec", "bench", "plan", "run_folder"]
 
 REFERENCE_SUITES: Final = ("nofault", "degraded")
 """The suites that, without a managing system, give the first two rows of the paper's table."""
 
 _LOCK_FILE: Final = ".lock"
 _LONGEST_SLUG: Final = 100
-
-Progress = Callable[[int, int], None]
-"""Called with (runs that are done, runs in all), first with those that an earlier call had done."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -142,7 +139,7 @@ def bench(spec: BenchSpec, out: Path, *, jobs: int | None = None, progress: Prog
         out: the folder of results; it is made if there is none, and must belong to the same campaign.
         jobs: number of worker processes; if None one a core, or one in all for live runs, which need the processor
             in time. It has no influence on any result of the simulation.
-        progress: called after every run.
+        progress: called with (runs that are done, runs in all), first with those that an earlier call had done.
 
     Returns:
         How many runs were flown by this call.

@@ -1,17 +1,17 @@
 """Reading the messages of a record."""
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Sequence
 from pathlib import Path
 
 from sunset.errors import RecordError
 from sunset.metrics import Timeline
 from sunset.recording._bag import read_bag
-from sunset.recording.schema import RUN_FILE, read_run
+from sunset.recording.schema import RUN_FILE, RunRecord, read_run
 from sunset.recording.timelines import measured_topics, timeline
 from sunset.recording.values import RecordedMessage, digest_of
 from sunset.system import loaded_extensions
 
-__all__ = ["read_messages", "read_timeline"]
+__all__ = ["check_extensions", "read_messages", "read_timeline", "timeline_of"]
 
 
 def read_messages(folder: Path, topics: Collection[str] | None = None) -> tuple[RecordedMessage, ...]:
@@ -35,18 +35,18 @@ def read_messages(folder: Path, topics: Collection[str] | None = None) -> tuple[
     return tuple(payload.decoded() for payload in payloads if topics is None or payload.topic in topics)
 
 
-def check_extensions(flown: object, folder: Path) -> None:
+def check_extensions(run: RunRecord, folder: Path) -> None:
     """Check that this process describes the system that a run was flown with.
 
     Args:
-        flown: name → checksum, as `run.json` has them.
+        run: what `run.json` says.
         folder: the record.
 
     Raises:
         RecordError: an extension is missing, too many, or another one of the same name.
     """
     loaded = {extension.name: extension.checksum for extension in loaded_extensions()}
-    recorded = flown if isinstance(flown, Mapping) else {}
+    recorded = run.extensions or {}
     for name in recorded.keys() - loaded.keys():
         raise RecordError(
             f"The run in {folder} was flown with the extension {name}: name it with --extension."
@@ -67,9 +67,18 @@ def read_timeline(folder: Path) -> Timeline:
         RecordError: as `read_messages` or `timeline`.
     """
     run = read_run(folder)
-    check_extensions(run.extensions or {}, folder)
+    check_extensions(run, folder)
+    return timeline_of(run, read_messages(folder, measured_topics()))
+
+
+def timeline_of(run: RunRecord, messages: Sequence[RecordedMessage]) -> Timeline:
+    """Return what the metrics look at, from a record that is read already.
+
+    Raises:
+        RecordError: as `timeline`.
+    """
     return timeline(
-        read_messages(folder, measured_topics()),
+        messages,
         thresholds=run.thresholds,
         duration_s=run.duration_s,
         period_s=run.period_s,

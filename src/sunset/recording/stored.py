@@ -1,5 +1,6 @@
 """A whole run from its record: what was flown, what happened, and what was logged meanwhile."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
@@ -8,9 +9,10 @@ from sunset.dataframes import data_frame
 from sunset.errors import RecordError
 from sunset.interfaces.rcl_interfaces.msg import Log
 from sunset.metrics import Episode, ExecutedAdaptation, RunMetrics, Samples, Timeline, score
-from sunset.recording.reader import read_messages, read_timeline
+from sunset.recording.reader import check_extensions, read_messages, timeline_of
 from sunset.recording.schema import RUN_FILE, RunRecord, differing_figures, read_run, stored_figures
-from sunset.recording.timelines import LOG_TOPIC, content_of, start_of
+from sunset.recording.timelines import LOG_TOPIC, content_of, measured_topics, start_of
+from sunset.recording.values import RecordedMessage
 from sunset.texts import shorten
 
 if TYPE_CHECKING:
@@ -136,14 +138,16 @@ def read_stored_run(folder: Path) -> StoredRun:
         raise RecordError(
             f"The run in {folder} has no time line, since its managing system failed: {shorten(run.manager_failed)}"
         )
-    timeline = read_timeline(folder)
+    check_extensions(run, folder)
+    messages = read_messages(folder, {*measured_topics(), _ROSOUT})
+    timeline = timeline_of(run, messages)
     figures = score(timeline)
     return StoredRun(
         folder=folder,
         record=run,
         timeline=timeline,
         metrics=figures,
-        log=read_log(folder),
+        log=_log_of(messages),
         differing=differing_figures(stored_figures(run, folder / RUN_FILE), figures.to_json()),
     )
 
@@ -154,7 +158,10 @@ def read_log(folder: Path) -> tuple[LogLine, ...]:
     Raises:
         RecordError: as `read_messages`, or a message does not have the expected type, or the start is missing.
     """
-    messages = read_messages(folder, (_ROSOUT, LOG_TOPIC))
+    return _log_of(read_messages(folder, (_ROSOUT, LOG_TOPIC)))
+
+
+def _log_of(messages: Sequence[RecordedMessage]) -> tuple[LogLine, ...]:
     start_ns = start_of([one for one in messages if one.topic == LOG_TOPIC])
     lines = []
     for one in messages:

@@ -98,6 +98,7 @@ def test_a_program_that_does_not_spin_leaves_too_and_a_second_signal_ends_it(liv
         assert program.wait(timeout=10) == -signal.SIGTERM
 
 
+@pytest.mark.thorough
 def test_a_killed_process_is_missed_when_its_lease_ends(live: "Live") -> None:
     process = live.process()
     with guest(live, SPIN) as program:

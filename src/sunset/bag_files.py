@@ -23,8 +23,6 @@ if sys.version_info >= (3, 14):
 else:
     from backports import zstd
 
-__all__ = ["LARGEST", "RATIO", "expand", "open_bag"]
-
 LARGEST: Final = 2**28
 """256 MiB: an image of 8192 x 8192 pixels in four channels."""
 

@@ -9,8 +9,6 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["CARLA_IDS", "CLASSES", "CLASS_OF_CARLA_ID", "IGNORED"]
-
 IGNORED: Final = 255
 """The class index of pixels that take no part in training or evaluation."""
 

@@ -8,8 +8,6 @@ from sunset.errors import MissingExtraError
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-__all__ = ["data_frame"]
-
 
 def data_frame(rows: Iterable[Mapping[str, object]]) -> "DataFrame":
     """Return rows as a data frame of pandas.

@@ -20,23 +20,6 @@ sentence on stderr and exit code 2::
 
 from sunset.texts import printable
 
-__all__ = [
-    "MALFORMED_YAML",
-    "DataError",
-    "ExtensionError",
-    "InterfaceError",
-    "InvalidInputError",
-    "ManagerError",
-    "MiddlewareError",
-    "MissingExtraError",
-    "ModelError",
-    "OutputError",
-    "ParameterError",
-    "RecordError",
-    "ScenarioError",
-    "SunsetError",
-]
-
 
 class SunsetError(Exception):
     """Base of all errors that SUNSET raises on purpose; its text is one sentence for the user."""

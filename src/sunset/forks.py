@@ -21,18 +21,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from typing import IO, Final
 
-__all__ = [
-    "ONE_THREAD",
-    "UNSEEN",
-    "ForkServer",
-    "ForkedProcess",
-    "await_order",
-    "can_fork",
-    "fork_server",
-    "signal_after_parent",
-    "started_ahead",
-]
-
 ONE_THREAD: Final = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
 """A node computes little but inference, which has one thread anyway; idle threads cost time to start."""
 

@@ -12,8 +12,6 @@ from io import BufferedReader
 from pathlib import Path
 from typing import Final
 
-__all__ = ["TEXT_BYTES", "check_regular", "file_digest", "open_regular", "read_bytes", "read_text"]
-
 TEXT_BYTES: Final = 2**24
 """What cards, logs, plans and parameter files stay far below: 16 MiB."""
 

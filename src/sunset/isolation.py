@@ -26,8 +26,6 @@ from sunset.errors import SunsetError
 from sunset.forks import signal_after_parent
 from sunset.texts import shorten
 
-__all__ = ["ProcessDeath", "UnexpectedError", "Watch", "call_isolated"]
-
 T = TypeVar("T")
 
 _POLL_S: Final = 0.005

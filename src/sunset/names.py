@@ -1,7 +1,5 @@
 """Names of nodes on the ROS graph, and values as ROS and YAML write them."""
 
-__all__ = ["base_name", "qualified_name", "ros_text"]
-
 
 def qualified_name(namespace: str, node: str) -> str:
     """Return a node's name with its namespace.

@@ -20,8 +20,6 @@ from sunset.errors import InvalidInputError, SunsetError
 from sunset.input_files import read_text
 from sunset.texts import printable_json
 
-__all__ = ["check_fields", "convert", "document_text", "fields_of", "read_json"]
-
 _T = TypeVar("_T")
 
 _PLAIN: Final = {

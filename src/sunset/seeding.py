@@ -6,8 +6,6 @@ import numpy as np
 
 from sunset.errors import InvalidInputError
 
-__all__ = ["MAX_SEED", "check_seed", "generator"]
-
 MAX_SEED = 2**32 - 1
 """The largest seed that is accepted; the smallest is 0."""
 

@@ -5,8 +5,6 @@ from typing import Final
 
 from sunset.errors import SunsetError
 
-__all__ = ["complaint", "shortage"]
-
 _MEMORY: Final = "there is not enough memory; close other programs, or allow more of it ('ulimit -v')"
 _PROCESSES: Final = (
     "no thread or process can be started; close other programs, or allow more ('ulimit -u', 'ulimit -v')"

@@ -4,8 +4,6 @@ from collections.abc import Collection, Iterator, Sequence
 
 from rich.cells import cell_len
 
-__all__ = ["aligned", "markdown_table", "table_width"]
-
 _GAP = 2
 """Spaces between two columns."""
 

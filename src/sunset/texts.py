@@ -5,8 +5,6 @@ import difflib
 import io
 from collections.abc import Iterable
 
-__all__ = ["csv_text", "printable", "printable_json", "shorten", "suggestion"]
-
 
 def printable(text: str) -> str:
     r"""Return `text` with escapes for what a terminal obeys instead of showing it; lines and tabs stay.

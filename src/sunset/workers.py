@@ -13,8 +13,6 @@ from contextlib import contextmanager
 
 from sunset.errors import InvalidInputError, SunsetError
 
-__all__ = ["Progress", "check_jobs", "processors", "worker_pool"]
-
 Progress = Callable[[int, int], None]
 """Called with how much is done and how much there is."""
 

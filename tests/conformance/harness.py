@@ -15,8 +15,6 @@ from sunset.rmw.sim import SimProcess, Simulation
 from sunset.ros import Context, Node, SingleThreadedExecutor
 from sunset.ros.client import Client
 
-__all__ = ["CycloneHarness", "Harness", "SimHarness"]
-
 
 class Harness(ABC):
     """Runs nodes in processes of their own, and one, the tester, in the test's."""

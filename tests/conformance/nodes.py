@@ -21,8 +21,6 @@ from sunset.ros.node import Node
 from sunset.ros.parameter import Parameter
 from sunset.ros.qos import DurabilityPolicy, QoSProfile
 
-__all__ = ["NODES", "Clocked", "Echo", "Managed", "Parametrised", "Server", "Talker"]
-
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 

@@ -8,8 +8,6 @@ from tests.conformance.nodes import NODES
 from sunset.rmw.dds import CycloneDDS
 from sunset.ros import Context, SingleThreadedExecutor
 
-__all__ = ["PROCESSES", "join_domain", "run_node"]
-
 PROCESSES = multiprocessing.get_context("forkserver")
 PROCESSES.set_forkserver_preload([__name__, "pytest"])
 

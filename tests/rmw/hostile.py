@@ -16,8 +16,6 @@ from sunset.interfaces.sensor_msgs.msg import Image
 from sunset.interfaces.std_msgs.msg import Header
 from sunset.rmw.dds._library import sertype_of
 
-__all__ = ["KINDS", "misnamed_writer", "padded", "samples", "targets"]
-
 Random = np.random.Generator
 
 WORDS = (

@@ -23,8 +23,6 @@ from cyclonedds.qos import Policy, Qos
 from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
 
-__all__ = ["LATCHED", "RELIABLE", "Peer", "header", "payload", "text"]
-
 FOREVER = 2**63 - 1
 ANY = 127
 RELIABLE = Qos(Policy.Reliability.Reliable(FOREVER), Policy.History.KeepLast(1000))

@@ -23,20 +23,6 @@ if TYPE_CHECKING:
     from sunset.training.curves import Curves
     from sunset.training.tables import IouTables
 
-__all__ = [
-    "bag_statistics",
-    "calibrate_model",
-    "fault_figure",
-    "list_faults",
-    "list_managers",
-    "list_models",
-    "list_scenarios",
-    "list_suites",
-    "measure_curves",
-    "measure_iou",
-    "render_flight",
-]
-
 
 def list_suites() -> tuple[str, ...]:
     """Return the names of the suites."""

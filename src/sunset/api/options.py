@@ -11,18 +11,6 @@ from sunset.managing import ManagingSystem, register_manager
 from sunset.scenarios import Scenario, load_scenario
 from sunset.texts import shorten, suggestion
 
-__all__ = [
-    "Manager",
-    "Options",
-    "as_path",
-    "manager_name",
-    "manager_names",
-    "names_of",
-    "scenario_of",
-    "seed_of",
-    "settings_of",
-]
-
 Manager: TypeAlias = str | type[ManagingSystem] | Callable[..., ManagingSystem]
 """A managing system: its name, its class, or a function that makes one."""
 

@@ -19,8 +19,6 @@ from sunset.evaluation import (
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-__all__ = ["Results"]
-
 
 @dataclass(frozen=True)
 class Results:

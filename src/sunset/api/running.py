@@ -27,8 +27,6 @@ from sunset.rmw.backends import LIVE
 from sunset.scenarios import Scenario, generate
 from sunset.workers import Progress
 
-__all__ = ["agree", "bench", "check_manager", "load", "make_scenario", "report", "run"]
-
 _Scenario: TypeAlias = str | Path | Scenario
 _Managers: TypeAlias = Manager | Mapping[str, Manager] | list[Manager] | tuple[Manager, ...]
 _Names: TypeAlias = str | list[str] | tuple[str, ...]

@@ -4,8 +4,6 @@ from collections.abc import Iterable, Sequence
 
 from sunset.tables import aligned
 
-__all__ = ["print_columns"]
-
 
 def print_columns(header: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
     """Print rows of cells below a header, each column as wide as its widest cell."""

@@ -14,8 +14,6 @@ from sunset.cli._parser import EXIT_BAD_INPUT, VERBS, Verb, make_parser, split_e
 from sunset.forks import started_ahead
 from sunset.shortage import complaint
 
-__all__ = ["EXIT_INTERRUPTED", "main"]
-
 EXIT_INTERRUPTED: Final = 130
 _SIGNALLED: Final = 128
 """Added to a signal's number, as shells do."""

@@ -9,17 +9,6 @@ from sunset.rmw.backends import BACKENDS, SIMULATED
 from sunset.scenarios import suite_names
 from sunset.system import DURATION_S
 
-__all__ = [
-    "add_campaign_options",
-    "add_flight_options",
-    "add_middleware_options",
-    "add_model_options",
-    "bag_path",
-    "campaign",
-    "flight_settings",
-    "names",
-]
-
 
 def names(text: str) -> tuple[str, ...]:
     """Parse names that are separated by commas."""

@@ -8,17 +8,6 @@ from typing import Any, Final, NamedTuple, NoReturn, TypeAlias
 from sunset import __version__
 from sunset.texts import suggestion
 
-__all__ = [
-    "EXIT_BAD_INPUT",
-    "VERBS",
-    "Actions",
-    "Parser",
-    "Verb",
-    "at_least_one",
-    "make_parser",
-    "split_extensions",
-]
-
 EXIT_BAD_INPUT: Final = 2
 
 Actions: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"  # noqa: SLF001  it has no other name

@@ -14,8 +14,6 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, Ti
 
 from sunset.data import cache_folder
 
-__all__ = ["BUILDING", "progress_bar", "rendering_progress", "stages_progress"]
-
 BUILDING: Final = "Building the town"
 """What is done before the first frame of a flight is rendered."""
 

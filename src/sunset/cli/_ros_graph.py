@@ -5,8 +5,6 @@ import argparse
 from sunset.cli._ros_session import NotThereError, Session, absolute, hidden, session
 from sunset.rmw.core.port import EndpointInfo, EndpointKind, HistoryPolicy
 
-__all__ = ["node_info", "node_list", "service_list", "topic_info", "topic_list"]
-
 _TOPIC_KINDS = (EndpointKind.PUBLISHER, EndpointKind.SUBSCRIPTION)
 _SECTIONS = {
     "Subscribers": EndpointKind.SUBSCRIPTION,

@@ -9,8 +9,6 @@ import yaml
 from sunset.errors import MALFORMED_YAML, InterfaceError, InvalidInputError
 from sunset.interfaces import FieldType, Message, field_types, get_message, serialize, type_name
 
-__all__ = ["message_from_yaml", "message_to_repr", "message_to_yaml"]
-
 _SHOWN: Final = 128
 """The most elements of a sequence, and characters of a string, that are shown unless all are asked for."""
 

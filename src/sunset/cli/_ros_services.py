@@ -16,18 +16,6 @@ from sunset.ros._parameter_files import parse_value
 from sunset.ros.parameter import Parameter, parameter_value_to_python
 from sunset.ros.qos import qos_profile_parameters
 
-__all__ = [
-    "lifecycle_get",
-    "lifecycle_list",
-    "lifecycle_nodes",
-    "lifecycle_set",
-    "param_get",
-    "param_list",
-    "param_set",
-    "service_call",
-    "value_text",
-]
-
 _LABELS = {
     Parameter.Type.BOOL: "Boolean value is:",
     Parameter.Type.INTEGER: "Integer value is:",

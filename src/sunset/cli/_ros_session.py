@@ -19,8 +19,6 @@ from sunset.ros.names import validate_topic_name
 from sunset.ros.node import Node
 from sunset.ros.qos import QoSProfile, qos_profile_services_default
 
-__all__ = ["NotThereError", "Session", "absolute", "hidden", "session"]
-
 _QUIET_S: Final = 0.5
 """The graph is complete when nothing new has been seen for so long."""
 

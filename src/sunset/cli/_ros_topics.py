@@ -14,8 +14,6 @@ from sunset.interfaces import Message, get_message
 from sunset.rmw.core.port import EndpointInfo, EndpointKind
 from sunset.ros.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
-__all__ = ["rate_text", "topic_echo", "topic_hz"]
-
 _REPORT_S = 1.0
 
 

@@ -12,8 +12,6 @@ from sunset.recording import StoredRun
 from sunset.system import current_system
 from sunset.texts import printable, shorten
 
-__all__ = ["print_story"]
-
 _STYLES = {
     "fault": "red",
     "symptom": "yellow",

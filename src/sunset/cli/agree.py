@@ -18,8 +18,6 @@ from sunset.evaluation import AGREEMENT_FORMATS, compare, format_agreement
 from sunset.experiments import bench, plan, prepare
 from sunset.rmw.backends import LIVE, live_middleware
 
-__all__ = ["add_arguments", "execute"]
-
 _SIM = "sim"
 _LIVE = "live"
 

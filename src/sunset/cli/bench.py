@@ -18,8 +18,6 @@ from sunset.cli.report import print_report
 from sunset.evaluation import FORMATS
 from sunset.experiments import bench, plan, prepare
 
-__all__ = ["add_arguments", "execute"]
-
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Complete the verb's parser."""

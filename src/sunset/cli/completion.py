@@ -12,8 +12,6 @@ from sunset.perception import list_models
 from sunset.scenarios import scenario_names, suite_names
 from sunset.system import current_system
 
-__all__ = ["add_arguments", "execute"]
-
 _SHELLS: Final = ("bash", "zsh", "fish", "tcsh")
 
 

@@ -32,8 +32,6 @@ from sunset.data import (
 from sunset.errors import InvalidInputError
 from sunset.texts import printable
 
-__all__ = ["add_arguments", "import_flight", "info", "render"]
-
 _SOURCES: Final = ("syndrone", "pictures", "bag")
 _OF_SOURCES: Final = (
     ("town", "1", _SOURCES[:1]),

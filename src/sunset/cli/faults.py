@@ -14,8 +14,6 @@ from sunset.experiments import RunSpec, prepare
 from sunset.scenarios import load_scenario
 from sunset.system import Fault, current_system, get_fault
 
-__all__ = ["add_arguments", "draw", "list_faults", "show"]
-
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Complete the verb's parser."""

@@ -11,8 +11,6 @@ from sunset.experiments import DEFAULT_SCENARIO, RunSpec, check_manager, manager
 from sunset.managing import MANAGERS
 from sunset.scenarios import load_scenario
 
-__all__ = ["add_arguments", "check", "list_managers"]
-
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Complete the verb's parser."""

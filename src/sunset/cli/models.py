@@ -29,8 +29,6 @@ from sunset.training.recalibrate import calibrate_model, check_target, frames_of
 from sunset.training.tables import VIEWS, measure_iou
 from sunset.training.tables_text import iou_csv, iou_json, iou_markdown
 
-__all__ = ["add_arguments", "calibrate", "curves", "import_model", "iou", "list_models", "show"]
-
 _FRAMES: Final = 4
 """How many are segmented to see how long one takes; the quickest counts."""
 

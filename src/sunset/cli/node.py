@@ -4,8 +4,6 @@ import argparse
 
 from sunset.harness.node_process import MANAGER, NodeSpec, node_names, run_node
 
-__all__ = ["add_arguments", "add_network_options", "execute"]
-
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Complete the verb's parser."""

@@ -10,8 +10,6 @@ from sunset.evaluation import FORMATS, RUNS_FORMATS, render_report, render_runs
 from sunset.experiments import count_runs
 from sunset.recording import RUN_FILE, read_stored_run
 
-__all__ = ["add_arguments", "execute", "print_report"]
-
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Complete the verb's parser."""

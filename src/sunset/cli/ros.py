@@ -12,8 +12,6 @@ from sunset.cli import _ros_topics as topics
 from sunset.cli._parser import Actions, at_least_one
 from sunset.cli._ros_session import NotThereError
 
-__all__ = ["EXIT_NOT_THERE", "add_arguments"]
-
 EXIT_NOT_THERE: Final = 1
 """What was asked for is not on the graph, or refused."""
 

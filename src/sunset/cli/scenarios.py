@@ -9,8 +9,6 @@ from sunset.errors import OutputError
 from sunset.experiments.files import write_text
 from sunset.scenarios import generate, load_scenario, load_suite, suite_names
 
-__all__ = ["add_arguments", "generate_scenario", "list_scenarios", "show"]
-
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Complete the verb's parser."""

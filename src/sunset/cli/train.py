@@ -14,8 +14,6 @@ from sunset.perception import DEVICES, load_model
 from sunset.training import CONFIGS, MODALITIES, FrameCounts, train
 from sunset.workers import processors
 
-__all__ = ["add_arguments", "execute"]
-
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Complete the verb's parser."""

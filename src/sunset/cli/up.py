@@ -19,8 +19,6 @@ from sunset.harness.operator import NodeStatus, Operator
 from sunset.rmw.backends import LIVE, live_middleware
 from sunset.scenarios import Scenario, load_scenario
 
-__all__ = ["add_arguments", "execute"]
-
 _REFRESH_S: Final = 0.5
 
 

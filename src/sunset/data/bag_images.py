@@ -25,17 +25,6 @@ from sunset.interfaces.sensor_msgs.msg import CompressedImage, Image
 from sunset.interfaces.stamps import ns_of, stamp_of
 from sunset.interfaces.std_msgs.msg import Header
 
-__all__ = [
-    "COMPRESSED_IMAGE",
-    "IMAGE",
-    "SENSORS",
-    "TOPICS",
-    "Recorded",
-    "Sensor",
-    "decoded",
-    "serialized",
-]
-
 TOPICS: Final = MappingProxyType({"/rgb_raw": "bgr8", "/depth_raw": "16UC1", "/gt_segmentation": "8UC1"})
 """The topics of a bag and the encodings in which their images are written."""
 

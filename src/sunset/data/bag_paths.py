@@ -6,8 +6,6 @@ from typing import Final
 from sunset.errors import DataError, OutputError
 from sunset.input_files import open_regular
 
-__all__ = ["STORAGES", "check_bag_path", "check_uri"]
-
 _HEADER_BYTES: Final = 100
 """Of a file of sqlite3's: https://www.sqlite.org/fileformat.html, section 1.3."""
 _LARGEST_PAGE: Final = 65536

@@ -12,8 +12,6 @@ from sunset.data.bag import BagReader
 from sunset.data.frame import DEPTH_RANGE_M
 from sunset.data.pixels import FAR
 
-__all__ = ["BagStatistics", "bag_statistics"]
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BagStatistics:

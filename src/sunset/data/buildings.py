@@ -7,8 +7,6 @@ import numpy as np
 from sunset.data.meshes import Colour, Finish, Material, Mesh, box, gable, join, place
 from sunset.data.roofs import flat_roof, pitched_roof
 
-__all__ = ["apartment", "hall", "house", "tower"]
-
 FOUNDATION_M: Final = 3.0
 """How far walls reach below the ground floor, for slopes."""
 STOREY_M: Final = 3.2

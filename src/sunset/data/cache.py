@@ -17,8 +17,6 @@ from sunset.errors import OutputError
 from sunset.input_files import file_digest, read_text
 from sunset.workers import Progress, check_jobs, processors, worker_pool
 
-__all__ = ["RENDER_VERSION", "cache_folder", "default_flight", "flight_bag", "kept_bag", "render_parallel"]
-
 RENDER_VERSION: Final = 2
 """Grows whenever a rendered byte changes, so that flights in users' caches are rendered anew."""
 

@@ -8,8 +8,6 @@ import numpy.typing as npt
 
 from sunset.data.frame import Reals
 
-__all__ = ["FIELD_OF_VIEW_DEG", "Pose", "pixel_width", "rays"]
-
 FIELD_OF_VIEW_DEG: Final = 90.0
 """Horizontal angle of view in degrees."""
 

@@ -12,8 +12,6 @@ from sunset.data.meshes import Material
 from sunset.data.textures import broad, grain, hashed, look_up, tangle
 from sunset.data.vectors import dot, pick, put, scale, scaled
 
-__all__ = ["Surfaces", "finish_solids"]
-
 F: Final = np.float32
 Rows = npt.NDArray[np.int64]
 Drawing = Callable[["Surfaces", Rows], None]

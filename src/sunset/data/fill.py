@@ -11,8 +11,6 @@ from sunset.data.layout import Block, BlockKind
 from sunset.data.lots import parking_stalls
 from sunset.data.props import TREES
 
-__all__ = ["fill_blocks", "plant_country"]
-
 WOOD: Final = 1800
 """How many bushes stand for the woods and hedges around a town."""
 

@@ -17,8 +17,6 @@ from sunset.data.views import is_free
 from sunset.errors import InvalidInputError
 from sunset.seeding import check_seed
 
-__all__ = ["DEFAULT_FLIGHT", "FlightPlan", "render_frames"]
-
 SAMPLES: Final = 4001
 ROOFS_M: Final = 45.0
 """From this height on, a flight is clear of every roof."""

@@ -6,8 +6,6 @@ from typing import Final, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["DEPTH_RANGE_M", "FRAME_SIZE", "Frame", "Ids", "Reals"]
-
 Reals: TypeAlias = npt.NDArray[np.float32]
 Ids: TypeAlias = npt.NDArray[np.uint8]
 

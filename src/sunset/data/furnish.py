@@ -16,8 +16,6 @@ from sunset.data.props import prop as prop_mesh
 from sunset.data.vehicles import mover
 from sunset.seeding import generator
 
-__all__ = ["CAR_TINTS", "CLOTHES", "Builder"]
-
 CELL_M: Final = 0.5
 MARGIN: Final = 3
 WHITE: Final[Colour] = (1.0, 1.0, 1.0)

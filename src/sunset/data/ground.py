@@ -15,8 +15,6 @@ from sunset.classes import CARLA_IDS
 from sunset.data.frame import Ids
 from sunset.data.layout import EXTENT_M
 
-__all__ = ["SURFACE_LABELS", "Ground", "Sheet", "Surface"]
-
 
 class Surface(IntEnum):
     """What the ground is covered with."""

@@ -17,8 +17,6 @@ from sunset.data.relief import Relief, Wave
 from sunset.errors import InvalidInputError
 from sunset.seeding import generator
 
-__all__ = ["EXTENT_M", "PAVEMENT_M", "TOWNS", "Block", "BlockKind", "Street", "TownPlan", "Warp", "plan_town"]
-
 TOWNS: Final = range(1, 9)
 """The numbers of the towns."""
 

@@ -7,8 +7,6 @@ import numpy as np
 
 from sunset.errors import InvalidInputError
 
-__all__ = ["TIMES", "WEATHERS", "Light", "light"]
-
 TIMES: Final = ("morning", "noon", "evening")
 """The times of day."""
 WEATHERS: Final = ("clear", "hazy", "overcast")

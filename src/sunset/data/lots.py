@@ -10,8 +10,6 @@ from sunset.data.ground import Surface
 from sunset.data.layout import Block, BlockKind
 from sunset.data.painter import Painter
 
-__all__ = ["paint_block", "parking_stalls"]
-
 _BASE: Final = {
     BlockKind.TOWERS: Surface.PLAZA,
     BlockKind.PERIMETER: Surface.LAWN,

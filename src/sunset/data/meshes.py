@@ -11,22 +11,6 @@ import numpy.typing as npt
 from sunset.classes import CARLA_IDS
 from sunset.data.frame import Ids, Reals
 
-__all__ = [
-    "Colour",
-    "Finish",
-    "Material",
-    "Mesh",
-    "blob",
-    "box",
-    "cylinder",
-    "gable",
-    "hip",
-    "join",
-    "place",
-    "shell",
-    "taper",
-]
-
 Colour = tuple[float, float, float]
 
 

@@ -12,8 +12,6 @@ from typing import Final, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["HALF_M", "PHASE_S", "Hops", "Places", "Rounds", "Trains"]
-
 HALF_M: Final = 430.0
 """Half the length of the railway on which trains run round and round, in metres."""
 PHASE_S: Final = 15.0

@@ -10,8 +10,6 @@ from sunset.data.frame import Ids
 from sunset.data.ground import Surface
 from sunset.data.layout import Street, TownPlan
 
-__all__ = ["Painter"]
-
 SUBPIXEL_BITS: Final = 4
 
 

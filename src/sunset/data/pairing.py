@@ -6,8 +6,6 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["pair"]
-
 _LONE_PERIOD_NS: Final = 100_000_000
 """The period that is assumed where there is only one image."""
 

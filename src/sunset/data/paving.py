@@ -10,8 +10,6 @@ from sunset.data.lots import paint_block
 from sunset.data.painter import Painter
 from sunset.seeding import generator
 
-__all__ = ["NARROW_M", "has_zebra", "paint_ground"]
-
 NARROW_M: Final = 7.0
 """A narrower carriageway has no centre line."""
 COUNTRY_M: Final = 1536.0

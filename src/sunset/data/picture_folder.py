@@ -25,8 +25,6 @@ from sunset.data.reading_ahead import read_ahead
 from sunset.errors import DataError
 from sunset.input_files import read_bytes
 
-__all__ = ["PictureFolder", "find_pictures"]
-
 _KINDS: Final = MappingProxyType(
     {"rgb": (COLOUR_JPEG, COLOUR_PNG), "depth": (DEPTH_PNG,), "labels": (LABEL_PNG,)}
 )

@@ -18,25 +18,6 @@ from sunset.data.frame import DEPTH_RANGE_M, Frame
 from sunset.errors import DataError
 from sunset.interfaces.sensor_msgs.msg import Image
 
-__all__ = [
-    "COLOUR_JPEG",
-    "COLOUR_PNG",
-    "DEPTH_PNG",
-    "FAR",
-    "IDS_OF_NO_CLASS",
-    "LABEL_PNG",
-    "PICTURE_BYTES",
-    "Pixels",
-    "bgr_of",
-    "check_ids",
-    "counts_of",
-    "counts_of_metres",
-    "dimensions",
-    "picture",
-    "raw_pixels",
-    "resample",
-]
-
 Pixels = npt.NDArray[Any]
 """Of whatever type a sensor has."""
 

@@ -9,8 +9,6 @@ import numpy as np
 from sunset.data.meshes import Colour, Finish, Material, Mesh, blob, box, cylinder, gable, join
 from sunset.seeding import generator
 
-__all__ = ["TREES", "prop", "tree"]
-
 TREES: Final = 8
 """How many different trees there are: 0 to 3 broad-leaved, 4 a poplar, 5 and 6 conifers (alike), 7 a bush."""
 

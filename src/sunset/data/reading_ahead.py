@@ -8,8 +8,6 @@ from typing import TypeVar
 
 from sunset.data.frame import Frame
 
-__all__ = ["read_ahead"]
-
 T = TypeVar("T")
 
 

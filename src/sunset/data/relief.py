@@ -6,8 +6,6 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["BANK_M", "CROWN_M", "RAIL_M", "Relief", "Wave"]
-
 Points = npt.NDArray[np.float64]
 
 WATER_M: Final = -2.6

@@ -26,8 +26,6 @@ from sunset.data.town import Hits, Solid, Town
 from sunset.data.vectors import dot, pick, put, zeros
 from sunset.seeding import generator
 
-__all__ = ["View", "render"]
-
 SKY: Final = CARLA_IDS["sky"]
 SENSOR_NOISE: Final = 1.6
 HIDDEN_SKY: Final = 0.7

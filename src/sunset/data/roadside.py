@@ -10,8 +10,6 @@ from sunset.data.paving import NARROW_M
 from sunset.data.relief import CROWN_M
 from sunset.data.terrain import rail_spans
 
-__all__ = ["furnish_railway", "furnish_streets"]
-
 BRIDGE_M: Final = 12.0
 """So near the river's water, no bus stops."""
 

@@ -6,8 +6,6 @@ import numpy as np
 
 from sunset.data.meshes import Colour, Finish, Material, Mesh, box, gable, hip, shell
 
-__all__ = ["flat_roof", "pitched_roof"]
-
 Size = tuple[float, float]
 TILES: Final[tuple[Colour, ...]] = (
     (0.5, 0.3, 0.23),

@@ -10,8 +10,6 @@ from sunset.data.frame import Reals
 from sunset.data.light import Light
 from sunset.data.vectors import dot, pick
 
-__all__ = ["Seen", "shade"]
-
 F: Final = np.float32
 GROUND_SHARE: Final = F(0.2)
 """How bright the surroundings are that a wall mirrors, as a share of the haze."""

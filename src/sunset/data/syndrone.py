@@ -29,8 +29,6 @@ from sunset.data.reading_ahead import read_ahead
 from sunset.errors import DataError
 from sunset.input_files import read_bytes
 
-__all__ = ["SynDroneFlight", "find_syndrone", "is_syndrone", "survey_syndrone"]
-
 TOWNS: Final = ("01", "02", "03", "04", "05", "06", "07", "10HD")
 SIZE: Final = (1080, 1920)
 

@@ -10,8 +10,6 @@ from sunset.data.layout import PAVEMENT_M, TownPlan
 from sunset.data.meshes import Finish, Mesh, join, shell
 from sunset.data.relief import BANK_M, CROWN_M
 
-__all__ = ["Terrain", "bridge_spans", "make_terrain", "rail_spans"]
-
 GROUND: Final = Finish((0.5, 0.5, 0.5), "ground")
 STEP_M: Final = 8.0
 TOWN_M: Final = 432.0

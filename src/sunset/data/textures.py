@@ -12,8 +12,6 @@ from sunset.data.ground import Surface
 from sunset.data.vectors import pick, put, scale, scaled
 from sunset.seeding import generator
 
-__all__ = ["broad", "grain", "ground_look", "hashed", "look_up", "tangle"]
-
 NOISE_SIZE: Final = 1024
 NOISE_MASK: Final = NOISE_SIZE - 1
 Cells = npt.NDArray[np.int32]

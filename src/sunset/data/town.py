@@ -19,8 +19,6 @@ from sunset.data.roadside import furnish_railway, furnish_streets
 from sunset.data.terrain import Terrain, make_terrain
 from sunset.data.traffic import Traffic, make_traffic
 
-__all__ = ["Hits", "Solid", "Town", "build_town"]
-
 
 @dataclass(frozen=True, slots=True)
 class Hits:

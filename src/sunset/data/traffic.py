@@ -16,8 +16,6 @@ from sunset.data.paving import has_zebra
 from sunset.data.vehicles import MOVERS, mover
 from sunset.seeding import generator
 
-__all__ = ["KINDS", "Traffic", "make_traffic"]
-
 KINDS: Final = tuple(MOVERS)
 LANE_KINDS: Final = ("saloon", "hatchback", "van", "truck", "bus")
 AVENUE_SHARES: Final = (0.38, 0.29, 0.12, 0.12, 0.09)

@@ -8,8 +8,6 @@ import numpy.typing as npt
 
 from sunset.data.frame import Reals
 
-__all__ = ["dot", "pick", "put", "scale", "scaled", "zeros"]
-
 Indices = npt.NDArray[np.integer]
 
 

@@ -5,8 +5,6 @@ from typing import Final
 
 from sunset.data.meshes import Colour, Finish, Material, Mesh, box, join, taper
 
-__all__ = ["MOVERS", "mover"]
-
 WHITE: Final[Colour] = (1.0, 1.0, 1.0)
 GLASS: Final[Colour] = (0.15, 0.17, 0.19)
 TYRE: Final[Colour] = (0.1, 0.1, 0.11)

@@ -13,8 +13,6 @@ from sunset.data.town import Town, build_town
 from sunset.errors import InvalidInputError
 from sunset.seeding import check_seed, generator
 
-__all__ = ["HEIGHTS_M", "PITCHES_DEG", "TrainingView", "is_free", "render_views", "training_views"]
-
 HEIGHTS_M: Final = (20.0, 50.0, 80.0)
 """SynDrone's flight heights in metres."""
 PITCHES_DEG: Final = (30.0, 60.0, 90.0)

@@ -15,8 +15,6 @@ from sunset.recording import read_timeline
 from sunset.texts import shorten
 from sunset.workers import Progress
 
-__all__ = ["TOLERANCE", "TOLERANCE_S", "Agreement", "Comparison", "LeftOut", "Pair", "compare"]
-
 TOLERANCE: Final = 0.2
 """By this share of the simulation's mean the live mean may differ."""
 

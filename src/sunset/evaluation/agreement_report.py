@@ -11,8 +11,6 @@ from sunset.evaluation.text import WIDTH
 from sunset.tables import aligned, table_width
 from sunset.texts import csv_text
 
-__all__ = ["AGREEMENT_FORMATS", "format_agreement"]
-
 AGREEMENT_FORMATS: Final = ("table", "csv", "json")
 
 _METHOD: Final = (

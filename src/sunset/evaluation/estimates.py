@@ -7,8 +7,6 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Final
 
-__all__ = ["CONFIDENCE", "METHOD", "Estimate", "estimate", "student_quantile"]
-
 CONFIDENCE: Final = 0.95
 
 METHOD: Final = (

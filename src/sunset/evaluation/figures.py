@@ -15,8 +15,6 @@ from sunset.system import WINDOW, MovingMean
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["check_figure", "entropy_figure"]
-
 SUFFIXES: Final = (".pdf", ".png", ".svg")
 
 # Okabe and Ito's colours, without the yellow, which is too light for lines; told apart by dashes as well

@@ -7,8 +7,6 @@ from typing import Final
 
 from sunset.evaluation.layout import Block, Cell, Interval, LineKind, Quantity, Report
 
-__all__ = ["as_latex", "escape_latex"]
-
 _ESCAPES: Final = MappingProxyType(
     {
         "\\": r"\textbackslash{}",

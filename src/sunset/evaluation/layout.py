@@ -13,19 +13,6 @@ from sunset.evaluation.summary import PUBLISHED, PUBLISHED_SOURCE, SystemRow
 from sunset.system import DURATION_S
 from sunset.texts import printable, shorten
 
-__all__ = [
-    "Block",
-    "Cell",
-    "Column",
-    "Interval",
-    "Line",
-    "LineKind",
-    "Quantity",
-    "Report",
-    "arrange",
-    "plain",
-]
-
 
 @dataclass(frozen=True, slots=True)
 class Quantity:

@@ -14,8 +14,6 @@ from sunset.texts import suggestion
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-__all__ = ["Difference", "PairedComparison", "compare_managers"]
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Difference:

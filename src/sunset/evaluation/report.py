@@ -16,8 +16,6 @@ from sunset.evaluation.webpage import as_html
 from sunset.texts import csv_text
 from sunset.workers import Progress
 
-__all__ = ["FORMATS", "format_report", "render_report"]
-
 FORMATS: Final = ("table", "latex", "csv", "json", "html")
 
 

@@ -23,8 +23,6 @@ from sunset.recording import (
 from sunset.system import DURATION_S
 from sunset.workers import Progress
 
-__all__ = ["FIGURES", "Flight", "RunRow", "load_results", "recompute"]
-
 FIGURES: Final = RunMetrics.names()
 """The names of a run's figures, as `RunMetrics` has them."""
 

@@ -9,8 +9,6 @@ from sunset.evaluation.results import FIGURES, RunRow, load_results
 from sunset.texts import csv_text, printable
 from sunset.workers import Progress
 
-__all__ = ["RUNS_FORMATS", "render_runs", "run_fields"]
-
 RUNS_FORMATS: Final = ("csv", "json")
 
 

@@ -10,8 +10,6 @@ from sunset.evaluation.estimates import Estimate, estimate
 from sunset.evaluation.results import FIGURES, Flight, RunRow
 from sunset.system import DURATION_S
 
-__all__ = ["PUBLISHED", "PUBLISHED_SOURCE", "SystemRow", "published_names", "summarise"]
-
 PUBLISHED_SOURCE: Final = "Wiedholz et al., SUNSET, RoSE'26, Table 1"
 
 PUBLISHED: Final[Mapping[str, Mapping[str, tuple[float, float]]]] = MappingProxyType(

@@ -8,8 +8,6 @@ from rich.cells import cell_len
 from sunset.evaluation.layout import Block, Report, plain
 from sunset.tables import aligned, table_width
 
-__all__ = ["as_text"]
-
 WIDTH: Final = 100
 _GAP: Final = 2
 _RUNS: Final = "runs"

@@ -5,8 +5,6 @@ from typing import Final
 
 from sunset.evaluation.layout import Block, Line, LineKind, Report, plain
 
-__all__ = ["as_html"]
-
 _STYLE: Final = """
 :root { color-scheme: light dark; --ink: #1b1b1b; --soft: #666;
   --line: #ccc; --paper: #fff; --band: #f4f6f8; }

@@ -29,8 +29,6 @@ from sunset.system import loaded_extensions
 from sunset.texts import suggestion
 from sunset.workers import Progress, check_jobs, processors, worker_pool
 
-__all__ = ["BenchSpec", "bench", "plan", "run_folder"]
-
 REFERENCE_SUITES: Final = ("nofault", "degraded")
 """The suites that, without a managing system, give the first two rows of the paper's table."""
 

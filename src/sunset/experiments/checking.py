@@ -14,8 +14,6 @@ from sunset.experiments.spec import RunSpec
 from sunset.managing import is_registered
 from sunset.workers import worker_pool
 
-__all__ = ["ManagerCheck", "check_manager"]
-
 _HASH_SEED: Final = "PYTHONHASHSEED"
 
 

@@ -5,8 +5,6 @@ from pathlib import Path
 
 from sunset.errors import OutputError
 
-__all__ = ["make_folder", "write_text"]
-
 
 def make_folder(folder: Path) -> None:
     """Make a folder and its parents; it may exist.

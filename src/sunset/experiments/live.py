@@ -24,8 +24,6 @@ from sunset.rmw.core.node import Middleware
 from sunset.ros import CallbackError, Context, SingleThreadedExecutor
 from sunset.system import MANAGER_PROCESS, SURROUNDING, current_system, full_name
 
-__all__ = ["LiveClock", "LiveSystem", "drop_line"]
-
 _FIRST: Final = ("bag_player", "camera", "depth", EXECUTOR)
 """Those that others wait for, or that take longest to be active, are started before the others."""
 _TURN_S: Final = 0.2

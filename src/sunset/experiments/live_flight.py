@@ -28,8 +28,6 @@ from sunset.rmw.core.tap import Tap
 from sunset.ros.context import Context
 from sunset.system import MANAGER_PROCESS, RESULT_TOPIC, current_system
 
-__all__ = ["FrameCount", "LiveSupervisor", "fly"]
-
 _S = 10**9
 _CLOCK = "/clock"
 _TRUTH = "/gt_segmentation"

@@ -15,16 +15,6 @@ from sunset.ros import CallbackError, Context, Parameter
 from sunset.system import current_system
 from sunset.texts import shorten
 
-__all__ = [
-    "absent",
-    "check_injection",
-    "check_name",
-    "failure",
-    "isolate",
-    "manager_checksum",
-    "manager_factory",
-]
-
 
 def manager_factory(
     spec: RunSpec, made: type[ManagingSystem], entropy_threshold: float, watch: Watch

@@ -35,8 +35,6 @@ from sunset.system import (
 )
 from sunset.texts import shorten
 
-__all__ = ["COMMANDS_TOPIC", "Observer", "Sink"]
-
 COMMANDS_TOPIC: Final = "/experiment/commands"
 """Where the record keeps the observed commands (`system_interfaces/msg/Command`)."""
 

@@ -4,8 +4,6 @@ from sunset.experiments.resources import Resources
 from sunset.experiments.spec import RunSpec
 from sunset.seeding import generator
 
-__all__ = ["Parameters", "node_parameters"]
-
 Parameters = dict[str, bool | int | float | str]
 
 

@@ -17,8 +17,6 @@ from typing import IO, Final, Self
 from sunset.forks import ONE_THREAD, UNSEEN, ForkedProcess, fork_server
 from sunset.harness.node_process import NodeSpec
 
-__all__ = ["NodeProcesses"]
-
 _PARTING_S: Final = 3.0
 """How long processes may take to leave the graph when all of them are ended."""
 _TURN_S: Final = 0.1

@@ -13,8 +13,6 @@ from sunset.input_files import file_digest
 from sunset.managing import MANAGERS
 from sunset.perception import InferenceCache, Modality, Model, Segmenter, load_model
 
-__all__ = ["Resources", "close_bags", "find_resources", "missing_networks", "own_cache"]
-
 
 @dataclass(frozen=True)
 class Resources:

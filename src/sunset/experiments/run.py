@@ -26,8 +26,6 @@ from sunset.recording import RecordWriter, RunRecord, StoredFault, StoredRun, re
 from sunset.rmw.backends import live_middleware
 from sunset.system import current_system
 
-__all__ = ["prepare", "record", "record_failure", "run", "versions"]
-
 
 def prepare(spec: RunSpec, *, progress: Callable[[int, int], None] | None = None) -> Resources:
     """Load, check and return everything that the run needs; render the default flight if it is not there.

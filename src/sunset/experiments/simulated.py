@@ -23,8 +23,6 @@ from sunset.ros import CallbackError, Context, Node, Parameter, SingleThreadedEx
 from sunset.seeding import generator
 from sunset.system import MANAGER_PROCESS, SURROUNDING, current_system
 
-__all__ = ["SimulatedProcesses", "fly"]
-
 NodeFactory = Callable[[Context], Node]
 NodeT = TypeVar("NodeT", bound=Node)
 

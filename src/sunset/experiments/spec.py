@@ -15,8 +15,6 @@ from sunset.schemas import check_fields
 from sunset.seeding import check_seed
 from sunset.system import DURATION_S, PERIOD_S, LoadedExtension, load_extension, loaded_extensions
 
-__all__ = ["DEFAULT_SCENARIO", "EXTERNAL", "MIDDLEWARES", "RunSpec", "Settings", "Timing"]
-
 EXTERNAL: Final = "external"
 """The managing system's name where it is another process on the graph, which somebody else starts."""
 

@@ -3,8 +3,6 @@
 from sunset.scenarios.schema import ScenarioFault
 from sunset.system import Adaptation, AdaptationKind, FaultKind, Value
 
-__all__ = ["World"]
-
 
 class World:
     """The external and configuration faults that are there now, and what puts them back.

@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     from sunset.data import BagReader
     from sunset.ros.timer import Timer
 
-__all__ = ["BagPlayer"]
-
 _NS_PER_S = 10**9
 
 

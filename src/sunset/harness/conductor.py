@@ -9,8 +9,6 @@ from sunset.ros.context import Context
 from sunset.ros.node import Node
 from sunset.ros.task import Future
 
-__all__ = ["Conductor"]
-
 
 class Conductor(Node):
     """Asks the bag player to start and the scenario executor to inject, when a subclass says so.

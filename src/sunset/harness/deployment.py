@@ -16,8 +16,6 @@ import yaml
 
 from sunset.errors import MiddlewareError, OutputError
 
-__all__ = ["deployed_parameters", "deployed_scenario", "deployment"]
-
 Value = bool | int | float | str
 
 

@@ -18,8 +18,6 @@ from sunset.ros.context import Context
 from sunset.ros.node import Node
 from sunset.ros.parameter import Parameter
 
-__all__ = ["Evaluator"]
-
 _WAITING: Final = 100
 """Frames whose partner has not come that are kept; ten seconds at 10 Hz."""
 

@@ -32,8 +32,6 @@ from sunset.system import (
     short_name,
 )
 
-__all__ = ["ScenarioExecutor"]
-
 _SERVICES: Final = MappingProxyType(
     {SetParameters: "set_parameters", ChangeState: "change_state", GetState: "get_state"}
 )

@@ -14,8 +14,6 @@ from sunset.ros.timer import Timer
 from sunset.system import NAMESPACE
 from sunset.texts import shorten
 
-__all__ = ["Launcher", "ProcessHost"]
-
 _GRACE_S = 1.0
 """How long a node may take to shut down through its lifecycle before its process is killed."""
 

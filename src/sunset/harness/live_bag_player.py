@@ -12,8 +12,6 @@ from sunset.ros.context import Context
 from sunset.ros.parameter import Parameter
 from sunset.ros.time import ClockType
 
-__all__ = ["LiveBagPlayer"]
-
 _TICK_S: Final = 0.01
 """Time between two messages on `/clock`, by that clock."""
 

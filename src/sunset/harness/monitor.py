@@ -14,8 +14,6 @@ from sunset.ros.node import Node
 from sunset.ros.parameter import Parameter
 from sunset.system import WINDOW, MovingMean, current_system, frequency_entry, full_name
 
-__all__ = ["Monitor"]
-
 _PERIOD_S: Final = 0.1
 _WINDOW_NS: Final = 10**9
 _MOST: Final = 1000

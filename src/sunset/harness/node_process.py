@@ -25,8 +25,6 @@ from sunset.ros.signals import install_signal_handlers
 from sunset.shortage import complaint
 from sunset.system import HARNESS, current_system, load_extension, loaded_extensions
 
-__all__ = ["EXECUTOR", "MANAGER", "NodeSpec", "node_names", "run_node"]
-
 MANAGER: Final = "managing_system"
 """The managing system, as a node that has a process."""
 

@@ -15,8 +15,6 @@ from sunset.ros.context import Context
 from sunset.ros.time import ClockType
 from sunset.system import SENSOR_TOPICS, current_system, frequency_entry
 
-__all__ = ["NodeStatus", "Operator"]
-
 _FORGOTTEN_NS: Final = 2 * 10**9
 """So long after a process ended, the blackboard does not tell of it any more."""
 _LONGEST: Final = 20

@@ -11,8 +11,6 @@ from sunset.interfaces.system_interfaces.msg import ExperimentLogging
 from sunset.ros.context import Context
 from sunset.system import current_system
 
-__all__ = ["Phase", "Supervisor"]
-
 _SILENT_NS: Final = 10**9
 """Since its last heartbeat: after so long a node may have ended."""
 

@@ -12,8 +12,6 @@ from sunset.interfaces._definition import FieldType, parse_type
 from sunset.interfaces._message import Message
 from sunset.interfaces._values import array_of
 
-__all__ = ["misfit"]
-
 _FLOAT32_MAX: Final = float(np.finfo(np.float32).max)
 
 

@@ -18,30 +18,6 @@ from sunset.errors import InterfaceError
 from sunset.interfaces._message import Message
 from sunset.interfaces._values import array_of, empty
 
-__all__ = [
-    "BOOLS",
-    "PAD2",
-    "PAD4",
-    "PAD8",
-    "read_array",
-    "read_bools",
-    "read_bytes",
-    "read_dummy",
-    "read_messages",
-    "read_numbers",
-    "read_size",
-    "read_string",
-    "read_strings",
-    "write_array",
-    "write_bools",
-    "write_bytes",
-    "write_messages",
-    "write_numbers",
-    "write_size",
-    "write_string",
-    "write_strings",
-]
-
 BOOLS: Final = {True: True, False: False}
 """What may stand in a `bool` field; anything else has no entry."""
 

@@ -13,17 +13,6 @@ from typing import Final
 
 from sunset.errors import InterfaceError
 
-__all__ = [
-    "Constant",
-    "Definition",
-    "Field",
-    "FieldType",
-    "parse_message",
-    "parse_service",
-    "parse_type",
-    "split_service",
-]
-
 DEFINITIONS: Final = Path(__file__).parent / "definitions"
 """The folder of the .msg and .srv files: `<package>/msg/<Name>.msg`, `<package>/srv/<Name>.srv`."""
 

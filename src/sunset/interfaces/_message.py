@@ -6,8 +6,6 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-__all__ = ["Message", "Service"]
-
 _LONG = 8
 """Arrays with more elements are shown by their size."""
 

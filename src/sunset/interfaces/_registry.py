@@ -19,20 +19,6 @@ from sunset.interfaces._definition import (
 )
 from sunset.interfaces._message import Message, Service
 
-__all__ = [
-    "TypeDescription",
-    "TypeFields",
-    "field_defaults",
-    "field_types",
-    "get_message",
-    "get_service",
-    "message_definition",
-    "type_description",
-    "type_hash",
-    "type_name",
-    "type_source",
-]
-
 _NESTED: Final = 1
 _BOUNDED_STRING: Final = 21
 _TYPE_IDS: Final = {

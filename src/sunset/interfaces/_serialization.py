@@ -8,8 +8,6 @@ from sunset.interfaces._check import misfit
 from sunset.interfaces._codec import PAD4
 from sunset.interfaces._message import Message
 
-__all__ = ["deserialize", "serialize"]
-
 _ENCAPSULATION = b"\x00\x01\x00\x00"
 """Plain CDR, little endian, no options."""
 

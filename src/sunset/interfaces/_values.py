@@ -11,25 +11,6 @@ import numpy.typing as npt
 
 from sunset.errors import InterfaceError
 
-__all__ = [
-    "FLOAT32",
-    "FLOAT64",
-    "INT8",
-    "INT16",
-    "INT32",
-    "INT64",
-    "UINT8",
-    "UINT16",
-    "UINT32",
-    "UINT64",
-    "array_of",
-    "at_most",
-    "empty",
-    "exactly",
-    "frozen",
-    "zeros",
-]
-
 INT8: Final[np.dtype[np.int8]] = np.dtype("<i1")
 UINT8: Final[np.dtype[np.uint8]] = np.dtype("<u1")
 INT16: Final[np.dtype[np.int16]] = np.dtype("<i2")

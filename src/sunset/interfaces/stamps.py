@@ -4,8 +4,6 @@ from typing import Final
 
 from sunset.interfaces.builtin_interfaces.msg import Duration, Time
 
-__all__ = ["NS_PER_S", "ns_of", "stamp_of"]
-
 NS_PER_S: Final = 10**9
 
 

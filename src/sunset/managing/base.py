@@ -20,8 +20,6 @@ from sunset.ros.task import Future
 from sunset.system import current_system, full_name
 from sunset.texts import shorten, suggestion
 
-__all__ = ["ManagingSystem"]
-
 
 class ManagingSystem(Node):
     """A managing system: subclass it and write `adapt`.

@@ -6,8 +6,6 @@ from typing import Final
 from sunset.managing.base import ManagingSystem
 from sunset.managing.symptoms import Symptoms
 
-__all__ = ["Baseline"]
-
 _NODE_OF_TOPIC: Final = MappingProxyType(
     {
         "rgb_camera": "camera",

@@ -19,16 +19,6 @@ from sunset.managing.none import NoAdaptation
 from sunset.managing.symptoms import Symptoms
 from sunset.texts import suggestion
 
-__all__ = [
-    "MANAGERS",
-    "checksum",
-    "is_registered",
-    "load_manager",
-    "manager_sources",
-    "register_manager",
-    "split_label",
-]
-
 MANAGERS: Final[Mapping[str, type[ManagingSystem]]] = MappingProxyType(
     {"none": NoAdaptation, "baseline": Baseline}
 )

@@ -3,8 +3,6 @@
 from sunset.managing.base import ManagingSystem
 from sunset.managing.symptoms import Symptoms
 
-__all__ = ["NoAdaptation"]
-
 
 class NoAdaptation(ManagingSystem):
     """Watches and does nothing: the reference that every managing system must beat."""

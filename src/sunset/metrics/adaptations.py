@@ -8,13 +8,6 @@ from sunset.metrics.downtime import TOLERANCE_S
 from sunset.metrics.timeline import Command, Injection
 from sunset.system import INFRASTRUCTURE, System, current_system, short_name
 
-__all__ = [
-    "ExecutedAdaptation",
-    "affects",
-    "executed_adaptations",
-    "unnecessary_redeploys",
-]
-
 _RESTART_S = 1.0  # at most from deactivate to activate
 _KINDS = MappingProxyType(
     {

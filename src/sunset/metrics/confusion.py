@@ -11,8 +11,6 @@ import numpy.typing as npt
 
 from sunset.metrics.timeline import NUMBER_OF_CLASSES
 
-__all__ = ["ClassCounts", "accumulated_iou", "class_iou", "count_classes", "image_iou"]
-
 Counts = npt.NDArray[np.int64]
 
 

@@ -5,8 +5,6 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["TOLERANCE_S", "downtime"]
-
 TOLERANCE_S: Final = 1e-6
 """Times that differ by less are the same: what is left of nanoseconds after arithmetic in seconds."""
 

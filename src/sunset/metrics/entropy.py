@@ -3,8 +3,6 @@
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["normalised_entropy"]
-
 
 def normalised_entropy(logits: npt.NDArray[np.floating], *, temperature: float = 1.0) -> float:
     """Return the mean over pixels of the Shannon entropy of the softmax, over its greatest value.

@@ -41,8 +41,6 @@ from sunset.system import (
     short_name,
 )
 
-__all__ = ["Episode", "Spell", "excesses", "failure_episodes", "silences"]
-
 
 @dataclass(frozen=True, slots=True)
 class Spell:

@@ -14,8 +14,6 @@ from sunset.metrics.episodes import Episode, failure_episodes
 from sunset.metrics.timeline import Timeline
 from sunset.system import RESULT_TOPIC
 
-__all__ = ["RunMetrics", "score"]
-
 _MOST: Final = 10**6
 """No figure of a run is larger; twelve days, of those that are times."""
 _Share = Annotated[float, Meta(ge=0, le=1)]

@@ -16,15 +16,6 @@ from sunset.classes import CLASSES
 from sunset.errors import RecordError
 from sunset.system import DURATION_S, PERIOD_S, current_system
 
-__all__ = [
-    "NUMBER_OF_CLASSES",
-    "Command",
-    "Frames",
-    "Injection",
-    "Samples",
-    "Timeline",
-]
-
 NUMBER_OF_CLASSES: Final = len(CLASSES)
 """28."""
 

@@ -18,8 +18,6 @@ from sunset.ros.parameter import Parameter
 from sunset.ros.subscription import AnySubscription
 from sunset.system import NAMESPACE, current_system
 
-__all__ = ["AdaptiveNode", "call_later"]
-
 _HEARTBEAT_S: Final = 0.1
 _LEVEL: Final = DiagnosticStatus.OK
 

@@ -10,8 +10,6 @@ from sunset.nodes.parameters import FaultParameter, NodeParameter, action
 from sunset.ros.lifecycle import LifecycleState, TransitionCallbackReturn
 from sunset.system import WINDOW
 
-__all__ = ["Camera"]
-
 
 class Camera(AdaptiveNode):
     """Publishes `rgb_camera` from `/rgb_raw`.

@@ -7,8 +7,6 @@ from sunset.nodes.images import array_of_depth, image_of_depth, stamp_ns
 from sunset.nodes.parameters import NodeParameter
 from sunset.seeding import MAX_SEED, generator
 
-__all__ = ["Depth"]
-
 
 class Depth(AdaptiveNode):
     """Publishes `depth_camera` from `/depth_raw`.

@@ -7,8 +7,6 @@ from sunset.nodes.images import array_of_bgr, image_of_bgr
 from sunset.nodes.parameters import NodeParameter
 from sunset.system import get_fault
 
-__all__ = ["ImageEnhancement"]
-
 
 class ImageEnhancement(AdaptiveNode):
     """Publishes `rgb_enhanced` from `rgb_camera`; inactive until somebody activates it.

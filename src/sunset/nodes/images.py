@@ -14,19 +14,6 @@ from sunset.interfaces.sensor_msgs.msg import Image
 from sunset.interfaces.stamps import ns_of
 from sunset.interfaces.std_msgs.msg import Header
 
-__all__ = [
-    "BGR",
-    "DEPTH",
-    "LABELS",
-    "array_of_bgr",
-    "array_of_depth",
-    "array_of_labels",
-    "image_of_bgr",
-    "image_of_depth",
-    "image_of_labels",
-    "stamp_ns",
-]
-
 BGR: Final = "bgr8"
 DEPTH: Final = "16UC1"
 LABELS: Final = "8UC1"

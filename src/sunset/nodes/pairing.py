@@ -2,8 +2,6 @@
 
 from typing import Final, Generic, TypeVar
 
-__all__ = ["SET_BACK_NS", "PairMatcher"]
-
 SET_BACK_NS: Final = 10**9
 """What is older than the newest by more than this is not late: time was set back, or the newest had a false stamp."""
 

@@ -9,15 +9,6 @@ from typing import Any, Final, Generic, Protocol, Self, TypeVar, overload
 from sunset.interfaces.rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 from sunset.ros.exceptions import NameValidationException
 
-__all__ = [
-    "Action",
-    "FaultParameter",
-    "NodeParameter",
-    "TopicParameter",
-    "action",
-    "bound_parameters",
-]
-
 _TOPIC: Final = re.compile(r"/?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*")
 
 ValueT = TypeVar("ValueT", bound=bool | int | float | str)

@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     # imported where it is used: it takes time and starts a thread, and no other node needs it
     from sunset.perception import InferenceCache, Modality, Segmenter
 
-__all__ = ["SegmentationNode"]
-
 _WARM_UP_S: Final = 0.15
 """Time before each network is run first: heartbeats come every 0.1 s, and the first shall not be late."""
 

@@ -13,8 +13,6 @@ from sunset.nodes.pairing import SET_BACK_NS, PairMatcher
 from sunset.nodes.parameters import FaultParameter, NodeParameter, TopicParameter, action
 from sunset.ros.lifecycle import LifecycleState, TransitionCallbackReturn
 
-__all__ = ["Fusion"]
-
 _WAITING: Final = 10
 """Images of one sensor that wait for the other's; one second at 10 Hz."""
 

@@ -23,8 +23,6 @@ from sunset.errors import DataError, OutputError
 from sunset.input_files import check_regular
 from sunset.perception.modality import Modality
 
-__all__ = ["InferenceCache"]
-
 _APPLICATION_ID: Final = 0x53554E53
 """Marks an SQLite file as ours ("SUNS")."""
 

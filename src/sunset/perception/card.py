@@ -16,8 +16,6 @@ from sunset.perception.card_text import card_text
 from sunset.perception.modality import Modality
 from sunset.schemas import convert, read_json
 
-__all__ = ["CARD_FORMAT", "CARD_NAME", "MAX_SIDE", "ModelCard", "NetworkCard", "check_name"]
-
 CARD_NAME: Final = "card.json"
 CARD_FORMAT: Final = 1
 MAX_SIDE: Final = 4096

@@ -2,8 +2,6 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 
-__all__ = ["card_text"]
-
 
 def card_text(card: Mapping[str, object]) -> str:
     """Return the Markdown of a card's JSON object.

@@ -8,8 +8,6 @@ from onnxruntime.capi import onnxruntime_pybind11_state as _runtime_errors
 
 from sunset.errors import InvalidInputError, MissingExtraError, ModelError
 
-__all__ = ["DEVICES", "RUNTIME_ERRORS", "find_device", "one_line", "open_session"]
-
 DEVICES: Final = ("cpu", "cuda", "auto")
 """What may be asked for; "auto" is "cuda" where the engine offers it, else "cpu"."""
 

@@ -14,8 +14,6 @@ from sunset.errors import ModelError
 from sunset.perception.card import CARD_NAME
 from sunset.texts import suggestion
 
-__all__ = ["OFFERED", "find_model", "is_installed", "list_models", "missing_model_error"]
-
 OFFERED: Final[Mapping[str, str]] = {"reference": "pip install ./models/reference"}
 """Models of distributions of their own, and the command that installs each, in a clone of SUNSET's repository."""
 

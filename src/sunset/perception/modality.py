@@ -2,8 +2,6 @@
 
 from enum import IntEnum
 
-__all__ = ["Modality"]
-
 
 class Modality(IntEnum):
     """The sensors that a network looks at; the values are those of `system_interfaces/msg/FusionType`.

@@ -15,8 +15,6 @@ from sunset.perception.engine import open_session
 from sunset.perception.installed import find_model, missing_model_error
 from sunset.perception.modality import Modality
 
-__all__ = ["Model", "load_model"]
-
 _LARGEST: Final = 2**31
 """Bytes of a network's file; none of ONNX's is larger."""
 

@@ -12,8 +12,6 @@ from sunset.perception.engine import RUNTIME_ERRORS, find_device, one_line
 from sunset.perception.modality import Modality
 from sunset.perception.model import Model
 
-__all__ = ["Segmentation", "Segmenter"]
-
 _ROUNDING: Final = 1e-3
 """How far an entropy may be outside [0, 1], for a network sums in float32."""
 

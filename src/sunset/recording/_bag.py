@@ -15,8 +15,6 @@ from sunset.interfaces import get_message, message_definition, type_hash
 from sunset.recording.values import Payload
 from sunset.shortage import shortage
 
-__all__ = ["BAG_FILES", "read_bag", "write_bag"]
-
 _NAME: Final = "messages"
 _FILE: Final = f"{_NAME}.mcap"
 

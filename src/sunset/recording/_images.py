@@ -11,8 +11,6 @@ from sunset.interfaces import Message
 from sunset.interfaces.sensor_msgs.msg import Image
 from sunset.interfaces.system_interfaces.msg import ImageDigest, SensorFusion
 
-__all__ = ["ImageDigester"]
-
 _BYTES: Final = 16
 _KEPT: Final = 32
 

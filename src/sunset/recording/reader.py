@@ -11,8 +11,6 @@ from sunset.recording.timelines import measured_topics, timeline
 from sunset.recording.values import RecordedMessage, digest_of
 from sunset.system import loaded_extensions
 
-__all__ = ["check_extensions", "read_messages", "read_timeline", "timeline_of"]
-
 
 def read_messages(folder: Path, topics: Collection[str] | None = None) -> tuple[RecordedMessage, ...]:
     """Return the messages of a record in order of time.

@@ -16,20 +16,6 @@ from sunset.errors import RecordError
 from sunset.metrics import RunMetrics
 from sunset.schemas import convert, fields_of, read_json
 
-__all__ = [
-    "PLAN_FILE",
-    "PLAN_VERSION",
-    "RECORD_VERSION",
-    "RUN_FILE",
-    "CampaignPlan",
-    "RunRecord",
-    "StoredFault",
-    "differing_figures",
-    "read_plan",
-    "read_run",
-    "stored_figures",
-]
-
 RECORD_VERSION: Final = 1
 """The version of the layout of records."""
 PLAN_VERSION: Final = 1

@@ -18,8 +18,6 @@ from sunset.texts import shorten
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-__all__ = ["LogLine", "StoredRun", "read_log", "read_stored_run"]
-
 _ROSOUT: Final = "/rosout"
 _INFO: Final = 20
 _SEVERITIES: Final = {10: "DEBUG", _INFO: "INFO", 30: "WARN", 40: "ERROR", 50: "FATAL"}

@@ -30,8 +30,6 @@ from sunset.metrics import (
 from sunset.recording.values import RecordedMessage
 from sunset.system import DURATION_S, PERIOD_S, RESULT_TOPIC, current_system, full_name
 
-__all__ = ["LOG_TOPIC", "content_of", "measured_topics", "start_of", "timeline"]
-
 _COMMANDS: Final = "/experiment/commands"
 _DIAGNOSTICS: Final = "/diagnostics"
 _EVALUATIONS: Final = "/seg_metrics"

@@ -7,8 +7,6 @@ from dataclasses import dataclass
 from sunset.errors import InterfaceError, RecordError
 from sunset.interfaces import Message, deserialize, get_message
 
-__all__ = ["Payload", "RecordedMessage", "digest_of"]
-
 
 @dataclass(frozen=True, slots=True)
 class RecordedMessage:

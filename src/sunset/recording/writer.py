@@ -24,8 +24,6 @@ from sunset.system import DURATION_S, PERIOD_S
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-__all__ = ["RecordWriter"]
-
 _SUFFIX: Final = ".partial"
 
 

@@ -10,8 +10,6 @@ from typing import Final
 
 from sunset.rmw.core.live import LiveMiddleware
 
-__all__ = ["BACKENDS", "LIVE", "SIMULATED", "Backend", "live_middleware"]
-
 
 @dataclass(frozen=True)
 class Backend:

@@ -6,8 +6,6 @@ from inspect import iscoroutine
 
 from sunset.ros.task import Future
 
-__all__ = ["callback_name", "drive", "driven"]
-
 
 def callback_name(callback: object) -> str:
     """Return how an error names a callback, such as `Camera.on_image`.

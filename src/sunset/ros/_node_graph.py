@@ -8,8 +8,6 @@ from sunset.rmw.core.node import Middleware
 from sunset.rmw.core.port import EndpointInfo, EndpointKind, QoSProfile
 from sunset.ros.exceptions import NodeNameNonExistentError
 
-__all__ = ["NodeGraph", "TopicEndpointInfo"]
-
 _TOPIC_KINDS = (EndpointKind.PUBLISHER, EndpointKind.SUBSCRIPTION)
 
 

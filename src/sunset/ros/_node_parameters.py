@@ -13,8 +13,6 @@ from sunset.ros._parameter_services import list_names
 from sunset.ros._parameter_store import ParameterStore, PostSetCallback, SetCallback
 from sunset.ros.parameter import Parameter
 
-__all__ = ["NodeParameters"]
-
 
 class NodeParameters:
     """Parameter methods of `Node`, as in rclpy."""

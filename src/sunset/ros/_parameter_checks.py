@@ -5,8 +5,6 @@ from math import isclose
 from sunset.interfaces.rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 from sunset.ros.parameter import Parameter
 
-__all__ = ["refusal"]
-
 
 def refusal(parameter: Parameter, descriptor: ParameterDescriptor) -> str | None:
     """Return the reason why a descriptor does not admit a value, or None if it does.

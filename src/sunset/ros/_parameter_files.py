@@ -12,8 +12,6 @@ from sunset.input_files import read_text
 from sunset.ros.exceptions import InvalidParameterTypeException
 from sunset.ros.parameter import Parameter, Value
 
-__all__ = ["Override", "matches", "parse_value", "read_parameter_file"]
-
 _SECTION = "ros__parameters"
 
 

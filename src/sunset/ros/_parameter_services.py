@@ -18,8 +18,6 @@ from sunset.interfaces.rcl_interfaces.srv import (
 from sunset.ros._parameter_store import ParameterStore
 from sunset.ros.parameter import Parameter
 
-__all__ = ["ParameterServices", "list_names"]
-
 _T = TypeVar("_T")
 
 _SEPARATOR = "."

@@ -17,8 +17,6 @@ from sunset.ros.names import validate_parameter_name
 from sunset.ros.parameter import Parameter
 from sunset.texts import shorten, suggestion
 
-__all__ = ["Changes", "ParameterStore", "PostSetCallback", "SetCallback"]
-
 SetCallback = Callable[[list[Parameter]], SetParametersResult]
 PostSetCallback = Callable[[list[Parameter]], object]
 

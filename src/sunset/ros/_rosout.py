@@ -8,8 +8,6 @@ from sunset.ros.context import Context
 from sunset.ros.logging import LogRecord
 from sunset.ros.publisher import Publisher
 
-__all__ = ["NodeLogSink"]
-
 
 class NodeLogSink:
     """Sends log messages to /rosout, and to stderr if the context says so."""

@@ -11,8 +11,6 @@ from sunset.rmw.core.port import QoSProfile, ReliabilityPolicy, SubscriptionHand
 from sunset.ros.clock import ROSClock
 from sunset.ros.time import ClockType, Time
 
-__all__ = ["TimeSource"]
-
 _QOS = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 _END_NS: Final = 2**31 * 10**9
 """The first time that a message cannot express."""

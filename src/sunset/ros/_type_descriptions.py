@@ -28,8 +28,6 @@ from sunset.ros.publisher import AnyPublisher
 from sunset.ros.service import Service as ServiceEnd
 from sunset.ros.subscription import AnySubscription
 
-__all__ = ["offer_type_descriptions"]
-
 
 class _Node(Protocol):
     """What the service needs of its node."""

@@ -13,8 +13,6 @@ from sunset.ros.logging import LoggingSeverity
 from sunset.ros.names import RemapRule, validate_namespace, validate_node_name, validate_topic_name
 from sunset.ros.parameter import Parameter
 
-__all__ = ["Arguments"]
-
 
 @dataclass(slots=True)
 class Arguments:

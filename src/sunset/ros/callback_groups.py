@@ -5,8 +5,6 @@ that is a coroutine leaves the thread to others wherever it awaits, those of its
 mutually exclusive group until the coroutine ends. The classes are there so that node code keeps its rclpy form.
 """
 
-__all__ = ["CallbackGroup", "MutuallyExclusiveCallbackGroup", "ReentrantCallbackGroup"]
-
 
 class CallbackGroup:
     """A set of callbacks of one node."""

@@ -7,8 +7,6 @@ from sunset.rmw.core.node import Middleware, NodeHandle
 from sunset.rmw.core.port import ClientHandle, QoSProfile
 from sunset.ros.task import Future
 
-__all__ = ["AnyClient", "Client"]
-
 RequestT = TypeVar("RequestT", bound=Message)
 ResponseT = TypeVar("ResponseT", bound=Message)
 

@@ -9,8 +9,6 @@ from sunset.rmw.core.node import Middleware
 from sunset.ros.arguments import Arguments
 from sunset.ros.exceptions import NotInitializedException
 
-__all__ = ["Context", "get_default_context"]
-
 
 class Context:
     """What the nodes of one process share: its middleware and its arguments."""

@@ -4,8 +4,6 @@ from functools import total_ordering
 
 from sunset.interfaces.builtin_interfaces.msg import Duration as DurationMessage
 
-__all__ = ["Duration"]
-
 
 @total_ordering
 class Duration:

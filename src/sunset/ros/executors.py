@@ -11,8 +11,6 @@ from sunset.ros.exceptions import NotInitializedException
 from sunset.ros.node import Node
 from sunset.ros.task import Future
 
-__all__ = ["SingleThreadedExecutor"]
-
 T = TypeVar("T")
 
 

@@ -9,8 +9,6 @@ from typing import Final, Protocol, TypedDict, Unpack
 
 from sunset.texts import shorten
 
-__all__ = ["LogOptions", "LogRecord", "LogSink", "Logger", "LoggingSeverity"]
-
 _LONGEST: Final = 10_000
 """Characters of a message that are logged."""
 

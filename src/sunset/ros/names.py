@@ -17,17 +17,6 @@ from sunset.ros.exceptions import (
     NameValidationException,
 )
 
-__all__ = [
-    "RemapRule",
-    "expand_name",
-    "remap_name",
-    "resolve_name",
-    "validate_namespace",
-    "validate_node_name",
-    "validate_parameter_name",
-    "validate_topic_name",
-]
-
 _TOKEN: Final = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 _ALLOWED: Final = re.compile(r"[A-Za-z0-9_/~{}]*")
 _SUBSTITUTIONS: Final = frozenset({"node", "ns", "namespace"})

@@ -12,8 +12,6 @@ from sunset.interfaces.rcl_interfaces.msg import Parameter as ParameterMessage
 from sunset.interfaces.rcl_interfaces.msg import ParameterType, ParameterValue
 from sunset.ros.exceptions import InvalidParameterTypeException
 
-__all__ = ["Parameter", "Value", "parameter_value_to_python"]
-
 Value: TypeAlias = (
     bool | int | float | str | list[bytes] | list[bool] | list[int] | list[float] | list[str] | None
 )

@@ -5,8 +5,6 @@ from typing import Any, Generic, TypeAlias, TypeVar
 from sunset.interfaces import Message
 from sunset.rmw.core.port import PublisherHandle, QoSProfile
 
-__all__ = ["AnyPublisher", "Publisher"]
-
 MessageT = TypeVar("MessageT", bound=Message)
 
 

@@ -8,8 +8,6 @@ from sunset.rmw.core.node import NodeHandle
 from sunset.rmw.core.port import QoSProfile, RequestId, ServiceHandle
 from sunset.ros._callbacks import drive
 
-__all__ = ["Service"]
-
 
 class Service:
     """Answers requests; made by `Node.create_service`. The callback may be a coroutine."""

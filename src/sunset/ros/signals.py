@@ -7,8 +7,6 @@ from types import FrameType
 
 from sunset.ros.context import Context, get_default_context
 
-__all__ = ["SignalHandlerOptions", "install_signal_handlers"]
-
 
 class SignalHandlerOptions(IntFlag):
     """Which signals shut a context down."""

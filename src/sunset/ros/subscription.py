@@ -6,8 +6,6 @@ from typing import Any, Generic, TypeAlias, TypeVar
 from sunset.interfaces import Message
 from sunset.rmw.core.port import QoSProfile, SubscriptionHandle
 
-__all__ = ["AnySubscription", "Subscription"]
-
 MessageT = TypeVar("MessageT", bound=Message)
 
 

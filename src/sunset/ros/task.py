@@ -3,8 +3,6 @@
 from collections.abc import Callable, Generator
 from typing import Generic, TypeVar, cast
 
-__all__ = ["Future"]
-
 T = TypeVar("T")
 
 

@@ -8,8 +8,6 @@ from sunset.interfaces.builtin_interfaces.msg import Time as TimeMessage
 from sunset.interfaces.stamps import stamp_of
 from sunset.ros.duration import Duration
 
-__all__ = ["ClockType", "Time"]
-
 
 class ClockType(IntEnum):
     """What a clock follows."""

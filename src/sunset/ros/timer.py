@@ -7,8 +7,6 @@ from sunset.rmw.core.port import TimerHandle
 from sunset.ros._callbacks import driven
 from sunset.ros.clock import Clock, ROSClock
 
-__all__ = ["Timer"]
-
 
 class Timer:
     """Calls its callback periodically; made by `Node.create_timer`.

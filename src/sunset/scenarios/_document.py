@@ -10,8 +10,6 @@ import yaml
 from sunset.errors import MALFORMED_YAML, ScenarioError
 from sunset.system import Value
 
-__all__ = ["Document", "Item", "is_ambiguous"]
-
 _DECIMAL: Final = re.compile(
     r"[-+]?(?:0|[1-9][0-9]*|[0-9]*\.[0-9]*(?:[eE][-+][0-9]+)?|\.(?:inf|Inf|INF))|\.(?:nan|NaN|NAN)"
 )

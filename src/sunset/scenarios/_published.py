@@ -8,8 +8,6 @@ from sunset.errors import ScenarioError
 from sunset.names import base_name
 from sunset.system import Value, get_fault
 
-__all__ = ["IGNORED_KEYS", "REQUIRED_KEYS", "translate"]
-
 REQUIRED_KEYS: Final = ("name", "target_node", "type", "value")
 IGNORED_KEYS: Final = ("criticality_level", "is_gt_failure", "probability")
 """Keys of an entry that say nothing about what is injected."""

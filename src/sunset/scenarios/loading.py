@@ -14,8 +14,6 @@ from sunset.scenarios.suites import scenario_names, suite, suite_names
 from sunset.system import current_system
 from sunset.texts import suggestion
 
-__all__ = ["generate", "load_scenario", "load_suite", "parse_scenario"]
-
 _MAX_BYTES: Final = 1_000_000
 _SUFFIXES: Final = frozenset({".yaml", ".yml"})
 

@@ -8,8 +8,6 @@ from sunset.errors import MALFORMED_YAML, ScenarioError
 from sunset.scenarios._document import is_ambiguous
 from sunset.system import Adaptation, Fault, Value, current_system, get_fault
 
-__all__ = ["Scenario", "ScenarioFault", "parse_fault"]
-
 
 @dataclass(frozen=True, slots=True)
 class ScenarioFault:

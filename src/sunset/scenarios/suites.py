@@ -8,8 +8,6 @@ from sunset.scenarios.schema import Scenario, parse_fault
 from sunset.system import System, current_system
 from sunset.texts import suggestion
 
-__all__ = ["scenario_names", "suite", "suite_names", "suite_of"]
-
 
 @lru_cache(maxsize=2)
 def _suites(system: System) -> Mapping[str, tuple[Scenario, ...]]:

@@ -10,17 +10,6 @@ from sunset.system.harness import SENSOR_TOPICS
 from sunset.system.names import full_name
 from sunset.texts import suggestion
 
-__all__ = [
-    "check_adaptation",
-    "check_failures",
-    "check_fault",
-    "check_node_classes",
-    "check_nodes",
-    "check_scenarios",
-    "check_signals",
-    "check_topics",
-]
-
 
 def check_nodes(nodes: Mapping[str, NodeDescription], published: Collection[str]) -> None:
     """Check every node's name, class and inputs.

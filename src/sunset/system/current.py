@@ -16,15 +16,6 @@ from sunset.system.paper import PAPER
 from sunset.system.system import Extension, System
 from sunset.texts import suggestion
 
-__all__ = [
-    "LoadedExtension",
-    "current_system",
-    "extended_system",
-    "get_fault",
-    "load_extension",
-    "loaded_extensions",
-]
-
 _GROUP: Final = "sunset.extensions"
 """The group of entry points of installed extensions."""
 _ATTRIBUTE: Final = "EXTENSION"

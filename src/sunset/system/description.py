@@ -8,18 +8,6 @@ from enum import StrEnum
 
 from sunset.names import ros_text
 
-__all__ = [
-    "Adaptation",
-    "AdaptationKind",
-    "Failure",
-    "Fault",
-    "FaultKind",
-    "NodeDescription",
-    "Signal",
-    "Topic",
-    "Value",
-]
-
 Value = bool | int | float | str
 """The value of a ROS parameter, as far as faults and adaptations need them."""
 

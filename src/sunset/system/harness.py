@@ -5,17 +5,6 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Final
 
-__all__ = [
-    "HARNESS",
-    "INFRASTRUCTURE",
-    "MANAGER_PROCESS",
-    "OFF_LIMITS_TOPICS",
-    "RESULT_TOPIC",
-    "SENSOR_TOPICS",
-    "SURROUNDING",
-    "HarnessNode",
-]
-
 MANAGER_PROCESS: Final = "manager"
 """The name of the process that the managing system's nodes are in."""
 

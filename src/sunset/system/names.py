@@ -2,8 +2,6 @@
 
 from typing import Final
 
-__all__ = ["NAMESPACE", "frequency_entry", "full_name", "short_name"]
-
 NAMESPACE: Final = "/managed_subsystem"
 """The namespace of the managed system."""
 

@@ -15,8 +15,6 @@ from sunset.system.description import (
 )
 from sunset.system.system import Extension
 
-__all__ = ["DEPTH_DEGRADATION_RANGE", "IMAGE_DEGRADATION_RANGE", "PAPER"]
-
 IMAGE_DEGRADATION_RANGE: Final = (0.0, 1.9)
 """Least and greatest strength of the images' degradation; at 2 nothing would be left of the image."""
 

@@ -33,8 +33,6 @@ from sunset.system.harness import HARNESS, SENSOR_TOPICS
 from sunset.system.names import full_name
 from sunset.texts import shorten, suggestion
 
-__all__ = ["Extension", "System"]
-
 
 class _Named(Protocol):
     @property

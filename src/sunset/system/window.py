@@ -4,8 +4,6 @@ from collections import deque
 from dataclasses import dataclass
 from typing import Final
 
-__all__ = ["DURATION_S", "PERIOD_S", "SILENCE_S", "WINDOW", "MovingMean", "Window"]
-
 DURATION_S: Final = 20.0
 """How long the paper measures [s]."""
 

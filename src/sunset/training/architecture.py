@@ -12,23 +12,6 @@ from typing import Final, TypeAlias
 from sunset.classes import CLASSES
 from sunset.errors import InvalidInputError
 
-__all__ = [
-    "LEAST_WIDTH",
-    "Concat",
-    "Conv",
-    "Layer",
-    "MaxPool",
-    "Pool",
-    "Region",
-    "Resize",
-    "Shuffle",
-    "Spread",
-    "check_widths",
-    "convolutions",
-    "merge",
-    "rounded",
-]
-
 _CLASSES: Final = len(CLASSES)
 LEAST_WIDTH: Final = 16
 """Below this many channels, torch 2.13's convolutions for CPUs were seen to write beyond their memory

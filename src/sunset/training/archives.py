@@ -4,8 +4,6 @@ import zipfile
 import zlib
 from pathlib import Path
 
-__all__ = ["check_archive"]
-
 
 def check_archive(path: Path, damaged: Exception) -> None:
     """Make sure that a file is a zip archive and that its entries have the content that their checksums say.

@@ -12,8 +12,6 @@ from torch.nn import functional
 from sunset.training.batches import Draw, FrameSet
 from sunset.training.inputs import HEIGHT, WIDTH
 
-__all__ = ["Batch", "DeviceFrames", "cells_of", "movement"]
-
 _SHIFT_PX: Final = ((2, 20), (0, 6))
 """How far the colour camera's picture is moved in a misaligned pair, least and most: across, down."""
 

@@ -13,8 +13,6 @@ from sunset.errors import DataError
 from sunset.seeding import generator
 from sunset.training.inputs import HEIGHT, WIDTH
 
-__all__ = ["Draw", "FrameSet", "class_weights", "draw"]
-
 _MAX_ZOOM: Final = 1.3
 _BRIGHTNESS: Final = 0.1
 _ARRAYS: Final = ("bgr", "depth", "labels")

@@ -10,8 +10,6 @@ from sunset.errors import DataError, ModelError
 from sunset.metrics import normalised_entropy
 from sunset.training.inputs import upsampling
 
-__all__ = ["Separation", "separate", "temperature_for"]
-
 _EVERY: Final = 3
 """Odd, so that pixels near to and far from a logit take part."""
 _LIMITS: Final = (0.05, 20.0)

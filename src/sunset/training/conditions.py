@@ -22,19 +22,6 @@ from sunset.faults import (
 from sunset.perception import Modality, ModelCard
 from sunset.system import Adaptation, current_system, get_fault
 
-__all__ = [
-    "BLURRED",
-    "GRID",
-    "UNSURE",
-    "Condition",
-    "CurvesPlan",
-    "Seen",
-    "cure_of",
-    "plan_curves",
-    "possible_pairs",
-    "suite_strengths",
-]
-
 UNSURE: Final = ("image_degradation", "unneeded_enhancement", "image_shift", "depth_degradation")
 """The faults of F4: the segmentation is unsure."""
 

@@ -12,17 +12,6 @@ from sunset.training.architecture import Layer
 from sunset.training.lite import LiteShape
 from sunset.training.reference import ReferenceShape
 
-__all__ = [
-    "CONFIGS",
-    "MODALITIES",
-    "Phase",
-    "Schedule",
-    "Stage",
-    "TrainingConfig",
-    "describe_difference",
-    "describe_options",
-]
-
 MODALITIES: Final = ("rgb", "depth", "fusion")
 """The networks of a model; the fusion needs the other two."""
 

@@ -21,23 +21,6 @@ from sunset.training.over_frames import Images, over_frames
 from sunset.training.spread import Arrays
 from sunset.workers import Progress
 
-__all__ = [
-    "AUC",
-    "BAND",
-    "CURED",
-    "DROP",
-    "SAMPLES",
-    "SHARPNESS_AUC",
-    "Case",
-    "Curves",
-    "Figures",
-    "chosen_frames",
-    "curves_of",
-    "look",
-    "measure_curves",
-    "window_means",
-]
-
 SAMPLES: Final = WINDOW.samples
 """So many consecutive frames make a symptom."""
 

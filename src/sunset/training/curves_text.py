@@ -9,8 +9,6 @@ from sunset.texts import csv_text
 from sunset.training.conditions import BLURRED, UNSURE, cure_of
 from sunset.training.curves import AUC, BAND, CURED, DROP, SHARPNESS_AUC, Case, Curves, Figures
 
-__all__ = ["as_csv", "as_json", "as_text"]
-
 _HEAD: Final = ("IoU", "of nom.", "entropy", "AUC", "over", "sharpness", "AUC", "under")
 _CURED: Final = ("cured: IoU", "entropy")
 _FIGURES: Final = tuple(field.name for field in fields(Figures))

@@ -13,8 +13,6 @@ from sunset.training.over_frames import Images, over_frames
 from sunset.training.spread import Arrays
 from sunset.workers import Progress
 
-__all__ = ["Measured", "measure", "roc_auc"]
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Measured:

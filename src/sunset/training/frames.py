@@ -29,8 +29,6 @@ from sunset.training.batches import FrameSet
 from sunset.training.inputs import HEIGHT, WIDTH
 from sunset.workers import worker_pool
 
-__all__ = ["FrameCounts", "FramePlan", "FrameSets", "Passage", "Views", "render_set", "render_sets"]
-
 TRAINING_TOWNS: Final = (2, 3, 4, 5, 6)
 VALIDATION_TOWN: Final = 7
 TEST_TOWN: Final = 8

@@ -35,8 +35,6 @@ if TYPE_CHECKING:
 
     from sunset.training.onnx_layers import Weights
 
-__all__ = ["import_checkpoints"]
-
 _WRAPPERS: Final = ("state_dict", "model_state_dict", "model")
 _PARALLEL: Final = "module."
 _REFUSED: Final = (

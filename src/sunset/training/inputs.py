@@ -5,18 +5,6 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-__all__ = [
-    "CONTRASTS",
-    "DEPTH_LIMIT_M",
-    "FAR_PLANE_M",
-    "HEIGHT",
-    "REFERENCE_DEPTH_M",
-    "RGB_MEAN",
-    "RGB_STD",
-    "WIDTH",
-    "upsampling",
-]
-
 WIDTH: Final = 256
 HEIGHT: Final = 144
 

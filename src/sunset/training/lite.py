@@ -18,8 +18,6 @@ from sunset.classes import CLASSES
 from sunset.errors import InvalidInputError
 from sunset.training.architecture import Concat, Conv, Layer, Pool, Resize, Shuffle, check_widths, merge
 
-__all__ = ["LiteShape"]
-
 _CLASSES: Final = len(CLASSES)
 
 

@@ -9,8 +9,6 @@ from typing import Any, Final
 from sunset.errors import DataError, MissingExtraError, OutputError
 from sunset.input_files import read_text
 
-__all__ = ["draw_log"]
-
 _NO_LOSSES: Final = frozenset({"step", "learning_rate", "seconds", "iou"})
 _COLOURS: Final = ("#0072B2", "#D55E00", "#009E73", "#CC79A7")  # Okabe and Ito's
 _DASHES: Final = ("-", "--", "-.", ":")

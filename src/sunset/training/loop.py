@@ -20,8 +20,6 @@ from sunset.training.network import build, frame_inputs, shift_logits, unfold
 from sunset.training.onnx_layers import Weights as FoldedWeights
 from sunset.training.stage import CHECKPOINT, Progress, StageRun, Training, Weights
 
-__all__ = ["Start", "check_work", "find_torch_device", "learn"]
-
 _UNFOLDED: Final = 12
 """Training frames that normalisation's statistics are found on again."""
 

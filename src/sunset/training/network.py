@@ -35,20 +35,6 @@ from sunset.training.inputs import (
     upsampling,
 )
 
-__all__ = [
-    "build",
-    "depth_input",
-    "digest_of_weights",
-    "folded_weights",
-    "forward",
-    "frame_inputs",
-    "rgb_input",
-    "shift_logits",
-    "start_from_the_sum",
-    "unfold",
-    "upsample",
-]
-
 _Array: TypeAlias = npt.NDArray[np.float32]
 
 

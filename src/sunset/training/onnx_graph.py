@@ -16,8 +16,6 @@ from sunset.training.onnx_layers import Layers, Ranges, Weights
 from sunset.training.onnx_outputs import write_outputs
 from sunset.training.onnx_writer import Graph, Store, tensor_info
 
-__all__ = ["Format", "Network", "export"]
-
 
 @dataclass(frozen=True, slots=True)
 class Format:

@@ -15,8 +15,6 @@ from sunset.training.inputs import (
 )
 from sunset.training.onnx_writer import Graph
 
-__all__ = ["depth_input", "published_depth_input", "rgb_input"]
-
 _COUNTS: Final = 65535
 
 

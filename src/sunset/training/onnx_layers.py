@@ -19,8 +19,6 @@ from sunset.training.architecture import (
 )
 from sunset.training.onnx_writer import Graph
 
-__all__ = ["Layers", "Ranges", "Weights"]
-
 Weights: TypeAlias = Mapping[str, tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]]
 """Per convolution its kernel (out, in, k, k) and bias (out,), normalisation folded in."""
 

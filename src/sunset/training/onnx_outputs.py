@@ -5,8 +5,6 @@ import numpy as np
 from sunset.classes import CLASSES
 from sunset.training.onnx_writer import Graph
 
-__all__ = ["write_outputs"]
-
 
 def write_outputs(
     graph: Graph, logits: str, small: tuple[int, int], size: tuple[int, int], temperature: float

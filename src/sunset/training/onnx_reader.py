@@ -16,8 +16,6 @@ from sunset.training.architecture import Conv, convolutions
 from sunset.training.config import TrainingConfig
 from sunset.training.onnx_layers import Weights
 
-__all__ = ["read_network", "stored_weights"]
-
 _Array: TypeAlias = npt.NDArray[np.float32]
 
 

@@ -12,8 +12,6 @@ from onnx import NodeProto, TensorProto, ValueInfoProto, checker, external_data_
 
 from sunset.training.inputs import upsampling
 
-__all__ = ["Graph", "Store", "tensor_info"]
-
 _OPSET: Final = 18
 _IR_VERSION: Final = 9
 _LARGE: Final = 16384

@@ -18,8 +18,6 @@ from sunset.training.batches import FrameSet
 from sunset.training.spread import Arrays, keep, spread
 from sunset.workers import Progress
 
-__all__ = ["Images", "over_frames"]
-
 Images: TypeAlias = tuple[npt.NDArray[np.uint8], npt.NDArray[np.uint16], npt.NDArray[np.uint8]]
 """A frame: colours, depth and the true labels."""
 

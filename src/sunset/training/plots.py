@@ -13,8 +13,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["draw"]
-
 _FAULTY: Final = "#D55E00"  # Okabe and Ito's colours, told apart by dashes and hatching as well
 _CURED: Final = "#0072B2"
 _GREY: Final = "#555555"

@@ -15,8 +15,6 @@ from sunset.training.network import digest_of_weights, forward, frame_inputs
 from sunset.training.onnx_layers import Ranges
 from sunset.training.spread import Arrays, keep
 
-__all__ = ["ranges"]
-
 _FRAMES: Final = 32
 _OUTLIERS: Final = 1e-4
 """The share of the values looked at, of a frame's result, that may lie outside its range on either side."""

@@ -26,15 +26,6 @@ from sunset.training.frames import COURSES_DEG, VALIDATION_TOWN, FrameCounts
 from sunset.training.over_frames import Images, over_frames
 from sunset.training.spread import Arrays
 
-__all__ = [
-    "calibrate_model",
-    "check_target",
-    "frames_of_bag",
-    "set_temperature",
-    "validation_flight",
-    "version_of",
-]
-
 Progress = Callable[[str, int, int], None]
 """Called with what is being done, how much of it is done, and how much there is."""
 

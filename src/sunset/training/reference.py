@@ -25,8 +25,6 @@ from sunset.training.architecture import (
     merge,
 )
 
-__all__ = ["BRANCH_PREFIXES", "ReferenceShape"]
-
 _CLASSES: Final = len(CLASSES)
 _STRIDES: Final = (8, 16, 32)
 _EXPANSION: Final = 4

@@ -15,8 +15,6 @@ from sunset.training.frames import FrameSets
 if TYPE_CHECKING:
     from sunset.training.loop import Start
 
-__all__ = ["held_out_results", "training_facts"]
-
 
 def held_out_results(held_out: Mapping[str, Mapping[Modality, Measured]]) -> dict[str, object]:
     """Return the IoU of every network on random views of held-out towns, and by class on the one for the test.

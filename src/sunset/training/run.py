@@ -30,8 +30,6 @@ if TYPE_CHECKING:
     from sunset.training.onnx_layers import Weights
     from sunset.training.stage import Progress
 
-__all__ = ["train", "train_on"]
-
 _FINISH: Final = "finish"
 """The folder in which a model is finished when its weights are learned."""
 _COMPARED: Final = 4

@@ -14,8 +14,6 @@ import numpy.typing as npt
 
 from sunset.workers import Progress, check_jobs, processors, worker_pool
 
-__all__ = ["Arrays", "keep", "spread"]
-
 Arrays: TypeAlias = tuple[npt.NDArray[Any], ...]
 
 Item = TypeVar("Item")

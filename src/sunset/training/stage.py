@@ -37,16 +37,6 @@ from sunset.training.network import (
 )
 from sunset.training.training_log import truncate_log
 
-__all__ = [
-    "CHECKPOINT",
-    "CHECKPOINT_EVERY_S",
-    "LOG",
-    "Progress",
-    "StageRun",
-    "Training",
-    "Weights",
-]
-
 CHECKPOINT: Final = "checkpoint.pt"
 LOG: Final = "log.jsonl"
 CHECKPOINT_EVERY_S: Final = 30.0

@@ -32,18 +32,6 @@ from sunset.training.frames import TEST_TOWN, VALIDATION_TOWN
 from sunset.training.spread import spread
 from sunset.workers import Progress
 
-__all__ = [
-    "AXES",
-    "HELD_OUT",
-    "VIEWS",
-    "Entry",
-    "IouTables",
-    "Measured",
-    "Setting",
-    "measure_iou",
-    "settings",
-]
-
 HELD_OUT: Final = (VALIDATION_TOWN, TEST_TOWN)
 """The towns that no network was trained on, beside the default flight's."""
 

@@ -11,8 +11,6 @@ from sunset.tables import markdown_table
 from sunset.texts import csv_text
 from sunset.training.tables import AXES, Entry, IouTables, Measured
 
-__all__ = ["claims", "iou_csv", "iou_json", "iou_markdown"]
-
 _OVER_RGB: Final = 0.01
 _OVER_DEPTH: Final = 0.05
 _COMMON: Final = 0.005

@@ -7,8 +7,6 @@ from pathlib import Path
 
 from sunset.errors import DataError
 
-__all__ = ["truncate_log"]
-
 
 def truncate_log(path: Path, step: int, learned: Sequence[str]) -> None:
     """Drop lines after a step, which a resumed run writes again, and what was being written at the end.

@@ -8,8 +8,6 @@ from typing import Protocol, Self
 from sunset.rmw.core.node import Middleware
 from sunset.rmw.core.tap import Tap
 
-__all__ = ["LiveMiddleware", "LiveObserver", "LiveProcess"]
-
 
 class LiveProcess(Middleware):
     """This process on a network; as a context manager it leaves the network when the context ends.

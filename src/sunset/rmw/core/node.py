@@ -24,8 +24,6 @@ from sunset.rmw.core.port import (
     TimerHandle,
 )
 
-__all__ = ["Entity", "Middleware", "MiddlewareT_co", "NodeHandle", "Parts", "run_callback"]
-
 
 class Middleware(ABC):
     """One process on the network."""

@@ -5,8 +5,6 @@ from enum import IntEnum
 
 from sunset.errors import MiddlewareError
 
-__all__ = ["DurabilityPolicy", "HistoryPolicy", "QoSProfile", "ReliabilityPolicy", "incompatibility"]
-
 
 class HistoryPolicy(IntEnum):
     """How many samples an endpoint keeps."""

@@ -3,8 +3,6 @@
 from sunset.interfaces import Message
 from sunset.rmw.core.port import EndpointKind, RequestId
 
-__all__ = ["Tap"]
-
 
 class Tap:
     """Listens to a network without being part of it; override what is of interest.

@@ -7,8 +7,6 @@ from sunset.errors import MiddlewareError
 from sunset.rmw.core.node import Entity, MiddlewareT_co, NodeHandle
 from sunset.rmw.core.port import TimerHandle
 
-__all__ = ["Timer", "next_due_ns"]
-
 
 def next_due_ns(due_ns: int, period_ns: int, now_ns: int) -> int:
     """Return when a timer is due after the call that was due at `due_ns` and starts at `now_ns`.

@@ -19,8 +19,6 @@ from sunset.rmw.dds import _wheel as wheel
 from sunset.rmw.dds._link import FIRST_NUMBER, Link
 from sunset.rmw.dds._names import OBSERVER, RosName, dds_type_name, topic_name, topic_names_of_service
 
-__all__ = ["Channel", "Channels"]
-
 _SERVICE_QOS = QoSProfile(history=HistoryPolicy.KEEP_ALL)
 
 

@@ -14,8 +14,6 @@ from uuid import uuid4
 from sunset.errors import MiddlewareError
 from sunset.input_files import read_text
 
-__all__ = ["DISTROS", "LAST_DOMAIN_ID", "Configuration", "read_configuration"]
-
 LAST_DOMAIN_ID = 232
 """The largest domain id whose ports exist: participant 0 of domain n listens on port 7410 + 250 n."""
 

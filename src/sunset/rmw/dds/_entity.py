@@ -12,8 +12,6 @@ from sunset.rmw.dds import _library as dds
 from sunset.rmw.dds import _wheel as wheel
 from sunset.rmw.dds._host import DdsEndpoint, DdsEntity, DdsHost
 
-__all__ = ["DdsPosted", "DdsTimer", "MessageT", "ReadingEntity"]
-
 MessageT = TypeVar("MessageT", bound=Message)
 
 

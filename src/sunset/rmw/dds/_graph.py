@@ -13,15 +13,6 @@ from sunset.rmw.core.port import EndpointInfo, EndpointKind
 from sunset.rmw.dds._names import OBSERVER, parse_user_data, ros_name
 from sunset.rmw.dds._wheel import Endpoint
 
-__all__ = [
-    "Graph",
-    "GraphListener",
-    "NodeEntities",
-    "Participant",
-    "decode_participant",
-    "encode_participant",
-]
-
 _ENCAPSULATION = b"\x00\x01\x00\x00"
 _GUID_SIZE = 16
 _GID_SIZES = (16, 24)

@@ -20,8 +20,6 @@ from sunset.rmw.dds._link import FIRST_NUMBER, Link
 from sunset.rmw.dds._names import dds_type_name
 from sunset.rmw.dds._queue import WaitingLine
 
-__all__ = ["DdsEndpoint", "DdsEntity", "DdsHost"]
-
 _REPORT_EVERY_NS: Final = 10 * 10**9
 
 

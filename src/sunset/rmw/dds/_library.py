@@ -42,29 +42,6 @@ check_version(_installed())
 
 from cyclonedds.internal import DDS  # noqa: E402  only of the version that was checked
 
-__all__ = [
-    "BUILTIN_TOPICS",
-    "VERSION",
-    "WaitSet",
-    "check_version",
-    "checked",
-    "create_domain",
-    "create_participant",
-    "create_publisher",
-    "create_reader",
-    "create_subscriber",
-    "create_writer",
-    "data_condition",
-    "delete",
-    "guid_of",
-    "instance_handle_of",
-    "matched_publications",
-    "matched_subscriptions",
-    "read_qos",
-    "sertype_of",
-    "wait_for_acks",
-]
-
 BUILTIN_TOPICS: Final = (0x7FFF0001, 0x7FFF0003, 0x7FFF0004)
 """The topics on which DDS itself tells of participants, writers and readers."""
 

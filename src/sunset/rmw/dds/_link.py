@@ -22,8 +22,6 @@ from sunset.rmw.dds._graph import (
 )
 from sunset.rmw.dds._names import dds_type_name
 
-__all__ = ["FIRST_NUMBER", "Link"]
-
 FIRST_NUMBER: Final = 16
 """Numbers of conditions below this are the link's own."""
 

@@ -6,16 +6,6 @@ from typing import Final, NamedTuple
 
 from sunset.rmw.core.port import EndpointKind
 
-__all__ = [
-    "OBSERVER",
-    "RosName",
-    "dds_type_name",
-    "parse_user_data",
-    "ros_name",
-    "topic_name",
-    "topic_names_of_service",
-]
-
 OBSERVER: Final = "observer"
 """A key in the user data of readers that only look on: they are no part of the graph."""
 

@@ -26,8 +26,6 @@ from sunset.rmw.dds._names import dds_type_name
 from sunset.rmw.dds._services import DdsClient, DdsService
 from sunset.rmw.dds._topics import DdsPublisher, DdsSubscription
 
-__all__ = ["CycloneDDS", "prepare"]
-
 _STEP_S: Final = 0.005
 _PARTING_NS: Final = 1_500_000_000
 """How long a process that leaves waits for clients that it has not answered yet to listen."""

@@ -7,8 +7,6 @@ from contextlib import suppress
 from queue import Empty
 from typing import Generic, TypeVar
 
-__all__ = ["WaitingLine"]
-
 T = TypeVar("T")
 
 

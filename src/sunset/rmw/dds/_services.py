@@ -20,8 +20,6 @@ from sunset.rmw.dds._entity import DdsTimer, MessageT, ReadingEntity
 from sunset.rmw.dds._host import DdsHost
 from sunset.rmw.dds._names import parse_user_data, topic_names_of_service
 
-__all__ = ["DdsClient", "DdsService", "split_sample"]
-
 _HEADER: Final = Struct("<Qq")
 _ENCAPSULATION_SIZE: Final = 4
 _FIELDS: Final = _ENCAPSULATION_SIZE + _HEADER.size

@@ -26,8 +26,6 @@ from sunset.rmw.dds._names import OBSERVER, RosName, parse_user_data, ros_name
 from sunset.rmw.dds._queue import WaitingLine
 from sunset.rmw.dds._services import split_sample
 
-__all__ = ["CycloneTap"]
-
 _HOLD_NS: Final = 100_000_000
 """How long a sample waits for those that were sent before it and come after it."""
 

@@ -17,8 +17,6 @@ from sunset.rmw.dds._entity import ReadingEntity
 from sunset.rmw.dds._host import DdsEndpoint, DdsHost
 from sunset.rmw.dds._names import topic_name
 
-__all__ = ["DdsPublisher", "DdsSubscription"]
-
 
 class DdsPublisher(DdsEndpoint, PublisherHandle):
     """A writer; never blocks, except one that keeps all samples while a reader does not confirm any."""

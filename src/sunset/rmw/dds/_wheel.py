@@ -18,19 +18,6 @@ from cyclonedds import _clayer  # isort: skip  after the version was checked
 from cyclonedds.idl import make_idl_struct  # isort: skip
 from cyclonedds.idl.types import uint8  # isort: skip
 
-__all__ = [
-    "MAKING_TOPIC",
-    "Endpoint",
-    "matched_publication",
-    "matched_subscription",
-    "prepare",
-    "take",
-    "take_endpoints",
-    "take_participants",
-    "topic_of",
-    "write",
-]
-
 MAKING_TOPIC: Final = threading.Lock()
 """Held while a topic is made, during which its participant must not be deleted."""
 

@@ -8,8 +8,6 @@ from itertools import count
 
 from sunset.errors import MiddlewareError
 
-__all__ = ["free_domain_id", "sole_system"]
-
 _DOMAINS = range(1, 102)
 """0 is what everybody uses unless told otherwise; the ports of those above 101 may be taken by any program on Linux."""
 

@@ -6,8 +6,6 @@ from math import isfinite
 from sunset.errors import MiddlewareError
 from sunset.seeding import check_seed, generator
 
-__all__ = ["OTHER_CALLBACK_NS", "ComputeModel"]
-
 OTHER_CALLBACK_NS = 200_000
 """Nanoseconds for a timer, a service, a response, and any callback of a node that is not listed."""
 

@@ -11,8 +11,6 @@ from sunset.rmw.core.port import EndpointKind, QoSProfile
 from sunset.rmw.sim._compute import OTHER_CALLBACK_NS
 from sunset.rmw.sim._network import Network
 
-__all__ = ["SimEndpoint", "SimEntity", "SimHost", "SimReceiver"]
-
 ItemT = TypeVar("ItemT")
 
 

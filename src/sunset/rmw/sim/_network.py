@@ -9,8 +9,6 @@ from sunset.rmw.core.tap import Tap
 from sunset.rmw.sim._compute import ComputeModel
 from sunset.rmw.sim._scheduler import Scheduler
 
-__all__ = ["Network"]
-
 
 class _Endpoint(Protocol):
     """What all four kinds of endpoint have."""

@@ -14,8 +14,6 @@ from sunset.rmw.sim._services import SimClient, SimService
 from sunset.rmw.sim._timer import SimPosted, SimTimer
 from sunset.rmw.sim._topics import SimPublisher, SimSubscription
 
-__all__ = ["SimProcess"]
-
 
 class SimProcess(SimHost):
     """One process of the simulated world; made by `Simulation.create_process`.

@@ -5,8 +5,6 @@ from enum import IntEnum
 from heapq import heappop, heappush
 from itertools import count
 
-__all__ = ["Priority", "Scheduler"]
-
 
 class Priority(IntEnum):
     """Which of several events at the same time comes first."""

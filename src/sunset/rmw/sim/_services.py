@@ -10,8 +10,6 @@ from sunset.rmw.core.port import ClientHandle, EndpointKind, QoSProfile, Request
 from sunset.rmw.sim._entity import SimHost, SimReceiver
 from sunset.rmw.sim._scheduler import Priority
 
-__all__ = ["SimClient", "SimService"]
-
 
 class SimClient(SimReceiver[tuple[int, Message]], ClientHandle):
     """Asks every server of its name and type."""

@@ -19,8 +19,6 @@ from sunset.rmw.sim._network import Network
 from sunset.rmw.sim._process import SimProcess
 from sunset.rmw.sim._scheduler import Priority
 
-__all__ = ["Simulation"]
-
 
 class Simulation:
     """A simulated world: one network and one virtual clock, which starts at 0.

@@ -7,8 +7,6 @@ from sunset.rmw.core.timer import Timer
 from sunset.rmw.sim._entity import SimEntity, SimHost
 from sunset.rmw.sim._scheduler import Priority
 
-__all__ = ["SimPosted", "SimTimer"]
-
 
 class SimTimer(Timer[SimHost], SimEntity):
     """A timer of virtual time."""

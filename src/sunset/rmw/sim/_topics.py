@@ -20,8 +20,6 @@ from sunset.rmw.sim._compute import OTHER_CALLBACK_NS
 from sunset.rmw.sim._entity import SimEndpoint, SimHost, SimReceiver
 from sunset.rmw.sim._scheduler import Priority
 
-__all__ = ["SimPublisher", "SimSubscription"]
-
 _UNCHARGED_TOPICS = frozenset({"/clock"})
 """Topics that the client library handles itself, so the node's own compute time is not charged."""
 

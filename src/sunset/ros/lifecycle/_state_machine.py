@@ -10,8 +10,6 @@ from sunset.interfaces.lifecycle_msgs.msg import State as StateMessage
 from sunset.interfaces.lifecycle_msgs.msg import Transition as TransitionMessage
 from sunset.interfaces.lifecycle_msgs.msg import TransitionDescription
 
-__all__ = ["STATES", "TRANSITIONS", "LifecycleState", "StateMachine", "Transition"]
-
 
 class LifecycleState(NamedTuple):
     """A state of the lifecycle."""

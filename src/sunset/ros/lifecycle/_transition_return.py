@@ -4,8 +4,6 @@ from enum import IntEnum
 
 from sunset.interfaces.lifecycle_msgs.msg import Transition
 
-__all__ = ["TransitionCallbackReturn"]
-
 
 class TransitionCallbackReturn(IntEnum):
     """How a transition went."""

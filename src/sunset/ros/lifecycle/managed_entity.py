@@ -3,8 +3,6 @@
 from sunset.ros.lifecycle._state_machine import LifecycleState
 from sunset.ros.lifecycle._transition_return import TransitionCallbackReturn
 
-__all__ = ["ManagedEntity", "SimpleManagedEntity"]
-
 
 class ManagedEntity:
     """A part of a node that is told of the node's transitions."""

@@ -24,8 +24,6 @@ from sunset.ros.node import Node
 from sunset.ros.qos import qos_profile_services_default, to_profile
 from sunset.ros.service import Service
 
-__all__ = ["LifecycleNode"]
-
 MessageT = TypeVar("MessageT", bound=Message)
 
 _CALLBACKS: Final = {

@@ -7,8 +7,6 @@ from sunset.rmw.core.port import PublisherHandle, QoSProfile
 from sunset.ros.lifecycle.managed_entity import SimpleManagedEntity
 from sunset.ros.publisher import Publisher
 
-__all__ = ["LifecyclePublisher"]
-
 MessageT = TypeVar("MessageT", bound=Message)
 
 

@@ -52,7 +52,7 @@ def test_a_managing_system_that_ends_its_process_is_not_passed_over(
     assert out == ""
     assert err.splitlines()[-1].endswith(f"mine.py:Mine failed in nofault, seed 1: {reason}")
 
-    bench = ["bench", "--suite", "nofault", "--repetitions", "1", "--managers", manager]
+    bench = ["bench", "--suite", "nofault", "--no-references", "--repetitions", "1", "--managers", manager]
     assert main([*bench, "--out", str(tmp_path / "out")]) == 0
     out, _ = capsys.readouterr()
     assert "1 invalid run is left out, in 1 of which the managing system failed" in " ".join(out.split())
@@ -62,8 +62,8 @@ def test_a_managing_system_that_ends_its_process_is_not_passed_over(
 @pytest.mark.thorough
 def test_a_source_in_another_encoding_is_flown(mine: Callable[[str], str], tmp_path: Path) -> None:
     source = "# -*- coding: latin-1 -*-\n# für alle\n" + STEADY
-    command = ["bench", "--suite", "nofault", "--repetitions", "1", "--managers", mine(source)]
-    assert main([*command, "--out", str(tmp_path / "out")]) == 0
+    command = ["bench", "--suite", "nofault", "--no-references", "--repetitions", "1", "--duration", "4"]
+    assert main([*command, "--managers", mine(source), "--out", str(tmp_path / "out")]) == 0
 
 
 @pytest.mark.thorough
@@ -71,8 +71,8 @@ def test_a_report_says_that_a_campaign_is_not_finished(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = tmp_path / "out"
-    command = ["bench", "--suite", "nofault", "--managers", "none", "--repetitions", "2", "--out", str(out)]
-    assert main(command) == 0
+    command = ["bench", "--suite", "nofault", "--managers", "none", "--repetitions", "2", "--duration", "2"]
+    assert main([*command, "--out", str(out)]) == 0
     assert main(["report", str(out)]) == 0
     assert "is not finished" not in capsys.readouterr().err
 

@@ -23,7 +23,8 @@ from sunset.interfaces.system_interfaces.msg import (
     SensorFusion,
 )
 from sunset.metrics import score
-from sunset.recording import RecordWriter
+from sunset.recording import RecordWriter, timeline
+from sunset.recording.timelines import measured_topics
 
 START_NS = 3 * 10**9
 OUTAGE_S = (2.0, 6.0)
@@ -129,8 +130,8 @@ def store(tmp_path: Path) -> Store:
             run = f"{record.scenario}, seed {record.seed}, {about.get('faults')}"
             for topic, time_ns, message in messages(run, command_s, iou):
                 writer.write(topic, time_ns, message)
-            timeline = writer.timeline(thresholds=record.thresholds)
-            writer.close(replace(record, metrics=score(timeline).to_json()))
+            observed = timeline(writer.messages(measured_topics()), thresholds=record.thresholds)
+            writer.close(replace(record, metrics=score(observed).to_json()))
         return folder
 
     return write

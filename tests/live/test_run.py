@@ -97,7 +97,7 @@ def test_a_managing_system_that_keeps_the_system_from_coming_up_does_not_end_its
 ) -> None:
     with (
         free_domain_id() as domain_id,
-        benching(tmp_path / "out", "external", bring_up_limit_s=20.0, domain_id=domain_id) as process,
+        benching(tmp_path / "out", "external", bring_up_limit_s=15.0, domain_id=domain_id) as process,
     ):
         tool = Tool(domain_id)
         shutdown = ChangeState.Request(transition=Transition(label="shutdown"))
@@ -116,7 +116,7 @@ def test_a_managing_system_that_keeps_the_system_from_coming_up_does_not_end_its
                 tool.node.context.try_shutdown()
     assert process.returncode == 0, complaint
     failed, flown = (read_run(runs / f"seed-{seed}") for seed in (1, 2))
-    reason = "The managed system did not come up within 20 s in nofault, seed 1: camera is "
+    reason = "The managed system did not come up within 15 s in nofault, seed 1: camera is "
     assert (failed.manager_failed or "").startswith(reason)
     assert (failed.valid, flown.manager_failed) == (False, None)
 

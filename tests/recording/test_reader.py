@@ -10,7 +10,8 @@ from sunset.errors import RecordError
 from sunset.interfaces import Message
 from sunset.interfaces.system_interfaces.msg import Command
 from sunset.metrics import score
-from sunset.recording import RecordWriter, read_messages, read_run, read_timeline
+from sunset.recording import RecordWriter, read_messages, read_run, read_timeline, timeline
+from sunset.recording.timelines import measured_topics
 
 Row = tuple[str, int, Message]
 READERS = [read_messages, read_timeline]
@@ -38,7 +39,8 @@ def test_the_timeline_of_a_record_is_that_of_its_writer(tmp_path: Path, rows: li
     with RecordWriter(tmp_path / "r") as writer:
         for row in rows:
             writer.write(*row)
-        live = writer.timeline(thresholds=run.thresholds, duration_s=5.0, period_s=0.2, expected_frames=50)
+        messages = writer.messages(measured_topics())
+        live = timeline(messages, thresholds=run.thresholds, duration_s=5.0, period_s=0.2, expected_frames=50)
         writer.close(run)
     stored = read_timeline(tmp_path / "r")
     assert (stored.duration_s, stored.period_s, stored.expected_frames) == (5.0, 0.2, 50)

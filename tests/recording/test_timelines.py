@@ -216,9 +216,11 @@ def test_counts_of_another_number_of_classes_are_refused() -> None:
         of(RecordedMessage("/seg_metrics", 0, FrameEvaluation()))
 
 
-def test_the_writers_timeline_ignores_other_topics(tmp_path: Path) -> None:
+def test_messages_on_other_topics_do_not_matter(tmp_path: Path) -> None:
     with RecordWriter(tmp_path / "r") as writer:
         writer.write(START.topic, START.time_ns, START.message)
         writer.write("/blackboard_group", 0, String())
-        found = writer.timeline(thresholds=THRESHOLDS)
+        messages = writer.messages({START.topic, "/blackboard_group"})
+    assert len(messages) == 2
+    found = timeline(messages, thresholds=THRESHOLDS)
     assert found.message_times == {}

@@ -12,7 +12,7 @@ from sunset.training import FrameSet, FrameSets
 pytest.importorskip("torch")
 pytest.importorskip("onnx")
 
-pytestmark = pytest.mark.thorough
+pytestmark = [pytest.mark.thorough, pytest.mark.xdist_group("interruption")]
 
 PROGRAM = """
 import os
@@ -56,11 +56,40 @@ NO_SETS = Path("none")
 ENDED = {0: 0, signal.SIGTERM: -signal.SIGINT, signal.SIGKILL: -signal.SIGKILL}  # Python ends as after Ctrl-C
 
 
-@pytest.fixture
-def program(tmp_path: Path) -> Path:
-    path = tmp_path / "program.py"
+@pytest.fixture(scope="module")
+def program(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("program") / "program.py"
     path.write_text(PROGRAM, encoding="utf-8")
     return path
+
+
+@pytest.fixture(scope="module")
+def frames(sets: FrameSets, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("sets")
+    for place, name in enumerate(("train", "validation", "validation_flight", "test", "test_flight")):
+        one = getattr(sets, name)
+        FrameSet(one.bgr[:5], one.depth[:5], one.labels[:5]).save(folder / str(place))
+    return folder
+
+
+@pytest.fixture(scope="module")
+def undisturbed(program: Path, frames: Path, tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
+    """The networks of a training that nothing interrupts."""
+    folder = tmp_path_factory.mktemp("whole")
+    run(program, folder, frames)
+    return networks_of(folder)
+
+
+@pytest.fixture(scope="module")
+def rendered(program: Path, tmp_path_factory: pytest.TempPathFactory) -> str:
+    """The digest of frames whose rendering nothing interrupts."""
+    folder = tmp_path_factory.mktemp("whole")
+    run(program, folder, NO_SETS)
+    return FrameSet.load(folder).digest()
+
+
+def networks_of(folder: Path) -> dict[str, bytes]:
+    return {path.name: path.read_bytes() for path in (folder / "model").glob("*.[ob]*")}
 
 
 def run(program: Path, folder: Path, sets: Path, at: tuple[str, int] = ("", 0), number: int = 0) -> list[str]:
@@ -77,18 +106,13 @@ def run(program: Path, folder: Path, sets: Path, at: tuple[str, int] = ("", 0), 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGKILL], ids=["SIGTERM", "SIGKILL"])
 def test_an_interrupted_training_repeats_nothing_that_is_kept_and_gives_the_same_networks(
-    number: int, program: Path, sets: FrameSets, tmp_path: Path
+    number: int, program: Path, frames: Path, undisturbed: dict[str, bytes], tmp_path: Path
 ) -> None:
-    folder = tmp_path / "sets"
-    for place, name in enumerate(("train", "validation", "validation_flight", "test", "test_flight")):
-        frames = getattr(sets, name)
-        FrameSet(frames.bgr[:5], frames.depth[:5], frames.labels[:5]).save(folder / str(place))
     parts = tmp_path / "parts"
     at = [("networks", 3), ("Measuring int8", 1), ("Measuring", 3), ("Measuring on the test town", 1)]
-    runs = [run(program, parts, folder, place, number) for place in at]
+    runs = [run(program, parts, frames, place, number) for place in at]
     assert not (parts / "model").exists()
-    runs.append(run(program, parts, folder))
-    run(program, tmp_path / "whole", folder)
+    runs.append(run(program, parts, frames))
     learned = [line for lines in runs for line in lines if line.startswith("networks:")]
     steps = [f"networks:{step}" for step in range(1, 7)]
     if number == signal.SIGKILL:  # it came before the step's checkpoint was written
@@ -96,20 +120,14 @@ def test_an_interrupted_training_repeats_nothing_that_is_kept_and_gives_the_same
     else:  # the step in which it came was ended, and perhaps not told of
         assert learned in (steps, steps[:3] + steps[4:])
     assert not list((parts / "work").glob("finish*"))
-    networks, expected = (
-        {path.name: path.read_bytes() for path in (tmp_path / name / "model").glob("*.[ob]*")}
-        for name in ("parts", "whole")
-    )
-    assert {"rgb.onnx", "depth.onnx", "fusion.onnx"} <= set(expected)
-    assert networks == expected
+    assert {"rgb.onnx", "depth.onnx", "fusion.onnx"} <= set(undisturbed)
+    assert networks_of(parts) == undisturbed
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGKILL], ids=["SIGTERM", "SIGKILL"])
 def test_interrupted_rendering_goes_on_with_what_is_missing(
-    number: int, program: Path, tmp_path: Path
+    number: int, program: Path, rendered: str, tmp_path: Path
 ) -> None:
-    assert run(program, tmp_path / "parts", NO_SETS, ("frames", 2), number) == ["frames:1", "frames:2"]
-    assert run(program, tmp_path / "parts", NO_SETS) == ["frames:3"]
-    run(program, tmp_path / "whole", NO_SETS)
-    parts, whole = (FrameSet.load(tmp_path / name).digest() for name in ("parts", "whole"))
-    assert parts == whole
+    assert run(program, tmp_path, NO_SETS, ("frames", 2), number) == ["frames:1", "frames:2"]
+    assert run(program, tmp_path, NO_SETS) == ["frames:3"]
+    assert FrameSet.load(tmp_path).digest() == rendered

@@ -22,7 +22,7 @@ from sunset.isolation import Watch
 from sunset.managing import checksum, load_manager, manager_sources
 from sunset.metrics import RunMetrics, Timeline, score
 from sunset.perception import ModelCard
-from sunset.recording import RecordWriter, RunRecord, StoredFault, StoredRun, read_stored_run
+from sunset.recording import RecordWriter, RunRecord, StoredFault, StoredRun, log_of, timeline, told_topics
 from sunset.rmw.backends import live_middleware
 from sunset.system import current_system
 
@@ -54,33 +54,33 @@ def run(spec: RunSpec, folder: Path, *, log: bool = False) -> StoredRun:
         DataError: the bag cannot be used.
         OutputError: the record cannot be written.
     """
-    record(spec, folder, log=log)
-    return read_stored_run(folder)
+    return record(spec, folder, log=log)
 
 
-def record(spec: RunSpec, folder: Path, *, log: bool = False, known: str | None = None) -> None:
-    """Fly one experiment, and write its record; as `run`, without its result.
+def record(spec: RunSpec, folder: Path, *, log: bool = False, known: str | None = None) -> StoredRun:
+    """Fly one experiment; as `run`, if the managing system's files have a known checksum, any if it is None.
 
     A simulated one is flown in a process of its own, since the managing system is part of it; what is measured is
-    computed here, from what it has recorded. `known` is the checksum that the managing system's files must have; any if
-    it is None.
+    computed here, from what it has recorded.
     """
     spec.load_extensions()
     resources = find_resources(spec)
     with RecordWriter(folder) as writer:
         fly = _fly_live if spec.settings.live else _fly_simulated
         flown = fly(spec, resources, writer, log=log, known=known)
-        timeline = writer.timeline(
+        messages = writer.messages(told_topics())
+        observed = timeline(
+            messages,
             thresholds=_thresholds(resources.model.card),
             duration_s=spec.settings.timing.duration_s,
             period_s=spec.settings.timing.period_s,
             expected_frames=spec.settings.timing.expected_frames,
         )
-        reasons = [*flown.violations, *filter(None, [flown.shortfall(timeline)])]
-        outcome = _Outcome(
-            flown.manager_checksum, score(timeline).to_json(), "; ".join(reasons), flown.start_ns
-        )
-        writer.close(_describe(spec, resources, outcome))
+        figures = score(observed)
+        reasons = [*flown.violations, *filter(None, [flown.shortfall(observed)])]
+        outcome = _Outcome(flown.manager_checksum, figures.to_json(), "; ".join(reasons), flown.start_ns)
+        flown_run = writer.close(_describe(spec, resources, outcome))
+    return StoredRun(folder, flown_run, observed, figures, log_of(messages))
 
 
 def record_failure(spec: RunSpec, folder: Path, *, manager_checksum: str, reason: str) -> None:

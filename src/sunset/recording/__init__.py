@@ -19,7 +19,7 @@ from sunset.recording.schema import (
     read_run,
     stored_figures,
 )
-from sunset.recording.stored import LogLine, StoredRun, read_log, read_stored_run
+from sunset.recording.stored import LogLine, StoredRun, log_of, read_log, read_stored_run, told_topics
 from sunset.recording.timelines import timeline
 from sunset.recording.values import RecordedMessage
 from sunset.recording.writer import RecordWriter
@@ -37,6 +37,7 @@ __all__ = [
     "StoredFault",
     "StoredRun",
     "differing_figures",
+    "log_of",
     "read_log",
     "read_messages",
     "read_plan",
@@ -45,4 +46,5 @@ __all__ = [
     "read_timeline",
     "stored_figures",
     "timeline",
+    "told_topics",
 ]

@@ -137,7 +137,7 @@ def read_stored_run(folder: Path) -> StoredRun:
             f"The run in {folder} has no time line, since its managing system failed: {shorten(run.manager_failed)}"
         )
     check_extensions(run, folder)
-    messages = read_messages(folder, {*measured_topics(), _ROSOUT})
+    messages = read_messages(folder, told_topics())
     timeline = timeline_of(run, messages)
     figures = score(timeline)
     return StoredRun(
@@ -145,7 +145,7 @@ def read_stored_run(folder: Path) -> StoredRun:
         record=run,
         timeline=timeline,
         metrics=figures,
-        log=_log_of(messages),
+        log=log_of(messages),
         differing=differing_figures(stored_figures(run, folder / RUN_FILE), figures.to_json()),
     )
 
@@ -156,10 +156,16 @@ def read_log(folder: Path) -> tuple[LogLine, ...]:
     Raises:
         RecordError: as `read_messages`, or a message does not have the expected type, or the start is missing.
     """
-    return _log_of(read_messages(folder, (_ROSOUT, LOG_TOPIC)))
+    return log_of(read_messages(folder, (_ROSOUT, LOG_TOPIC)))
 
 
-def _log_of(messages: Sequence[RecordedMessage]) -> tuple[LogLine, ...]:
+def told_topics() -> frozenset[str]:
+    """Return the full names of the topics that a `StoredRun` is made of."""
+    return measured_topics() | {_ROSOUT}
+
+
+def log_of(messages: Sequence[RecordedMessage]) -> tuple[LogLine, ...]:
+    """Return what the nodes of a run logged, from messages that are read already; as `read_log`."""
     start_ns = start_of([one for one in messages if one.topic == LOG_TOPIC])
     lines = []
     for one in messages:

@@ -2,7 +2,7 @@
 
 import os
 import shutil
-from collections.abc import Mapping
+from collections.abc import Collection
 from contextlib import contextmanager
 from pathlib import Path
 from types import TracebackType
@@ -12,14 +12,11 @@ import msgspec
 
 from sunset.errors import OutputError, RecordError
 from sunset.interfaces import Message, serialize, type_name
-from sunset.metrics import Timeline
 from sunset.recording._bag import read_bag, write_bag
 from sunset.recording._images import ImageDigester
 from sunset.recording.schema import RUN_FILE, RunRecord
-from sunset.recording.timelines import measured_topics, timeline
-from sunset.recording.values import Payload, digest_of
+from sunset.recording.values import Payload, RecordedMessage, digest_of
 from sunset.schemas import document_text
-from sunset.system import DURATION_S, PERIOD_S
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -88,27 +85,9 @@ class RecordWriter:
         """SHA-256 over topic, type, time and bytes of all messages so far, in hexadecimal."""
         return digest_of(self._in_order())
 
-    def timeline(
-        self,
-        *,
-        thresholds: Mapping[str, float],
-        duration_s: float = DURATION_S,
-        period_s: float = PERIOD_S,
-        expected_frames: int = round(DURATION_S / PERIOD_S),
-    ) -> Timeline:
-        """Return what the metrics look at, of the messages so far: the same that `read_timeline` returns.
-
-        Raises:
-            RecordError: as `timeline`.
-        """
-        topics = measured_topics()
-        return timeline(
-            (payload.decoded() for payload in self._in_order() if payload.topic in topics),
-            thresholds=thresholds,
-            duration_s=duration_s,
-            period_s=period_s,
-            expected_frames=expected_frames,
-        )
+    def messages(self, topics: Collection[str]) -> tuple[RecordedMessage, ...]:
+        """Return the messages on some topics so far, in order of time: the same that `read_messages` returns."""
+        return tuple(payload.decoded() for payload in self._in_order() if payload.topic in topics)
 
     def store(self) -> None:
         """Write the messages so far into the hidden folder, from which the writer of a forking process can load them.
@@ -129,11 +108,14 @@ class RecordWriter:
         self._payloads = list(read_bag(self._partial))
         self._stored = True
 
-    def close(self, run: RunRecord) -> None:
+    def close(self, run: RunRecord) -> RunRecord:
         """Write the record and give it its final name.
 
         Args:
-            run: what was run and what came out; its `digest` is set here.
+            run: what was run and what came out, without a digest.
+
+        Returns:
+            The same with the `digest` of the messages.
 
         Raises:
             RecordError: `run` has a value that JSON does not know, such as NaN, or the record is closed.
@@ -141,8 +123,9 @@ class RecordWriter:
         """
         if self._closed:
             raise RecordError(f"The record {self._folder} is closed already.")
+        run = msgspec.structs.replace(run, digest=self.digest)
         try:
-            text = document_text(msgspec.structs.replace(run, digest=self.digest))
+            text = document_text(run)
         except (TypeError, ValueError) as error:
             raise RecordError(f"{RUN_FILE} cannot hold what the run left: {error}.") from error
         if not self._stored:
@@ -151,6 +134,7 @@ class RecordWriter:
             (self._partial / RUN_FILE).write_text(text, encoding="utf-8")
             self._partial.rename(self._folder)
         self._release()
+        return run
 
     def abort(self) -> None:
         """Remove what was written so far; after `close` there is nothing to remove."""

@@ -188,6 +188,20 @@ OTHERS: dict[str, tuple[Mistake, str]] = {
     "a flight without a plan": (lambda folder: api.render_flight(folder / "bag", 3), "FlightPlan"),
     "a figure of another kind": (lambda folder: api.fault_figure(folder / "figure.doc"), "doc"),
     "curves of no model": (lambda _: api.measure_curves("lit"), "did you mean 'lite'"),
+    "a training of no model": (lambda folder: api.train_model("lit", folder), "did you mean 'lite'"),
+    "a training of no network": (
+        lambda folder: api.train_model("lite", folder, modality="lidar"),
+        "choose among all, rgb, depth, fusion",
+    ),
+    "a training of no steps": (
+        lambda folder: api.train_model("lite", folder, steps=0),
+        "steps must be a whole one from 1 on, got 0",
+    ),
+    "an import of no size": (
+        lambda folder: api.import_model(folder, folder / "model", size=256),
+        "width and height in pixels",
+    ),
+    "an import into a folder that exists": (lambda folder: api.import_model(folder, folder), "exists"),
     "an agreement of one middleware": (
         lambda folder: api.agree(middleware="sim", out=folder),
         "leave the middleware out",

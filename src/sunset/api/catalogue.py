@@ -3,7 +3,7 @@
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Unpack
+from typing import TYPE_CHECKING, Final, Unpack
 
 from sunset import data, experiments
 from sunset.api.options import Options, as_path, seed_of, settings_of
@@ -22,6 +22,8 @@ from sunset.workers import Progress
 if TYPE_CHECKING:
     from sunset.training.curves import Curves
     from sunset.training.tables import IouTables
+
+_ENTROPY: Final = "segmentation_entropy"
 
 
 def list_suites() -> tuple[str, ...]:
@@ -98,7 +100,7 @@ def bag_statistics(bag: str | Path | None = None, *, progress: Progress | None =
 def fault_figure(
     out: str | Path, *, seed: int = 1, progress: Progress | None = None, **options: Unpack[Options]
 ) -> Path:
-    """Run without a fault and with each fault of F4, and draw the entropy over time, as `sunset faults figure` does.
+    """Run without a fault and with each that shows in the entropy, and draw it, as `sunset faults figure` does.
 
     Args:
         out: a .png, .pdf or .svg.
@@ -116,16 +118,19 @@ def fault_figure(
 
 
 def draw_fault_figure(file: Path, settings: Settings, seed: int, progress: Progress | None) -> None:
-    """Run without a fault and with each fault of F4, and draw the entropy over time; as `fault_figure`."""
+    """Run without a fault and with each that shows in the entropy, and draw it; as `fault_figure`."""
     check_figure(file)
-    faults = [fault.name for fault in current_system().faults.values() if fault.failure == "F4"]
+    system = current_system()
+    faults = [
+        name for name, fault in system.faults.items() if system.failures[fault.failure].signal == _ENTROPY
+    ]
     series, iou, threshold = {}, {}, 0.0
     with tempfile.TemporaryDirectory(prefix="sunset-") as folder:
         for done, name in enumerate(["nofault", *faults]):
             spec = RunSpec(scenario=load_scenario(name), manager="none", seed=seed, settings=settings)
             timeline = experiments.run(spec, Path(folder) / name).timeline
             label = name.replace("nofault", "no fault")
-            series[label] = timeline.samples["segmentation_entropy"]
+            series[label] = timeline.samples[_ENTROPY]
             iou[label] = Samples(timeline.frames.times, timeline.frames.iou)
             threshold = timeline.thresholds["entropy_threshold"]
             if progress is not None:

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final, Unpack
 
 from sunset import data, experiments
-from sunset.api.options import Options, as_path, seed_of, settings_of
+from sunset.api.options import Extensions, Options, as_path, extended, seed_of, settings_of
 from sunset.data import BagStatistics, FlightPlan, default_flight, read_bag, render_frames, write_bag
 from sunset.errors import InvalidInputError
 from sunset.evaluation import check_figure, entropy_figure
@@ -113,7 +113,8 @@ def fault_figure(
         SunsetError: as `run`.
     """
     file = as_path(out, "figure's file")
-    draw_fault_figure(file, settings_of(options), seed_of(seed), progress)
+    with extended(options.get("extensions", ())):
+        draw_fault_figure(file, settings_of(options), seed_of(seed), progress)
     return file
 
 
@@ -145,6 +146,7 @@ def calibrate_model(
     out: str | Path | None = None,
     jobs: int | None = None,
     device: str = "cpu",
+    extensions: Extensions = (),
 ) -> Model:
     """Set a model's temperatures and thresholds, as `sunset models calibrate` does, and return it.
 
@@ -154,6 +156,7 @@ def calibrate_model(
         out: a new folder for the calibrated model; the model's own is changed if it is None.
         jobs: worker processes; one a core if None.
         device: what networks run on: `cpu`, `cuda` or `auto`.
+        extensions: whose faults are looked at, too.
 
     Raises:
         SunsetError: the model or the bag is not usable, or the result cannot be written.
@@ -169,7 +172,8 @@ def calibrate_model(
     else:
         path = as_path(bag, "bag")
         frames, source = frames_of_bag(path, size), f"the bag {path.resolve().name}"
-    return calibrate(loaded, frames, target, source=source, jobs=jobs, device=device)
+    with extended(extensions):
+        return calibrate(loaded, frames, target, source=source, jobs=jobs, device=device)
 
 
 def measure_curves(
@@ -180,6 +184,7 @@ def measure_curves(
     jobs: int | None = None,
     device: str = "cpu",
     progress: Progress | None = None,
+    extensions: Extensions = (),
 ) -> "Curves":
     """Measure a model by fault and strength, as `sunset models curves` does.
 
@@ -190,6 +195,7 @@ def measure_curves(
         jobs: worker processes; one a core if None.
         device: what networks run on: `cpu`, `cuda` or `auto`.
         progress: called with (frames done, frames in all).
+        extensions: whose faults are measured, too.
 
     Raises:
         SunsetError: the model or the bag is not usable.
@@ -197,7 +203,8 @@ def measure_curves(
     from sunset.training.curves import measure_curves as measure  # noqa: PLC0415  takes long to import
 
     path = default_flight() if bag is None else as_path(bag, "bag")
-    return measure(load_model(model), path, every=every, jobs=jobs, device=device, progress=progress)
+    with extended(extensions):
+        return measure(load_model(model), path, every=every, jobs=jobs, device=device, progress=progress)
 
 
 def measure_iou(

@@ -33,8 +33,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     showing.set_defaults(execute=show)
     drawing = actions.add_parser(
         "figure",
-        help="draw the segmentation's entropy over time, with and without each fault of F4",
-        description="Run once without a fault and once with each fault of F4, and draw the paper's figure.",
+        help="draw the segmentation's entropy over time, with and without each fault that shows in it",
+        description="Run once without a fault and once with each fault that shows in the entropy, as those of F4 do, "
+        "and draw the paper's figure.",
     )
     drawing.add_argument("--out", type=Path, required=True, metavar="FILE", help="a .png, .pdf or .svg")
     drawing.add_argument("--seed", type=int, default=1, metavar="N", help="seed of the runs (default: 1)")
@@ -86,7 +87,7 @@ def show(arguments: argparse.Namespace) -> int:
 
 
 def draw(arguments: argparse.Namespace) -> int:
-    """Run without and with each fault of F4, and draw the figure."""
+    """Run without and with each fault that shows in the entropy, and draw the figure."""
     settings = flight_settings(arguments)
     check_figure(arguments.out)
     nofault = RunSpec(

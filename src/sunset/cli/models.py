@@ -111,8 +111,8 @@ def _add_curves(actions: Actions) -> None:
     parser = actions.add_parser(
         "curves",
         help="measure what each fault does to a model, by its strength, and what its cure brings back",
-        description="Measure IoU, entropy and sharpness for every fault of F4 and F5 at many strengths, after each "
-        "cure, and for every two of these faults at once. Strengths of the suites are marked with *.",
+        description="Measure IoU, entropy and sharpness for every fault that degrades images at many strengths, after "
+        "each cure, and for every two of these faults at once. Strengths of the suites are marked with *.",
     )
     parser.add_argument("model", nargs="?", default="lite", help="a model's name or folder (default: lite)")
     parser.add_argument("--bag", type=Path, metavar="PATH", help="a rosbag2 (default: the default flight)")

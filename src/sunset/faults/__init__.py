@@ -7,9 +7,11 @@ from sunset.faults.degradations import (
     IMAGE_DEGRADATION_RANGE,
     REFERENCE_WIDTH,
     blur,
+    defocus_image,
     degrade_depth,
     degrade_image,
     enhance_image,
+    misalign_image,
     sharpness,
     shift_image,
 )
@@ -21,9 +23,11 @@ __all__ = [
     "IMAGE_DEGRADATION_RANGE",
     "REFERENCE_WIDTH",
     "blur",
+    "defocus_image",
     "degrade_depth",
     "degrade_image",
     "enhance_image",
+    "misalign_image",
     "sharpness",
     "shift_image",
 ]

@@ -6,7 +6,7 @@ from typing import Annotated, Final
 
 from sunset.interfaces.rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
 from sunset.names import base_name
-from sunset.system import RESULT_TOPIC, Value, current_system, frequency_entry
+from sunset.system.vocabulary import RESULT_TOPIC, Value, frequency_entry, node_names, topic_names
 from sunset.texts import suggestion
 
 __all__ = ["DEFAULT_ENTROPY_THRESHOLD", "FloatOrNaN", "Symptoms", "Value", "read_parameters"]
@@ -64,7 +64,7 @@ class Symptoms(Mapping[str, Value]):
             ValueError: there is no such topic.
         """
         key = frequency_entry(topic)
-        topics = current_system().topics
+        topics = topic_names()
         if key not in self and key not in map(frequency_entry, topics):
             raise _unknown_error("topic", topic, topics)
         return self._number(key)
@@ -120,7 +120,7 @@ class Symptoms(Mapping[str, Value]):
 
     def _node_key(self, node: str, what: str) -> str:
         key = f"{base_name(node)}_{what}"
-        nodes = current_system().nodes
+        nodes = node_names()
         if key not in self and base_name(node) not in nodes:
             raise _unknown_error("node", node, nodes)
         return key

@@ -47,7 +47,8 @@ def check_extensions(run: RunRecord, folder: Path) -> None:
     recorded = run.extensions or {}
     for name in recorded.keys() - loaded.keys():
         raise RecordError(
-            f"The run in {folder} was flown with the extension {name}: name it with --extension."
+            f"The run in {folder} was flown with the extension {name}: name it with --extension, in Python with "
+            "extensions."
         )
     for name, checksum in loaded.items():
         if name not in recorded:

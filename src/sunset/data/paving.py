@@ -105,9 +105,7 @@ def _paint_markings(painter: Painter, street: Street) -> None:
             for bar in np.arange(-half + 0.5, half - 0.6, 1.1):
                 painter.strip(street, (zebra[0], zebra[1]), (bar, bar + 0.5), Surface.MARKING)
             stop = sorted(((start, end)[side] + inward * 5.0, (start, end)[side] + inward * 5.35))
-            # Right-hand traffic: those who approach the end keep to one half, those who approach the start
-            # to the other.
-            right = (-1 if street.axis == 0 else 1) * (-inward)
+            right = -inward * street.right  # the half of those who approach
             across = sorted((right * 0.3, right * (half - 0.3)))
             painter.strip(street, (stop[0], stop[1]), (across[0], across[1]), Surface.MARKING)
             lines[side] = (start, end)[side] + inward * 6.2

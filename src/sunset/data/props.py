@@ -6,14 +6,13 @@ from typing import Final
 
 import numpy as np
 
-from sunset.data.meshes import Colour, Finish, Material, Mesh, blob, box, cylinder, gable, join
+from sunset.data.meshes import WHITE, Colour, Finish, Material, Mesh, blob, box, cylinder, gable, join
 from sunset.seeding import generator
 
 TREES: Final = 8
 """How many different trees there are: 0 to 3 broad-leaved, 4 a poplar, 5 and 6 conifers (alike), 7 a bush."""
 
 STEEL: Final[Colour] = (0.42, 0.44, 0.46)
-LEAF: Final[Colour] = (1.0, 1.0, 1.0)
 POPLAR: Final = 4
 CONIFERS: Final = (5, 6)
 BUSH: Final = 7
@@ -23,7 +22,7 @@ BUSH: Final = 7
 def tree(kind: int) -> Mesh:
     """Return a tree about 1 m high, to be scaled; its crown takes the tint."""
     rng = generator(kind, "tree")
-    leaves = Finish(LEAF, "vegetation", Material.FOLIAGE, tinted=True)
+    leaves = Finish(WHITE, "vegetation", Material.FOLIAGE, tinted=True)
     if kind == BUSH:
         clumps = [(0.0, 0.0, 0.3), (0.28, 0.1, 0.22), (-0.2, 0.22, 0.24)]
         return join([blob(rng, at, (0.4, 0.38, 0.36), leaves, fine=False) for at in clumps])
@@ -57,10 +56,10 @@ def _crown(rng: np.random.Generator, kind: int, leaves: Finish) -> list[Mesh]:
     )[kind]
     parts = [blob(rng, (0, 0, middle), (wide, wide, high), leaves, roughness=0.14)]
     for index in range(5):
-        angle = index * 2.4 + float(rng.uniform(-0.4, 0.4))
-        rise = float(rng.uniform(-0.45, 0.75))
-        out = wide * (1 - 0.4 * rise * rise) * float(rng.uniform(0.6, 0.95))
-        size = wide * loose / 0.3 * float(rng.uniform(0.45, 0.66))
+        angle = index * 2.4 + rng.uniform(-0.4, 0.4)
+        rise = rng.uniform(-0.45, 0.75)
+        out = wide * (1 - 0.4 * rise * rise) * rng.uniform(0.6, 0.95)
+        size = wide * loose / 0.3 * rng.uniform(0.45, 0.66)
         at = (out * float(np.cos(angle)), out * float(np.sin(angle)), middle + rise * high)
         parts.append(blob(rng, at, (size, size, size * 0.85), leaves, roughness=0.15, fine=False))
     return parts
@@ -105,7 +104,7 @@ def _traffic_light() -> Mesh:
 
 
 def _sign() -> Mesh:
-    face, back = Finish(LEAF, "traffic sign", tinted=True), Finish((0.62, 0.63, 0.64), "traffic sign")
+    face, back = Finish(WHITE, "traffic sign", tinted=True), Finish((0.62, 0.63, 0.64), "traffic sign")
     return join(
         [
             cylinder((0.1, 0.1), (0, 2.2), Finish(STEEL, "pole")),
@@ -142,14 +141,14 @@ def _bus_stop() -> Mesh:
 
 
 def _skip() -> Mesh:
-    body, lid = Finish(LEAF, "dynamic", tinted=True), Finish((0.16, 0.17, 0.18), "dynamic")
+    body, lid = Finish(WHITE, "dynamic", tinted=True), Finish((0.16, 0.17, 0.18), "dynamic")
     return join(
         [box((-1.7, -1.0, 0), (1.7, 1.0, 1.4), body), box((-1.75, -1.05, 1.4), (1.75, 0.2, 1.55), lid)]
     )
 
 
 def _container() -> Mesh:
-    body = Finish(LEAF, "dynamic", tinted=True)
+    body = Finish(WHITE, "dynamic", tinted=True)
     ribs = Finish((0.75, 0.75, 0.75), "dynamic", tinted=True)
     lines = [box((x, -1.24, 2.6), (x + 0.35, 1.24, 2.68), ribs) for x in (-2.6, -1.5, -0.4, 0.7, 1.8)]
     return join([box((-3, -1.25, 0), (3, 1.25, 2.6), body), *lines])
@@ -160,12 +159,8 @@ def _planter() -> Mesh:
         Finish((0.45, 0.42, 0.38), "vegetation"),
         Finish((0.3, 0.42, 0.2), "vegetation", Material.FOLIAGE),
     )
-    return join(
-        [
-            cylinder((1.5, 1.6), (0, 0.7), rim, sides=8),
-            blob(generator(1, "planter"), (0, 0, 0.9), (1.2, 1.2, 0.7), leaves),
-        ]
-    )
+    shrub = blob(generator(1, "planter"), (0, 0, 0.9), (1.2, 1.2, 0.7), leaves)
+    return join([cylinder((1.5, 1.6), (0, 0.7), rim, sides=8), shrub])
 
 
 def _kiosk() -> Mesh:
@@ -196,8 +191,8 @@ PROPS: Final[Mapping[str, Callable[[], Mesh]]] = {
     "planter": _planter,
     "kiosk": _kiosk,
     "monument": _monument,
-    "fence": lambda: box((-0.5, -0.07, 0), (0.5, 0.07, 1), Finish(LEAF, "fence", tinted=True)),
-    "wall": lambda: box((-0.5, -0.22, 0), (0.5, 0.22, 1), Finish(LEAF, "wall", Material.BRICK, tinted=True)),
+    "fence": lambda: box((-0.5, -0.07, 0), (0.5, 0.07, 1), Finish(WHITE, "fence", tinted=True)),
+    "wall": lambda: box((-0.5, -0.22, 0), (0.5, 0.22, 1), Finish(WHITE, "wall", Material.BRICK, tinted=True)),
     "hedge": lambda: box(
         (-0.5, -0.5, 0), (0.5, 0.5, 1), Finish((0.26, 0.34, 0.2), "vegetation", Material.NEEDLES)
     ),

@@ -18,16 +18,14 @@ from sunset.data.pixels import (
     COLOUR_JPEG,
     DEPTH_PNG,
     LABEL_PNG,
-    PICTURE_BYTES,
     Pixels,
     check_ids,
     dimensions,
-    picture,
+    read_picture,
     resample,
 )
 from sunset.data.reading_ahead import read_ahead
 from sunset.errors import DataError
-from sunset.input_files import read_bytes
 
 TOWNS: Final = ("01", "02", "03", "04", "05", "06", "07", "10HD")
 SIZE: Final = (1080, 1920)
@@ -72,7 +70,6 @@ class SynDroneFlight:
     numbers: tuple[int, ...]
 
     def __len__(self) -> int:
-        """Return the number of frames."""
         return len(self.numbers)
 
     @property
@@ -99,13 +96,7 @@ class SynDroneFlight:
 
     def _pixels(self, name: str, number: int) -> Pixels:
         path = self._file(name, number)
-        try:
-            data = read_bytes(path, PICTURE_BYTES)
-        except OSError as error:
-            raise DataError(
-                f"The image {path} cannot be read: {error.strerror}; {_unpack(self.town, name)}."
-            ) from error
-        pixels = picture(data, str(path), [_MODALITIES[name].kind])
+        pixels = read_picture(path, [_MODALITIES[name].kind], remedy=_unpack(self.town, name))
         if pixels.shape[:2] != SIZE:
             found = dimensions((pixels.shape[0], pixels.shape[1]))
             raise DataError(

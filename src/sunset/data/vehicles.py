@@ -3,9 +3,8 @@
 from functools import cache
 from typing import Final
 
-from sunset.data.meshes import Colour, Finish, Material, Mesh, box, join, taper
+from sunset.data.meshes import WHITE, Colour, Finish, Material, Mesh, box, join, taper
 
-WHITE: Final[Colour] = (1.0, 1.0, 1.0)
 GLASS: Final[Colour] = (0.15, 0.17, 0.19)
 TYRE: Final[Colour] = (0.1, 0.1, 0.11)
 

@@ -50,7 +50,6 @@ class DeviceFrames:
         return torch.from_numpy(np.require(array, requirements="W")).to(self._device, non_blocking=True)
 
     def __len__(self) -> int:
-        """Return the number of frames."""
         return len(self._bgr)
 
     def plain(self, indices: npt.NDArray[np.int64]) -> Batch:

@@ -33,7 +33,6 @@ class FrameSet:
     labels: npt.NDArray[np.uint8]
 
     def __post_init__(self) -> None:
-        """Refuse arrays that do not belong together."""
         frame = self.labels.shape
         shapes = (self.bgr.shape, self.depth.shape, frame)
         if len(frame) != 3 or shapes != ((*frame, 3), frame, frame):  # noqa: PLR2004  N, H, W
@@ -49,7 +48,6 @@ class FrameSet:
         return cls(np.zeros((*shape, 3), np.uint8), np.zeros(shape, np.uint16), np.zeros(shape, np.uint8))
 
     def __len__(self) -> int:
-        """Return the number of frames."""
         return len(self.bgr)
 
     def images(

@@ -70,7 +70,6 @@ class Schedule:
     validate_every: int = 400
 
     def __post_init__(self) -> None:
-        """Refuse what cannot be learned from."""
         if min(self.warm_up, self.log_every, self.validate_every) < 1:
             raise InvalidInputError("A training's warm_up and its intervals must be of at least 1 step each.")
         if not self.phases:
@@ -175,7 +174,6 @@ class TrainingConfig:
     remark: str = ""
 
     def __post_init__(self) -> None:
-        """Refuse what cannot be trained."""
         check_name(self.name)
         check_seed(self.seed)
         unknown = sorted(set(self.modalities) - set(MODALITIES))

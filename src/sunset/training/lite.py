@@ -44,7 +44,6 @@ class LiteShape:
     decoder: int = 48
 
     def __post_init__(self) -> None:
-        """Refuse widths that cannot be trained."""
         check_widths(self.stem, *self.widths, self.pyramid, *self.skips, self.decoder)
 
     @property

@@ -61,6 +61,8 @@ class Graph:
         self._store = store
         self._nodes: list[NodeProto] = []
         self._constants: list[TensorProto] = []
+        self.inputs: list[ValueInfoProto] = []
+        self.outputs: list[ValueInfoProto] = []
         self.data: set[str] = set()
         """The files beside the graph's own that it needs."""
 
@@ -99,9 +101,9 @@ class Graph:
         self.node("MatMul", [source, columns], f"{output}.wide")
         return self.node("MatMul", [rows, f"{output}.wide"], output)
 
-    def write(self, path: Path, inputs: Sequence[ValueInfoProto], outputs: Sequence[ValueInfoProto]) -> None:
+    def write(self, path: Path) -> None:
         """Write the graph; the store's files must be there already, since the result is checked."""
-        body = helper.make_graph(self._nodes, self._name, list(inputs), list(outputs), self._constants)
+        body = helper.make_graph(self._nodes, self._name, self.inputs, self.outputs, self._constants)
         opset = helper.make_opsetid("", _OPSET)
         model = helper.make_model(body, opset_imports=[opset], ir_version=_IR_VERSION, producer_name="sunset")
         _write(path, model.SerializeToString(deterministic=True))

@@ -50,7 +50,6 @@ class ReferenceShape:
     rates: tuple[int, int, int] = (12, 24, 36)
 
     def __post_init__(self) -> None:
-        """Refuse widths that cannot be trained."""
         check_widths(self.width, self.pyramid)
 
     @property

@@ -59,16 +59,15 @@ def _cures(curves: Curves) -> Iterator[str]:
 def _advice(curves: Curves) -> Iterator[str]:
     """Yield what the strengths of the suites do, and which others would do it."""
     for fault in (*UNSURE, BLURRED):
-        others = (
-            ", ".join(f"{strength:g}" for strength in _fitting(curves, fault)) or "none that was measured"
-        )
+        others = ", ".join(f"{value:g}" for value in _fitting(curves, fault)) or "none that was measured"
         for case in curves.of(fault):
             if case.suite:
                 found = "; ".join(case.shortfalls(curves.main.iou)) or "fits"
                 yield f"{fault} at {case.strengths[fault]:g}: {found} (strengths that fit: {others})"
-    both = [_fitting(curves, fault) for fault in ("image_degradation", "unneeded_enhancement")]
-    if all(curves.of(fault) for fault in ("image_degradation", "unneeded_enhancement")):
-        common = ", ".join(f"{strength:g}" for strength in both[0] if strength in both[1])
+    both = ("image_degradation", "unneeded_enhancement")
+    if all(curves.of(fault) for fault in both):
+        first, second = (_fitting(curves, fault) for fault in both)
+        common = ", ".join(f"{strength:g}" for strength in first if strength in second)
         yield f"image_degradation and unneeded_enhancement have one strength: both fit at {common or 'none'}"
     if curves.pairs:
         shares = [curves.share(case.before) for case in curves.pairs]

@@ -48,11 +48,7 @@ class Layers:
     """
 
     def __init__(
-        self,
-        graph: Graph,
-        weights: Weights,
-        inputs: Mapping[str, tuple[int, int]],
-        ranges: Ranges,
+        self, graph: Graph, weights: Weights, inputs: Mapping[str, tuple[int, int]], ranges: Ranges
     ) -> None:
         self.sizes = dict(inputs)
         """Height and width of every result."""
@@ -66,10 +62,10 @@ class Layers:
         graph, sizes = self._graph, self.sizes
         match layer:
             case Conv():
-                sizes[layer.name] = _shrunk(sizes[layer.source], layer.stride)
+                sizes[layer.name] = _scaled(sizes[layer.source], 1, layer.stride)
                 self._convolution(layer)
             case MaxPool():
-                sizes[layer.name] = _shrunk(sizes[layer.source], 2)
+                sizes[layer.name] = _scaled(sizes[layer.source], 1, 2)
                 geometry = {"kernel_shape": [3, 3], "strides": [2, 2], "pads": [1] * 4}
                 self._result("MaxPool", [layer.source], layer.name, **geometry)
             case Pool():
@@ -80,13 +76,13 @@ class Layers:
                 size = graph.constant(f"{layer.name}.size", [1, 1, *sizes[layer.like]], np.int64)
                 self._result("Expand", [layer.source, size], layer.name)
             case Resize():
-                sizes[layer.name] = _grown(sizes[layer.source], layer.factor)
+                sizes[layer.name] = _scaled(sizes[layer.source], layer.factor)
                 result = f"{layer.name}.linear" if layer.relu else layer.name
                 graph.upsample(layer.source, result, sizes[layer.source], layer.factor)
                 if layer.relu:
                     self._result("Relu", [result], layer.name)
             case Shuffle():
-                sizes[layer.name] = _grown(sizes[layer.source], 2)
+                sizes[layer.name] = _scaled(sizes[layer.source], 2)
                 self._result("DepthToSpace", [layer.source], layer.name, blocksize=2, mode="CRD")
             case Concat():
                 sizes[layer.name] = sizes[layer.sources[0]]
@@ -115,15 +111,10 @@ class Layers:
         elif kernel.shape[2:] == (1, 1) and self.sizes[layer.name] == self._full:
             self._product(layer, kernel, bias)
         else:
-            self._in_float(layer, kernel, bias)
-
-    def _in_float(self, layer: Conv, kernel: _Array, bias: _Array) -> None:
-        graph, name = self._graph, layer.name
-        graph.weights(f"{name}.kernel", kernel)
-        graph.constant(f"{name}.bias", bias)
-        height, width = self.sizes[layer.source]
-        pads = [layer.padding(height), layer.padding(width)]
-        self._convolve(layer, name, layer.source, kernel.shape[2:], pads)
+            self._graph.weights(f"{layer.name}.kernel", kernel)
+            self._graph.constant(f"{layer.name}.bias", bias)
+            pads = [layer.padding(height), layer.padding(width)]
+            self._convolve(layer, layer.name, layer.source, kernel.shape[2:], pads)
 
     def _convolve(
         self, layer: Conv, name: str, source: str, taps: Sequence[int], pads: Sequence[int]
@@ -209,12 +200,8 @@ class Layers:
         self._graph.node("DequantizeLinear", [stored, *grid], kernel, axis=0)
 
 
-def _shrunk(size: tuple[int, int], stride: int) -> tuple[int, int]:
-    return -(-size[0] // stride), -(-size[1] // stride)
-
-
-def _grown(size: tuple[int, int], factor: int) -> tuple[int, int]:
-    return size[0] * factor, size[1] * factor
+def _scaled(size: tuple[int, int], factor: int, stride: int = 1) -> tuple[int, int]:
+    return -(-size[0] * factor // stride), -(-size[1] * factor // stride)
 
 
 def _grid(limits: tuple[float, float]) -> tuple[float, int]:

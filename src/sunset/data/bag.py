@@ -187,10 +187,7 @@ class BagReader:
         return MappingProxyType({topic: count - len(self) for topic, count in counts.items()})
 
     def frame(self, index: int) -> Frame:
-        """Return one frame; its arrays are read-only.
-
-        Args:
-            index: in [0, len(self)).
+        """Return one frame, by its index in [0, len(self)); its arrays are read-only.
 
         Raises:
             IndexError: there is no frame of this index.

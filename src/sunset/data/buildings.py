@@ -104,15 +104,15 @@ def apartment(rng: np.random.Generator, size: Size) -> Mesh:
         parts += _balconies(rng, size, low + STOREY_M, height)
     roof = rng.random()
     if roof < 0.5:  # noqa: PLR2004  a share
-        return join([*parts, *pitched_roof(rng, size, height, wall, steep=0.62)])
+        return join(*parts, *pitched_roof(rng, size, height, wall, steep=0.62))
     if roof < 0.65 and min(size) > 9:  # noqa: PLR2004  a share; room for a terrace
         inner = (size[0] - 4.0, size[1] - 4.0)
         top = _facade(rng, (0.5, 0.0, 0.2, 0.2, 0.1))
         x, y = inner[0] / 2, inner[1] / 2
         parts += flat_roof(rng, size, height, wall, terrace=True)
         parts.append(box((-x, -y, height), (x, y, height + STOREY_M), top))
-        return join([*parts, *flat_roof(rng, inner, height + STOREY_M, top)])
-    return join([*parts, *flat_roof(rng, size, height, wall)])
+        return join(*parts, *flat_roof(rng, inner, height + STOREY_M, top))
+    return join(*parts, *flat_roof(rng, size, height, wall))
 
 
 def tower(rng: np.random.Generator, size: Size) -> Mesh:
@@ -130,11 +130,11 @@ def tower(rng: np.random.Generator, size: Size) -> Mesh:
         parts.append(box((-x, -y, 0), (x, y, step), wall))
         parts += flat_roof(rng, size, step, wall, terrace=True)
         parts.append(box((-x + 2.25, -y + 2.25, step), (x - 2.25, y - 2.25, height), wall))
-        return join([*parts, *flat_roof(rng, inner, height, wall)])
+        return join(*parts, *flat_roof(rng, inner, height, wall))
     parts.append(box((-x, -y, 0), (x, y, height), wall))
     if wall.material is Material.FACADE and rng.random() < 0.6:  # noqa: PLR2004  a share
         parts += _balconies(rng, size, 5 + STOREY_M, height)
-    return join([*parts, *flat_roof(rng, size, height, wall)])
+    return join(*parts, *flat_roof(rng, size, height, wall))
 
 
 def house(rng: np.random.Generator, size: Size) -> Mesh:
@@ -149,14 +149,14 @@ def house(rng: np.random.Generator, size: Size) -> Mesh:
     ]
     kind = rng.random()
     if kind < 0.14:  # noqa: PLR2004  a share
-        return join([*parts, *flat_roof(rng, size, height, wall)])
+        return join(*parts, *flat_roof(rng, size, height, wall))
     parts += pitched_roof(rng, size, height, wall, steep=rng.uniform(0.6, 0.85))
     if kind < 0.5:  # noqa: PLR2004  a share
         parts.append(box((x * 0.1, y, -FOUNDATION_M), (x * 0.75, y + 1.7, 2.5), wall))
         parts.append(box((x * 0.1 - 0.2, y, 2.5), (x * 0.75 + 0.2, y + 1.9, 2.65), porch, bottom=True))
     elif kind < 0.8:  # noqa: PLR2004  a share
         parts += _cross_wing(size, height, wall, cover=parts[2])
-    return join(parts)
+    return join(*parts)
 
 
 def _cross_wing(size: Size, height: float, wall: Finish, cover: Mesh) -> list[Mesh]:
@@ -166,10 +166,8 @@ def _cross_wing(size: Size, height: float, wall: Finish, cover: Mesh) -> list[Me
     red, green, blue = (float(value) for value in cover.colours[0])
     tiles = plain((red, green, blue), Material(int(cover.materials[0])))
     wing = join(
-        [
-            box((-half, -wide / 2, -FOUNDATION_M), (half, wide / 2, height), wall),
-            gable((length + 0.4, wide + 0.7), height - 0.2, wide * 0.4, tiles, wall),
-        ]
+        box((-half, -wide / 2, -FOUNDATION_M), (half, wide / 2, height), wall),
+        gable((length + 0.4, wide + 0.7), height - 0.2, wide * 0.4, tiles, wall),
     )
     ones = np.ones((1, 3), dtype=np.float32)
     at = np.array([(-size[0] * 0.24, half, 0)], dtype=np.float32)
@@ -195,4 +193,4 @@ def hall(rng: np.random.Generator, size: Size) -> Mesh:
     for _ in range(int(rng.integers(2, 7))):
         cx, cy = rng.uniform(-x + 2, x - 2), rng.uniform(-y + 2, y - 2)
         parts.append(box((cx - 1, cy - 0.8, height), (cx + 1, cy + 0.8, height + 1.3), unit))
-    return join(parts)
+    return join(*parts)

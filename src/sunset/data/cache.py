@@ -124,9 +124,7 @@ def _move(made: Path, home: Path) -> None:
 def render_parallel(
     plan: FlightPlan, *, progress: Progress | None = None, jobs: int | None = None
 ) -> Iterator[Frame]:
-    """Yield all frames of a flight in order, rendered by several processes.
-
-    The number of processes changes no byte.
+    """Yield all frames of a flight in order, rendered by several processes; how many these are changes no byte.
 
     Args:
         plan: of the flight.

@@ -173,12 +173,7 @@ DEFAULT_FLIGHT: Final = FlightPlan()
 
 
 def render_frames(plan: FlightPlan, indices: Sequence[int] | None = None) -> Iterator[Frame]:
-    """Yield the frames of a flight; the same plan gives the same bytes.
-
-    Args:
-        plan: of the flight.
-        indices: which frames, all of them if not given; each in [0, plan.frames).
-    """
+    """Yield the frames of a flight, or those of some indices in [0, plan.frames); the same plan gives the same bytes."""
     town = build_town(plan.town)
     poses = plan.poses()
     for index in range(plan.frames) if indices is None else indices:

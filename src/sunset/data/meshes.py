@@ -87,7 +87,7 @@ def shell(triangles: Reals, finish: Finish, anchor: Colour = (0.0, 0.0, 0.0)) ->
     )
 
 
-def join(meshes: Sequence[Mesh]) -> Mesh:
+def join(*meshes: Mesh) -> Mesh:
     """Return one mesh with all triangles of `meshes`, in order."""
     if not meshes:
         return shell(np.zeros((0, 3, 3), np.float32), Finish(WHITE, "other"))
@@ -153,7 +153,7 @@ def gable(size: tuple[float, float], base: float, rise: float, finish: Finish, e
     corners = _roof_corners(size, (size[0] / 2, 0.0), base, rise)
     slopes = corners[_triangulate([(0, 1, 5, 4), (2, 3, 4, 5)])]
     walls = corners[np.array([(1, 2, 5), (3, 0, 4)])]
-    return join([shell(slopes, finish), shell(walls, ends)])
+    return join(shell(slopes, finish), shell(walls, ends))
 
 
 def hip(size: tuple[float, float], base: float, rise: float, finish: Finish) -> Mesh:

@@ -120,12 +120,10 @@ def has_zebra(street: Street, other: Street) -> bool:
 def _paint_lanes(painter: Painter, street: Street, along: tuple[float, float]) -> None:
     half = street.width / 2
     if street.avenue:
-        for offset in (-0.25, 0.25):
+        for offset in (-half + 0.35, -0.25, 0.25, half - 0.35):
             _line(painter, street, along, offset)
         for offset in (-half / 2, half / 2):
             _dashes(painter, street, along, offset)
-        for offset in (-half + 0.35, half - 0.35):
-            _line(painter, street, along, offset)
     elif street.width > NARROW_M:
         _dashes(painter, street, along, 0.0)
 

@@ -46,11 +46,7 @@ class PictureFolder:
         return len(self.files)
 
     def frames(self, size: tuple[int, int] = FRAME_SIZE, *, jobs: int | None = None) -> Iterator[Frame]:
-        """Return the frames in order, read as `read_ahead` does it.
-
-        Args:
-            size: height and width in pixels to which they are resampled.
-            jobs: how many threads read; as many as there are processors if not given.
+        """Return the frames in order, resampled to a height and width in pixels, and read as `read_ahead` does it.
 
         Raises:
             DataError: a picture cannot be read, is damaged, of another kind or of another size than the first, or its

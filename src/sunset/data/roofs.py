@@ -45,12 +45,7 @@ def pitched_roof(
 ) -> list[Mesh]:
     """Return a gabled or hipped roof over the eaves' height: tiles or sheets, chimneys, windows, panels.
 
-    Args:
-        rng: draws what it is like.
-        size: footprint in metres.
-        height: of the eaves.
-        wall: what gables are made of.
-        steep: rise over run.
+    Sizes are in metres, gables are made like the wall, `steep` is the rise over the run.
     """
     x, y = size[0] / 2, size[1] / 2
     over = (size[0] + 0.9, size[1] + 0.9)

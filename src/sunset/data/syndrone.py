@@ -78,11 +78,7 @@ class SynDroneFlight:
         return self.numbers[-1] - self.numbers[0] + 1 - len(self.numbers)
 
     def frames(self, size: tuple[int, int] = FRAME_SIZE, *, jobs: int | None = None) -> Iterator[Frame]:
-        """Return the frames in order, read as `read_ahead` does it.
-
-        Args:
-            size: height and width in pixels to which they are resampled.
-            jobs: how many threads read; as many as there are processors if not given.
+        """Return the frames in order, resampled to a height and width in pixels, and read as `read_ahead` does it.
 
         Raises:
             DataError: a picture is missing, damaged, of another kind or size, or its ids are none of CARLA's.
@@ -238,8 +234,7 @@ def is_syndrone(path: Path) -> bool:
 def survey_syndrone(root: Path) -> Mapping[tuple[str, str, int], Mapping[str, int]]:
     """Return how many images each modality has, by town, weather and height in metres.
 
-    Args:
-        root: the folder that holds `TownNN_Opt_120`.
+    `root` is the folder that holds `TownNN_Opt_120`.
     """
     counts: dict[tuple[str, str, int], Mapping[str, int]] = {}
     for home in _folders(root, _TOWN):

@@ -93,7 +93,7 @@ class Traffic:
             starts = count + len(first) * np.arange(len(chosen))
             faces.append((own + starts[:, None, None]).reshape(-1, 3))
             count += len(corners[-1])
-        return join(parts), np.concatenate(corners), np.concatenate(faces)
+        return join(*parts), np.concatenate(corners), np.concatenate(faces)
 
 
 @cache

@@ -85,13 +85,7 @@ class InferenceCache:
             return int(count)
 
     def key(self, weights: str, modality: Modality, inputs: Iterable[npt.NDArray[np.generic]]) -> bytes:
-        """Return the key of an inference: 32 bytes.
-
-        Args:
-            weights: the checksum of the weights.
-            modality: of the network.
-            inputs: its inputs, contiguous.
-        """
+        """Return the key of an inference, 32 bytes: by the weights' checksum, and its inputs, which are contiguous."""
         digest = hashlib.sha256(self._platform)
         digest.update(f"{weights}|{modality.key}".encode())
         for array in inputs:

@@ -35,10 +35,7 @@ class Model:
     def session(self, modality: Modality, *, threads: int = 1, device: str = "cpu") -> InferenceSession:
         """Return the network's ONNX Runtime session, made once per process, number of threads and device.
 
-        Args:
-            modality: which network.
-            threads: of the engine; only with one are the bits always the same.
-            device: "cpu" or "cuda".
+        Only with one thread are the bits always the same. The device is "cpu" or "cuda".
 
         Raises:
             ModelError: the model has no such network, or its file is not one that can be run.
@@ -64,7 +61,7 @@ def load_model(name_or_path: str | Path) -> Model:
 
     Args:
         name_or_path: a name of `list_models()`, or a folder with `card.json` and its networks. A text
-            with a path separator, or one that is no such name, is taken as a folder.
+            with a path separator, or one that is not such a name, is taken as a folder.
 
     Raises:
         ModelError: there is no such model, a file is missing or not the one on the card, or the card is

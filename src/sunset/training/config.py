@@ -260,18 +260,13 @@ CONFIGS: Final[Mapping[str, Callable[[], TrainingConfig]]] = {"lite": TrainingCo
 def describe_options(config: TrainingConfig, stage: Stage, *, frames: str, origin: str) -> dict[str, str]:
     """Return what a stage learns with, by the options of `sunset train` that say so.
 
-    Args:
-        config: the training.
-        stage: one of its stages.
-        frames: checksum of its frames.
-        origin: says from which weights it begins; empty for random ones.
+    `frames` is the checksum of its frames, and `origin` says from which weights it begins; empty for random ones.
     """
-    batches = dict.fromkeys(str(phase.batch) for phase in stage.schedule.phases)
     return {
         "--model": type(config.shape).__name__,
         "--modality": ", ".join(config.modalities),
         "--steps": str(stage.schedule.steps),
-        "--batch": ", ".join(batches),
+        "--batch": ", ".join(dict.fromkeys(str(phase.batch) for phase in stage.schedule.phases)),
         "--seed": str(config.seed),
         "--frames": f"checksum {frames[:8]}",
         "--start-from": origin or "random weights",

@@ -155,13 +155,9 @@ def render_sets(
     jobs: int = 2,
     progress: Callable[[str, int, int], None] | None = None,
 ) -> FrameSets:
-    """Render all sets into a folder, but those that are there already.
+    """Render all sets into a folder each in a folder, but those that are there already.
 
-    Args:
-        counts: how many frames.
-        folder: receives a folder a set.
-        jobs: processes.
-        progress: called with the set's name, frames done and frames in all.
+    `progress` is called with the set's name, frames done and frames in all.
 
     Raises:
         OutputError: the folder cannot be written.
@@ -206,13 +202,8 @@ def render_set(
 ) -> FrameSet:
     """Render a set into a folder, or what is missing of it there, and map it.
 
-    Chunks of 50 frames are kept as they are finished, so that an interrupted call loses no others.
-
-    Args:
-        plan: which frames.
-        folder: receives three arrays and the plan.
-        jobs: processes.
-        progress: called with frames done and frames in all.
+    Chunks of 50 frames are kept as they are finished, so that an interrupted call loses no others. `progress` is
+    called with frames done and frames in all.
 
     Raises:
         OutputError: the folder cannot be written, or holds something else, frames of another plan for instance.

@@ -20,9 +20,7 @@ _DASHES: Final = ("-", "--", "-.", ":")
 def draw_log(log: Path, png: Path) -> None:
     """Draw the loss and the IoU on held-out frames, by step, for each network in a training's log.
 
-    Args:
-        log: `log.jsonl` of a stage of a training, finished or not.
-        png: the figure's file.
+    The log is `log.jsonl` of a stage of a training, finished or not.
 
     Raises:
         MissingExtraError: matplotlib is not installed.

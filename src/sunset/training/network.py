@@ -202,11 +202,8 @@ def unfold(
     What a plan computes stays as it was. Normalisation gets the statistics of the values that it finds, and kernels
     the size that `build` gives them: it makes no difference after normalisation, but the steps of Adam are made for it.
 
-    Args:
-        layers: the plan.
-        modules: hold the weights, in evaluation mode.
-        weights: kernels and biases by layer.
-        results: the plan's inputs on some frames; receives every layer's result, like `forward`.
+    The modules are in evaluation mode. `results` holds the plan's inputs on some frames, and receives every layer's
+    result, like `forward`.
     """
     with torch.no_grad():
         for layer in layers:
@@ -240,13 +237,10 @@ def _normalise(layer: Conv, modules: nn.Module, bias: Tensor, results: Mapping[s
 def shift_logits(
     networks: Mapping[str, Sequence[Layer]], modules: nn.Module, shift: npt.NDArray[np.float32]
 ) -> None:
-    """Add a number to every class's logits, in the biases of the networks that give them.
+    """Add a number to every class's logits, `shift` (28,), in the biases of the networks that give them.
 
-    Args:
-        networks: plans of branches, and of the merging layers as "fusion": its logits are shifted once, as if
-            the branches that it sees were not.
-        modules: hold the weights.
-        shift: (28,), by class.
+    `networks` are the plans of branches, and of the merging layers as "fusion": its logits are shifted once, as if
+    the branches that it sees were not.
     """
     added = torch.from_numpy(shift)
     with torch.no_grad():

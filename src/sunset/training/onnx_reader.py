@@ -20,11 +20,7 @@ _Array: TypeAlias = npt.NDArray[np.float32]
 
 
 def read_network(path: Path, *, weights: bool = True) -> onnx.ModelProto:
-    """Return what an ONNX file holds.
-
-    Args:
-        path: of the file.
-        weights: whether those that are in files beside it are read, too.
+    """Return what an ONNX file holds, with the weights that are in files beside it if they are asked for.
 
     Raises:
         ModelError: the file is not a network.
@@ -36,14 +32,10 @@ def read_network(path: Path, *, weights: bool = True) -> onnx.ModelProto:
 
 
 def stored_weights(model: Model, config: TrainingConfig) -> Weights:
-    """Return what a model has learned of the networks that a training is about.
+    """Return what a model that `train` wrote has learned of the networks that a training is about.
 
     Weights that are stored in 8 bits come as they are computed with; rows and columns of kernels that are not stored,
     since they never see more than padding, come as zeros.
-
-    Args:
-        model: one that `train` wrote.
-        config: the training.
 
     Raises:
         InvalidInputError: the model has other networks.

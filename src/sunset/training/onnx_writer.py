@@ -21,11 +21,7 @@ _ALIGNMENT: Final = 64
 
 
 class Store:
-    """Weights by content, in files beside the graphs: what several graphs share is there once.
-
-    Args:
-        folder: of the files.
-    """
+    """Weights by content, in files of a folder beside the graphs: what several graphs share is there once."""
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
@@ -49,12 +45,7 @@ class Store:
 
 
 class Graph:
-    """A graph that is being put together.
-
-    Args:
-        name: of the graph, and of the files that it begins.
-        store: takes large weights.
-    """
+    """A graph that is being put together; the files that it begins have its name, and the store takes large weights."""
 
     def __init__(self, name: str, store: Store) -> None:
         self._name = name

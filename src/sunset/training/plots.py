@@ -40,10 +40,6 @@ _AXES: Final = {
 def draw(curves: Curves, folder: Path) -> tuple[Path, ...]:
     """Draw `curves.png`, `sharpness.png` and `cures.png` into a folder and return those that there is data for.
 
-    Args:
-        curves: what was measured.
-        folder: exists.
-
     Raises:
         MissingExtraError: matplotlib is not installed.
         OutputError: a file cannot be written.

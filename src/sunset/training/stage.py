@@ -95,13 +95,9 @@ class Training:
 
 
 class StageRun:
-    """A stage's modules, its optimiser, and how far it has come.
+    """A stage's modules, its optimiser, and how far it has come, which a folder keeps.
 
-    Args:
-        training: what all stages share.
-        stage: the stage.
-        folder: keeps its checkpoint and log.
-        known: the weights of the stages before.
+    `known` are the weights of the stages before.
     """
 
     def __init__(self, training: Training, stage: Stage, folder: Path, known: Weights) -> None:

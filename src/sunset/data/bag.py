@@ -22,15 +22,7 @@ from rosbags.rosbag2 import Reader, StoragePlugin, Writer
 from rosbags.rosbag2.reader import DirectoryReader
 
 from sunset.bag_files import open_bag
-from sunset.data.bag_images import (
-    COMPRESSED_IMAGE,
-    IMAGE,
-    SENSORS,
-    TOPICS,
-    Recorded,
-    decoded,
-    serialized,
-)
+from sunset.data.bag_images import COMPRESSED_IMAGE, IMAGE, SENSORS, TOPICS, Recorded, decoded, serialized
 from sunset.data.bag_paths import STORAGES, check_bag_path, check_uri
 from sunset.data.frame import Frame
 from sunset.data.pairing import pair

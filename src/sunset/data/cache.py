@@ -56,10 +56,7 @@ def flight_bag(plan: FlightPlan, *, progress: Progress | None = None, jobs: int 
 
 
 def kept_bag(
-    name: str,
-    facts: Mapping[str, object],
-    frames: Callable[[], Iterable[Frame]],
-    stamps_ns: Sequence[int],
+    name: str, facts: Mapping[str, object], frames: Callable[[], Iterable[Frame]], stamps_ns: Sequence[int]
 ) -> Path:
     """Return a bag of rendered frames, rendered on first use and kept in the cache folder.
 

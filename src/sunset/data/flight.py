@@ -173,7 +173,7 @@ DEFAULT_FLIGHT: Final = FlightPlan()
 
 
 def render_frames(plan: FlightPlan, indices: Sequence[int] | None = None) -> Iterator[Frame]:
-    """Yield the frames of a flight, or those of some indices in [0, plan.frames); the same plan gives the same bytes."""
+    """Yield the frames of a flight, those of `indices` in [0, plan.frames) if given; the same plan, the same bytes."""
     town = build_town(plan.town)
     poses = plan.poses()
     for index in range(plan.frames) if indices is None else indices:

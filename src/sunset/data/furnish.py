@@ -44,13 +44,7 @@ CLOTHES: Final[tuple[Colour, ...]] = (
     (0.32, 0.34, 0.2),
     (0.8, 0.28, 0.18),
 )
-BINS: Final[tuple[Colour, ...]] = (
-    (0.3, 0.38, 0.3),
-    (0.55, 0.48, 0.25),
-    (0.26, 0.32, 0.42),
-    (0.45, 0.28, 0.2),
-    (0.5, 0.5, 0.48),
-)
+BINS: Final = ((0.3, 0.38, 0.3), (0.55, 0.48, 0.25), (0.26, 0.32, 0.42), (0.45, 0.28, 0.2), (0.5, 0.5, 0.48))
 LEAVES: Final[tuple[Colour, ...]] = (
     (0.22, 0.33, 0.12),
     (0.28, 0.38, 0.15),
@@ -58,16 +52,8 @@ LEAVES: Final[tuple[Colour, ...]] = (
     (0.18, 0.3, 0.15),
     (0.4, 0.38, 0.16),
 )
-STREET_SURFACES: Final = (
-    Surface.ASPHALT,
-    Surface.MARKING,
-    Surface.PAVING,
-    Surface.KERB,
-    Surface.WATER,
-    Surface.DECK,
-    Surface.BALLAST,
-)
 CARRIED: Final = (Surface.ASPHALT, Surface.MARKING, Surface.PAVING, Surface.KERB, Surface.DECK)
+STREET_SURFACES: Final = (*CARRIED, Surface.WATER, Surface.BALLAST)
 CONIFERS: Final = 5
 """The first kind of tree that is not a broad-leaved one."""
 EDGE_M: Final = 345.0

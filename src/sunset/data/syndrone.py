@@ -142,13 +142,13 @@ def find_syndrone(
         raise DataError(f"There is no folder {root}: give the one that holds SynDrone's TownNN_Opt_120.")
     home = root / f"Town{name}_Opt_120"
     if not home.is_dir():
-        _lacks(root, home.name, [child.name for child in _folders(root, _TOWN)], _unpack(name))
+        _lacks(root, home.name, [child.name for child in _folders(root, _TOWN).values()], _unpack(name))
     chosen = weather or _only_weather(home)
     if not (home / chosen).is_dir():
         _lacks(home, f"the weather {chosen}", _weathers(home), "choose another --weather")
     folder = home / chosen / f"height{height}m"
     if not folder.is_dir():
-        there = [child.name for child in _folders(home / chosen, _HEIGHT)]
+        there = [child.name for child in _folders(home / chosen, _HEIGHT).values()]
         _lacks(home / chosen, folder.name, there, "choose another --height")
     for modality in _MODALITIES:
         if not (folder / modality).is_dir():
@@ -162,9 +162,10 @@ def _lacks(folder: Path, what: str, there: Collection[str], remedy: str) -> NoRe
     raise DataError(f"The folder {folder} must hold {what}, got {found}; {remedy}.")
 
 
-def _folders(folder: Path, pattern: re.Pattern[str]) -> list[Path]:
-    """Return the folders in a folder whose whole names match, by name."""
-    return sorted(path for path in folder.iterdir() if pattern.fullmatch(path.name) and path.is_dir())
+def _folders(folder: Path, pattern: re.Pattern[str]) -> dict[str, Path]:
+    """Return the folders in a folder whose whole names match, by what the pattern's group does, in order of names."""
+    matches = ((pattern.fullmatch(path.name), path) for path in sorted(folder.iterdir()))
+    return {match[1]: path for match, path in matches if match and path.is_dir()}
 
 
 def _weathers(home: Path) -> list[str]:
@@ -237,18 +238,10 @@ def survey_syndrone(root: Path) -> Mapping[tuple[str, str, int], Mapping[str, in
     `root` is the folder that holds `TownNN_Opt_120`.
     """
     counts: dict[tuple[str, str, int], Mapping[str, int]] = {}
-    for home in _folders(root, _TOWN):
+    for town, home in _folders(root, _TOWN).items():
         for weather in _weathers(home):
-            for folder in sorted(_folders(home / weather, _HEIGHT), key=_height):
+            folders = {int(height): path for height, path in _folders(home / weather, _HEIGHT).items()}
+            for height, folder in sorted(folders.items()):
                 found = {name: len(_present(folder, name)) for name in _MODALITIES}
-                counts[_match(_TOWN, home), weather, _height(folder)] = MappingProxyType(found)
+                counts[town, weather, height] = MappingProxyType(found)
     return MappingProxyType(counts)
-
-
-def _height(folder: Path) -> int:
-    return int(_match(_HEIGHT, folder))
-
-
-def _match(pattern: re.Pattern[str], folder: Path) -> str:
-    found = pattern.fullmatch(folder.name)
-    return found.group(1) if found else ""

@@ -58,12 +58,7 @@ class Segmenter:
     """
 
     def __init__(
-        self,
-        model: Model,
-        *,
-        threads: int = 1,
-        device: str = "cpu",
-        cache: InferenceCache | None = None,
+        self, model: Model, *, threads: int = 1, device: str = "cpu", cache: InferenceCache | None = None
     ) -> None:
         if threads < 1:
             raise ModelError(f"The number of inference threads must be at least 1, got {threads}.")

@@ -244,11 +244,7 @@ def _reference() -> TrainingConfig:
             validate_every=250,
         ),
         merging=Schedule(
-            phases=(Phase(1400, 8),),
-            learning_rate=2e-3,
-            warm_up=20,
-            distinct=140,
-            validate_every=350,
+            phases=(Phase(1400, 8),), learning_rate=2e-3, warm_up=20, distinct=140, validate_every=350
         ),
     )
 

@@ -194,11 +194,7 @@ def _render(folder: Path, place: int, views: Views | Passage, start: int, count:
 
 
 def render_set(
-    plan: FramePlan,
-    folder: Path,
-    *,
-    jobs: int = 2,
-    progress: Callable[[int, int], None] | None = None,
+    plan: FramePlan, folder: Path, *, jobs: int = 2, progress: Callable[[int, int], None] | None = None
 ) -> FrameSet:
     """Render a set into a folder, or what is missing of it there, and map it.
 

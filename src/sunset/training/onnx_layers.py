@@ -6,17 +6,7 @@ from typing import Final, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from sunset.training.architecture import (
-    Concat,
-    Conv,
-    Layer,
-    MaxPool,
-    Pool,
-    Region,
-    Resize,
-    Shuffle,
-    Spread,
-)
+from sunset.training.architecture import Concat, Conv, Layer, MaxPool, Pool, Resize, Shuffle, Spread
 from sunset.training.onnx_writer import Graph
 
 Weights: TypeAlias = Mapping[str, tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]]
@@ -180,20 +170,16 @@ class Layers:
         parts = [f"{layer.name}.region{index}" for index in range(len(regions))]
         for part, region in zip(parts, regions, strict=True):
             self._ranges[part] = self._ranges[layer.name]
-            self._region(layer, part, axis, region)
+            self._ranges[f"{part}.source"] = self._ranges[layer.source]
+            bounds = self._graph.bounds(f"{part}.source", _ROWS + axis, region.source)
+            self._result("Slice", [layer.source, *bounds], f"{part}.source")
+            bounds = self._graph.bounds(f"{part}.kernel", _ROWS + axis, region.taps)
+            self._graph.node("Slice", [f"{layer.name}.kernel.8bit", *bounds], f"{part}.kernel.8bit")
+            self._dequantise(layer, f"{part}.kernel.8bit", f"{part}.kernel")
             own, around = list(taps), list(pads)
             own[axis], around[axis] = region.taps.stop - region.taps.start, 0
             self._convolve(layer, part, f"{part}.source", own, around)
         self._result("Concat", parts, layer.name, axis=_ROWS + axis)
-
-    def _region(self, layer: Conv, part: str, axis: int, region: Region) -> None:
-        """Add a region's source and kernel."""
-        self._ranges[f"{part}.source"] = self._ranges[layer.source]
-        bounds = self._graph.bounds(f"{part}.source", _ROWS + axis, region.source)
-        self._result("Slice", [layer.source, *bounds], f"{part}.source")
-        bounds = self._graph.bounds(f"{part}.kernel", _ROWS + axis, region.taps)
-        self._graph.node("Slice", [f"{layer.name}.kernel.8bit", *bounds], f"{part}.kernel.8bit")
-        self._dequantise(layer, f"{part}.kernel.8bit", f"{part}.kernel")
 
     def _dequantise(self, layer: Conv, stored: str, kernel: str) -> None:
         grid = (f"{layer.name}.kernel.scale", f"{layer.name}.kernel.zero")

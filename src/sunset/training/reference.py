@@ -14,16 +14,7 @@ from typing import ClassVar, Final
 
 from sunset.classes import CLASSES
 from sunset.errors import InvalidInputError
-from sunset.training.architecture import (
-    Concat,
-    Conv,
-    Layer,
-    MaxPool,
-    Pool,
-    Spread,
-    check_widths,
-    merge,
-)
+from sunset.training.architecture import Concat, Conv, Layer, MaxPool, Pool, Spread, check_widths, merge
 
 _CLASSES: Final = len(CLASSES)
 _STRIDES: Final = (8, 16, 32)

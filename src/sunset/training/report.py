@@ -35,11 +35,7 @@ def held_out_results(held_out: Mapping[str, Mapping[Modality, Measured]]) -> dic
 
 
 def training_facts(
-    config: TrainingConfig,
-    sets: FrameSets,
-    logs: dict[str, Path],
-    device: str,
-    start: "Start | None" = None,
+    config: TrainingConfig, sets: FrameSets, logs: dict[str, Path], device: str, start: "Start | None" = None
 ) -> dict[str, object]:
     """Return how a model was trained, from the logs of its stages: the card's `training`.
 

@@ -239,11 +239,7 @@ def _names(models: Sequence[Model]) -> list[str]:
 
 
 def _views_bag(
-    town: int,
-    taken: tuple[Setting, ...],
-    size: tuple[int, int],
-    jobs: int | None,
-    progress: Progress | None,
+    town: int, taken: tuple[Setting, ...], size: tuple[int, int], jobs: int | None, progress: Progress | None
 ) -> Path:
     facts = {"town": town, "seed": _SEED, "size": size, "settings": [asdict(setting) for setting in taken]}
     work = partial(_render, town, taken, size)

@@ -41,7 +41,7 @@ def test_a_smooth_blob_lies_on_its_ellipsoid() -> None:
 
 def test_placed_copies_are_scaled_then_turned_then_moved_and_tinted() -> None:
     plain = Finish((0.5, 0.5, 0.5), "car")
-    mesh = join([box((0, 0, 0), (1, 1, 1), WHITE), box((0, 0, 0), (1, 1, 1), plain)])
+    mesh = join(box((0, 0, 0), (1, 1, 1), WHITE), box((0, 0, 0), (1, 1, 1), plain))
     copies = place(
         mesh,
         np.array([(10, 20, 30), (0, 0, 0)], dtype=np.float32),
@@ -59,7 +59,7 @@ def test_placed_copies_are_scaled_then_turned_then_moved_and_tinted() -> None:
 
 
 def test_nothing_joined_is_an_empty_mesh() -> None:
-    assert len(join([])) == 0
+    assert len(join()) == 0
 
 
 @pytest.mark.parametrize("name", MOVERS)

@@ -7,13 +7,13 @@ import pytest
 from sunset.classes import CLASS_OF_CARLA_ID
 from sunset.data import render_views
 from sunset.errors import OutputError
-from sunset.training.frames import FrameCounts, FramePlan, Passage, Views, render_set
+from sunset.training.frames import FrameCounts, Passage, Views, render_set
 
 pytestmark = pytest.mark.thorough
 
 
 def test_no_set_sees_the_default_flights_town_and_held_out_towns_are_held_out() -> None:
-    towns = {name: {views.town for views in plan.views} for name, plan in FrameCounts().plans().items()}
+    towns = {name: {views.town for views in plan} for name, plan in FrameCounts().plans().items()}
     assert towns["train"] == {2, 3, 4, 5, 6}
     assert towns["validation"] == towns["validation_flight"] == {7}
     assert towns["test"] == towns["test_flight"] == {8}
@@ -25,7 +25,7 @@ def test_a_set_is_rendered_once_and_again_for_another_plan(tmp_path: Path) -> No
     def progress(done: int, total: int) -> None:
         calls.append((done, total))
 
-    plan = FramePlan((Views(3, 2, 1, flight=True), Passage(3, 2, 50.0)))
+    plan = (Views(3, 2, 1, flight=True), Passage(3, 2, 50.0))
     frames = render_set(plan, tmp_path / "set", jobs=1, progress=progress)
     assert frames.bgr.shape == (4, 144, 256, 3)
     assert frames.labels.max() < 28
@@ -44,15 +44,15 @@ def test_frames_of_another_plan_are_not_replaced(whole: bool, tmp_path: Path) ->
             raise KeyboardInterrupt
 
     with suppress(KeyboardInterrupt):
-        render_set(FramePlan((Views(3, 1, 1, flight=True),)), tmp_path, jobs=1, progress=stop)
+        render_set((Views(3, 1, 1, flight=True),), tmp_path, jobs=1, progress=stop)
     there = {path: path.read_bytes() for path in tmp_path.iterdir()}
     with pytest.raises(OutputError, match="name another work folder, or delete this one"):
-        render_set(FramePlan((Views(3, 1, 2, flight=False),)), tmp_path, jobs=1)
+        render_set((Views(3, 1, 2, flight=False),), tmp_path, jobs=1)
     assert {path: path.read_bytes() for path in tmp_path.iterdir()} == there
 
 
 def test_rendering_that_was_interrupted_goes_on_with_what_is_missing(tmp_path: Path) -> None:
-    plan = FramePlan((Views(3, 2, 1, flight=True), Views(3, 1, 2, flight=True), Views(3, 2, 3, flight=True)))
+    plan = (Views(3, 2, 1, flight=True), Views(3, 1, 2, flight=True), Views(3, 2, 3, flight=True))
     calls: list[tuple[int, int]] = []
 
     def stop(done: int, total: int) -> None:
@@ -77,15 +77,15 @@ def test_rendering_that_was_interrupted_goes_on_with_what_is_missing(tmp_path: P
 
 def test_fewer_frames_are_asked_for_by_one_number() -> None:
     plans = FrameCounts.of(100).plans()
-    assert {views.town for views in plans["train"].views} == {2, 3, 4, 5, 6}
-    assert 100 <= sum(views.count for views in plans["train"].views) <= 110
+    assert {views.town for views in plans["train"]} == {2, 3, 4, 5, 6}
+    assert 100 <= sum(views.count for views in plans["train"]) <= 110
     assert FrameCounts.of(5500) == FrameCounts()
     assert FrameCounts.of(11000).held_out == FrameCounts().held_out
 
 
 def test_a_folder_that_cannot_be_written_is_named(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("", encoding="utf-8")
-    plan = FramePlan((Passage(3, 1, 50.0),))
+    plan = (Passage(3, 1, 50.0),)
     with pytest.raises(OutputError, match=r"The training frames cannot be written to .*file"):
         render_set(plan, tmp_path / "file" / "set", jobs=1)
 
@@ -93,5 +93,5 @@ def test_a_folder_that_cannot_be_written_is_named(tmp_path: Path) -> None:
 def test_what_is_no_set_of_frames_is_not_removed(tmp_path: Path) -> None:
     (tmp_path / "photo.txt").write_text("dear", encoding="utf-8")
     with pytest.raises(OutputError, match=r"holds photo\.txt, which is not of this training's frames"):
-        render_set(FramePlan((Passage(3, 1, 50.0),)), tmp_path, jobs=1)
+        render_set((Passage(3, 1, 50.0),), tmp_path, jobs=1)
     assert (tmp_path / "photo.txt").read_text(encoding="utf-8") == "dear"

@@ -24,11 +24,11 @@ import torch
 
 from sunset.cli._main import _interrupt
 from sunset.training import FrameSet, FrameSets, LiteShape, Phase, Schedule, TrainingConfig, stage, train_on
-from sunset.training.frames import FramePlan, Views, render_set
+from sunset.training.frames import Views, render_set
 
 SHAPE = LiteShape(16, (16, 16, 16), (1, 1, 1), pyramid=16, rates=(2,), skips=(16, 16), decoder=16)
 SCHEDULE = Schedule(phases=(Phase(6, 2),), warm_up=2, log_every=4, validate_every=4)
-PLAN = FramePlan(tuple(Views(3, 1, seed, flight=True) for seed in (1, 2, 3)))
+PLAN = tuple(Views(3, 1, seed, flight=True) for seed in (1, 2, 3))
 
 def progress(what, done, total, note=""):
     print(what, done, sep=":", flush=True)

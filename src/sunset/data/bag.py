@@ -22,15 +22,7 @@ from rosbags.rosbag2 import Reader, StoragePlugin, Writer
 from rosbags.rosbag2.reader import DirectoryReader
 
 from sunset.bag_files import open_bag
-from sunset.data.bag_images import (
-    COMPRESSED_IMAGE,
-    IMAGE,
-    SENSORS,
-    TOPICS,
-    Recorded,
-    decoded,
-    serialized,
-)
+from sunset.data.bag_images import COMPRESSED_IMAGE, IMAGE, SENSORS, TOPICS, Recorded, decoded, serialized
 from sunset.data.bag_paths import STORAGES, check_bag_path, check_uri
 from sunset.data.frame import Frame
 from sunset.data.pairing import pair
@@ -139,20 +131,25 @@ class BagReader:
     """
 
     def __init__(self, path: Path, reader: Reader, survey: "_Survey", size: tuple[int, int] | None) -> None:
-        self._path = path
+        self.path: Final = path
+        """The bag's folder or file."""
+        self.size: Final = size or survey.size
+        """Height and width in pixels of every frame that is returned."""
+        self.recorded_size: Final = survey.size
+        """Height and width in pixels of every image that the bag holds."""
+        self.topics: Final = survey.topics
+        """Type and number of messages of everything that the bag holds, by topic."""
         self._reader = reader
         self._survey = survey
         self._moments = survey.moments()
-        self._size = size or survey.size
         # a reader that nobody closed gives its file back with its memory
         weakref.finalize(self, _close, reader)
 
     def __len__(self) -> int:
-        """Return the number of frames."""
         return len(self._moments)
 
     def __repr__(self) -> str:
-        return f"BagReader({str(self._path)!r}, frames={len(self)}, size={self._size})"
+        return f"BagReader({str(self.path)!r}, frames={len(self)}, size={self.size})"
 
     def __enter__(self) -> Self:
         return self
@@ -164,31 +161,16 @@ class BagReader:
         """Close the bag's file; frames can no longer be read."""
         _close(self._reader)
 
-    @property
-    def path(self) -> Path:
-        """The bag's folder or file."""
-        return self._path
-
     @cached_property
     def stamps_ns(self) -> tuple[int, ...]:
         """The frames' times in nanoseconds, those of their colour images, strictly increasing."""
         return tuple(rgb.stamp_ns for rgb, _, _ in self._moments)
 
     @property
-    def size(self) -> tuple[int, int]:
-        """Height and width in pixels of every frame that is returned."""
-        return self._size
-
-    @property
-    def recorded_size(self) -> tuple[int, int]:
-        """Height and width in pixels of every image that the bag holds."""
-        return self._survey.size
-
-    @property
     def encodings(self) -> Mapping[str, str]:
         """How the images are recorded, by the topic on which they are."""
-        found = self._survey.encodings
-        return MappingProxyType({topic: ", ".join(sorted(names)) for topic, names in found.items()})
+        encodings = self._survey.encodings
+        return MappingProxyType({topic: ", ".join(sorted(names)) for topic, names in encodings.items()})
 
     @property
     def dropped(self) -> Mapping[str, int]:
@@ -196,38 +178,30 @@ class BagReader:
         counts = self._survey.counts
         return MappingProxyType({topic: count - len(self) for topic, count in counts.items()})
 
-    @property
-    def topics(self) -> Mapping[str, tuple[str, int]]:
-        """Type and number of messages of everything that the bag holds, by topic."""
-        return self._survey.topics
-
     def frame(self, index: int) -> Frame:
-        """Return one frame; its arrays are read-only.
-
-        Args:
-            index: in [0, len(self)).
+        """Return one frame, by its index in [0, len(self)); its arrays are read-only.
 
         Raises:
             IndexError: there is no frame of this index.
             DataError: the file was closed, or changed since it was opened.
         """
         if not 0 <= index < len(self):
-            raise IndexError(f"The bag {self._path} has frames 0 to {len(self) - 1}, got {index}.")
+            raise IndexError(f"The bag {self.path} has frames 0 to {len(self) - 1}, got {index}.")
         wanted = dict(zip(TOPICS, self._moments[index], strict=True))
         images: dict[str, Recorded] = {}
-        with _translated(self._path):
+        with _translated(self.path):
             for time in sorted({entry.logged_ns for entry in wanted.values()}):
                 for connection, _, raw in self._reader.messages(self._survey.wanted, time, time + 1):
                     topic = self._survey.sources[connection.topic]
-                    place = f"of frame {index} on {connection.topic} of the bag {self._path}"
+                    place = f"of frame {index} on {connection.topic} of the bag {self.path}"
                     image = decoded(raw, connection.msgtype, topic, place)
                     if image.stamp_ns == wanted[topic].stamp_ns:
                         images.setdefault(topic, image)
         if len(images) != len(TOPICS):
             raise DataError(
-                f"The bag {self._path} changed after it was opened: frame {index} is gone; open it again."
+                f"The bag {self.path} changed after it was opened: frame {index} is gone; open it again."
             )
-        frame = resample(Frame(*(images[topic].pixels for topic in TOPICS)), self._size)
+        frame = resample(Frame(*(images[topic].pixels for topic in TOPICS)), self.size)
         for array in (frame.rgb, frame.depth, frame.labels):
             array.flags.writeable = False
         return frame
@@ -245,14 +219,6 @@ def _connections(reader: Reader) -> list[Connection]:
     return [*reader.connections, *(connection for file in files for connection in file.connections)]
 
 
-def _sources(connections: Iterable[Connection]) -> dict[str, str]:
-    """Return, by the topic in the bag, which of `TOPICS` it stands for."""
-    counts: Counter[str] = Counter()
-    for connection in connections:
-        counts[connection.topic] += connection.msgcount
-    return {sensor.topic(topic, counts): topic for topic, sensor in SENSORS.items()}
-
-
 class _Survey:
     """What one pass over all of a bag finds."""
 
@@ -260,7 +226,11 @@ class _Survey:
         self._path = path
         self.size = (0, 0)
         connections = _connections(reader)
-        self.sources = _sources(connections)
+        counts: Counter[str] = Counter()
+        for connection in connections:
+            counts[connection.topic] += connection.msgcount
+        self.sources = {sensor.topic(topic, counts): topic for topic, sensor in SENSORS.items()}
+        """By the topic in the bag, which of `TOPICS` it stands for."""
         self.wanted = [connection for connection in connections if connection.topic in self.sources]
         self.topics = self._present(reader)
         self.encodings: dict[str, set[str]] = {name: set() for name in self.sources}
@@ -272,13 +242,14 @@ class _Survey:
     def _present(self, reader: Reader) -> Mapping[str, tuple[str, int]]:
         """Return all topics with their types and numbers of messages, when those that are needed fit."""
         found: dict[str, tuple[str, int]] = {}
-        for one in sorted(reader.connections, key=lambda connection: connection.topic):
-            found[one.topic] = one.msgtype, found.get(one.topic, ("", 0))[1] + one.msgcount
-        for one in self.wanted:
-            if one.msgtype not in {IMAGE, COMPRESSED_IMAGE}:
+        for connection in sorted(reader.connections, key=lambda connection: connection.topic):
+            count = found.get(connection.topic, ("", 0))[1] + connection.msgcount
+            found[connection.topic] = connection.msgtype, count
+        for connection in self.wanted:
+            if connection.msgtype not in {IMAGE, COMPRESSED_IMAGE}:
                 raise DataError(
-                    f"The bag {self._path} must have {IMAGE} or {COMPRESSED_IMAGE} on {one.topic}, "
-                    f"got {one.msgtype}; record the camera's images."
+                    f"The bag {self._path} must have {IMAGE} or {COMPRESSED_IMAGE} on {connection.topic}, "
+                    f"got {connection.msgtype}; record the camera's images."
                 )
         for name in self.sources:
             if name not in found:
@@ -308,11 +279,11 @@ class _Survey:
     def _check_counts(self) -> None:
         """Check that all images were found, and some on every topic."""
         for name, topic in self.sources.items():
-            told, found = self.topics[name][1], self.counts[topic]
-            if found < told:
+            expected, got = self.topics[name][1], self.counts[topic]
+            if got < expected:
                 raise DataError(
-                    f"The bag {self._path} must have the {told} images on {name} that its metadata tells of, "
-                    f"got {found}; {REMEDY}, or let 'ros2 bag reindex' count what is there."
+                    f"The bag {self._path} must have the {expected} images on {name} that its metadata tells of, "
+                    f"got {got}; {REMEDY}, or let 'ros2 bag reindex' count what is there."
                 )
         if not all(self.counts.values()):
             counts = ", ".join(f"{count} on {topic}" for topic, count in self.counts.items())

@@ -52,9 +52,7 @@ class Sensor:
     def topic(self, topic: str, counts: Mapping[str, int]) -> str:
         """Return the name under which the sensor's topic is recorded; `topic` itself if it is not at all.
 
-        Args:
-            topic: one of `SENSORS`.
-            counts: numbers of messages of all that is recorded, by topic; all 0 if they were not counted.
+        `counts` are the numbers of messages of all that is recorded, by topic; all 0 if they were not counted.
         """
         names = [topic + transport for transport in self.transports if topic + transport in counts]
         return min(names, key=lambda name: not counts[name], default=topic)
@@ -88,16 +86,10 @@ class Recorded:
 
 
 def decoded(raw: bytes | memoryview, kind: str, topic: str, place: str) -> Recorded:
-    """Return the image in a serialized message.
-
-    Args:
-        raw: the message.
-        kind: its type, `IMAGE` or `COMPRESSED_IMAGE`.
-        topic: which sensor's it is, one of `SENSORS`.
-        place: which image it is, for errors.
+    """Return the image in a serialized message of a type, `IMAGE` or `COMPRESSED_IMAGE`, and of a sensor's topic.
 
     Raises:
-        DataError: it is not of an accepted encoding, or damaged.
+        DataError: it is not of an accepted encoding, or damaged; `place` says which image it is.
     """
     plain = expand(raw) if bytes(raw[:4]) == _ZSTD else raw
     message: Image | CompressedImage
@@ -132,12 +124,9 @@ def _unpacked(message: CompressedImage, topic: str, place: str) -> Pixels:
 
 
 def serialized(image: Pixels, encoding: str, stamp_ns: int) -> bytes:
-    """Return a serialized `sensor_msgs/msg/Image`.
+    """Return a serialized `sensor_msgs/msg/Image`, taken at a time in nanoseconds.
 
-    Args:
-        image: (H, W) or (H, W, channels), in the order and type that the encoding says.
-        encoding: of the image.
-        stamp_ns: time at which it was taken, in nanoseconds.
+    The image is (H, W) or (H, W, channels), in the order and type that the encoding says.
     """
     little = np.ascontiguousarray(image, dtype=image.dtype.newbyteorder("<"))
     return serialize(

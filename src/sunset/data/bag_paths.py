@@ -6,11 +6,6 @@ from typing import Final
 from sunset.errors import DataError, OutputError
 from sunset.input_files import open_regular
 
-_HEADER_BYTES: Final = 100
-"""Of a file of sqlite3's: https://www.sqlite.org/fileformat.html, section 1.3."""
-_LARGEST_PAGE: Final = 65536
-"""Its header has two bytes for a page's size, and 1 stands for this one."""
-
 STORAGES: Final = {".mcap": "mcap", ".db3": "sqlite3"}
 
 
@@ -69,16 +64,20 @@ def _check_closed(file: Path) -> None:
 
 
 def _check_whole(file: Path, bag: Path) -> None:
-    """Check that a file of sqlite3's is as long as it says; sqlite3 misses the end only where it looks for it."""
+    """Check that a file of sqlite3's is as long as it says; sqlite3 misses the end only where it looks for it.
+
+    Its header: https://www.sqlite.org/fileformat.html, section 1.3.
+    """
     try:
         with open_regular(file) as opened:
-            header = opened.read(_HEADER_BYTES)
+            header = opened.read(100)
     except OSError as error:
         raise DataError(f"The bag {bag} cannot be read: {error.strerror}.") from error
     if header[24:28] != header[92:96]:
         return  # written by a version that does not keep its number of pages
     page, pages = int.from_bytes(header[16:18]), int.from_bytes(header[28:32])
-    expected, got = (_LARGEST_PAGE if page == 1 else page) * pages, file.stat().st_size
+    page = 65536 if page == 1 else page  # which two bytes cannot say
+    expected, got = page * pages, file.stat().st_size
     if got < expected:
         raise DataError(
             f"The bag {bag} cannot be read as a rosbag2: {file.name} is cut off after {got:,} of {expected:,} bytes; "

@@ -68,11 +68,7 @@ class BagStatistics:
 
 
 def bag_statistics(reader: BagReader, *, progress: Callable[[int, int], None] | None = None) -> BagStatistics:
-    """Look at every frame of a bag.
-
-    Args:
-        reader: of the bag.
-        progress: called with (frames done, frames in all).
+    """Look at every frame of a bag; `progress` is called with (frames done, frames in all).
 
     Raises:
         DataError: a frame cannot be read.

@@ -5,13 +5,12 @@ from typing import Final
 import numpy as np
 
 from sunset.data.meshes import Colour, Finish, Material, Mesh, box, gable, join, place
-from sunset.data.roofs import flat_roof, pitched_roof
+from sunset.data.roofs import Size, flat_roof, pitched_roof, plain
 
 FOUNDATION_M: Final = 3.0
 """How far walls reach below the ground floor, for slopes."""
 STOREY_M: Final = 3.2
 SHOP_M: Final = 4.2
-Size = tuple[float, float]
 
 PLASTER: Final[tuple[Colour, ...]] = (
     (0.78, 0.74, 0.66),
@@ -23,42 +22,12 @@ PLASTER: Final[tuple[Colour, ...]] = (
     (0.66, 0.69, 0.64),
     (0.84, 0.82, 0.8),
 )
-BRICKS: Final[tuple[Colour, ...]] = (
-    (0.5, 0.33, 0.27),
-    (0.45, 0.32, 0.27),
-    (0.58, 0.46, 0.38),
-    (0.42, 0.36, 0.33),
-)
-CONCRETES: Final[tuple[Colour, ...]] = (
-    (0.6, 0.6, 0.58),
-    (0.68, 0.66, 0.62),
-    (0.55, 0.56, 0.57),
-    (0.74, 0.73, 0.71),
-)
-TIMBERS: Final[tuple[Colour, ...]] = (
-    (0.46, 0.36, 0.27),
-    (0.5, 0.45, 0.38),
-    (0.36, 0.3, 0.27),
-    (0.62, 0.6, 0.56),
-)
-GLAZING: Final[tuple[Colour, ...]] = (
-    (0.42, 0.46, 0.48),
-    (0.5, 0.52, 0.53),
-    (0.4, 0.4, 0.4),
-    (0.62, 0.62, 0.6),
-)
-SHEETS: Final[tuple[Colour, ...]] = (
-    (0.64, 0.66, 0.68),
-    (0.72, 0.71, 0.68),
-    (0.46, 0.5, 0.53),
-    (0.55, 0.52, 0.48),
-)
-AWNINGS: Final[tuple[Colour, ...]] = (
-    (0.5, 0.16, 0.14),
-    (0.18, 0.32, 0.24),
-    (0.72, 0.68, 0.58),
-    (0.2, 0.26, 0.38),
-)
+BRICKS: Final = ((0.5, 0.33, 0.27), (0.45, 0.32, 0.27), (0.58, 0.46, 0.38), (0.42, 0.36, 0.33))
+CONCRETES: Final = ((0.6, 0.6, 0.58), (0.68, 0.66, 0.62), (0.55, 0.56, 0.57), (0.74, 0.73, 0.71))
+TIMBERS: Final = ((0.46, 0.36, 0.27), (0.5, 0.45, 0.38), (0.36, 0.3, 0.27), (0.62, 0.6, 0.56))
+GLAZING: Final = ((0.42, 0.46, 0.48), (0.5, 0.52, 0.53), (0.4, 0.4, 0.4), (0.62, 0.62, 0.6))
+SHEETS: Final = ((0.64, 0.66, 0.68), (0.72, 0.71, 0.68), (0.46, 0.5, 0.53), (0.55, 0.52, 0.48))
+AWNINGS: Final = ((0.5, 0.16, 0.14), (0.18, 0.32, 0.24), (0.72, 0.68, 0.58), (0.2, 0.26, 0.38))
 STONE: Final[Colour] = (0.62, 0.6, 0.56)
 
 
@@ -82,15 +51,11 @@ def _facade(rng: np.random.Generator, shares: tuple[float, ...]) -> Finish:
     return Finish(pick(rng, colours), "building", material)
 
 
-def _plain(colour: Colour, material: Material = Material.PLAIN) -> Finish:
-    return Finish(colour, "building", material)
-
-
 def _balconies(rng: np.random.Generator, size: Size, low: float, high: float) -> list[Mesh]:
     """Columns of balconies on both long sides, one for each storey."""
     x, y = size[0] / 2, size[1] / 2
-    rail = _plain(pick(rng, ((0.75, 0.75, 0.74), (0.35, 0.36, 0.38), (0.6, 0.62, 0.6))))
-    step = float(rng.uniform(4.5, 7))
+    rail = plain(pick(rng, ((0.75, 0.75, 0.74), (0.35, 0.36, 0.38), (0.6, 0.62, 0.6))))
+    step = rng.uniform(4.5, 7)
     parts = []
     for at in np.arange(-x + 2.6, x - 2.5, step).tolist():
         for floor in np.arange(low, high - 2.5, STOREY_M).tolist():
@@ -105,11 +70,11 @@ def _balconies(rng: np.random.Generator, size: Size, low: float, high: float) ->
 def _shops(rng: np.random.Generator, size: Size) -> list[Mesh]:
     """A glazed ground floor, some awnings in front of it."""
     x, y = size[0] / 2, size[1] / 2
-    front = _plain(pick(rng, CONCRETES), Material.SHOP)
+    front = plain(pick(rng, CONCRETES), Material.SHOP)
     parts = [box((-x - 0.1, -y - 0.1, -FOUNDATION_M), (x + 0.1, y + 0.1, SHOP_M), front)]
     for at in np.arange(-x + 2.5, x - 2, 5.0).tolist():
         if rng.random() < 0.45:  # noqa: PLR2004  a share
-            cloth = _plain(pick(rng, AWNINGS))
+            cloth = plain(pick(rng, AWNINGS))
             for side in (-1, 1):
                 near, far = sorted((side * y, side * (y + 1.5)))
                 parts.append(box((at - 1.7, near, 2.75), (at + 1.7, far, 2.95), cloth, bottom=True))
@@ -121,7 +86,7 @@ def _wing(rng: np.random.Generator, size: Size, height: float, wall: Finish) -> 
     x, y = size[0] / 2, size[1] / 2
     parts = [box((-x, -y, -FOUNDATION_M), (x, y, height), wall)]
     if rng.random() < 0.6:  # noqa: PLR2004  a share
-        trim = _plain(pick(rng, (STONE, wall.colour)))
+        trim = plain(pick(rng, (STONE, wall.colour)))
         parts.append(box((-x - 0.3, -y - 0.3, height - 0.45), (x + 0.3, y + 0.3, height), trim, bottom=True))
     return parts
 
@@ -137,17 +102,17 @@ def apartment(rng: np.random.Generator, size: Size) -> Mesh:
         low = SHOP_M
     if rng.random() < 0.5:  # noqa: PLR2004  a share
         parts += _balconies(rng, size, low + STOREY_M, height)
-    roof = float(rng.random())
+    roof = rng.random()
     if roof < 0.5:  # noqa: PLR2004  a share
-        return join([*parts, *pitched_roof(rng, size, height, wall, steep=0.62)])
+        return join(*parts, *pitched_roof(rng, size, height, wall, steep=0.62))
     if roof < 0.65 and min(size) > 9:  # noqa: PLR2004  a share; room for a terrace
         inner = (size[0] - 4.0, size[1] - 4.0)
         top = _facade(rng, (0.5, 0.0, 0.2, 0.2, 0.1))
         x, y = inner[0] / 2, inner[1] / 2
         parts += flat_roof(rng, size, height, wall, terrace=True)
         parts.append(box((-x, -y, height), (x, y, height + STOREY_M), top))
-        return join([*parts, *flat_roof(rng, inner, height + STOREY_M, top)])
-    return join([*parts, *flat_roof(rng, size, height, wall)])
+        return join(*parts, *flat_roof(rng, inner, height + STOREY_M, top))
+    return join(*parts, *flat_roof(rng, size, height, wall))
 
 
 def tower(rng: np.random.Generator, size: Size) -> Mesh:
@@ -156,20 +121,20 @@ def tower(rng: np.random.Generator, size: Size) -> Mesh:
     height = STOREY_M * int(rng.integers(6, 12))
     wall = _facade(rng, (0.3, 0.06, 0.26, 0.38, 0.0))
     wide = (size[0] + 5, size[1] + 5)
-    base = _plain(pick(rng, CONCRETES), Material.SHOP)
+    base = plain(pick(rng, CONCRETES), Material.SHOP)
     parts = [box((-x - 2.5, -y - 2.5, -FOUNDATION_M), (x + 2.5, y + 2.5, 5), base)]
     parts += flat_roof(rng, wide, 5, base, terrace=True)
     if rng.random() < 0.4 and height > 24:  # noqa: PLR2004  a share; room for a step
-        step = height * float(rng.uniform(0.6, 0.8))
+        step = height * rng.uniform(0.6, 0.8)
         inner = (size[0] - 4.5, size[1] - 4.5)
         parts.append(box((-x, -y, 0), (x, y, step), wall))
         parts += flat_roof(rng, size, step, wall, terrace=True)
         parts.append(box((-x + 2.25, -y + 2.25, step), (x - 2.25, y - 2.25, height), wall))
-        return join([*parts, *flat_roof(rng, inner, height, wall)])
+        return join(*parts, *flat_roof(rng, inner, height, wall))
     parts.append(box((-x, -y, 0), (x, y, height), wall))
     if wall.material is Material.FACADE and rng.random() < 0.6:  # noqa: PLR2004  a share
         parts += _balconies(rng, size, 5 + STOREY_M, height)
-    return join([*parts, *flat_roof(rng, size, height, wall)])
+    return join(*parts, *flat_roof(rng, size, height, wall))
 
 
 def house(rng: np.random.Generator, size: Size) -> Mesh:
@@ -177,21 +142,21 @@ def house(rng: np.random.Generator, size: Size) -> Mesh:
     x, y = size[0] / 2, size[1] / 2
     height = float(rng.choice([3.2, 5.8]))
     wall = _facade(rng, (0.66, 0.18, 0.0, 0.0, 0.16))
-    porch = _plain((0.56, 0.53, 0.5))
+    porch = plain((0.56, 0.53, 0.5))
     parts = [
         box((-x, -y, -FOUNDATION_M), (x, y, height), wall),
-        box((-x * 0.6, y, -FOUNDATION_M), (x * 0.5, y + 2.4, 0.15), _plain((0.6, 0.57, 0.52))),
+        box((-x * 0.6, y, -FOUNDATION_M), (x * 0.5, y + 2.4, 0.15), plain((0.6, 0.57, 0.52))),
     ]
-    kind = float(rng.random())
+    kind = rng.random()
     if kind < 0.14:  # noqa: PLR2004  a share
-        return join([*parts, *flat_roof(rng, size, height, wall)])
-    parts += pitched_roof(rng, size, height, wall, steep=float(rng.uniform(0.6, 0.85)))
+        return join(*parts, *flat_roof(rng, size, height, wall))
+    parts += pitched_roof(rng, size, height, wall, steep=rng.uniform(0.6, 0.85))
     if kind < 0.5:  # noqa: PLR2004  a share
         parts.append(box((x * 0.1, y, -FOUNDATION_M), (x * 0.75, y + 1.7, 2.5), wall))
         parts.append(box((x * 0.1 - 0.2, y, 2.5), (x * 0.75 + 0.2, y + 1.9, 2.65), porch, bottom=True))
     elif kind < 0.8:  # noqa: PLR2004  a share
         parts += _cross_wing(size, height, wall, cover=parts[2])
-    return join(parts)
+    return join(*parts)
 
 
 def _cross_wing(size: Size, height: float, wall: Finish, cover: Mesh) -> list[Mesh]:
@@ -199,12 +164,10 @@ def _cross_wing(size: Size, height: float, wall: Finish, cover: Mesh) -> list[Me
     wide, length = size[0] * 0.42, size[1] / 2 + 2.2
     half = length / 2
     red, green, blue = (float(value) for value in cover.colours[0])
-    tiles = _plain((red, green, blue), Material(int(cover.materials[0])))
+    tiles = plain((red, green, blue), Material(int(cover.materials[0])))
     wing = join(
-        [
-            box((-half, -wide / 2, -FOUNDATION_M), (half, wide / 2, height), wall),
-            gable((length + 0.4, wide + 0.7), height - 0.2, wide * 0.4, tiles, wall),
-        ]
+        box((-half, -wide / 2, -FOUNDATION_M), (half, wide / 2, height), wall),
+        gable((length + 0.4, wide + 0.7), height - 0.2, wide * 0.4, tiles, wall),
     )
     ones = np.ones((1, 3), dtype=np.float32)
     at = np.array([(-size[0] * 0.24, half, 0)], dtype=np.float32)
@@ -214,11 +177,11 @@ def _cross_wing(size: Size, height: float, wall: Finish, cover: Mesh) -> list[Me
 def hall(rng: np.random.Generator, size: Size) -> Mesh:
     """Return an industrial hall: low, wide, sheet metal, with skylights, sheds or solar panels."""
     x, y = size[0] / 2, size[1] / 2
-    height = float(rng.uniform(6, 10))
-    wall = _plain(pick(rng, SHEETS), Material.METAL)
-    roof = _plain(pick(rng, (*SHEETS, (0.5, 0.49, 0.47))), Material.METAL)
-    light = _plain((0.56, 0.6, 0.62), Material.GLASS)
-    door = _plain((0.36, 0.38, 0.4))
+    height = rng.uniform(6, 10)
+    wall = plain(pick(rng, SHEETS), Material.METAL)
+    roof = plain(pick(rng, (*SHEETS, (0.5, 0.49, 0.47))), Material.METAL)
+    light = plain((0.56, 0.6, 0.62), Material.GLASS)
+    door = plain((0.36, 0.38, 0.4))
     parts = [
         box((-x, -y, -FOUNDATION_M), (x, y, height - 0.3), wall),
         box((-x - 0.15, -y - 0.15, height - 0.3), (x + 0.15, y + 0.15, height), roof, bottom=True),
@@ -226,8 +189,8 @@ def hall(rng: np.random.Generator, size: Size) -> Mesh:
     for at in np.arange(-x + 4, x - 3, 7.0).tolist():
         parts.append(box((at - 0.8, -y * 0.8, height), (at + 0.8, y * 0.8, height + 0.45), light))
         parts.append(box((at - 1.8, y, 0), (at + 1.8, y + 0.1, 4), door))
-    unit = _plain((0.66, 0.67, 0.68))
+    unit = plain((0.66, 0.67, 0.68))
     for _ in range(int(rng.integers(2, 7))):
-        cx, cy = float(rng.uniform(-x + 2, x - 2)), float(rng.uniform(-y + 2, y - 2))
+        cx, cy = rng.uniform(-x + 2, x - 2), rng.uniform(-y + 2, y - 2)
         parts.append(box((cx - 1, cy - 0.8, height), (cx + 1, cy + 0.8, height + 1.3), unit))
-    return join(parts)
+    return join(*parts)

@@ -30,35 +30,18 @@ def cache_folder() -> Path:
 
     It is `SUNSET_CACHE_DIR` if set, else `sunset` in `XDG_CACHE_HOME`, else `~/.cache/sunset`.
     """
-    own = os.environ.get("SUNSET_CACHE_DIR")
-    if own:
+    if own := os.environ.get("SUNSET_CACHE_DIR"):
         return Path(own)
-    shared = os.environ.get("XDG_CACHE_HOME")
-    return (Path(shared) if shared else Path.home() / ".cache") / "sunset"
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "sunset"
 
 
 def default_flight(*, progress: Progress | None = None, jobs: int | None = None) -> Path:
-    """Return the bag of the flight that experiments use, rendered on first use.
-
-    Args:
-        progress: called with (frames done, frames in all) while it renders.
-        jobs: how many processes render; as many as there are processors, at most 8, if not given.
-
-    Raises:
-        OutputError: the cache folder cannot be written.
-    """
+    """Return `flight_bag` of the flight that experiments use."""
     return flight_bag(DEFAULT_FLIGHT, progress=progress, jobs=jobs)
 
 
 def flight_bag(plan: FlightPlan, *, progress: Progress | None = None, jobs: int | None = None) -> Path:
-    """Return the bag of a flight, rendered on first use and kept in the cache folder.
-
-    The bag's checksum is verified on every later use; a bag that does not match is rendered anew.
-
-    Args:
-        plan: of the flight.
-        progress: called with (frames done, frames in all) while it renders.
-        jobs: how many processes render; as many as there are processors, at most 8, if not given.
+    """Return the bag of a flight, rendered on first use as `render_parallel` does it, and kept as by `kept_bag`.
 
     Raises:
         InvalidInputError: `jobs` is less than 1.
@@ -73,10 +56,7 @@ def flight_bag(plan: FlightPlan, *, progress: Progress | None = None, jobs: int 
 
 
 def kept_bag(
-    name: str,
-    facts: Mapping[str, object],
-    frames: Callable[[], Iterable[Frame]],
-    stamps_ns: Sequence[int],
+    name: str, facts: Mapping[str, object], frames: Callable[[], Iterable[Frame]], stamps_ns: Sequence[int]
 ) -> Path:
     """Return a bag of rendered frames, rendered on first use and kept in the cache folder.
 
@@ -91,7 +71,8 @@ def kept_bag(
     Raises:
         OutputError: the cache folder cannot be written.
     """
-    home = cache_folder() / "flights" / _key(name, facts)
+    key = json.dumps({"version": RENDER_VERSION, **facts}, sort_keys=True)
+    home = cache_folder() / "flights" / f"{name}-{hashlib.sha256(key.encode()).hexdigest()[:16]}"
     bag = home / "flight"
     try:
         if _is_intact(home):
@@ -110,17 +91,9 @@ def kept_bag(
     return bag
 
 
-def _key(name: str, facts: Mapping[str, object]) -> str:
-    text = json.dumps({"version": RENDER_VERSION, **facts}, sort_keys=True)
-    return f"{name}-{hashlib.sha256(text.encode()).hexdigest()[:16]}"
-
-
 def _checksums(bag: Path) -> dict[str, str]:
     """Return file name → SHA-256 of everything in a bag's folder."""
-    sums = {}
-    for path in sorted(bag.iterdir()):
-        sums[path.name] = file_digest(path)
-    return sums
+    return {path.name: file_digest(path) for path in sorted(bag.iterdir())}
 
 
 def _is_intact(home: Path) -> bool:
@@ -148,9 +121,7 @@ def _move(made: Path, home: Path) -> None:
 def render_parallel(
     plan: FlightPlan, *, progress: Progress | None = None, jobs: int | None = None
 ) -> Iterator[Frame]:
-    """Yield all frames of a flight in order, rendered by several processes.
-
-    The number of processes changes no byte.
+    """Yield all frames of a flight in order, rendered by several processes; how many these are changes no byte.
 
     Args:
         plan: of the flight.

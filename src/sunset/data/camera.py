@@ -48,17 +48,10 @@ def pixel_width(width: int) -> float:
 
 
 def rays(pose: Pose, size: tuple[int, int]) -> Reals:
-    """Return the directions of a frame's rays, first through pixel centres, then through pixel corners.
+    """Return the directions (H·W + (H+1)·(W+1), 3) of the rays of a frame of H rows and W columns of pixels.
 
-    A direction's component along the line of sight is 1, so that a distance in units of the direction is the
-    planar depth.
-
-    Args:
-        pose: of the camera.
-        size: height H and width W in pixels.
-
-    Returns:
-        Array (H·W + (H+1)·(W+1), 3), row by row.
+    They come row by row, first through pixel centres, then through pixel corners. A direction's component along the
+    line of sight is 1, so that a distance in units of the direction is the planar depth.
     """
     height, width = size
     scale = pixel_width(width)

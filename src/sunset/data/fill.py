@@ -25,8 +25,8 @@ def _scatter(builder: Builder, block: Block, per_100_m2: float, heights: tuple[f
         centre, height = rng.uniform(low, high), float(rng.uniform(*heights))
         kind = builder.kind()
         for _ in range(group):
-            u, v = np.clip(centre + rng.normal(0, 2.2 + group * 0.45, 2) * (group > 1), low, high)
-            builder.tree((float(u), float(v)), height * float(rng.uniform(0.7, 1.2)), kind)
+            spot = np.clip(centre + rng.normal(0, 2.2 + group * 0.45, 2) * (group > 1), low, high)
+            builder.tree(spot, height * rng.uniform(0.7, 1.2), kind)
         left -= group
 
 
@@ -37,7 +37,7 @@ def _perimeter(builder: Builder, block: Block) -> None:
     for v in (v0 + depth / 2 + 0.8, v1 - depth / 2 - 0.8):
         u = u0 + 0.8
         while u < u1 - 10:
-            length = min(float(rng.uniform(13, 24)), u1 - 0.8 - u)
+            length = min(rng.uniform(13, 24), u1 - 0.8 - u)
             builder.build(apartment, (u + length / 2, v), (length - 0.4, depth))
             u += length
     inner = v1 - v0 - 2 * depth - 6
@@ -55,12 +55,12 @@ def _towers(builder: Builder, block: Block) -> None:
     count = 2 if block.size[0] > 52 else 1  # noqa: PLR2004  metres for two towers
     for index in range(count):
         u = u0 + (u1 - u0) * (index + 0.5) / count
-        size = (float(rng.uniform(15, 19)), float(rng.uniform(16, 24)))
-        builder.build(tower, (u, (v0 + v1) / 2 + float(rng.uniform(-4, 4))), size)
+        size = (rng.uniform(15, 19), rng.uniform(16, 24))
+        builder.build(tower, (u, (v0 + v1) / 2 + rng.uniform(-4, 4)), size)
     _scatter(builder, block, 0.9, (4, 8))
     for u in np.arange(u0 + 14, u1 - 12, 8.0).tolist():
         builder.put("planter", (u, v0 + 3.5))
-    builder.put("kiosk", ((u0 + u1) / 2, v1 - 4), turn=float(rng.uniform(0, 3)))
+    builder.put("kiosk", ((u0 + u1) / 2, v1 - 4), turn=rng.uniform(0, 3))
     builder.crowd(((u0 + u1) / 2, v1 - 6), 4, 2.0)
 
 
@@ -73,7 +73,7 @@ def _houses(builder: Builder, block: Block) -> None:
     for row, front in ((-1, v0), (1, v1)):
         for index in range(count):
             u = u0 + plot * (index + 0.5)
-            size = (float(rng.uniform(8.5, 10.5)), float(rng.uniform(7.5, 9.5)))
+            size = (rng.uniform(8.5, 10.5), rng.uniform(7.5, 9.5))
             builder.build(house, (u - 1.5, front - row * (size[1] / 2 + 4)), size, turned=builder.chance(0.3))
             if builder.chance(0.75):
                 builder.car((u + plot / 2 - 2.2, front - row * 4), 1)
@@ -90,19 +90,16 @@ def _houses(builder: Builder, block: Block) -> None:
 def _park(builder: Builder, block: Block) -> None:
     rng = builder.rng
     (u0, v0), (u1, v1) = block.low, block.high
-    builder.put("kiosk", (u0 + 7, v0 + 6), turn=float(rng.uniform(0, 3)))
+    builder.put("kiosk", (u0 + 7, v0 + 6), turn=rng.uniform(0, 3))
     builder.crowd((u0 + 8, v0 + 9), 3, 1.2)
     _scatter(builder, block, 1.6, (5, 13))
     for _ in range(25):
-        builder.tree(
-            (float(rng.uniform(u0, u1)), float(rng.uniform(v0, v1))), float(rng.uniform(1, 2.2)), TREES - 1
-        )
+        builder.tree((rng.uniform(u0, u1), rng.uniform(v0, v1)), rng.uniform(1, 2.2), TREES - 1)
     for _ in range(4):
-        spot = rng.uniform(block.low, block.high)
-        builder.crowd((float(spot[0]), float(spot[1])), int(rng.integers(1, 5)), 1.0)
+        builder.crowd(rng.uniform(block.low, block.high), int(rng.integers(1, 5)), 1.0)
     if block.index % 2:
-        for start, end in (((u0, v0), (u1, v0)), ((u0, v1), (u1, v1))):
-            builder.line("hedge", (start[0] + 4, start[1]), (end[0] - 4, end[1]), 1.2)
+        for v in (v0, v1):
+            builder.line("hedge", (u0 + 4, v), (u1 - 4, v), 1.2)
 
 
 def _plaza(builder: Builder, block: Block) -> None:
@@ -111,12 +108,12 @@ def _plaza(builder: Builder, block: Block) -> None:
     builder.put("monument", centre)
     for _ in range(6):
         spot = builder.rng.uniform(np.asarray(block.low) + 4, np.asarray(block.high) - 4)
-        builder.crowd((float(spot[0]), float(spot[1])), int(builder.rng.integers(1, 6)), 0.9)
+        builder.crowd(spot, int(builder.rng.integers(1, 6)), 0.9)
     for u in np.arange(u0 + 5, u1 - 4, 9.0).tolist():
         builder.tree((u, v0 + 4), 6.5, 1)
         builder.tree((u, v1 - 4), 6.5, 2)
     for u, v in ((u0 + 8, centre[1] + 8), (u1 - 8, centre[1] - 8), (u0 + 10, centre[1] - 9)):
-        builder.put("kiosk", (u, v), turn=float(builder.rng.uniform(0, 3)))
+        builder.put("kiosk", (u, v), turn=builder.rng.uniform(0, 3))
         builder.crowd((u + 1, v - 3), 5, 1.6)
         builder.put("planter", (u + 5, v))
 
@@ -125,13 +122,13 @@ def _parking(builder: Builder, block: Block) -> None:
     """Cars stand close together at one end and ever fewer towards the other; some rows are empty."""
     stalls = parking_stalls(block)
     nearness = np.abs(stalls - np.asarray(block.low if builder.chance(0.5) else block.high)).sum(axis=1)
-    share = float(builder.rng.uniform(0.4, 0.9)) * (1 - 0.85 * nearness / nearness.max())
+    share = builder.rng.uniform(0.4, 0.9) * (1 - 0.85 * nearness / nearness.max())
     for stall, filled in zip(stalls, share, strict=True):
         if builder.chance(float(filled)):
-            builder.car((float(stall[0]), float(stall[1])), 1)
+            builder.car(stall, 1)
     (u0, v0), (u1, v1) = block.low, block.high
-    builder.line("rail guard", (u0 + 0.6, v0 + 2), (u0 + 0.6, v1 - 2), 0.8)
-    builder.line("rail guard", (u1 - 0.6, v0 + 2), (u1 - 0.6, v1 - 2), 0.8)
+    for u in (u0 + 0.6, u1 - 0.6):
+        builder.line("rail guard", (u, v0 + 2), (u, v1 - 2), 0.8)
 
 
 def _industry(builder: Builder, block: Block) -> None:
@@ -146,44 +143,32 @@ def _industry(builder: Builder, block: Block) -> None:
             if builder.build(hall, middle, ((width - 9) * share, depth * share)):
                 break
     for _ in range(int(block.size[0] * block.size[1] / 500)):
-        spot = float(rng.uniform(u0 + 6, u1 - 6)), v0 + depth + float(rng.uniform(6, max(7, depth - 15)))
+        spot = rng.uniform(u0 + 6, u1 - 6), v0 + depth + rng.uniform(6, max(7, depth - 15))
         builder.skip(spot, "container", int(rng.integers(2)))
     for u in np.arange(u0 + 6, u1 - 5, 4.2).tolist():
-        chance = float(rng.random())
+        chance = rng.random()
         if chance < 0.4:  # noqa: PLR2004  a share
             builder.put("truck", (u, v1 - 9), axis=1, tint=CAR_TINTS[int(rng.integers(len(CAR_TINTS)))])
         elif chance < 0.8:  # noqa: PLR2004  a share
             builder.skip((u, v1 - 8), "container", 1)
-    for start, end in (
-        ((u0, v1), (u1 - 9, v1)),
-        ((u0, v0), (u1, v0)),
-        ((u0, v0), (u0, v1)),
-        ((u1, v0), (u1, v1)),
-    ):
+    near, far, *ends = block.sides
+    for start, end in ((far[0], (u1 - 9, v1)), near, *ends):
         builder.line("wall", start, end, 2.4, tint=(0.62, 0.5, 0.42))
 
 
 def _site(builder: Builder, block: Block) -> None:
     rng = builder.rng
     (u0, v0), (u1, v1) = block.low, block.high
-    for start, end in (
-        ((u0, v0), (u1, v0)),
-        ((u0, v1), (u1, v1)),
-        ((u0, v0), (u0, v1)),
-        ((u1, v0), (u1, v1)),
-    ):
+    for start, end in block.sides:
         builder.line("fence", start, end, 2.0, tint=(0.75, 0.77, 0.8))
     shell = (min(24.0, u1 - u0 - 24), min(13.0, (v1 - v0) / 2 - 9))
     builder.build(apartment, ((u0 + u1) / 2, (v0 + v1) / 2 + 12.5), shell)
     for _ in range(int(block.size[0] * block.size[1] / 350)):
-        builder.skip(
-            (float(rng.uniform(u0 + 6, u1 - 6)), float(rng.uniform(v0 + 5, v1 - 5))),
-            "container",
-            int(rng.integers(2)),
-        )
+        spot = rng.uniform(u0 + 6, u1 - 6), rng.uniform(v0 + 5, v1 - 5)
+        builder.skip(spot, "container", int(rng.integers(2)))
     builder.build(hall, (u0 + 14, v0 + 12), (14, 10))
     for _ in range(2):
-        builder.put("truck", (float(rng.uniform(u0 + 8, u1 - 8)), v1 - 7), tint=(0.85, 0.6, 0.1))
+        builder.put("truck", (rng.uniform(u0 + 8, u1 - 8), v1 - 7), tint=(0.85, 0.6, 0.1))
 
 
 def _riverbank(builder: Builder, block: Block) -> None:
@@ -198,14 +183,13 @@ def _sport(builder: Builder, block: Block) -> None:
     (u0, v0), (u1, v1) = block.low, block.high
     centre = ((u0 + u1) / 2, (v0 + v1) / 2)
     builder.crowd(centre, 14, min(block.size) / 5)
-    green = (0.3, 0.42, 0.34)
-    for start, end in (((u0, v0), (u1, v0)), ((u0, v1), (u1, v1)), ((u0, v0), (u0, v1))):
-        builder.line("fence", start, end, 2.2, tint=green)
+    for start, end in block.sides[:3]:
+        builder.line("fence", start, end, 2.2, tint=(0.3, 0.42, 0.34))
     builder.build(hall, (u1 - 5, v0 + 6), (7, 9))
     for u in np.arange(u0 + 3, u1 - 2, 9.0).tolist():
         for v in (v0 + 2, v1 - 2):
             if builder.chance(0.7):
-                builder.tree((u, v), float(builder.rng.uniform(5, 10)))
+                builder.tree((u, v), builder.rng.uniform(5, 10))
 
 
 def _allotments(builder: Builder, block: Block) -> None:
@@ -215,12 +199,12 @@ def _allotments(builder: Builder, block: Block) -> None:
     for u in np.arange(u0 + 8, u1 - 4, 13.0).tolist():
         for v in np.arange(v0 + 4, v1 - 3, 11.0).tolist():
             if builder.chance(0.5):
-                builder.build(house, (u, v), (float(rng.uniform(3, 4.2)), float(rng.uniform(3, 4.5))))
-            builder.tree((u + 4, v + 3), float(rng.uniform(1, 2)), TREES - 1)
+                builder.build(house, (u, v), (rng.uniform(3, 4.2), rng.uniform(3, 4.5)))
+            builder.tree((u + 4, v + 3), rng.uniform(1, 2), TREES - 1)
             builder.crowd((u + 3, v), int(builder.chance(0.25)), 1.0)
         builder.line("fence", (u + 5, v0), (u + 5, v1), 1.2, tint=(0.5, 0.4, 0.3))
-    builder.line("hedge", (u0, v0 + 0.5), (u1, v0 + 0.5), 1.5)
-    builder.line("hedge", (u0, v1 - 0.5), (u1, v1 - 0.5), 1.5)
+    for v in (v0 + 0.5, v1 - 0.5):
+        builder.line("hedge", (u0, v), (u1, v), 1.5)
     _scatter(builder, block, 0.8, (2.5, 5))
 
 
@@ -260,11 +244,10 @@ def plant_country(builder: Builder) -> None:
     away = np.abs(world).max(axis=1)
     wooded = builder.ground.at(world[:, 0], world[:, 1]) == Surface.SHRUBS
     for u, v in grid[wooded & (away > EDGE_M)][:WOOD].tolist():
-        height = float(rng.uniform(5, 12))
-        tint = float(rng.uniform(0.2, 0.34)), float(rng.uniform(0.3, 0.4)), float(rng.uniform(0.12, 0.2))
-        builder.put(
-            f"tree {TREES - 1}", (u, v), turn=u, scale=(height * 0.75, height * 0.75, height), tint=tint
-        )
+        height = rng.uniform(5, 12)
+        tint = rng.uniform(0.2, 0.34), rng.uniform(0.3, 0.4), rng.uniform(0.12, 0.2)
+        scale = (height * 0.75, height * 0.75, height)
+        builder.put(f"tree {TREES - 1}", (u, v), turn=u, scale=scale, tint=tint)
 
 
 def fill_blocks(builder: Builder) -> None:

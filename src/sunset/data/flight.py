@@ -49,6 +49,9 @@ class FlightPlan:
         weather: one of `WEATHERS`.
         seed: of the sensor's noise.
         size: height H and width W of a frame in pixels.
+
+    Raises:
+        InvalidInputError: a value is out of its range.
     """
 
     town: int = 1
@@ -67,11 +70,6 @@ class FlightPlan:
     size: tuple[int, int] = FRAME_SIZE
 
     def __post_init__(self) -> None:
-        """Check every value.
-
-        Raises:
-            InvalidInputError: one is out of its range.
-        """
         check_town(self.town)
         check_seed(self.seed)
         light(self.time, self.weather)
@@ -87,7 +85,6 @@ class FlightPlan:
             value = getattr(self, name)
             if not low <= value <= high:
                 raise InvalidInputError(f"A flight's {name} must be from {low} to {high}, got {value!r}.")
-
         if self.length > LENGTH_M:
             raise InvalidInputError(
                 f"A flight must be at most {LENGTH_M:g} m long, got {self.frames} frames over {self.length:g} m."
@@ -176,12 +173,7 @@ DEFAULT_FLIGHT: Final = FlightPlan()
 
 
 def render_frames(plan: FlightPlan, indices: Sequence[int] | None = None) -> Iterator[Frame]:
-    """Yield the frames of a flight; the same plan gives the same bytes.
-
-    Args:
-        plan: of the flight.
-        indices: which frames, all of them if not given; each in [0, plan.frames).
-    """
+    """Yield the frames of a flight, those of `indices` in [0, plan.frames) if given; the same plan, the same bytes."""
     town = build_town(plan.town)
     poses = plan.poses()
     for index in range(plan.frames) if indices is None else indices:

@@ -1,7 +1,7 @@
 """Puts things up in a town and keeps the solid ones apart."""
 
-from collections.abc import Callable
-from typing import Final
+from collections.abc import Callable, Sequence
+from typing import Final, TypeAlias
 
 import cv2
 import numpy as np
@@ -10,15 +10,15 @@ import numpy.typing as npt
 from sunset.data.frame import Reals
 from sunset.data.ground import Ground, Surface
 from sunset.data.layout import EXTENT_M, TownPlan
-from sunset.data.meshes import Colour, Mesh, place
-from sunset.data.props import PROPS, TREES, tree
+from sunset.data.meshes import WHITE, Colour, Mesh, place
+from sunset.data.props import BUSH, PROPS, TREES, tree
 from sunset.data.props import prop as prop_mesh
 from sunset.data.vehicles import mover
 from sunset.seeding import generator
 
+Place: TypeAlias = Sequence[float] | npt.NDArray[np.float64]
 CELL_M: Final = 0.5
 MARGIN: Final = 3
-WHITE: Final[Colour] = (1.0, 1.0, 1.0)
 PARKED: Final = ("saloon", "hatchback", "van")
 CAR_TINTS: Final[tuple[Colour, ...]] = (
     (0.86, 0.86, 0.86),
@@ -44,13 +44,7 @@ CLOTHES: Final[tuple[Colour, ...]] = (
     (0.32, 0.34, 0.2),
     (0.8, 0.28, 0.18),
 )
-BINS: Final[tuple[Colour, ...]] = (
-    (0.3, 0.38, 0.3),
-    (0.55, 0.48, 0.25),
-    (0.26, 0.32, 0.42),
-    (0.45, 0.28, 0.2),
-    (0.5, 0.5, 0.48),
-)
+BINS: Final = ((0.3, 0.38, 0.3), (0.55, 0.48, 0.25), (0.26, 0.32, 0.42), (0.45, 0.28, 0.2), (0.5, 0.5, 0.48))
 LEAVES: Final[tuple[Colour, ...]] = (
     (0.22, 0.33, 0.12),
     (0.28, 0.38, 0.15),
@@ -58,23 +52,15 @@ LEAVES: Final[tuple[Colour, ...]] = (
     (0.18, 0.3, 0.15),
     (0.4, 0.38, 0.16),
 )
-STREET_SURFACES: Final = (
-    Surface.ASPHALT,
-    Surface.MARKING,
-    Surface.PAVING,
-    Surface.KERB,
-    Surface.WATER,
-    Surface.DECK,
-    Surface.BALLAST,
-)
 CARRIED: Final = (Surface.ASPHALT, Surface.MARKING, Surface.PAVING, Surface.KERB, Surface.DECK)
+STREET_SURFACES: Final = (*CARRIED, Surface.WATER, Surface.BALLAST)
 CONIFERS: Final = 5
-"""The first kind of tree that is no broad-leaved one."""
+"""The first kind of tree that is not a broad-leaved one."""
 EDGE_M: Final = 345.0
 """Blocks at the town's edge are built on this far from its centre in x and y, in metres."""
-COUNTRY: Final = ("tree 7",)
 COUNTRY_M: Final = 800.0
 """Bushes alone also grow outside the town, this far from its centre in x and y, in metres."""
+CORNERS: Final = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)])
 NO_TREES: Final = (*STREET_SURFACES, Surface.PATH, Surface.RAIL, Surface.SLEEPER)
 
 
@@ -95,12 +81,12 @@ class Builder:
     def put(
         self,
         name: str,
-        uv: tuple[float, float],
+        uv: Place,
         *,
         axis: int = 0,
         turn: float = 0.0,
-        scale: Colour = WHITE,
-        tint: Colour = WHITE,
+        scale: Place = WHITE,
+        tint: Place = WHITE,
         height: float = np.nan,
     ) -> None:
         """Stand a prop, tree or parked vehicle at a grid point, facing along a grid axis plus `turn`.
@@ -109,46 +95,38 @@ class Builder:
         """
         self._rows.setdefault(name, []).append((*uv, height, axis, turn, *scale, *tint))
 
-    def tree(self, uv: tuple[float, float], height: float, kind: int | None = None) -> None:
+    def tree(self, uv: Place, height: float, kind: int | None = None) -> None:
         """Plant a tree of a height in metres where the ground is free."""
         x, y = self.plan.warp.points(uv)
         if self._blocked(x, y) or int(self.ground.at(x, y)) in NO_TREES:
             return
         kind = self.kind() if kind is None else kind
         leaf = self._leaves[int(self.rng.integers(len(LEAVES)))] * self.rng.uniform(0.85, 1.15)
-        width = height * float(self.rng.uniform(0.85, 1.15))
-        tint = (float(leaf[0]), float(leaf[1]), float(leaf[2]))
-        self.put(
-            f"tree {kind}", uv, turn=float(self.rng.uniform(0, 6.28)), scale=(width, width, height), tint=tint
-        )
+        width = height * self.rng.uniform(0.85, 1.15)
+        self.put(f"tree {kind}", uv, turn=self.rng.uniform(0, 6.28), scale=(width, width, height), tint=leaf)
 
     def kind(self) -> int:
         """Draw a kind of tree, seldom a conifer."""
         return int(self.rng.integers(CONIFERS if self.chance(0.88) else TREES - 1))
 
-    def car(self, uv: tuple[float, float], axis: int) -> None:
+    def car(self, uv: Place, axis: int) -> None:
         """Park a car along a grid axis."""
         name = PARKED[int(self.rng.integers(len(PARKED)))]
         tint = CAR_TINTS[int(self.rng.integers(len(CAR_TINTS)))]
-        turn = np.pi * int(self.rng.integers(2)) + float(self.rng.normal(0, 0.03))
+        turn = np.pi * int(self.rng.integers(2)) + self.rng.normal(0, 0.03)
         self.put(name, uv, axis=axis, turn=turn, tint=tint)
 
-    def crowd(self, uv: tuple[float, float], count: int, spread: float) -> None:
+    def crowd(self, uv: Place, count: int, spread: float) -> None:
         """Let people stand about a grid point, most of them within `spread` metres."""
         for _ in range(count):
-            u, v = np.asarray(uv) + self.rng.normal(0, spread, 2)
+            spot = np.asarray(uv) + self.rng.normal(0, spread, 2)
             tint = CLOTHES[int(self.rng.integers(len(CLOTHES)))]
-            self.put("person", (float(u), float(v)), turn=float(self.rng.uniform(0, 6.28)), tint=tint)
+            self.put("person", spot, turn=self.rng.uniform(0, 6.28), tint=tint)
 
     def skip(self, uv: tuple[float, float], name: str = "skip", axis: int = 0) -> None:
         """Stand a rubbish skip or a container."""
-        self.put(
-            name,
-            uv,
-            axis=axis,
-            turn=float(self.rng.normal(0, 0.1)),
-            tint=BINS[int(self.rng.integers(len(BINS)))],
-        )
+        turn, tint = self.rng.normal(0, 0.1), BINS[int(self.rng.integers(len(BINS)))]
+        self.put(name, uv, axis=axis, turn=turn, tint=tint)
 
     def chance(self, share: float) -> bool:
         """Draw whether something is so, which it is in a share of all cases."""
@@ -188,7 +166,10 @@ class Builder:
         """Put up a building of a footprint in metres if it stands free; say whether it does."""
         centre = self.plan.warp.points(uv)
         yaw = float(self.plan.warp.headings(uv, 0)) + (np.pi / 2 if turned else 0.0)
-        corners = self._footprint(centre, yaw, size)
+        local = CORNERS * np.asarray(size) / 2
+        cos, sin = np.cos(yaw), np.sin(yaw)
+        turned_x, turned_y = local[:, 0] * cos - local[:, 1] * sin, local[:, 0] * sin + local[:, 1] * cos
+        corners = np.stack([turned_x, turned_y], axis=1) + centre
         inside = np.abs(corners).max() < EDGE_M
         samples = np.concatenate([corners, (corners + np.roll(corners, 1, axis=0)) / 2])
         found = self.ground.at(samples[:, 0], samples[:, 1])
@@ -197,22 +178,11 @@ class Builder:
         cells = np.round((corners + EXTENT_M) / CELL_M).astype(np.int32)
         cv2.fillPoly(self._taken, [cells], 1)
         reach = np.array(size[::-1] if turned else size) / 2
-        around = np.asarray(uv) + reach * np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)])
+        around = np.asarray(uv) + reach * CORNERS
         position = np.array([[*centre, self.plan.relief.ground(around).min()]], dtype=np.float32)
         ones = np.ones((1, 3), dtype=np.float32)
         self.meshes.append(place(make(self.rng, size), position, np.array([yaw], np.float32), ones, ones))
         return True
-
-    @staticmethod
-    def _footprint(
-        centre: npt.NDArray[np.float64], yaw: float, size: tuple[float, float]
-    ) -> npt.NDArray[np.float64]:
-        local = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)]) * np.asarray(size) / 2
-        cos, sin = np.cos(yaw), np.sin(yaw)
-        turned = np.stack(
-            [local[:, 0] * cos - local[:, 1] * sin, local[:, 0] * sin + local[:, 1] * cos], axis=1
-        )
-        return turned + centre
 
     def _blocked(self, x: float, y: float) -> bool:
         column, row = int((x + EXTENT_M) / CELL_M), int((y + EXTENT_M) / CELL_M)
@@ -237,14 +207,12 @@ class Builder:
         for name, rows in self._rows.items():
             table = np.array(rows)
             positions, yaws = self._stand(table)
-            inside = np.abs(positions[:, :2]).max(axis=1) < (COUNTRY_M if name in COUNTRY else EDGE_M)
+            reach = COUNTRY_M if name == f"tree {BUSH}" else EDGE_M
+            inside = np.abs(positions[:, :2]).max(axis=1) < reach
             table = table[inside].astype(np.float32)
-            mesh = (
-                prop_mesh(name)
-                if name in PROPS
-                else tree(int(name[5:]))
-                if name[:4] == "tree"
-                else mover(name)
-            )
+            if name in PROPS:
+                mesh = prop_mesh(name)
+            else:
+                mesh = tree(int(name[5:])) if name.startswith("tree ") else mover(name)
             self.meshes.append(place(mesh, positions[inside], yaws[inside], table[:, 5:8], table[:, 8:11]))
         return self.meshes

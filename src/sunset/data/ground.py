@@ -45,34 +45,35 @@ class Surface(IntEnum):
     FALLOW = 23
 
 
-SURFACE_CLASSES: Final = {
-    Surface.FIELD: "terrain",
-    Surface.LAWN: "terrain",
-    Surface.GRASS: "terrain",
-    Surface.ASPHALT: "road",
-    Surface.MARKING: "road line",
-    Surface.PAVING: "sidewalk",
-    Surface.KERB: "sidewalk",
-    Surface.PLAZA: "ground",
-    Surface.EARTH: "ground",
-    Surface.PATH: "ground",
-    Surface.WATER: "water",
-    Surface.DECK: "bridge",
-    Surface.BALLAST: "rail track",
-    Surface.SLEEPER: "rail track",
-    Surface.RAIL: "rail track",
-    Surface.SHRUBS: "vegetation",
-    Surface.CROPS: "terrain",
-    Surface.YARD: "ground",
-    Surface.PITCH: "terrain",
-    Surface.CHALK: "terrain",
-    Surface.TARTAN: "ground",
-    Surface.POOL: "water",
-    Surface.STUBBLE: "terrain",
-    Surface.FALLOW: "terrain",
+SURFACE_LOOKS: Final = {  # class; display colour; strength of broad patches; strength of grain
+    Surface.FIELD: ("terrain", (0.45, 0.46, 0.29), 0.35, 0.1),
+    Surface.LAWN: ("terrain", (0.37, 0.43, 0.25), 0.22, 0.12),
+    Surface.GRASS: ("terrain", (0.39, 0.43, 0.26), 0.3, 0.14),
+    Surface.ASPHALT: ("road", (0.39, 0.39, 0.39), 0.16, 0.06),
+    Surface.MARKING: ("road line", (0.8, 0.8, 0.78), 0.14, 0.05),
+    Surface.PAVING: ("sidewalk", (0.57, 0.56, 0.53), 0.14, 0.06),
+    Surface.KERB: ("sidewalk", (0.64, 0.63, 0.61), 0.1, 0.05),
+    Surface.PLAZA: ("ground", (0.61, 0.57, 0.52), 0.14, 0.06),
+    Surface.EARTH: ("ground", (0.5, 0.43, 0.34), 0.35, 0.14),
+    Surface.PATH: ("ground", (0.63, 0.57, 0.47), 0.16, 0.1),
+    Surface.WATER: ("water", (0.17, 0.23, 0.22), 0.2, 0.0),
+    Surface.DECK: ("bridge", (0.55, 0.54, 0.53), 0.12, 0.05),
+    Surface.BALLAST: ("rail track", (0.44, 0.4, 0.37), 0.15, 0.2),
+    Surface.SLEEPER: ("rail track", (0.35, 0.31, 0.28), 0.1, 0.1),
+    Surface.RAIL: ("rail track", (0.52, 0.5, 0.49), 0.1, 0.05),
+    Surface.SHRUBS: ("vegetation", (0.27, 0.34, 0.2), 0.35, 0.3),
+    Surface.CROPS: ("terrain", (0.48, 0.47, 0.3), 0.35, 0.12),
+    Surface.YARD: ("ground", (0.52, 0.51, 0.48), 0.22, 0.08),
+    Surface.PITCH: ("terrain", (0.33, 0.46, 0.22), 0.14, 0.08),
+    Surface.CHALK: ("terrain", (0.74, 0.77, 0.7), 0.1, 0.05),
+    Surface.TARTAN: ("ground", (0.58, 0.31, 0.25), 0.12, 0.04),
+    Surface.POOL: ("water", (0.3, 0.62, 0.68), 0.06, 0.02),
+    Surface.STUBBLE: ("terrain", (0.62, 0.56, 0.36), 0.2, 0.1),
+    Surface.FALLOW: ("terrain", (0.43, 0.36, 0.28), 0.25, 0.12),
 }
-
-SURFACE_LABELS: Final = np.array([CARLA_IDS[SURFACE_CLASSES[surface]] for surface in Surface], dtype=np.uint8)
+SURFACE_LABELS: Final = np.array(
+    [CARLA_IDS[SURFACE_LOOKS[surface][0]] for surface in Surface], dtype=np.uint8
+)
 """Array (24,) uint8: `Surface` → CARLA id."""
 
 
@@ -94,8 +95,7 @@ class Sheet:
         row, column = (
             np.clip((np.asarray(along) + self.reach) * scale, 0, last).astype(np.int64) for along in (y, x)
         )
-        found: Ids = self.image.ravel().take(row * len(self.image) + column)
-        return found
+        return self.image.ravel().take(row * len(self.image) + column)
 
 
 @dataclass(frozen=True, slots=True)

@@ -30,6 +30,8 @@ PAVEMENT_M: Final = 3.2
 AVENUE_M: Final = 12.0
 """A carriageway wider than this has four lanes."""
 
+Point = tuple[float, float]
+
 QUIET: Final = 0.62
 """Share of the side streets that are closed here and there."""
 CLOSED: Final = 0.45
@@ -99,6 +101,11 @@ class Street:
         """Whether it has four lanes."""
         return self.width > AVENUE_M
 
+    @property
+    def right(self) -> int:
+        """The sign of the offset that is to the right of growing positions, where traffic keeps."""
+        return -1 if self.axis == 0 else 1
+
     def points(self, along: npt.ArrayLike, offset: npt.ArrayLike = 0.0) -> npt.NDArray[np.float64]:
         """Return grid points (..., 2) at positions along the street, shifted sideways by `offset`."""
         s, across = np.broadcast_arrays(np.asarray(along, float), self.at + np.asarray(offset, float))
@@ -111,13 +118,19 @@ class Block:
 
     index: int
     kind: BlockKind
-    low: tuple[float, float]
-    high: tuple[float, float]
+    low: Point
+    high: Point
 
     @property
     def size(self) -> tuple[float, float]:
         """Extent along u and v in metres."""
         return self.high[0] - self.low[0], self.high[1] - self.low[1]
+
+    @property
+    def sides(self) -> tuple[tuple[Point, Point], ...]:
+        """The two sides along u, then the two along v, each from its lower end."""
+        (u0, v0), (u1, v1) = self.low, self.high
+        return ((u0, v0), (u1, v0)), ((u0, v1), (u1, v1)), ((u0, v0), (u0, v1)), ((u1, v0), (u1, v1))
 
 
 @dataclass(frozen=True, slots=True)
@@ -152,21 +165,20 @@ class TownPlan:
 
     def stretches(self, street: Street) -> list[tuple[Street, Street]]:
         """Return the neighbouring crossings between which a street is open, in the town, in order along it."""
-        pairs = pairwise(self.crossings(street))
         return [
             (before, after)
-            for before, after in pairs
+            for before, after in pairwise(self.crossings(street))
             if (street.axis, street.at, before.at) not in self.closed
             and self._in_town(street.points([before.at, after.at]))
         ]
 
     def is_built(self, block: Block) -> bool:
         """Say whether a block lies at least partly in the town."""
-        return self._in_town(_corners(block))
+        return self._in_town(block.sides)
 
     def is_edge(self, block: Block) -> bool:
         """Say whether a block lies at least partly outside the town."""
-        return bool((np.abs(self.warp.points(_corners(block))) > EXTENT_M - 10).any())
+        return bool((np.abs(self.warp.points(block.sides)) > EXTENT_M - 10).any())
 
     def _in_town(self, uv: npt.ArrayLike) -> bool:
         return bool((np.abs(self.warp.points(uv)).max(axis=-1) < EXTENT_M).any())
@@ -176,18 +188,13 @@ class TownPlan:
         return not any((axis, at) == (street.axis, street.at) for axis, at, _ in self.closed)
 
 
-def _corners(block: Block) -> list[tuple[float, float]]:
-    (u0, v0), (u1, v1) = block.low, block.high
-    return [(u0, v0), (u1, v0), (u1, v1), (u0, v1)]
-
-
 def _lines(
     rng: np.random.Generator, gaps: tuple[float, float], special: float
 ) -> tuple[list[tuple[float, float]], int]:
     """Return (position, width) of parallel streets, and the index of the gap that is `special` wide."""
     lines: list[tuple[float, float]] = []
     at, chosen = -REACH_M, -1
-    trigger = float(rng.uniform(-90, 60))
+    trigger = rng.uniform(-90, 60)
     while at < REACH_M:
         width = 14.0 if rng.random() < 0.24 else float(rng.choice([6.2, 7.5, 9.0]))  # noqa: PLR2004  a share
         lines.append((at, width))
@@ -195,7 +202,7 @@ def _lines(
             chosen = len(lines) - 1
             at += special
         else:
-            at += float(rng.uniform(*gaps))
+            at += rng.uniform(*gaps)
     return lines, chosen
 
 
@@ -241,8 +248,7 @@ class _Deal:
     def next(self, stack: int, beside: set[BlockKind]) -> BlockKind:
         """Take the first kind of a stack that does not lie beside already."""
         kinds = self._stacks[stack]
-        found = next((i for i, kind in enumerate(kinds) if kind not in beside), 0)
-        return kinds.pop(found)
+        return kinds.pop(next((i for i, kind in enumerate(kinds) if kind not in beside), 0))
 
 
 class _Layout:
@@ -250,7 +256,7 @@ class _Layout:
 
     def __init__(self, rng: np.random.Generator) -> None:
         self.rng = rng
-        shortest = float(rng.uniform(50, 60))
+        shortest = rng.uniform(50, 60)
         self.us, self.rail_gap = _lines(rng, (shortest, shortest + 36), 46.0)
         self.vs, self.river_gap = _lines(rng, (shortest - 4, shortest + 26), 60.0)
         self.merged: dict[tuple[int, int], tuple[int, int]] = {}
@@ -317,15 +323,15 @@ def _relief(rng: np.random.Generator, layout: _Layout) -> Relief:
     us, vs = layout.us, layout.vs
     waves = []
     for length in (130.0, 180.0, 260.0, 400.0):
-        wavelength, direction = length * float(rng.uniform(0.85, 1.2)), float(rng.uniform(0, 6.28))
-        height = wavelength * float(rng.uniform(0.024, 0.04)) / 6.28
+        wavelength, direction = length * rng.uniform(0.85, 1.2), rng.uniform(0, 6.28)
+        height = wavelength * rng.uniform(0.024, 0.04) / 6.28
         along = (6.28 / wavelength * float(np.cos(direction)), 6.28 / wavelength * float(np.sin(direction)))
-        waves.append(Wave(height, along, float(rng.uniform(0, 6.28))))
+        waves.append(Wave(height, along, rng.uniform(0, 6.28)))
     return Relief(
         waves=tuple(waves),
         river=(vs[layout.river_gap][0] + vs[layout.river_gap + 1][0]) / 2,
-        river_width=float(rng.uniform(15, 21)),
-        river_bend=(float(rng.uniform(1, 3)), float(rng.uniform(0, 6.28))),
+        river_width=rng.uniform(15, 21),
+        river_bend=(rng.uniform(1, 3), rng.uniform(0, 6.28)),
         rail=(us[layout.rail_gap][0] + us[layout.rail_gap + 1][0]) / 2,
         underpasses=tuple((at, width / 2 + PAVEMENT_M + 0.5) for at, width in vs),
     )
@@ -353,22 +359,20 @@ def plan_town(number: int) -> TownPlan:
         InvalidInputError: there is no town of this number.
     """
     rng = generator(check_town(number), "town", "plan", _DRAW)
-    waves = [float(rng.uniform(65, 130)) for _ in range(2)]
+    waves = [rng.uniform(65, 130) for _ in range(2)]
     warp = Warp(
-        float(rng.uniform(-0.6, 0.6)),
-        (waves[0] * float(rng.uniform(0.1, 0.25)), waves[1] * float(rng.uniform(0.1, 0.25))),
+        rng.uniform(-0.6, 0.6),
+        (waves[0] * rng.uniform(0.1, 0.25), waves[1] * rng.uniform(0.1, 0.25)),
         (waves[0], waves[1]),
-        (float(rng.uniform(0, 6.28)), float(rng.uniform(0, 6.28))),
+        (rng.uniform(0, 6.28), rng.uniform(0, 6.28)),
     )
     layout = _Layout(rng)
     layout.close_stretches()
-    us, vs = layout.us, layout.vs
-    streets = [Street(1, at, width) for at, width in us]
-    streets += [Street(0, at, width) for at, width in vs]
+    lines = [(1, *line) for line in layout.us] + [(0, *line) for line in layout.vs]
     return TownPlan(
         number=number,
         warp=warp,
-        streets=tuple(streets),
+        streets=tuple(Street(*line) for line in lines),
         blocks=layout.blocks(warp),
         relief=_relief(rng, layout),
         closed=frozenset(layout.closed),

@@ -10,27 +10,13 @@ from sunset.data.ground import Surface
 from sunset.data.layout import Block, BlockKind
 from sunset.data.painter import Painter
 
-_BASE: Final = {
-    BlockKind.TOWERS: Surface.PLAZA,
-    BlockKind.PERIMETER: Surface.LAWN,
-    BlockKind.HOUSES: Surface.LAWN,
-    BlockKind.PARK: Surface.GRASS,
-    BlockKind.PLAZA: Surface.PLAZA,
-    BlockKind.PARKING: Surface.ASPHALT,
-    BlockKind.INDUSTRY: Surface.YARD,
-    BlockKind.SITE: Surface.EARTH,
-    BlockKind.RIVERBANK: Surface.GRASS,
-    BlockKind.RAILSIDE: Surface.GRASS,
-    BlockKind.SPORT: Surface.LAWN,
-    BlockKind.ALLOTMENTS: Surface.GRASS,
-}
-
 
 def paint_block(painter: Painter, block: Block) -> None:
     """Paint what a block is used for."""
-    painter.quad(block.low, block.high, _BASE[block.kind])
-    if block.kind in _PAINTERS:
-        _PAINTERS[block.kind](painter, block)
+    base, paint = _USES[block.kind]
+    painter.quad(block.low, block.high, base)
+    if paint is not None:
+        paint(painter, block)
 
 
 def _paint_parking(painter: Painter, block: Block) -> None:
@@ -140,24 +126,24 @@ def _paint_park(painter: Painter, block: Block) -> None:
         bow = np.sin(steps * np.pi) * block.size[1] * 0.18
         painter.curve(np.column_stack([a + (c - a) * steps, b + (d - b) * steps + bow]), 2.4, Surface.PATH)
     if block.index % 2 == 0:
-        painter.ellipse(
-            (u + block.size[0] * 0.16, v), (block.size[0] * 0.24, block.size[1] * 0.26), Surface.SHRUBS
-        )
-        painter.ellipse(
-            (u + block.size[0] * 0.16, v), (block.size[0] * 0.21, block.size[1] * 0.22), Surface.WATER
-        )
+        centre = (u + block.size[0] * 0.16, v)
+        painter.ellipse(centre, (block.size[0] * 0.24, block.size[1] * 0.26), Surface.SHRUBS)
+        painter.ellipse(centre, (block.size[0] * 0.21, block.size[1] * 0.22), Surface.WATER)
 
 
-_PAINTERS: Final[dict[BlockKind, Callable[[Painter, Block], None]]] = {
-    BlockKind.PARK: _paint_park,
-    BlockKind.PARKING: _paint_parking,
-    BlockKind.TOWERS: _paint_towers,
-    BlockKind.PLAZA: _paint_plaza,
-    BlockKind.SITE: _paint_site,
-    BlockKind.PERIMETER: _paint_perimeter,
-    BlockKind.HOUSES: _paint_houses,
-    BlockKind.SPORT: _paint_sport,
-    BlockKind.ALLOTMENTS: _paint_allotments,
+_USES: Final[dict[BlockKind, tuple[Surface, Callable[[Painter, Block], None] | None]]] = {
+    BlockKind.TOWERS: (Surface.PLAZA, _paint_towers),
+    BlockKind.PERIMETER: (Surface.LAWN, _paint_perimeter),
+    BlockKind.HOUSES: (Surface.LAWN, _paint_houses),
+    BlockKind.PARK: (Surface.GRASS, _paint_park),
+    BlockKind.PLAZA: (Surface.PLAZA, _paint_plaza),
+    BlockKind.PARKING: (Surface.ASPHALT, _paint_parking),
+    BlockKind.INDUSTRY: (Surface.YARD, None),
+    BlockKind.SITE: (Surface.EARTH, _paint_site),
+    BlockKind.RIVERBANK: (Surface.GRASS, None),
+    BlockKind.RAILSIDE: (Surface.GRASS, None),
+    BlockKind.SPORT: (Surface.LAWN, _paint_sport),
+    BlockKind.ALLOTMENTS: (Surface.GRASS, _paint_allotments),
 }
 
 

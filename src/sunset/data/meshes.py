@@ -1,9 +1,11 @@
 """Triangle meshes: a few solids, and many placed copies of one mesh."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from enum import IntEnum
 from functools import cache
+from itertools import combinations
+from typing import Final
 
 import numpy as np
 import numpy.typing as npt
@@ -12,6 +14,7 @@ from sunset.classes import CARLA_IDS
 from sunset.data.frame import Ids, Reals
 
 Colour = tuple[float, float, float]
+WHITE: Final[Colour] = (1.0, 1.0, 1.0)
 
 
 class Material(IntEnum):
@@ -58,7 +61,6 @@ class Mesh:
     anchors: Reals
 
     def __len__(self) -> int:
-        """Return the number of triangles."""
         return len(self.triangles)
 
 
@@ -85,25 +87,11 @@ def shell(triangles: Reals, finish: Finish, anchor: Colour = (0.0, 0.0, 0.0)) ->
     )
 
 
-def join(meshes: Sequence[Mesh]) -> Mesh:
+def join(*meshes: Mesh) -> Mesh:
     """Return one mesh with all triangles of `meshes`, in order."""
     if not meshes:
-        return Mesh(
-            np.zeros((0, 3, 3), np.float32),
-            np.zeros((0, 3), np.float32),
-            np.zeros(0, np.uint8),
-            np.zeros(0, np.uint8),
-            np.zeros(0, np.bool_),
-            np.zeros((0, 3), np.float32),
-        )
-    return Mesh(
-        np.concatenate([mesh.triangles for mesh in meshes]),
-        np.concatenate([mesh.colours for mesh in meshes]),
-        np.concatenate([mesh.labels for mesh in meshes]),
-        np.concatenate([mesh.materials for mesh in meshes]),
-        np.concatenate([mesh.tinted for mesh in meshes]),
-        np.concatenate([mesh.anchors for mesh in meshes]),
-    )
+        return shell(np.zeros((0, 3, 3), np.float32), Finish(WHITE, "other"))
+    return Mesh(*(np.concatenate([getattr(mesh, field.name) for mesh in meshes]) for field in fields(Mesh)))
 
 
 def place(mesh: Mesh, positions: Reals, yaws: Reals, scales: Reals, tints: Reals) -> Mesh:
@@ -162,44 +150,30 @@ def _triangulate(quads: Sequence[tuple[int, int, int, int]]) -> npt.NDArray[np.i
 
 def gable(size: tuple[float, float], base: float, rise: float, finish: Finish, ends: Finish) -> Mesh:
     """Return a pitched roof over a rectangle, its ridge along x; the ends are walls."""
-    x, y = size[0] / 2, size[1] / 2
-    corners = np.array(
-        [
-            (-x, -y, base),
-            (x, -y, base),
-            (x, y, base),
-            (-x, y, base),
-            (-x, 0, base + rise),
-            (x, 0, base + rise),
-        ],
-        dtype=np.float32,
-    )
+    corners = _roof_corners(size, (size[0] / 2, 0.0), base, rise)
     slopes = corners[_triangulate([(0, 1, 5, 4), (2, 3, 4, 5)])]
     walls = corners[np.array([(1, 2, 5), (3, 0, 4)])]
-    return join([shell(slopes, finish), shell(walls, ends)])
+    return join(shell(slopes, finish), shell(walls, ends))
 
 
 def hip(size: tuple[float, float], base: float, rise: float, finish: Finish) -> Mesh:
     """Return a roof over a rectangle that slopes to all four sides alike, its ridge along the longer one."""
     x, y = size[0] / 2, size[1] / 2
-    ridge = (max(x - y, 0.0), max(y - x, 0.0))
-    corners = np.array(
-        [
-            (-x, -y, base),
-            (x, -y, base),
-            (x, y, base),
-            (-x, y, base),
-            (-ridge[0], -ridge[1], base + rise),
-            (ridge[0], ridge[1], base + rise),
-        ],
-        dtype=np.float32,
-    )
+    corners = _roof_corners(size, (max(x - y, 0.0), max(y - x, 0.0)), base, rise)
     faces = (
         [(0, 1, 5), (0, 5, 4), (2, 3, 4), (2, 4, 5), (1, 2, 5), (3, 0, 4)]
         if x >= y
         else [(1, 2, 5), (1, 5, 4), (3, 0, 4), (3, 4, 5), (2, 3, 5), (0, 1, 4)]
     )
     return shell(corners[np.array(faces)], finish)
+
+
+def _roof_corners(size: tuple[float, float], ridge: tuple[float, float], base: float, rise: float) -> Reals:
+    """Return the corners of the eaves and the ends of the ridge (6, 3); `ridge` is the (x, y) of the second end."""
+    x, y = size[0] / 2, size[1] / 2
+    eaves = [(-x, -y, base), (x, -y, base), (x, y, base), (-x, y, base)]
+    ends = [(-ridge[0], -ridge[1], base + rise), (*ridge, base + rise)]
+    return np.array([*eaves, *ends], dtype=np.float32)
 
 
 def cylinder(
@@ -234,11 +208,7 @@ def _sphere(fine: bool) -> tuple[Reals, npt.NDArray[np.int64]]:
     edge = min(float(np.linalg.norm(vertices[0] - other)) for other in vertices[1:]) * 1.01
     close = [[float(np.linalg.norm(p - q)) < edge for q in vertices] for p in vertices]
     faces = [
-        (a, b, c)
-        for a in range(12)
-        for b in range(a + 1, 12)
-        for c in range(b + 1, 12)
-        if close[a][b] and close[b][c] and close[a][c]
+        (a, b, c) for a, b, c in combinations(range(12), 3) if close[a][b] and close[b][c] and close[a][c]
     ]
     if not fine:
         return np.array(vertices, dtype=np.float32), np.array(faces)

@@ -69,8 +69,7 @@ def _eased(share: Points) -> Points:
     t = np.clip(share, 0, 1)
     ends = np.minimum(t, 1 - t) ** 2 * 8 / 3
     quarter = 0.25
-    eased: Points = np.where(t < quarter, ends, np.where(t > 1 - quarter, 1 - ends, (t - 0.125) * 4 / 3))
-    return eased
+    return np.where(t < quarter, ends, np.where(t > 1 - quarter, 1 - ends, (t - 0.125) * 4 / 3))
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,13 +17,7 @@ class Painter:
     """Draws shapes given in grid coordinates onto an image of a town and the land around it."""
 
     def __init__(self, plan: TownPlan, reach: float, cells: int) -> None:
-        """Begin with an image of fields.
-
-        Args:
-            plan: of the town.
-            reach: half the side of the painted square in metres.
-            cells: side of the image in cells.
-        """
+        """Begin with an image of fields: a square of cells that reaches so many metres from the centre."""
         self.plan = plan
         self.reach = reach
         self.image: Ids = np.full((cells, cells), Surface.FIELD, dtype=np.uint8)

@@ -105,9 +105,7 @@ def _paint_markings(painter: Painter, street: Street) -> None:
             for bar in np.arange(-half + 0.5, half - 0.6, 1.1):
                 painter.strip(street, (zebra[0], zebra[1]), (bar, bar + 0.5), Surface.MARKING)
             stop = sorted(((start, end)[side] + inward * 5.0, (start, end)[side] + inward * 5.35))
-            # Right-hand traffic: those who approach the end keep to one half, those who approach the start
-            # to the other.
-            right = (-1 if street.axis == 0 else 1) * (-inward)
+            right = -inward * street.right  # the half of those who approach
             across = sorted((right * 0.3, right * (half - 0.3)))
             painter.strip(street, (stop[0], stop[1]), (across[0], across[1]), Surface.MARKING)
             lines[side] = (start, end)[side] + inward * 6.2
@@ -122,12 +120,10 @@ def has_zebra(street: Street, other: Street) -> bool:
 def _paint_lanes(painter: Painter, street: Street, along: tuple[float, float]) -> None:
     half = street.width / 2
     if street.avenue:
-        for offset in (-0.25, 0.25):
+        for offset in (-half + 0.35, -0.25, 0.25, half - 0.35):
             _line(painter, street, along, offset)
         for offset in (-half / 2, half / 2):
             _dashes(painter, street, along, offset)
-        for offset in (-half + 0.35, half - 0.35):
-            _line(painter, street, along, offset)
     elif street.width > NARROW_M:
         _dashes(painter, street, along, 0.0)
 

@@ -14,16 +14,13 @@ from sunset.data.pixels import (
     COLOUR_PNG,
     DEPTH_PNG,
     LABEL_PNG,
-    PICTURE_BYTES,
-    Pixels,
     check_ids,
     dimensions,
-    picture,
+    read_picture,
     resample,
 )
 from sunset.data.reading_ahead import read_ahead
 from sunset.errors import DataError
-from sunset.input_files import read_bytes
 
 _KINDS: Final = MappingProxyType(
     {"rgb": (COLOUR_JPEG, COLOUR_PNG), "depth": (DEPTH_PNG,), "labels": (LABEL_PNG,)}
@@ -46,28 +43,23 @@ class PictureFolder:
     files: tuple[tuple[Path, ...], ...]
 
     def __len__(self) -> int:
-        """Return the number of frames."""
         return len(self.files)
 
     def frames(self, size: tuple[int, int] = FRAME_SIZE, *, jobs: int | None = None) -> Iterator[Frame]:
-        """Return the frames in order, read as `read_ahead` does it.
-
-        Args:
-            size: height and width in pixels to which they are resampled.
-            jobs: how many threads read; as many as there are processors if not given.
+        """Return the frames in order, resampled to a height and width in pixels, and read as `read_ahead` does it.
 
         Raises:
             DataError: a picture cannot be read, is damaged, of another kind or of another size than the first, or its
                 ids are none of CARLA's.
         """
-        first = _pixels(self.files[0][0], "rgb").shape
+        first = read_picture(self.files[0][0], _KINDS["rgb"]).shape
         return read_ahead(partial(_frame, (first[0], first[1]), size), self.files, jobs=jobs)
 
 
 def _frame(recorded: tuple[int, int], size: tuple[int, int], files: tuple[Path, ...]) -> Frame:
     pictures = []
     for name, path in zip(_KINDS, files, strict=True):
-        pixels = _pixels(path, name)
+        pixels = read_picture(path, _KINDS[name])
         found = pixels.shape[0], pixels.shape[1]
         if found != recorded:
             raise DataError(
@@ -78,14 +70,6 @@ def _frame(recorded: tuple[int, int], size: tuple[int, int], files: tuple[Path, 
     rgb, depth, labels = pictures
     check_ids(labels, str(files[-1]))
     return resample(Frame(rgb, depth, labels), size)
-
-
-def _pixels(path: Path, name: str) -> Pixels:
-    try:
-        data = read_bytes(path, PICTURE_BYTES)
-    except OSError as error:
-        raise DataError(f"The image {path} cannot be read: {error.strerror}; copy it again.") from error
-    return picture(data, str(path), _KINDS[name])
 
 
 def find_pictures(folder: Path, *, first: int | None = None, last: int | None = None) -> PictureFolder:

@@ -6,6 +6,7 @@ What is refused is refused with a `DataError` that names the image.
 import struct
 import zlib
 from collections.abc import Collection
+from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Final
 
@@ -16,6 +17,7 @@ import numpy.typing as npt
 from sunset.classes import CARLA_IDS
 from sunset.data.frame import DEPTH_RANGE_M, Frame
 from sunset.errors import DataError
+from sunset.input_files import read_bytes
 from sunset.interfaces.sensor_msgs.msg import Image
 
 Pixels = npt.NDArray[Any]
@@ -59,13 +61,8 @@ _PNG_HEADER: Final = b"\0\0\0\x0dIHDR"
 _PNG_COLOURS: Final = {0: "greyscale", 2: "colour", 3: "palette", 4: "greyscale-alpha", 6: "colour-alpha"}
 
 
-def _strange_ids() -> npt.NDArray[np.uint8]:
-    table = np.ones(256, dtype=np.uint8)
-    table[[*CARLA_IDS.values(), *IDS_OF_NO_CLASS.values()]] = 0
-    return table
-
-
-_STRANGE: Final = _strange_ids()
+_KNOWN_IDS: Final = [*CARLA_IDS.values(), *IDS_OF_NO_CLASS.values()]
+_STRANGE: Final = np.isin(np.arange(256), _KNOWN_IDS, invert=True).astype(np.uint8)
 
 
 def dimensions(size: tuple[int, int]) -> str:
@@ -107,6 +104,19 @@ def raw_pixels(message: Image, place: str, encodings: Collection[str]) -> Pixels
     return pixels.reshape(height, -1, channels) if channels > 1 else pixels
 
 
+def read_picture(path: Path, kinds: Collection[str], *, remedy: str = "copy it again") -> Pixels:
+    """Return the `picture` in a file.
+
+    Raises:
+        DataError: it cannot be read, for which the `remedy` is told, is of another kind, truncated or damaged.
+    """
+    try:
+        data = read_bytes(path, PICTURE_BYTES)
+    except OSError as error:
+        raise DataError(f"The image {path} cannot be read: {error.strerror}; {remedy}.") from error
+    return picture(data, str(path), kinds)
+
+
 def picture(data: bytes, place: str, kinds: Collection[str]) -> Pixels:
     """Return the pixels of a JPEG or PNG file, (H, W) or (H, W, 3) in the order blue, green, red.
 
@@ -125,9 +135,9 @@ def picture(data: bytes, place: str, kinds: Collection[str]) -> Pixels:
         try:
             pixels = cv2.imdecode(np.frombuffer(data, dtype=np.uint8), cv2.IMREAD_UNCHANGED)
         except cv2.error as error:
-            raise _damaged(place, "the decoder gives up") from error
+            raise _damage_error(place, "the decoder gives up") from error
         if pixels is None:
-            raise _damaged(place, "the decoder gives up")
+            raise _damage_error(place, "the decoder gives up")
         if kind == COLOUR_JPEG and not pixels.shape[2:]:
             kind = "8-bit greyscale JPEG"
     if kind not in kinds or pixels is None:
@@ -143,12 +153,12 @@ def _kind(data: bytes, place: str) -> str:
     if data.startswith(_JPEG):
         # a writer may have filled its last block with zeros
         if not data.rstrip(b"\0").endswith(b"\xff\xd9"):
-            raise _damaged(place, "it ends before the picture does")
+            raise _damage_error(place, "it ends before the picture does")
         return COLOUR_JPEG
     if data.startswith(_PNG):
         _check_chunks(data, place)
         if not data.startswith(_PNG_HEADER, len(_PNG)):
-            raise _damaged(place, "it does not begin with its header")
+            raise _damage_error(place, "it does not begin with its header")
         return f"{data[24]}-bit {_PNG_COLOURS.get(data[25], 'unknown')} PNG"
     return "neither JPEG nor PNG" if data else "no data"
 
@@ -158,7 +168,7 @@ def _check_size(data: bytes, place: str) -> None:
     try:
         size = _jpeg_size(data) if data.startswith(_JPEG) else struct.unpack_from(">II", data, 16)[::-1]
     except struct.error:
-        raise _damaged(place, "it does not say how large it is") from None
+        raise _damage_error(place, "it does not say how large it is") from None
     if size[0] * size[1] > _MAX_PIXELS:
         raise DataError(
             f"The image {place} must have at most {_MAX_PIXELS} pixels, got {dimensions(size)}; make it smaller."
@@ -188,13 +198,13 @@ def _check_chunks(data: bytes, place: str) -> None:
             length, kind = struct.unpack_from(">I4s", data, start)
             (checksum,) = struct.unpack_from(">I", data, start + 8 + length)
         except struct.error:
-            raise _damaged(place, "it ends before the picture does") from None
+            raise _damage_error(place, "it ends before the picture does") from None
         if zlib.crc32(view[start + 4 : start + 8 + length]) != checksum:
-            raise _damaged(place, "a checksum does not match")
+            raise _damage_error(place, "a checksum does not match")
         start += 12 + length
 
 
-def _damaged(place: str, what: str) -> DataError:
+def _damage_error(place: str, what: str) -> DataError:
     return DataError(f"The image {place} must be a whole picture, got a damaged one: {what}; copy it again.")
 
 
@@ -228,11 +238,7 @@ def counts_of_metres(metres: npt.NDArray[np.float32]) -> npt.NDArray[np.uint16]:
 
 
 def check_ids(labels: npt.NDArray[np.uint8], place: str) -> None:
-    """Check that labels (H, W) hold ids that SynDrone's CARLA can record.
-
-    Args:
-        labels: recorded ids.
-        place: which image it is, for errors.
+    """Check that labels (H, W) hold ids that SynDrone's CARLA can record; `place` says in errors which image it is.
 
     Raises:
         DataError: there is another id.
@@ -247,15 +253,11 @@ def check_ids(labels: npt.NDArray[np.uint8], place: str) -> None:
 
 
 def resample(frame: Frame, size: tuple[int, int]) -> Frame:
-    """Return a frame in another size.
+    """Return a frame in another size, given as height and width in pixels.
 
     Where the shapes differ, the largest central part of the wanted shape is taken, so that nothing is
     distorted. A colour pixel becomes the mean over its area; a depth and a label are those at the pixel's
     centre, so that the three stay aligned and no depth or id arises that was not there.
-
-    Args:
-        frame: of any size.
-        size: height and width in pixels.
     """
     if frame.size == size:
         return frame

@@ -14,12 +14,7 @@ T = TypeVar("T")
 def read_ahead(read: Callable[[T], Frame], items: Iterable[T], *, jobs: int | None = None) -> Iterator[Frame]:
     """Yield `read(item)` for each item, in order; several threads read a few frames ahead.
 
-    The number of threads changes no byte.
-
-    Args:
-        read: reads one frame; called on other threads.
-        items: what it is called with.
-        jobs: how many threads read; as many as there are processors if not given.
+    Their number, `jobs`, is that of the processors if it is not given, and changes no byte.
     """
     workers = jobs or os.cpu_count() or 1
     pool = ThreadPoolExecutor(workers)

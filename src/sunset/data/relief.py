@@ -61,8 +61,7 @@ class Relief:
 
     def river_v(self, u: npt.ArrayLike) -> Points:
         """Return v of the river's middle at positions u."""
-        middle: Points = self.river + self.river_bend[0] * np.sin(np.asarray(u) / 55 + self.river_bend[1])
-        return middle
+        return self.river + self.river_bend[0] * np.sin(np.asarray(u) / 55 + self.river_bend[1])
 
     def streets(self, uv: npt.ArrayLike) -> Points:
         """Return the height (...) of streets and their bridges at grid points (..., 2)."""
@@ -81,13 +80,11 @@ class Relief:
 
     def railway(self, v: npt.ArrayLike) -> Points:
         """Return the height of the rails at positions v along the railway."""
-        height: Points = RAIL_M + GRADE * np.asarray(v, dtype=np.float64)
-        return height
+        return RAIL_M + GRADE * np.asarray(v, dtype=np.float64)
 
     def off_water(self, uv: Points) -> Points:
         """Return the distance (...) of grid points (..., 2) from the river's water, negative in it."""
-        edge: Points = np.abs(uv[..., 1] - self.river_v(uv[..., 0])) - self.river_width / 2
-        return edge
+        return np.abs(uv[..., 1] - self.river_v(uv[..., 0])) - self.river_width / 2
 
     def ground(self, uv: npt.ArrayLike) -> Points:
         """Return the height (...) of the ground, or the water on it, at grid points (..., 2)."""
@@ -100,5 +97,4 @@ class Relief:
             free = np.minimum(free, np.abs(grid[..., 1] - at) - half)
         beside = np.abs(grid[..., 0] - self.rail) - CROWN_M
         raised = np.clip(1 - beside / SLOPE_M, 0, 1) * np.clip(free / ABUTMENT_M, 0, 1)
-        height: Points = level + (self.railway(grid[..., 1]) - level) * raised
-        return height
+        return level + (self.railway(grid[..., 1]) - level) * raised

@@ -83,12 +83,7 @@ def render(town: Town, view: View, *, size: tuple[int, int] = FRAME_SIZE) -> Fra
     """Return what a camera sees; the same arguments give the same bytes.
 
     Labels and depth are those of the point under each pixel's centre. Colour is the mean of the centre (half)
-    and the four corners (an eighth each).
-
-    Args:
-        town: where.
-        view: from where, when, in what light.
-        size: height H and width W in pixels.
+    and the four corners (an eighth each). The size is height H and width W in pixels.
     """
     directions = rays(view.pose, size)
     origin = np.array([view.pose.x, view.pose.y, view.pose.z], dtype=np.float32)

@@ -19,16 +19,6 @@ def _point(street: Street, along: float, offset: float) -> tuple[float, float]:
     return float(u), float(v)
 
 
-def _right(street: Street) -> int:
-    """The sign of the offset that lies to the right of growing positions."""
-    return -1 if street.axis == 0 else 1
-
-
-def _toward_road(side: int) -> float:
-    """The turn, from the crossing axis's heading, that faces the carriageway from one side."""
-    return np.pi if side > 0 else 0.0
-
-
 def furnish_streets(builder: Builder) -> None:
     """Furnish every street between its crossings, and the crossings themselves."""
     for street in builder.plan.streets:
@@ -59,7 +49,9 @@ def _lamps(builder: Builder, street: Street, stretch: tuple[float, float]) -> No
     side = 1
     for at in np.arange(stretch[0] + 8, stretch[1] - 6, 15.0).tolist():
         uv = _point(street, at, side * (street.width / 2 + 0.5))
-        builder.put("lamp", uv, axis=1 - street.axis, turn=_toward_road(side))
+        builder.put(
+            "lamp", uv, axis=1 - street.axis, turn=np.pi if side > 0 else 0.0
+        )  # faces the carriageway
         side = -side
 
 
@@ -71,12 +63,12 @@ def _planting(builder: Builder, street: Street, stretch: tuple[float, float]) ->
         if street.avenue:
             for at in np.arange(stretch[0] + 11, stretch[1] - 9, 11.0).tolist():
                 uv = _point(street, at, side * (edge + PAVEMENT_M + 0.4))
-                builder.tree(uv, float(rng.uniform(6, 9)), int(rng.integers(4)))
+                builder.tree(uv, rng.uniform(6, 9), int(rng.integers(4)))
             continue
         if builder.chance(0.35):
             continue
         for at in np.arange(stretch[0] + 11, stretch[1] - 10, 6.2).tolist():
-            chance = float(rng.random())
+            chance = rng.random()
             uv = _point(street, at, side * (edge + 0.95))
             if chance < 0.55:  # noqa: PLR2004  a share
                 builder.car(uv, street.axis)
@@ -87,7 +79,7 @@ def _planting(builder: Builder, street: Street, stretch: tuple[float, float]) ->
 def _crossing_signs(builder: Builder, street: Street, other: Street, at: float, direction: int) -> None:
     """Traffic lights where an avenue takes part, else a sign, on the right of those who approach."""
     rng = builder.rng
-    side = direction * _right(street)
+    side = direction * street.right
     uv = _point(street, at - direction * 0.6, side * (street.width / 2 + 0.7))
     turn = 0.0 if direction > 0 else np.pi
     if street.avenue or other.avenue:
@@ -113,13 +105,12 @@ def _stop(builder: Builder, street: Street, stretch: tuple[float, float]) -> Non
 
 def _bridge(builder: Builder, street: Street) -> None:
     """Rails on both edges of the bridge that carries a street over the river."""
-    _, river = builder.plan.river_points(street.at)
-    half = builder.plan.relief.river_width / 2 + 7
     relief = builder.plan.relief
+    river, half = float(relief.river_v(street.at)), relief.river_width / 2 + 7
     for side in (-1, 1):
         u = street.at + side * (street.width / 2 + PAVEMENT_M - 0.2)
-        ends = (u, float(river) - half), (u, float(river) + half)
+        ends = (u, river - half), (u, river + half)
         builder.line("pier", *ends, 1.25, level=lambda uv: float(relief.streets(uv)) - 1.2)
-        builder.line("rail guard", (u, float(river) - half), (u, float(river) + half), 1.1)
-        for v in (float(river) - half, float(river) + half):
-            builder.put("pier", (u, v), scale=(1.2, 1.2, 1.8))
+        builder.line("rail guard", *ends, 1.1)
+        for uv in ends:
+            builder.put("pier", uv, scale=(1.2, 1.2, 1.8))

@@ -18,16 +18,14 @@ from sunset.data.pixels import (
     COLOUR_JPEG,
     DEPTH_PNG,
     LABEL_PNG,
-    PICTURE_BYTES,
     Pixels,
     check_ids,
     dimensions,
-    picture,
+    read_picture,
     resample,
 )
 from sunset.data.reading_ahead import read_ahead
 from sunset.errors import DataError
-from sunset.input_files import read_bytes
 
 TOWNS: Final = ("01", "02", "03", "04", "05", "06", "07", "10HD")
 SIZE: Final = (1080, 1920)
@@ -72,7 +70,6 @@ class SynDroneFlight:
     numbers: tuple[int, ...]
 
     def __len__(self) -> int:
-        """Return the number of frames."""
         return len(self.numbers)
 
     @property
@@ -81,11 +78,7 @@ class SynDroneFlight:
         return self.numbers[-1] - self.numbers[0] + 1 - len(self.numbers)
 
     def frames(self, size: tuple[int, int] = FRAME_SIZE, *, jobs: int | None = None) -> Iterator[Frame]:
-        """Return the frames in order, read as `read_ahead` does it.
-
-        Args:
-            size: height and width in pixels to which they are resampled.
-            jobs: how many threads read; as many as there are processors if not given.
+        """Return the frames in order, resampled to a height and width in pixels, and read as `read_ahead` does it.
 
         Raises:
             DataError: a picture is missing, damaged, of another kind or size, or its ids are none of CARLA's.
@@ -99,13 +92,7 @@ class SynDroneFlight:
 
     def _pixels(self, name: str, number: int) -> Pixels:
         path = self._file(name, number)
-        try:
-            data = read_bytes(path, PICTURE_BYTES)
-        except OSError as error:
-            raise DataError(
-                f"The image {path} cannot be read: {error.strerror}; {_unpack(self.town, name)}."
-            ) from error
-        pixels = picture(data, str(path), [_MODALITIES[name].kind])
+        pixels = read_picture(path, [_MODALITIES[name].kind], remedy=_unpack(self.town, name))
         if pixels.shape[:2] != SIZE:
             found = dimensions((pixels.shape[0], pixels.shape[1]))
             raise DataError(
@@ -155,13 +142,13 @@ def find_syndrone(
         raise DataError(f"There is no folder {root}: give the one that holds SynDrone's TownNN_Opt_120.")
     home = root / f"Town{name}_Opt_120"
     if not home.is_dir():
-        _lacks(root, home.name, [child.name for child in _folders(root, _TOWN)], _unpack(name))
+        _lacks(root, home.name, [child.name for child in _folders(root, _TOWN).values()], _unpack(name))
     chosen = weather or _only_weather(home)
     if not (home / chosen).is_dir():
         _lacks(home, f"the weather {chosen}", _weathers(home), "choose another --weather")
     folder = home / chosen / f"height{height}m"
     if not folder.is_dir():
-        there = [child.name for child in _folders(home / chosen, _HEIGHT)]
+        there = [child.name for child in _folders(home / chosen, _HEIGHT).values()]
         _lacks(home / chosen, folder.name, there, "choose another --height")
     for modality in _MODALITIES:
         if not (folder / modality).is_dir():
@@ -175,9 +162,10 @@ def _lacks(folder: Path, what: str, there: Collection[str], remedy: str) -> NoRe
     raise DataError(f"The folder {folder} must hold {what}, got {found}; {remedy}.")
 
 
-def _folders(folder: Path, pattern: re.Pattern[str]) -> list[Path]:
-    """Return the folders in a folder whose whole names match, by name."""
-    return sorted(path for path in folder.iterdir() if pattern.fullmatch(path.name) and path.is_dir())
+def _folders(folder: Path, pattern: re.Pattern[str]) -> dict[str, Path]:
+    """Return the folders in a folder whose whole names match, by what the pattern's group does, in order of names."""
+    matches = ((pattern.fullmatch(path.name), path) for path in sorted(folder.iterdir()))
+    return {match[1]: path for match, path in matches if match and path.is_dir()}
 
 
 def _weathers(home: Path) -> list[str]:
@@ -247,22 +235,13 @@ def is_syndrone(path: Path) -> bool:
 def survey_syndrone(root: Path) -> Mapping[tuple[str, str, int], Mapping[str, int]]:
     """Return how many images each modality has, by town, weather and height in metres.
 
-    Args:
-        root: the folder that holds `TownNN_Opt_120`.
+    `root` is the folder that holds `TownNN_Opt_120`.
     """
     counts: dict[tuple[str, str, int], Mapping[str, int]] = {}
-    for home in _folders(root, _TOWN):
+    for town, home in _folders(root, _TOWN).items():
         for weather in _weathers(home):
-            for folder in sorted(_folders(home / weather, _HEIGHT), key=_height):
+            folders = {int(height): path for height, path in _folders(home / weather, _HEIGHT).items()}
+            for height, folder in sorted(folders.items()):
                 found = {name: len(_present(folder, name)) for name in _MODALITIES}
-                counts[_match(_TOWN, home), weather, _height(folder)] = MappingProxyType(found)
+                counts[town, weather, height] = MappingProxyType(found)
     return MappingProxyType(counts)
-
-
-def _height(folder: Path) -> int:
-    return int(_match(_HEIGHT, folder))
-
-
-def _match(pattern: re.Pattern[str], folder: Path) -> str:
-    found = pattern.fullmatch(folder.name)
-    return found.group(1) if found else ""

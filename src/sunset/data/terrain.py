@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from sunset.data.layout import PAVEMENT_M, TownPlan
-from sunset.data.meshes import Finish, Mesh, join, shell
+from sunset.data.meshes import Finish, Mesh, shell
 from sunset.data.relief import BANK_M, CROWN_M
 
 GROUND: Final = Finish((0.5, 0.5, 0.5), "ground")
@@ -72,7 +72,7 @@ def make_terrain(plan: TownPlan) -> Terrain:
         ]
     )
     corners = np.concatenate([plan.warp.points(grid), heights[..., None]], axis=-1)
-    return Terrain(join([shell(corners.astype(np.float32), GROUND)]), np.concatenate(bare))
+    return Terrain(shell(corners.astype(np.float32), GROUND), np.concatenate(bare))
 
 
 def _land(plan: TownPlan) -> npt.NDArray[np.float64]:

@@ -8,55 +8,30 @@ import numpy as np
 import numpy.typing as npt
 
 from sunset.data.frame import Ids, Reals
-from sunset.data.ground import Surface
+from sunset.data.ground import SURFACE_LOOKS, Surface
 from sunset.data.vectors import pick, put, scale, scaled
 from sunset.seeding import generator
 
 NOISE_SIZE: Final = 1024
 NOISE_MASK: Final = NOISE_SIZE - 1
+F: Final = np.float32
 Cells = npt.NDArray[np.int32]
 
-_GROUND: Final = {  # display colour; strength of broad patches; strength of grain
-    Surface.FIELD: ((0.45, 0.46, 0.29), 0.35, 0.1),
-    Surface.LAWN: ((0.37, 0.43, 0.25), 0.22, 0.12),
-    Surface.GRASS: ((0.39, 0.43, 0.26), 0.3, 0.14),
-    Surface.ASPHALT: ((0.39, 0.39, 0.39), 0.16, 0.06),
-    Surface.MARKING: ((0.8, 0.8, 0.78), 0.14, 0.05),
-    Surface.PAVING: ((0.57, 0.56, 0.53), 0.14, 0.06),
-    Surface.KERB: ((0.64, 0.63, 0.61), 0.1, 0.05),
-    Surface.PLAZA: ((0.61, 0.57, 0.52), 0.14, 0.06),
-    Surface.EARTH: ((0.5, 0.43, 0.34), 0.35, 0.14),
-    Surface.PATH: ((0.63, 0.57, 0.47), 0.16, 0.1),
-    Surface.WATER: ((0.17, 0.23, 0.22), 0.2, 0.0),
-    Surface.DECK: ((0.55, 0.54, 0.53), 0.12, 0.05),
-    Surface.BALLAST: ((0.44, 0.4, 0.37), 0.15, 0.2),
-    Surface.SLEEPER: ((0.35, 0.31, 0.28), 0.1, 0.1),
-    Surface.RAIL: ((0.52, 0.5, 0.49), 0.1, 0.05),
-    Surface.SHRUBS: ((0.27, 0.34, 0.2), 0.35, 0.3),
-    Surface.CROPS: ((0.48, 0.47, 0.3), 0.35, 0.12),
-    Surface.YARD: ((0.52, 0.51, 0.48), 0.22, 0.08),
-    Surface.PITCH: ((0.33, 0.46, 0.22), 0.14, 0.08),
-    Surface.CHALK: ((0.74, 0.77, 0.7), 0.1, 0.05),
-    Surface.TARTAN: ((0.58, 0.31, 0.25), 0.12, 0.04),
-    Surface.POOL: ((0.3, 0.62, 0.68), 0.06, 0.02),
-    Surface.STUBBLE: ((0.62, 0.56, 0.36), 0.2, 0.1),
-    Surface.FALLOW: ((0.43, 0.36, 0.28), 0.25, 0.12),
-}
-_COLOURS: Final = np.array([np.square(_GROUND[surface][0]) for surface in Surface], dtype=np.float32)
-_PATCHES: Final = np.array([_GROUND[surface][1] for surface in Surface], dtype=np.float32)
-_GRAINS: Final = np.array([_GROUND[surface][2] for surface in Surface], dtype=np.float32)
-_WORN: Final = np.square(np.array((0.5, 0.46, 0.34), dtype=np.float32))
-_DRY: Final = np.array((1.35, 1.16, 1.0), dtype=np.float32)
-_WATER_GLOSS: Final = np.float32(0.04)
+_COLOURS: Final = np.array([np.square(SURFACE_LOOKS[surface][1]) for surface in Surface], dtype=F)
+_PATCHES: Final = np.array([SURFACE_LOOKS[surface][2] for surface in Surface], dtype=F)
+_GRAINS: Final = np.array([SURFACE_LOOKS[surface][3] for surface in Surface], dtype=F)
+_WORN: Final = np.square(np.array((0.5, 0.46, 0.34), dtype=F))
+_DRY: Final = np.array((1.35, 1.16, 1.0), dtype=F)
+_WATER_GLOSS: Final = F(0.04)
 
 
 @cache
 def broad() -> Reals:
     """Return smooth patches (1024, 1024) in [-1.2, 1.2], repeating without a seam."""
     rng = generator(0, "texture")
-    patches = np.zeros((NOISE_SIZE, NOISE_SIZE), dtype=np.float32)
+    patches = np.zeros((NOISE_SIZE, NOISE_SIZE), dtype=F)
     for cells, weight in ((8, 0.5), (32, 0.35), (128, 0.3), (512, 0.2)):
-        coarse = rng.uniform(-1, 1, (cells, cells)).astype(np.float32)
+        coarse = rng.uniform(-1, 1, (cells, cells)).astype(F)
         wrapped = np.pad(coarse, 2, mode="wrap")
         factor = NOISE_SIZE // cells
         large = cv2.resize(wrapped, None, fx=factor, fy=factor, interpolation=cv2.INTER_CUBIC)
@@ -67,22 +42,22 @@ def broad() -> Reals:
 @cache
 def grain() -> Reals:
     """Return independent values (1024, 1024) in [-1, 1]."""
-    return generator(0, "texture", "grain").uniform(-1, 1, (NOISE_SIZE, NOISE_SIZE)).astype(np.float32)
+    return generator(0, "texture", "grain").uniform(-1, 1, (NOISE_SIZE, NOISE_SIZE)).astype(F)
 
 
 @cache
 def tangle() -> Reals:
     """Return random directions (1024, 1024, 3), each component in [-1, 1], alike over some cells."""
     rng = generator(0, "texture", "tangle")
-    coarse = rng.uniform(-1, 1, (NOISE_SIZE // 4, NOISE_SIZE // 4, 3)).astype(np.float32)
-    fine = rng.uniform(-1, 1, (NOISE_SIZE, NOISE_SIZE, 3)).astype(np.float32)
-    return np.float32(0.6) * np.repeat(np.repeat(coarse, 4, axis=0), 4, axis=1) + np.float32(0.4) * fine
+    coarse = rng.uniform(-1, 1, (NOISE_SIZE // 4, NOISE_SIZE // 4, 3)).astype(F)
+    fine = rng.uniform(-1, 1, (NOISE_SIZE, NOISE_SIZE, 3)).astype(F)
+    return F(0.6) * np.repeat(np.repeat(coarse, 4, axis=0), 4, axis=1) + F(0.4) * fine
 
 
 def look_up(table: Reals, a: Reals, b: Reals, cells_per_m: float) -> Reals:
     """Return a table's values (N, ...) at coordinates (N,) in metres."""
-    i = np.floor(a * np.float32(cells_per_m)).astype(np.int32) & NOISE_MASK
-    j = np.floor(b * np.float32(cells_per_m)).astype(np.int32) & NOISE_MASK
+    i = np.floor(a * F(cells_per_m)).astype(np.int32) & NOISE_MASK
+    j = np.floor(b * F(cells_per_m)).astype(np.int32) & NOISE_MASK
     found: Reals = table.reshape(-1, *table.shape[2:]).take(i * NOISE_SIZE + j, axis=0)
     return found
 
@@ -96,8 +71,7 @@ def hashed(a: Reals, b: Reals, salt: int = 0) -> Reals:
     mixed *= np.uint32(0x2C1B3C6D)
     mixed ^= mixed >> np.uint32(13)
     mixed *= np.uint32(0x297A2D39)
-    result: Reals = (mixed >> np.uint32(8)).astype(np.float32) * np.float32(2.0**-24)
-    return result
+    return (mixed >> np.uint32(8)).astype(F) * F(2.0**-24)
 
 
 def ground_look(surfaces: Ids, points: Reals, normals: Reals) -> tuple[Reals, Reals]:
@@ -112,13 +86,13 @@ def ground_look(surfaces: Ids, points: Reals, normals: Reals) -> tuple[Reals, Re
     _wear_roads(surfaces, points, colours)
     _lay_slabs(surfaces, points, colours)
     _mottle_green(surfaces, points, colours)
-    gloss = np.zeros(len(surfaces), dtype=np.float32)
+    gloss = np.zeros(len(surfaces), dtype=F)
     water = np.flatnonzero(surfaces == Surface.WATER)
     gloss[water] = _WATER_GLOSS
     wind = look_up(broad(), x[water], y[water], 1.5)
-    ripple = look_up(tangle(), x[water] + y[water] * np.float32(0.4), y[water], 1.6)
+    ripple = look_up(tangle(), x[water] + y[water] * F(0.4), y[water], 1.6)
     normals[water] = (0, 0, 1)
-    normals[water, :2] += ripple[:, :2] * (np.float32(0.035) + np.float32(0.02) * wind)[:, None]
+    normals[water, :2] += ripple[:, :2] * (F(0.035) + F(0.02) * wind)[:, None]
     return colours, gloss
 
 
@@ -126,62 +100,49 @@ def _wear_roads(surfaces: Ids, points: Reals, colours: Reals) -> None:
     """Repairs and oil on asphalt; markings rubbed off here and there."""
     road = np.flatnonzero((surfaces == Surface.ASPHALT) | (surfaces == Surface.YARD))
     x, y, _ = pick(points, road).T
-    skewed = x * np.float32(0.94) + y * np.float32(0.34), y * np.float32(0.94) - x * np.float32(0.34)
-    repaired = hashed(skewed[0] / np.float32(5.3), skewed[1] / np.float32(3.1), 1)
-    tone = np.where(repaired < np.float32(0.045), np.float32(0.84), np.float32(1))
-    tone += np.where(repaired > np.float32(0.97), np.float32(0.1), np.float32(0))
+    skewed = x * F(0.94) + y * F(0.34), y * F(0.94) - x * F(0.34)
+    repaired = hashed(skewed[0] / F(5.3), skewed[1] / F(3.1), 1)
+    tone = np.where(repaired < F(0.045), F(0.84), F(1))
+    tone += np.where(repaired > F(0.97), F(0.1), F(0))
     aged = look_up(broad(), x, y, 0.35)
-    spots = look_up(broad(), x + np.float32(71), y, 14.0)
-    tone *= (
-        1 + np.float32(0.16) * aged - np.float32(0.35) * np.clip(spots - np.float32(0.45), 0, np.float32(0.5))
-    )
+    spots = look_up(broad(), x + F(71), y, 14.0)
+    tone *= 1 + F(0.16) * aged - F(0.35) * np.clip(spots - F(0.45), 0, F(0.5))
     scale(colours, road, tone)
     lines = np.flatnonzero(surfaces == Surface.MARKING)
     x, y, _ = pick(points, lines).T
-    worn = np.clip(look_up(broad(), x, y, 9.0) + look_up(broad(), x, y, 0.5) * np.float32(0.6), 0, 1)
-    share = (np.float32(0.12) + np.float32(0.6) * worn)[:, None]
+    worn = np.clip(look_up(broad(), x, y, 9.0) + look_up(broad(), x, y, 0.5) * F(0.6), 0, 1)
+    share = (F(0.12) + F(0.6) * worn)[:, None]
     paint = pick(colours, lines)
     put(colours, lines, paint + (_COLOURS[Surface.ASPHALT] - paint) * share)
 
 
 def _lay_slabs(surfaces: Ids, points: Reals, colours: Reals) -> None:
     """Slabs of slightly differing tone on pavements and squares, bands of another stone across squares."""
-    slabs = np.flatnonzero(
-        (surfaces == Surface.PLAZA) | (surfaces == Surface.PAVING) | (surfaces == Surface.DECK)
-    )
+    slabs = np.flatnonzero(np.isin(surfaces, (Surface.PLAZA, Surface.PAVING, Surface.DECK)))
     x, y, _ = pick(points, slabs).T
     square = surfaces[slabs] == Surface.PLAZA
-    size = np.where(square, np.float32(1.6), np.float32(0.9))
-    tone = np.float32(0.92) + np.float32(0.16) * hashed(x / size, y / size, 2)
+    size = np.where(square, F(1.6), F(0.9))
+    tone = F(0.92) + F(0.16) * hashed(x / size, y / size, 2)
     band = (np.abs(x / 9 - np.round(x / 9)) < 0.05) | (np.abs(y / 9 - np.round(y / 9)) < 0.05)  # noqa: PLR2004
-    tone = np.where(square & band, tone * np.float32(0.76), tone)
+    tone = np.where(square & band, tone * F(0.76), tone)
     dirt = np.clip(look_up(broad(), x, y, 1.3), 0, 1)
-    scale(colours, slabs, tone * (1 - np.float32(0.2) * dirt))
+    scale(colours, slabs, tone * (1 - F(0.2) * dirt))
 
 
 def _mottle_green(surfaces: Ids, points: Reals, colours: Reals) -> None:
     """Lush, dry and worn spots in grass; furrows and varying growth in fields; stripes where it is mown."""
-    green = np.flatnonzero(
-        (surfaces == Surface.LAWN)
-        | (surfaces == Surface.GRASS)
-        | (surfaces == Surface.FIELD)
-        | (surfaces == Surface.CROPS)
-    )
+    green = np.flatnonzero(np.isin(surfaces, (Surface.LAWN, Surface.GRASS, Surface.FIELD, Surface.CROPS)))
     kinds = surfaces[green]
     x, y, _ = pick(points, green).T
-    dryness = look_up(broad(), x, y, 0.6) * np.float32(0.5) + look_up(broad(), y, x, 0.15) * np.float32(0.5)
-    tone = 1 + scaled(_DRY - 1, dryness * np.float32(1.1))
+    dryness = look_up(broad(), x, y, 0.6) * F(0.5) + look_up(broad(), y, x, 0.15) * F(0.5)
+    tone = 1 + scaled(_DRY - 1, dryness * F(1.1))
     field = (kinds == Surface.FIELD) | (kinds == Surface.CROPS)
-    plot = hashed(x / np.float32(97) + y / np.float32(310), y / np.float32(71) - x / np.float32(420), 3)
-    rows = np.sin((x + y * np.float32(0.6)) * np.float32(1.7))
-    tone *= np.where(
-        field, np.float32(0.72) + np.float32(0.5) * plot + np.float32(0.06) * rows, np.float32(1)
-    )[:, None]
-    mown = np.where(np.sin(x * np.float32(0.9) - y * np.float32(1.2)) > 0, np.float32(1.05), np.float32(0.95))
-    tone *= np.where(kinds == Surface.LAWN, mown, np.float32(1))[:, None]
+    plot = hashed(x / F(97) + y / F(310), y / F(71) - x / F(420), 3)
+    rows = np.sin((x + y * F(0.6)) * F(1.7))
+    tone *= np.where(field, F(0.72) + F(0.5) * plot + F(0.06) * rows, F(1))[:, None]
+    mown = np.where(np.sin(x * F(0.9) - y * F(1.2)) > 0, F(1.05), F(0.95))
+    tone *= np.where(kinds == Surface.LAWN, mown, F(1))[:, None]
     base = pick(colours, green) * tone
-    bare = look_up(broad(), x + np.float32(33), y, 2.2) + np.float32(0.5) * look_up(broad(), x, y, 7.0)
-    worn = np.where(
-        field, np.float32(0), np.clip(bare * np.float32(1.6) - np.float32(0.9), 0, np.float32(0.75))
-    )
+    bare = look_up(broad(), x + F(33), y, 2.2) + F(0.5) * look_up(broad(), x, y, 7.0)
+    worn = np.where(field, F(0), np.clip(bare * F(1.6) - F(0.9), 0, F(0.75)))
     put(colours, green, base + (_WORN - base) * worn[:, None])

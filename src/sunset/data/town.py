@@ -103,4 +103,4 @@ def build_town(number: int) -> Town:
     furnish_streets(builder)
     furnish_railway(builder)
     terrain = make_terrain(plan)
-    return Town(plan, ground, terrain, Solid(join([terrain.mesh, *builder.finish()])), make_traffic(plan))
+    return Town(plan, ground, terrain, Solid(join(terrain.mesh, *builder.finish())), make_traffic(plan))

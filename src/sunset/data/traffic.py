@@ -2,7 +2,8 @@
 
 from dataclasses import dataclass
 from functools import cache
-from typing import Final
+from itertools import zip_longest
+from typing import Final, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -92,7 +93,7 @@ class Traffic:
             starts = count + len(first) * np.arange(len(chosen))
             faces.append((own + starts[:, None, None]).reshape(-1, 3))
             count += len(corners[-1])
-        return join(parts), np.concatenate(corners), np.concatenate(faces)
+        return join(*parts), np.concatenate(corners), np.concatenate(faces)
 
 
 @cache
@@ -103,8 +104,7 @@ def _corners(name: str) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
     return first, faces.reshape(-1, 3)
 
 
-@dataclass(frozen=True, slots=True)
-class _Hop:
+class _Hop(NamedTuple):
     """One row of `Hops`, and what it is."""
 
     kind: str
@@ -142,14 +142,14 @@ class _Lane:
 
 def _lanes(plan: TownPlan, street: Street, offsets: tuple[float, ...]) -> list[_Lane]:
     """Return a street's lanes; on one that is closed somewhere, every queue is a lane of its own and waits."""
-    # Right-hand traffic: along u, growing positions keep to the smaller v; along v, to the larger u.
-    right = -1 if street.axis == 0 else 1
     lanes = []
     for direction in (1, -1):
         ends = [pair[::direction][1] for pair in plan.stretches(street)[::direction]]
         stops = tuple(other.at - direction * (other.width / 2 + STOP_M) for other in ends)
         runs = [stops] if plan.through(street) else [(stop,) for stop in stops]
-        lanes += [_Lane(street, direction, direction * right * x, run) for x in offsets for run in runs]
+        lanes += [
+            _Lane(street, direction, direction * street.right * x, run) for x in offsets for run in runs
+        ]
     return lanes
 
 
@@ -165,7 +165,7 @@ def _queues(rng: np.random.Generator, lane: _Lane, cars: float) -> list[_Hop]:
             if back + length > QUEUE_M:
                 break
             hops.append(lane.hop(kind, first, back + length / 2, 1.1 * index))
-            back += length + float(rng.uniform(1.3, 3.5))
+            back += length + rng.uniform(1.3, 3.5)
     return hops
 
 
@@ -176,7 +176,7 @@ def _packs(rng: np.random.Generator, lane: _Lane, share: float) -> list[_Hop]:
         if rng.random() < share:
             kind = "bicycle" if rng.random() < 0.55 else "motorcycle"  # noqa: PLR2004  a share
             for index in range(int(rng.integers(2, 6))):
-                aside = float(rng.uniform(0, 0.35)) * (1 if index % 2 else -1)
+                aside = rng.uniform(0, 0.35) * (1 if index % 2 else -1)
                 hops.append(lane.hop(kind, first, 1.2 + 2.3 * index, 0.5 * index, aside))
     return hops
 
@@ -189,18 +189,17 @@ def _crossers(rng: np.random.Generator, plan: TownPlan, street: Street) -> list[
         for side, other in ((1, before), (-1, after)):
             if not has_zebra(street, other) or rng.random() < 0.3:  # noqa: PLR2004  a share
                 continue
-            middle = other.at + side * (other.width / 2 + 2.4)
-            first = int(rng.integers(2))
+            middle, first = other.at + side * (other.width / 2 + 2.4), int(rng.integers(2))
             for _ in range(int(rng.integers(1, 6))):
-                across, back = middle + float(rng.uniform(-1.3, 1.3)), float(rng.uniform(-0.5, 0.5))
-                delay = float(rng.uniform(0, 4))
+                across, back = middle + rng.uniform(-1.3, 1.3), rng.uniform(-0.5, 0.5)
+                delay = rng.uniform(0, 4)
                 hops.append(_Hop("person", 1 - street.axis, across, ends, first, 0, back, delay))
     return hops
 
 
 def _street(rng: np.random.Generator, plan: TownPlan, street: Street) -> list[_Hop]:
     offsets = (street.width / 8, street.width * 3 / 8 - 0.5) if street.avenue else (street.width / 4 - 0.2,)
-    cars = float(rng.uniform(0.9, 2.0)) if street.avenue else float(rng.uniform(0.15, 0.9))
+    cars = rng.uniform(0.9, 2.0) if street.avenue else rng.uniform(0.15, 0.9)
     hops = [hop for lane in _lanes(plan, street, offsets) for hop in _queues(rng, lane, cars)]
     kerb = (street.width / 2 - 0.6,)
     hops += [hop for lane in _lanes(plan, street, kerb) for hop in _packs(rng, lane, 0.3)]
@@ -213,14 +212,14 @@ def _walkers(rng: np.random.Generator, plan: TownPlan) -> Rounds:
     for block in plan.blocks:
         busy = block.kind in (BlockKind.PLAZA, BlockKind.TOWERS, BlockKind.PERIMETER)
         for _ in range(int(rng.poisson(10 if busy else 6))):
-            out, speed = float(rng.uniform(0.5, 0.9)), float(rng.uniform(0.9, 1.6))
+            out, speed = rng.uniform(0.5, 0.9), rng.uniform(0.9, 1.6)
             direction = 1 - 2 * int(rng.integers(2))
-            start = float(rng.uniform(0, 2 * sum(block.size)))
+            start = rng.uniform(0, 2 * sum(block.size))
             for _ in range(min(4, int(rng.geometric(0.5)))):
-                aside = out + float(rng.uniform(-0.45, 0.45))
+                aside = out + rng.uniform(-0.45, 0.45)
                 size = (block.size[0] + 2 * aside, block.size[1] + 2 * aside)
                 low = (block.low[0] - aside, block.low[1] - aside)
-                rows.append((*low, *size, start + float(rng.uniform(-0.9, 0.9)), direction * speed))
+                rows.append((*low, *size, start + rng.uniform(-0.9, 0.9), direction * speed))
     table = np.array(rows)
     return Rounds(table[:, :2], table[:, 2:4], table[:, 4], table[:, 5])
 
@@ -229,11 +228,10 @@ def _trains(rng: np.random.Generator, plan: TownPlan) -> Trains:
     rows = [
         (plan.relief.rail + track, start + 23.0 * place_in_train, direction * TRAIN_SPEED)
         for track, direction in ((-2.3, -1), (2.3, 1))
-        for start in (float(rng.uniform(-430, -150)), float(rng.uniform(0, 200)))
+        for start in (rng.uniform(-430, -150), rng.uniform(0, 200))
         for place_in_train in range(5)
     ]
-    table = np.array(rows)
-    return Trains(table[:, 0], table[:, 1], table[:, 2])
+    return Trains(*np.array(rows).T)
 
 
 def _tints(rng: np.random.Generator, kinds: npt.NDArray[np.int64]) -> Reals:
@@ -245,17 +243,10 @@ def _tints(rng: np.random.Generator, kinds: npt.NDArray[np.int64]) -> Reals:
 
 
 def _hops(rows: list[_Hop]) -> Hops:
-    longest = max(len(row.stops) for row in rows)
-    return Hops(
-        axes=np.array([row.axis for row in rows]),
-        across=np.array([row.across for row in rows]),
-        stops=np.array([row.stops + (0.0,) * (longest - len(row.stops)) for row in rows]),
-        counts=np.array([len(row.stops) for row in rows]),
-        first=np.array([row.first for row in rows]),
-        signs=np.array([row.sign for row in rows]),
-        back=np.array([row.back for row in rows]),
-        delays=np.array([row.delay for row in rows]),
-    )
+    _, axes, across, stops, *others = zip(*rows, strict=True)
+    filled = np.array(list(zip_longest(*stops, fillvalue=0.0))).T
+    counts = [len(positions) for positions in stops]
+    return Hops(np.array(axes), np.array(across), filled, np.array(counts), *map(np.array, others))
 
 
 def make_traffic(plan: TownPlan) -> Traffic:

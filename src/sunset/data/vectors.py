@@ -24,14 +24,12 @@ def dot(vectors: Reals, axis: Reals) -> Reals:
 
 def scaled(vector: Reals, factors: Reals) -> Reals:
     """Return a vector (3,) times each of the factors (N,), as (N, 3)."""
-    result: Reals = np.multiply.outer(vector, factors).T
-    return result
+    return np.multiply.outer(vector, factors).T
 
 
 def pick(vectors: Reals, rows: Indices) -> Reals:
     """Return the vectors (M, 3) of the given rows (M,), a copy."""
-    picked: Reals = vectors.T.take(rows, axis=1).T
-    return picked
+    return vectors.T.take(rows, axis=1).T
 
 
 def put(vectors: Reals, rows: Indices, values: npt.NDArray[np.floating]) -> None:

@@ -65,7 +65,7 @@ def training_views(
         pose = _pose(built, rng, float(rng.choice(heights)), float(rng.choice(pitches)))
         yield View(
             pose,
-            float(rng.uniform(0, 300)),
+            rng.uniform(0, 300),
             int(rng.integers(2**32)),
             str(rng.choice(list(times))),
             str(rng.choice(list(weathers))),
@@ -91,10 +91,10 @@ def _pose(town: Town, rng: np.random.Generator, height: float, pitch: float) -> 
         pose = Pose(
             float(x),
             float(y),
-            height * float(rng.uniform(0.9, 1.1)),
-            float(rng.uniform(0, 2 * np.pi)),
+            height * rng.uniform(0.9, 1.1),
+            rng.uniform(0, 2 * np.pi),
             float(np.radians(tilt)),
-            float(rng.normal(0, 0.015)),
+            rng.normal(0, 0.015),
         )
         if is_free(town, pose):
             return pose
@@ -102,12 +102,7 @@ def _pose(town: Town, rng: np.random.Generator, height: float, pitch: float) -> 
 
 
 def is_free(town: Town, pose: Pose) -> bool:
-    """Say whether nothing that stands still is near a camera, around it or in its view.
-
-    Args:
-        town: in which it is.
-        pose: of the camera.
-    """
+    """Say whether nothing that stands still is near a camera, around it or in its view."""
     grid = np.linspace(-1, 1, 5)
     axes = pose.axes()
     ahead = axes[2] + grid[:, None, None] * axes[0] + 0.57 * grid[None, :, None] * axes[1]

@@ -77,23 +77,15 @@ class InferenceCache:
             self._connected()
 
     def __repr__(self) -> str:
-        """Return the path."""
         return f"InferenceCache({str(self._path)!r})"
 
     def __len__(self) -> int:
-        """Return the number of answers in the file."""
         with self._lock, self._errors():
             (count,) = self._connected().execute("SELECT COUNT(*) FROM answers").fetchone()
             return int(count)
 
     def key(self, weights: str, modality: Modality, inputs: Iterable[npt.NDArray[np.generic]]) -> bytes:
-        """Return the key of an inference: 32 bytes.
-
-        Args:
-            weights: the checksum of the weights.
-            modality: of the network.
-            inputs: its inputs, contiguous.
-        """
+        """Return the key of an inference, 32 bytes: by the weights' checksum, and its inputs, which are contiguous."""
         digest = hashlib.sha256(self._platform)
         digest.update(f"{weights}|{modality.key}".encode())
         for array in inputs:
@@ -112,18 +104,14 @@ class InferenceCache:
         with self._lock, self._errors():
             query = "SELECT labels, entropy, checksum FROM answers WHERE key = ?"
             row = self._connected().execute(query, (key,)).fetchone()
-            if row is None or row[2] != _checksum(key, *row[:2]):
-                self._suspect(row)
-                return None
-            return np.frombuffer(zlib.decompress(row[0]), dtype=np.uint8), float(row[1])
-
-    def _suspect(self, row: object) -> None:
-        """Tell of the first answer that is there and was not written by a cache."""
+            if row is not None and row[2] == _checksum(key, *row[:2]):
+                return np.frombuffer(zlib.decompress(row[0]), dtype=np.uint8), float(row[1])
         if row is not None and not self._suspicious:
             self._suspicious = True
             _log.warning(
                 "The inference cache %s holds an answer that was changed: it is computed anew.", self._path
             )
+        return None
 
     def put(self, key: bytes, labels: npt.NDArray[np.uint8], entropy: float) -> None:
         """Remember an answer, in the place of one that is there already; not one whose entropy is NaN.
@@ -148,7 +136,6 @@ class InferenceCache:
                 self._connection = None
 
     def __del__(self) -> None:
-        """Close the file."""
         if (
             getattr(self, "_connection", None) is not None and os
         ):  # not when the interpreter has let go of modules
@@ -158,29 +145,23 @@ class InferenceCache:
         """Make an empty cache beside the path and link it there, so that nobody ever sees half of one."""
         try:
             self._path.parent.mkdir(parents=True, exist_ok=True)
-            handle, name = tempfile.mkstemp(prefix=f".{self._path.name}.", dir=self._path.parent)
-            os.close(handle)
+            with tempfile.TemporaryDirectory(prefix=f".{self._path.name}.", dir=self._path.parent) as folder:
+                draft = Path(folder) / self._path.name
+                draft.touch(0o600)
+                with (
+                    self._errors(),
+                    contextlib.closing(sqlite3.connect(draft, isolation_level=None)) as connection,
+                ):
+                    connection.execute(f"PRAGMA application_id = {_APPLICATION_ID}")
+                    connection.execute(f"PRAGMA user_version = {_VERSION}")
+                    connection.execute(_TABLE)
+                    connection.execute("PRAGMA journal_mode = WAL")
+                with contextlib.suppress(FileExistsError):  # another process was first
+                    os.link(draft, self._path)
         except OSError as error:
             raise OutputError(
                 f"The inference cache {self._path} cannot be made: {error.strerror}; {_REMEDY}."
             ) from error
-        try:
-            with (
-                self._errors(),
-                contextlib.closing(sqlite3.connect(name, isolation_level=None)) as connection,
-            ):
-                connection.execute(f"PRAGMA application_id = {_APPLICATION_ID}")
-                connection.execute(f"PRAGMA user_version = {_VERSION}")
-                connection.execute(_TABLE)
-                connection.execute("PRAGMA journal_mode = WAL")
-            with contextlib.suppress(FileExistsError):  # another process was first
-                os.link(name, self._path)
-        except OSError as error:
-            raise OutputError(
-                f"The inference cache {self._path} cannot be made: {error.strerror}; {_REMEDY}."
-            ) from error
-        finally:
-            Path(name).unlink(missing_ok=True)
 
     def _connected(self) -> sqlite3.Connection:
         """Return this process's connection: SQLite's must not be carried across a fork."""
@@ -221,13 +202,10 @@ class InferenceCache:
         """Translate SQLite's errors."""
         try:
             yield
-        except sqlite3.OperationalError as error:
+        except (sqlite3.OperationalError, OSError) as error:
+            reason = error.strerror if isinstance(error, OSError) else error
             raise OutputError(
-                f"The inference cache {self._path} cannot be used: {error}; {_REMEDY}."
-            ) from error
-        except OSError as error:
-            raise OutputError(
-                f"The inference cache {self._path} cannot be used: {error.strerror}; {_REMEDY}."
+                f"The inference cache {self._path} cannot be used: {reason}; {_REMEDY}."
             ) from error
         except (sqlite3.DatabaseError, zlib.error) as error:
             raise DataError(

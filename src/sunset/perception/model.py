@@ -30,16 +30,12 @@ class Model:
     card: ModelCard
 
     def __repr__(self) -> str:
-        """Return name, version and folder."""
         return f"Model({self.card.name!r}, version {self.card.version!r}, in {str(self.folder)!r})"
 
     def session(self, modality: Modality, *, threads: int = 1, device: str = "cpu") -> InferenceSession:
         """Return the network's ONNX Runtime session, made once per process, number of threads and device.
 
-        Args:
-            modality: which network.
-            threads: of the engine; only with one are the bits always the same.
-            device: "cpu" or "cuda".
+        Only with one thread are the bits always the same. The device is "cpu" or "cuda".
 
         Raises:
             ModelError: the model has no such network, or its file is not one that can be run.
@@ -52,12 +48,9 @@ class Model:
             key = (network.digest, modality, self.card.height, self.card.width, threads, device)
             if key not in _sessions:
                 path = self.folder / network.file
-                files = {
-                    name: _verified(self.folder / name, digest) for name, digest in network.files.items()
-                }
-                session = open_session(
-                    files.pop(network.file), files, name=str(path), threads=threads, device=device
-                )
+                data = {name: _verified(self.folder / name, digest) for name, digest in network.files.items()}
+                content = data.pop(network.file)
+                session = open_session(content, data, name=str(path), threads=threads, device=device)
                 _check_signature(session, self.card, modality, path)
                 _sessions[key] = session
             return _sessions[key]
@@ -68,7 +61,7 @@ def load_model(name_or_path: str | Path) -> Model:
 
     Args:
         name_or_path: a name of `list_models()`, or a folder with `card.json` and its networks. A text
-            with a path separator, or one that is no such name, is taken as a folder.
+            with a path separator, or one that is not such a name, is taken as a folder.
 
     Raises:
         ModelError: there is no such model, a file is missing or not the one on the card, or the card is
@@ -78,21 +71,16 @@ def load_model(name_or_path: str | Path) -> Model:
     if not folder.is_dir():
         raise missing_model_error(str(name_or_path))
     card = ModelCard.read(folder / CARD_NAME)
-    for name, expected in _files(card).items():
-        _verified(folder / name, expected)
-    return Model(folder, card)
-
-
-def _files(card: ModelCard) -> dict[str, str]:
-    """Return the checksums of all files of a model, by name: networks may share some."""
-    files: dict[str, str] = {}
+    files: dict[str, str] = {}  # networks may share some
     for network in card.networks.values():
         for name, digest in network.files.items():
             if files.setdefault(name, digest) != digest:
                 raise ModelError(
                     f"The card of the model {card.name!r} gives two checksums for the file {name!r}."
                 )
-    return files
+    for name, digest in files.items():
+        _verified(folder / name, digest)
+    return Model(folder, card)
 
 
 def _verified(path: Path, expected: str) -> bytes:
@@ -103,8 +91,7 @@ def _verified(path: Path, expected: str) -> bytes:
         raise ModelError(
             f"The file {path}, named on the model's card, cannot be read: {error.strerror}."
         ) from error
-    digest = hashlib.sha256(content).hexdigest()
-    if digest != expected:
+    if (digest := hashlib.sha256(content).hexdigest()) != expected:
         raise ModelError(
             f"The file {path} is not the one on the model's card: expected SHA-256 {expected[:12]}…, got "
             f"{digest[:12]}…; it is damaged or was exchanged."
@@ -122,8 +109,7 @@ def _check_signature(session: InferenceSession, card: ModelCard, modality: Modal
     if got != expected:
         raise ModelError(f"The network {path} must take {_words(expected)}, but takes {_words(got)}.")
     outputs = {value.name: (value.type, value.shape) for value in session.get_outputs()}
-    missing = {"logits", "labels", "entropy"} - set(outputs)
-    if missing:
+    if missing := {"logits", "labels", "entropy"} - set(outputs):
         raise ModelError(f"The network {path} lacks the output {', '.join(sorted(missing))}.")
     expected = {"labels": ("tensor(uint8)", [card.height, card.width]), "entropy": ("tensor(float)", [])}
     got = {name: outputs[name] for name in expected}

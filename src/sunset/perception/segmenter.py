@@ -1,7 +1,7 @@
 """Running a model's networks."""
 
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -14,6 +14,10 @@ from sunset.perception.model import Model
 
 _ROUNDING: Final = 1e-3
 """How far an entropy may be outside [0, 1], for a network sums in float32."""
+
+_Colours: TypeAlias = npt.NDArray[np.uint8] | None
+_Depths: TypeAlias = npt.NDArray[np.uint16] | None
+_Inputs: TypeAlias = dict[str, npt.NDArray[np.generic]]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -29,7 +33,6 @@ class Segmentation:
     entropy: float
 
     def __repr__(self) -> str:
-        """Return size and entropy."""
         return f"Segmentation({self.labels.shape[1]}x{self.labels.shape[0]}, entropy={self.entropy:.4f})"
 
 
@@ -55,40 +58,21 @@ class Segmenter:
     """
 
     def __init__(
-        self,
-        model: Model,
-        *,
-        threads: int = 1,
-        device: str = "cpu",
-        cache: InferenceCache | None = None,
+        self, model: Model, *, threads: int = 1, device: str = "cpu", cache: InferenceCache | None = None
     ) -> None:
         if threads < 1:
             raise ModelError(f"The number of inference threads must be at least 1, got {threads}.")
-        self._model = model
+        self.model: Final = model
+        """The model whose networks are run."""
+        self.device: Final = find_device(device)
+        """What the networks run on: "cpu" or "cuda"."""
         self._threads = threads
-        self._device = find_device(device)
-        self._cache = cache if (threads, self._device) == (1, "cpu") else None
+        self._cache = cache if (threads, self.device) == (1, "cpu") else None
 
     def __repr__(self) -> str:
-        """Return the model and how it is run."""
-        return f"Segmenter({self._model!r}, threads={self._threads}, device={self._device!r}, cache={self._cache!r})"
+        return f"Segmenter({self.model!r}, threads={self._threads}, device={self.device!r}, cache={self._cache!r})"
 
-    @property
-    def device(self) -> str:
-        """What the networks run on: "cpu" or "cuda"."""
-        return self._device
-
-    @property
-    def model(self) -> Model:
-        """The model whose networks are run."""
-        return self._model
-
-    def segment(
-        self,
-        modality: Modality,
-        bgr: npt.NDArray[np.uint8] | None,
-        depth: npt.NDArray[np.uint16] | None,
-    ) -> Segmentation:
+    def segment(self, modality: Modality, bgr: _Colours, depth: _Depths) -> Segmentation:
         """Segment one frame.
 
         Args:
@@ -105,12 +89,12 @@ class Segmenter:
         inputs = self._inputs(modality, bgr, depth)
         if self._cache is None:
             return self._infer(modality, inputs)
-        network = self._model.card.networks.get(modality)
+        card = self.model.card
+        network = card.networks.get(modality)
         key = self._cache.key(network.digest if network else "", modality, inputs.values())
-        found = self._cache.get(key)
-        if found is not None and found[0].size == self._model.card.height * self._model.card.width:
-            labels = found[0].reshape(self._model.card.height, self._model.card.width)
-            return Segmentation(labels, found[1])
+        known = self._cache.get(key)
+        if known is not None and known[0].size == card.height * card.width:
+            return Segmentation(known[0].reshape(card.height, card.width), known[1])
         result = self._infer(modality, inputs)
         self._cache.put(key, result.labels, result.entropy)
         return result
@@ -121,16 +105,11 @@ class Segmenter:
         Raises:
             ModelError: the model has no such network, or it fails or gives an entropy that is none.
         """
-        size = (self._model.card.height, self._model.card.width)
+        size = (self.model.card.height, self.model.card.width)
         bgr, depth = np.zeros((*size, 3), np.uint8), np.zeros(size, np.uint16)
         self._infer(modality, self._inputs(modality, bgr, depth))
 
-    def logits(
-        self,
-        modality: Modality,
-        bgr: npt.NDArray[np.uint8] | None,
-        depth: npt.NDArray[np.uint16] | None,
-    ) -> npt.NDArray[np.float32]:
+    def logits(self, modality: Modality, bgr: _Colours, depth: _Depths) -> npt.NDArray[np.float32]:
         """Return the network's logits (28, h, w) as they are before interpolation and temperature.
 
         Raises:
@@ -140,39 +119,32 @@ class Segmenter:
         result: npt.NDArray[np.float32] = logits[0]
         return result
 
-    def _inputs(
-        self,
-        modality: Modality,
-        bgr: npt.NDArray[np.uint8] | None,
-        depth: npt.NDArray[np.uint16] | None,
-    ) -> dict[str, npt.NDArray[np.generic]]:
-        card = self._model.card
-        inputs: dict[str, npt.NDArray[np.generic]] = {}
+    def _inputs(self, modality: Modality, bgr: _Colours, depth: _Depths) -> _Inputs:
+        card = self.model.card
+        inputs: _Inputs = {}
         if modality.needs_rgb:
             inputs["bgr"] = _checked("colour image", bgr, (card.height, card.width, 3), np.dtype(np.uint8))
         if modality.needs_depth:
             inputs["depth"] = _checked("depth image", depth, (card.height, card.width), np.dtype(np.uint16))
         return inputs
 
-    def _infer(self, modality: Modality, inputs: dict[str, npt.NDArray[np.generic]]) -> Segmentation:
+    def _infer(self, modality: Modality, inputs: _Inputs) -> Segmentation:
         labels, entropy = self._run(modality, ["labels", "entropy"], inputs)
         value = float(entropy.item())
         if not -_ROUNDING <= value <= 1 + _ROUNDING:
             raise ModelError(
-                f"The network {modality.key!r} of {self._model!r} must give an entropy from 0 to 1, got {value:g}."
+                f"The network {modality.key!r} of {self.model!r} must give an entropy from 0 to 1, got {value:g}."
             )
         labels.flags.writeable = False
         return Segmentation(labels.view(np.uint8), value)
 
-    def _run(
-        self, modality: Modality, outputs: list[str], inputs: dict[str, npt.NDArray[np.generic]]
-    ) -> list[npt.NDArray[np.generic]]:
-        session = self._model.session(modality, threads=self._threads, device=self._device)
+    def _run(self, modality: Modality, outputs: list[str], inputs: _Inputs) -> list[npt.NDArray[np.generic]]:
+        session = self.model.session(modality, threads=self._threads, device=self.device)
         try:
             results: list[npt.NDArray[np.generic]] = session.run(outputs, inputs)
         except RUNTIME_ERRORS as error:
             raise ModelError(
-                f"The network {modality.key!r} of {self._model!r} failed: {one_line(error)}."
+                f"The network {modality.key!r} of {self.model!r} failed: {one_line(error)}."
             ) from error
         return results
 

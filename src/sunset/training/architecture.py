@@ -4,7 +4,7 @@ A plan names every layer's result, and for layers with weights the torch modules
 weights can be run by several plans: with strides instead of dilations, say, where a training begins.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Final, TypeAlias
@@ -72,7 +72,7 @@ class Conv:
         """Return how many rows of zeros those rows of the kernel need on each side; or columns."""
         return self.dilation * (self.kernel // 2 - int(self.taps(size).start))
 
-    def regions(self, size: int) -> tuple["Region", ...]:
+    def regions(self, size: int) -> tuple[Region, ...]:
         """Return the regions of so many rows of a result, or columns, each of which sees its own rows of a 3x3 kernel.
 
         >>> regions = Conv("y", "x", (8, 8), "w", dilation=12).regions(18)
@@ -90,9 +90,8 @@ class Conv:
         """Return whether computing the regions one by one saves an eighth of the products, or more."""
         if self.taps(size) != slice(0, 3) or self.stride != 1 or self.add:
             return False
-        return (
-            8 * 2 * self.dilation >= 3 * size
-        )  # two rows of the kernel miss as many rows as the dilation says
+        # two rows of the kernel miss as many rows as the dilation says
+        return 8 * 2 * self.dilation >= 3 * size
 
 
 @dataclass(frozen=True, slots=True)
@@ -177,11 +176,9 @@ def merge(factor: int) -> tuple[Layer, ...]:
     )
 
 
-def convolutions(layers: tuple[Layer, ...]) -> Iterator[Conv]:
-    """Yield the layers that have weights."""
-    for layer in layers:
-        if isinstance(layer, Conv):
-            yield layer
+def convolutions(layers: Iterable[Layer]) -> Iterator[Conv]:
+    """Return the layers that have weights."""
+    return (layer for layer in layers if isinstance(layer, Conv))
 
 
 def rounded(layers: Sequence[Layer]) -> set[str]:

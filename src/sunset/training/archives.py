@@ -6,11 +6,7 @@ from pathlib import Path
 
 
 def check_archive(path: Path, damaged: Exception) -> None:
-    """Make sure that a file is a zip archive and that its entries have the content that their checksums say.
-
-    Raises:
-        Exception: `damaged`, if not.
-    """
+    """Raise `damaged` unless a file is a zip archive whose entries have the content that their checksums say."""
     try:
         with zipfile.ZipFile(path) as archive:
             entry = archive.testzip()

@@ -34,12 +34,7 @@ class Batch:
 
 
 class DeviceFrames:
-    """A set of frames on a device, in four times less memory than networks take them.
-
-    Args:
-        frames: the set; on the CPU its arrays are used as they are.
-        device: of torch.
-    """
+    """A set of frames on a device, in four times less memory than networks take them; the CPU uses its arrays."""
 
     def __init__(self, frames: FrameSet, device: torch.device) -> None:
         self._device = device
@@ -50,7 +45,6 @@ class DeviceFrames:
         return torch.from_numpy(np.require(array, requirements="W")).to(self._device, non_blocking=True)
 
     def __len__(self) -> int:
-        """Return the number of frames."""
         return len(self._bgr)
 
     def plain(self, indices: npt.NDArray[np.int64]) -> Batch:

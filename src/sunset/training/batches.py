@@ -3,7 +3,7 @@
 import hashlib
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import Final, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -33,7 +33,6 @@ class FrameSet:
     labels: npt.NDArray[np.uint8]
 
     def __post_init__(self) -> None:
-        """Refuse arrays that do not belong together."""
         frame = self.labels.shape
         shapes = (self.bgr.shape, self.depth.shape, frame)
         if len(frame) != 3 or shapes != ((*frame, 3), frame, frame):  # noqa: PLR2004  N, H, W
@@ -43,13 +42,12 @@ class FrameSet:
             )
 
     @classmethod
-    def blank(cls, count: int, height: int, width: int) -> "FrameSet":
+    def blank(cls, count: int, height: int, width: int) -> Self:
         """Return so many black frames; they take no memory."""
         shape = (count, height, width)
         return cls(np.zeros((*shape, 3), np.uint8), np.zeros(shape, np.uint16), np.zeros(shape, np.uint8))
 
     def __len__(self) -> int:
-        """Return the number of frames."""
         return len(self.bgr)
 
     def images(
@@ -66,11 +64,11 @@ class FrameSet:
         return digest.hexdigest()[:12]
 
     @classmethod
-    def load(cls, folder: Path) -> "FrameSet":
+    def load(cls, folder: Path) -> Self:
         """Map the arrays of a folder; what is written into them stays in memory.
 
         Raises:
-            DataError: they are missing or no arrays.
+            DataError: they are missing or not arrays.
         """
         try:
             bgr, depth, labels = (np.load(folder / f"{name}.npy", mmap_mode="c") for name in _ARRAYS)

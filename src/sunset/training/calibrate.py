@@ -59,7 +59,7 @@ def temperature_for(logits: list[npt.NDArray[np.float32]], entropy: float, width
 
     Raises:
         DataError: no temperature from 0.05 to 20 reaches it.
-        ModelError: the width is no multiple of that of the logits.
+        ModelError: the width is not a multiple of that of the logits.
     """
     logits = [_sampled(frame, width) for frame in logits]
     low, high = _LIMITS
@@ -76,27 +76,22 @@ def temperature_for(logits: list[npt.NDArray[np.float32]], entropy: float, width
 def separate(low: list[npt.NDArray[np.float64]], high: list[npt.NDArray[np.float64]]) -> Separation:
     """Return the threshold with the smallest worst error: false alarms or misses in any one set.
 
-    Where several do equally well, the middle of the widest gap of them is taken.
-
-    Args:
-        low: sets of values that should lie below.
-        high: sets of values that should lie above.
+    Values of the sets `low` should lie below it, those of `high` above. Where several do equally well, the middle of
+    the widest gap of them is taken.
 
     >>> separate([np.array([0.0, 0.25])], [np.array([0.75, 1.0]), np.array([0.5])]).threshold
     0.375
     """
+
+    def errors_at(edge: float) -> tuple[float, float]:
+        alarms = max(float((values > edge).mean()) for values in low)
+        return alarms, max(float((values <= edge).mean()) for values in high)
+
     values = np.unique(np.concatenate([*low, *high]))
     edges = (values[1:] + values[:-1]) / 2
-    errors = np.array([_errors(edge, low, high) for edge in edges])
+    errors = np.array([errors_at(edge) for edge in edges])
     worst = errors.max(axis=1)
     best = np.flatnonzero(worst == worst.min())
     chosen = best[int(np.argmax(values[best + 1] - values[best]))]
     alarms, misses = errors[chosen]
     return Separation(float(edges[chosen]), float(alarms), float(misses))
-
-
-def _errors(
-    edge: float, low: list[npt.NDArray[np.float64]], high: list[npt.NDArray[np.float64]]
-) -> tuple[float, float]:
-    alarms = max(float((values > edge).mean()) for values in low)
-    return alarms, max(float((values <= edge).mean()) for values in high)

@@ -70,7 +70,6 @@ class Schedule:
     validate_every: int = 400
 
     def __post_init__(self) -> None:
-        """Refuse what cannot be learned from."""
         if min(self.warm_up, self.log_every, self.validate_every) < 1:
             raise InvalidInputError("A training's warm_up and its intervals must be of at least 1 step each.")
         if not self.phases:
@@ -175,7 +174,6 @@ class TrainingConfig:
     remark: str = ""
 
     def __post_init__(self) -> None:
-        """Refuse what cannot be trained."""
         check_name(self.name)
         check_seed(self.seed)
         unknown = sorted(set(self.modalities) - set(MODALITIES))
@@ -246,11 +244,7 @@ def _reference() -> TrainingConfig:
             validate_every=250,
         ),
         merging=Schedule(
-            phases=(Phase(1400, 8),),
-            learning_rate=2e-3,
-            warm_up=20,
-            distinct=140,
-            validate_every=350,
+            phases=(Phase(1400, 8),), learning_rate=2e-3, warm_up=20, distinct=140, validate_every=350
         ),
     )
 
@@ -262,18 +256,13 @@ CONFIGS: Final[Mapping[str, Callable[[], TrainingConfig]]] = {"lite": TrainingCo
 def describe_options(config: TrainingConfig, stage: Stage, *, frames: str, origin: str) -> dict[str, str]:
     """Return what a stage learns with, by the options of `sunset train` that say so.
 
-    Args:
-        config: the training.
-        stage: one of its stages.
-        frames: checksum of its frames.
-        origin: says from which weights it begins; empty for random ones.
+    `frames` is the checksum of its frames, and `origin` says from which weights it begins; empty for random ones.
     """
-    batches = dict.fromkeys(str(phase.batch) for phase in stage.schedule.phases)
     return {
         "--model": type(config.shape).__name__,
         "--modality": ", ".join(config.modalities),
         "--steps": str(stage.schedule.steps),
-        "--batch": ", ".join(batches),
+        "--batch": ", ".join(dict.fromkeys(str(phase.batch) for phase in stage.schedule.phases)),
         "--seed": str(config.seed),
         "--frames": f"checksum {frames[:8]}",
         "--start-from": origin or "random weights",

@@ -59,9 +59,7 @@ def _cures(curves: Curves) -> Iterator[str]:
 def _advice(curves: Curves) -> Iterator[str]:
     """Yield what the strengths of the suites do, and which others would do it."""
     for fault in effects():
-        others = (
-            ", ".join(f"{strength:g}" for strength in _fitting(curves, fault)) or "none that was measured"
-        )
+        others = ", ".join(f"{value:g}" for value in _fitting(curves, fault)) or "none that was measured"
         for case in curves.of(fault):
             if case.suite:
                 found = "; ".join(case.shortfalls(curves.main.iou)) or "fits"

@@ -44,12 +44,7 @@ def measure(
 ) -> dict[Modality, Measured]:
     """Segment frames with all networks of a model, and compare with the truth.
 
-    Args:
-        model: whose networks.
-        frames: with their truth.
-        jobs: as `over_frames` takes it.
-        progress: likewise.
-        kept: likewise.
+    `jobs`, `progress` and `kept` are as `over_frames` takes them.
     """
     modalities = tuple(model.card.networks)
     iou, entropy, counts = over_frames(
@@ -65,19 +60,13 @@ def measure(
 def _look(segmenter: Segmenter, _: int, images: Images, modalities: tuple[Modality, ...]) -> Arrays:
     """Return by network the image's IoU (M,), its entropy (M,), and the counts (M, 3, 28)."""
     bgr, depth, truth = images
-    found = []
-    for modality in modalities:
-        result = segmenter.segment(modality, bgr, depth)
-        counts = count_classes(result.labels, truth)
-        found.append(
-            (
-                image_iou(counts),
-                result.entropy,
-                np.stack([counts.intersection, counts.predicted, counts.truth]),
-            )
-        )
-    iou, entropy, totals = zip(*found, strict=True)
-    return np.array(iou), np.array(entropy), np.array(totals)
+    results = [segmenter.segment(modality, bgr, depth) for modality in modalities]
+    counts = [count_classes(result.labels, truth) for result in results]
+    return (
+        np.array([image_iou(each) for each in counts]),
+        np.array([result.entropy for result in results]),
+        np.array([(each.intersection, each.predicted, each.truth) for each in counts]),
+    )
 
 
 def roc_auc(negative: npt.NDArray[np.float64], positive: npt.NDArray[np.float64]) -> float:

@@ -8,7 +8,7 @@ from contextlib import suppress
 from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
-from typing import Final
+from typing import Final, TypeAlias
 
 import numpy as np
 
@@ -78,11 +78,8 @@ class Passage:
     course_deg: float
 
 
-@dataclass(frozen=True, slots=True)
-class FramePlan:
-    """Which frames a set consists of; the default flight's town, 1, must be in none of them."""
-
-    views: tuple[Views | Passage, ...]
+FramePlan: TypeAlias = tuple[Views | Passage, ...]
+"""Which frames a set consists of; the default flight's town, 1, must be in none of them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,15 +117,15 @@ class FrameCounts:
 
     def plans(self) -> dict[str, FramePlan]:
         """Return the plan of each set."""
-        training: list[Views | Passage] = []
+        plans: dict[str, FramePlan] = {"train": ()}
         for town in TRAINING_TOWNS:
-            training.append(Views(town, self.flight, 1, flight=True))
-            training.append(Views(town, self.other, 2, flight=False))
-        plans = {"train": FramePlan(tuple(training))}
+            plans["train"] += (
+                Views(town, self.flight, 1, flight=True),
+                Views(town, self.other, 2, flight=False),
+            )
         for kind, town in (("validation", VALIDATION_TOWN), ("test", TEST_TOWN)):
-            plans[kind] = FramePlan((Views(town, self.held_out, 3, flight=True),))
-            passages = tuple(Passage(town, self.passage, course) for course in COURSES_DEG)
-            plans[f"{kind}_flight"] = FramePlan(passages)
+            plans[kind] = (Views(town, self.held_out, 3, flight=True),)
+            plans[f"{kind}_flight"] = tuple(Passage(town, self.passage, course) for course in COURSES_DEG)
         return plans
 
 
@@ -158,23 +155,17 @@ def render_sets(
     jobs: int = 2,
     progress: Callable[[str, int, int], None] | None = None,
 ) -> FrameSets:
-    """Render all sets into a folder, but those that are there already.
+    """Render all sets into a folder each in a folder, but those that are there already.
 
-    Args:
-        counts: how many frames.
-        folder: receives a folder a set.
-        jobs: processes.
-        progress: called with the set's name, frames done and frames in all.
+    `progress` is called with the set's name, frames done and frames in all.
 
     Raises:
         OutputError: the folder cannot be written.
     """
-    sets = {
-        name: render_set(
-            plan, folder / name, jobs=jobs, progress=partial(progress, name) if progress else None
-        )
-        for name, plan in counts.plans().items()
-    }
+    sets = {}
+    for name, plan in counts.plans().items():
+        note = partial(progress, name) if progress else None
+        sets[name] = render_set(plan, folder / name, jobs=jobs, progress=note)
     return FrameSets(**sets)
 
 
@@ -197,35 +188,23 @@ def _frames(views: Views | Passage, start: int, count: int) -> Iterator[Frame]:
 def _render(folder: Path, place: int, views: Views | Passage, start: int, count: int) -> None:
     """Render a chunk into its place in the arrays of a folder."""
     frames = list(_frames(views, start, count))
+    bgr, depth = np.stack([frame.rgb for frame in frames]), np.stack([frame.depth for frame in frames])
     labels = CLASS_OF_CARLA_ID[np.stack([frame.labels for frame in frames])]
-    chunk = FrameSet(
-        np.stack([frame.rgb for frame in frames]), np.stack([frame.depth for frame in frames]), labels
-    )
-    chunk.write_into(folder, place)
+    FrameSet(bgr, depth, labels).write_into(folder, place)
 
 
 def render_set(
-    plan: FramePlan,
-    folder: Path,
-    *,
-    jobs: int = 2,
-    progress: Callable[[int, int], None] | None = None,
+    plan: FramePlan, folder: Path, *, jobs: int = 2, progress: Callable[[int, int], None] | None = None
 ) -> FrameSet:
     """Render a set into a folder, or what is missing of it there, and map it.
 
-    Chunks of 50 frames are kept as they are finished, so that an interrupted call loses no others.
-
-    Args:
-        plan: which frames.
-        folder: receives three arrays and the plan.
-        jobs: processes.
-        progress: called with frames done and frames in all.
+    Chunks of 50 frames are kept as they are finished, so that an interrupted call loses no others. `progress` is
+    called with frames done and frames in all.
 
     Raises:
         OutputError: the folder cannot be written, or holds something else, frames of another plan for instance.
     """
-    views = [asdict(views) for views in plan.views]
-    wanted = {"renderer": RENDER_VERSION, "views": views}
+    wanted = {"renderer": RENDER_VERSION, "views": [asdict(views) for views in plan]}
     try:
         folder.mkdir(parents=True, exist_ok=True)
         if not _is_complete(folder, wanted):
@@ -261,8 +240,10 @@ def _render_missing(
 ) -> None:
     """Render the chunks that are not in the folder yet."""
     chunks = list(_chunks(plan))
-    total = sum(views.count for views in plan.views)
-    finished = _finished(folder)
+    total = sum(views.count for views in plan)
+    finished: list[int] = []
+    if (folder / _PARTIAL).exists():
+        finished += json.loads((folder / _PARTIAL).read_text(encoding="utf-8"))["finished"]
     if not finished:
         _write(folder / _PARTIAL, wanted | {"finished": finished})
         FrameSet.blank(total, HEIGHT, WIDTH).save(folder)  # a disk that is too small shows now
@@ -285,17 +266,11 @@ def _render_missing(
 def _chunks(plan: FramePlan) -> Iterator[tuple[int, Views | Passage, int, int]]:
     """Yield what is rendered at once: its place in the set, of which views, from which of them on, and how many."""
     place = 0
-    for views in plan.views:
+    for views in plan:
         for start in range(0, views.count, _CHUNK):
             count = min(_CHUNK, views.count - start)
             yield place, views, start, count
             place += count
-
-
-def _finished(folder: Path) -> list[int]:
-    """Return the numbers of the chunks that are in a folder."""
-    path = folder / _PARTIAL
-    return list(json.loads(path.read_text(encoding="utf-8"))["finished"]) if path.exists() else []
 
 
 def _write(path: Path, document: dict[str, object]) -> None:

@@ -5,7 +5,6 @@ exemplar that this project follows loads three of them, `rgb.pth`, `depth.pth` a
 dicts that were wrapped in a training's checkpoint or saved from a parallel model are understood, too.
 """
 
-import hashlib
 import shutil
 import zipfile
 from collections.abc import Callable, Mapping
@@ -20,7 +19,7 @@ import numpy as np
 
 from sunset.classes import CLASSES
 from sunset.errors import InvalidInputError, MissingExtraError, ModelError, OutputError
-from sunset.input_files import open_regular
+from sunset.input_files import file_digest, open_regular
 from sunset.perception import Modality, Model, ModelCard, load_model
 from sunset.perception.card import check_name
 from sunset.training.architecture import Layer
@@ -120,9 +119,7 @@ def import_checkpoints(
             networks=cards,
             training={
                 "source": "imported checkpoints",
-                "sha256": {
-                    path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in paths.values()
-                },
+                "sha256": {path.name: file_digest(path) for path in paths.values()},
                 "left_out": _LEFT_OUT,
             },
             architecture=ReferenceShape().name,
@@ -180,35 +177,33 @@ def _entries(path: Path) -> Mapping[str, "Tensor"]:
     """Return the state dict in a checkpoint."""
     import torch  # noqa: PLC0415  an optional extra
 
-    if zipfile.is_zipfile(path):  # older ones are none
-        check_archive(path, _unreadable(path))
+    if zipfile.is_zipfile(path):  # older ones are not
+        check_archive(path, _unreadable_error(path))
     try:
         with catch_warnings(action="ignore"):  # on what the file is like: what is wrong is said below
             content = torch.load(path, map_location="cpu", weights_only=True)
     except UnpicklingError as error:
         # an archive's checksums hold, so what is refused in it was written so
-        if not (zipfile.is_zipfile(path) or _is_refused(str(error).lower()) or _names_code(path)):
-            raise _unreadable(path) from error
+        refused = any(words in str(error).lower() for words in _REFUSED)
+        if not (zipfile.is_zipfile(path) or refused or _names_code(path)):
+            raise _unreadable_error(path) from error
         raise ModelError(
             f"The checkpoint {path} refers to code that loading it would execute, which is refused: save its "
             "state dict, tensors by name, and nothing else."
         ) from error
     except Exception as error:  # a damaged pickle or archive can raise anything
-        raise _unreadable(path) from error
+        raise _unreadable_error(path) from error
     if isinstance(content, dict):
         wrapped = [content[key] for key in _WRAPPERS if isinstance(content.get(key), dict)]
         content = wrapped[0] if wrapped else content
     if not isinstance(content, dict) or not content or not all(isinstance(key, str) for key in content):
-        raise ModelError(
-            f"The checkpoint {path} must hold a state dict, tensors by name, but holds {_kind(content)}."
-        )
+        kind = f"a {type(content).__name__}"
+        if isinstance(content, dict):
+            kind = "a dict whose keys are no names" if content else "nothing"
+        raise ModelError(f"The checkpoint {path} must hold a state dict, tensors by name, but holds {kind}.")
     if all(key.startswith(_PARALLEL) for key in content):
         return {key.removeprefix(_PARALLEL): value for key, value in content.items()}
     return content
-
-
-def _is_refused(message: str) -> bool:
-    return any(words in message for words in _REFUSED)
 
 
 def _names_code(path: Path) -> bool:
@@ -216,17 +211,11 @@ def _names_code(path: Path) -> bool:
     try:
         with open_regular(path) as file:
             return any("GLOBAL" in code.name or code.name == "INST" for code, _, _ in genops(file))
-    except Exception:  # noqa: BLE001  whatever it is, it is no pickle
+    except Exception:  # noqa: BLE001  whatever it is, it is not a pickle
         return False
 
 
-def _kind(content: object) -> str:
-    if not isinstance(content, dict):
-        return f"a {type(content).__name__}"
-    return "a dict whose keys are no names" if content else "nothing"
-
-
-def _unreadable(path: Path) -> ModelError:
+def _unreadable_error(path: Path) -> ModelError:
     return ModelError(
         f"The file {path} cannot be read as a PyTorch checkpoint: it is damaged, incomplete, or something else."
     )
@@ -242,10 +231,8 @@ def _checked(
         (sorted(set(entries) - set(expected)), f"has {{}} entries that a {network} has not"),
     ):
         if names:
-            more = ", …" if len(names) > _SHOWN else ""
-            raise ModelError(
-                f"The checkpoint {path} {verb.format(len(names))}: {', '.join(names[:_SHOWN])}{more}."
-            )
+            shown = ", ".join(names[:_SHOWN]) + ", …" * (len(names) > _SHOWN)
+            raise ModelError(f"The checkpoint {path} {verb.format(len(names))}: {shown}.")
     return {name: _converted(entries[name], like, name, path) for name, like in expected.items()}
 
 
@@ -255,7 +242,9 @@ def _converted(value: "Tensor", like: "Tensor", name: str, path: Path) -> "Tenso
 
     entry = f"The entry {name!r} of the checkpoint {path}"
     if not isinstance(value, torch.Tensor) or value.layout is not torch.strided or value.is_nested:
-        raise ModelError(f"{entry} must be a dense tensor, got {_form(value)}: save it as one.")
+        nested = getattr(value, "is_nested", False)
+        form = "a nested tensor" if nested else getattr(value, "layout", type(value).__name__)
+        raise ModelError(f"{entry} must be a dense tensor, got {form}: save it as one.")
     if value.is_meta:
         raise ModelError(
             f"{entry} must have values, got a tensor of the device 'meta', which has none: save the state dict "
@@ -263,7 +252,8 @@ def _converted(value: "Tensor", like: "Tensor", name: str, path: Path) -> "Tenso
         )
     if value.shape != like.shape:
         raise ModelError(f"{entry} must have shape {tuple(like.shape)}, got {tuple(value.shape)}.")
-    misfit = ModelError(f"{entry} must hold {_numbers(like)}, got {value.dtype}: save it as {like.dtype}.")
+    numbers = "floating-point numbers" if like.is_floating_point() else "whole numbers"
+    misfit = ModelError(f"{entry} must hold {numbers}, got {value.dtype}: save it as {like.dtype}.")
     if value.is_floating_point() != like.is_floating_point() or value.is_complex():
         raise misfit
     try:
@@ -284,19 +274,6 @@ def _converted(value: "Tensor", like: "Tensor", name: str, path: Path) -> "Tenso
     return converted
 
 
-def _form(value: object) -> str:
-    """Return what something is that is no dense tensor."""
-    return (
-        "a nested tensor"
-        if getattr(value, "is_nested", False)
-        else f"{getattr(value, 'layout', type(value).__name__)}"
-    )
-
-
 def _first(value: "Tensor", chosen: "Tensor") -> str:
     """Return the first of some of a tensor's numbers."""
     return f"{value.double()[chosen][0].item():g}"
-
-
-def _numbers(like: "Tensor") -> str:
-    return "floating-point numbers" if like.is_floating_point() else "whole numbers"

@@ -12,7 +12,7 @@ convolutions.
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Final
+from typing import ClassVar, Final
 
 from sunset.classes import CLASSES
 from sunset.errors import InvalidInputError
@@ -35,6 +35,17 @@ class LiteShape:
         decoder: channels of the decoder.
     """
 
+    name: ClassVar = "lite"
+    """How users call the architecture."""
+    description: ClassVar = (
+        "DeepLabV3 (atrous spatial pyramid pooling with global pooling) on a light residual backbone, with "
+        "skips from strides 8 and 4 and a sub-pixel classifier at stride 2. One network for the colour image, "
+        "one for the depth image, and both with their logits concatenated and merged by 1x1 convolutions."
+    )
+    """A paragraph for the model's card."""
+    stride: ClassVar = 2
+    """How many pixels of the frame a logit stands for, in each direction."""
+
     stem: int = 24
     widths: tuple[int, int, int] = (48, 96, 160)
     blocks: tuple[int, int, int] = (1, 2, 2)
@@ -44,27 +55,7 @@ class LiteShape:
     decoder: int = 48
 
     def __post_init__(self) -> None:
-        """Refuse widths that cannot be trained."""
         check_widths(self.stem, *self.widths, self.pyramid, *self.skips, self.decoder)
-
-    @property
-    def name(self) -> str:
-        """How users call the architecture."""
-        return "lite"
-
-    @property
-    def description(self) -> str:
-        """A paragraph for the model's card."""
-        return (
-            "DeepLabV3 (atrous spatial pyramid pooling with global pooling) on a light residual backbone, with "
-            "skips from strides 8 and 4 and a sub-pixel classifier at stride 2. One network for the colour image, "
-            "one for the depth image, and both with their logits concatenated and merged by 1x1 convolutions."
-        )
-
-    @property
-    def stride(self) -> int:
-        """How many pixels of the frame a logit stands for, in each direction."""
-        return 2
 
     def branch(self, modality: str, output_stride: int | None = None) -> tuple[Layer, ...]:
         """Return the layers of one branch: `<modality>.input` (3 channels) → `<modality>.logits` at stride 2.

@@ -4,10 +4,13 @@ import json
 from importlib.util import find_spec
 from itertools import cycle
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from sunset.errors import DataError, MissingExtraError, OutputError
 from sunset.input_files import read_text
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 _NO_LOSSES: Final = frozenset({"step", "learning_rate", "seconds", "iou"})
 _COLOURS: Final = ("#0072B2", "#D55E00", "#009E73", "#CC79A7")  # Okabe and Ito's
@@ -17,13 +20,11 @@ _DASHES: Final = ("-", "--", "-.", ":")
 def draw_log(log: Path, png: Path) -> None:
     """Draw the loss and the IoU on held-out frames, by step, for each network in a training's log.
 
-    Args:
-        log: `log.jsonl` of a stage of a training, finished or not.
-        png: the figure's file.
+    The log is `log.jsonl` of a stage of a training, finished or not.
 
     Raises:
         MissingExtraError: matplotlib is not installed.
-        DataError: there is no such log, or it is none.
+        DataError: there is no such log, or the file is not one.
         OutputError: the figure cannot be written.
     """
     if find_spec("matplotlib") is None:
@@ -51,12 +52,22 @@ def draw_log(log: Path, png: Path) -> None:
         axes.grid(linewidth=0.4, alpha=0.5)
         axes.spines[["top", "right"]].set_visible(False)
     losses.legend(frameon=False)
-    temporary = png.with_name(f"{png.name}.tmp")
+    save_figure(figure, png, dpi=120)
+
+
+def save_figure(figure: "Figure", path: Path, **options: Any) -> None:
+    """Write a figure as PNG, all of it or nothing; `options` are of matplotlib's `savefig`.
+
+    Raises:
+        OutputError: the file cannot be written.
+    """
+    draft = path.with_name(f".{path.name}.part")
     try:
-        figure.savefig(temporary, dpi=120, format="png")
-        temporary.replace(png)
+        figure.savefig(draft, format="png", **options)
+        draft.replace(path)
     except OSError as error:
-        raise OutputError(f"The figure {png} cannot be written: {error.strerror}.") from error
+        draft.unlink(missing_ok=True)
+        raise OutputError(f"The figure {path} cannot be written: {error.strerror}.") from error
 
 
 def _read(log: Path) -> list[dict[str, Any]]:

@@ -44,7 +44,7 @@ def build(layers: Sequence[Layer]) -> nn.Module:
     They are drawn from torch's global generator. The module only holds them; `forward` runs a plan.
     """
     root = nn.Module()
-    for layer in convolutions(tuple(layers)):
+    for layer in convolutions(layers):
         conv = nn.Conv2d(*layer.channels, layer.kernel, bias=not layer.norm)
         if layer.norm or layer.relu:
             nn.init.kaiming_normal_(conv.weight, mode="fan_out", nonlinearity="relu")
@@ -156,8 +156,8 @@ def upsample(
 ) -> Tensor:
     """Return maps (N, C, H, W) interpolated to (N, C, H·factor/step, W·factor/step).
 
-    With a `step`, only every so-manieth row and column of the full resolution is computed, from
-    `phase` on. With a `size`, what reaches beyond it at full resolution is left out.
+    With a `step` of n, only every n-th row and column of the full resolution is computed, from `phase` on. With a
+    `size`, what reaches beyond it at full resolution is left out.
     """
     height, width = size or (maps.shape[2] * factor, maps.shape[3] * factor)
     rows = _interpolation(maps.shape[2], factor, range(phase[0], height, step), maps.device)
@@ -177,7 +177,7 @@ def _interpolation(
 def folded_weights(layers: Sequence[Layer], modules: nn.Module) -> dict[str, tuple[_Array, _Array]]:
     """Return per convolution its kernel (out, in, k, k) and bias (out,), normalisation folded in."""
     weights = {}
-    for layer in convolutions(tuple(layers)):
+    for layer in convolutions(layers):
         conv = modules.get_submodule(layer.weights)
         kernel = conv.weight.detach().double().contiguous().numpy()
         if layer.norm:
@@ -202,11 +202,8 @@ def unfold(
     What a plan computes stays as it was. Normalisation gets the statistics of the values that it finds, and kernels
     the size that `build` gives them: it makes no difference after normalisation, but the steps of Adam are made for it.
 
-    Args:
-        layers: the plan.
-        modules: hold the weights, in evaluation mode.
-        weights: kernels and biases by layer.
-        results: the plan's inputs on some frames; receives every layer's result, like `forward`.
+    The modules are in evaluation mode. `results` holds the plan's inputs on some frames, and receives every layer's
+    result, like `forward`.
     """
     with torch.no_grad():
         for layer in layers:
@@ -240,18 +237,15 @@ def _normalise(layer: Conv, modules: nn.Module, bias: Tensor, results: Mapping[s
 def shift_logits(
     networks: Mapping[str, Sequence[Layer]], modules: nn.Module, shift: npt.NDArray[np.float32]
 ) -> None:
-    """Add a number to every class's logits, in the biases of the networks that give them.
+    """Add a number to every class's logits, `shift` (28,), in the biases of the networks that give them.
 
-    Args:
-        networks: plans of branches, and of the merging layers as "fusion": its logits are shifted once, as if
-            the branches that it sees were not.
-        modules: hold the weights.
-        shift: (28,), by class.
+    `networks` are the plans of branches, and of the merging layers as "fusion": its logits are shifted once, as if
+    the branches that it sees were not.
     """
     added = torch.from_numpy(shift)
     with torch.no_grad():
         for name, layers in networks.items():
-            first, *_, last = (modules.get_submodule(layer.weights) for layer in convolutions(tuple(layers)))
+            first, *_, last = (modules.get_submodule(layer.weights) for layer in convolutions(layers))
             if name == "fusion":
                 first.bias -= (first.weight[:, :, 0, 0] * added.repeat(2)).sum(1)
             pixels = len(last.bias) // len(added)  # that a row of logits is shuffled into
@@ -277,6 +271,5 @@ def digest_of_weights(weights: Mapping[str, Tensor]) -> str:
     """Return a short checksum of tensors."""
     digest = hashlib.sha256()
     for name, value in weights.items():
-        digest.update(name.encode())
-        digest.update(value.contiguous().numpy().tobytes())
+        digest.update(name.encode() + value.contiguous().numpy().tobytes())
     return digest.hexdigest()[:12]

@@ -1,6 +1,5 @@
 """Writes plans of `architecture` with their weights as ONNX models, from raw frames to labels and entropy."""
 
-import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -8,6 +7,7 @@ from pathlib import Path
 from onnx import TensorProto
 
 from sunset.classes import CLASSES
+from sunset.input_files import file_digest
 from sunset.perception import Modality, NetworkCard
 from sunset.training.architecture import Layer, convolutions
 from sunset.training.inputs import HEIGHT, WIDTH
@@ -67,67 +67,47 @@ def export(folder: Path, networks: Mapping[Modality, Network], form: Format) -> 
     over pixels of the normalised Shannon entropy of the softmax of the interpolated logits over the
     constant `temperature`, logits bounded as `write_outputs` says.
 
-    Args:
-        folder: receives the files.
-        networks: what is written.
-        form: what they take, and how they are stored.
-
     Returns:
         The networks' entries on the model's card.
     """
     folder.mkdir(parents=True, exist_ok=True)
     store = Store(folder)
-    writers = {
-        modality: _Writer(modality, networks[modality], form, store)
-        for modality in sorted(
-            networks, reverse=True
-        )  # branches first: what the fusion shares is in their files
+    # branches first: what the fusion shares is in their files
+    graphs = {
+        modality: _graph(modality, networks[modality], form, store)
+        for modality in sorted(networks, reverse=True)
     }
     store.write()
     cards = {}
-    for modality, writer in sorted(writers.items()):
+    for modality, graph in sorted(graphs.items()):
         path, network = folder / f"{modality.key}.onnx", networks[modality]
-        writer.write(path)
-        data = {name: _sha256(folder / name) for name in sorted(writer.graph.data)}
-        cards[modality] = NetworkCard(path.name, _sha256(path), network.parameters, network.temperature, data)
+        graph.write(path)
+        data = {name: file_digest(folder / name) for name in sorted(graph.data)}
+        cards[modality] = NetworkCard(
+            path.name, file_digest(path), network.parameters, network.temperature, data
+        )
     return cards
 
 
-def _sha256(path: Path) -> str:
-    return hashlib.sha256(path.read_bytes()).hexdigest()
-
-
-class _Writer:
-    """Puts one network together, and writes it."""
-
-    def __init__(self, modality: Modality, network: Network, form: Format, store: Store) -> None:
-        self.graph = Graph(modality.key, store)
-        self._modality = modality
-        self._size = form.size
-        inputs = {}
-        if modality.needs_rgb:
-            inputs["rgb.input"] = form.size
-            rgb_input(self.graph)
-        if modality.needs_depth:
-            inputs["depth.input"] = form.size
-            (published_depth_input if form.published_depth else depth_input)(self.graph, form.size)
-        layers = Layers(self.graph, network.weights, inputs, form.ranges or {})
-        for layer in network.layers:
-            layers.write(layer)
-        logits = network.layers[-1].name
-        self._small = layers.sizes[logits]
-        write_outputs(self.graph, logits, self._small, form.size, network.temperature)
-
-    def write(self, path: Path) -> None:
-        height, width = self._size
-        inputs = []
-        if self._modality.needs_rgb:
-            inputs.append(tensor_info("bgr", TensorProto.UINT8, [height, width, 3]))
-        if self._modality.needs_depth:
-            inputs.append(tensor_info("depth", TensorProto.UINT16, [height, width]))
-        outputs = [
-            tensor_info("logits", TensorProto.FLOAT, [1, len(CLASSES), *self._small]),
-            tensor_info("labels", TensorProto.UINT8, [height, width]),
-            tensor_info("entropy", TensorProto.FLOAT, []),
-        ]
-        self.graph.write(path, inputs, outputs)
+def _graph(modality: Modality, network: Network, form: Format, store: Store) -> Graph:
+    """Return one network, put together."""
+    graph, sizes = Graph(modality.key, store), {}
+    if modality.needs_rgb:
+        sizes["rgb.input"] = form.size
+        graph.inputs.append(tensor_info("bgr", TensorProto.UINT8, [*form.size, 3]))
+        rgb_input(graph)
+    if modality.needs_depth:
+        sizes["depth.input"] = form.size
+        graph.inputs.append(tensor_info("depth", TensorProto.UINT16, form.size))
+        (published_depth_input if form.published_depth else depth_input)(graph, form.size)
+    layers = Layers(graph, network.weights, sizes, form.ranges or {})
+    for layer in network.layers:
+        layers.write(layer)
+    logits = network.layers[-1].name
+    write_outputs(graph, logits, layers.sizes[logits], form.size, network.temperature)
+    graph.outputs += [
+        tensor_info("logits", TensorProto.FLOAT, [1, len(CLASSES), *layers.sizes[logits]]),
+        tensor_info("labels", TensorProto.UINT8, form.size),
+        tensor_info("entropy", TensorProto.FLOAT, []),
+    ]
+    return graph

@@ -5,14 +5,7 @@ from typing import Final
 import numpy as np
 from onnx import TensorProto
 
-from sunset.training.inputs import (
-    CONTRASTS,
-    DEPTH_LIMIT_M,
-    FAR_PLANE_M,
-    REFERENCE_DEPTH_M,
-    RGB_MEAN,
-    RGB_STD,
-)
+from sunset.training.inputs import CONTRASTS, DEPTH_LIMIT_M, FAR_PLANE_M, REFERENCE_DEPTH_M, RGB_MEAN, RGB_STD
 from sunset.training.onnx_writer import Graph
 
 _COUNTS: Final = 65535

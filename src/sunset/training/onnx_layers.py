@@ -6,17 +6,7 @@ from typing import Final, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from sunset.training.architecture import (
-    Concat,
-    Conv,
-    Layer,
-    MaxPool,
-    Pool,
-    Region,
-    Resize,
-    Shuffle,
-    Spread,
-)
+from sunset.training.architecture import Concat, Conv, Layer, MaxPool, Pool, Resize, Shuffle, Spread
 from sunset.training.onnx_writer import Graph
 
 Weights: TypeAlias = Mapping[str, tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]]
@@ -48,11 +38,7 @@ class Layers:
     """
 
     def __init__(
-        self,
-        graph: Graph,
-        weights: Weights,
-        inputs: Mapping[str, tuple[int, int]],
-        ranges: Ranges,
+        self, graph: Graph, weights: Weights, inputs: Mapping[str, tuple[int, int]], ranges: Ranges
     ) -> None:
         self.sizes = dict(inputs)
         """Height and width of every result."""
@@ -66,10 +52,10 @@ class Layers:
         graph, sizes = self._graph, self.sizes
         match layer:
             case Conv():
-                sizes[layer.name] = _shrunk(sizes[layer.source], layer.stride)
+                sizes[layer.name] = _scaled(sizes[layer.source], 1, layer.stride)
                 self._convolution(layer)
             case MaxPool():
-                sizes[layer.name] = _shrunk(sizes[layer.source], 2)
+                sizes[layer.name] = _scaled(sizes[layer.source], 1, 2)
                 geometry = {"kernel_shape": [3, 3], "strides": [2, 2], "pads": [1] * 4}
                 self._result("MaxPool", [layer.source], layer.name, **geometry)
             case Pool():
@@ -80,13 +66,13 @@ class Layers:
                 size = graph.constant(f"{layer.name}.size", [1, 1, *sizes[layer.like]], np.int64)
                 self._result("Expand", [layer.source, size], layer.name)
             case Resize():
-                sizes[layer.name] = _grown(sizes[layer.source], layer.factor)
+                sizes[layer.name] = _scaled(sizes[layer.source], layer.factor)
                 result = f"{layer.name}.linear" if layer.relu else layer.name
                 graph.upsample(layer.source, result, sizes[layer.source], layer.factor)
                 if layer.relu:
                     self._result("Relu", [result], layer.name)
             case Shuffle():
-                sizes[layer.name] = _grown(sizes[layer.source], 2)
+                sizes[layer.name] = _scaled(sizes[layer.source], 2)
                 self._result("DepthToSpace", [layer.source], layer.name, blocksize=2, mode="CRD")
             case Concat():
                 sizes[layer.name] = sizes[layer.sources[0]]
@@ -115,15 +101,10 @@ class Layers:
         elif kernel.shape[2:] == (1, 1) and self.sizes[layer.name] == self._full:
             self._product(layer, kernel, bias)
         else:
-            self._in_float(layer, kernel, bias)
-
-    def _in_float(self, layer: Conv, kernel: _Array, bias: _Array) -> None:
-        graph, name = self._graph, layer.name
-        graph.weights(f"{name}.kernel", kernel)
-        graph.constant(f"{name}.bias", bias)
-        height, width = self.sizes[layer.source]
-        pads = [layer.padding(height), layer.padding(width)]
-        self._convolve(layer, name, layer.source, kernel.shape[2:], pads)
+            self._graph.weights(f"{layer.name}.kernel", kernel)
+            self._graph.constant(f"{layer.name}.bias", bias)
+            pads = [layer.padding(height), layer.padding(width)]
+            self._convolve(layer, layer.name, layer.source, kernel.shape[2:], pads)
 
     def _convolve(
         self, layer: Conv, name: str, source: str, taps: Sequence[int], pads: Sequence[int]
@@ -189,32 +170,24 @@ class Layers:
         parts = [f"{layer.name}.region{index}" for index in range(len(regions))]
         for part, region in zip(parts, regions, strict=True):
             self._ranges[part] = self._ranges[layer.name]
-            self._region(layer, part, axis, region)
+            self._ranges[f"{part}.source"] = self._ranges[layer.source]
+            bounds = self._graph.bounds(f"{part}.source", _ROWS + axis, region.source)
+            self._result("Slice", [layer.source, *bounds], f"{part}.source")
+            bounds = self._graph.bounds(f"{part}.kernel", _ROWS + axis, region.taps)
+            self._graph.node("Slice", [f"{layer.name}.kernel.8bit", *bounds], f"{part}.kernel.8bit")
+            self._dequantise(layer, f"{part}.kernel.8bit", f"{part}.kernel")
             own, around = list(taps), list(pads)
             own[axis], around[axis] = region.taps.stop - region.taps.start, 0
             self._convolve(layer, part, f"{part}.source", own, around)
         self._result("Concat", parts, layer.name, axis=_ROWS + axis)
-
-    def _region(self, layer: Conv, part: str, axis: int, region: Region) -> None:
-        """Add a region's source and kernel."""
-        self._ranges[f"{part}.source"] = self._ranges[layer.source]
-        bounds = self._graph.bounds(f"{part}.source", _ROWS + axis, region.source)
-        self._result("Slice", [layer.source, *bounds], f"{part}.source")
-        bounds = self._graph.bounds(f"{part}.kernel", _ROWS + axis, region.taps)
-        self._graph.node("Slice", [f"{layer.name}.kernel.8bit", *bounds], f"{part}.kernel.8bit")
-        self._dequantise(layer, f"{part}.kernel.8bit", f"{part}.kernel")
 
     def _dequantise(self, layer: Conv, stored: str, kernel: str) -> None:
         grid = (f"{layer.name}.kernel.scale", f"{layer.name}.kernel.zero")
         self._graph.node("DequantizeLinear", [stored, *grid], kernel, axis=0)
 
 
-def _shrunk(size: tuple[int, int], stride: int) -> tuple[int, int]:
-    return -(-size[0] // stride), -(-size[1] // stride)
-
-
-def _grown(size: tuple[int, int], factor: int) -> tuple[int, int]:
-    return size[0] * factor, size[1] * factor
+def _scaled(size: tuple[int, int], factor: int, stride: int = 1) -> tuple[int, int]:
+    return -(-size[0] * factor // stride), -(-size[1] * factor // stride)
 
 
 def _grid(limits: tuple[float, float]) -> tuple[float, int]:

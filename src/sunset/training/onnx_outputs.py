@@ -18,12 +18,8 @@ def write_outputs(
     `lite` 0.0002 higher on average, 0.0004 at most. Sums over classes are products with a row of ones,
     which is five times faster than a reduction along that axis.
 
-    Args:
-        graph: receives them.
-        logits: the last layer's result.
-        small: its height and width.
-        size: the frames' height and width.
-        temperature: the logits are divided by it before the entropy's softmax.
+    The logits have height and width `small`, the frames `size`. For the entropy's softmax they are divided by the
+    temperature.
     """
     height, width = size
     graph.node("Identity", [logits], "logits")

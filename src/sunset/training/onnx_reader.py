@@ -20,14 +20,10 @@ _Array: TypeAlias = npt.NDArray[np.float32]
 
 
 def read_network(path: Path, *, weights: bool = True) -> onnx.ModelProto:
-    """Return what an ONNX file holds.
-
-    Args:
-        path: of the file.
-        weights: whether those that are in files beside it are read, too.
+    """Return what an ONNX file holds, with the weights that are in files beside it if they are asked for.
 
     Raises:
-        ModelError: the file is no network.
+        ModelError: the file is not a network.
     """
     try:
         return onnx.load(path, load_external_data=weights)
@@ -36,33 +32,28 @@ def read_network(path: Path, *, weights: bool = True) -> onnx.ModelProto:
 
 
 def stored_weights(model: Model, config: TrainingConfig) -> Weights:
-    """Return what a model has learned of the networks that a training is about.
+    """Return what a model that `train` wrote has learned of the networks that a training is about.
 
     Weights that are stored in 8 bits come as they are computed with; rows and columns of kernels that are not stored,
     since they never see more than padding, come as zeros.
 
-    Args:
-        model: one that `train` wrote.
-        config: the training.
-
     Raises:
         InvalidInputError: the model has other networks.
-        ModelError: a network's file is none.
+        ModelError: a network's file is not one.
     """
     weights = {}
     for name in config.modalities:
         modality = Modality[name.upper()]
         if modality not in model.card.networks:
-            raise _misfit(model, config, f"it has no network {name!r}")
+            raise _misfit_error(model, config, f"it has no network {name!r}")
         graph = read_network(model.folder / model.card.networks[modality].file).graph
         constants = {tensor.name: tensor for tensor in graph.initializer}
         for layer in convolutions(config.plan((name,))):
             try:
                 weights[layer.name] = _stored(layer, constants)
             except (KeyError, ValueError) as error:
-                raise _misfit(
-                    model, config, f"its network {name!r} has no such layer {layer.name}"
-                ) from error
+                why = f"its network {name!r} has no such layer {layer.name}"
+                raise _misfit_error(model, config, why) from error
     return weights
 
 
@@ -88,7 +79,7 @@ def _stored(layer: Conv, constants: Mapping[str, onnx.TensorProto]) -> tuple[_Ar
     return kernel.astype(np.float32), bias.astype(np.float32).reshape(layer.channels[1])
 
 
-def _misfit(model: Model, config: TrainingConfig, why: str) -> InvalidInputError:
+def _misfit_error(model: Model, config: TrainingConfig, why: str) -> InvalidInputError:
     return InvalidInputError(
         f"A training of {config.shape.name} ({', '.join(config.modalities)}) cannot start from the model "
         f"{model.card.name!r}: {why}. Start from a model that 'sunset train' made with the same --model and --modality."

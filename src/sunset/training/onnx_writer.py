@@ -21,11 +21,7 @@ _ALIGNMENT: Final = 64
 
 
 class Store:
-    """Weights by content, in files beside the graphs: what several graphs share is there once.
-
-    Args:
-        folder: of the files.
-    """
+    """Weights by content, in files of a folder beside the graphs: what several graphs share is there once."""
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
@@ -49,18 +45,15 @@ class Store:
 
 
 class Graph:
-    """A graph that is being put together.
-
-    Args:
-        name: of the graph, and of the files that it begins.
-        store: takes large weights.
-    """
+    """A graph that is being put together; the files that it begins have its name, and the store takes large weights."""
 
     def __init__(self, name: str, store: Store) -> None:
         self._name = name
         self._store = store
         self._nodes: list[NodeProto] = []
         self._constants: list[TensorProto] = []
+        self.inputs: list[ValueInfoProto] = []
+        self.outputs: list[ValueInfoProto] = []
         self.data: set[str] = set()
         """The files beside the graph's own that it needs."""
 
@@ -99,9 +92,9 @@ class Graph:
         self.node("MatMul", [source, columns], f"{output}.wide")
         return self.node("MatMul", [rows, f"{output}.wide"], output)
 
-    def write(self, path: Path, inputs: Sequence[ValueInfoProto], outputs: Sequence[ValueInfoProto]) -> None:
+    def write(self, path: Path) -> None:
         """Write the graph; the store's files must be there already, since the result is checked."""
-        body = helper.make_graph(self._nodes, self._name, list(inputs), list(outputs), self._constants)
+        body = helper.make_graph(self._nodes, self._name, self.inputs, self.outputs, self._constants)
         opset = helper.make_opsetid("", _OPSET)
         model = helper.make_model(body, opset_imports=[opset], ir_version=_IR_VERSION, producer_name="sunset")
         _write(path, model.SerializeToString(deterministic=True))

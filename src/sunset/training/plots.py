@@ -5,9 +5,10 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from sunset.errors import MissingExtraError, OutputError
+from sunset.errors import MissingExtraError
 from sunset.training.conditions import SHARPNESS, effects, signal_of
 from sunset.training.curves import BAND, Case, Curves, Figures
+from sunset.training.log_figure import save_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -32,10 +33,6 @@ _STYLE: Final = {
 def draw(curves: Curves, folder: Path) -> tuple[Path, ...]:
     """Draw `curves.png`, `sharpness.png` and `cures.png` into a folder and return those that there is data for.
 
-    Args:
-        curves: what was measured.
-        folder: exists.
-
     Raises:
         MissingExtraError: matplotlib is not installed.
         OutputError: a file cannot be written.
@@ -53,19 +50,9 @@ def draw(curves: Curves, folder: Path) -> tuple[Path, ...]:
         for name, fill in (("curves", _by_strength), ("sharpness", _sharpness), ("cures", _cures)):
             figure = Figure(dpi=200, layout="constrained")
             if fill(figure, curves):
-                drawn.append(_saved(figure, folder / f"{name}.png"))
+                drawn.append(folder / f"{name}.png")
+                save_figure(figure, drawn[-1], metadata={"Software": None})  # the same data, the same bytes
     return tuple(drawn)
-
-
-def _saved(figure: "Figure", path: Path) -> Path:
-    draft = path.with_name(f".{path.name}.part")
-    try:
-        figure.savefig(draft, format="png", metadata={"Software": None})  # the same data, the same bytes
-        draft.replace(path)
-    except OSError as error:
-        draft.unlink(missing_ok=True)
-        raise OutputError(f"The figure {path} cannot be written: {error.strerror}.") from error
-    return path
 
 
 def _by_strength(figure: "Figure", curves: Curves) -> bool:
@@ -92,17 +79,14 @@ def _by_strength(figure: "Figure", curves: Curves) -> bool:
 
 def _lines(axes: "Axes", cases: Sequence[Case], fault: str, value: Callable[[Figures], float]) -> None:
     strengths = [case.strengths[fault] for case in cases]
-    cured = [
-        (strength, value(case.after)) for strength, case in zip(strengths, cases, strict=True) if case.after
-    ]
+    cured = [(case.strengths[fault], value(case.after)) for case in cases if case.after]
     axes.plot(strengths, [value(case.before) for case in cases], "o-", color=_FAULTY, label="with the fault")
     if cured:
         axes.plot(*zip(*cured, strict=True), "--", color=_CURED, label="after its cure")
     for case in cases:
         if case.suite:
-            axes.axvline(
-                case.strengths[fault], color=_GREY, linewidth=0.8, linestyle="-.", label="suite strength"
-            )
+            strength = case.strengths[fault]
+            axes.axvline(strength, color=_GREY, linewidth=0.8, linestyle="-.", label="suite strength")
     if strengths[-1] > 10 * strengths[0]:
         axes.set_xscale("log")
         axes.xaxis.set_major_formatter("{x:g}")

@@ -41,11 +41,7 @@ def ranges(layers: Sequence[Layer], modules: nn.Module, frames: FrameSet, kept: 
 
 
 def _limits(
-    layers: Sequence[Layer],
-    modules: nn.Module,
-    frames: FrameSet,
-    names: Sequence[str],
-    index: int,
+    layers: Sequence[Layer], modules: nn.Module, frames: FrameSet, names: Sequence[str], index: int
 ) -> Arrays:
     """Return the ranges of results on a frame, (names, 2)."""
     results = frame_inputs(frames.bgr[index : index + 1], frames.depth[index : index + 1])

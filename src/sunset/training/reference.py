@@ -10,20 +10,11 @@ Convolution for Semantic Image Segmentation", 2017). Modules bear the names of t
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Final
+from typing import ClassVar, Final
 
 from sunset.classes import CLASSES
 from sunset.errors import InvalidInputError
-from sunset.training.architecture import (
-    Concat,
-    Conv,
-    Layer,
-    MaxPool,
-    Pool,
-    Spread,
-    check_widths,
-    merge,
-)
+from sunset.training.architecture import Concat, Conv, Layer, MaxPool, Pool, Spread, check_widths, merge
 
 _CLASSES: Final = len(CLASSES)
 _STRIDES: Final = (8, 16, 32)
@@ -44,40 +35,29 @@ class ReferenceShape:
         rates: dilations of the pyramid's 3x3 convolutions at stride 8.
     """
 
+    name: ClassVar = "deeplabv3_resnet50"
+    """How users call the architecture."""
+    description: ClassVar = (
+        "DeepLabV3 with a ResNet50 at output stride 8 and atrous spatial pyramid pooling with rates 12, 24 "
+        "and 36: one network for the colour image, one for the depth image, and both with their logits "
+        "interpolated to full size, concatenated and merged by 1x1 convolutions."
+    )
+    """A paragraph for the model's card."""
+    stride: ClassVar = 8
+    """How many pixels of the frame a logit of a branch stands for, in each direction."""
+
     width: int = 64
     blocks: tuple[int, int, int, int] = (3, 4, 6, 3)
     pyramid: int = 256
     rates: tuple[int, int, int] = (12, 24, 36)
 
     def __post_init__(self) -> None:
-        """Refuse widths that cannot be trained."""
         check_widths(self.width, self.pyramid)
-
-    @property
-    def name(self) -> str:
-        """How users call the architecture."""
-        return "deeplabv3_resnet50"
-
-    @property
-    def description(self) -> str:
-        """A paragraph for the model's card."""
-        return (
-            "DeepLabV3 with a ResNet50 at output stride 8 and atrous spatial pyramid pooling with rates 12, 24 "
-            "and 36: one network for the colour image, one for the depth image, and both with their logits "
-            "interpolated to full size, concatenated and merged by 1x1 convolutions."
-        )
-
-    @property
-    def stride(self) -> int:
-        """How many pixels of the frame a logit of a branch stands for, in each direction."""
-        return 8
 
     def branch(self, modality: str, output_stride: int | None = None) -> tuple[Layer, ...]:
         """Return the layers of one branch of the fusion: `<modality>.input` → `<modality>.logits`.
 
-        Args:
-            modality: "rgb" or "depth".
-            output_stride: 8, 16 or 32: how many of the last stages keep their strides.
+        The output stride, 8, 16 or 32, says how many of the last stages keep their strides.
 
         Raises:
             InvalidInputError: the output stride is another.

@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Mapping
-from dataclasses import asdict
+from dataclasses import asdict, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,8 +19,7 @@ if TYPE_CHECKING:
 def held_out_results(held_out: Mapping[str, Mapping[Modality, Measured]]) -> dict[str, object]:
     """Return the IoU of every network on random views of held-out towns, and by class on the one for the test.
 
-    Args:
-        held_out: by town, "validation" and "test", and network.
+    `held_out` is by town, "validation" and "test", and network.
     """
     classes: dict[str, dict[str, float]] = {}
     for modality, measured in held_out["test"].items():
@@ -36,20 +35,11 @@ def held_out_results(held_out: Mapping[str, Mapping[Modality, Measured]]) -> dic
 
 
 def training_facts(
-    config: TrainingConfig,
-    sets: FrameSets,
-    logs: dict[str, Path],
-    device: str,
-    start: "Start | None" = None,
+    config: TrainingConfig, sets: FrameSets, logs: dict[str, Path], device: str, start: "Start | None" = None
 ) -> dict[str, object]:
-    """Return how a model was trained: the card's `training`.
+    """Return how a model was trained, from the logs of its stages: the card's `training`.
 
-    Args:
-        config: the training.
-        sets: its frames.
-        logs: by stage.
-        device: what the networks were learned on.
-        start: what the training started from; how that was trained is told, too.
+    How the model was trained that it started from is told, too.
     """
     origin = None if start is None else start.origin
     lines = {
@@ -62,10 +52,7 @@ def training_facts(
             "flight's town, 1, was never seen. Colour frames mirrored, enlarged up to 1.3 times and up to 10 % "
             "brighter or darker; nothing that resembles a fault"
         ),
-        "frames": {
-            name: {"frames": len(getattr(sets, name))}
-            for name in ("train", "validation", "validation_flight", "test", "test_flight")
-        },
+        "frames": {field.name: {"frames": len(getattr(sets, field.name))} for field in fields(sets)},
         "seed": config.seed,
         "device": device,
         "network": asdict(config.shape),

@@ -1,7 +1,8 @@
 """A training run, from nothing to a model's folder with its card."""
 
 import shutil
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
@@ -32,6 +33,8 @@ if TYPE_CHECKING:
 
 _FINISH: Final = "finish"
 """The folder in which a model is finished when its weights are learned."""
+_KEPT: Final = "kept"
+"""The folder in that one in which results of measuring are kept."""
 _COMPARED: Final = 4
 """Frames on which exported networks are compared with torch."""
 
@@ -78,8 +81,7 @@ def train(
     for folder in (out, work):
         _check_writable(folder)
     check_work(config, work, resume=resume)
-    counts = counts or FrameCounts()
-    sets = render_sets(counts, work / "frames", jobs=jobs, progress=progress)
+    sets = render_sets(counts or FrameCounts(), work / "frames", jobs=jobs, progress=progress)
     return train_on(
         config,
         sets,
@@ -119,11 +121,7 @@ def train_on(
     """Do what `train` does with frames that are there already.
 
     Raises:
-        MissingExtraError: torch or onnx is not installed.
-        OutputError: a folder cannot be written.
-        InvalidInputError: the checkpoint to resume at is another training's or of other frames, or `start` has other
-            networks.
-        ModelError: a network's file of `start` is none.
+        SunsetError: as `train`.
     """
     _check_extra()
     from sunset.training.loop import find_torch_device, learn  # noqa: PLC0415  torch is an optional dependency
@@ -145,24 +143,28 @@ def train_on(
         )
         for log in logs.values():
             draw_log(log, log.with_suffix(".png"))
-        draft = _empty_folder(work / _FINISH / "draft")
-        measuring = _Measuring(jobs, progress, work / _FINISH / "kept")
-        measured = _export(config, modules, sets, draft, measuring)
+        draft, kept = _empty_folder(work / _FINISH / "draft"), work / _FINISH / _KEPT
+
+        def measured(what: str, model: Model, frames: FrameSet) -> dict[Modality, Measured]:
+            note = partial(progress, what) if progress else None
+            return measure(model, frames, jobs=jobs, progress=note, kept=kept)
+
+        results = _export(config, modules, sets, draft, measured)
         model = calibrate_model(
             load_model(draft),
             sets.validation_flight,
             source=f"two flights over town {VALIDATION_TOWN}",
             jobs=jobs,
             progress=progress,
-            kept=measuring.kept,
+            kept=kept,
         )
         held_out = {
-            name: measuring(f"Measuring on the {name} town", model, frames)
+            name: measured(f"Measuring on the {name} town", model, frames)
             for name, frames in (("validation", sets.validation), ("test", sets.test))
         }
-        measured |= held_out_results(held_out)
+        results |= held_out_results(held_out)
         facts = training_facts(config, sets, logs, find_torch_device(device).type, begin)
-        replace(model.card, training=facts, results={**measured, **model.card.results}).write(draft)
+        replace(model.card, training=facts, results={**results, **model.card.results}).write(draft)
         out.mkdir(parents=True, exist_ok=True)
         for path in sorted(draft.iterdir(), reverse=True):  # the card last
             shutil.copyfile(path, out / f"{path.name}.tmp")
@@ -193,19 +195,6 @@ def _start(model: Model | None, config: TrainingConfig) -> "Start | None":
     return Start(f"{card.name}, version {card.version}", stored_weights(model, config), card.training)
 
 
-@dataclass(frozen=True, slots=True)
-class _Measuring:
-    """How networks are measured: in how many processes, what is told, and where results are kept."""
-
-    jobs: int
-    progress: "Progress | None"
-    kept: Path
-
-    def __call__(self, what: str, model: Model, frames: FrameSet) -> dict[Modality, Measured]:
-        told = partial(self.progress, what) if self.progress else None
-        return measure(model, frames, jobs=self.jobs, progress=told, kept=self.kept)
-
-
 def _empty_folder(folder: Path) -> Path:
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
@@ -213,7 +202,11 @@ def _empty_folder(folder: Path) -> Path:
 
 
 def _export(
-    config: TrainingConfig, modules: "nn.Module", sets: FrameSets, draft: Path, measured: _Measuring
+    config: TrainingConfig,
+    modules: "nn.Module",
+    sets: FrameSets,
+    draft: Path,
+    measured: Callable[[str, Model, FrameSet], dict[Modality, Measured]],
 ) -> dict[str, object]:
     """Write the networks in 8 bits and a card without temperatures and thresholds.
 
@@ -225,20 +218,19 @@ def _export(
     from sunset.training.quantise import ranges  # noqa: PLC0415
 
     weights = folded_weights(config.plan(config.modalities), modules)
-    limits = ranges(config.plan(config.branches), modules, sets.train, measured.kept)
+    limits = ranges(config.plan(config.branches), modules, sets.train, draft.parent / _KEPT)
     _write(config, weights, Format(ranges=limits), draft)
     exact = _empty_folder(draft.parent / "exact")
     _write(config, weights, Format(), exact)
     models = {"float32": load_model(exact), "int8": load_model(draft)}
     found = {name: measured(f"Measuring {name}", model, sets.validation) for name, model in models.items()}
+    errors = _errors(config, modules, Segmenter(models["float32"]), sets.validation)
     return {
         "iou_by_precision_on_the_validation_town": {
             modality.key: {name: round(float(each[modality].iou.mean()), 4) for name, each in found.items()}
             for modality in models["int8"].card.networks
         },
-        "largest_difference_of_logits_from_torch": _errors(
-            config, modules, Segmenter(models["float32"]), sets.validation
-        ),
+        "largest_difference_of_logits_from_torch": errors,
     }
 
 
@@ -267,25 +259,19 @@ def _write(config: TrainingConfig, weights: "Weights", form: "Format", out: Path
     """Write networks and a card."""
     from sunset.training.onnx_graph import Network, export  # noqa: PLC0415  onnx is an optional dependency
 
-    networks = export(
-        out,
-        {
-            modality: Network(config.layers(modality.key), weights)
-            for modality in Modality
-            if modality.key in config.modalities
-        },
-        form,
-    )
+    modalities = [modality for modality in Modality if modality.key in config.modalities]
+    networks = {modality: Network(config.layers(modality.key), weights) for modality in modalities}
+    cards = export(out, networks, form)
     ModelCard(
         name=config.name,
-        version=version_of(networks),
+        version=version_of(cards),
         description=config.shape.description + _DESCRIPTION,
         height=HEIGHT,
         width=WIDTH,
         classes=CLASSES,
         entropy_threshold=1.0,
         sharpness_threshold=0.0,
-        networks=networks,
+        networks=cards,
         architecture=config.shape.name,
         precision=form.precision,
     ).write(out)

@@ -95,13 +95,9 @@ class Training:
 
 
 class StageRun:
-    """A stage's modules, its optimiser, and how far it has come.
+    """A stage's modules, its optimiser, and how far it has come, which a folder keeps.
 
-    Args:
-        training: what all stages share.
-        stage: the stage.
-        folder: keeps its checkpoint and log.
-        known: the weights of the stages before.
+    `known` are the weights of the stages before.
     """
 
     def __init__(self, training: Training, stage: Stage, folder: Path, known: Weights) -> None:
@@ -165,22 +161,23 @@ class StageRun:
         """Return the batch of the next step."""
         size = self._stage.schedule.phase(self._step).batch
         frames = self._training.frames
-        return frames.batch(draw(len(frames), size, self._config.seed, self._number(self._step)))
+        return frames.batch(draw(len(frames), size, self._config.seed, self._number()))
 
-    def _number(self, step: int) -> int:
-        """Return the number of a step's batch."""
+    def _number(self) -> int:
+        """Return the number of the next step's batch."""
         distinct = self._stage.schedule.distinct
-        return step if distinct is None else step % distinct
+        return self._step if distinct is None else self._step % distinct
 
     def _learn(self, batch: Batch) -> None:
         """Take one step, without waiting for the device."""
-        phase = self._stage.schedule.phase(self._step)
+        schedule = self._stage.schedule
+        phase = schedule.phase(self._step)
         self.modules.train()
         for module in self.modules.modules():
             if isinstance(module, nn.BatchNorm2d):
                 module.momentum = phase.momentum
         for group in self._optimiser.param_groups:
-            group["lr"] = self._stage.schedule.learning_rate_at(self._step)
+            group["lr"] = schedule.learning_rate_at(self._step)
         frozen = self._frozen_logits(batch)
         results = self._logits(self._learned_forward, batch, phase.output_stride, frozen)
         row, column = batch.phase
@@ -193,7 +190,6 @@ class StageRun:
             )
 
         losses = [loss(results[f"{name}.logits"]) for name in self._stage.learned]
-        schedule = self._stage.schedule
         if "misaligned" in self._losses_learned():
             misaligned = loss(self._misaligned(results), schedule.misaligned_smoothing)
             losses.append(schedule.misaligned_weight * misaligned)
@@ -217,7 +213,7 @@ class StageRun:
         """
         if not self._stage.frozen:
             return {}
-        number = self._number(self._step)
+        number = self._number()
         if number not in self._kept:
             seed = generator(self._config.seed, "training", "movement", number).integers(2**31)
             across, down = movement(torch.Generator().manual_seed(int(seed)))
@@ -324,8 +320,10 @@ class StageRun:
         self._spend()
         path = self._folder / CHECKPOINT
         temporary = path.with_suffix(".tmp")
-        state = {"modules": self.modules.state_dict(), "step": self._step, "seconds": self._seconds}
-        state |= {
+        state = {
+            "modules": self.modules.state_dict(),
+            "step": self._step,
+            "seconds": self._seconds,
             "config": self._description,
             "options": self._options,
             "losses": self._found_losses(),
@@ -379,7 +377,7 @@ def _inputs(names: tuple[str, ...], bgr: Tensor, depth: Tensor) -> dict[str, Ten
 
 
 def _full_size(maps: Tensor, phase: tuple[int, int] = (0, 0), step: int = 1) -> Tensor:
-    """Return logits (N, 28, h, w) of any stride at the frames' size, or of every so-manieth pixel of it."""
+    """Return logits (N, 28, h, w) of any stride at the frames' size, or of every n-th pixel of it."""
     return upsample(maps.float(), WIDTH // maps.shape[3], phase, step, (HEIGHT, WIDTH))
 
 

@@ -5,7 +5,8 @@ from dataclasses import asdict, dataclass, replace
 from functools import lru_cache, partial
 from itertools import product
 from pathlib import Path
-from typing import Final
+from types import MappingProxyType
+from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
@@ -35,8 +36,10 @@ from sunset.workers import Progress
 HELD_OUT: Final = (VALIDATION_TOWN, TEST_TOWN)
 """The towns that no network was trained on, beside the default flight's."""
 
-AXES: Final = ("height", "angle", "time", "weather")
-"""What views differ in; the fields of `Setting`."""
+AXES: Final[Mapping[str, Sequence[Any]]] = MappingProxyType(
+    {"height": HEIGHTS_M, "angle": PITCHES_DEG, "time": TIMES, "weather": WEATHERS}
+)
+"""What views differ in, the fields of `Setting`, and their values in order."""
 
 _SEED: Final = 7
 _PERIOD_NS: Final = 100_000_000
@@ -74,7 +77,6 @@ class Entry:
     modality: Modality
 
     def __str__(self) -> str:
-        """Return it as a heading."""
         return f"{self.model} {self.modality.key}"
 
 
@@ -90,23 +92,18 @@ class Measured:
     counts: Counts
 
     def __len__(self) -> int:
-        """Return the number of frames."""
         return len(self.counts)
-
-    def chosen(self, rows: npt.NDArray[np.bool_]) -> "Measured":
-        """Return some of the frames; `rows` is (N,)."""
-        return Measured(self.counts[rows])
 
     def per_image(self) -> npt.NDArray[np.float64]:
         """Return the mean over frames of the mean IoU over the classes in the frame, by network."""
-        iou, present = class_iou(_counts(self.counts))
+        iou, present = class_iou(ClassCounts(*np.moveaxis(self.counts, -2, 0)))
         means = iou.sum(axis=2) / np.maximum(present.sum(axis=2), 1)  # the IoU of what is absent is 0
         result: npt.NDArray[np.float64] = means.mean(axis=0)
         return result
 
     def by_class(self) -> npt.NDArray[np.float64]:
         """Return the IoU of every class over all frames (networks, 28); NaN where it is absent."""
-        iou, present = class_iou(_counts(self.counts.sum(axis=0)))
+        iou, present = class_iou(ClassCounts(*np.moveaxis(self.counts.sum(axis=0), -2, 0)))
         return np.where(present, iou, np.nan)
 
     def dataset(self) -> npt.NDArray[np.float64]:
@@ -119,10 +116,6 @@ class Measured:
         truth = self.counts[:, 0, 2].sum(axis=0)
         shares: npt.NDArray[np.float64] = truth / max(int(truth.sum()), 1)
         return shares
-
-
-def _counts(counts: Counts) -> ClassCounts:
-    return ClassCounts(counts[..., 0, :], counts[..., 1, :], counts[..., 2, :])
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,9 +136,8 @@ class IouTables:
 
     def places(self) -> dict[str, Measured]:
         """Return the sets of frames by name."""
-        return {f"town {town}": measured for town, measured in self.views.items()} | {
-            "default flight": self.flight
-        }
+        towns = {f"town {town}": measured for town, measured in self.views.items()}
+        return towns | {"default flight": self.flight}
 
     def along(self, axis: str) -> dict[str, Measured]:
         """Return the views of all held-out towns, by the values of one of `AXES`."""
@@ -153,28 +145,21 @@ class IouTables:
         values = [getattr(setting, axis) for setting in self.settings] * len(self.views)
         units = {"height": " m", "angle": "°"}
         return {
-            f"{value:g}{units[axis]}" if axis in units else value: together.chosen(
-                np.array([other == value for other in values])
+            f"{value:g}{units[axis]}" if axis in units else str(value): Measured(
+                together.counts[[other == value for other in values]]
             )
-            for value in sorted(set(values), key=_order(axis).index)
+            for value in AXES[axis]
+            if value in values
         }
 
 
-def _order(axis: str) -> Sequence[object]:
-    return {"height": HEIGHTS_M, "angle": PITCHES_DEG, "time": TIMES, "weather": WEATHERS}[axis]
-
-
-_SETTINGS: Final = tuple(Setting(*values) for values in product(HEIGHTS_M, PITCHES_DEG, TIMES, WEATHERS))
+_SETTINGS: Final = tuple(Setting(*values) for values in product(*AXES.values()))
 VIEWS: Final = 2 * len(_SETTINGS)
 """So many views of each held-out town are taken."""
 
 
 def settings(count: int) -> tuple[Setting, ...]:
-    """Return the settings of so many views: all combinations in a mixed order, again and again.
-
-    Args:
-        count: at least 1.
-    """
+    """Return the settings of so many views, at least 1: all combinations in a mixed order, again and again."""
     mixed = generator(_SEED, "iou", "settings").permutation(len(_SETTINGS))
     return tuple(_SETTINGS[mixed[index % len(mixed)]] for index in range(count))
 
@@ -254,11 +239,7 @@ def _names(models: Sequence[Model]) -> list[str]:
 
 
 def _views_bag(
-    town: int,
-    taken: tuple[Setting, ...],
-    size: tuple[int, int],
-    jobs: int | None,
-    progress: Progress | None,
+    town: int, taken: tuple[Setting, ...], size: tuple[int, int], jobs: int | None, progress: Progress | None
 ) -> Path:
     facts = {"town": town, "seed": _SEED, "size": size, "settings": [asdict(setting) for setting in taken]}
     work = partial(_render, town, taken, size)
@@ -292,17 +273,12 @@ def _count(folders: tuple[Path, ...], device: str, bags: tuple[Path, ...], look:
     segmenters, readers = _opened(folders, device, bags)
     frame = readers[place].frame(index)
     truth = CLASS_OF_CARLA_ID[frame.labels]
-    return np.array(
-        [
-            _as_rows(count_classes(segmenter.segment(modality, frame.rgb, frame.depth).labels, truth))
-            for segmenter in segmenters
-            for modality in sorted(segmenter.model.card.networks)
-        ]
+    found = (
+        count_classes(segmenter.segment(modality, frame.rgb, frame.depth).labels, truth)
+        for segmenter in segmenters
+        for modality in sorted(segmenter.model.card.networks)
     )
-
-
-def _as_rows(counts: ClassCounts) -> Counts:
-    return np.stack([counts.intersection, counts.predicted, counts.truth])
+    return np.array([(counts.intersection, counts.predicted, counts.truth) for counts in found])
 
 
 @lru_cache(maxsize=1)

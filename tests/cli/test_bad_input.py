@@ -429,7 +429,7 @@ def test_a_campaign_whose_plan_does_not_say_its_version_is_continued(
 
     assert main([*SHORT_CAMPAIGN, "nofault"]) == 0
 
-    assert "0 runs flown, 1 were there already" in capfd.readouterr().err
+    assert "0 runs done, 1 were there already" in capfd.readouterr().err
 
 
 def test_a_damaged_run(tmp_path: Path, complaint: Callable[[Sequence[str]], str]) -> None:

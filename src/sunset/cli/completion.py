@@ -60,5 +60,5 @@ def _complete(parser: Parser, files: object) -> None:
                 _complete(below, files)
         elif action.choices is None:
             action.choices = names.get(action.dest)
-            if action.type is Path or action.dest == "bag":
+            if action.type is Path:
                 vars(action)["complete"] = files  # where shtab looks for it

@@ -5,7 +5,7 @@ import json
 import sys
 from contextlib import redirect_stdout
 
-from sunset.cli._options import add_flight_options, flight_settings
+from sunset.cli._options import add_run_options, run_settings
 from sunset.cli._progress import progress_bar, rendering_progress
 from sunset.experiments import DEFAULT_SCENARIO, RunSpec, check_manager, manager_checksum, prepare
 from sunset.managing import MANAGERS
@@ -27,9 +27,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "where sets have another order.",
     )
     checking.add_argument("manager", help="NAME, FILE.py:CLASS or MODULE:CLASS")
-    checking.add_argument("--scenario", default=DEFAULT_SCENARIO, help=f"default: {DEFAULT_SCENARIO}")
+    checking.add_argument("--scenario", default=DEFAULT_SCENARIO, help="what it is run in")
     checking.add_argument("--seed", type=int, default=1, metavar="N")
-    add_flight_options(checking)
+    add_run_options(checking)
     checking.set_defaults(execute=check)
 
 
@@ -51,14 +51,13 @@ def check(arguments: argparse.Namespace) -> int:
         scenario=load_scenario(arguments.scenario),
         manager=arguments.manager,
         seed=arguments.seed,
-        settings=flight_settings(arguments),
+        settings=run_settings(arguments),
     )
-    manager_checksum(
-        spec.manager, limit_s=spec.settings.manager_limit_s
-    )  # what is wrong with it is said at once
+    # what is wrong with it is said at once
+    manager_checksum(spec.manager, limit_s=spec.settings.manager_limit_s)
     with rendering_progress() as progress:
         prepare(spec, progress=progress)
-    with progress_bar("Flying twice") as progress, redirect_stdout(sys.stderr):
-        found = check_manager(spec, progress=progress)
-    print(found)
-    return 0 if found.passed else 1
+    with progress_bar("Running twice") as progress, redirect_stdout(sys.stderr):
+        verdict = check_manager(spec, progress=progress)
+    print(verdict)
+    return 0 if verdict.passed else 1

@@ -36,11 +36,8 @@ def list_scenarios(arguments: argparse.Namespace) -> int:
     """Print the names."""
     chosen = [arguments.suite] if arguments.suite else list(suite_names())
     if arguments.json:
-        print(
-            json.dumps(
-                {name: [scenario.name for scenario in load_suite(name)] for name in chosen}, sort_keys=True
-            )
-        )
+        suites = {name: [scenario.name for scenario in load_suite(name)] for name in chosen}
+        print(json.dumps(suites, sort_keys=True))
         return 0
     for name in chosen:
         for scenario in load_suite(name):

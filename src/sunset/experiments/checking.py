@@ -1,4 +1,4 @@
-"""Whether a managing system loads, flies, keeps the rules and is deterministic."""
+"""Whether a managing system loads, runs, keeps the rules and is deterministic."""
 
 import os
 import tempfile
@@ -50,7 +50,7 @@ class ManagerCheck:
         return "\n".join(
             (
                 f"loads            yes: {self.manager}",
-                f"flies            yes: {self.adaptations} adaptations in {self.scenario}",
+                f"runs             yes: {self.adaptations} adaptations in {self.scenario}",
                 f"keeps the rules  {f'no: {self.reason}' if self.reason else 'yes'}",
                 f"deterministic    {same}{where}",
             )

@@ -50,7 +50,7 @@ def find_resources(spec: RunSpec, *, progress: Callable[[int, int], None] | None
     model = load_model(spec.settings.model)
     if missing := missing_networks(model):
         raise ModelError(
-            f"The model {model.card.name!r} cannot fly without {missing}, since the sensor fusion switches "
+            f"The model {model.card.name!r} lacks {missing}, which a run needs, since the sensor fusion switches "
             f"between {_words(list(Modality))}: train or import a model with all three networks."
         )
     if model.card.sharpness_threshold <= 0:

@@ -24,7 +24,7 @@ PLAN_VERSION: Final = 1
 RUN_FILE: Final = "run.json"
 """The file of a run's folder that is there only when the run is complete."""
 PLAN_FILE: Final = "bench.json"
-"""The file of a campaign's folder that says what is flown in it."""
+"""The file of a campaign's folder that says what is run in it."""
 
 _MOST: Final = 10**6
 """No number of a run is larger; twelve days, of those that are times."""
@@ -44,7 +44,7 @@ class RunRecord(msgspec.Struct, frozen=True, kw_only=True):
     Attributes:
         scenario: the scenario's name.
         faults: the scenario's.
-        suite: the suite that it was flown for; empty for a scenario of one's own.
+        suite: the suite that it was run for; empty for a scenario of one's own.
         manager: the managing system's name.
         manager_spec: what it was loaded as, where that is not its name.
         manager_checksum: of the files that it is written in; empty if it has none.
@@ -184,9 +184,9 @@ class CampaignPlan(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True
     Attributes:
         plan_version: of this schema.
         suite: the suite's name or folder.
-        scenarios: those of it that are flown; all if there is none.
-        scenarios_checksum: of all scenarios that are flown.
-        references: whether the paper's two reference rows are flown too.
+        scenarios: those of it that are run; all if there is none.
+        scenarios_checksum: of all scenarios that are run.
+        references: whether the paper's two reference rows are run too.
         managers: the managing systems.
         manager_checksums: of the files that they are written in, by name.
         repetitions: of every scenario.

@@ -1,4 +1,4 @@
-"""A whole run from its record: what was flown, what happened, and what was logged meanwhile."""
+"""A whole run from its record: what was run, what happened, and what was logged meanwhile."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

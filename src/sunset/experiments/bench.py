@@ -5,7 +5,7 @@ import hashlib
 import json
 import re
 from collections.abc import Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, wait
+from concurrent.futures import as_completed
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -16,8 +16,8 @@ from msgspec.structs import asdict
 from sunset.errors import InvalidInputError, ManagerError, OutputError, RecordError, SunsetError
 from sunset.experiments.files import make_folder, write_text
 from sunset.experiments.manager import manager_checksum
-from sunset.experiments.resources import Resources, close_bags
-from sunset.experiments.run import prepare, record, record_failure, versions
+from sunset.experiments.resources import Resources, close_bags, prepare
+from sunset.experiments.run import record_failure, run, versions
 from sunset.experiments.spec import RunSpec, Settings
 from sunset.managing import MANAGERS, is_registered, split_label
 from sunset.names import base_name
@@ -84,12 +84,7 @@ def plan(spec: BenchSpec) -> tuple[RunSpec, ...]:
     groups += [(spec.suite, manager) for manager in spec.managers]
     scenarios = {name: suite(name) for name in REFERENCE_SUITES} | {spec.suite: _chosen(spec)}
     runs = (
-        RunSpec(
-            scenario=scenario,
-            manager=manager,
-            seed=spec.seed + repetition,
-            settings=spec.settings,
-        )
+        RunSpec(scenario=scenario, manager=manager, seed=spec.seed + repetition, settings=spec.settings)
         # a repetition at a time: runs that share their frames are neighbours, for the inference cache
         for repetition in range(spec.repetitions)
         for name, manager in groups
@@ -150,17 +145,18 @@ def bench(spec: BenchSpec, out: Path, *, jobs: int | None = None, progress: Prog
     check_jobs(jobs)
     runs = plan(spec)
     # rendering a flight and loading a model are done once, before the workers need them
-    described = describe(spec, prepare(runs[0]))
+    described = _describe(spec, runs, prepare(runs[0]))
+    checksums = described.manager_checksums
     with _alone(out):
         _claim(out, described)
-        todo = [one for one in runs if not (run_folder(out, one) / RUN_FILE).is_file()]
+        places = [(one, run_folder(out, one), checksums.get(one.manager_name)) for one in runs]
+        todo = [place for place in places if not (place[1] / RUN_FILE).is_file()]
         done = len(runs) - len(todo)
         if progress is not None:
             progress(done, len(runs))
         if todo:
-            checksums = described.manager_checksums
-            todo = [(one, run_folder(out, one), checksums.get(one.manager_name)) for one in todo]
-            for count in _run_all(todo, min(jobs or _jobs(spec), len(todo))):
+            jobs = jobs or (1 if spec.settings.live else processors())
+            for count in _run_all(todo, min(jobs, len(todo))):
                 if progress is not None:
                     progress(done + count, len(runs))
     return len(todo)
@@ -185,39 +181,24 @@ def _alone(out: Path) -> Iterator[None]:
         yield
 
 
-def _jobs(spec: BenchSpec) -> int:
-    return processors() if spec.settings.middleware == "sim" else 1
-
-
 def _run_all(todo: Sequence[tuple[RunSpec, Path, str | None]], jobs: int) -> Iterator[int]:
     """Do all runs, each into its folder, with the managing system's checksum; yield how many are finished, after each.
 
-    Simulated ones are run by other processes, as many at a time as there are jobs.
+    Simulated ones are done by other processes, as many at a time as there are jobs.
     """
     if todo[0][0].settings.live and jobs == 1:
-        for count, run in enumerate(todo, 1):
-            _run(*run)
+        for count, one in enumerate(todo, 1):
+            _run(*one)
             yield count
         return
-    waiting = iter(todo)
-    pending: set[Future[None]] = set()
-    finished = 0
     forked = any(is_registered(spec.manager) for spec, _, _ in todo)
     if forked:
         close_bags()
     with worker_pool(jobs, forked=forked) as pool:
-        while True:
-            for one in waiting:
-                pending.add(pool.submit(_run, *one))
-                if len(pending) >= 2 * jobs:
-                    break
-            if not pending:
-                return
-            complete, pending = wait(pending, return_when=FIRST_COMPLETED)
-            for future in complete:
-                future.result()
-                finished += 1
-                yield finished
+        futures = [pool.submit(_run, *one) for one in todo]
+        for count, future in enumerate(as_completed(futures), 1):
+            future.result()
+            yield count
 
 
 def _run(spec: RunSpec, folder: Path, known: str | None) -> None:
@@ -232,7 +213,7 @@ def _run(spec: RunSpec, folder: Path, known: str | None) -> None:
         SunsetError: the run failed, and no managing system of the user's can be the reason.
     """
     try:
-        record(spec, folder, known=known)
+        run(spec, folder, known=known)
     except SunsetError as error:
         if spec.manager in MANAGERS or (spec.settings.live and not isinstance(error, ManagerError)):
             raise
@@ -275,13 +256,8 @@ def _flat(plan: CampaignPlan) -> dict[str, object]:
     return flat
 
 
-def describe(spec: BenchSpec, resources: Resources) -> CampaignPlan:
-    """Return a campaign's plan as it is stored: whatever its results may depend on, by name and by content.
-
-    Raises:
-        ManagerError: a managing system cannot be loaded.
-    """
-    runs = plan(spec)
+def _describe(spec: BenchSpec, runs: Sequence[RunSpec], resources: Resources) -> CampaignPlan:
+    """Return a campaign's plan as it is stored: whatever its results may depend on, by name and by content."""
     return CampaignPlan(
         plan_version=PLAN_VERSION,
         suite=spec.suite,

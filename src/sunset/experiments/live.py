@@ -2,7 +2,7 @@
 
 import os
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass
 from functools import partial
@@ -29,10 +29,6 @@ _FIRST: Final = ("bag_player", "camera", "depth", EXECUTOR)
 _TURN_S: Final = 0.2
 """How long the next waits for one that takes longer: all at once would take the processor from other systems."""
 _STEP_NS: Final = 10_000_000
-
-
-def drop_line(node: str, line: str) -> None:
-    """Do nothing with what a node prints."""
 
 
 @dataclass(frozen=True)
@@ -89,9 +85,9 @@ class LiveSystem:
         *,
         network: bool = False,
         distro: str | None = None,
-        clock: "LiveClock | None" = None,
+        clock: LiveClock | None = None,
         loop: bool = False,
-        on_line: Callable[[str, str], None] = drop_line,
+        on_line: Callable[[str, str], object] = lambda _node, _line: None,
     ) -> None:
         live = live_middleware(spec.settings.middleware)
         if os.environ.get("ROS_AUTOMATIC_DISCOVERY_RANGE", "").strip() == "OFF":
@@ -109,7 +105,7 @@ class LiveSystem:
             self.domain_id = middleware.domain_id
             self._middleware: Middleware = middleware
             stack.enter_context(live.sole_system(self.domain_id))
-            parameters = _by_full_name(self._parameters(resources, loop=loop))
+            parameters = self._parameters(resources)
             stack.enter_context(deployment(self.domain_id, parameters, spec.scenario.to_yaml()))
             self.context = Context()
             words = ["--ros-args", "-p", "use_sim_time:=true", "-p", "launcher:use_sim_time:=false"]
@@ -119,9 +115,8 @@ class LiveSystem:
             specs = {name: spec_of(node=name) for name in names}
             if spec.manager != EXTERNAL:
                 specs[MANAGER_PROCESS] = spec_of(node=MANAGER, manager=spec.manager)
-            self.processes = stack.enter_context(
-                NodeProcesses(specs, {"ROS_DOMAIN_ID": str(self.domain_id)}, on_line)
-            )
+            self.processes = NodeProcesses(specs, {"ROS_DOMAIN_ID": str(self.domain_id)}, on_line)
+            stack.callback(self.processes.close)
             self.executor = SingleThreadedExecutor(context=self.context)
             self._launcher = Launcher(self.processes, self._managed, context=self.context)
             self.executor.add_node(self._launcher)
@@ -143,28 +138,33 @@ class LiveSystem:
     def _is_heard(self, node: str) -> bool:
         return any(name == node for name, _ in self._middleware.nodes())
 
-    def _parameters(self, resources: Resources, *, loop: bool) -> dict[str, Parameters]:
-        """Return node → parameter → value; under the empty name those of all nodes."""
-        spec, card = self._spec, resources.model.card
+    def _parameters(self, resources: Resources) -> dict[str, Parameters]:
+        """Return pattern of full node names → parameter → value; that of all nodes comes first."""
+        spec, managed = self._spec, current_system().nodes
         parameters = node_parameters(spec, resources)
         height, width = resources.bag.size
-        played: Parameters = {
+        parameters["bag_player"] |= {
             "bag": str(resources.bag.path.absolute()),
             "width": width,
             "height": height,
             "speed": self._clock.speed,
             "origin_ns": self._clock.origin_ns,
-            "loop": loop or spec.settings.loop,
             "use_sim_time": False,  # it is what gives the time
         }
-        parameters["bag_player"] |= played | ({"start_frame": 0, "frames": 0} if loop else {})
+        if self._lasts:
+            parameters["bag_player"] |= {"loop": True, "start_frame": 0, "frames": 0}
         parameters["segmentation"] |= {
             "model": _absolute(spec.settings.model),
             "device": resources.segmenter.device,
         }
         parameters[EXECUTOR] = {"scenario": str(deployed_scenario(self.domain_id))}
-        parameters[""] = {"use_sim_time": True, "entropy_threshold": card.entropy_threshold}
-        return parameters
+        of_all: Parameters = {
+            "use_sim_time": True,
+            "entropy_threshold": resources.model.card.entropy_threshold,
+        }
+        return {"/**": of_all} | {
+            full_name(node) if node in managed else f"/{node}": values for node, values in parameters.items()
+        }
 
     def spin_until(self, predicate: Callable[[], bool], timeout_s: float) -> bool:
         """Run callbacks of this process, and take care of the others, until a predicate holds.
@@ -224,14 +224,3 @@ class LiveSystem:
 def _absolute(model: str) -> str:
     """Return a model's name, or its folder so that it can be found from anywhere."""
     return str(Path(model).absolute()) if os.sep in model or Path(model).is_dir() else model
-
-
-def _by_full_name(parameters: Mapping[str, Parameters]) -> dict[str, Parameters]:
-    """Return the patterns of full node names for parameters by short names; those of all nodes come first."""
-    managed = current_system().nodes
-    named = {
-        full_name(node) if node in managed else f"/{node}": values
-        for node, values in parameters.items()
-        if node
-    }
-    return {"/**": parameters[""], **named}

@@ -120,13 +120,13 @@ def check_name(name: str, given: str) -> None:
         )
 
 
-def absent(
+def bring_up_timeout_error(
     spec: RunSpec, limit_s: float, missing: Mapping[str, str], commands: int, *, disturbed: bool = False
 ) -> SunsetError:
     """Return what a user is told when nodes are not all active in time.
 
     Args:
-        spec: what was to be flown.
+        spec: what was to be run.
         limit_s: how long was waited, in seconds.
         missing: node → its state, of those that are not as they should be.
         commands: how many requests of the managing system they had meanwhile.
@@ -160,7 +160,7 @@ def check_injection(problem: str, observer: Observer) -> None:
         observer.violations[f"{problem} (requests of the managing system: {observer.commands})"] = None
 
 
-def failure(spec: RunSpec, manager: ManagingSystem, error: BaseException) -> ManagerError:
+def manager_error(spec: RunSpec, manager: ManagingSystem, error: BaseException) -> ManagerError:
     """Return what a user is told when a callback of the managing system raised."""
     cause = error.__cause__ if isinstance(error, CallbackError) and error.__cause__ else error
     return ManagerError(

@@ -51,13 +51,7 @@ def execute(arguments: argparse.Namespace) -> int:
             source = f"the bag {name}"
             frames = frames_of_bag(arguments.bag, size)
         calibrated = calibrate_model(
-            model,
-            frames,
-            arguments.out,
-            source=source,
-            jobs=arguments.jobs,
-            device=device,
-            progress=progress,
+            model, frames, arguments.out, source=source, jobs=arguments.jobs, device=device, progress=progress
         )
     card = calibrated.card
     for modality, network in sorted(card.networks.items()):

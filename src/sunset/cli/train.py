@@ -74,11 +74,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="continue the training in the work folder where it was interrupted",
     )
     parser.add_argument(
-        "--work",
-        type=Path,
-        default="training",
-        metavar="DIR",
-        help="keeps frames, checkpoints and logs",
+        "--work", type=Path, default="training", metavar="DIR", help="keeps frames, checkpoints and logs"
     )
     parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="the model's folder")
     parser.set_defaults(execute=execute)

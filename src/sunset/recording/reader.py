@@ -22,7 +22,6 @@ def read_messages(folder: Path, topics: Collection[str] | None = None) -> tuple[
     Raises:
         RecordError: the record is missing, incomplete, damaged, or of another version.
     """
-    folder = Path(folder)
     expected = read_run(folder).digest
     payloads = list(read_bag(folder))
     found = digest_of(payloads)
@@ -35,10 +34,6 @@ def read_messages(folder: Path, topics: Collection[str] | None = None) -> tuple[
 
 def check_extensions(run: RunRecord, folder: Path) -> None:
     """Check that this process describes the system that a run was made with.
-
-    Args:
-        run: what `run.json` says.
-        folder: the record.
 
     Raises:
         RecordError: an extension is missing, too many, or another one of the same name.

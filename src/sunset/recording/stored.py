@@ -50,7 +50,6 @@ class StoredRun:
     """A run, as its record tells it.
 
     Attributes:
-        folder: the record's.
         record: what was run.
         timeline: what was observed.
         metrics: the figures, computed from that.

@@ -80,7 +80,7 @@ MANAGERS: dict[str, tuple[str, str]] = {
             "from sunset.managing import ManagingSystem\nclass Mine(ManagingSystem):\n"
             "    def __init__(self, **_): pass\n    def adapt(self, symptoms): pass"
         ),
-        "cannot be made: it raised AttributeError",
+        "could not be constructed: it raised AttributeError",
     ),
     "raises what is no exception": (
         (

@@ -33,10 +33,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_jobs_option(parser, "processes; no influence on results (default: one a core)")
     add_device_option(parser)
-    parser.set_defaults(execute=execute)
 
 
-def execute(arguments: argparse.Namespace) -> int:
+def execute(arguments: argparse.Namespace) -> None:
     """Calibrate a model."""
     model = load_model(arguments.model)
     check_target(model, arguments.out)
@@ -63,4 +62,3 @@ def execute(arguments: argparse.Namespace) -> int:
         f"a run also needs {missing}" if missing else f"'sunset run --model {calibrated.folder}' runs with it"
     )
     print(f"The model in {calibrated.folder} is calibrated; {use}.", file=sys.stderr)
-    return 0

@@ -47,7 +47,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_jobs_option(parser, "processes; no influence on results (default: one a core)")
     add_device_option(parser)
     parser.add_argument("--json", action="store_true", help="print one JSON object")
-    parser.set_defaults(execute=execute)
 
 
 def _strength(text: str) -> tuple[str, float]:
@@ -60,7 +59,7 @@ def _strength(text: str) -> tuple[str, float]:
         ) from None
 
 
-def execute(arguments: argparse.Namespace) -> int:
+def execute(arguments: argparse.Namespace) -> None:
     """Measure a model by fault and strength."""
     model, device = load_model(arguments.model), find_device(arguments.device)
     bag = arguments.bag or _default_flight(model, arguments.jobs)
@@ -86,7 +85,6 @@ def execute(arguments: argparse.Namespace) -> int:
             draw(measured, arguments.out)
         except MissingExtraError as error:
             print(error, file=sys.stderr)
-    return 0
 
 
 def _default_flight(model: Model, jobs: int | None) -> Path:

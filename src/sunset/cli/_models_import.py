@@ -27,7 +27,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--name", metavar="NAME", help="the model's name (default: its folder's)")
     parser.add_argument("--size", type=_size, default="256x144", metavar="WxH", help="of the images it takes")
-    parser.set_defaults(execute=execute)
 
 
 def _size(text: str) -> tuple[int, int]:
@@ -41,7 +40,7 @@ def _size(text: str) -> tuple[int, int]:
     return int(width), int(height)
 
 
-def execute(arguments: argparse.Namespace) -> int:
+def execute(arguments: argparse.Namespace) -> None:
     """Make a model of checkpoints."""
     out = arguments.out or Path(f"{arguments.checkpoints.resolve().name}-model")
     if out.exists():
@@ -63,4 +62,3 @@ def execute(arguments: argparse.Namespace) -> int:
     )
     if missing := missing_networks(model):
         print(f"It can be measured, but a run also needs {missing}.", file=sys.stderr)
-    return 0

@@ -33,10 +33,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_jobs_option(parser, "processes; no influence on results (default: one a core)")
     add_device_option(parser)
     parser.add_argument("--json", action="store_true", help="print one JSON object")
-    parser.set_defaults(execute=execute)
 
 
-def execute(arguments: argparse.Namespace) -> int:
+def execute(arguments: argparse.Namespace) -> None:
     """Measure models on held-out towns."""
     models = [load_model(name) for name in dict.fromkeys(arguments.models or list_models())]
     if arguments.out is not None:
@@ -55,4 +54,3 @@ def execute(arguments: argparse.Namespace) -> int:
     if arguments.out is not None:
         write_text(arguments.out / "iou.md", text)
         write_text(arguments.out / "iou.csv", iou_csv(tables))
-    return 0

@@ -26,16 +26,7 @@ def add_campaign_options(
     what: str = "runs",
     more: str = "",
 ) -> None:
-    """Add what says which runs a campaign consists of, with these defaults.
-
-    Args:
-        parser: gets the options.
-        suite: the default suite.
-        managers: the default managing systems, separated by commas.
-        repetitions: how many there are by default.
-        what: is repeated.
-        more: what else is said of managing systems.
-    """
+    """Add what says which runs a campaign consists of, with these defaults; `more` is said of managing systems."""
     parser.add_argument(
         "--suite",
         default=suite,

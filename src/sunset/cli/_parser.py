@@ -54,7 +54,7 @@ VERBS: Final[Mapping[str, Verb]] = {
     "ros": Verb("look at a running ROS 2 system and change it, without a ROS installation"),
     "completion": Verb("print what a shell completes this command line with"),
 }
-"""By name. Each is a module beside this one, whose `add_arguments` completes the verb's parser."""
+"""By name. Each is a module beside this one."""
 
 
 _EXTENSION: Final[Mapping[str, Any]] = {
@@ -80,19 +80,23 @@ class Parser(argparse.ArgumentParser):
     """An argument parser whose complaint is one sentence.
 
     Args:
-        module: the module beside this one whose `add_arguments` adds the arguments when they are needed first.
+        module: the module beside this one whose `add_arguments` adds the arguments when they are needed first, and
+            whose `execute` does what they say, if it has no actions below it.
         options: those of `argparse.ArgumentParser`.
     """
 
     def __init__(self, *, module: str = "", **options: Any) -> None:
         super().__init__(**options)
+        self.set_defaults(execute=lambda _: self.print_help())
         self._missing = module
 
     def complete(self) -> None:
         """Add the arguments, unless that was done before; let the help of each option say what its default is."""
         module, self._missing = self._missing, ""
         if module:
-            import_module(f"sunset.cli.{module}").add_arguments(self)
+            loaded = import_module(f"sunset.cli.{module}")
+            self.set_defaults(execute=getattr(loaded, "execute", self.get_default("execute")))
+            loaded.add_arguments(self)
             if VERBS.get(
                 module, Verb("")
             ).is_extensible:  # `main` has taken them out of the command line already
@@ -150,7 +154,6 @@ def make_parser() -> Parser:
         epilog="'sunset VERB --help' explains one verb.",
     )
     parser.add_argument("--version", action="version", version=f"sunset {__version__}")
-    parser.set_defaults(execute=lambda _: parser.print_help())
     verbs = parser.add_subparsers(title="verbs", metavar="VERB")
     for name, verb in VERBS.items():
         verbs.add_parser(name, help=verb.help, module=name)

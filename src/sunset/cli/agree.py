@@ -43,17 +43,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--stored", action="store_true", help="run nothing: compare the runs that are in DIR already"
     )
     add_format_options(parser, AGREEMENT_FORMATS, "how the report is printed")
-    parser.set_defaults(execute=execute)
 
 
-def execute(arguments: argparse.Namespace) -> int:
+def execute(arguments: argparse.Namespace) -> None:
     """Run what is not there yet, and print the report."""
     if not arguments.stored:
         _run(arguments)
     with progress_bar("Reading pairs of runs") as progress:
         agreements = compare(arguments.out / _SIM, arguments.out / _LIVE, progress=progress)
     print(format_agreement(agreements, arguments.format).rstrip("\n"))
-    return 0
 
 
 def _run(arguments: argparse.Namespace) -> None:

@@ -44,10 +44,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_jobs_option(parser, "worker processes (default: one a core; live: 1)")
     parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder of the results")
     add_format_options(parser, FORMATS, "how the table is printed")
-    parser.set_defaults(execute=execute)
 
 
-def execute(arguments: argparse.Namespace) -> int:
+def execute(arguments: argparse.Namespace) -> None:
     """Run the campaign, and print the table."""
     settings = run_settings(arguments, middleware=arguments.middleware, speed=arguments.rate)
     spec = campaign(arguments, settings, references=arguments.references)
@@ -59,4 +58,3 @@ def execute(arguments: argparse.Namespace) -> int:
         done = bench(spec, arguments.out, jobs=arguments.jobs, progress=progress)
     print(f"{done} runs done, {len(runs) - done} were there already.", file=sys.stderr)
     print_report(arguments.out, arguments.format)
-    return 0

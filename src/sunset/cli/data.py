@@ -46,7 +46,6 @@ _RATES_HZ: Final = (0.1, 1000)
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Complete the verb's parser."""
-    parser.set_defaults(execute=lambda _: parser.print_help())
     actions = parser.add_subparsers(title="actions", metavar="ACTION")
     _add_render(actions)
     _add_import(actions)
@@ -144,7 +143,7 @@ def _rate(text: str) -> float:
     return rate
 
 
-def render(arguments: argparse.Namespace) -> int:
+def render(arguments: argparse.Namespace) -> None:
     """Render a flight."""
     plan = FlightPlan(
         town=arguments.town,
@@ -156,10 +155,9 @@ def render(arguments: argparse.Namespace) -> int:
         seed=arguments.seed,
     )
     _write("Rendering", arguments.out, render_frames(plan), plan.stamps_ns(), first=BUILDING)
-    return 0
 
 
-def import_flight(arguments: argparse.Namespace) -> int:
+def import_flight(arguments: argparse.Namespace) -> None:
     """Make a bag of SynDrone's folders, of a folder of pictures, or of another bag."""
     _check_source(arguments)
     first, last = arguments.frames
@@ -173,7 +171,7 @@ def import_flight(arguments: argparse.Namespace) -> int:
             )
         stamps = [round((index + 1) * 1e9 / arguments.rate) for index in range(len(flight))]
         _write("Importing", arguments.out, flight.frames(arguments.size, jobs=arguments.jobs), stamps)
-        return 0
+        return
     with read_bag(arguments.bag, size=arguments.size) as reader:
         low, high = first or 0, len(reader) - 1 if last is None else last
         if not low <= high < len(reader):
@@ -186,7 +184,6 @@ def import_flight(arguments: argparse.Namespace) -> int:
         chosen = range(low, high + 1)
         stamps = [reader.stamps_ns[index] for index in chosen]
         _write("Importing", arguments.out, map(reader.frame, chosen), stamps)
-    return 0
 
 
 def _check_source(arguments: argparse.Namespace) -> None:
@@ -231,7 +228,7 @@ def _write(
     print(f"The flight of {len(stamps_ns)} frames is in {out}.", file=sys.stderr)
 
 
-def info(arguments: argparse.Namespace) -> int:
+def info(arguments: argparse.Namespace) -> None:
     """Print what a bag or a folder of SynDrone's holds."""
     if arguments.path is None:
         with rendering_progress() as progress:
@@ -245,7 +242,6 @@ def info(arguments: argparse.Namespace) -> int:
             statistics = bag_statistics(reader, progress=progress)
         contents, text = statistics.to_json(), _bag_text(statistics)
     print(json.dumps(contents, sort_keys=True) if arguments.json else printable(text))
-    return 0
 
 
 def _syndrone(root: Path) -> tuple[dict[str, object], str]:

@@ -6,18 +6,17 @@ import sys
 from pathlib import Path
 
 from sunset.api.catalogue import draw_fault_figure
-from sunset.cli._columns import print_columns
 from sunset.cli._options import add_run_options, run_settings
 from sunset.cli._progress import progress_bar, rendering_progress
 from sunset.evaluation import check_figure
 from sunset.experiments import RunSpec, prepare
 from sunset.scenarios import load_scenario
 from sunset.system import Fault, current_system, get_fault
+from sunset.tables import aligned
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Complete the verb's parser."""
-    parser.set_defaults(execute=lambda _: parser.print_help())
     actions = parser.add_subparsers(title="actions", metavar="ACTION")
     listing = actions.add_parser(
         "list",
@@ -42,12 +41,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     drawing.set_defaults(execute=draw)
 
 
-def list_faults(arguments: argparse.Namespace) -> int:
+def list_faults(arguments: argparse.Namespace) -> None:
     """Print the catalogue."""
     if arguments.json:
         catalogue = [_described(fault) for fault in current_system().faults.values()]
         print(json.dumps({"faults": catalogue}, sort_keys=True))
-        return 0
+        return
     header = ("FAULT", "NODE", "KIND", "STRENGTH", "FAILURE", "CURED BY")
     rows = (
         (
@@ -60,16 +59,15 @@ def list_faults(arguments: argparse.Namespace) -> int:
         )
         for fault in current_system().faults.values()
     )
-    print_columns(header, rows)
-    return 0
+    print("\n".join(aligned([header, *rows], left=range(len(header)))))
 
 
-def show(arguments: argparse.Namespace) -> int:
+def show(arguments: argparse.Namespace) -> None:
     """Print one fault."""
     fault = get_fault(arguments.fault)
     if arguments.json:
         print(json.dumps(_described(fault), sort_keys=True))
-        return 0
+        return
     print(f"{fault.name}: {fault.description}")
     print(f"  failure    {_failure_text(fault)}")
     print(f"  kind       {fault.kind}, in {fault.node}")
@@ -79,10 +77,9 @@ def show(arguments: argparse.Namespace) -> int:
             f"  strength   {fault.value} in the suites; above {fault.limits[0]:g} and at most {fault.limits[1]:g}"
         )
     print(f"  cured by   {_cures_text(fault)}{'; by nothing else' if fault.cures else ''}")
-    return 0
 
 
-def draw(arguments: argparse.Namespace) -> int:
+def draw(arguments: argparse.Namespace) -> None:
     """Run without and with each fault of F4, and draw the figure."""
     settings = run_settings(arguments)
     check_figure(arguments.out)
@@ -94,7 +91,6 @@ def draw(arguments: argparse.Namespace) -> int:
     with progress_bar("Running") as progress:
         draw_fault_figure(arguments.out, settings, arguments.seed, progress)
     print(f"The figure is in {arguments.out}.", file=sys.stderr)
-    return 0
 
 
 def _failure_text(fault: Fault) -> str:

@@ -14,7 +14,6 @@ from sunset.scenarios import load_scenario
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Complete the verb's parser."""
-    parser.set_defaults(execute=lambda _: parser.print_help())
     actions = parser.add_subparsers(title="actions", metavar="ACTION")
     listing = actions.add_parser("list", help="list those that come with SUNSET")
     listing.add_argument("--json", action="store_true", help="print one JSON object")
@@ -33,16 +32,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     checking.set_defaults(execute=check)
 
 
-def list_managers(arguments: argparse.Namespace) -> int:
+def list_managers(arguments: argparse.Namespace) -> None:
     """Print the registered managing systems."""
     described = {name: (manager.__doc__ or "").splitlines()[0] for name, manager in MANAGERS.items()}
     if arguments.json:
         managers = [{"name": name, "description": text} for name, text in described.items()]
         print(json.dumps({"managers": managers}, sort_keys=True))
-        return 0
-    for name, text in described.items():
-        print(f"{name:10}{text}")
-    return 0
+    else:
+        print("\n".join(f"{name:10}{text}" for name, text in described.items()))
 
 
 def check(arguments: argparse.Namespace) -> int:

@@ -7,13 +7,13 @@ from collections.abc import Mapping
 from time import perf_counter
 from typing import Any, Final
 
-from sunset.cli._columns import print_columns
 from sunset.cli._options import add_device_option
 from sunset.cli._parser import EXIT_BAD_INPUT
 from sunset.cli._progress import progress_bar
 from sunset.errors import ModelError
 from sunset.perception import OFFERED, Modality, Model, Segmenter, load_model
 from sunset.perception import list_models as installed_models
+from sunset.tables import aligned
 
 _FRAMES: Final = 4
 """How many are segmented to see how long one takes; the quickest counts."""
@@ -29,7 +29,6 @@ _OTHERS: Final = {
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Complete the verb's parser."""
-    parser.set_defaults(execute=lambda _: parser.print_help())
     actions = parser.add_subparsers(title="actions", metavar="ACTION")
     listing = actions.add_parser(
         "list",
@@ -64,7 +63,7 @@ def list_models(arguments: argparse.Namespace) -> int:
         print(json.dumps({"models": models, "not_installed": missing}, sort_keys=True))
     else:
         header = ("MODEL", "IMAGES", "WEIGHTS", "FILES", "IOU", "A FRAME TAKES")
-        print_columns(header, map(_cells, models))
+        print("\n".join(aligned([header, *map(_cells, models)], left=range(len(header)))))
         for name, command in missing.items():
             print(f"{name} is not installed; in a clone of SUNSET's repository: {command}")
     for complaint in complaints:
@@ -112,8 +111,7 @@ def _test_iou(results: Mapping[str, object], modality: Modality) -> float | None
     return float(found) if isinstance(found, int | float) else None
 
 
-def show(arguments: argparse.Namespace) -> int:
+def show(arguments: argparse.Namespace) -> None:
     """Print a card."""
     model = load_model(arguments.model)
     print(json.dumps(model.card.to_json(), sort_keys=True) if arguments.json else model.card.to_text())
-    return 0

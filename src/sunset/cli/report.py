@@ -35,10 +35,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="compute every metric from the recorded messages again instead of reading the stored ones",
     )
-    parser.set_defaults(execute=execute)
 
 
-def execute(arguments: argparse.Namespace) -> int:
+def execute(arguments: argparse.Namespace) -> None:
     """Print the report."""
     folder, form, again = arguments.folder, arguments.format, arguments.recompute
     if arguments.runs:
@@ -51,7 +50,6 @@ def execute(arguments: argparse.Namespace) -> int:
         print_story(read_stored_run(folder))
     else:
         print_report(folder, form or "table", recompute=again)
-    return 0
 
 
 def print_report(folder: Path, form: str, *, recompute: bool = False) -> None:

@@ -39,10 +39,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--json", action="store_true", help="print one JSON object on stdout and nothing else"
     )
-    parser.set_defaults(execute=execute)
 
 
-def execute(arguments: argparse.Namespace) -> int:
+def execute(arguments: argparse.Namespace) -> None:
     """Run, and print."""
     spec = RunSpec(
         scenario=load_scenario(arguments.scenario),
@@ -59,10 +58,9 @@ def execute(arguments: argparse.Namespace) -> int:
             result = run(spec, folder, log=arguments.json or spec.settings.live)
         if arguments.json:
             print(json.dumps(result.summary(), sort_keys=True))
-            return 0
+            return
         print_story(result)
     if arguments.out is None:
         print("The record was not kept; '--out DIR' keeps it.", file=sys.stderr)
     else:
         print(f"The record is in {arguments.out}.", file=sys.stderr)
-    return 0

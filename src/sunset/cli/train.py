@@ -77,7 +77,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--work", type=Path, default="training", metavar="DIR", help="keeps frames, checkpoints and logs"
     )
     parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="the model's folder")
-    parser.set_defaults(execute=execute)
 
 
 def execute(arguments: argparse.Namespace) -> int:

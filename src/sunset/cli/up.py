@@ -43,10 +43,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_model_options(parser)
     add_network_options(parser)
-    parser.set_defaults(execute=execute)
 
 
-def execute(arguments: argparse.Namespace) -> int:
+def execute(arguments: argparse.Namespace) -> None:
     """Run the system until a signal comes."""
     spec = RunSpec(
         scenario=load_scenario(arguments.scenario) if arguments.scenario else Scenario("none"),
@@ -89,7 +88,6 @@ def execute(arguments: argparse.Namespace) -> int:
             _show(console, system, operator)
         finally:
             print("Ending all nodes.", file=sys.stderr)
-    return 0
 
 
 def _show(console: Console, system: LiveSystem, operator: Operator) -> NoReturn:

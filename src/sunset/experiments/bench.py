@@ -204,11 +204,6 @@ def _run_all(todo: Sequence[tuple[RunSpec, Path, str | None]], jobs: int) -> Ite
 def _run(spec: RunSpec, folder: Path, known: str | None) -> None:
     """Do one run of a campaign; one whose managing system fails is recorded as such.
 
-    Args:
-        spec: the run.
-        folder: its folder.
-        known: the checksum of the managing system's files when the campaign was begun.
-
     Raises:
         SunsetError: the run failed, and no managing system of the user's can be the reason.
     """

@@ -61,10 +61,6 @@ class ManagerCheck:
 def check_manager(spec: RunSpec, *, progress: Progress | None = None) -> ManagerCheck:
     """Run it twice with one seed, in interpreters in which sets of texts have different orders, and compare.
 
-    Args:
-        spec: the managing system, and what it is run in.
-        progress: called with (runs that are done, runs in all).
-
     Raises:
         SunsetError: as `run`.
     """

@@ -55,8 +55,6 @@ class LiveSystem:
     is a `KeyboardInterrupt` in `spin_until`, or at the end of the context.
 
     Args:
-        spec: what is run.
-        resources: what it is run with.
         domain_id: the domain of DDS; ROS_DOMAIN_ID, else 0, if None.
         network: whether to be heard beyond this computer.
         distro: the ROS 2 distribution of other nodes; None to find out.
@@ -66,10 +64,7 @@ class LiveSystem:
         on_line: called, on other threads, with a node and a line that it printed.
 
     Attributes:
-        domain_id: the domain.
-        processes: the nodes' processes.
         context: this process, whose nodes' callbacks run in `spin_until`.
-        executor: runs them.
 
     Raises:
         MissingExtraError: the extra `live` is not installed.
@@ -153,15 +148,11 @@ class LiveSystem:
         }
         if self._lasts:
             parameters["bag_player"] |= {"loop": True, "start_frame": 0, "frames": 0}
-        parameters["segmentation"] |= {
-            "model": _absolute(spec.settings.model),
-            "device": resources.segmenter.device,
-        }
+        model = _absolute(spec.settings.model)
+        parameters["segmentation"] |= {"model": model, "device": resources.segmenter.device}
         parameters[EXECUTOR] = {"scenario": str(deployed_scenario(self.domain_id))}
-        of_all: Parameters = {
-            "use_sim_time": True,
-            "entropy_threshold": resources.model.card.entropy_threshold,
-        }
+        threshold = resources.model.card.entropy_threshold
+        of_all: Parameters = {"use_sim_time": True, "entropy_threshold": threshold}
         return {"/**": of_all} | {
             full_name(node) if node in managed else f"/{node}": values for node, values in parameters.items()
         }
@@ -215,7 +206,7 @@ class LiveSystem:
             raise ManagerError(f"The process of the managing system {self._spec.manager} {end}.")
 
     def is_disturbed(self) -> bool:
-        """Return whether the process of a managed node has ended or is stopped, and nobody has redeployed it."""
+        """Return whether the process of a managed node has ended or is stopped, and was not redeployed."""
         return any(
             not self.processes.is_running(node) or self.processes.is_stopped(node) for node in self._managed
         )

@@ -52,9 +52,9 @@ class FrameCount:
         self.ended_early = False
         """Whether the managing system ended the experiment before its time."""
         self.disturbed_ns: int | None = None
-        """When the process of a managed node was found ended or stopped first, without anybody's command."""
+        """When the process of a managed node was found ended or stopped first, without a command."""
         self.clock_step_ns = 0
-        """By how much somebody has set the system's clock meanwhile."""
+        """By how much the system's clock was set meanwhile."""
         self.clock: list[tuple[int, int]] = []
         """When a message on `/clock` was taken to be sent, and what it showed then."""
 
@@ -75,12 +75,7 @@ class FrameCount:
         """Return in words why the run does not count, as where the computer could not keep up; or nothing.
 
         Frames must not be lost before anything was done to the system: in a scenario with an outage before its
-        injection, in others before the first command, and before somebody ends or stops a node's process.
-
-        Args:
-            start_ns: when the faults were injected.
-            timeline: what was observed.
-            timing: what was planned.
+        injection, in others before the first command, and before a node's process is ended or stopped from outside.
         """
         if self.ended_early:
             return "the managing system ended it before its time"
@@ -178,13 +173,6 @@ def run_live(
 ) -> int:
     """Run one experiment with every node as a process of its own.
 
-    Args:
-        spec: what is run.
-        resources: what it is run with.
-        observer: is told of everything that can be seen on the network.
-        frames: counts the frames.
-        log: whether what the managing system prints and logs goes to stderr too.
-
     Returns:
         The time of the injection, nanoseconds of `/clock`.
 
@@ -231,7 +219,7 @@ def run_live(
 
 
 def _clock_offset_ns() -> int:
-    """Return what the system's clock shows more than one that nobody sets."""
+    """Return what the system's clock shows more than one that cannot be set."""
     return time.time_ns() - time.monotonic_ns()
 
 
@@ -276,7 +264,7 @@ def _conduct(
     if not wait(lambda: supervisor.phase is not Phase.BRING_UP or not supervisor.missing, limit):
         disturbed = system.is_disturbed()
         raise bring_up_timeout_error(spec, limit, supervisor.missing, observer.commands, disturbed=disturbed)
-    patience = math.inf if spec.manager == EXTERNAL else limit  # who waits for another process waits long
+    patience = math.inf if spec.manager == EXTERNAL else limit  # another process may be started late
     if not wait(lambda: supervisor.phase is not Phase.BRING_UP, patience):
         raise SunsetError(f"The computer is too slow: nothing was observed of the system within {limit:g} s.")
     planned = (timing.warm_up_s + timing.duration_s) / spec.settings.speed

@@ -83,11 +83,7 @@ def own_cache(resources: Resources, spec: RunSpec, checksum: str) -> Resources:
 
     Those that come with SUNSET write answers of networks where all runs find them. One of the user's, which may do
     anything to the process that it shares with the networks, reads there too, but writes into a file of its own.
-
-    Args:
-        resources: what was found.
-        spec: what is run.
-        checksum: of the managing system's files.
+    `checksum` is that of its files.
     """
     if not spec.settings.cache or spec.manager in MANAGERS:
         return resources

@@ -14,7 +14,6 @@ from sunset.harness.bag_player import BagPlayer
 from sunset.harness.executor import ScenarioExecutor
 from sunset.harness.launcher import Launcher
 from sunset.harness.supervisor import Phase, Supervisor
-from sunset.interfaces import Message
 from sunset.isolation import Watch
 from sunset.managing import ManagingSystem
 from sunset.nodes import SegmentationNode
@@ -65,14 +64,12 @@ class SimulatedProcesses:
 
 
 class _SignOfLife(Tap):
-    """Shows whoever waits for the experiment that it goes on."""
+    """Shows the process that waits for the experiment that it goes on, hundreds of times in a second of it."""
 
     def __init__(self, watch: Watch) -> None:
         self._watch = watch
 
-    def on_message(self, time_ns: int, topic: str, node: str, message: Message) -> None:
-        """Show it: there are hundreds of messages in a second of the experiment."""
-        del time_ns, topic, node, message
+    def on_message(self, *_: object) -> None:
         self._watch.tick()
 
 
@@ -96,15 +93,7 @@ def run_simulated(
     *,
     log: bool = False,
 ) -> int:
-    """Run one experiment in a simulated world.
-
-    Args:
-        spec: what is run.
-        resources: what it is run with.
-        watch: watches the managing system.
-        made: the managing system's class.
-        observer: sees everything that happens.
-        log: whether what the managing system logs goes to stderr too.
+    """Run one experiment, with a managing system of the class `made`, in a simulated world.
 
     Returns:
         The time of the injection, nanoseconds of the simulated clock.

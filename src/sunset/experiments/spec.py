@@ -116,7 +116,7 @@ class Settings:
             raise InvalidInputError(f"The middleware must be {known}, got {self.middleware!r}.")
         if self.speed != 1 and not self.live:
             raise InvalidInputError(
-                f"The rate is one of live runs, --middleware {LIVE}; simulated ones are as fast as can be."
+                f"The rate applies to live runs only, --middleware {LIVE}; simulated ones are as fast as can be."
             )
 
     @property

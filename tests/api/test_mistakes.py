@@ -97,7 +97,7 @@ RUNS: dict[str, tuple[Mistake, str]] = {
     "unknown device": (lambda _: api.run(device="gpu"), "gpu"),
     "no time to think": (lambda _: api.run(manager_limit=0), "time limit .* must be a number above 0"),
     "unknown middleware": (lambda _: api.run(middleware="dds"), "The middleware must be sim or"),
-    "rate of a simulation": (lambda _: api.run(rate=2.0), "The rate is one of live runs"),
+    "rate of a simulation": (lambda _: api.run(rate=2.0), "The rate applies to live runs only"),
     "rate of nothing": (lambda _: api.run(rate=0), "rate of a live run must be a number from 0.01 to 100"),
     "number as extension": (
         lambda _: api.run(extensions=3),

@@ -68,12 +68,12 @@ def test_a_record_names_the_extensions_that_it_needs(capsys: pytest.CaptureFixtu
     flown("nofault", *SHORT, "--out", "without", capsys=capsys)
 
     assert main(["report", "with"]) == 2
-    assert "was flown with the extension altimeter.py: name it with --extension" in capsys.readouterr().err
+    assert "was made with the extension altimeter.py: name it with --extension" in capsys.readouterr().err
     assert main(["report", "without", "--extension", "altimeter.py"]) == 2
-    assert "was flown without the extension altimeter.py: leave it out" in capsys.readouterr().err
+    assert "was made without the extension altimeter.py: leave it out" in capsys.readouterr().err
     Path("altimeter.py").write_text(Path("altimeter.py").read_text() + "\n# changed\n")
     assert main(["report", "with", "--extension", "altimeter.py"]) == 2
-    assert "was flown with another version of the extension altimeter.py" in capsys.readouterr().err
+    assert "was made with another version of the extension altimeter.py" in capsys.readouterr().err
 
 
 @pytest.mark.usefixtures("page")

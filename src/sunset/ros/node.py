@@ -96,7 +96,7 @@ class Node(NodeParameters, NodeGraph):
         self._clock = ROSClock(context=self._context)
         self._time_source = TimeSource(self.handle, self._clock, self._on_bad_time)
         self._logger = self._make_logger(enable_rosout)
-        self.handle.on_problem(self._on_problem)
+        self.handle.warn = self._on_problem
         self._parameter_event_publisher = self.create_publisher(
             ParameterEvent, "/parameter_events", qos_profile_parameter_events
         )

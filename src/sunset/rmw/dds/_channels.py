@@ -63,7 +63,7 @@ class Channels:
 
     def watch(self, number: int) -> None:
         """Get to know, once, when a channel has samples."""
-        self._link.watch(number, self._channels[number].condition)
+        self._link.waitset.watch(number, self._channels[number].condition)
 
     def listen(self, ros: RosName, qos: QoSProfile) -> None:
         """Make readers for a topic or service, unless there are some that hear such an endpoint.

@@ -24,16 +24,14 @@ _REPORT_EVERY_NS: Final = 10 * 10**9
 
 
 class DdsEntity(Entity["DdsHost"]):
-    """A part of a node."""
-
-    __slots__ = ()
+    """A part of a node that has callbacks."""
 
     @abstractmethod
     def take_turn(self) -> bool:
         """Do one piece of what there is to do; return whether a callback ran."""
 
 
-class DdsEndpoint(DdsEntity):
+class DdsEndpoint(Entity["DdsHost"]):
     """A part that others on the graph see.
 
     Attributes:
@@ -41,24 +39,19 @@ class DdsEndpoint(DdsEntity):
         writers: GUIDs of its DDS writers.
     """
 
-    __slots__ = ("readers", "writers")
-
     readers: tuple[bytes, ...]
     writers: tuple[bytes, ...]
 
     def join(self) -> None:
-        """Become part of the node, now that everything is made."""
         super().join()
         self.process.endpoints_here[self] = None
         self.process.announce()
 
     def retire(self) -> None:
-        """Leave the graph, as one of several that do."""
         super().retire()
         self.process.endpoints_here.pop(self, None)
 
     def destroy(self) -> None:
-        """Leave the graph."""
         if self.alive:
             self.retire()
             self.process.announce()
@@ -117,11 +110,6 @@ class DdsHost(LiveProcess):
     # What its nodes and their parts need of it
 
     def check_alive(self) -> None:
-        """Refuse to do something in a process that has left the network.
-
-        Raises:
-            MiddlewareError: it has.
-        """
         if not self._alive:
             raise MiddlewareError("The process has left the network.")
 
@@ -140,7 +128,6 @@ class DdsHost(LiveProcess):
         self._readers.pop(number, None)
 
     def remove(self, node: NodeHandle) -> None:
-        """Take a node off the graph."""
         if node in self._nodes:
             del self._nodes[node]
             self.announce()
@@ -221,11 +208,9 @@ class DdsHost(LiveProcess):
             node.post(partial(warn, f"{where}: {problem}{more}"), "warning")
 
     def now_ns(self) -> int:
-        """The system clock, in nanoseconds since 1970."""
         return time.time_ns()
 
     def steady_ns(self) -> int:
-        """A clock that never jumps, in nanoseconds since some fixed moment."""
         return time.monotonic_ns()
 
     @abstractmethod

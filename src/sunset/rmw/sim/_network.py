@@ -38,8 +38,6 @@ class Network:
         nodes: those alive, as the keys, by age.
     """
 
-    __slots__ = ("_endpoints", "_gids", "compute", "executing", "latency_ns", "nodes", "scheduler", "taps")
-
     def __init__(self, compute: ComputeModel, latency_ns: int) -> None:
         self.scheduler = Scheduler()
         self.latency_ns = latency_ns

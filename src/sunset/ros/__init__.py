@@ -4,7 +4,8 @@ It is a strict subset of rclpy (Jazzy): node code written on it runs on rclpy wh
 change. What is more: `init` may be told a middleware, such as a process of a simulation.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any, TypeVar
 
 from sunset.rmw.core.node import Middleware
@@ -97,11 +98,8 @@ def spin(node: Node, executor: SingleThreadedExecutor | None = None) -> None:
     Raises:
         CallbackError: a callback raised.
     """
-    executor, added = _with_node(node, executor)
-    try:
-        executor.spin()
-    finally:
-        _without_node(node, executor, added)
+    with _executor_of(node, executor) as executing:
+        executing.spin()
 
 
 def spin_once(
@@ -113,11 +111,8 @@ def spin_once(
         CallbackError: it raised.
         MiddlewareError: called from inside a callback.
     """
-    executor, added = _with_node(node, executor)
-    try:
-        executor.spin_once(timeout_sec)
-    finally:
-        _without_node(node, executor, added)
+    with _executor_of(node, executor) as executing:
+        executing.spin_once(timeout_sec)
 
 
 def spin_until_future_complete(
@@ -131,18 +126,16 @@ def spin_until_future_complete(
     Raises:
         CallbackError: a callback raised.
     """
-    executor, added = _with_node(node, executor)
-    try:
-        executor.spin_until_future_complete(future, timeout_sec)
-    finally:
-        _without_node(node, executor, added)
+    with _executor_of(node, executor) as executing:
+        executing.spin_until_future_complete(future, timeout_sec)
 
 
-def _with_node(node: Node, executor: SingleThreadedExecutor | None) -> tuple[SingleThreadedExecutor, bool]:
+@contextmanager
+def _executor_of(node: Node, executor: SingleThreadedExecutor | None) -> Iterator[SingleThreadedExecutor]:
     executor = executor or SingleThreadedExecutor(context=node.context)
-    return executor, executor.add_node(node)
-
-
-def _without_node(node: Node, executor: SingleThreadedExecutor, added: bool) -> None:
-    if added:
-        executor.remove_node(node)
+    added = executor.add_node(node)
+    try:
+        yield executor
+    finally:
+        if added:
+            executor.remove_node(node)

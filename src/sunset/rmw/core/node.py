@@ -110,6 +110,7 @@ class Middleware(ABC):
         """Every endpoint on the graph, or those of one topic or service, in a fixed order."""
 
 
+MessageT = TypeVar("MessageT", bound=Message)
 MiddlewareT_co = TypeVar("MiddlewareT_co", bound=Middleware, covariant=True)
 
 
@@ -169,10 +170,10 @@ class NodeHandle:
 
     def create_subscription(
         self,
-        message_type: type[Message],
+        message_type: type[MessageT],
         topic: str,
         qos: QoSProfile,
-        handler: Callable[[Message], None],
+        handler: Callable[[MessageT], None],
         *,
         label: str,
     ) -> SubscriptionHandle:

@@ -9,7 +9,6 @@ from typing import Any, Final
 from sunset.interfaces import Message, get_message
 from sunset.interfaces.diagnostic_msgs.msg import DiagnosticArray
 from sunset.interfaces.system_interfaces.msg import SetBlackboardGroup
-from sunset.ros.context import Context
 from sunset.ros.node import Node
 from sunset.ros.parameter import Parameter
 from sunset.system import WINDOW, MovingMean, current_system, frequency_entry, full_name
@@ -89,16 +88,8 @@ class Monitor(Node):
     - `<node>_heartbeat_freq`: heartbeats of the last second.
     """
 
-    def __init__(
-        self,
-        *,
-        context: Context | None = None,
-        cli_args: list[str] | None = None,
-        parameter_overrides: list[Parameter] | None = None,
-    ) -> None:
-        super().__init__(
-            "monitor", context=context, cli_args=cli_args, parameter_overrides=parameter_overrides
-        )
+    def __init__(self, **options: Any) -> None:
+        super().__init__("monitor", **options)
         self._topics: dict[str, _Rate] = {}
         self._nodes: dict[str, _Node] = {}
         self._node_places = _Places(self._nodes)

@@ -231,7 +231,3 @@ class ManagingSystem(Node):
         answer = self.__callers[name].call_async(request)
         answer.add_done_callback(lambda done: result.set_result(outcome(done.result())))
         return result
-
-
-def _full(node: str) -> str:
-    return node if node.startswith("/") else f"/managed_subsystem/{node}"

@@ -132,12 +132,8 @@ class Symptoms(Mapping[str, Value]):
 
 def read_parameters(parameters: Iterable[Parameter]) -> dict[str, Value]:
     """Return the values of a message's parameters; those of types that a blackboard has not are left out."""
-    values = {}
-    for parameter in parameters:
-        value = _value(parameter.value)
-        if value is not None:
-            values[parameter.name] = value
-    return values
+    values = ((parameter.name, _value(parameter.value)) for parameter in parameters)
+    return {name: value for name, value in values if value is not None}
 
 
 def _value(value: ParameterValue) -> Value | None:

@@ -48,18 +48,12 @@ def init(
     """Join the network.
 
     Args:
-        args: the command line; `sys.argv` if None.
+        args: as of `Context.init`, which also says what may be raised.
         context: the process; the default context if None.
-        domain_id: of the live middleware; ROS_DOMAIN_ID, else 0, if None.
+        domain_id: as of `Context.init`.
         signal_handler_options: which signals shut the context down; all if None, but none for a context or a
             middleware that is given.
-        middleware: the process's door to the network; the live middleware if None.
-
-    Raises:
-        MiddlewareError: the context is in use, or the live middleware cannot be set up as asked.
-        MissingExtraError: no middleware is given, and the extra `live` is not installed.
-        UnknownROSArgsError: an argument after `--ros-args` is unknown or malformed.
-        ParameterError: a parameter file cannot be read or is malformed.
+        middleware: as of `Context.init`.
     """
     (context or get_default_context()).init(args, domain_id=domain_id, middleware=middleware)
     if signal_handler_options is None:

@@ -10,14 +10,11 @@ from itertools import count
 from typing import Final
 
 from sunset.errors import MiddlewareError
-from sunset.interfaces import Message, type_name
 from sunset.rmw.core.live import LiveProcess
 from sunset.rmw.core.node import Entity, NodeHandle, run_callback
-from sunset.rmw.dds import _wheel as wheel
 from sunset.rmw.dds._config import Configuration
 from sunset.rmw.dds._graph import Graph, NodeEntities
 from sunset.rmw.dds._link import FIRST_NUMBER, Link
-from sunset.rmw.dds._names import dds_type_name
 from sunset.rmw.dds._queue import WaitingLine
 
 _REPORT_EVERY_NS: Final = 10 * 10**9
@@ -157,13 +154,6 @@ class DdsHost(LiveProcess):
             self._undisturbed -= 1
             if self._ending and not (self._spinning or self._undisturbed):
                 self._leave()
-
-    @contextmanager
-    def topic(self, name: str, kind: type[Message]) -> Iterator[int]:
-        """Make a topic of DDS for the endpoints that are made within."""
-        mangled = dds_type_name(type_name(kind))
-        with self.undisturbed(), wheel.topic_of(self.link.participant, name, mangled) as topic:
-            yield topic
 
     def new_endpoint_id(self) -> str:
         """Return a text that both ends of a service's client or server carry, and no others."""

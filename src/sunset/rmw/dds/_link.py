@@ -3,6 +3,7 @@
 import threading
 import time
 from collections.abc import Callable, Iterable, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from typing import Final
 
@@ -133,14 +134,12 @@ class Link:
         self.guid = dds.guid_of(self.participant)
         self.publisher = dds.create_publisher(self.participant)
         self.subscriber = dds.create_subscriber(self.participant)
-        type_data = self.type_data(ParticipantEntitiesInfo)
-        mangled = dds_type_name(type_name(ParticipantEntitiesInfo))
-        with wheel.topic_of(self.participant, _DISCOVERY_TOPIC, mangled) as topic:
-            self._writer = dds.create_writer(self.publisher, topic, _DISCOVERY_QOS, type_data)
-            reader = dds.create_reader(
-                self.subscriber, topic, _DISCOVERY_READER_QOS, type_data, ignore_own=True
+        self._writer = self.create_writer(_DISCOVERY_TOPIC, ParticipantEntitiesInfo, _DISCOVERY_QOS)
+        self._readers = {
+            _NODES: self.create_reader(
+                _DISCOVERY_TOPIC, ParticipantEntitiesInfo, _DISCOVERY_READER_QOS, ignore_own=True
             )
-        self._readers = {_NODES: reader}
+        }
         for number, topic in zip((_PARTICIPANTS, _WRITERS, _READERS), dds.BUILTIN_TOPICS, strict=True):
             self._readers[number] = dds.create_reader(self.subscriber, topic, None)
         self.waitset = dds.WaitSet(self.participant)
@@ -148,9 +147,30 @@ class Link:
         for number in self._conditions:
             self.waitset.watch(number, self._conditions[number])
 
-    def type_data(self, kind: type[Message]) -> bytes:
-        """Return what an endpoint says of its type."""
-        return f"typehash={type_hash(kind)};".encode() if self.announces_hashes else b""
+    def create_writer(self, topic: str, kind: type[Message], qos: QoSProfile, user_data: str = "") -> int:
+        """Make a writer on a topic of DDS; `user_data` is what it says of itself besides its type."""
+        with self._topic(topic, kind) as dds_topic:
+            return dds.create_writer(self.publisher, dds_topic, qos, self._user_data(user_data, kind))
+
+    def create_reader(
+        self,
+        topic: str,
+        kind: type[Message],
+        qos: QoSProfile,
+        user_data: str = "",
+        *,
+        ignore_own: bool = False,
+    ) -> int:
+        """Make a reader on a topic of DDS, likewise; it may pass over what this participant sends."""
+        data = self._user_data(user_data, kind)
+        with self._topic(topic, kind) as dds_topic:
+            return dds.create_reader(self.subscriber, dds_topic, qos, data, ignore_own=ignore_own)
+
+    def _topic(self, topic: str, kind: type[Message]) -> AbstractContextManager[int]:
+        return wheel.topic_of(self.participant, topic, dds_type_name(type_name(kind)))
+
+    def _user_data(self, more: str, kind: type[Message]) -> bytes:
+        return (more + (f"typehash={type_hash(kind)};" if self.announces_hashes else "")).encode()
 
     def _listen(self) -> None:
         try:

@@ -62,22 +62,12 @@ class _ServiceEnd(ReadingEntity[Service]):
     answers: ClassVar[bool]
 
     def open(self, ros_type: type[Service], qos: QoSProfile) -> None:
-        process, link = self.process, self.process.link
-        own_id = f"{self.id_name}={process.new_endpoint_id()};".encode()
-        parts = zip(
-            topic_names_of_service(self.name),
-            (ros_type.Request, ros_type.Response),
-            (not self.answers, self.answers),
-            strict=True,
-        )
-        for topic, kind, writes in parts:
-            user_data = own_id + link.type_data(kind)
-            with process.topic(topic, kind) as dds_topic:
-                if writes:
-                    self._writer = dds.create_writer(link.publisher, dds_topic, qos, user_data)
-                else:
-                    self._kind = kind
-                    reader = dds.create_reader(link.subscriber, dds_topic, qos, user_data)
+        own_id = f"{self.id_name}={self.process.new_endpoint_id()};"
+        ends = zip(topic_names_of_service(self.name), (ros_type.Request, ros_type.Response), strict=True)
+        (written, sent), (read, self._kind) = reversed(list(ends)) if self.answers else ends
+        with self.process.undisturbed():
+            self._writer = self.process.link.create_writer(written, sent, qos, own_id)
+            reader = self.process.link.create_reader(read, self._kind, qos, own_id)
         self.readers, self.writers = (dds.guid_of(reader),), (dds.guid_of(self._writer),)
         self.listen_to(reader)
 

@@ -26,9 +26,8 @@ class DdsPublisher(DdsEndpoint, PublisherHandle):
         self._topic = topic
         self._reliable = qos.reliability is ReliabilityPolicy.RELIABLE
         self._transient_local = qos.durability is DurabilityPolicy.TRANSIENT_LOCAL
-        link = self.process.link
-        with self.process.topic(topic_name(topic), message_type) as dds_topic:
-            self._writer = dds.create_writer(link.publisher, dds_topic, qos, link.type_data(message_type))
+        with process.undisturbed():
+            self._writer = process.link.create_writer(topic_name(topic), message_type, qos)
         self.readers, self.writers = (), (dds.guid_of(self._writer),)
         self.join()
 
@@ -59,9 +58,8 @@ class DdsSubscription(ReadingEntity[Message], SubscriptionHandle):
     def open(self, ros_type: type[Message], qos: QoSProfile) -> None:
         self._kind = ros_type
         self.place = f"{self.name} ({type_name(ros_type)})"
-        link = self.process.link
-        with self.process.topic(topic_name(self.name), ros_type) as dds_topic:
-            reader = dds.create_reader(link.subscriber, dds_topic, qos, link.type_data(ros_type))
+        with self.process.undisturbed():
+            reader = self.process.link.create_reader(topic_name(self.name), ros_type, qos)
         self.readers, self.writers = (dds.guid_of(reader),), ()
         self.listen_to(reader)
 

@@ -9,8 +9,6 @@ from sunset.names import base_name
 from sunset.system import RESULT_TOPIC, Value, current_system, frequency_entry
 from sunset.texts import suggestion
 
-__all__ = ["DEFAULT_ENTROPY_THRESHOLD", "FloatOrNaN", "Symptoms", "Value", "read_parameters"]
-
 FloatOrNaN = Annotated[float, "NaN until it is measured"]
 """A measured number, or NaN until there is one: never None. NaN is neither over nor under any threshold."""
 

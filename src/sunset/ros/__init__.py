@@ -9,8 +9,8 @@ from contextlib import contextmanager
 from typing import Any, TypeVar
 
 from sunset.rmw.core.node import Middleware
+from sunset.rmw.core.port import CallbackError
 from sunset.ros.context import Context, get_default_context
-from sunset.ros.exceptions import CallbackError
 from sunset.ros.executors import SingleThreadedExecutor
 from sunset.ros.node import Node
 from sunset.ros.parameter import Parameter

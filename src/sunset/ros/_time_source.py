@@ -6,7 +6,8 @@ from typing import Final
 from sunset.interfaces.rosgraph_msgs.msg import Clock as ClockMessage
 from sunset.interfaces.stamps import ns_of
 from sunset.rmw.core.node import NodeHandle
-from sunset.rmw.core.port import QoSProfile, ReliabilityPolicy, SubscriptionHandle
+from sunset.rmw.core.port import SubscriptionHandle
+from sunset.rmw.core.qos import QoSProfile, ReliabilityPolicy
 from sunset.ros.clock import ROSClock
 from sunset.ros.time import ClockType, Time
 

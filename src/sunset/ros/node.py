@@ -7,7 +7,8 @@ from sunset.interfaces import Message
 from sunset.interfaces import Service as ServiceType
 from sunset.interfaces.rcl_interfaces.msg import Log, ParameterDescriptor, ParameterEvent
 from sunset.interfaces.type_description_interfaces.srv import GetTypeDescription
-from sunset.rmw.core.port import EndpointKind, QoSProfile, incompatibility
+from sunset.rmw.core.port import EndpointKind
+from sunset.rmw.core.qos import QoSProfile, incompatibility
 from sunset.ros._callbacks import callback_name, driven
 from sunset.ros._node_graph import NodeGraph
 from sunset.ros._node_parameters import Changes, NodeParameters

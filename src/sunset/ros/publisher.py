@@ -4,7 +4,8 @@ from dataclasses import dataclass
 from typing import Any, Generic, TypeAlias, TypeVar
 
 from sunset.interfaces import Message
-from sunset.rmw.core.port import PublisherHandle, QoSProfile
+from sunset.rmw.core.port import PublisherHandle
+from sunset.rmw.core.qos import QoSProfile
 
 MessageT = TypeVar("MessageT", bound=Message)
 

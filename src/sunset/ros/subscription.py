@@ -5,7 +5,8 @@ from dataclasses import dataclass
 from typing import Any, Generic, TypeAlias, TypeVar
 
 from sunset.interfaces import Message
-from sunset.rmw.core.port import QoSProfile, SubscriptionHandle
+from sunset.rmw.core.port import SubscriptionHandle
+from sunset.rmw.core.qos import QoSProfile
 
 MessageT = TypeVar("MessageT", bound=Message)
 

@@ -17,11 +17,11 @@ from sunset.rmw.core.port import (
     ClientHandle,
     EndpointInfo,
     PublisherHandle,
-    QoSProfile,
     RequestId,
     ServiceHandle,
     SubscriptionHandle,
 )
+from sunset.rmw.core.qos import QoSProfile
 
 
 class Middleware(ABC):

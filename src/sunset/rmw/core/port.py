@@ -16,30 +16,8 @@ from typing import NamedTuple
 
 from sunset.errors import MiddlewareError
 from sunset.interfaces import Message
-from sunset.rmw.core.qos import (
-    DurabilityPolicy,
-    HistoryPolicy,
-    QoSProfile,
-    ReliabilityPolicy,
-    incompatibility,
-)
+from sunset.rmw.core.qos import QoSProfile
 from sunset.texts import shorten
-
-__all__ = [
-    "CallbackError",
-    "ClientHandle",
-    "DurabilityPolicy",
-    "EndpointInfo",
-    "EndpointKind",
-    "HistoryPolicy",
-    "PublisherHandle",
-    "QoSProfile",
-    "ReliabilityPolicy",
-    "RequestId",
-    "ServiceHandle",
-    "SubscriptionHandle",
-    "incompatibility",
-]
 
 
 class CallbackError(MiddlewareError):

@@ -6,9 +6,9 @@ from itertools import count
 from typing import NamedTuple
 
 from sunset.interfaces import Message, get_message, get_service
-from sunset.rmw.core.port import (
+from sunset.rmw.core.port import EndpointKind
+from sunset.rmw.core.qos import (
     DurabilityPolicy,
-    EndpointKind,
     HistoryPolicy,
     QoSProfile,
     ReliabilityPolicy,

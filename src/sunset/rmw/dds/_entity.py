@@ -7,7 +7,7 @@ from typing import Generic, TypeVar
 from sunset.errors import InterfaceError
 from sunset.interfaces import Message, Service
 from sunset.rmw.core.node import NodeHandle, Timer
-from sunset.rmw.core.port import QoSProfile
+from sunset.rmw.core.qos import QoSProfile
 from sunset.rmw.dds import _library as dds
 from sunset.rmw.dds import _wheel as wheel
 from sunset.rmw.dds._host import DdsEndpoint, DdsEntity, DdsHost

@@ -10,7 +10,7 @@ from typing import Final
 from sunset.errors import InterfaceError, MiddlewareError
 from sunset.interfaces import Message, type_hash, type_name
 from sunset.interfaces.rmw_dds_common.msg import ParticipantEntitiesInfo
-from sunset.rmw.core.port import DurabilityPolicy, HistoryPolicy, QoSProfile
+from sunset.rmw.core.qos import DurabilityPolicy, HistoryPolicy, QoSProfile
 from sunset.rmw.dds import _library as dds
 from sunset.rmw.dds import _wheel as wheel
 from sunset.rmw.dds._config import Configuration

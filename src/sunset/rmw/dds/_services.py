@@ -11,7 +11,8 @@ from typing import ClassVar, Final, NamedTuple
 
 from sunset.errors import InterfaceError, MiddlewareError
 from sunset.interfaces import Message, Service, deserialize, serialize
-from sunset.rmw.core.port import CallbackError, ClientHandle, QoSProfile, RequestId, ServiceHandle
+from sunset.rmw.core.port import CallbackError, ClientHandle, RequestId, ServiceHandle
+from sunset.rmw.core.qos import QoSProfile
 from sunset.rmw.dds import _library as dds
 from sunset.rmw.dds import _wheel as wheel
 from sunset.rmw.dds._entity import DdsTimer, ReadingEntity

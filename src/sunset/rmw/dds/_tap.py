@@ -14,7 +14,8 @@ from sunset.errors import InterfaceError, MiddlewareError
 from sunset.interfaces import deserialize
 from sunset.names import qualified_name
 from sunset.rmw.core.live import LiveObserver
-from sunset.rmw.core.port import EndpointKind, QoSProfile, RequestId
+from sunset.rmw.core.port import EndpointKind, RequestId
+from sunset.rmw.core.qos import QoSProfile
 from sunset.rmw.core.tap import Tap
 from sunset.rmw.dds import _wheel as wheel
 from sunset.rmw.dds._channels import Channel, Channels

@@ -2,13 +2,8 @@
 
 from sunset.interfaces import Message, deserialize, serialize, type_name
 from sunset.rmw.core.node import NodeHandle
-from sunset.rmw.core.port import (
-    DurabilityPolicy,
-    PublisherHandle,
-    QoSProfile,
-    ReliabilityPolicy,
-    SubscriptionHandle,
-)
+from sunset.rmw.core.port import PublisherHandle, SubscriptionHandle
+from sunset.rmw.core.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from sunset.rmw.dds import _library as dds
 from sunset.rmw.dds import _wheel as wheel
 from sunset.rmw.dds._entity import ReadingEntity

@@ -7,7 +7,8 @@ from typing import ClassVar, Generic, TypeVar
 
 from sunset.interfaces import Message, Service, type_name
 from sunset.rmw.core.node import Entity, Middleware, NodeHandle
-from sunset.rmw.core.port import EndpointKind, QoSProfile
+from sunset.rmw.core.port import EndpointKind
+from sunset.rmw.core.qos import QoSProfile
 from sunset.rmw.sim._compute import OTHER_CALLBACK_NS
 from sunset.rmw.sim._network import Network
 

@@ -6,15 +6,8 @@ from typing import ClassVar
 from sunset.errors import InterfaceError
 from sunset.interfaces import Message
 from sunset.rmw.core.node import NodeHandle
-from sunset.rmw.core.port import (
-    CallbackError,
-    DurabilityPolicy,
-    EndpointKind,
-    PublisherHandle,
-    QoSProfile,
-    SubscriptionHandle,
-    incompatibility,
-)
+from sunset.rmw.core.port import CallbackError, EndpointKind, PublisherHandle, SubscriptionHandle
+from sunset.rmw.core.qos import DurabilityPolicy, QoSProfile, incompatibility
 from sunset.rmw.sim._compute import OTHER_CALLBACK_NS
 from sunset.rmw.sim._entity import SimEndpoint, SimHost, SimReceiver
 from sunset.rmw.sim._scheduler import Priority

@@ -3,7 +3,8 @@
 import argparse
 
 from sunset.cli._ros_session import NotThereError, Session, absolute, hidden, session
-from sunset.rmw.core.port import EndpointInfo, EndpointKind, HistoryPolicy
+from sunset.rmw.core.port import EndpointInfo, EndpointKind
+from sunset.rmw.core.qos import HistoryPolicy
 
 _TOPIC_KINDS = (EndpointKind.PUBLISHER, EndpointKind.SUBSCRIPTION)
 _SECTIONS = {

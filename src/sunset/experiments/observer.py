@@ -22,7 +22,8 @@ from sunset.names import base_name, ros_text
 from sunset.rmw.core.port import EndpointKind, RequestId
 from sunset.rmw.core.tap import Tap
 from sunset.ros.exceptions import InvalidParameterTypeException
-from sunset.ros.lifecycle._state_machine import ERROR, FAILURE, SUCCESS, TRANSITIONS
+from sunset.ros.lifecycle import TransitionCallbackReturn
+from sunset.ros.lifecycle._state_machine import TRANSITIONS
 from sunset.ros.parameter import parameter_value_to_python
 from sunset.system import (
     HARNESS,
@@ -51,11 +52,14 @@ _PARAMETER_EVENTS: Final = "/parameter_events"
 _USE_SIM_TIME: Final = "use_sim_time"
 """The parameter that chooses a node's clock: where that jumps, a redeployed node need not boot."""
 
-_REQUESTS: Final = [step for step in TRANSITIONS if step.label not in {SUCCESS, FAILURE, ERROR}]
+_OUTCOMES: Final = {outcome.to_label() for outcome in TransitionCallbackReturn}
+_REQUESTS: Final = [step for step in TRANSITIONS if step.label not in _OUTCOMES]
 _LABELS: Final = {step.id: step.label for step in _REQUESTS}
 _DURING: Final = {step.goal: step.label for step in _REQUESTS}
 """Id of the state that a node is in during a transition → the transition's label."""
-_AFTER: Final = {step.start: step.goal for step in TRANSITIONS if step.label == SUCCESS}
+_AFTER: Final = {
+    step.start: step.goal for step in TRANSITIONS if step.label == TransitionCallbackReturn.SUCCESS.to_label()
+}
 """Id of the state that a node is in during a transition → that of the state after it, if it succeeds."""
 
 

@@ -10,14 +10,14 @@ from sunset.interfaces.rcl_interfaces.msg import FloatingPointRange, ParameterDe
 from sunset.interfaces.rcl_interfaces.srv import SetParameters
 from sunset.interfaces.system_interfaces.msg import SetBlackboardGroup
 from sunset.interfaces.system_interfaces.srv import Redeploy
-from sunset.managing.symptoms import DEFAULT_ENTROPY_THRESHOLD, Symptoms, Value, read_parameters
+from sunset.managing.symptoms import DEFAULT_ENTROPY_THRESHOLD, Symptoms, read_parameters
 from sunset.names import base_name
 from sunset.ros.client import AnyClient
 from sunset.ros.context import Context
 from sunset.ros.node import Node
 from sunset.ros.parameter import Parameter
 from sunset.ros.task import Future
-from sunset.system.vocabulary import full_name, node_names
+from sunset.system.vocabulary import Value, full_name, node_names
 from sunset.texts import shorten, suggestion
 
 

@@ -9,8 +9,6 @@ from sunset.names import base_name
 from sunset.system.vocabulary import RESULT_TOPIC, Value, frequency_entry, node_names, topic_names
 from sunset.texts import suggestion
 
-__all__ = ["DEFAULT_ENTROPY_THRESHOLD", "FloatOrNaN", "Symptoms", "Value", "read_parameters"]
-
 FloatOrNaN = Annotated[float, "NaN until it is measured"]
 """A measured number, or NaN until there is one: never None. NaN is neither over nor under any threshold."""
 
@@ -132,12 +130,8 @@ class Symptoms(Mapping[str, Value]):
 
 def read_parameters(parameters: Iterable[Parameter]) -> dict[str, Value]:
     """Return the values of a message's parameters; those of types that a blackboard has not are left out."""
-    values = {}
-    for parameter in parameters:
-        value = _value(parameter.value)
-        if value is not None:
-            values[parameter.name] = value
-    return values
+    values = ((parameter.name, _value(parameter.value)) for parameter in parameters)
+    return {name: value for name, value in values if value is not None}
 
 
 def _value(value: ParameterValue) -> Value | None:

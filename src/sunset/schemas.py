@@ -157,6 +157,8 @@ def _fits(value: object, kind: object) -> bool:
         msgspec.convert(value, kind)
     except msgspec.ValidationError:
         return False
+    except TypeError:  # the type is not one of data, such as a class or a function
+        return True
     return True
 
 

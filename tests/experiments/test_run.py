@@ -18,7 +18,7 @@ from sunset.metrics import score
 from sunset.perception import Segmenter
 from sunset.recording import StoredRun, read_messages, read_run, read_stored_run, read_timeline
 from sunset.scenarios import load_scenario, suite
-from sunset.system import current_system
+from sunset.system import current_system, extended_system
 
 FAULTS = current_system().faults
 
@@ -302,3 +302,17 @@ def test_a_managing_system_that_keeps_faults_from_being_injected_makes_its_run_i
         "the scenario gpu_failure could not be injected as written: gpu_failure: segmentation did not answer within "
         "2 s (requests of the managing system: 1)"
     )
+
+
+def test_a_class_in_place_of_the_segmentations_runs_in_the_simulation(tmp_path: Path) -> None:
+    file = tmp_path / "thoughtful.py"
+    file.write_text(
+        "from sunset.nodes import SegmentationNode\nfrom sunset.system import Extension\n\n\n"
+        "class Thoughtful(SegmentationNode):\n"
+        "    def set_up(self):\n        super().set_up()\n        self.get_logger().info('thoughtful')\n\n\n"
+        "EXTENSION = Extension(node_classes={'segmentation': Thoughtful})\n"
+    )
+    with extended_system([file]):
+        result = fly(tmp_path / "run", "nofault", "none", timing=Timing(duration_s=1.0, warm_up_s=1.0))
+
+    assert "thoughtful" in [line.text for line in result.log]

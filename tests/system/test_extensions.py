@@ -20,7 +20,22 @@ def fault(effect: str, *, failure: str = "F4", value: str = "value=2, limits=(0,
 
 
 HEAD = "from sunset.nodes import AdaptiveNode\nfrom sunset.system import *\n"
+REDEPLOY = "REDEPLOY = Adaptation(AdaptationKind.REDEPLOY, 'camera')\n"
 SONAR = HEAD + "class Sonar(AdaptiveNode):\n    node_name = 'sonar'\n"
+
+
+def node(name: str, options: str = "compute_s=0.0") -> str:
+    """Return the rest of an extension with one node."""
+    described = f"NodeDescription({name!r}, Sonar, (), **dict({options}))"
+    return f"Sonar.node_name = {name!r}\nEXTENSION = Extension(nodes=({described},))"
+
+
+def of_fault(options: str) -> str:
+    """Return an extension with one fault of the camera."""
+    return (
+        f"{HEAD}{REDEPLOY}EXTENSION = Extension(faults=(Fault(name='smear', failure='F1', node='camera', "
+        f"description='Smeared.', {options}),))"
+    )
 
 
 @pytest.mark.parametrize(
@@ -102,6 +117,57 @@ SONAR = HEAD + "class Sonar(AdaptiveNode):\n    node_name = 'sonar'\n"
         ),
         (HEAD + "EXTENSION = Extension(suites={'mine': ('gpu_failure',)})", "must be tuples of faults"),
         (HEAD + "EXTENSION = Extension(suites={'mine': (('gpu',),)})", "refers to the fault 'gpu'"),
+        (SONAR + node("monitor"), "The node name 'monitor' is the experiment's own"),
+        (SONAR + node("managing_system"), "The node name 'managing_system' is the experiment's own"),
+        (
+            SONAR + node("sonar", "activation_delay_s=-5.0"),
+            "needs an activation_delay_s from 0 to 3600 s, or -1",
+        ),
+        (SONAR + node("sonar", "activation_delay_s='5'"), "The activation_delay_s must be a number, got '5'"),
+        (SONAR + node("sonar", "outputs='echo'"), "The outputs must be a list, got 'echo'"),
+        (of_fault("cures=(REDEPLOY,)"), "must be a tuple of tuples of adaptations, such as ((RESTART,), "),
+        (of_fault("cures=((),)"), "must be a tuple of tuples of adaptations, such as ((RESTART,), "),
+        (
+            of_fault("cures=(), kind='extern'"),
+            "The kind must be internal, external or configuration, got 'extern'",
+        ),
+        (
+            of_fault("cures=((Adaptation('restrat', 'camera'),),)"),
+            "The kind must be one of restart, redeploy, set_parameter, change_topic, activate, deactivate, got 'restr",
+        ),
+        (
+            HEAD + "EXTENSION = Extension(exclusive=(('gpu_failure', 'image_shift', 'sync_issue'),))",
+            "Exclusive faults come in pairs of two names",
+        ),
+        (
+            HEAD + "EXTENSION = Extension(suites={'mine': (('image_shift=5000',),)})",
+            "The suite mine has a strength that cannot be: The value of the fault image_shift must be a whole number",
+        ),
+        (
+            HEAD + "EXTENSION = Extension(suites={'mine': (('image_shift=far',),)})",
+            "The suite mine gives image_shift a strength that is not a number: 'far'",
+        ),
+        (
+            HEAD + "EXTENSION = Extension(suites={'mine': (('image_degradation', 'unneeded_enhancement'),)})",
+            "The suite mine has image_degradation with unneeded_enhancement, which exclude each other",
+        ),
+        (
+            HEAD + "EXTENSION = Extension(failures=(Failure('F6', 'a', 'b', 'c', topic='/rgb_raw'),))",
+            "The failure F6 is of the topic /rgb_raw: add it to the topics that are watched, and to the outputs",
+        ),
+        (
+            HEAD + "EXTENSION = Extension(failures=(Failure('F6', 'a', 'b', 'c', topic='rgb_enhanced'),))",
+            "to the outputs of a node that is active at first",
+        ),
+        (
+            of_fault("cures=(), parameter='perform_autofokus'"),
+            "does not have the parameter 'perform_autofokus': did you mean 'perform_autofocus'",
+        ),
+        (
+            HEAD + "class Eye(AdaptiveNode):\n    node_name = 'camera'\n"
+            "EXTENSION = Extension(node_classes={'camera': Eye})",
+            "The class of the node camera is Camera: Eye must be a subclass of it",
+        ),
     ],
 )
 def test_a_wrong_extension_gets_one_sentence(
@@ -160,9 +226,7 @@ def test_a_second_class_of_a_node_must_be_a_subclass_of_the_first(tmp_path: Path
             f"EXTENSION = Extension(node_classes={{'camera': {name}}})\n"
         )
     with (
-        pytest.raises(
-            ExtensionError, match=r"camera is One already: Other must be a subclass of it, or be left"
-        ),
+        pytest.raises(ExtensionError, match=r"camera is One: Other must be a subclass of it, or be left"),
         extended_system([tmp_path / "One.py", tmp_path / "Other.py"]),
     ):
         pass

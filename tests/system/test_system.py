@@ -142,7 +142,7 @@ def node(name: str, inputs: tuple[str, ...], outputs: tuple[str, ...]) -> NodeDe
         (Extension(failures=(failure(),)), "must name either a topic that stops or a signal that is off"),
         (
             Extension(failures=(failure(topic="sonar"),)),
-            "No node publishes on the topic /managed_subsystem/sonar",
+            "The failure F6 is of the topic sonar: add it to the topics that are watched",
         ),
         (
             Extension(failures=(failure(topic="rgb_camera"),), faults=(DRIFT,)),
@@ -161,7 +161,7 @@ def node(name: str, inputs: tuple[str, ...], outputs: tuple[str, ...]) -> NodeDe
             Extension(
                 nodes=(node("altimeter", (), ()),), failures=(failure(topic="rgb_camera"),), faults=(DRIFT,)
             ),
-            "sets the parameter 'altimeter_drift', which the class of the node altimeter does not have",
+            "of the node altimeter does not have the parameter 'altimeter_drift'",
         ),
         (
             Extension(adaptations=(Adaptation(AdaptationKind.RESTART, "radar"),)),

@@ -80,15 +80,15 @@ def plan(spec: BenchSpec) -> tuple[RunSpec, ...]:
         ScenarioError: there is no such suite, or it is not usable.
         InvalidInputError: a scenario is not of the suite.
     """
-    groups = [(name, "none") for name in REFERENCE_SUITES] if spec.references else []
-    groups += [(spec.suite, manager) for manager in spec.managers]
-    scenarios = {name: suite(name) for name in REFERENCE_SUITES} | {spec.suite: _chosen(spec)}
+    chosen = _chosen(spec)
+    groups = [(suite(name), "none") for name in REFERENCE_SUITES] if spec.references else []
+    groups += [(chosen, manager) for manager in spec.managers]
     runs = (
         RunSpec(scenario=scenario, manager=manager, seed=spec.seed + repetition, settings=spec.settings)
         # a repetition at a time: runs that share their frames are neighbours, for the inference cache
         for repetition in range(spec.repetitions)
-        for name, manager in groups
-        for scenario in scenarios[name]
+        for scenarios, manager in groups
+        for scenario in scenarios
     )
     return tuple({run_folder(Path(), one): one for one in runs}.values())  # each is run once
 
@@ -207,6 +207,8 @@ def _run(spec: RunSpec, folder: Path, known: str | None) -> None:
     Raises:
         SunsetError: the run failed, and no managing system of the user's can be the reason.
     """
+    spec.load_extensions()
+    prepare(spec)  # no managing system has a part in what is wrong with these
     try:
         run(spec, folder, known=known)
     except SunsetError as error:

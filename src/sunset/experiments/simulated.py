@@ -16,7 +16,6 @@ from sunset.harness.launcher import Launcher
 from sunset.harness.supervisor import Phase, Supervisor
 from sunset.isolation import Watch
 from sunset.managing import ManagingSystem
-from sunset.nodes import SegmentationNode
 from sunset.rmw.sim import SimProcess, Simulation, Tap
 from sunset.ros import CallbackError, Context, Node, Parameter, SingleThreadedExecutor
 from sunset.seeding import generator
@@ -168,12 +167,12 @@ def _conduct(simulation: Simulation, supervisor: Supervisor, spec: RunSpec, obse
 def _factories(spec: RunSpec, resources: Resources) -> dict[str, NodeFactory]:
     """Return what makes the managed nodes, and the nodes that feed and watch them."""
     parameters = node_parameters(spec, resources)
+    system = current_system()
     # what is loaded already is handed over: neither the time it takes nor a path gets into the record
     given: dict[str, Callable[..., Node]] = {
-        "segmentation": partial(SegmentationNode, segmenter=resources.segmenter),
+        "segmentation": partial(system.node_class("segmentation"), segmenter=resources.segmenter),
         "bag_player": partial(BagPlayer, reader=resources.bag),
     }
-    system = current_system()
     return {
         name: _factory(given.get(name) or system.node_class(name), parameters.get(name, {}))
         for name in (*system.nodes, *SURROUNDING)

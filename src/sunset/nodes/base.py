@@ -1,5 +1,6 @@
 """The base class of the managed system's nodes: it gives every node the four kinds of adaptation."""
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
@@ -16,7 +17,7 @@ from sunset.ros.lifecycle import LifecycleNode, LifecycleState, TransitionCallba
 from sunset.ros.node import Node
 from sunset.ros.parameter import Parameter
 from sunset.ros.subscription import AnySubscription
-from sunset.system import NAMESPACE, current_system
+from sunset.system import LONGEST_DELAY_S, NAMESPACE, current_system
 
 _HEARTBEAT_S: Final = 0.1
 
@@ -76,7 +77,7 @@ class AdaptiveNode(LifecycleNode):
         0.0,
         "seconds from the start until the node activates itself; negative: it does not",
         minimum=-1.0,
-        maximum=3600.0,
+        maximum=LONGEST_DELAY_S,
         read_only=True,
     )
 
@@ -150,7 +151,13 @@ class AdaptiveNode(LifecycleNode):
         self.__inputs.append(_Input(message_type, "", parameter, callback, depth))
 
     def report(self, key: str, value: float | bool) -> None:
-        """Report a value with the next heartbeat; each value is reported once."""
+        """Report a value with the next heartbeat; each value is reported once.
+
+        Raises:
+            ValueError: it is not finite.
+        """
+        if not math.isfinite(value):
+            raise ValueError(f"{self.node_name} must report finite values, got {key} = {value!r}.")
         text = str(value).lower() if isinstance(value, bool) else repr(float(value))
         self.__news.append(KeyValue(key=key, value=text))
 

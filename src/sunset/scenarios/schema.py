@@ -5,7 +5,6 @@ from dataclasses import dataclass, replace
 import yaml
 
 from sunset.errors import MALFORMED_YAML, ScenarioError
-from sunset.names import ros_text
 from sunset.scenarios._document import is_ambiguous
 from sunset.system import Adaptation, Fault, Value, current_system, get_fault
 
@@ -30,7 +29,8 @@ class ScenarioFault:
 
     def __post_init__(self) -> None:
         """Check the value, and put in the suite's where none is given."""
-        object.__setattr__(self, "value", _checked(get_fault(self.name), self.value))
+        fault = get_fault(self.name)
+        object.__setattr__(self, "value", fault.value if self.value is None else fault.checked(self.value))
 
     @property
     def fault(self) -> Fault:
@@ -114,39 +114,3 @@ def _value(text: str) -> Value:
         return float(text)  # such as 1e-1, which is a text in YAML 1.1
     except ValueError:
         return text
-
-
-def _checked(fault: Fault, value: Value | None) -> Value:
-    """Return the value in the type of the fault's parameter.
-
-    Raises:
-        ScenarioError: it is none of the fault's values.
-    """
-    if value is None:
-        return fault.value
-    if fault.limits is None:
-        if type(value) is not type(fault.value) or value != fault.value:
-            raise ScenarioError(
-                f"The fault {fault.name} has no strength: its value must be "
-                f"{_shown(fault.value)} or left out, got {_shown(value)}."
-            )
-        return fault.value
-    low, high = fault.limits
-    whole = isinstance(fault.value, int)
-    kind = "a whole number" if whole else "a number"
-    if (
-        isinstance(value, bool | str)
-        or not low <= value <= high
-        or (whole and value != int(value))
-        or value == fault.healthy
-    ):
-        raise ScenarioError(
-            f"The value of the fault {fault.name} must be {kind} above {low:g} and at most {high:g}, "
-            f"got {_shown(value)}."
-        )
-    return int(value) if whole else float(value)
-
-
-def _shown(value: Value) -> str:
-    """Return a value as YAML writes it."""
-    return repr(value) if isinstance(value, str) else ros_text(value)

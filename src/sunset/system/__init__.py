@@ -1,5 +1,6 @@
 """The managed system as data: nodes, topics, signals, failures, faults, adaptations, suites, and what is off limits."""
 
+from sunset.system.checks import LONGEST_DELAY_S
 from sunset.system.current import (
     LoadedExtension,
     current_system,
@@ -43,6 +44,7 @@ __all__ = [
     "HARNESS",
     "IMAGE_DEGRADATION_RANGE",
     "INFRASTRUCTURE",
+    "LONGEST_DELAY_S",
     "MANAGER_PROCESS",
     "NAMESPACE",
     "OFF_LIMITS_TOPICS",

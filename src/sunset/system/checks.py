@@ -2,9 +2,9 @@
 
 from collections.abc import Collection, Iterable, Mapping
 from math import inf, isfinite
-from typing import TypeVar, get_args
+from typing import Final, TypeVar, get_args
 
-from sunset.errors import ExtensionError
+from sunset.errors import ExtensionError, ScenarioError
 from sunset.system.description import (
     Adaptation,
     AdaptationKind,
@@ -15,9 +15,13 @@ from sunset.system.description import (
     Sensor,
     Signal,
 )
-from sunset.system.harness import SENSOR_TOPICS
+from sunset.system.harness import RESERVED_NAMES, SENSOR_TOPICS
 from sunset.system.names import full_name
 from sunset.texts import suggestion
+
+LONGEST_DELAY_S: Final = 3600.0
+"""The longest time from a node's start until it activates itself [s]."""
+_PAIR: Final = 2
 
 
 def check_nodes(nodes: Mapping[str, NodeDescription], published: Collection[str]) -> None:
@@ -32,6 +36,8 @@ def check_nodes(nodes: Mapping[str, NodeDescription], published: Collection[str]
     """
     for node in nodes.values():
         _check_name("node", node.name)
+        if node.name in RESERVED_NAMES:
+            raise ExtensionError(f"The node name {node.name!r} is the experiment's own: choose another.")
         is_reference = isinstance(node.node_class, str) and ":" in node.node_class
         if not is_reference and not isinstance(node.node_class, type):
             raise ExtensionError(
@@ -40,36 +46,48 @@ def check_nodes(nodes: Mapping[str, NodeDescription], published: Collection[str]
         if isinstance(node.node_class, type):
             _check_class(node.name, node.node_class)
         check_topics(map(full_name, node.inputs), {*published, *SENSOR_TOPICS})
-        if not isfinite(node.activation_delay_s) or not 0 <= node.compute_s < 1:
+        if not -1 <= node.activation_delay_s <= LONGEST_DELAY_S or not 0 <= node.compute_s < 1:
             raise ExtensionError(
-                f"The node {node.name} needs a finite activation_delay_s and a compute_s from 0 to less than 1 s, got "
-                f"{node.activation_delay_s} and {node.compute_s}."
+                f"The node {node.name} needs an activation_delay_s from 0 to {LONGEST_DELAY_S:g} s, or -1 for none, "
+                f"and a compute_s from 0 to less than 1 s, got {node.activation_delay_s} and {node.compute_s}."
             )
 
 
-def check_node_classes(
-    node_classes: Iterable[tuple[str, type]], nodes: Mapping[str, NodeDescription]
-) -> None:
+def check_node_classes(node_classes: Mapping[str, type], nodes: Mapping[str, NodeDescription]) -> None:
     """Check the classes that run in place of nodes' own.
 
-    Args:
-        node_classes: node and class, of every part in turn.
-        nodes: all of them, by name.
-
     Raises:
-        ExtensionError: one is of a node that is not there, of another node, or no subclass of an earlier one.
+        ExtensionError: one is of a node that is not there, or of another node.
     """
-    latest: dict[str, type] = {}
-    for name, node_class in node_classes:
+    for name, node_class in node_classes.items():
         _known("node", name, nodes, "A class in node_classes")
         _check_class(name, node_class)
-        earlier = latest.get(name, node_class)
-        if not issubclass(node_class, earlier):
-            raise ExtensionError(
-                f"The class of the node {name} is {earlier.__name__} already: {node_class.__name__} must be a subclass "
-                "of it, or be left out."
-            )
-        latest[name] = node_class
+
+
+def check_subclass(node: str, node_class: type, present: type) -> None:
+    """Check that a class can run in place of a node's present one.
+
+    Raises:
+        ExtensionError: it is not a subclass of that, which faults and adaptations rely on.
+    """
+    if not issubclass(node_class, present):
+        raise ExtensionError(
+            f"The class of the node {node} is {present.__name__}: {node_class.__name__} must be a subclass of it, or "
+            "be left out."
+        )
+
+
+def check_parameter(adaptation: Adaptation, node_class: type) -> None:
+    """Check that a node's class has the parameter that an adaptation or an injection sets, if it sets one.
+
+    Raises:
+        ExtensionError: it has not.
+    """
+    if adaptation.parameter and not hasattr(node_class, adaptation.parameter):
+        raise ExtensionError(
+            f"The class {node_class.__name__} of the node {adaptation.node} does not have the parameter "
+            f"{adaptation.parameter!r}: {suggestion(adaptation.parameter, vars(node_class))}add it there."
+        )
 
 
 def check_topics(named: Iterable[str], published: Collection[str]) -> None:
@@ -104,8 +122,8 @@ def check_adaptation(
         raise ExtensionError(
             f"{what} must {'' if sets else 'not '}name a parameter, got {adaptation.parameter!r}."
         )
-    if adaptation.parameter:
-        _check_parameter(node, adaptation.parameter, what)
+    if isinstance(node.node_class, type):
+        check_parameter(adaptation, node.node_class)
     if adaptation.kind is AdaptationKind.CHANGE_TOPIC:
         check_topics([full_name(str(adaptation.value))], published)
 
@@ -129,8 +147,28 @@ def check_signals(signals: Iterable[Signal], nodes: Mapping[str, NodeDescription
             )
 
 
-def check_failures(failures: Iterable[Failure], signals: Mapping[str, Signal]) -> None:
+def check_uncalibrated(signals: Iterable[Signal]) -> None:
+    """Check that the thresholds of an extension's signals are its own.
+
+    Raises:
+        ExtensionError: a model's card is to have one.
+    """
+    for signal in signals:
+        if signal.calibrated:
+            raise ExtensionError(
+                f"The signal {signal.name} is calibrated, but model cards have no threshold of it: give it one."
+            )
+
+
+def check_failures(
+    failures: Iterable[Failure], signals: Mapping[str, Signal], stopping: Collection[str]
+) -> None:
     """Check that failures can be observed.
+
+    Args:
+        failures: the failures.
+        signals: all of them, by name.
+        stopping: full names of the topics that are watched and stop only if something is wrong.
 
     Raises:
         ExtensionError: one cannot.
@@ -142,6 +180,11 @@ def check_failures(failures: Iterable[Failure], signals: Mapping[str, Signal]) -
             raise ExtensionError(
                 f"{what} must name either a topic that stops or a signal that is off, got "
                 f"{failure.topic!r} and {failure.signal!r}."
+            )
+        if failure.topic and full_name(failure.topic) not in stopping:
+            raise ExtensionError(
+                f"{what} is of the topic {failure.topic}: add it to the topics that are watched, and to the outputs "
+                "of a node that is active at first."
             )
         if failure.signal and not _known("signal", failure.signal, signals, what).has_threshold:
             raise ExtensionError(f"{what} needs a threshold of the signal {failure.signal}, which has none.")
@@ -158,8 +201,8 @@ def check_fault(fault: Fault, nodes: Mapping[str, NodeDescription], failures: Ma
     _known("failure", fault.failure, failures, what)
     for step in fault.injection:
         node = _known("node", step.node, nodes, what)
-        if step.parameter:
-            _check_parameter(node, step.parameter, what)
+        if isinstance(node.node_class, type):
+            check_parameter(step, node.node_class)
     _known("node", fault.node, nodes, what)
     low, high = fault.limits or (-inf, inf)
     is_number = not isinstance(fault.value, bool | str)
@@ -223,6 +266,8 @@ def check_scenarios(
         ExtensionError: one is not.
     """
     for pair in exclusive:
+        if len(pair) != len(set(pair)) or len(pair) != _PAIR:
+            raise ExtensionError(f"Exclusive faults come in pairs of two names, got {pair!r}.")
         for name in pair:
             _known("fault", name, faults, f"The pair of exclusive faults {pair}")
     for suite, scenarios in suites.items():
@@ -230,8 +275,26 @@ def check_scenarios(
         if not scenarios:
             raise ExtensionError(f"The suite {suite} has no scenario.")
         for scenario in scenarios:
-            for text in scenario:
-                _known("fault", text.partition("=")[0], faults, f"The suite {suite}")
+            names = {_checked_name(text, faults, f"The suite {suite}") for text in scenario}
+            for pair in exclusive:
+                if names.issuperset(pair):
+                    raise ExtensionError(
+                        f"The suite {suite} has {' with '.join(pair)}, which exclude each other."
+                    )
+
+
+def _checked_name(text: str, faults: Mapping[str, Fault], what: str) -> str:
+    """Check a fault of a scenario, `fault` or `fault=value`, and return its name."""
+    name, separator, strength = text.partition("=")
+    fault = _known("fault", name, faults, what)
+    try:
+        if separator:
+            fault.checked(float(strength))
+    except ValueError:
+        raise ExtensionError(f"{what} gives {name} a strength that is not a number: {strength!r}.") from None
+    except ScenarioError as error:
+        raise ExtensionError(f"{what} has a strength that cannot be: {error}") from error
+    return name
 
 
 def _check_name(kind: str, name: str) -> None:
@@ -267,11 +330,3 @@ def _check_strengths(effect: Effect, limits: tuple[float, float], what: str) -> 
             raise ExtensionError(
                 f"{what} needs strengths that are numbers greater than {low:g} and at most {high:g}, got {strength!r}."
             )
-
-
-def _check_parameter(node: NodeDescription, parameter: str, what: str) -> None:
-    """Check that a class that is at hand has a parameter; others are checked when they are imported."""
-    if isinstance(node.node_class, type) and not hasattr(node.node_class, parameter):
-        raise ExtensionError(
-            f"{what} sets the parameter {parameter!r}, which the class of the node {node.name} does not have."
-        )

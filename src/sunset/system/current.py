@@ -11,6 +11,7 @@ from types import ModuleType
 from typing import Final
 
 from sunset.errors import ExtensionError
+from sunset.system.checks import check_parameter, check_subclass, check_uncalibrated
 from sunset.system.description import Fault
 from sunset.system.paper import PAPER
 from sunset.system.system import Extension, System
@@ -90,12 +91,10 @@ def load_extension(where: str | Path, *, checksum: str = "") -> None:
         loaded = LoadedExtension(Path(place).name, place, digest)
         if loaded.name in {one.name for one in _state.loaded}:
             raise ExtensionError(f"The name of the extension {loaded.name} is taken: rename {where}.")
+        _check_same(where, loaded, checksum)
         _state.system = _extended(where, extension)
         _state.loaded = (*_state.loaded, loaded)
-    if checksum not in {"", loaded.checksum}:
-        raise ExtensionError(
-            f"The extension {where} has changed since the run was planned; run it in a new folder."
-        )
+    _check_same(where, loaded, checksum)
 
 
 @contextmanager
@@ -114,15 +113,27 @@ def extended_system(wheres: Iterable[str | Path]) -> Iterator[System]:
         _state.system, _state.loaded = before
 
 
+def _check_same(where: str | Path, loaded: LoadedExtension, checksum: str) -> None:
+    if checksum not in {"", loaded.checksum}:
+        raise ExtensionError(
+            f"The extension {where} has changed since the run was planned; run it in a new folder."
+        )
+
+
 def _extended(where: str | Path, extension: Extension) -> System:
     try:
+        check_uncalibrated(extension.signals)
         system = System(*_state.system.parts, extension)
+        for name, node_class in extension.node_classes.items():
+            check_subclass(name, node_class, _state.system.node_class(name))
         for node in extension.nodes:
             system.node_class(node.name)
         for fault in extension.faults:
             for function in (fault.effect.degrade, fault.effect.restore) if fault.effect else ():
                 if function is not None:
                     system.image_function(function)
+        for adaptation in extension.named_adaptations:
+            check_parameter(adaptation, system.node_class(adaptation.node))
     except ExtensionError as error:
         raise ExtensionError(f"The extension {where} does not fit the system: {error}") from error
     return system

@@ -6,9 +6,13 @@ Nothing here is code that does something. Nodes, harness, scenarios, metrics, te
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Any, Literal, TypeAlias
+from typing import Annotated, Any, Literal, TypeAlias
 
+from msgspec import Meta
+
+from sunset.errors import ExtensionError, ScenarioError
 from sunset.names import ros_text
+from sunset.schemas import check_fields
 
 Value = bool | int | float | str
 """The value of a ROS parameter, as far as faults and adaptations need them."""
@@ -34,6 +38,10 @@ class NodeDescription:
     activation_delay_s: float = 0.0
     compute_s: float = 0.0
 
+    def __post_init__(self) -> None:
+        """Check the types."""
+        _check(self, self.name)
+
     @property
     def initial_state(self) -> str:
         """The lifecycle state that it is in when all is well."""
@@ -51,6 +59,10 @@ class Topic:
 
     name: str
     message_type: str = "sensor_msgs/msg/Image"
+
+    def __post_init__(self) -> None:
+        """Check the types."""
+        _check(self, self.name)
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,6 +84,10 @@ class Signal:
     threshold: float | None = None
     below: bool = False
     calibrated: bool = False
+
+    def __post_init__(self) -> None:
+        """Check the types."""
+        _check(self, self.key)
 
     @property
     def name(self) -> str:
@@ -108,6 +124,10 @@ class Failure:
     gone: str
     topic: str = ""
     signal: str = ""
+
+    def __post_init__(self) -> None:
+        """Check the types."""
+        _check(self, self.name)
 
 
 class FaultKind(StrEnum):
@@ -146,10 +166,15 @@ class Adaptation:
         value: what it is set to; None where none is.
     """
 
-    kind: AdaptationKind
+    kind: Annotated[AdaptationKind, Meta(description=f"one of {', '.join(AdaptationKind)}")]
     node: str
     parameter: str = ""
     value: Value | None = None
+
+    def __post_init__(self) -> None:
+        """Check the types, and take the text of a kind for the kind."""
+        _check(self, self.node)
+        object.__setattr__(self, "kind", AdaptationKind(self.kind))
 
     def __str__(self) -> str:
         """Return it in words, such as `set sensor_fusion.modality to 1` or `restart camera`."""
@@ -217,9 +242,12 @@ class Fault:
     failure: str
     node: str
     description: str
-    cures: tuple[tuple[Adaptation, ...], ...]
+    cures: Annotated[
+        tuple[Annotated[tuple[Adaptation, ...], Meta(min_length=1)], ...],
+        Meta(description="a tuple of tuples of adaptations, such as ((RESTART,), (REDEPLOY,))"),
+    ]
     value: Value = True
-    kind: FaultKind = FaultKind.INTERNAL
+    kind: Annotated[FaultKind, Meta(description="internal, external or configuration")] = FaultKind.INTERNAL
     limits: tuple[float, float] | None = None
     parameter: str = ""
     healthy: Value | None = None
@@ -227,7 +255,9 @@ class Fault:
     effect: Effect | None = None
 
     def __post_init__(self) -> None:
-        """Put in what is left out."""
+        """Check the types, and put in what is left out."""
+        _check(self, self.name)
+        object.__setattr__(self, "kind", FaultKind(self.kind))
         parameter = self.parameter or self.name
         step = Adaptation(AdaptationKind.SET_PARAMETER, self.node, parameter, self.value)
         object.__setattr__(self, "parameter", parameter)
@@ -235,7 +265,52 @@ class Fault:
         if self.healthy is None:
             object.__setattr__(self, "healthy", type(self.value)())
 
+    def checked(self, value: Value) -> Value:
+        """Return a value that injects it, in the type of the parameter.
+
+        Raises:
+            ScenarioError: it does not inject it.
+        """
+        if self.limits is None:
+            if type(value) is not type(self.value) or value != self.value:
+                raise ScenarioError(
+                    f"The fault {self.name} has no strength: its value must be {_shown(self.value)} or left out, got "
+                    f"{_shown(value)}."
+                )
+            return self.value
+        low, high = self.limits
+        whole = isinstance(self.value, int)
+        if (
+            isinstance(value, bool | str)
+            or not low <= value <= high
+            or (whole and value != int(value))
+            or value == self.healthy
+        ):
+            least = "above" if self.healthy == low else "at least"
+            raise ScenarioError(
+                f"The value of the fault {self.name} must be a {'whole ' if whole else ''}number {least} {low:g} and "
+                f"at most {high:g}, got {_shown(value)}."
+            )
+        return int(value) if whole else float(value)
+
     @property
     def redeploy_only(self) -> bool:
         """Whether a redeploy cures it, and nothing cheaper."""
         return bool(self.cures) and self.cures[0][0].kind is AdaptationKind.REDEPLOY
+
+
+def _shown(value: Value) -> str:
+    """Return a value as YAML writes it."""
+    return repr(value) if isinstance(value, str) else ros_text(value)
+
+
+def _check(part: object, name: object) -> None:
+    """Check the types of a part's fields, since an extension's author may not check them.
+
+    Raises:
+        ExtensionError: one is not as it is annotated.
+    """
+    try:
+        check_fields(part, ExtensionError)
+    except ExtensionError as error:
+        raise ExtensionError(f"The {type(part).__name__} {name!r} is not usable: {error}") from None

@@ -60,6 +60,9 @@ HARNESS: Final[Mapping[str, HarnessNode]] = MappingProxyType(
 )
 """The nodes of an experiment that are not managed, by name."""
 
+RESERVED_NAMES: Final = frozenset({*HARNESS, MANAGER_PROCESS, "managing_system", "operator"})
+"""What no managed node may be called."""
+
 SURROUNDING: Final = ("bag_player", "monitor", "evaluator")
 """Those that feed and watch the managed system, whether there is an experiment or not."""
 

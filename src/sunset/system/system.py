@@ -89,6 +89,12 @@ class Extension:
                     f"The scenarios of the suite {name} must be tuples of faults, got {shorten(repr(scenarios), 100)}."
                 )
 
+    @property
+    def named_adaptations(self) -> tuple[Adaptation, ...]:
+        """The adaptations that it offers, and those of its faults' injections and cures."""
+        steps = (step for fault in self.faults for steps in (fault.injection, *fault.cures) for step in steps)
+        return (*self.adaptations, *steps)
+
 
 _KINDS = MappingProxyType(
     {
@@ -116,14 +122,16 @@ class System:
     def __init__(self, *parts: Extension) -> None:
         self.parts = parts
         check_nodes(self.nodes, self.publishers)
-        check_node_classes((pair for part in parts for pair in part.node_classes.items()), self.nodes)
+        for part in parts:
+            check_node_classes(part.node_classes, self.nodes)
         published = {*self.publishers, *SENSOR_TOPICS}
-        stopping = [failure.topic for failure in self.failures.values() if failure.topic]
-        check_topics(map(full_name, [*self.topics, *stopping]), published)
+        check_topics(map(full_name, self.topics), published)
         for adaptation in self.adaptations:
             check_adaptation(adaptation, self.nodes, published)
         check_signals(self.signals.values(), self.nodes)
-        check_failures(self.failures.values(), self.signals)
+        active = {topic for topic, node in self.publishers.items() if self.initial_states[node] == "active"}
+        stopping = active.intersection(map(full_name, self.topics))
+        check_failures(self.failures.values(), self.signals, stopping)
         for fault in self.faults.values():
             check_fault(fault, self.nodes, self.failures)
             check_effect(fault, self.faults, self.signals.get(self.failures[fault.failure].signal))

@@ -98,7 +98,7 @@ class FrameCount:
                 f"the computer was too slow for the flight: {len(times)} of {timing.frames} frames were played, with "
                 f"gaps of up to {max(gaps, default=0.0):.2f} s in place of {timing.period_s:g} s"
             )
-        outage = any(one.failure in {"F1", "F2", "F3"} for one in timeline.injections)
+        outage = any(one.failure in current_system().outages for one in timeline.injections)
         disturbed = [one.time for one in timeline.commands] + [0.0] * outage
         if self.disturbed_ns is not None:
             disturbed.append((self.disturbed_ns - start_ns) / _S)

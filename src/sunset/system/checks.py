@@ -160,6 +160,10 @@ def check_fault(fault: Fault, nodes: Mapping[str, NodeDescription], failures: Ma
         node = _known("node", step.node, nodes, what)
         if step.parameter:
             _check_parameter(node, step.parameter, what)
+        elif step.kind is not AdaptationKind.ACTIVATE:
+            raise ExtensionError(
+                f"{what} cannot be injected by {str(step)!r}: set a parameter, or activate a node."
+            )
     _known("node", fault.node, nodes, what)
     low, high = fault.limits or (-inf, inf)
     is_number = not isinstance(fault.value, bool | str)

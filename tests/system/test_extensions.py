@@ -71,6 +71,12 @@ SONAR = HEAD + "class Sonar(AdaptiveNode):\n    node_name = 'sonar'\n"
             "The failure F6 needs a threshold of the signal camera_echo, which has none",
         ),
         (
+            HEAD
+            + "EXTENSION = Extension(faults=(Fault(name='asleep', failure='F2', node='depth', description='', "
+            "cures=(), injection=(Adaptation(AdaptationKind.DEACTIVATE, 'depth'),)),))",
+            "The fault asleep cannot be injected by 'deactivate depth': set a parameter, or activate a node",
+        ),
+        (
             fault("degrade=blur, strengths=(1,)", failure="F1"),
             "only if its failure is of a signal whose thres",
         ),

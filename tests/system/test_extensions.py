@@ -71,6 +71,10 @@ SONAR = HEAD + "class Sonar(AdaptiveNode):\n    node_name = 'sonar'\n"
             "The failure F6 needs a threshold of the signal camera_echo, which has none",
         ),
         (
+            HEAD + "EXTENSION = Extension(signals=(Signal('camera', 'echo', calibrated=True),))",
+            "The signal camera_echo needs a threshold of its own: a model's card has none of it",
+        ),
+        (
             HEAD
             + "EXTENSION = Extension(faults=(Fault(name='asleep', failure='F2', node='depth', description='', "
             "cures=(), injection=(Adaptation(AdaptationKind.DEACTIVATE, 'depth'),)),))",

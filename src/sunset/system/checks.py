@@ -129,6 +129,19 @@ def check_signals(signals: Iterable[Signal], nodes: Mapping[str, NodeDescription
             )
 
 
+def check_added_signals(signals: Iterable[Signal]) -> None:
+    """Check that signals of an extension have thresholds of their own, if any: no model's card has one.
+
+    Raises:
+        ExtensionError: one has not.
+    """
+    for signal in signals:
+        if signal.calibrated:
+            raise ExtensionError(
+                f"The signal {signal.name} needs a threshold of its own: a model's card has none of it."
+            )
+
+
 def check_failures(failures: Iterable[Failure], signals: Mapping[str, Signal]) -> None:
     """Check that failures can be observed.
 

@@ -11,6 +11,7 @@ from types import ModuleType
 from typing import Final
 
 from sunset.errors import ExtensionError
+from sunset.system.checks import check_added_signals
 from sunset.system.description import Fault
 from sunset.system.paper import PAPER
 from sunset.system.system import Extension, System
@@ -116,6 +117,7 @@ def extended_system(wheres: Iterable[str | Path]) -> Iterator[System]:
 
 def _extended(where: str | Path, extension: Extension) -> System:
     try:
+        check_added_signals(extension.signals)
         system = System(*_state.system.parts, extension)
         for node in extension.nodes:
             system.node_class(node.name)

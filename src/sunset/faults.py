@@ -15,23 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from sunset.errors import ParameterError
-from sunset.system import BLUR_SIGMA, DEPTH_DEGRADATION_RANGE, IMAGE_DEGRADATION_RANGE
-
-__all__ = [
-    "BLUR_SIGMA",
-    "DEPTH_COUNTS_PER_METRE",
-    "DEPTH_DEGRADATION_RANGE",
-    "IMAGE_DEGRADATION_RANGE",
-    "REFERENCE_WIDTH",
-    "blur",
-    "defocus_image",
-    "degrade_depth",
-    "degrade_image",
-    "enhance_image",
-    "misalign_image",
-    "sharpness",
-    "shift_image",
-]
+from sunset.system import DEPTH_DEGRADATION_RANGE, IMAGE_DEGRADATION_RANGE
 
 Image = npt.NDArray[np.uint8]
 Depth = npt.NDArray[np.uint16]

@@ -1,5 +1,8 @@
 """When a live run does not count: the computer could not keep up."""
 
+from dataclasses import replace
+from pathlib import Path
+
 import pytest
 
 from sunset.experiments.live_run import FrameCount
@@ -9,6 +12,7 @@ from sunset.interfaces.rosgraph_msgs.msg import Clock
 from sunset.interfaces.sensor_msgs.msg import Image
 from sunset.interfaces.std_msgs.msg import Header
 from sunset.metrics import Command, Injection, Timeline
+from sunset.system import extended_system
 
 S = 10**9
 START_NS = 10 * S
@@ -59,6 +63,18 @@ def test_a_frame_may_be_lost_only_after_something_was_done(lost: float, seen: Ti
     reason = frames(lost=lost).shortfall(START_NS, seen, TIMING)
     assert (reason == "") is counts
     assert counts or "1 of" in reason
+
+
+def test_frames_may_be_lost_to_an_outage_of_an_extension(tmp_path: Path) -> None:
+    file = tmp_path / "deaf.py"
+    file.write_text(
+        "from sunset.system import *\n"
+        "EXTENSION = Extension(failures=(Failure('F6', 'no depth', 'none', 'back', topic='depth_camera'),))\n"
+    )
+    injection = Injection(0.0, "deaf", "F6", "/managed_subsystem/depth")
+    with extended_system([file]):
+        seen = replace(timeline(), injections=(injection,))
+        assert frames(lost=0.8).shortfall(START_NS, seen, TIMING) == ""
 
 
 def test_frames_may_be_lost_to_whoever_ends_a_process() -> None:

@@ -86,6 +86,16 @@ def of_fault(options: str) -> str:
             "The failure F6 needs a threshold of the signal camera_echo, which has none",
         ),
         (
+            HEAD + "EXTENSION = Extension(signals=(Signal('camera', 'echo', calibrated=True),))",
+            "The signal camera_echo needs a threshold of its own: a model's card has none of it",
+        ),
+        (
+            HEAD
+            + "EXTENSION = Extension(faults=(Fault(name='asleep', failure='F2', node='depth', description='', "
+            "cures=(), injection=(Adaptation(AdaptationKind.DEACTIVATE, 'depth'),)),))",
+            "The fault asleep cannot be injected by 'deactivate depth': set a parameter, or activate a node",
+        ),
+        (
             fault("degrade=blur, strengths=(1,)", failure="F1"),
             "only if its failure is of a signal whose thres",
         ),

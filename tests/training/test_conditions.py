@@ -9,14 +9,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sunset.errors import InvalidInputError
-from sunset.faults import BLUR_SIGMA
 from sunset.interfaces.builtin_interfaces.msg import Time
 from sunset.interfaces.std_msgs.msg import Header
 from sunset.interfaces.system_interfaces.msg import SensorFusion
 from sunset.nodes import Camera, Depth, Fusion, ImageEnhancement
 from sunset.nodes.images import array_of_bgr, image_of_bgr, image_of_depth
 from sunset.perception import Modality, load_model
-from sunset.system import current_system
+from sunset.system import BLUR_SIGMA, current_system
 from sunset.training.conditions import (
     Condition,
     cure_of,

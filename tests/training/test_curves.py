@@ -12,9 +12,8 @@ from hypothesis import strategies as st
 
 from sunset.data import read_bag, write_bag
 from sunset.errors import DataError, ModelError
-from sunset.faults import BLUR_SIGMA
 from sunset.perception import Modality, load_model
-from sunset.system import current_system
+from sunset.system import BLUR_SIGMA, current_system
 from sunset.training.conditions import Condition, CurvesPlan, plan_curves
 from sunset.training.curves import (
     BAND,

@@ -141,6 +141,7 @@ def test_what_an_effect_gets_wrong_is_one_sentence(
     curves = ["models", "curves", "--bag", str(bag), "--jobs", "2", "--extension", str(haze)]
     for mistake, sentence in (
         ("None", "must return an image of shape (144, 256, 3) and type uint8, got None and NoneType."),
+        ("np.copyto(bgr, 0)", "The effect of the fault haze raised ValueError at the strength 0.3: "),
         ("bgr.missing", "The effect of the fault haze raised AttributeError at the strength 0.3: "),
     ):
         haze.write_text(

@@ -4,9 +4,8 @@ from typing import Any
 
 import pytest
 
-from sunset.faults import BLUR_SIGMA
 from sunset.perception import Modality, ModelCard, list_models, load_model
-from sunset.system import current_system
+from sunset.system import BLUR_SIGMA, current_system
 from sunset.training import CONFIGS
 
 pytestmark = pytest.mark.thorough

@@ -1,11 +1,12 @@
 """The depth camera: takes the recorded depth images, and may add noise."""
 
-from sunset.faults import DEPTH_DEGRADATION_RANGE, degrade_depth
+from sunset.faults import degrade_depth
 from sunset.interfaces.sensor_msgs.msg import Image
 from sunset.nodes.base import AdaptiveNode
 from sunset.nodes.images import array_of_depth, image_of_depth, stamp_ns
 from sunset.nodes.parameters import NodeParameter
 from sunset.seeding import MAX_SEED, generator
+from sunset.system import DEPTH_DEGRADATION_RANGE
 
 
 class Depth(AdaptiveNode):

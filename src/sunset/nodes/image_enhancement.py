@@ -1,11 +1,11 @@
 """The image enhancement: undoes the degradation of colour images, whether there is one or not."""
 
-from sunset.faults import IMAGE_DEGRADATION_RANGE, enhance_image
+from sunset.faults import enhance_image
 from sunset.interfaces.sensor_msgs.msg import Image
 from sunset.nodes.base import AdaptiveNode
 from sunset.nodes.images import array_of_bgr, image_of_bgr
 from sunset.nodes.parameters import NodeParameter
-from sunset.system import get_fault
+from sunset.system import IMAGE_DEGRADATION_RANGE, get_fault
 
 
 class ImageEnhancement(AdaptiveNode):

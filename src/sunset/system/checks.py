@@ -147,16 +147,16 @@ def check_signals(signals: Iterable[Signal], nodes: Mapping[str, NodeDescription
             )
 
 
-def check_uncalibrated(signals: Iterable[Signal]) -> None:
-    """Check that the thresholds of an extension's signals are its own.
+def check_added_signals(signals: Iterable[Signal]) -> None:
+    """Check that signals of an extension have thresholds of their own, if any: no model's card has one.
 
     Raises:
-        ExtensionError: a model's card is to have one.
+        ExtensionError: one has not.
     """
     for signal in signals:
         if signal.calibrated:
             raise ExtensionError(
-                f"The signal {signal.name} is calibrated, but model cards have no threshold of it: give it one."
+                f"The signal {signal.name} needs a threshold of its own: a model's card has none of it."
             )
 
 
@@ -203,6 +203,10 @@ def check_fault(fault: Fault, nodes: Mapping[str, NodeDescription], failures: Ma
         node = _known("node", step.node, nodes, what)
         if isinstance(node.node_class, type):
             check_parameter(step, node.node_class)
+        if not step.parameter and step.kind is not AdaptationKind.ACTIVATE:
+            raise ExtensionError(
+                f"{what} cannot be injected by {str(step)!r}: set a parameter, or activate a node."
+            )
     _known("node", fault.node, nodes, what)
     low, high = fault.limits or (-inf, inf)
     is_number = not isinstance(fault.value, bool | str)

@@ -11,7 +11,7 @@ from types import ModuleType
 from typing import Final
 
 from sunset.errors import ExtensionError
-from sunset.system.checks import check_parameter, check_subclass, check_uncalibrated
+from sunset.system.checks import check_added_signals, check_parameter, check_subclass
 from sunset.system.description import Fault
 from sunset.system.paper import PAPER
 from sunset.system.system import Extension, System
@@ -122,7 +122,7 @@ def _check_same(where: str | Path, loaded: LoadedExtension, checksum: str) -> No
 
 def _extended(where: str | Path, extension: Extension) -> System:
     try:
-        check_uncalibrated(extension.signals)
+        check_added_signals(extension.signals)
         system = System(*_state.system.parts, extension)
         for name, node_class in extension.node_classes.items():
             check_subclass(name, node_class, _state.system.node_class(name))

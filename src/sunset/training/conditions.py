@@ -132,7 +132,8 @@ def _apply(
         ExtensionError: the function raises, or returns no image of the same kind.
     """
     effect = effects()[fault]
-    image = images[effect.sensor]
+    image = images[effect.sensor].view()
+    image.flags.writeable = False  # it is looked at in other conditions, too
     try:
         changed = current_system().image_function(function)(
             image, strength, *([rng] if effect.random else [])

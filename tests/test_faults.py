@@ -7,7 +7,6 @@ from hypothesis import strategies as st
 
 from sunset.errors import ParameterError
 from sunset.faults import (
-    BLUR_SIGMA,
     DEPTH_COUNTS_PER_METRE,
     blur,
     degrade_depth,
@@ -16,6 +15,7 @@ from sunset.faults import (
     sharpness,
     shift_image,
 )
+from sunset.system import BLUR_SIGMA
 
 
 def scene(seed: int = 0, shape: tuple[int, int] = (72, 128)) -> npt.NDArray[np.uint8]:

@@ -72,13 +72,7 @@ SENSORS: Final = MappingProxyType(
 
 @dataclass(frozen=True, slots=True)
 class Recorded:
-    """One message's image.
-
-    Attributes:
-        stamp_ns: when it was taken, in nanoseconds.
-        encoding: of its pixels, or the format of a compressed image.
-        pixels: as a `Frame` has them.
-    """
+    """One message's image: when it was taken, its encoding or compressed format, and pixels as a `Frame` has them."""
 
     stamp_ns: int
     encoding: str

@@ -65,7 +65,6 @@ _SIGNS: Final = np.square(
         [(0.25, 0.3, 0.42), (0.5, 0.22, 0.2), (0.24, 0.36, 0.3), (0.75, 0.72, 0.66), (0.22, 0.22, 0.24)], F
     )
 )
-_SEDUM: Final = np.square(np.array((0.46, 0.4, 0.28), F))
 
 
 def finish_solids(seen: Surfaces) -> None:
@@ -183,7 +182,7 @@ def _draw_sedum(seen: Surfaces, rows: Rows) -> None:
     x, y, _ = pick(seen.points, rows).T
     share = np.clip(F(0.4) + F(0.6) * look_up(broad(), x, y, 6.0), 0, 1)[:, None]
     base = pick(seen.colours, rows) * (1 + F(0.2) * look_up(grain(), x, y, 3.0))[:, None]
-    put(seen.colours, rows, base + (_SEDUM - base) * share)
+    put(seen.colours, rows, base + (np.square(np.array((0.46, 0.4, 0.28), F)) - base) * share)
 
 
 def _draw_panels(seen: Surfaces, rows: Rows) -> None:

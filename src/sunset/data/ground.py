@@ -100,13 +100,7 @@ class Sheet:
 
 @dataclass(frozen=True, slots=True)
 class Ground:
-    """The painted ground.
-
-    Attributes:
-        town: the town.
-        bare: the town without its streets.
-        country: the land around, more coarsely.
-    """
+    """The painted ground: the town, the town without its streets, and more coarsely the land around."""
 
     town: Sheet
     bare: Sheet

@@ -13,6 +13,7 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
+from sunset.data.frame import Points
 from sunset.data.relief import Relief, Wave
 from sunset.errors import InvalidInputError
 from sunset.seeding import generator
@@ -64,7 +65,7 @@ class Warp:
     wavelengths: tuple[float, float]
     phases: tuple[float, float]
 
-    def points(self, uv: npt.ArrayLike) -> npt.NDArray[np.float64]:
+    def points(self, uv: npt.ArrayLike) -> Points:
         """Return world points (..., 2) of grid points (..., 2)."""
         grid = np.asarray(uv, dtype=np.float64)
         u, v = grid[..., 0], grid[..., 1]
@@ -73,7 +74,7 @@ class Warp:
         cos, sin = np.cos(self.angle), np.sin(self.angle)
         return np.stack([bent_u * cos - bent_v * sin, bent_u * sin + bent_v * cos], axis=-1)
 
-    def headings(self, uv: npt.ArrayLike, axis: int) -> npt.NDArray[np.float64]:
+    def headings(self, uv: npt.ArrayLike, axis: int) -> Points:
         """Return the world direction in radians (...) of growing u (axis 0) or v (axis 1) at grid points."""
         grid = np.asarray(uv, dtype=np.float64)
         step = np.zeros(2)
@@ -106,7 +107,7 @@ class Street:
         """The sign of the offset that is to the right of growing positions, where traffic keeps."""
         return -1 if self.axis == 0 else 1
 
-    def points(self, along: npt.ArrayLike, offset: npt.ArrayLike = 0.0) -> npt.NDArray[np.float64]:
+    def points(self, along: npt.ArrayLike, offset: npt.ArrayLike = 0.0) -> Points:
         """Return grid points (..., 2) at positions along the street, shifted sideways by `offset`."""
         s, across = np.broadcast_arrays(np.asarray(along, float), self.at + np.asarray(offset, float))
         return np.stack([s, across] if self.axis == 0 else [across, s], axis=-1)
@@ -154,7 +155,7 @@ class TownPlan:
     relief: Relief
     closed: frozenset[tuple[int, float, float]]
 
-    def river_points(self, along: npt.ArrayLike) -> npt.NDArray[np.float64]:
+    def river_points(self, along: npt.ArrayLike) -> Points:
         """Return grid points (..., 2) of the river's centre line at positions u."""
         u = np.asarray(along, dtype=np.float64)
         return np.stack([u, self.relief.river_v(u)], axis=-1)

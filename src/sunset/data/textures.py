@@ -22,7 +22,6 @@ _PATCHES: Final = np.array([SURFACE_LOOKS[surface][2] for surface in Surface], d
 _GRAINS: Final = np.array([SURFACE_LOOKS[surface][3] for surface in Surface], dtype=F)
 _WORN: Final = np.square(np.array((0.5, 0.46, 0.34), dtype=F))
 _DRY: Final = np.array((1.35, 1.16, 1.0), dtype=F)
-_WATER_GLOSS: Final = F(0.04)
 
 
 @cache
@@ -88,7 +87,7 @@ def ground_look(surfaces: Ids, points: Reals, normals: Reals) -> tuple[Reals, Re
     _mottle_green(surfaces, points, colours)
     gloss = np.zeros(len(surfaces), dtype=F)
     water = np.flatnonzero(surfaces == Surface.WATER)
-    gloss[water] = _WATER_GLOSS
+    gloss[water] = 0.04
     wind = look_up(broad(), x[water], y[water], 1.5)
     ripple = look_up(tangle(), x[water] + y[water] * F(0.4), y[water], 1.6)
     normals[water] = (0, 0, 1)

@@ -73,12 +73,7 @@ class Solid:
 class Town:
     """A town, ready to be rendered; it never changes.
 
-    Attributes:
-        plan: what lies where.
-        ground: what the terrain is covered with.
-        terrain: the ground's shape; its triangles are the first of `solid`.
-        solid: everything that stands still.
-        traffic: everything that moves.
+    Its solid is everything that stands still; the terrain's triangles are the first of it.
     """
 
     plan: TownPlan

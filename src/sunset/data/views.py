@@ -23,7 +23,6 @@ TrainingView = View
 
 REACH_M: Final = 200.0
 CLEARANCE_M: Final = 8.0
-TRIES: Final = 200
 
 
 def training_views(
@@ -85,7 +84,7 @@ def _check(count: int, seed: int, start: int, heights: Sequence[float], pitches:
 
 def _pose(town: Town, rng: np.random.Generator, height: float, pitch: float) -> Pose:
     """Draw poses until one has free air around it and below it."""
-    for _ in range(TRIES):
+    for _ in range(200):
         x, y = rng.uniform(-REACH_M, REACH_M, 2)
         tilt = float(np.clip(pitch + rng.uniform(-3, 3), 0, 90))
         pose = Pose(

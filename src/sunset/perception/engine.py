@@ -12,19 +12,7 @@ DEVICES: Final = ("cpu", "cuda", "auto")
 """What may be asked for; "auto" is "cuda" where the engine offers it, else "cpu"."""
 
 RUNTIME_ERRORS: Final = tuple(
-    getattr(_runtime_errors, name)
-    for name in (
-        "EPFail",
-        "EngineError",
-        "Fail",
-        "InvalidArgument",
-        "InvalidGraph",
-        "InvalidProtobuf",
-        "NoModel",
-        "NoSuchFile",
-        "NotImplemented",
-        "RuntimeException",
-    )
+    kind for kind in vars(_runtime_errors).values() if isinstance(kind, type) and issubclass(kind, Exception)
 )
 """What ONNX Runtime raises; the classes have no base of their own."""
 

@@ -26,13 +26,7 @@ _UNFOLDED: Final = 12
 
 @dataclass(frozen=True, slots=True)
 class Start:
-    """What a training starts from.
-
-    Attributes:
-        origin: says which model it is, and of which version.
-        weights: of the training's convolutions.
-        training: how they were learned, as the model's card tells.
-    """
+    """The model and version that a training starts from, its weights, and how they were learned, as its card tells."""
 
     origin: str
     weights: FoldedWeights

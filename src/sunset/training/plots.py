@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 from sunset.errors import MissingExtraError
 from sunset.training.conditions import BLURRED, UNSURE
 from sunset.training.curves import BAND, Case, Curves, Figures
-from sunset.training.log_figure import save_figure
+from sunset.training.training_log import save_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

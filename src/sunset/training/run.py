@@ -19,9 +19,9 @@ from sunset.training.config import TrainingConfig
 from sunset.training.evaluate import Measured, measure
 from sunset.training.frames import VALIDATION_TOWN, FrameCounts, FrameSets, render_sets
 from sunset.training.inputs import HEIGHT, WIDTH
-from sunset.training.log_figure import draw_log
 from sunset.training.recalibrate import calibrate_model, version_of
 from sunset.training.report import held_out_results, training_facts
+from sunset.training.training_log import draw_log
 
 if TYPE_CHECKING:
     from torch import nn

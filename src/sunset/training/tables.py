@@ -42,7 +42,6 @@ AXES: Final[Mapping[str, Sequence[Any]]] = MappingProxyType(
 """What views differ in, the fields of `Setting`, and their values in order."""
 
 _SEED: Final = 7
-_PERIOD_NS: Final = 100_000_000
 
 Counts = npt.NDArray[np.int64]
 
@@ -66,12 +65,7 @@ class Setting:
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """A column of the tables: one network.
-
-    Attributes:
-        model: the model's name, with its version where two have the same.
-        modality: of the network.
-    """
+    """A column of the tables: one network of a model, by name, with its version where two have the same."""
 
     model: str
     modality: Modality
@@ -247,7 +241,7 @@ def _views_bag(
         f"views-town{town}",
         facts,
         lambda: spread(work, range(len(taken)), jobs=jobs, progress=progress),
-        [index * _PERIOD_NS for index in range(len(taken))],
+        [index * 100_000_000 for index in range(len(taken))],
     )
 
 

@@ -123,7 +123,7 @@ class Builder:
             tint = CLOTHES[int(self.rng.integers(len(CLOTHES)))]
             self.put("person", spot, turn=self.rng.uniform(0, 6.28), tint=tint)
 
-    def skip(self, uv: tuple[float, float], name: str = "skip", axis: int = 0) -> None:
+    def skip(self, uv: Place, name: str = "skip", axis: int = 0) -> None:
         """Stand a rubbish skip or a container."""
         turn, tint = self.rng.normal(0, 0.1), BINS[int(self.rng.integers(len(BINS)))]
         self.put(name, uv, axis=axis, turn=turn, tint=tint)

@@ -138,14 +138,8 @@ class Block:
 class TownPlan:
     """Everything about a town that is decided before anything is painted or built.
 
-    Attributes:
-        number: of the town.
-        warp: from the grid to the world.
-        streets: all of them.
-        blocks: between them.
-        relief: how high everything lies, with the courses of river and railway.
-        closed: axis and position of a street, and position of the crossing from which it is closed to the
-            next.
+    `closed` has the axis and position of a street, and the position of the crossing from which it is closed to the
+    next. The relief has the courses of river and railway.
     """
 
     number: int
@@ -233,23 +227,14 @@ INNER_M: Final = 215.0
 """Blocks farther out than this are the town's edge."""
 
 
-class _Deal:
-    """Deals block kinds from two stacks, so that every town has them all and neighbours differ."""
-
-    def __init__(self, rng: np.random.Generator, counts: tuple[int, int]) -> None:
-        self._stacks: list[list[BlockKind]] = []
-        for shares, count in zip((_INNER, _OUTER), counts, strict=True):
-            weights = np.array(list(shares.values())) * rng.uniform(0.75, 1.3, len(shares))
-            exact = weights / weights.sum() * count
-            kinds = [kind for kind, share in zip(shares, exact, strict=True) for _ in range(int(share) + 1)]
-            while len(kinds) > count:
-                kinds.remove(max(shares, key=kinds.count))
-            self._stacks.append([kinds[i] for i in rng.permutation(len(kinds))])
-
-    def next(self, stack: int, beside: set[BlockKind]) -> BlockKind:
-        """Take the first kind of a stack that does not lie beside already."""
-        kinds = self._stacks[stack]
-        return kinds.pop(next((i for i, kind in enumerate(kinds) if kind not in beside), 0))
+def _stack(rng: np.random.Generator, shares: dict[BlockKind, float], count: int) -> list[BlockKind]:
+    """Return so many kinds of blocks to be dealt, so that every town has them all."""
+    weights = np.array(list(shares.values())) * rng.uniform(0.75, 1.3, len(shares))
+    exact = weights / weights.sum() * count
+    kinds = [kind for kind, share in zip(shares, exact, strict=True) for _ in range(int(share) + 1)]
+    while len(kinds) > count:
+        kinds.remove(max(shares, key=kinds.count))
+    return [kinds[i] for i in rng.permutation(len(kinds))]
 
 
 class _Layout:
@@ -266,26 +251,20 @@ class _Layout:
     def close_stretches(self) -> None:
         """Close stretches of some side streets; no junction loses more than one arm."""
         junctions: set[tuple[int, int]] = set()
-        for axis, lines in ((1, self.us), (0, self.vs)):
+        for axis, lines, crossings in ((1, self.us, self.vs), (0, self.vs, self.us)):
             for index in range(1, len(lines) - 1):
                 if lines[index][1] > AVENUE_M or self.rng.random() > QUIET:
                     continue
-                for step in range(1, len(self.vs if axis else self.us) - 2):
-                    ends = [(index, step + k) if axis else (step + k, index) for k in (0, 1)]
-                    if self.rng.random() < CLOSED and not junctions & set(ends):
-                        self._close(axis, index, step, junctions, ends)
-
-    def _close(
-        self, axis: int, index: int, step: int, junctions: set[tuple[int, int]], ends: list[tuple[int, int]]
-    ) -> None:
-        pair = ((index - 1, step), (index, step)) if axis else ((step, index - 1), (step, index))
-        special = any(i == self.rail_gap or j == self.river_gap for i, j in pair)
-        if special or {*self.merged, *self.merged.values()} & set(pair):
-            return
-        self.merged[pair[0]] = pair[1]
-        junctions |= set(ends)
-        lines, crossings = (self.us, self.vs) if axis else (self.vs, self.us)
-        self.closed.add((axis, lines[index][0], crossings[step][0]))
+                for step in range(1, len(crossings) - 2):
+                    ends = {(index, step + k) if axis else (step + k, index) for k in (0, 1)}
+                    one, other = ((index - k, step) if axis else (step, index - k) for k in (1, 0))
+                    special = one[0] == self.rail_gap or one[1] == self.river_gap
+                    special |= other[0] == self.rail_gap or other[1] == self.river_gap
+                    taken = junctions & ends or {*self.merged, *self.merged.values()} & {one, other}
+                    if self.rng.random() < CLOSED and not (special or taken):
+                        self.merged[one] = other
+                        junctions |= ends
+                        self.closed.add((axis, lines[index][0], crossings[step][0]))
 
     def blocks(self, warp: Warp) -> tuple[Block, ...]:
         """Return the blocks, merged or touching where a street between them is closed."""
@@ -297,11 +276,12 @@ class _Layout:
         kinds = dict.fromkeys([cell for cell in cells if cell[0] == self.rail_gap], BlockKind.RAILSIDE)
         kinds |= dict.fromkeys([cell for cell in cells if cell[1] == self.river_gap], BlockKind.RIVERBANK)
         free = [(cell, stack) for cell, stack in zip(cells, outer, strict=True) if cell not in kinds]
-        stacks = [stack for _, stack in free]
-        deal = _Deal(self.rng, (stacks.count(0), stacks.count(1)))
+        counts = np.bincount([stack for _, stack in free], minlength=2).tolist()
+        stacks = [_stack(self.rng, *both) for both in zip((_INNER, _OUTER), counts, strict=True)]
         for (i, j), stack in free:
             beside = {kinds[cell] for cell in ((i - 1, j), (i, j - 1)) if cell in kinds}
-            kinds[i, j] = deal.next(stack, beside)
+            differing = (place for place, kind in enumerate(stacks[stack]) if kind not in beside)
+            kinds[i, j] = stacks[stack].pop(next(differing, 0))
         for one, other in self.merged.items():
             axis = 0 if other[0] > one[0] else 1
             if kinds[one] in _MERGING and kinds[other] in _MERGING:

@@ -34,9 +34,6 @@ COLOUR_PNG: Final = "8-bit colour PNG"
 DEPTH_PNG: Final = "16-bit greyscale PNG"
 LABEL_PNG: Final = "8-bit greyscale PNG"
 
-PICTURE_BYTES: Final = 2**28
-"""What the file of a picture stays below: 256 MiB."""
-
 _MAX_PIXELS: Final = 2**26
 """What a picture may claim to have before it is unpacked: 8192 x 8192."""
 
@@ -111,7 +108,7 @@ def read_picture(path: Path, kinds: Collection[str], *, remedy: str = "copy it a
         DataError: it cannot be read, for which the `remedy` is told, is of another kind, truncated or damaged.
     """
     try:
-        data = read_bytes(path, PICTURE_BYTES)
+        data = read_bytes(path, 2**28)  # 256 MiB
     except OSError as error:
         raise DataError(f"The image {path} cannot be read: {error.strerror}; {remedy}.") from error
     return picture(data, str(path), kinds)

@@ -22,7 +22,7 @@ from sunset.data.light import Light, light
 from sunset.data.meshes import Material
 from sunset.data.shading import Seen, shade
 from sunset.data.textures import ground_look
-from sunset.data.town import Hits, Solid, Town
+from sunset.data.town import Solid, Town
 from sunset.data.vectors import dot, pick, put, zeros
 from sunset.seeding import generator
 
@@ -134,16 +134,16 @@ def _rays_near(right: Reals, down: Reals, forward: Reals, radii: Reals, size: tu
 
 def _meet(scene: _Scene, origin: Reals, directions: Reals) -> _Met:
     origins = np.broadcast_to(origin, directions.shape)
-    hits = scene.town.solid.meet(origins, directions)
-    known = hits.distance < np.float32(DEPTH_RANGE_M)
-    kind = np.where(hits.triangle < len(scene.town.terrain.mesh), np.int8(0), np.int8(1))
+    distance, triangle = scene.town.solid.meet(origins, directions)
+    known = distance < np.float32(DEPTH_RANGE_M)
+    kind = np.where(triangle < len(scene.town.terrain.mesh), np.int8(0), np.int8(1))
     kind[~known] = -1
-    depth, triangle = np.where(known, hits.distance, F(np.inf)), hits.triangle
+    depth = np.where(known, distance, F(np.inf))
     if scene.moving is not None:
-        other: Hits = scene.moving.meet(origins[: len(scene.near)], pick(directions, scene.near))
-        nearer = other.distance < depth[scene.near]
+        distance, other = scene.moving.meet(origins[: len(scene.near)], pick(directions, scene.near))
+        nearer = distance < depth[scene.near]
         rows = scene.near[nearer]
-        kind[rows], depth[rows], triangle[rows] = 2, other.distance[nearer], other.triangle[nearer]
+        kind[rows], depth[rows], triangle[rows] = 2, distance[nearer], other[nearer]
     return _Met(kind, depth, triangle)
 
 

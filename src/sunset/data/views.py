@@ -108,7 +108,8 @@ def is_free(town: Town, pose: Pose) -> bool:
     around = np.array([(0, 0, -1), (1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0)])
     directions = np.concatenate([ahead.reshape(-1, 3), around]).astype(np.float32)
     origins = np.tile(np.array([pose.x, pose.y, pose.z], dtype=np.float32), (len(directions), 1))
-    return bool((town.solid.meet(origins, directions).distance > CLEARANCE_M).all())
+    distances, _ = town.solid.meet(origins, directions)
+    return bool((distances > CLEARANCE_M).all())
 
 
 def render_views(

@@ -53,17 +53,10 @@ def learn(
 ) -> nn.Module:
     """Learn the weights of all networks of a model, stage by stage.
 
-    Args:
-        config: what to train.
-        frames: the training frames.
-        validation: held-out frames, which the log's IoU is measured on.
-        work: a folder a stage is kept there, with `checkpoint.pt` and `log.jsonl` (a line per `log_every`
-            steps: step, learning rate, loss per network, seconds, and now and then the IoU).
-        start: what the networks begin with; None for random weights.
-        resume: go on at the folders' checkpoints where there are some; stages that are done are not repeated.
-        device: "cpu", "cuda" or "auto", which is "cuda" where torch offers it.
-        compiled: let torch compile the networks for the device.
-        progress: called after every step; what it raises is raised when a checkpoint is written.
+    Arguments are those of `train`. The IoU is measured on the `validation` frames. In `work` every stage has a folder
+    with `checkpoint.pt` and `log.jsonl` (a line per `log_every` steps: step, learning rate, loss per network, seconds,
+    and now and then the IoU); stages that are done are not repeated. `progress` is called after every step; what it
+    raises is raised when a checkpoint is written.
 
     Returns:
         A torch module with the weights of all networks, their logits adjusted, in evaluation mode, on the CPU.

@@ -78,8 +78,12 @@ def train(
 
     _start(start, config)  # to know before hours of work
     find_torch_device(device)
-    for folder in (out, work):
-        _check_writable(folder)
+    for folder in (out, work):  # without making them
+        there = next(path for path in (folder, *folder.absolute().parents) if path.exists())
+        try:
+            TemporaryDirectory(dir=there).cleanup()
+        except OSError as error:
+            raise OutputError(f"The training cannot write to {folder}: {error.strerror}.") from error
     check_work(config, work, resume=resume)
     sets = render_sets(counts or FrameCounts(), work / "frames", jobs=jobs, progress=progress)
     return train_on(
@@ -94,15 +98,6 @@ def train(
         compiled=compiled,
         progress=progress,
     )
-
-
-def _check_writable(folder: Path) -> None:
-    """Make sure that a folder can be written, without making it."""
-    there = next(path for path in (folder, *folder.absolute().parents) if path.exists())
-    try:
-        TemporaryDirectory(dir=there).cleanup()
-    except OSError as error:
-        raise OutputError(f"The training cannot write to {folder}: {error.strerror}.") from error
 
 
 def train_on(

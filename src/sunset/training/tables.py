@@ -48,14 +48,7 @@ Counts = npt.NDArray[np.int64]
 
 @dataclass(frozen=True, slots=True)
 class Setting:
-    """How a view is taken.
-
-    Attributes:
-        height: above the ground in metres, to 10 %.
-        angle: below the horizon in degrees, to 3.
-        time: of day.
-        weather: of `WEATHERS`.
-    """
+    """How a view is taken: height above the ground in metres, to 10 %, and angle below the horizon in degrees, to 3."""
 
     height: float
     angle: float

@@ -23,6 +23,7 @@ __all__ = [
     "calibrate_model",
     "check_manager",
     "fault_figure",
+    "import_model",
     "list_faults",
     "list_managers",
     "list_models",
@@ -37,6 +38,7 @@ __all__ = [
     "render_flight",
     "report",
     "run",
+    "train_model",
 ]
 
 __version__ = "0.1.0"

@@ -5,6 +5,7 @@ from sunset.api import bench as bench
 from sunset.api import calibrate_model as calibrate_model
 from sunset.api import check_manager as check_manager
 from sunset.api import fault_figure as fault_figure
+from sunset.api import import_model as import_model
 from sunset.api import list_faults as list_faults
 from sunset.api import list_managers as list_managers
 from sunset.api import list_models as list_models
@@ -19,6 +20,7 @@ from sunset.api import measure_iou as measure_iou
 from sunset.api import render_flight as render_flight
 from sunset.api import report as report
 from sunset.api import run as run
+from sunset.api import train_model as train_model
 from sunset.data import FlightPlan as FlightPlan
 from sunset.errors import SunsetError as SunsetError
 from sunset.managing import ManagingSystem as ManagingSystem
@@ -39,6 +41,7 @@ __all__ = [
     "calibrate_model",
     "check_manager",
     "fault_figure",
+    "import_model",
     "list_faults",
     "list_managers",
     "list_models",
@@ -53,6 +56,7 @@ __all__ = [
     "render_flight",
     "report",
     "run",
+    "train_model",
 ]
 
 __version__: str

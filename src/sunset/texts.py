@@ -60,8 +60,8 @@ def suggestion(name: str, known: Iterable[str]) -> str:
 def csv_text(rows: Iterable[Iterable[object]]) -> str:
     r"""Return rows as CSV; a text that a spreadsheet would compute has an apostrophe before it.
 
-    >>> csv_text([["=1+1", "-0.5", None, 2]])
-    "'=1+1,-0.5,,2\n"
+    >>> csv_text([["=1+1", "-0.5", None, True]])
+    "'=1+1,-0.5,,true\n"
     """
     out = io.StringIO()
     csv.writer(out, lineterminator="\n").writerows([_inert(cell) for cell in row] for row in rows)
@@ -69,11 +69,10 @@ def csv_text(rows: Iterable[Iterable[object]]) -> str:
 
 
 def _inert(cell: object) -> object:
-    return (
-        f"'{cell}"
-        if isinstance(cell, str) and cell.startswith(tuple("=@+-\t\r")) and not _is_number(cell)
-        else cell
-    )
+    if isinstance(cell, bool):
+        return str(cell).lower()
+    computed = isinstance(cell, str) and cell.startswith(tuple("=@+-\t\r")) and not _is_number(cell)
+    return f"'{cell}" if computed else cell
 
 
 def _is_number(text: str) -> bool:

@@ -97,8 +97,16 @@ RUNS: dict[str, tuple[Mistake, str]] = {
     "unknown device": (lambda _: api.run(device="gpu"), "gpu"),
     "no time to think": (lambda _: api.run(manager_limit=0), "time limit .* must be a number above 0"),
     "unknown middleware": (lambda _: api.run(middleware="dds"), "The middleware must be sim or"),
-    "rate of a simulation": (lambda _: api.run(rate=2.0), "The rate is one of live runs"),
+    "rate of a simulation": (lambda _: api.run(rate=2.0), "The rate applies to live runs only"),
     "rate of nothing": (lambda _: api.run(rate=0), "rate of a live run must be a number from 0.01 to 100"),
+    "number as extension": (
+        lambda _: api.run(extensions=3),
+        "extensions must be a path, a name, or a list of them",
+    ),
+    "number among extensions": (lambda _: api.run(extensions=[3]), "The extension must be a path, got 3"),
+    "empty extension": (lambda _: api.run(extensions=""), "The extension must be a path, got ''"),
+    "missing extension": (lambda folder: api.run(extensions=folder / "x.py"), "There is no extension .*x.py"),
+    "extension that is not installed": (lambda _: api.run(extensions=["x"]), "There is no extension 'x'"),
     "record over a record": (lambda folder: api.run("nofault", out=filled(folder)), "exists already"),
     "number as folder": (lambda _: api.run(out=3), "folder of the record must be a path, got 3"),
 }
@@ -187,7 +195,22 @@ OTHERS: dict[str, tuple[Mistake, str]] = {
     ),
     "a flight without a plan": (lambda folder: api.render_flight(folder / "bag", 3), "FlightPlan"),
     "a figure of another kind": (lambda folder: api.fault_figure(folder / "figure.doc"), "doc"),
+    "curves of no extension": (lambda _: api.measure_curves("lite", extensions="x"), "no extension 'x'"),
     "curves of no model": (lambda _: api.measure_curves("lit"), "did you mean 'lite'"),
+    "a training of no model": (lambda folder: api.train_model("lit", folder), "did you mean 'lite'"),
+    "a training of no network": (
+        lambda folder: api.train_model("lite", folder, modality="lidar"),
+        "choose among all, rgb, depth, fusion",
+    ),
+    "a training of no steps": (
+        lambda folder: api.train_model("lite", folder, steps=0),
+        "steps must be a whole one from 1 on, got 0",
+    ),
+    "an import of no size": (
+        lambda folder: api.import_model(folder, folder / "model", size=256),
+        "width and height in pixels",
+    ),
+    "an import into a folder that exists": (lambda folder: api.import_model(folder, folder), "exists"),
     "an agreement of one middleware": (
         lambda folder: api.agree(middleware="sim", out=folder),
         "leave the middleware out",

@@ -1,4 +1,4 @@
-"""`sunset agree`: what it flies, what it keeps, and what it refuses."""
+"""`sunset agree`: what it runs, what it keeps, and what it refuses."""
 
 import json
 import shutil
@@ -23,7 +23,7 @@ def agree(out: Path, *more: str) -> "subprocess.CompletedProcess[str]":
 
 @pytest.mark.xdist_group("live")
 @pytest.mark.usefixtures("flight")
-def test_the_same_seeds_are_flown_in_the_simulation_and_live_and_kept(tmp_path: Path) -> None:
+def test_the_same_seeds_are_run_in_the_simulation_and_live_and_kept(tmp_path: Path) -> None:
     first = agree(tmp_path)
 
     assert first.returncode == 0, first.stderr
@@ -41,7 +41,7 @@ def test_the_same_seeds_are_flown_in_the_simulation_and_live_and_kept(tmp_path: 
     again = agree(tmp_path)
 
     assert again.stdout == first.stdout
-    assert again.stderr.count("0 runs flown, 1 were there already.") == 2
+    assert again.stderr.count("0 runs done, 1 were there already.") == 2
     assert agree(tmp_path, "--stored").stdout == first.stdout
 
 
@@ -56,7 +56,7 @@ def stored(tmp_path: Path, flight: Path) -> Path:
     return out
 
 
-def test_stored_runs_are_compared_without_flying(stored: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_stored_runs_are_compared_without_running(stored: Path, capsys: pytest.CaptureFixture[str]) -> None:
     before = sorted(stored.rglob("*"))
 
     assert main(["agree", "--stored", "--out", str(stored)]) == 0
@@ -90,7 +90,7 @@ def test_nothing_else_is_printed_on_stdout(
         (["--format", "clay"], "clay"),
     ],
 )
-def test_what_cannot_be_used_is_said_in_one_sentence_and_nothing_is_flown(
+def test_what_cannot_be_used_is_said_in_one_sentence_and_nothing_is_run(
     arguments: Sequence[str], word: str, tmp_path: Path, complaint: Callable[[Sequence[str]], str]
 ) -> None:
     assert word in complaint(["agree", "--out", "o", *arguments])

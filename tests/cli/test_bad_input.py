@@ -80,7 +80,7 @@ MANAGERS: dict[str, tuple[str, str]] = {
             "from sunset.managing import ManagingSystem\nclass Mine(ManagingSystem):\n"
             "    def __init__(self, **_): pass\n    def adapt(self, symptoms): pass"
         ),
-        "cannot be made: it raised AttributeError",
+        "could not be constructed: it raised AttributeError",
     ),
     "raises what is no exception": (
         (
@@ -429,7 +429,7 @@ def test_a_campaign_whose_plan_does_not_say_its_version_is_continued(
 
     assert main([*SHORT_CAMPAIGN, "nofault"]) == 0
 
-    assert "0 runs flown, 1 were there already" in capfd.readouterr().err
+    assert "0 runs done, 1 were there already" in capfd.readouterr().err
 
 
 def test_a_damaged_run(tmp_path: Path, complaint: Callable[[Sequence[str]], str]) -> None:

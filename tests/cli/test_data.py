@@ -1,4 +1,4 @@
-"""What a user brings flies: folders of SynDrone, recordings of ROS 2 tools."""
+"""What a user brings can be run on: folders of SynDrone, recordings of ROS 2 tools."""
 
 import json
 import os
@@ -51,7 +51,7 @@ def enlarged(frame: Frame, name: str) -> npt.NDArray[Any]:
 
 
 @pytest.mark.thorough
-def test_a_flight_of_syndrone_is_imported_and_flown(
+def test_a_flight_of_syndrone_is_imported_and_played(
     seen: list[Frame], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     folder = tmp_path / "syndrone" / FLIGHT
@@ -90,7 +90,7 @@ def converted(frames: list[Frame]) -> Iterator[tuple[str, int, Any]]:
 
 
 @pytest.mark.thorough
-def test_a_recording_of_other_encodings_and_size_is_flown(
+def test_a_recording_of_other_encodings_and_size_is_played(
     seen: list[Frame], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     rows: Rows = list(converted(seen))

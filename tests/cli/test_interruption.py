@@ -56,7 +56,7 @@ def test_a_check_that_is_ended_leaves_no_folder(tmp_path: Path) -> None:
     ) as process:
         assert process.stderr is not None
         for line in process.stderr:
-            if line.startswith("Flying twice"):
+            if line.startswith("Running twice"):
                 break
         process.send_signal(signal.SIGTERM)
         assert process.stderr.read().splitlines()[-1] == "Interrupted."

@@ -60,7 +60,7 @@ def test_a_managing_system_that_ends_its_process_is_not_passed_over(
 
 
 @pytest.mark.thorough
-def test_a_source_in_another_encoding_is_flown(mine: Callable[[str], str], tmp_path: Path) -> None:
+def test_a_source_in_another_encoding_is_run(mine: Callable[[str], str], tmp_path: Path) -> None:
     source = "# -*- coding: latin-1 -*-\n# für alle\n" + STEADY
     command = ["bench", "--suite", "nofault", "--no-references", "--repetitions", "1", "--duration", "4"]
     assert main([*command, "--managers", mine(source), "--out", str(tmp_path / "out")]) == 0

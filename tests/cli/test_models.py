@@ -179,16 +179,16 @@ def test_a_model_is_calibrated_on_a_bag(
     assert "5 frames: the bag five\ufffd" in str(card.results["measured_on"])
 
 
-def test_a_model_without_fusion_is_said_not_to_fly(
+def test_a_model_without_fusion_is_said_not_to_do_for_a_run(
     model: Path, bag: Path, complaint: Callable[[Sequence[str]], str], capfd: pytest.CaptureFixture[str]
 ) -> None:
     pytest.importorskip("onnx")
 
     assert main(["models", "calibrate", str(model), "--bag", str(bag)]) == 0
     told = capfd.readouterr().err.strip().splitlines()[-1]
-    assert told.endswith("is calibrated; it can be measured, but cannot fly without fusion and rgb.")
+    assert told.endswith("is calibrated; a run also needs fusion and rgb.")
 
-    assert "'own' cannot fly without fusion and rgb, since" in complaint(["run", "--model", "own"])
+    assert "'own' lacks fusion and rgb, which a run needs, since" in complaint(["run", "--model", "own"])
 
 
 def checkpoint(path: Path, **other: Any) -> None:
@@ -217,10 +217,10 @@ def test_an_import_makes_a_folder_named_after_the_checkpoints(
 
     told = capfd.readouterr().err
     assert "run 'sunset models calibrate weights-model' next" in told
-    assert told.strip().endswith("cannot fly without fusion and depth.")
+    assert told.strip().endswith("a run also needs fusion and depth.")
     assert load_model("weights-model").card.name == "weights-model"
     assert "weights-model exists" in complaint(["models", "import", "weights"])
-    assert "cannot fly without fusion and depth" in complaint(["run", "--model", "weights-model"])
+    assert "lacks fusion and depth, which a run needs" in complaint(["run", "--model", "weights-model"])
 
 
 @pytest.mark.parametrize(

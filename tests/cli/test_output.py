@@ -88,12 +88,12 @@ def test_the_time_line_of_a_stored_run_is_printed_again(
     scenario = "gpu_failure+image_shift"
 
     assert main(["run", scenario, "--manager", f"mine={mine}:Mine", "--duration", "5", "--out", out]) == 0
-    flown = capsys.readouterr().out
+    printed = capsys.readouterr().out
     mine.unlink()
     assert main(["report", out]) == 0
 
-    assert capsys.readouterr().out == flown
-    assert "managing system mine, seed 1" in flown
+    assert capsys.readouterr().out == printed
+    assert "managing system mine, seed 1" in printed
 
 
 def test_runs_are_listed_a_row_each(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

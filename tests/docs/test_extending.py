@@ -5,8 +5,12 @@ from pathlib import Path
 
 import pytest
 from tests.docs.test_docs import blocks
+from tests.live.systems import eventually, exists, going_up
 
 from sunset.cli import main
+from sunset.interfaces.rcl_interfaces.srv import GetParameters, SetParameters
+from sunset.interfaces.system_interfaces.srv import Redeploy
+from sunset.ros.parameter import Parameter
 from sunset.system import current_system
 
 SHORT = ("--duration", "5")
@@ -64,12 +68,12 @@ def test_a_record_names_the_extensions_that_it_needs(capsys: pytest.CaptureFixtu
     flown("nofault", *SHORT, "--out", "without", capsys=capsys)
 
     assert main(["report", "with"]) == 2
-    assert "was flown with the extension altimeter.py: name it with --extension" in capsys.readouterr().err
+    assert "was made with the extension altimeter.py: name it with --extension" in capsys.readouterr().err
     assert main(["report", "without", "--extension", "altimeter.py"]) == 2
-    assert "was flown without the extension altimeter.py: leave it out" in capsys.readouterr().err
+    assert "was made without the extension altimeter.py: leave it out" in capsys.readouterr().err
     Path("altimeter.py").write_text(Path("altimeter.py").read_text() + "\n# changed\n")
     assert main(["report", "with", "--extension", "altimeter.py"]) == 2
-    assert "was flown with another version of the extension altimeter.py" in capsys.readouterr().err
+    assert "was made with another version of the extension altimeter.py" in capsys.readouterr().err
 
 
 @pytest.mark.usefixtures("page")
@@ -139,3 +143,32 @@ def test_it_is_flown_live(capsys: pytest.CaptureFixture[str]) -> None:
 
     assert main(["report", "flown", "--extension", "altimeter.py"]) == 0
     assert "F6 the height is plausible again" in capsys.readouterr().out
+
+
+@pytest.mark.thorough
+@pytest.mark.xdist_group("live")
+@pytest.mark.usefixtures("page")
+def test_its_node_is_up_its_fault_injected_and_a_redeploy_cures_it() -> None:
+    with going_up("--extension", "altimeter.py", "--scenario", "altimeter_drift") as (up, tool):
+        assert up.tells("The faults are injected")
+        name = "/managed_subsystem/altimeter"
+
+        def drift() -> float:
+            request = GetParameters.Request(names=["altimeter_drift"])
+            (value,) = tool.call(GetParameters, f"{name}/get_parameters", request).values
+            strength: float = value.double_value
+            return strength
+
+        assert drift() == 800.0
+        before = up.pids["altimeter"]
+        assert tool.call(Redeploy, "/launcher/redeploy", Redeploy.Request(node="altimeter")).success
+        assert eventually(lambda: up.pids["altimeter"] != before)
+        assert eventually(lambda: up.state("altimeter").startswith("active"))
+        assert not exists(before)
+        assert drift() == 0.0
+
+        injection = Parameter("altimeter_drift", value=600.0).to_parameter_msg()
+        request = SetParameters.Request(parameters=[injection])
+        (result,) = tool.call(SetParameters, f"{name}/set_parameters", request).results
+        assert result.successful
+        assert drift() == 600.0

@@ -31,7 +31,7 @@ def test_the_papers_campaign() -> None:
     assert sorted({one.seed for one in runs}) == [1, 2, 3]
 
 
-def test_a_reference_row_is_not_flown_twice() -> None:
+def test_a_reference_row_is_not_run_twice() -> None:
     runs = plan(BenchSpec(suite="degraded", managers=("none", "baseline"), repetitions=1))
 
     assert len(runs) == 1 + 9 + 9
@@ -45,14 +45,14 @@ def test_some_scenarios_without_the_reference_rows() -> None:
 
     runs = plan(BenchSpec(suite="artifact", scenarios=names, references=False, repetitions=2))
 
-    flown = [(one.scenario.name, one.manager) for one in runs if one.seed == 2]
-    assert flown == [
+    planned = [(one.scenario.name, one.manager) for one in runs if one.seed == 2]
+    assert planned == [
         (f"artifact/{names[0]}", "none"),
         (names[1], "none"),
         (f"artifact/{names[0]}", "baseline"),
         (names[1], "baseline"),
     ]
-    assert len(runs) == 2 * len(flown)
+    assert len(runs) == 2 * len(planned)
 
 
 def test_a_scenario_of_another_suite_is_refused() -> None:
@@ -127,7 +127,7 @@ def test_killing_a_campaign_loses_nothing_and_changes_nothing(undisturbed: Path,
 
     again = subprocess.run(_bench(disturbed, jobs=2), check=True, capture_output=True, text=True)
 
-    assert f"{19 - len(finished)} runs flown, {len(finished)} were there already." in again.stderr
+    assert f"{19 - len(finished)} runs done, {len(finished)} were there already." in again.stderr
     assert {path: path.stat().st_mtime_ns for path in finished} == finished
     assert _content(disturbed) == _content(undisturbed)
     assert render_report(disturbed, "json") == render_report(undisturbed, "json")
@@ -188,7 +188,7 @@ class Mine(NoAdaptation):
 
 
 @pytest.mark.thorough
-def test_a_managing_system_that_is_changed_while_it_is_flown_fails(tmp_path: Path) -> None:
+def test_a_managing_system_that_is_changed_while_it_is_run_fails(tmp_path: Path) -> None:
     file = tmp_path / "mine.py"
     file.write_text(EDITED)
     spec = BenchSpec(
@@ -206,7 +206,7 @@ def test_a_managing_system_that_is_changed_while_it_is_flown_fails(tmp_path: Pat
         ("none", 2, 0),
         (f"{file}:Mine", 0, 2),
     ]
-    assert all("was changed while it was flown" in run["reason"] for run in rows[1]["invalid"])
+    assert all("was changed while it was run" in run["reason"] for run in rows[1]["invalid"])
 
 
 def test_a_campaign_is_not_continued_with_a_managing_system_that_was_rewritten(tmp_path: Path) -> None:
@@ -285,7 +285,7 @@ def test_a_campaign_is_not_continued_with_another_clockwork(tmp_path: Path) -> N
 
 
 @pytest.mark.thorough
-def test_a_campaign_is_flown_by_one_process_at_a_time(tmp_path: Path) -> None:
+def test_a_campaign_is_run_by_one_process_at_a_time(tmp_path: Path) -> None:
     spec = BenchSpec(
         suite="nofault",
         managers=("none",),
@@ -296,7 +296,7 @@ def test_a_campaign_is_flown_by_one_process_at_a_time(tmp_path: Path) -> None:
 
     def another(done: int, _: int) -> None:
         if done == 0:
-            with pytest.raises(OutputError, match="is being flown by another process"):
+            with pytest.raises(OutputError, match="is being run by another process"):
                 bench(spec, tmp_path / "out", jobs=1)
 
     assert bench(spec, tmp_path / "out", jobs=1, progress=another) == 1

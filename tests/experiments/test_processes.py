@@ -5,6 +5,7 @@ import signal
 import threading
 import time
 from collections.abc import Callable, Iterator
+from contextlib import closing
 from pathlib import Path
 
 import pytest
@@ -52,7 +53,7 @@ class Nodes(NodeProcesses):
 def nodes(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[Nodes]:
     if request.param == "started":
         monkeypatch.setattr("sunset.forks.can_fork", lambda: False)
-    with free_domain_id() as domain_id, Nodes(domain_id, tmp_path / "mine.py") as made:
+    with free_domain_id() as domain_id, closing(Nodes(domain_id, tmp_path / "mine.py")) as made:
         yield made
 
 

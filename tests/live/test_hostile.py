@@ -25,7 +25,7 @@ from sunset.seeding import generator
 
 pytestmark = [pytest.mark.xdist_group("live"), pytest.mark.thorough]
 
-SAMPLES = int(os.environ.get("SUNSET_HOSTILE_SAMPLES", "300"))
+SAMPLES = int(os.environ.get("SUNSET_HOSTILE_SAMPLES", "150"))
 """For each topic and service, the half of them before memory is measured first."""
 GROWTH_MB = 10.0 if SAMPLES >= 1000 else 100.0
 """DDS keeps memory for some hundreds of frames to use it again, so that the first ones need more."""

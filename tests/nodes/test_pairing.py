@@ -53,7 +53,7 @@ def test_items_without_a_partner_are_forgotten() -> None:
     matcher: PairMatcher[int, int] = PairMatcher(size=3)
     for stamp in range(0, 10_000, 100):
         assert matcher.add_left(stamp, stamp, tolerance=TOLERANCE) is None
-    assert len(matcher._left) == 3
+    assert len(matcher._left.waiting) == 3
     assert matcher.add_right(9600, 9600, tolerance=TOLERANCE) is None
     assert matcher.add_right(9700, 9700, tolerance=TOLERANCE) == (9700, 9700)
 

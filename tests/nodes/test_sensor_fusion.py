@@ -194,4 +194,4 @@ def test_a_shift_survives_a_restart_and_ends_with_the_recalibration(
 @pytest.mark.usefixtures("fusion")
 def test_images_without_a_partner_do_not_pile_up(world: "World", rgb: Make, fusion: Fusion) -> None:
     feed(world, *((RGB_IN, rgb(1.0 + t / 10)) for t in range(30)))
-    assert len(fusion._pairs._left) == 10
+    assert len(fusion._pairs._left.waiting) == 10

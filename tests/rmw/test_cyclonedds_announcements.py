@@ -10,7 +10,8 @@ from tests.rmw.peer import LATCHED, Peer, payload, text
 
 from sunset.interfaces.rcl_interfaces.srv import GetParameters
 from sunset.interfaces.std_msgs.msg import String
-from sunset.rmw.core.port import DurabilityPolicy, EndpointKind, HistoryPolicy, QoSProfile, ReliabilityPolicy
+from sunset.rmw.core.port import EndpointKind
+from sunset.rmw.core.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 from sunset.ros import Context, Node
 from sunset.ros.lifecycle import LifecycleNode
 

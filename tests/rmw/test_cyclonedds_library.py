@@ -11,7 +11,7 @@ import pytest
 
 from sunset.errors import MiddlewareError, MissingExtraError
 from sunset.interfaces.std_msgs.msg import String
-from sunset.rmw.core.port import QoSProfile
+from sunset.rmw.core.qos import QoSProfile
 from sunset.rmw.dds import _library as dds
 from sunset.rmw.dds import _wheel as wheel
 

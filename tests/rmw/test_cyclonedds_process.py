@@ -13,7 +13,8 @@ from sunset.interfaces import Message
 from sunset.interfaces.sensor_msgs.msg import Image
 from sunset.interfaces.std_msgs.msg import Int32, String
 from sunset.rmw.core.node import NodeHandle
-from sunset.rmw.core.port import CallbackError, QoSProfile, ReliabilityPolicy
+from sunset.rmw.core.port import CallbackError
+from sunset.rmw.core.qos import QoSProfile, ReliabilityPolicy
 from sunset.rmw.dds import CycloneDDS
 from sunset.ros import Context, Node
 

@@ -12,7 +12,8 @@ from tests.rmw.peer import LATCHED, Peer, header, payload, text
 from sunset.interfaces import Message
 from sunset.interfaces.std_msgs.msg import Int32, String
 from sunset.interfaces.std_srvs.srv import SetBool
-from sunset.rmw.core.port import DurabilityPolicy, EndpointKind, QoSProfile, ReliabilityPolicy, RequestId
+from sunset.rmw.core.port import EndpointKind, RequestId
+from sunset.rmw.core.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from sunset.rmw.core.tap import Tap
 from sunset.rmw.dds import CycloneTap
 from sunset.rmw.dds._graph import NodeEntities, Participant

@@ -10,7 +10,7 @@ from sunset.errors import InterfaceError
 from sunset.interfaces.lifecycle_msgs.srv import GetState
 from sunset.interfaces.std_msgs.msg import Empty, Header, String
 from sunset.interfaces.std_srvs.srv import SetBool
-from sunset.rmw.core.port import QoSProfile
+from sunset.rmw.core.qos import QoSProfile
 from sunset.rmw.dds._graph import NodeEntities, Participant, decode_participant, encode_participant
 
 if TYPE_CHECKING:

@@ -1,5 +1,5 @@
 from sunset.interfaces.std_msgs.msg import String
-from sunset.rmw.core.port import QoSProfile
+from sunset.rmw.core.qos import QoSProfile
 from sunset.rmw.sim import Simulation
 
 

@@ -53,7 +53,7 @@ def test_run_while_stops_between_events_when_its_predicate_does() -> None:
     for time in range(10):
         scheduler.add(time, Priority.CALL, seen.append, time)
     assert scheduler.run_while(lambda: len(seen) < 3, None)
-    assert (seen, scheduler.now, scheduler.next_ns) == ([0, 1, 2], 2, 3)
+    assert (seen, scheduler.now, scheduler._events[0][0]) == ([0, 1, 2], 2, 3)
 
 
 def test_run_while_stops_at_its_limit() -> None:

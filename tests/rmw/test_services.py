@@ -4,7 +4,8 @@ from sunset.errors import MiddlewareError
 from sunset.interfaces import Message
 from sunset.interfaces.std_srvs.srv import SetBool, Trigger
 from sunset.rmw.core.node import NodeHandle
-from sunset.rmw.core.port import QoSProfile, RequestId, ServiceHandle
+from sunset.rmw.core.port import RequestId, ServiceHandle
+from sunset.rmw.core.qos import QoSProfile
 from sunset.rmw.sim import Simulation, Tap
 
 MS = 1_000_000

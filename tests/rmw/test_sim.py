@@ -9,7 +9,8 @@ from sunset.errors import InvalidInputError, MiddlewareError
 from sunset.interfaces import Message
 from sunset.interfaces.std_msgs.msg import String
 from sunset.rmw.core.node import NodeHandle
-from sunset.rmw.core.port import CallbackError, PublisherHandle, QoSProfile
+from sunset.rmw.core.port import CallbackError, PublisherHandle
+from sunset.rmw.core.qos import QoSProfile
 from sunset.rmw.sim import SimProcess, Simulation, Tap
 
 MS = 1_000_000

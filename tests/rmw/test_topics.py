@@ -6,7 +6,7 @@ from sunset.interfaces import Message
 from sunset.interfaces.sensor_msgs.msg import Image
 from sunset.interfaces.std_msgs.msg import Header, String
 from sunset.rmw.core.node import NodeHandle
-from sunset.rmw.core.port import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
+from sunset.rmw.core.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 from sunset.rmw.sim import Simulation, Tap
 
 MS = 1_000_000

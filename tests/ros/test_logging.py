@@ -5,7 +5,7 @@ import pytest
 from sunset.interfaces import Message
 from sunset.interfaces.rcl_interfaces.msg import Log
 from sunset.rmw.sim import Tap
-from sunset.ros.logging import Logger, LoggingSeverity, LogRecord
+from sunset.ros.logging import Logger, LoggingSeverity
 
 if TYPE_CHECKING:
     from .conftest import World
@@ -13,18 +13,18 @@ if TYPE_CHECKING:
 
 class Sink:
     def __init__(self) -> None:
-        self.records: list[LogRecord] = []
+        self.records: list[Log] = []
         self.now = 0
 
     def now_ns(self) -> int:
         return self.now
 
-    def write(self, record: LogRecord) -> None:
-        self.records.append(record)
+    def write(self, message: Log) -> None:
+        self.records.append(message)
 
     @property
     def texts(self) -> list[str]:
-        return [record.text for record in self.records]
+        return [record.msg for record in self.records]
 
 
 @pytest.fixture
@@ -35,7 +35,7 @@ def sink() -> Sink:
 def test_a_record_tells_who_logs_and_where(sink: Sink) -> None:
     assert Logger("uav.camera", sink).warning("blurred")
     (record,) = sink.records
-    assert (record.severity, record.name, record.text) == (LoggingSeverity.WARN, "uav.camera", "blurred")
+    assert (record.level, record.name, record.msg) == (LoggingSeverity.WARN, "uav.camera", "blurred")
     assert (record.file, record.function) == (
         "test_logging.py",
         "test_a_record_tells_who_logs_and_where",
@@ -47,7 +47,7 @@ def test_each_severity_has_its_method(sink: Sink) -> None:
     for method in (logger.debug, logger.info, logger.warn, logger.error, logger.fatal):
         method("x")
     logger.log("x", LoggingSeverity.INFO)
-    names = [record.severity.name for record in sink.records]
+    names = [LoggingSeverity(record.level).name for record in sink.records]
     assert names == ["DEBUG", "INFO", "WARN", "ERROR", "FATAL", "INFO"]
 
 
@@ -102,7 +102,10 @@ def test_once_is_the_first_time_that_is_not_skipped_or_throttled(sink: Sink) -> 
         text = str(second)
         logger.info(text, once=True, skip_first=True)
         logger.warning(text, once=True, throttle_duration_sec=0.5)
-    assert [(record.severity.name, record.text) for record in sink.records] == [("WARN", "0"), ("INFO", "1")]
+    assert [(LoggingSeverity(record.level).name, record.msg) for record in sink.records] == [
+        ("WARN", "0"),
+        ("INFO", "1"),
+    ]
 
 
 def test_a_clock_of_ones_own_can_throttle(sink: Sink) -> None:

@@ -8,6 +8,17 @@ from sunset.cli import main
 from sunset.errors import ExtensionError
 from sunset.system import current_system, extended_system, load_extension, loaded_extensions
 
+BLUR = "import cv2\nblur = lambda image, strength: cv2.blur(image, (3, 3))\n"
+
+
+def fault(effect: str, *, failure: str = "F4", value: str = "value=2, limits=(0, 9)") -> str:
+    """Return an extension with one fault, which has an effect."""
+    return (
+        f"{HEAD}{BLUR}EXTENSION = Extension(faults=(Fault(name='smear', failure={failure!r}, node='camera', {value}, "
+        f"description='Smeared.', cures=(), effect=Effect({effect})),))"
+    )
+
+
 HEAD = "from sunset.nodes import AdaptiveNode\nfrom sunset.system import *\n"
 SONAR = HEAD + "class Sonar(AdaptiveNode):\n    node_name = 'sonar'\n"
 
@@ -58,6 +69,36 @@ SONAR = HEAD + "class Sonar(AdaptiveNode):\n    node_name = 'sonar'\n"
             HEAD + "EXTENSION = Extension(signals=(Signal('camera', 'echo'),),"
             "failures=(Failure('F6', 'a', 'b', 'c', signal='camera_echo'),))",
             "The failure F6 needs a threshold of the signal camera_echo, which has none",
+        ),
+        (
+            fault("degrade=blur, strengths=(1,)", failure="F1"),
+            "only if its failure is of a signal whose thres",
+        ),
+        (
+            fault("degrade=blur, strengths=(1,), sensor='ear'"),
+            "must be on the sensor camera or depth, got 'ear'",
+        ),
+        (
+            fault("degrade='blur', strengths=(1,)"),
+            "must be a function, or where that is as module:function, got",
+        ),
+        (
+            fault("degrade='cv2:smear', strengths=(1,)"),
+            "The function cv2:smear of a fault's effect cannot be im",
+        ),
+        (fault("degrade=blur, strengths=(1, 10)"), "numbers greater than 0 and at most 9, got 10"),
+        (fault("degrade=blur, strengths=('1',)"), "numbers greater than 0 and at most 9, got '1'"),
+        (
+            fault("degrade=blur, strengths=(1,), suite=1.0"),
+            "fault's value is not a number, and only then, got 1.0",
+        ),
+        (
+            fault("degrade=blur, strengths=(1,)", value="value=True"),
+            "is not a number, and only then, got None",
+        ),
+        (
+            fault("degrade=blur, strengths=(1,), suite='unneeded_enhancement'", value="value=True"),
+            "has the strength of unneeded_enhancement, which has none of its own",
         ),
         (HEAD + "EXTENSION = Extension(suites={'mine': ('gpu_failure',)})", "must be tuples of faults"),
         (HEAD + "EXTENSION = Extension(suites={'mine': (('gpu',),)})", "refers to the fault 'gpu'"),
@@ -110,6 +151,22 @@ def test_an_extension_is_loaded_once_and_gone_after_its_context(tmp_path: Path) 
         with pytest.raises(ExtensionError, match="has changed since the run was planned"):
             load_extension(file, checksum="0")
     assert "sonar" not in current_system().nodes
+
+
+def test_a_second_class_of_a_node_must_be_a_subclass_of_the_first(tmp_path: Path) -> None:
+    for name in ("One", "Other"):
+        (tmp_path / f"{name}.py").write_text(
+            f"{HEAD}from sunset.nodes import Camera\nclass {name}(Camera): pass\n"
+            f"EXTENSION = Extension(node_classes={{'camera': {name}}})\n"
+        )
+    with (
+        pytest.raises(
+            ExtensionError, match=r"camera is One already: Other must be a subclass of it, or be left"
+        ),
+        extended_system([tmp_path / "One.py", tmp_path / "Other.py"]),
+    ):
+        pass
+    assert loaded_extensions() == ()
 
 
 def test_an_installed_extension_is_found_by_its_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

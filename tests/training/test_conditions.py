@@ -18,10 +18,9 @@ from sunset.nodes.images import array_of_bgr, image_of_bgr, image_of_depth
 from sunset.perception import Modality, load_model
 from sunset.system import current_system
 from sunset.training.conditions import (
-    BLURRED,
-    UNSURE,
     Condition,
     cure_of,
+    effects,
     plan_curves,
     possible_pairs,
     suite_strengths,
@@ -29,6 +28,8 @@ from sunset.training.conditions import (
 
 EXCLUSIVE = current_system().exclusive
 FAULTS = current_system().faults
+UNSURE = ("image_degradation", "unneeded_enhancement", "image_shift", "depth_degradation")
+BLURRED = "autofocus_needed"
 
 if TYPE_CHECKING:
     from tests.conftest import World
@@ -117,17 +118,20 @@ def test_a_cure_is_that_of_the_catalogue_and_ends_no_other_fault(fault: str) -> 
 @given(strength=st.floats(0, 30), seed=st.integers(0, 99))
 def test_noise_scales_with_the_strength_and_is_drawn_for_those_who_see_it(strength: float, seed: int) -> None:
     one, double = (
-        Condition(Modality.FUSION, depth_degradation=value)
+        Condition(Modality.FUSION)
+        .with_faults({"depth_degradation": value})
         .seen(BGR, DEPTH + np.uint16(30000), np.random.default_rng(seed))
         .depth.astype(float)
         - (DEPTH + np.uint16(30000))
         for value in (strength, 2 * strength)
     )
     np.testing.assert_allclose(double, 2 * one, atol=2)
-    assert Condition(Modality.RGB, depth_degradation=strength).seen(BGR, DEPTH, RNG).depth is DEPTH
+    unseen = Condition(Modality.RGB).with_faults({"depth_degradation": strength})
+    assert unseen.seen(BGR, DEPTH, RNG).depth is DEPTH
 
 
 def test_the_faults_are_those_of_the_catalogue() -> None:
+    assert set(effects()) == {*UNSURE, BLURRED}
     assert set(UNSURE) == {name for name, fault in FAULTS.items() if fault.failure == "F4"}
     assert [name for name, fault in FAULTS.items() if fault.failure == "F5"] == [BLURRED]
     assert len(set(possible_pairs())) == 9
@@ -146,7 +150,7 @@ def test_strengths_are_those_of_the_suites_unless_others_are_given() -> None:
     [
         ("rotor_failure", 1.0, "not to 'rotor_failure'"),
         ("gpu_failure", 1.0, "not to 'gpu_failure'"),
-        ("unneeded_enhancement", 1.0, "the enhancement's is that of image_degradation"),
+        ("unneeded_enhancement", 1.0, "its strength is that of image_degradation"),
         ("image_degradation", 2.0, "greater than 0 and at most 1.9, got 2"),
         ("depth_degradation", 0.0, "greater than 0 and at most 100, got 0"),
         ("depth_degradation", float("nan"), "got nan"),

@@ -15,7 +15,7 @@ from sunset.errors import DataError, ModelError
 from sunset.faults import BLUR_SIGMA
 from sunset.perception import Modality, load_model
 from sunset.system import current_system
-from sunset.training.conditions import BLURRED, UNSURE, Condition, CurvesPlan, plan_curves
+from sunset.training.conditions import Condition, CurvesPlan, plan_curves
 from sunset.training.curves import (
     BAND,
     Case,
@@ -32,6 +32,8 @@ from sunset.training.recalibrate import frames_of_bag
 
 pytestmark = pytest.mark.thorough
 FAULTS = current_system().faults
+UNSURE = ("image_degradation", "unneeded_enhancement", "image_shift", "depth_degradation")
+BLURRED = "autofocus_needed"
 
 FRAMES = 40
 STRONGEST = {
@@ -53,14 +55,18 @@ def synthetic(plan: CurvesPlan, seed: int) -> np.ndarray[tuple[int, int, int], n
     )
     looks = []
     for condition in plan.conditions():
+        there = {
+            fault: strength for fault, strength in condition.strengths if fault not in condition.restored
+        }
         harm = (
-            condition.image_degradation * (condition.enhancement == 0)
-            + condition.enhancement * (condition.image_degradation == 0)
-            + condition.image_shift / 20
-            + condition.depth_degradation / 3
-            + condition.blur_sigma / 2
+            there.get("image_degradation", 0.0)
+            + there.get("unneeded_enhancement", 0.0)
+            + there.get("image_shift", 0.0) / 20
+            + there.get("depth_degradation", 0.0) / 3
+            + there.get(BLURRED, 0.0) / 2
         )
-        looks.append(np.stack([iou / (1 + harm), entropy + harm / 10, sharp / (1 + condition.blur_sigma)], 1))
+        blurred = 1 + there.get(BLURRED, 0.0)
+        looks.append(np.stack([iou / (1 + harm), entropy + harm / 10, sharp / blurred], 1))
     return np.stack(looks, axis=1)
 
 
@@ -91,7 +97,7 @@ def test_figures_are_means_and_shares() -> None:
     card = load_model("lite").card
     plan = plan_curves(card, {"image_shift": 9}, grid={})
     values = np.zeros((6, len(plan.conditions()), 3))
-    shifted = plan.conditions().index(Condition(Modality.FUSION, image_shift=9))
+    shifted = plan.conditions().index(Condition(Modality.FUSION).with_faults({"image_shift": 9}))
     values[:, 0] = [0.5, 0.05, 2.0]
     values[:, shifted, 0] = [0, 0, 0, 0, 0.6, 0.6]
     values[:, shifted, 1] = card.entropy_threshold * np.array([0, 0, 0, 0, 4.9, 5.2])

@@ -16,6 +16,7 @@ from sunset.api.catalogue import (
 from sunset.api.options import Manager, Options
 from sunset.api.results import Results
 from sunset.api.running import agree, bench, check_manager, load, make_scenario, report, run
+from sunset.api.training import import_model, train_model
 from sunset.perception import load_model
 from sunset.scenarios import load_scenario
 
@@ -29,6 +30,7 @@ __all__ = [
     "calibrate_model",
     "check_manager",
     "fault_figure",
+    "import_model",
     "list_faults",
     "list_managers",
     "list_models",
@@ -43,4 +45,5 @@ __all__ = [
     "render_flight",
     "report",
     "run",
+    "train_model",
 ]

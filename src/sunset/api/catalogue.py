@@ -3,10 +3,10 @@
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Unpack
+from typing import TYPE_CHECKING, Final, Unpack
 
 from sunset import data, experiments
-from sunset.api.options import Options, as_path, seed_of, settings_of
+from sunset.api.options import Extensions, Options, as_path, extended, seed_of, settings_of
 from sunset.data import BagStatistics, FlightPlan, default_flight, read_bag, render_frames, write_bag
 from sunset.errors import InvalidInputError
 from sunset.evaluation import check_figure, entropy_figure
@@ -22,6 +22,8 @@ from sunset.workers import Progress
 if TYPE_CHECKING:
     from sunset.training.curves import Curves
     from sunset.training.tables import IouTables
+
+_ENTROPY: Final = "segmentation_entropy"
 
 
 def list_suites() -> tuple[str, ...]:
@@ -98,7 +100,7 @@ def bag_statistics(bag: str | Path | None = None, *, progress: Progress | None =
 def fault_figure(
     out: str | Path, *, seed: int = 1, progress: Progress | None = None, **options: Unpack[Options]
 ) -> Path:
-    """Run without a fault and with each fault of F4, and draw the entropy over time, as `sunset faults figure` does.
+    """Run without a fault and with each that shows in the entropy, and draw it, as `sunset faults figure` does.
 
     Args:
         out: a .png, .pdf or .svg.
@@ -111,21 +113,25 @@ def fault_figure(
         SunsetError: as `run`.
     """
     file = as_path(out, "figure's file")
-    draw_fault_figure(file, settings_of(options), seed_of(seed), progress)
+    with extended(options.get("extensions", ())):
+        draw_fault_figure(file, settings_of(options), seed_of(seed), progress)
     return file
 
 
 def draw_fault_figure(file: Path, settings: Settings, seed: int, progress: Progress | None) -> None:
-    """Run without a fault and with each fault of F4, and draw the entropy over time; as `fault_figure`."""
+    """Run without a fault and with each that shows in the entropy, and draw it; as `fault_figure`."""
     check_figure(file)
-    faults = [fault.name for fault in current_system().faults.values() if fault.failure == "F4"]
+    system = current_system()
+    faults = [
+        name for name, fault in system.faults.items() if system.failures[fault.failure].signal == _ENTROPY
+    ]
     series, iou, threshold = {}, {}, 0.0
     with tempfile.TemporaryDirectory(prefix="sunset-") as folder:
         for done, name in enumerate(["nofault", *faults]):
             spec = RunSpec(scenario=load_scenario(name), manager="none", seed=seed, settings=settings)
             timeline = experiments.run(spec, Path(folder) / name).timeline
             label = name.replace("nofault", "no fault")
-            series[label] = timeline.samples["segmentation_entropy"]
+            series[label] = timeline.samples[_ENTROPY]
             iou[label] = Samples(timeline.frames.times, timeline.frames.iou)
             threshold = timeline.thresholds["entropy_threshold"]
             if progress is not None:
@@ -140,6 +146,7 @@ def calibrate_model(
     out: str | Path | None = None,
     jobs: int | None = None,
     device: str = "cpu",
+    extensions: Extensions = (),
 ) -> Model:
     """Set a model's temperatures and thresholds, as `sunset models calibrate` does, and return it.
 
@@ -149,6 +156,7 @@ def calibrate_model(
         out: a new folder for the calibrated model; the model's own is changed if it is None.
         jobs: worker processes; one a core if None.
         device: what networks run on: `cpu`, `cuda` or `auto`.
+        extensions: whose faults are looked at, too.
 
     Raises:
         SunsetError: the model or the bag is not usable, or the result cannot be written.
@@ -164,7 +172,8 @@ def calibrate_model(
     else:
         path = as_path(bag, "bag")
         frames, source = frames_of_bag(path, size), f"the bag {path.resolve().name}"
-    return calibrate(loaded, frames, target, source=source, jobs=jobs, device=device)
+    with extended(extensions):
+        return calibrate(loaded, frames, target, source=source, jobs=jobs, device=device)
 
 
 def measure_curves(
@@ -175,6 +184,7 @@ def measure_curves(
     jobs: int | None = None,
     device: str = "cpu",
     progress: Progress | None = None,
+    extensions: Extensions = (),
 ) -> "Curves":
     """Measure a model by fault and strength, as `sunset models curves` does.
 
@@ -185,6 +195,7 @@ def measure_curves(
         jobs: worker processes; one a core if None.
         device: what networks run on: `cpu`, `cuda` or `auto`.
         progress: called with (frames done, frames in all).
+        extensions: whose faults are measured, too.
 
     Raises:
         SunsetError: the model or the bag is not usable.
@@ -192,7 +203,8 @@ def measure_curves(
     from sunset.training.curves import measure_curves as measure  # noqa: PLC0415  takes long to import
 
     path = default_flight() if bag is None else as_path(bag, "bag")
-    return measure(load_model(model), path, every=every, jobs=jobs, device=device, progress=progress)
+    with extended(extensions):
+        return measure(load_model(model), path, every=every, jobs=jobs, device=device, progress=progress)
 
 
 def measure_iou(

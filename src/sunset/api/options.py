@@ -1,7 +1,8 @@
 """What every call that runs experiments takes: the command line's options, by the same names."""
 
 import operator
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import TypeAlias, TypedDict
 
@@ -9,10 +10,15 @@ from sunset.errors import InvalidInputError, ManagerError, ScenarioError
 from sunset.experiments import Settings, Timing
 from sunset.managing import ManagingSystem, register_manager
 from sunset.scenarios import Scenario, load_scenario
+from sunset.system import System, extended_system
 from sunset.texts import shorten, suggestion
 
 Manager: TypeAlias = str | type[ManagingSystem] | Callable[..., ManagingSystem]
 """A managing system: its name, its class, or a function that makes one."""
+
+
+Extensions: TypeAlias = str | Path | Sequence[str | Path]
+"""Extensions of the managed system, one or several: Python files, or names of installed ones."""
 
 
 class Options(TypedDict, total=False):
@@ -36,6 +42,8 @@ class Options(TypedDict, total=False):
     """`sim`, or the name of a live middleware."""
     rate: float
     """Seconds of `/clock` in a second; live."""
+    extensions: Extensions
+    """What the managed system is extended by, until the call returns."""
 
 
 def settings_of(options: Options) -> Settings:
@@ -62,6 +70,21 @@ def settings_of(options: Options) -> Settings:
         middleware=options.get("middleware", default.middleware),
         speed=options.get("rate", default.speed),
     )
+
+
+def extended(extensions: Extensions) -> AbstractContextManager[System]:
+    """Return a context in which the managed system has these extensions.
+
+    Raises:
+        InvalidInputError: they are neither paths nor names.
+        ExtensionError: one cannot be loaded, which is found when the context is entered.
+    """
+    named = [extensions] if isinstance(extensions, str | Path) else extensions
+    if not isinstance(named, list | tuple):
+        raise InvalidInputError(
+            f"The extensions must be a path, a name, or a list of them, got {_shown(named)}."
+        )
+    return extended_system([str(as_path(extension, "extension")) for extension in named])
 
 
 def as_path(path: str | Path, what: str) -> Path:

@@ -8,9 +8,11 @@ from typing import TypeAlias, Unpack
 
 from sunset import experiments
 from sunset.api.options import (
+    Extensions,
     Manager,
     Options,
     as_path,
+    extended,
     manager_name,
     manager_names,
     names_of,
@@ -55,11 +57,12 @@ def run(
         ManagerError: the managing system could not be loaded, raised, did not return, or ended its process.
         OutputError: the record cannot be written.
     """
-    spec = _spec_of(scenario, manager, seed, options)
-    if out is not None:
-        return experiments.run(spec, as_path(out, "folder of the record"))
-    with tempfile.TemporaryDirectory(prefix="sunset-") as folder:
-        return experiments.run(spec, Path(folder) / "run")
+    with extended(options.get("extensions", ())):
+        spec = _spec_of(scenario, manager, seed, options)
+        if out is not None:
+            return experiments.run(spec, as_path(out, "folder of the record"))
+        with tempfile.TemporaryDirectory(prefix="sunset-") as folder:
+            return experiments.run(spec, Path(folder) / "run")
 
 
 def bench(
@@ -96,26 +99,28 @@ def bench(
         ManagerError: a managing system cannot be loaded.
         OutputError: `out` cannot be written, or another process flies its campaign.
     """
-    spec = BenchSpec(
-        suite=str(suite) if isinstance(suite, Path) else suite,
-        scenarios=names_of(scenarios, "scenarios"),
-        references=references,
-        managers=manager_names(managers),
-        repetitions=repetitions,
-        seed=seed_of(seed),
-        settings=settings_of(options),
-    )
-    folder = as_path(out, "folder of the results")
-    experiments.bench(spec, folder, jobs=jobs, progress=progress)
-    return Results(folder, load_results(folder))
+    with extended(options.get("extensions", ())):
+        spec = BenchSpec(
+            suite=str(suite) if isinstance(suite, Path) else suite,
+            scenarios=names_of(scenarios, "scenarios"),
+            references=references,
+            managers=manager_names(managers),
+            repetitions=repetitions,
+            seed=seed_of(seed),
+            settings=settings_of(options),
+        )
+        folder = as_path(out, "folder of the results")
+        experiments.bench(spec, folder, jobs=jobs, progress=progress)
+        return Results(folder, load_results(folder))
 
 
-def load(path: str | Path, *, recompute: bool = False) -> StoredRun | Results:
+def load(path: str | Path, *, recompute: bool = False, extensions: Extensions = ()) -> StoredRun | Results:
     """Open stored runs: of the folder of one run, that run; of one with several, their results.
 
     Args:
         path: what `run` or `bench`, or the command line, has written.
         recompute: compute the figures of several runs from the recorded messages instead of reading the stored ones.
+        extensions: those of the managed system that the runs were flown with, where figures are computed.
 
     Raises:
         RecordError: there is no such folder, no run in it, or one that is damaged or of another version.
@@ -123,19 +128,23 @@ def load(path: str | Path, *, recompute: bool = False) -> StoredRun | Results:
     folder = as_path(path, "folder of stored runs")
     if folder.is_file():
         raise RecordError(f"A record is a folder, got the file {folder}: name the folder that it is in.")
-    if (folder / RUN_FILE).exists():
-        return read_stored_run(folder)
-    return Results(folder, load_results(folder, again=recompute))
+    with extended(extensions):
+        if (folder / RUN_FILE).exists():
+            return read_stored_run(folder)
+        return Results(folder, load_results(folder, again=recompute))
 
 
-def report(path: str | Path, form: str = "table", *, recompute: bool = False) -> str:
-    """Return the report of stored runs, as `sunset report` prints it.
+def report(
+    path: str | Path, form: str = "table", *, recompute: bool = False, extensions: Extensions = ()
+) -> str:
+    """Return the report of stored runs, as `sunset report` prints it; with extensions as `load`.
 
     Raises:
         RecordError: as `load`.
         InvalidInputError: there is no such format.
     """
-    return render_report(as_path(path, "folder of stored runs"), form, recompute=recompute)
+    with extended(extensions):
+        return render_report(as_path(path, "folder of stored runs"), form, recompute=recompute)
 
 
 def check_manager(
@@ -158,8 +167,9 @@ def check_manager(
     Raises:
         SunsetError: as `run`.
     """
-    spec = _spec_of(scenario, manager, seed, options)
-    return experiments.check_manager(spec, progress=progress)
+    with extended(options.get("extensions", ())):
+        spec = _spec_of(scenario, manager, seed, options)
+        return experiments.check_manager(spec, progress=progress)
 
 
 def agree(
@@ -189,19 +199,20 @@ def agree(
     folder, rate = as_path(out, "folder of the results"), options.pop("rate", 1.0)
     if "middleware" in options:
         raise InvalidInputError("An agreement is of the simulation with live runs: leave the middleware out.")
-    sim = BenchSpec(
-        suite=str(suite) if isinstance(suite, Path) else suite,
-        scenarios=names_of(scenarios, "scenarios"),
-        references=False,
-        managers=manager_names(managers),
-        repetitions=repetitions,
-        seed=seed_of(seed),
-        settings=settings_of(options),
-    )
-    live = replace(sim, settings=replace(sim.settings, middleware=LIVE, speed=rate))
-    for name, spec in (("sim", sim), ("live", live)):
-        experiments.bench(spec, folder / name)
-    return compare(folder / "sim", folder / "live")
+    with extended(options.get("extensions", ())):
+        sim = BenchSpec(
+            suite=str(suite) if isinstance(suite, Path) else suite,
+            scenarios=names_of(scenarios, "scenarios"),
+            references=False,
+            managers=manager_names(managers),
+            repetitions=repetitions,
+            seed=seed_of(seed),
+            settings=settings_of(options),
+        )
+        live = replace(sim, settings=replace(sim.settings, middleware=LIVE, speed=rate))
+        for name, spec in (("sim", sim), ("live", live)):
+            experiments.bench(spec, folder / name)
+        return compare(folder / "sim", folder / "live")
 
 
 def make_scenario(*faults: str, name: str = "") -> Scenario:

@@ -1,8 +1,10 @@
 """Options that several verbs share."""
 
 import argparse
+from collections.abc import Sequence
 from pathlib import Path
 
+from sunset.cli._parser import at_least_one
 from sunset.experiments import BenchSpec, Settings, Timing
 from sunset.perception import DEVICES
 from sunset.rmw.backends import BACKENDS, SIMULATED
@@ -24,21 +26,12 @@ def add_campaign_options(
     what: str = "runs",
     more: str = "",
 ) -> None:
-    """Add what says which runs a campaign consists of, with these defaults.
-
-    Args:
-        parser: gets the options.
-        suite: the default suite.
-        managers: the default managing systems, separated by commas.
-        repetitions: how many there are by default.
-        what: is repeated.
-        more: what else is said of managing systems.
-    """
+    """Add what says which runs a campaign consists of, with these defaults; `more` is said of managing systems."""
     parser.add_argument(
         "--suite",
         default=suite,
         metavar="NAME|DIR",
-        help=f"one of {', '.join(suite_names())}, or a folder of scenario files (default: {suite})",
+        help=f"one of {', '.join(suite_names())}, or a folder of scenario files",
     )
     parser.add_argument(
         "--scenarios", default="", metavar="A,B,…", help="some scenarios of the suite (default: all)"
@@ -47,19 +40,12 @@ def add_campaign_options(
         "--managers",
         default=managers,
         metavar="A,B,…",
-        help=f"managing systems, separated by commas, each as LABEL=… under a name of your own{more} "
-        f"(default: {managers})",
+        help=f"managing systems, separated by commas, each as LABEL=… under a name of your own{more}",
     )
     parser.add_argument(
-        "--repetitions",
-        type=int,
-        default=repetitions,
-        metavar="N",
-        help=f"{what} a scenario (default: {repetitions})",
+        "--repetitions", type=int, default=repetitions, metavar="N", help=f"{what} a scenario"
     )
-    parser.add_argument(
-        "--seed", type=int, default=1, metavar="N", help="seed of the first repetition (default: 1)"
-    )
+    parser.add_argument("--seed", type=int, default=1, metavar="N", help="seed of the first repetition")
 
 
 def campaign(arguments: argparse.Namespace, settings: Settings, *, references: bool) -> BenchSpec:
@@ -75,49 +61,56 @@ def campaign(arguments: argparse.Namespace, settings: Settings, *, references: b
     )
 
 
+def add_format_options(
+    parser: argparse.ArgumentParser, formats: Sequence[str], text: str, default: str | None = "table"
+) -> None:
+    """Add what says in which of some formats a result is printed."""
+    parser.add_argument("--format", default=default, choices=formats, help=text)
+    parser.add_argument(
+        "--json", action="store_const", dest="format", const="json", help="same as --format json"
+    )
+
+
+def add_jobs_option(parser: argparse.ArgumentParser, text: str) -> None:
+    """Add what says how many processes or threads work."""
+    parser.add_argument("--jobs", type=at_least_one, metavar="N", help=text)
+
+
 def add_model_options(parser: argparse.ArgumentParser) -> None:
     """Add what says which frames are segmented by what, and where."""
-    parser.add_argument(
-        "--model", default="lite", metavar="NAME|DIR", help="segmentation model (default: lite)"
-    )
-    parser.add_argument("--bag", metavar="PATH", help="a rosbag2 to fly instead of the default flight")
+    parser.add_argument("--model", default="lite", metavar="NAME|DIR", help="segmentation model")
+    parser.add_argument("--bag", type=Path, metavar="PATH", help="a rosbag2 in place of the default flight")
     add_device_option(parser)
 
 
-def add_device_option(parser: argparse.ArgumentParser) -> None:
+def add_device_option(
+    parser: argparse.ArgumentParser,
+    text: str = "what networks run on; between devices, last digits may differ",
+) -> None:
     """Add what says where networks run."""
-    parser.add_argument(
-        "--device",
-        default="cpu",
-        choices=DEVICES,
-        help="what networks run on; between devices, last digits may differ (default: cpu)",
-    )
+    parser.add_argument("--device", default="cpu", choices=DEVICES, help=text)
 
 
-def bag_path(arguments: argparse.Namespace) -> Path | None:
-    """Return the bag that the options of `add_model_options` name."""
-    return None if arguments.bag is None else Path(arguments.bag)
+def add_rate_option(parser: argparse.ArgumentParser, text: str) -> None:
+    """Add what says how fast `/clock` runs."""
+    parser.add_argument("--rate", type=float, default="1", metavar="R", help=text)
 
 
-def add_flight_options(parser: argparse.ArgumentParser) -> None:
-    """Add what says how a mission is flown, whoever manages it."""
+def add_run_options(parser: argparse.ArgumentParser) -> None:
+    """Add what says how a scenario is run, whoever manages it."""
     add_model_options(parser)
     parser.add_argument(
         "--loop", action="store_true", help="let a bag that is too short begin again at its first frame"
     )
     parser.add_argument(
-        "--duration",
-        type=float,
-        default=DURATION_S,
-        metavar="S",
-        help=f"seconds that are measured (default: {DURATION_S:g})",
+        "--duration", type=float, default=f"{DURATION_S:g}", metavar="S", help="seconds that are measured"
     )
     parser.add_argument(
         "--manager-limit",
         type=float,
-        default=30.0,
+        default="30",
         metavar="S",
-        help="simulation: wall time that one callback of the managing system may take (default: 30)",
+        help="simulation: wall time that one callback of the managing system may take",
     )
     parser.add_argument(
         "--no-cache",
@@ -130,27 +123,18 @@ def add_middleware_options(parser: argparse.ArgumentParser) -> None:
     """Add what says where nodes run."""
     places = "; ".join(f"{backend.name} = {backend.description}" for backend in BACKENDS.values())
     parser.add_argument(
-        "--middleware",
-        default=SIMULATED,
-        choices=BACKENDS,
-        help=f"where the nodes run: {places} (default: {SIMULATED})",
+        "--middleware", default=SIMULATED, choices=BACKENDS, help=f"where the nodes run: {places}"
     )
-    parser.add_argument(
-        "--rate",
-        type=float,
-        default=1.0,
-        metavar="R",
-        help="live: seconds of /clock in a second (default: 1)",
-    )
+    add_rate_option(parser, "live: seconds of /clock in a second")
 
 
-def flight_settings(
-    arguments: argparse.Namespace, *, middleware: str = "sim", speed: float = 1.0
+def run_settings(
+    arguments: argparse.Namespace, *, middleware: str = SIMULATED, speed: float = 1.0
 ) -> Settings:
-    """Return the settings that the options of `add_flight_options` describe, for a back end of the middleware."""
+    """Return the settings that the options of `add_run_options` describe, for a back end of the middleware."""
     return Settings(
         model=arguments.model,
-        bag=bag_path(arguments),
+        bag=arguments.bag,
         device=arguments.device,
         loop=arguments.loop,
         timing=Timing(duration_s=arguments.duration),

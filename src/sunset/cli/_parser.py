@@ -18,8 +18,7 @@ class Verb(NamedTuple):  # not a dataclass, whose module is slow to import
 
     Attributes:
         help: what it does, in a line.
-        is_long: whether it takes its time: then it tidies up when it is asked to end, and shows from the first second
-            what it does.
+        is_long: whether it tidies up when it is asked to end, and shows from the first second what it does.
         continuation: how work goes on that was interrupted, where what was finished is kept.
         is_extensible: whether it takes extensions of the managed system.
     """
@@ -46,7 +45,9 @@ VERBS: Final[Mapping[str, Verb]] = {
     "faults": Verb("the catalogue of faults: list, show, figure", is_extensible=True),
     "managers": Verb("managing systems: list, check (your own)", is_long=True, is_extensible=True),
     "data": Verb("flights: render, import, info", is_long=True),
-    "models": Verb("segmentation models: list, show, import, calibrate, curves, iou", is_long=True),
+    "models": Verb(
+        "segmentation models: list, show, import, calibrate, curves, iou", is_long=True, is_extensible=True
+    ),
     "train": Verb(
         "train a segmentation model on rendered towns", True, "the same command with --resume continues it"
     ),
@@ -55,7 +56,7 @@ VERBS: Final[Mapping[str, Verb]] = {
     "ros": Verb("look at a running ROS 2 system and change it, without a ROS installation"),
     "completion": Verb("print what a shell completes this command line with"),
 }
-"""By name. Each is a module beside this one, whose `add_arguments` completes the verb's parser."""
+"""By name. Each is a module beside this one."""
 
 
 _EXTENSION: Final[Mapping[str, Any]] = {
@@ -81,21 +82,34 @@ class Parser(argparse.ArgumentParser):
     """An argument parser whose complaint is one sentence.
 
     Args:
-        verb: the verb that it is the parser of; its arguments are added when they are needed first.
+        module: the module beside this one whose `add_arguments` adds the arguments when they are needed first, and
+            whose `execute` does what they say, if it has no actions below it.
         options: those of `argparse.ArgumentParser`.
     """
 
-    def __init__(self, *, verb: str = "", **options: Any) -> None:
+    def __init__(self, *, module: str = "", **options: Any) -> None:
         super().__init__(**options)
-        self._missing = verb
+        self.set_defaults(execute=lambda _: self.print_help())
+        self._missing = module
 
     def complete(self) -> None:
-        """Add the arguments of the verb, unless that was done before; this loads its module."""
-        verb, self._missing = self._missing, ""
-        if verb:
-            import_module(f"sunset.cli.{verb}").add_arguments(self)
-            if VERBS[verb].is_extensible:  # `main` has taken them out of the command line already
+        """Add the arguments, unless that was done before; let the help of each option say what its default is."""
+        module, self._missing = self._missing, ""
+        if module:
+            loaded = import_module(f"sunset.cli.{module}")
+            self.set_defaults(execute=getattr(loaded, "execute", self.get_default("execute")))
+            loaded.add_arguments(self)
+            if VERBS.get(
+                module, Verb("")
+            ).is_extensible:  # `main` has taken them out of the command line already
                 self.add_argument("--extension", **_EXTENSION)
+        for action in self._actions:
+            known = type(action.default) in {str, int, float} and action.default not in {
+                "",
+                argparse.SUPPRESS,
+            }
+            if known and action.help and "(default: " not in action.help:
+                action.help += " (default: %(default)s)"
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
         """Suggest an option for a mistyped one, in the name of the verb; argparse complains in that of the program."""
@@ -142,8 +156,7 @@ def make_parser() -> Parser:
         epilog="'sunset VERB --help' explains one verb.",
     )
     parser.add_argument("--version", action="version", version=f"sunset {__version__}")
-    parser.set_defaults(execute=lambda _: parser.print_help())
     verbs = parser.add_subparsers(title="verbs", metavar="VERB")
     for name, verb in VERBS.items():
-        verbs.add_parser(name, help=verb.help, verb=name)
+        verbs.add_parser(name, help=verb.help, module=name)
     return parser

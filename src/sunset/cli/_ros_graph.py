@@ -3,7 +3,8 @@
 import argparse
 
 from sunset.cli._ros_session import NotThereError, Session, absolute, hidden, session
-from sunset.rmw.core.port import EndpointInfo, EndpointKind, HistoryPolicy
+from sunset.rmw.core.port import EndpointInfo, EndpointKind
+from sunset.rmw.core.qos import HistoryPolicy
 
 _TOPIC_KINDS = (EndpointKind.PUBLISHER, EndpointKind.SUBSCRIPTION)
 _SECTIONS = {
@@ -14,17 +15,16 @@ _SECTIONS = {
 }
 
 
-def node_list(arguments: argparse.Namespace) -> int:
+def node_list(arguments: argparse.Namespace) -> None:
     """Print the names of all nodes."""
     with session(arguments) as graph:
         graph.look_around()
         for name in graph.nodes():
             if not hidden(name):
                 print(name)
-    return 0
 
 
-def node_info(arguments: argparse.Namespace) -> int:
+def node_info(arguments: argparse.Namespace) -> None:
     """Print what a node consists of."""
     with session(arguments) as graph:
         node = graph.find_node(arguments.node)
@@ -34,24 +34,21 @@ def node_info(arguments: argparse.Namespace) -> int:
             print(f"  {title}:")
             parts = graph.names_and_types(kind, node=node)
             print("\n".join(f"    {name}: {', '.join(types)}" for name, types in parts.items()))
-    return 0
 
 
-def topic_list(arguments: argparse.Namespace) -> int:
+def topic_list(arguments: argparse.Namespace) -> None:
     """Print the names of all topics."""
     with session(arguments) as graph:
         _print_list(graph, arguments, *_TOPIC_KINDS)
-    return 0
 
 
-def service_list(arguments: argparse.Namespace) -> int:
+def service_list(arguments: argparse.Namespace) -> None:
     """Print the names of all services."""
     with session(arguments) as graph:
         _print_list(graph, arguments, EndpointKind.SERVICE)
-    return 0
 
 
-def topic_info(arguments: argparse.Namespace) -> int:
+def topic_info(arguments: argparse.Namespace) -> None:
     """Print who publishes on a topic, and who subscribes to it."""
     topic = absolute(arguments.topic)
     with session(arguments) as graph:
@@ -67,7 +64,6 @@ def topic_info(arguments: argparse.Namespace) -> int:
         if arguments.verbose:
             for info in chosen:
                 print(_described(info), end=end)
-    return 0
 
 
 def _print_list(graph: Session, arguments: argparse.Namespace, *kinds: EndpointKind) -> None:

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from sunset.cli._ros_messages import message_from_yaml, message_to_repr
 from sunset.cli._ros_session import NotThereError, Session, absolute, hidden, session
-from sunset.interfaces import get_service
+from sunset.interfaces import Service, get_service
 from sunset.interfaces.lifecycle_msgs.msg import TransitionDescription
 from sunset.interfaces.lifecycle_msgs.srv import ChangeState, GetAvailableTransitions, GetState
 from sunset.interfaces.rcl_interfaces.msg import ParameterValue
@@ -29,7 +29,7 @@ _LABELS = {
 }
 
 
-def service_call(arguments: argparse.Namespace) -> int:
+def service_call(arguments: argparse.Namespace) -> None:
     """Ask a service, and print the answer."""
     name = absolute(arguments.service)
     service_type = get_service(arguments.type)
@@ -38,7 +38,6 @@ def service_call(arguments: argparse.Namespace) -> int:
         print(f"requester: making request: {message_to_repr(request)}\n", flush=True)
         response = graph.ask(service_type, name, request)
     print(f"response:\n{message_to_repr(response)}\n")
-    return 0
 
 
 # Parameters
@@ -46,17 +45,10 @@ def service_call(arguments: argparse.Namespace) -> int:
 
 def param_list(arguments: argparse.Namespace) -> int:
     """Print the parameters of a node, or of all nodes."""
-    with session(arguments) as graph:
-        if arguments.node:
-            print(_parameters(graph, graph.find_node(arguments.node)))
-            return 0
-        return _for_each(
-            _nodes_with(graph, "list_parameters", ListParameters.__ros_name__),
-            lambda node: f"{node}:\n{_parameters(graph, node)}",
-        )
+    return _print_each(arguments, "list_parameters", ListParameters, "{}:\n{}", _parameters)
 
 
-def param_get(arguments: argparse.Namespace) -> int:
+def param_get(arguments: argparse.Namespace) -> None:
     """Print the value of a parameter."""
     with session(arguments) as graph:
         node = graph.find_node(arguments.node)
@@ -65,10 +57,9 @@ def param_get(arguments: argparse.Namespace) -> int:
     if not response.values:
         raise NotThereError(f"Parameter not set: {node} has no parameter {arguments.parameter!r}.")
     print(value_text(response.values[0]))
-    return 0
 
 
-def param_set(arguments: argparse.Namespace) -> int:
+def param_set(arguments: argparse.Namespace) -> None:
     """Set a parameter."""
     value = parse_value(arguments.value, f"value of {arguments.parameter!r}")
     message = Parameter(arguments.parameter, value=value).to_parameter_msg()
@@ -81,7 +72,6 @@ def param_set(arguments: argparse.Namespace) -> int:
     if not result.successful:
         raise NotThereError(f"Setting parameter failed{reason}")
     print(f"Set parameter successful{reason}")
-    return 0
 
 
 def value_text(value: ParameterValue) -> str:
@@ -103,27 +93,19 @@ def _parameters(graph: Session, node: str) -> str:
 # Lifecycles
 
 
-def lifecycle_nodes(arguments: argparse.Namespace) -> int:
+def lifecycle_nodes(arguments: argparse.Namespace) -> None:
     """Print the names of all nodes with a lifecycle."""
     with session(arguments) as graph:
-        for node in _nodes_with(graph, "get_state", GetState.__ros_name__):
+        for node in _nodes_with(graph, "get_state", GetState):
             print(node)
-    return 0
 
 
 def lifecycle_get(arguments: argparse.Namespace) -> int:
     """Print the state of a node, or of all nodes with a lifecycle."""
-    with session(arguments) as graph:
-        if arguments.node:
-            print(_state(graph, graph.find_node(arguments.node)))
-            return 0
-        return _for_each(
-            _nodes_with(graph, "get_state", GetState.__ros_name__),
-            lambda node: f"{node}: {_state(graph, node)}",
-        )
+    return _print_each(arguments, "get_state", GetState, "{}: {}", _state)
 
 
-def lifecycle_list(arguments: argparse.Namespace) -> int:
+def lifecycle_list(arguments: argparse.Namespace) -> None:
     """Print the transitions that a node can make now."""
     with session(arguments) as graph:
         transitions = _transitions(graph, graph.find_node(arguments.node))
@@ -132,10 +114,9 @@ def lifecycle_list(arguments: argparse.Namespace) -> int:
             f"- {each.transition.label} [{each.transition.id}]\n"
             f"\tStart: {each.start_state.label}\n\tGoal: {each.goal_state.label}"
         )
-    return 0
 
 
-def lifecycle_set(arguments: argparse.Namespace) -> int:
+def lifecycle_set(arguments: argparse.Namespace) -> None:
     """Let a node make a transition, given by its label or number."""
     with session(arguments) as graph:
         node = graph.find_node(arguments.node)
@@ -151,7 +132,6 @@ def lifecycle_set(arguments: argparse.Namespace) -> int:
     if not response.success:
         raise NotThereError("Transitioning failed.")
     print("Transitioning successful")
-    return 0
 
 
 def _state(graph: Session, node: str) -> str:
@@ -168,21 +148,34 @@ def _transitions(graph: Session, node: str) -> list[TransitionDescription]:
 # What they share
 
 
-def _nodes_with(graph: Session, service: str, type_name: str) -> list[str]:
+def _nodes_with(graph: Session, service: str, kind: type[Service]) -> list[str]:
     """Return the names of all nodes that offer a service below their name."""
     graph.look_around()
     nodes = dict.fromkeys(node for node in graph.nodes() if not hidden(node))
     offered = graph.names_and_types(EndpointKind.SERVICE)
-    return [node for node in nodes if type_name in offered.get(f"{node}/{service}", ())]
+    return [node for node in nodes if kind.__ros_name__ in offered.get(f"{node}/{service}", ())]
 
 
-def _for_each(nodes: list[str], describe: Callable[[str], str]) -> int:
-    """Print what is said of each node; nodes that do not answer are reported and skipped."""
+def _print_each(
+    arguments: argparse.Namespace,
+    service: str,
+    kind: type[Service],
+    line: str,
+    describe: Callable[[Session, str], str],
+) -> int:
+    """Print what a service says of the given node or, if there is none, of each; return the exit code.
+
+    Of all nodes, those that do not answer are reported and skipped.
+    """
     code = 0
-    for node in nodes:
-        try:
-            print(describe(node))
-        except NotThereError as error:
-            print(f"sunset: {error}", file=sys.stderr)
-            code = 1
+    with session(arguments) as graph:
+        if arguments.node:
+            print(describe(graph, graph.find_node(arguments.node)))
+            return code
+        for node in _nodes_with(graph, service, kind):
+            try:
+                print(line.format(node, describe(graph, node)))
+            except NotThereError as error:
+                print(f"sunset: {error}", file=sys.stderr)
+                code = 1
     return code

@@ -17,7 +17,7 @@ from sunset.ros.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 _REPORT_S = 1.0
 
 
-def topic_echo(arguments: argparse.Namespace) -> int:
+def topic_echo(arguments: argparse.Namespace) -> None:
     """Print the messages on a topic until Ctrl-C, or one."""
     with suppress(KeyboardInterrupt), session(arguments) as graph:
         messages: list[Message] = []
@@ -30,11 +30,10 @@ def topic_echo(arguments: argparse.Namespace) -> int:
                 )
                 print(f"{text}---", flush=True)
                 if arguments.once:
-                    return 0
-    return 0
+                    return
 
 
-def topic_hz(arguments: argparse.Namespace) -> int:
+def topic_hz(arguments: argparse.Namespace) -> None:
     """Print every second how often messages come on a topic, until Ctrl-C."""
     with suppress(KeyboardInterrupt), session(arguments) as graph:
         times: deque[float] = deque(maxlen=arguments.window + 1)
@@ -49,7 +48,6 @@ def topic_hz(arguments: argparse.Namespace) -> int:
             if len(times) > 1 and times[-1] != printed:
                 printed = times[-1]
                 print(rate_text(times), flush=True)
-    return 0
 
 
 def rate_text(times: Iterable[float]) -> str:

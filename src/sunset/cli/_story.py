@@ -172,8 +172,4 @@ def _figures(score: RunMetrics) -> Iterator[tuple[str, str, str]]:
     )
     yield "unnecessary redeploys", str(score.redeploys_unnecessary), "of nodes that did not need one"
     yield "downtime", shown(score.t_down_s, " s"), f"availability {score.availability:.0%}"
-    yield (
-        "segmentation IoU",
-        shown(score.iou),
-        f"{shown(score.iou_all)} if a lost frame counts as 0",
-    )
+    yield ("segmentation IoU", shown(score.iou), f"{shown(score.iou_all)} if a lost frame counts as 0")

@@ -8,11 +8,13 @@ from pathlib import Path
 
 from sunset.cli._options import (
     add_campaign_options,
-    add_flight_options,
+    add_format_options,
+    add_jobs_option,
+    add_rate_option,
+    add_run_options,
     campaign,
-    flight_settings,
+    run_settings,
 )
-from sunset.cli._parser import at_least_one
 from sunset.cli._progress import progress_bar, rendering_progress
 from sunset.evaluation import AGREEMENT_FORMATS, compare, format_agreement
 from sunset.experiments import bench, plan, prepare
@@ -31,52 +33,36 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "all runs are there."
     )
     add_campaign_options(parser, suite="artifact", managers="baseline", repetitions=1, what="pairs")
-    add_flight_options(parser)
-    parser.add_argument(
-        "--rate",
-        type=float,
-        default=1.0,
-        metavar="R",
-        help="seconds of /clock in a second of the live runs (default: 1)",
-    )
-    parser.add_argument(
-        "--jobs",
-        type=at_least_one,
-        metavar="N",
-        help="worker processes of the simulation (default: one a core); live runs take place one at a time",
+    add_run_options(parser)
+    add_rate_option(parser, "seconds of /clock in a second of the live runs")
+    add_jobs_option(
+        parser, "worker processes of the simulation (default: one a core); live runs take place one at a time"
     )
     parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder of the results")
     parser.add_argument(
         "--stored", action="store_true", help="run nothing: compare the runs that are in DIR already"
     )
-    parser.add_argument(
-        "--format", default="table", choices=AGREEMENT_FORMATS, help="how the report is printed"
-    )
-    parser.add_argument(
-        "--json", action="store_const", dest="format", const="json", help="same as --format json"
-    )
-    parser.set_defaults(execute=execute)
+    add_format_options(parser, AGREEMENT_FORMATS, "how the report is printed")
 
 
-def execute(arguments: argparse.Namespace) -> int:
-    """Fly what is not there yet, and print the report."""
+def execute(arguments: argparse.Namespace) -> None:
+    """Run what is not there yet, and print the report."""
     if not arguments.stored:
-        _fly(arguments)
+        _run(arguments)
     with progress_bar("Reading pairs of runs") as progress:
         agreements = compare(arguments.out / _SIM, arguments.out / _LIVE, progress=progress)
     print(format_agreement(agreements, arguments.format).rstrip("\n"))
-    return 0
 
 
-def _fly(arguments: argparse.Namespace) -> None:
-    live_middleware()  # that its extra is missing is said before anything is flown
-    sim = campaign(arguments, flight_settings(arguments), references=False)
+def _run(arguments: argparse.Namespace) -> None:
+    live_middleware()  # that its extra is missing is said before anything is run
+    sim = campaign(arguments, run_settings(arguments), references=False)
     live = replace(sim, settings=replace(sim.settings, middleware=LIVE, speed=arguments.rate))
-    runs = plan(live)  # what is wrong with either is said before anything is flown
+    runs = plan(live)  # what is wrong with either is said before anything is run
     with rendering_progress() as progress:
         prepare(plan(sim)[0], progress=progress)
     for name, spec, jobs in ((_SIM, sim, arguments.jobs), (_LIVE, live, 1)):
         # what a managing system prints must not get into the report
-        with progress_bar(f"Flying {len(runs)} runs, {name}") as progress, redirect_stdout(sys.stderr):
-            flown = bench(spec, arguments.out / name, jobs=jobs, progress=progress)
-        print(f"{name}: {flown} runs flown, {len(runs) - flown} were there already.", file=sys.stderr)
+        with progress_bar(f"Running, {name}") as progress, redirect_stdout(sys.stderr):
+            done = bench(spec, arguments.out / name, jobs=jobs, progress=progress)
+        print(f"{name}: {done} runs done, {len(runs) - done} were there already.", file=sys.stderr)

@@ -22,10 +22,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "Completing runs nothing of SUNSET. Needs the extra 'completion'."
     )
     parser.add_argument("shell", choices=_SHELLS, help=f"one of {', '.join(_SHELLS)}")
-    parser.set_defaults(execute=execute)
 
 
-def execute(arguments: argparse.Namespace) -> int:
+def execute(arguments: argparse.Namespace) -> None:
     """Print the script."""
     if find_spec("shtab") is None:
         raise MissingExtraError(
@@ -38,7 +37,6 @@ def execute(arguments: argparse.Namespace) -> int:
     script = shtab.complete(parser, shell=arguments.shell)
     # an option that takes a name or a file: where no name fits, bash itself completes files
     print(script.replace("complete -o bashdefault", "complete -o bashdefault -o default"))
-    return 0
 
 
 def _complete(parser: Parser, files: object) -> None:
@@ -60,5 +58,5 @@ def _complete(parser: Parser, files: object) -> None:
                 _complete(below, files)
         elif action.choices is None:
             action.choices = names.get(action.dest)
-            if action.type is Path or action.dest == "bag":
+            if action.type is Path:
                 vars(action)["complete"] = files  # where shtab looks for it

@@ -8,10 +8,10 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Final
 
-from sunset.cli._parser import Actions, at_least_one
+from sunset.cli._options import add_jobs_option
+from sunset.cli._parser import Actions
 from sunset.cli._progress import BUILDING, progress_bar, rendering_progress, stages_progress
 from sunset.data import (
-    FRAME_SIZE,
     TIMES,
     WEATHERS,
     BagStatistics,
@@ -37,7 +37,7 @@ _OF_SOURCES: Final = (
     ("town", "1", _SOURCES[:1]),
     ("height", 50, _SOURCES[:1]),
     ("weather", None, _SOURCES[:1]),
-    ("rate", 10.0, _SOURCES[:2]),
+    ("rate", 10, _SOURCES[:2]),
     ("jobs", None, _SOURCES[:2]),
 )
 """Options of `import`, what they are where they are not given, and the sources that have a use for them."""
@@ -46,7 +46,6 @@ _RATES_HZ: Final = (0.1, 1000)
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Complete the verb's parser."""
-    parser.set_defaults(execute=lambda _: parser.print_help())
     actions = parser.add_subparsers(title="actions", metavar="ACTION")
     _add_render(actions)
     _add_import(actions)
@@ -64,23 +63,15 @@ def _add_render(actions: Actions) -> None:
         help="render a flight to a rosbag2",
         description="Render a flight over a procedural town and write it as a rosbag2 (MCAP).",
     )
-    parser.add_argument("--town", type=int, default=1, metavar="N", help="1 to 8 (default: 1)")
+    parser.add_argument("--town", type=int, default=1, metavar="N", help="1 to 8")
     parser.add_argument(
-        "--height",
-        type=float,
-        default=50.0,
-        metavar="M",
-        help="20 to 300 m; below 45 it follows a street (default: 50)",
+        "--height", type=float, default="50", metavar="M", help="20 to 300 m; below 45 it follows a street"
     )
-    parser.add_argument(
-        "--angle", type=float, default=60.0, metavar="DEG", help="camera pitch down, 0 to 90 (default: 60)"
-    )
-    parser.add_argument("--time", default="noon", help=f"one of {', '.join(TIMES)} (default: noon)")
-    parser.add_argument("--weather", default="clear", help=f"one of {', '.join(WEATHERS)} (default: clear)")
-    parser.add_argument(
-        "--frames", type=int, default=400, metavar="N", help="at 10 Hz, at most 1333 (default: 400)"
-    )
-    parser.add_argument("--seed", type=int, default=0, metavar="N", help="of the sensor noise (default: 0)")
+    parser.add_argument("--angle", type=float, default="60", metavar="DEG", help="camera pitch down, 0 to 90")
+    parser.add_argument("--time", default="noon", help=f"one of {', '.join(TIMES)}")
+    parser.add_argument("--weather", default="clear", help=f"one of {', '.join(WEATHERS)}")
+    parser.add_argument("--frames", type=int, default=400, metavar="N", help="at 10 Hz, at most 1333")
+    parser.add_argument("--seed", type=int, default=0, metavar="N", help="of the sensor noise")
     _add_out(parser)
     parser.set_defaults(execute=render)
 
@@ -98,10 +89,8 @@ def _add_import(actions: Actions) -> None:
         "--pictures", type=Path, metavar="DIR", help="a folder with pictures in rgb, depth and labels"
     )
     source.add_argument("--bag", type=Path, metavar="PATH", help="a rosbag2 folder or file")
-    parser.add_argument("--town", default="1", metavar="N", help="SynDrone's, 1 to 7 or 10HD (default: 1)")
-    parser.add_argument(
-        "--height", type=int, default=50, metavar="M", help="SynDrone's, 20, 50 or 80 (default: 50)"
-    )
+    parser.add_argument("--town", default="1", metavar="N", help="SynDrone's, 1 to 7 or 10HD")
+    parser.add_argument("--height", type=int, default=50, metavar="M", help="SynDrone's, 20, 50 or 80")
     parser.add_argument("--weather", metavar="NAME", help="SynDrone's, where a town has several")
     parser.add_argument(
         "--frames",
@@ -110,15 +99,9 @@ def _add_import(actions: Actions) -> None:
         metavar="FIRST:LAST",
         help="numbers of the first and the last frame: SynDrone's own, else from 0 (default: all)",
     )
-    parser.add_argument(
-        "--rate", type=_rate, default=10.0, metavar="HZ", help="of the pictures' frames (default: 10)"
-    )
-    parser.add_argument(
-        "--size", type=_size, default=FRAME_SIZE, metavar="WxH", help="in pixels (default: 256x144)"
-    )
-    parser.add_argument(
-        "--jobs", type=at_least_one, metavar="N", help="reading threads (default: one a core)"
-    )
+    parser.add_argument("--rate", type=_rate, default="10", metavar="HZ", help="of the pictures' frames")
+    parser.add_argument("--size", type=_size, default="256x144", metavar="WxH", help="in pixels")
+    add_jobs_option(parser, "reading threads (default: one a core)")
     _add_out(parser)
     parser.set_defaults(execute=import_flight)
 
@@ -160,7 +143,7 @@ def _rate(text: str) -> float:
     return rate
 
 
-def render(arguments: argparse.Namespace) -> int:
+def render(arguments: argparse.Namespace) -> None:
     """Render a flight."""
     plan = FlightPlan(
         town=arguments.town,
@@ -172,12 +155,11 @@ def render(arguments: argparse.Namespace) -> int:
         seed=arguments.seed,
     )
     _write("Rendering", arguments.out, render_frames(plan), plan.stamps_ns(), first=BUILDING)
-    return 0
 
 
-def import_flight(arguments: argparse.Namespace) -> int:
+def import_flight(arguments: argparse.Namespace) -> None:
     """Make a bag of SynDrone's folders, of a folder of pictures, or of another bag."""
-    _check_idle(arguments)
+    _check_source(arguments)
     first, last = arguments.frames
     if arguments.bag is None:
         flight = _find_flight(arguments, first, last)
@@ -189,7 +171,7 @@ def import_flight(arguments: argparse.Namespace) -> int:
             )
         stamps = [round((index + 1) * 1e9 / arguments.rate) for index in range(len(flight))]
         _write("Importing", arguments.out, flight.frames(arguments.size, jobs=arguments.jobs), stamps)
-        return 0
+        return
     with read_bag(arguments.bag, size=arguments.size) as reader:
         low, high = first or 0, len(reader) - 1 if last is None else last
         if not low <= high < len(reader):
@@ -202,10 +184,9 @@ def import_flight(arguments: argparse.Namespace) -> int:
         chosen = range(low, high + 1)
         stamps = [reader.stamps_ns[index] for index in chosen]
         _write("Importing", arguments.out, map(reader.frame, chosen), stamps)
-    return 0
 
 
-def _check_idle(arguments: argparse.Namespace) -> None:
+def _check_source(arguments: argparse.Namespace) -> None:
     """Refuse options that the source has no use for."""
     (source,) = (name for name in _SOURCES if getattr(arguments, name) is not None)
     for option, unset, sources in _OF_SOURCES:
@@ -247,7 +228,7 @@ def _write(
     print(f"The flight of {len(stamps_ns)} frames is in {out}.", file=sys.stderr)
 
 
-def info(arguments: argparse.Namespace) -> int:
+def info(arguments: argparse.Namespace) -> None:
     """Print what a bag or a folder of SynDrone's holds."""
     if arguments.path is None:
         with rendering_progress() as progress:
@@ -261,7 +242,6 @@ def info(arguments: argparse.Namespace) -> int:
             statistics = bag_statistics(reader, progress=progress)
         contents, text = statistics.to_json(), _bag_text(statistics)
     print(json.dumps(contents, sort_keys=True) if arguments.json else printable(text))
-    return 0
 
 
 def _syndrone(root: Path) -> tuple[dict[str, object], str]:

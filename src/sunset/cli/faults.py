@@ -6,18 +6,17 @@ import sys
 from pathlib import Path
 
 from sunset.api.catalogue import draw_fault_figure
-from sunset.cli._columns import print_columns
-from sunset.cli._options import add_flight_options, flight_settings
+from sunset.cli._options import add_run_options, run_settings
 from sunset.cli._progress import progress_bar, rendering_progress
 from sunset.evaluation import check_figure
 from sunset.experiments import RunSpec, prepare
 from sunset.scenarios import load_scenario
 from sunset.system import Fault, current_system, get_fault
+from sunset.tables import aligned
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Complete the verb's parser."""
-    parser.set_defaults(execute=lambda _: parser.print_help())
     actions = parser.add_subparsers(title="actions", metavar="ACTION")
     listing = actions.add_parser(
         "list",
@@ -33,24 +32,22 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     showing.set_defaults(execute=show)
     drawing = actions.add_parser(
         "figure",
-        help="draw the segmentation's entropy over time, with and without each fault of F4",
-        description="Run once without a fault and once with each fault of F4, and draw the paper's figure.",
+        help="draw the segmentation's entropy over time, with and without each fault that shows in it",
+        description="Run once without a fault and once with each fault that shows in the entropy, as those of F4 do, "
+        "and draw the paper's figure.",
     )
     drawing.add_argument("--out", type=Path, required=True, metavar="FILE", help="a .png, .pdf or .svg")
-    drawing.add_argument("--seed", type=int, default=1, metavar="N", help="seed of the runs (default: 1)")
-    add_flight_options(drawing)
+    drawing.add_argument("--seed", type=int, default=1, metavar="N", help="seed of the runs")
+    add_run_options(drawing)
     drawing.set_defaults(execute=draw)
 
 
-def list_faults(arguments: argparse.Namespace) -> int:
+def list_faults(arguments: argparse.Namespace) -> None:
     """Print the catalogue."""
     if arguments.json:
-        print(
-            json.dumps(
-                {"faults": [_described(fault) for fault in current_system().faults.values()]}, sort_keys=True
-            )
-        )
-        return 0
+        catalogue = [_described(fault) for fault in current_system().faults.values()]
+        print(json.dumps({"faults": catalogue}, sort_keys=True))
+        return
     header = ("FAULT", "NODE", "KIND", "STRENGTH", "FAILURE", "CURED BY")
     rows = (
         (
@@ -58,49 +55,46 @@ def list_faults(arguments: argparse.Namespace) -> int:
             fault.node,
             fault.kind,
             "-" if fault.limits is None else f"{fault.value} of {fault.limits[1]:g}",
-            _told_failure(fault),
-            _told_cures(fault),
+            _failure_text(fault),
+            _cures_text(fault),
         )
         for fault in current_system().faults.values()
     )
-    print_columns(header, rows)
-    return 0
+    print("\n".join(aligned([header, *rows], left=range(len(header)))))
 
 
-def show(arguments: argparse.Namespace) -> int:
+def show(arguments: argparse.Namespace) -> None:
     """Print one fault."""
     fault = get_fault(arguments.fault)
     if arguments.json:
         print(json.dumps(_described(fault), sort_keys=True))
-        return 0
+        return
     print(f"{fault.name}: {fault.description}")
-    print(f"  failure    {_told_failure(fault)}")
+    print(f"  failure    {_failure_text(fault)}")
     print(f"  kind       {fault.kind}, in {fault.node}")
     print(f"  injection  {', then '.join(str(step) for step in fault.injection)}")
     if fault.limits is not None:
         print(
             f"  strength   {fault.value} in the suites; above {fault.limits[0]:g} and at most {fault.limits[1]:g}"
         )
-    print(f"  cured by   {_told_cures(fault)}{'; by nothing else' if fault.cures else ''}")
-    return 0
+    print(f"  cured by   {_cures_text(fault)}{'; by nothing else' if fault.cures else ''}")
 
 
-def draw(arguments: argparse.Namespace) -> int:
-    """Run without and with each fault of F4, and draw the figure."""
-    settings = flight_settings(arguments)
+def draw(arguments: argparse.Namespace) -> None:
+    """Run without and with each fault that shows in the entropy, and draw the figure."""
+    settings = run_settings(arguments)
     check_figure(arguments.out)
     nofault = RunSpec(
         scenario=load_scenario("nofault"), manager="none", seed=arguments.seed, settings=settings
     )
     with rendering_progress() as progress:
         prepare(nofault, progress=progress)
-    with progress_bar("Flying") as progress:
+    with progress_bar("Running") as progress:
         draw_fault_figure(arguments.out, settings, arguments.seed, progress)
     print(f"The figure is in {arguments.out}.", file=sys.stderr)
-    return 0
 
 
-def _told_failure(fault: Fault) -> str:
+def _failure_text(fault: Fault) -> str:
     return f"{fault.failure}: {current_system().failures[fault.failure].description}"
 
 
@@ -108,7 +102,7 @@ def _cures(fault: Fault) -> list[str]:
     return [" and ".join(str(step) for step in cure) for cure in fault.cures]
 
 
-def _told_cures(fault: Fault) -> str:
+def _cures_text(fault: Fault) -> str:
     return ", or ".join(_cures(fault)) or "nothing"
 
 

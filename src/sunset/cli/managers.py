@@ -5,7 +5,7 @@ import json
 import sys
 from contextlib import redirect_stdout
 
-from sunset.cli._options import add_flight_options, flight_settings
+from sunset.cli._options import add_run_options, run_settings
 from sunset.cli._progress import progress_bar, rendering_progress
 from sunset.experiments import DEFAULT_SCENARIO, RunSpec, check_manager, manager_checksum, prepare
 from sunset.managing import MANAGERS
@@ -14,7 +14,6 @@ from sunset.scenarios import load_scenario
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Complete the verb's parser."""
-    parser.set_defaults(execute=lambda _: parser.print_help())
     actions = parser.add_subparsers(title="actions", metavar="ACTION")
     listing = actions.add_parser("list", help="list those that come with SUNSET")
     listing.add_argument("--json", action="store_true", help="print one JSON object")
@@ -27,22 +26,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "where sets have another order.",
     )
     checking.add_argument("manager", help="NAME, FILE.py:CLASS or MODULE:CLASS")
-    checking.add_argument("--scenario", default=DEFAULT_SCENARIO, help=f"default: {DEFAULT_SCENARIO}")
+    checking.add_argument("--scenario", default=DEFAULT_SCENARIO, help="what it is run in")
     checking.add_argument("--seed", type=int, default=1, metavar="N")
-    add_flight_options(checking)
+    add_run_options(checking)
     checking.set_defaults(execute=check)
 
 
-def list_managers(arguments: argparse.Namespace) -> int:
+def list_managers(arguments: argparse.Namespace) -> None:
     """Print the registered managing systems."""
     described = {name: (manager.__doc__ or "").splitlines()[0] for name, manager in MANAGERS.items()}
     if arguments.json:
         managers = [{"name": name, "description": text} for name, text in described.items()]
         print(json.dumps({"managers": managers}, sort_keys=True))
-        return 0
-    for name, text in described.items():
-        print(f"{name:10}{text}")
-    return 0
+    else:
+        print("\n".join(f"{name:10}{text}" for name, text in described.items()))
 
 
 def check(arguments: argparse.Namespace) -> int:
@@ -51,14 +48,13 @@ def check(arguments: argparse.Namespace) -> int:
         scenario=load_scenario(arguments.scenario),
         manager=arguments.manager,
         seed=arguments.seed,
-        settings=flight_settings(arguments),
+        settings=run_settings(arguments),
     )
-    manager_checksum(
-        spec.manager, limit_s=spec.settings.manager_limit_s
-    )  # what is wrong with it is said at once
+    # what is wrong with it is said at once
+    manager_checksum(spec.manager, limit_s=spec.settings.manager_limit_s)
     with rendering_progress() as progress:
         prepare(spec, progress=progress)
-    with progress_bar("Flying twice") as progress, redirect_stdout(sys.stderr):
-        found = check_manager(spec, progress=progress)
-    print(found)
-    return 0 if found.passed else 1
+    with progress_bar("Running twice") as progress, redirect_stdout(sys.stderr):
+        verdict = check_manager(spec, progress=progress)
+    print(verdict)
+    return 0 if verdict.passed else 1

@@ -26,7 +26,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--ros-args", nargs=argparse.REMAINDER, default=[], help="ROS arguments: -r, -p, --params-file, …"
     )
-    parser.set_defaults(execute=execute)
 
 
 def add_network_options(parser: argparse.ArgumentParser) -> None:
@@ -41,7 +40,7 @@ def add_network_options(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def execute(arguments: argparse.Namespace) -> int:
+def execute(arguments: argparse.Namespace) -> None:
     """Run the node."""
     run_node(
         NodeSpec(
@@ -53,4 +52,3 @@ def execute(arguments: argparse.Namespace) -> int:
             ros_arguments=arguments.ros_args,
         )
     )
-    return 0

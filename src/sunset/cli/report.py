@@ -4,6 +4,7 @@ import argparse
 import sys
 from pathlib import Path
 
+from sunset.cli._options import add_format_options
 from sunset.cli._progress import progress_bar
 from sunset.cli._story import print_story
 from sunset.evaluation import FORMATS, RUNS_FORMATS, render_report, render_runs
@@ -20,10 +21,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "folder", type=Path, metavar="DIR", help="what 'sunset bench --out' or 'run --out' wrote"
     )
-    parser.add_argument(
-        "--format",
-        choices=FORMATS,
-        help="how the table is printed (default: table; of one run, its time line)",
+    add_format_options(
+        parser, FORMATS, "how the table is printed (default: table; of one run, its time line)", default=None
     )
     parser.add_argument(
         "--runs",
@@ -36,29 +35,21 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="compute every metric from the recorded messages again instead of reading the stored ones",
     )
-    parser.add_argument(
-        "--json", action="store_const", dest="format", const="json", help="same as --format json"
-    )
-    parser.set_defaults(execute=execute)
 
 
-def execute(arguments: argparse.Namespace) -> int:
+def execute(arguments: argparse.Namespace) -> None:
     """Print the report."""
     folder, form, again = arguments.folder, arguments.format, arguments.recompute
     if arguments.runs:
-        print_runs(folder, form or RUNS_FORMATS[0], recompute=again)
+        with progress_bar("Reading runs") as progress:
+            text = render_runs(
+                folder, form or RUNS_FORMATS[0], recompute=again, progress=progress if again else None
+            )
+        print(text, end="")
     elif form is None and not again and (folder / RUN_FILE).is_file():
         print_story(read_stored_run(folder))
     else:
         print_report(folder, form or "table", recompute=again)
-    return 0
-
-
-def print_runs(folder: Path, form: str, *, recompute: bool = False) -> None:
-    """Print the runs below a folder on stdout, a row each."""
-    with progress_bar("Reading runs") as progress:
-        text = render_runs(folder, form, recompute=recompute, progress=progress if recompute else None)
-    print(text, end="")
 
 
 def print_report(folder: Path, form: str, *, recompute: bool = False) -> None:

@@ -15,7 +15,7 @@ from sunset.cli._ros_session import NotThereError
 EXIT_NOT_THERE: Final = 1
 """What was asked for is not on the graph, or refused."""
 
-_Command: TypeAlias = Callable[[argparse.Namespace], int]
+_Command: TypeAlias = Callable[[argparse.Namespace], int | None]
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -145,7 +145,7 @@ def _seconds(text: str) -> float:
 def _reporting(command: _Command) -> _Command:
     """Return a command that says in a sentence what does not exist."""
 
-    def execute(arguments: argparse.Namespace) -> int:
+    def execute(arguments: argparse.Namespace) -> int | None:
         try:
             return command(arguments)
         except NotThereError as error:

@@ -12,7 +12,6 @@ from sunset.scenarios import generate, load_scenario, load_suite, suite_names
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Complete the verb's parser."""
-    parser.set_defaults(execute=lambda _: parser.print_help())
     actions = parser.add_subparsers(title="actions", metavar="ACTION")
     listing = actions.add_parser("list", help="list the scenarios of the suites")
     listing.add_argument("--suite", metavar="NAME|DIR", help="of one suite, or of a folder of scenario files")
@@ -32,29 +31,22 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     generating.set_defaults(execute=generate_scenario)
 
 
-def list_scenarios(arguments: argparse.Namespace) -> int:
+def list_scenarios(arguments: argparse.Namespace) -> None:
     """Print the names."""
     chosen = [arguments.suite] if arguments.suite else list(suite_names())
+    suites = {name: [scenario.name for scenario in load_suite(name)] for name in chosen}
     if arguments.json:
-        print(
-            json.dumps(
-                {name: [scenario.name for scenario in load_suite(name)] for name in chosen}, sort_keys=True
-            )
-        )
-        return 0
-    for name in chosen:
-        for scenario in load_suite(name):
-            print(scenario.name)
-    return 0
+        print(json.dumps(suites, sort_keys=True))
+    else:
+        print("\n".join(name for suite in suites.values() for name in suite))
 
 
-def show(arguments: argparse.Namespace) -> int:
+def show(arguments: argparse.Namespace) -> None:
     """Print one scenario as YAML."""
     sys.stdout.write(load_scenario(arguments.scenario).to_yaml())
-    return 0
 
 
-def generate_scenario(arguments: argparse.Namespace) -> int:
+def generate_scenario(arguments: argparse.Namespace) -> None:
     """Write one scenario as YAML."""
     text = generate(arguments.faults, name=arguments.name).to_yaml()
     if arguments.out is None:
@@ -64,4 +56,3 @@ def generate_scenario(arguments: argparse.Namespace) -> int:
             raise OutputError(f"The file {arguments.out} exists: name a new one with --out.")
         write_text(arguments.out, text)
         print(f"The scenario is in {arguments.out}.", file=sys.stderr)
-    return 0

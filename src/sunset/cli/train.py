@@ -7,10 +7,11 @@ from dataclasses import replace
 from pathlib import Path
 from time import monotonic
 
+from sunset.cli._options import add_device_option, add_jobs_option
 from sunset.cli._parser import at_least_one
 from sunset.cli._progress import stages_progress
 from sunset.experiments.resources import missing_networks
-from sunset.perception import DEVICES, load_model
+from sunset.perception import load_model
 from sunset.training import CONFIGS, MODALITIES, FrameCounts, train
 from sunset.workers import processors
 
@@ -21,19 +22,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "Render frames of towns that the flight is not over, train the networks, calibrate "
         "their thresholds, and write a model folder with its card. Needs the extra 'train'."
     )
-    parser.add_argument(
-        "--model", choices=list(CONFIGS), default="lite", help="architecture and schedule (default: lite)"
-    )
+    parser.add_argument("--model", choices=list(CONFIGS), default="lite", help="architecture and schedule")
     parser.add_argument("--name", help="the name in the model's card (default: that of --model)")
     parser.add_argument(
         "--modality",
         default="all",
         choices=["all", *MODALITIES],
-        help="which networks; the fusion contains both branches, so it means all (default: all)",
+        help="which networks; the fusion contains both branches, so it means all",
     )
-    parser.add_argument(
-        "--seed", type=int, default=1, metavar="N", help="of everything that is drawn (default: 1)"
-    )
+    parser.add_argument("--seed", type=int, default=1, metavar="N", help="of everything that is drawn")
     steps = ", ".join(f"{make().schedule.steps} for {name}" for name, make in CONFIGS.items())
     parser.add_argument(
         "--steps",
@@ -60,21 +57,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="N",
         help="frames a step, more of which fill an accelerator (default: as planned for --model)",
     )
-    parser.add_argument(
-        "--device",
-        default="cpu",
-        choices=DEVICES,
-        help="what networks are trained on; auto: CUDA where torch offers it (default: cpu)",
-    )
+    add_device_option(parser, "what networks are trained on; auto: CUDA where torch offers it")
     parser.add_argument(
         "--compile", action="store_true", help="let torch compile the networks; needs a C compiler"
     )
-    parser.add_argument(
-        "--jobs",
-        type=at_least_one,
-        metavar="N",
-        help="processes that render and measure (default: one a core)",
-    )
+    add_jobs_option(parser, "processes that render and measure (default: one a core)")
     parser.add_argument(
         "--minutes",
         type=at_least_one,
@@ -87,14 +74,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="continue the training in the work folder where it was interrupted",
     )
     parser.add_argument(
-        "--work",
-        type=Path,
-        default=Path("training"),
-        metavar="DIR",
-        help="keeps frames, checkpoints and logs (default: training)",
+        "--work", type=Path, default="training", metavar="DIR", help="keeps frames, checkpoints and logs"
     )
     parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="the model's folder")
-    parser.set_defaults(execute=execute)
 
 
 def execute(arguments: argparse.Namespace) -> int:
@@ -132,11 +114,7 @@ def execute(arguments: argparse.Namespace) -> int:
         )
         return 1
     missing = missing_networks(model)
-    use = (
-        f"it cannot fly without {missing}"
-        if missing
-        else f"'sunset run --model {arguments.out}' runs with it"
-    )
+    use = f"a run also needs {missing}" if missing else f"'sunset run --model {arguments.out}' runs with it"
     print(f"The model is in {arguments.out}; {use}.", file=sys.stderr)
     return 0
 

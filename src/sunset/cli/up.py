@@ -9,7 +9,7 @@ from rich.console import Console
 from rich.live import Live
 from rich.table import Table
 
-from sunset.cli._options import add_model_options, bag_path
+from sunset.cli._options import add_model_options, add_rate_option
 from sunset.cli._progress import rendering_progress
 from sunset.cli.node import add_network_options
 from sunset.experiments import RunSpec, Settings, manager_checksum, prepare
@@ -37,34 +37,30 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="NAME|FILE.py:CLASS|MODULE:CLASS",
         help="the managing system: none, baseline, or your own (default: you start it yourself, or nobody does)",
     )
-    parser.add_argument(
-        "--rate", type=float, default=1.0, metavar="R", help="seconds of /clock in a second (default: 1)"
-    )
+    add_rate_option(parser, "seconds of /clock in a second")
     parser.add_argument(
         "--domain-id", type=int, metavar="N", help="domain of DDS (default: ROS_DOMAIN_ID, else 0)"
     )
     add_model_options(parser)
     add_network_options(parser)
-    parser.set_defaults(execute=execute)
 
 
-def execute(arguments: argparse.Namespace) -> int:
+def execute(arguments: argparse.Namespace) -> None:
     """Run the system until a signal comes."""
     spec = RunSpec(
         scenario=load_scenario(arguments.scenario) if arguments.scenario else Scenario("none"),
         manager=arguments.manager,
         settings=Settings(
             model=arguments.model,
-            bag=bag_path(arguments),
+            bag=arguments.bag,
             device=arguments.device,
             middleware=LIVE,
             speed=arguments.rate,
         ),
     )
     if spec.manager != EXTERNAL:
-        manager_checksum(
-            spec.manager, limit_s=spec.settings.manager_limit_s
-        )  # what is wrong with it is said at once
+        # what is wrong with it is said at once
+        manager_checksum(spec.manager, limit_s=spec.settings.manager_limit_s)
     with rendering_progress() as progress:
         resources = prepare(spec, progress=progress)
     console = Console(highlight=False, markup=False)
@@ -92,7 +88,6 @@ def execute(arguments: argparse.Namespace) -> int:
             _show(console, system, operator)
         finally:
             print("Ending all nodes.", file=sys.stderr)
-    return 0
 
 
 def _show(console: Console, system: LiveSystem, operator: Operator) -> NoReturn:
@@ -105,28 +100,21 @@ def _show(console: Console, system: LiveSystem, operator: Operator) -> NoReturn:
                 console.print(operator.news.popleft(), soft_wrap=True)
             states = operator.status(system.processes)
             if console.is_terminal:
-                live.update(_table(states), refresh=True)
+                table = Table(box=None, padding=(0, 1), show_header=False)
+                for node in states:
+                    table.add_row(*_cells(node))
+                live.update(table, refresh=True)
                 continue
-            for one in states:
-                if shown.get(one.name) != (one.state, one.pid):
-                    shown[one.name] = (one.state, one.pid)
-                    console.print(_line(one), soft_wrap=True)
+            for node in states:
+                if shown.get(node.name) != (node.state, node.pid):
+                    shown[node.name] = (node.state, node.pid)
+                    line = "{:18} {:12} {:10} {}".format(*_cells(node))
+                    console.print(line, soft_wrap=True)
 
 
-def _line(one: NodeStatus) -> str:
-    return " ".join(f"{cell:{width}}" for cell, width in zip(_cells(one), (18, 12, 10, 0), strict=True))
-
-
-def _cells(one: NodeStatus) -> tuple[str, str, str, str]:
-    hertz = "" if one.hertz is None else f"{one.hertz:g} Hz"
-    return one.name, one.state, "" if one.pid is None else f"pid {one.pid}", hertz
-
-
-def _table(states: list[NodeStatus]) -> Table:
-    table = Table(box=None, padding=(0, 1), show_header=False)
-    for one in states:
-        table.add_row(*_cells(one))
-    return table
+def _cells(node: NodeStatus) -> tuple[str, str, str, str]:
+    hertz = "" if node.hertz is None else f"{node.hertz:g} Hz"
+    return node.name, node.state, "" if node.pid is None else f"pid {node.pid}", hertz
 
 
 def _how_to_connect(domain_id: int, *, network: bool) -> str:

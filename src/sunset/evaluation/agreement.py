@@ -1,14 +1,13 @@
-"""Whether live runs tell what the simulation tells: the same seeds flown in both, compared in pairs."""
+"""Whether live runs tell what the simulation tells: the same seeds run in both, compared in pairs."""
 
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from statistics import fmean
 from typing import Final
 
 from sunset.errors import RecordError
-from sunset.evaluation.estimates import Estimate, estimate
+from sunset.evaluation.estimates import Estimate, compare_means
 from sunset.evaluation.results import FIGURES, Flight, RunRow, load_results
 from sunset.metrics import RunMetrics, score
 from sunset.recording import read_timeline
@@ -26,14 +25,7 @@ _Key = tuple[str, str, str, int, str, str, Flight]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Pair:
-    """One experiment, flown in the simulation and live.
-
-    Attributes:
-        scenario: the scenario's name.
-        seed: of both runs.
-        sim: the simulated run's figures, computed from its recorded messages.
-        live: likewise, the live run's.
-    """
+    """One experiment, simulated and live, with the figures that were computed from the recorded messages."""
 
     scenario: str
     seed: int
@@ -65,13 +57,7 @@ class Pair:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LeftOut:
-    """An experiment that is not compared.
-
-    Attributes:
-        scenario: the scenario's name.
-        seed: of its runs.
-        reason: which of its runs does not count, and why.
-    """
+    """An experiment that is not compared; the reason says which of its runs does not count, and why."""
 
     scenario: str
     seed: int
@@ -115,17 +101,7 @@ class Comparison:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Agreement:
-    """What a managing system's pairs say together.
-
-    Attributes:
-        suite: of the scenarios.
-        manager: the managing system.
-        model: the segmentation's model.
-        flight: how long is measured, and on what.
-        pairs: what is compared.
-        left_out: what is not, and why.
-        comparisons: one for each of `FIGURES`.
-    """
+    """What a managing system's pairs say together; there is a comparison for each of `FIGURES`."""
 
     suite: str
     manager: str
@@ -142,26 +118,22 @@ def compare(sim: Path, live: Path, *, progress: Progress | None = None) -> list[
     Every figure is computed from the recorded messages. Runs are paired by scenario and seed. A pair of which a
     run is missing or invalid takes part in no figure, and is listed.
 
-    Args:
-        sim: folder of the simulated runs.
-        live: folder of the live ones.
-        progress: called after each pair.
-
     Raises:
         RecordError: there is no such folder, no run in it, or one that is damaged.
     """
-    simulated, flown = _runs(sim), _runs(live)
-    keys = list(dict.fromkeys([*simulated, *flown]))
+    simulated, others = _runs(sim), _runs(live)
+    keys = list(dict.fromkeys([*simulated, *others]))
     groups: dict[tuple[str, str, str, Flight], tuple[list[Pair], list[LeftOut]]] = {}
     for done, key in enumerate(keys, 1):
         suite, scenario, manager, seed, model, _, flight = key
         pairs, left_out = groups.setdefault((suite, manager, model, flight), ([], []))
-        one, other = simulated.get(key), flown.get(key)
+        one, other = simulated.get(key), others.get(key)
         reason = _reason(one, other)
         if reason or one is None or other is None:
             left_out.append(LeftOut(scenario=scenario, seed=seed, reason=reason))
         else:
-            pairs.append(Pair(scenario=scenario, seed=seed, sim=_scored(one), live=_scored(other)))
+            sim_figures, live_figures = (score(read_timeline(run.folder)) for run in (one, other))
+            pairs.append(Pair(scenario=scenario, seed=seed, sim=sim_figures, live=live_figures))
         if progress is not None:
             progress(done, len(keys))
     return [
@@ -209,21 +181,10 @@ def _reason(sim: RunRow | None, live: RunRow | None) -> str:
     return "; ".join(reasons)
 
 
-def _scored(run: RunRow) -> RunMetrics:
-    return score(read_timeline(run.folder))
-
-
 def _comparison(name: str, pairs: Sequence[Pair]) -> Comparison:
-    values = [(pair.scenario, getattr(pair.sim, name), getattr(pair.live, name)) for pair in pairs]
-    both = [(scenario, sim, live) for scenario, sim, live in values if None not in (sim, live)]
-    difference = estimate([live - sim for _, sim, live in both], [scenario for scenario, _, _ in both])
-    return Comparison(
-        name=name,
-        sim=fmean(sim for _, sim, _ in both) if both else None,
-        live=fmean(live for _, _, live in both) if both else None,
-        difference=difference,
-        one_sided=sum((sim is None) != (live is None) for _, sim, live in values),
-    )
+    rows = [(pair.scenario, getattr(pair.live, name), getattr(pair.sim, name)) for pair in pairs]
+    live, sim, difference, one_sided = compare_means(rows)
+    return Comparison(name=name, sim=sim, live=live, difference=difference, one_sided=one_sided)
 
 
 def _failures(run: RunMetrics) -> tuple[str, ...]:

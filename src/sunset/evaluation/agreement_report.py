@@ -131,9 +131,7 @@ def _as_json(agreements: Sequence[Agreement]) -> str:
                 "manager": one.manager,
                 "suite": one.suite,
                 "model": one.model,
-                "duration_s": one.flight.duration_s,
-                "bag_looped": one.flight.looped,
-                "bag_checksum": one.flight.bag,
+                **one.flight.to_json(),
                 "pairs": len(one.pairs),
                 "figures": {comparison.name: _json_comparison(comparison) for comparison in one.comparisons},
                 "scenarios": [_json_pair(pair) for pair in one.pairs],
@@ -180,14 +178,10 @@ def _as_csv(agreements: Sequence[Agreement]) -> str:
         (*head, "difference", "ci_low", "ci_high", "pairs", "one_sided", "agrees")
     ]
     for agreement in agreements:
+        group = (agreement.manager, agreement.suite, agreement.model, *agreement.flight.to_json().values())
         for one in agreement.comparisons:
             found = one.difference
             numbers = (None,) * 3 if found is None else (found.mean, found.low, found.high)
-            verdict = None if one.agrees is None else str(one.agrees).lower()
-            flight = agreement.flight
-            start = (agreement.manager, agreement.suite, agreement.model, flight.duration_s)
-            bag = (str(flight.looped).lower(), flight.bag)
-            rows.append(
-                (*start, *bag, one.name, one.sim, one.live, *numbers, one.pairs, one.one_sided, verdict)
-            )
+            counts = (one.pairs, one.one_sided, one.agrees)
+            rows.append((*group, one.name, one.sim, one.live, *numbers, *counts))
     return csv_text(rows)

@@ -76,6 +76,27 @@ def estimate(values: Sequence[float | None], clusters: Sequence[Hashable]) -> Es
     return Estimate(mean, deviation, mean - half, mean + half, len(known))
 
 
+def compare_means(
+    rows: Sequence[tuple[Hashable, float | None, float | None]],
+) -> tuple[float | None, float | None, Estimate | None, int]:
+    """Compare a figure of pairs of runs.
+
+    Args:
+        rows: of each pair, its cluster, and the figure of its two runs; None where one has none.
+
+    Returns:
+        Over the pairs in which both have it: the mean of the first, of the second, and the estimate of first - second,
+        each None where there is no such pair; and in how many more pairs only one has it.
+    """
+    both = [(name, one, other) for name, one, other in rows if one is not None and other is not None]
+    return (
+        statistics.fmean(one for _, one, _ in both) if both else None,
+        statistics.fmean(other for _, _, other in both) if both else None,
+        estimate([one - other for _, one, other in both], [name for name, _, _ in both]),
+        sum((one is None) != (other is None) for _, one, other in rows),
+    )
+
+
 @lru_cache(maxsize=256)
 def student_quantile(degrees: int) -> float:
     """Return the t that a Student-distributed number exceeds, in magnitude, with a probability of 5 %.
@@ -102,14 +123,10 @@ def _within(t: float, degrees: int) -> float:
     """
     angle = math.atan2(t, math.sqrt(degrees))
     square = math.cos(angle) ** 2
-    if degrees % 2 == 0:
-        term = total = 1.0
-        for k in range(1, degrees // 2):
-            term *= (2 * k - 1) / (2 * k) * square
-            total += term
-        return math.sin(angle) * total
-    term = total = math.cos(angle) if degrees > 1 else 0.0
-    for k in range(1, (degrees - 1) // 2):
-        term *= 2 * k / (2 * k + 1) * square
+    odd = degrees % 2
+    term = math.cos(angle) if odd else 1.0
+    total = 0.0 if degrees == 1 else term
+    for k in range(1 + odd, degrees - 1, 2):
+        term *= k / (k + 1) * square
         total += term
-    return 2 / math.pi * (angle + math.sin(angle) * total)
+    return 2 / math.pi * (angle + math.sin(angle) * total) if odd else math.sin(angle) * total

@@ -60,11 +60,7 @@ def check_figure(path: Path) -> None:
 
 
 def entropy_figure(
-    series: Mapping[str, Samples],
-    threshold: float,
-    path: Path,
-    *,
-    iou: Mapping[str, Samples] | None = None,
+    series: Mapping[str, Samples], threshold: float, path: Path, *, iou: Mapping[str, Samples] | None = None
 ) -> None:
     """Draw entropy over time, one line a fault, and the IoU beside it where that is given.
 
@@ -123,7 +119,9 @@ def _draw(series: Mapping[str, Samples], threshold: float, path: Path, iou: Mapp
         )
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
-            figure.savefig(path, metadata=_metadata(path.suffix.lower()))
+            # without what would make two drawings of the same data differ
+            dates = {".pdf": {"CreationDate": None}, ".svg": {"Date": None}}
+            figure.savefig(path, metadata=dates.get(path.suffix.lower(), {}))
         except OSError as error:
             raise OutputError(
                 f"The figure {path} cannot be written: {error.strerror}; name another file."
@@ -157,8 +155,3 @@ def _with_gaps(
     """Return a line that a gap of more than 1 s breaks."""
     breaks = np.flatnonzero(np.diff(times) > WINDOW.gap_s) + 1
     return np.insert(times, breaks, times[breaks - 1]), np.insert(values, breaks, np.nan)
-
-
-def _metadata(suffix: str) -> dict[str, None]:
-    """Leave out what would make two drawings of the same data differ."""
-    return {".pdf": {"CreationDate": None}, ".svg": {"Date": None}}.get(suffix, {})

@@ -8,15 +8,9 @@ from typing import Final
 from sunset.evaluation.layout import Block, Cell, Interval, LineKind, Quantity, Report
 
 _ESCAPES: Final = MappingProxyType(
-    {
+    {character: rf"\{character}" for character in "{}$&#%_"}
+    | {
         "\\": r"\textbackslash{}",
-        "{": r"\{",
-        "}": r"\}",
-        "$": r"\$",
-        "&": r"\&",
-        "#": r"\#",
-        "%": r"\%",
-        "_": r"\_",
         "^": r"\textasciicircum{}",
         "~": r"\textasciitilde{}",
         "<": r"\textless{}",
@@ -46,9 +40,7 @@ _HEAD: Final = r"""\documentclass{article}
 def as_latex(report: Report, *, standalone: bool = True) -> str:
     """Return a report as LaTeX.
 
-    Args:
-        report: what to print.
-        standalone: a whole document; else only the tables, which need the packages `booktabs` and `textcomp`.
+    Where it is not standalone, it is the tables only, which need the packages `booktabs` and `textcomp`.
     """
     tables = [_table(report.main, (report.main.title + ".", *report.notes), "tab:sunset")]
     if report.more.groups:

@@ -54,13 +54,7 @@ def plain(cell: Cell) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Column:
-    """A figure's column.
-
-    Attributes:
-        text: its heading in plain text.
-        latex: its heading in LaTeX.
-        meaning: what it says, in words.
-    """
+    """A figure's column: its heading in plain text and in LaTeX, and what it says."""
 
     text: str
     latex: str
@@ -130,9 +124,7 @@ _COLUMNS: Final[Mapping[str, Column]] = MappingProxyType(
             "unresolved ↓", r"unresolved $\downarrow$", "failure episodes that no adaptation ended, of all"
         ),
         "t_detect_s": Column(
-            "t_detect [s]",
-            r"$t_\mathrm{detect}\,[\mathrm{s}]$",
-            "part of t_react, until the symptom holds",
+            "t_detect [s]", r"$t_\mathrm{detect}\,[\mathrm{s}]$", "part of t_react, until the symptom holds"
         ),
         "t_decide_s": Column(
             "t_decide [s] ↓",
@@ -166,18 +158,11 @@ _PUBLISHED_NOTE: Final = (
 
 def arrange(rows: Sequence[SystemRow]) -> Report:
     """Return the report of a table's rows, with the paper's beside those that it can be compared with."""
-    main = [_group(row, _MAIN) for row in rows]
-    for position, row in enumerate(rows):
-        if row.published is not None:
-            main[position] = (*main[position], _published(row.published, "  published"))
-    judged = [row for row in rows if not row.is_reference]
+    main = tuple((*_group(row, _MAIN), *_published(row.published)) for row in rows)
+    more = tuple(_group(row, _MORE) for row in rows if not row.is_reference)
     return Report(
-        main=Block("The paper's figures", tuple(_COLUMNS[name] for name in _MAIN), tuple(main)),
-        more=Block(
-            "More about the same runs",
-            tuple(_COLUMNS[name] for name in _MORE),
-            tuple(_group(row, _MORE) for row in judged),
-        ),
+        main=Block("The paper's figures", tuple(_COLUMNS[name] for name in _MAIN), main),
+        more=Block("More about the same runs", tuple(_COLUMNS[name] for name in _MORE), more),
         notes=(METHOD, *_comparability(rows), *_notes(rows)),
     )
 
@@ -206,10 +191,13 @@ def _interval(found: Estimate | None) -> Cell:
     return Interval(found.low, found.high)
 
 
-def _published(name: str, label: str) -> Line:
+def _published(name: str | None) -> tuple[Line, ...]:
+    """Return the line with the paper's figures, where there are any."""
+    if name is None:
+        return ()
     figures = PUBLISHED[name]
     cells = tuple(Quantity(*figures[column]) if column in figures else None for column in _MAIN)
-    return Line(LineKind.PUBLISHED, label, "", cells)
+    return (Line(LineKind.PUBLISHED, "  published", "", cells),)
 
 
 def _comparability(rows: Sequence[SystemRow]) -> list[str]:

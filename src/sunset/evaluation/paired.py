@@ -2,12 +2,11 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from statistics import fmean
 from typing import TYPE_CHECKING
 
 from sunset.dataframes import data_frame
 from sunset.errors import InvalidInputError
-from sunset.evaluation.estimates import Estimate, estimate
+from sunset.evaluation.estimates import Estimate, compare_means
 from sunset.evaluation.results import FIGURES, RunRow
 from sunset.texts import suggestion
 
@@ -39,11 +38,8 @@ class PairedComparison:
     """Two managing systems, figure by figure.
 
     Attributes:
-        first: the name of one.
-        second: of the other.
         pairs: how many runs both have that count.
         left_out: how many runs have no counterpart that counts.
-        differences: by figure.
     """
 
     first: str
@@ -86,12 +82,7 @@ class PairedComparison:
 
 
 def compare_managers(runs: Sequence[RunRow], first: str, second: str) -> PairedComparison:
-    """Compare two managing systems in the runs that both have.
-
-    Args:
-        runs: of a campaign.
-        first: the name of one, as it stands in the runs.
-        second: of the other.
+    """Compare two managing systems, named as in the runs, in the runs that both have.
 
     Raises:
         InvalidInputError: there is no such managing system, both are the same, or they have no run in common.
@@ -131,12 +122,6 @@ def _by_experiment(runs: Sequence[RunRow], manager: str) -> dict[tuple[object, .
 
 
 def _difference(figure: str, pairs: Sequence[tuple[RunRow, RunRow]]) -> Difference:
-    values = [(one.scenario, one.metrics[figure], other.metrics[figure]) for one, other in pairs]
-    both = [(name, one, other) for name, one, other in values if one is not None and other is not None]
-    return Difference(
-        figure=figure,
-        first=fmean(one for _, one, _ in both) if both else None,
-        second=fmean(other for _, _, other in both) if both else None,
-        difference=estimate([one - other for _, one, other in both], [name for name, _, _ in both]),
-        one_sided=sum((one is None) != (other is None) for _, one, other in values),
-    )
+    rows = [(one.scenario, one.metrics[figure], other.metrics[figure]) for one, other in pairs]
+    first, second, difference, one_sided = compare_means(rows)
+    return Difference(figure=figure, first=first, second=second, difference=difference, one_sided=one_sided)

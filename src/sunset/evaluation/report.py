@@ -58,7 +58,11 @@ def format_report(rows: Sequence[SystemRow], form: str = "table") -> str:
 
 
 def _as_json(rows: Sequence[SystemRow]) -> str:
-    published = [_json_published(name) for name in published_names(rows)]
+    published = [
+        {"system": name}
+        | {figure: {"mean": mean, "std": std} for figure, (mean, std) in PUBLISHED[name].items()}
+        for name in published_names(rows)
+    ]
     content = {
         "rows": [_json_row(row) for row in rows],
         "published": {"source": PUBLISHED_SOURCE, "rows": published},
@@ -67,20 +71,24 @@ def _as_json(rows: Sequence[SystemRow]) -> str:
     return json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
 
-def _json_row(row: SystemRow) -> dict[str, object]:
-    figures = {name: None if found is None else found.to_json() for name, found in row.estimates.items()}
+def _described(row: SystemRow) -> dict[str, object]:
+    """Return what a row is about."""
     return {
         "system": row.system,
         "suite": row.suite,
         "manager": row.manager,
         "model": row.model,
-        "duration_s": row.flight.duration_s,
-        "bag_looped": row.flight.looped,
-        "bag_checksum": row.flight.bag,
+        **row.flight.to_json(),
         "middleware": row.middleware,
         "version": row.version,
         "runs": row.runs,
-        **figures,
+    }
+
+
+def _json_row(row: SystemRow) -> dict[str, object]:
+    return {
+        **_described(row),
+        **{name: found and found.to_json() for name, found in row.estimates.items()},
         "unresolved_rate": row.unresolved_rate,
         "runs_invalid": len(row.invalid),
         "runs_failed": row.failed,
@@ -95,11 +103,6 @@ def _json_row(row: SystemRow) -> dict[str, object]:
     }
 
 
-def _json_published(name: str) -> dict[str, object]:
-    figures = {key: {"mean": mean, "std": std} for key, (mean, std) in PUBLISHED[name].items()}
-    return {"system": name, **figures}
-
-
 def _as_csv(rows: Sequence[SystemRow]) -> str:
     """Return one line a row, then the paper's rows; a cell is empty where a figure is not applicable."""
     head = ["system", "source", "suite", "manager", "model", "duration_s", "bag_looped", "bag_checksum"]
@@ -109,17 +112,8 @@ def _as_csv(rows: Sequence[SystemRow]) -> str:
     lines: list[dict[str, object]] = []
     for row in rows:
         cells: dict[str, object] = {
-            "system": row.system,
+            **_described(row),
             "source": "ours",
-            "suite": row.suite,
-            "manager": row.manager,
-            "model": row.model,
-            "duration_s": row.flight.duration_s,
-            "bag_looped": json.dumps(row.flight.looped),
-            "bag_checksum": row.flight.bag,
-            "middleware": row.middleware,
-            "version": row.version,
-            "runs": row.runs,
             "runs_invalid": len(row.invalid),
             "runs_failed": row.failed,
             "runs_differing": len(row.differing),

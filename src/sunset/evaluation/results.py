@@ -13,13 +13,7 @@ from msgspec import to_builtins
 
 from sunset.errors import RecordError
 from sunset.metrics import RunMetrics, score
-from sunset.recording import (
-    RUN_FILE,
-    differing_figures,
-    read_run,
-    read_timeline,
-    stored_figures,
-)
+from sunset.recording import RUN_FILE, differing_figures, read_run, read_timeline, stored_figures
 from sunset.system import DURATION_S
 from sunset.workers import Progress
 
@@ -44,6 +38,10 @@ class Flight:
     looped: bool = False
     bag: str = ""
 
+    def to_json(self) -> dict[str, object]:
+        """Return it as JSON values."""
+        return {"duration_s": self.duration_s, "bag_looped": self.looped, "bag_checksum": self.bag}
+
     def label(self, *, bag: bool = False) -> str:
         """Return what a name must say of it: what is unlike the paper's and, if that is asked for, the bag.
 
@@ -62,20 +60,16 @@ class RunRow:
     """One stored run.
 
     Attributes:
-        folder: where its record is.
-        scenario: the scenario's name; where scenarios with one name differ in their faults, with `faults`.
-        suite: the suite that it was flown for; empty for a scenario of one's own.
-        manager: the managing system; where those with one name differ in their files, with `sources`.
-        seed: of the run.
-        model: the segmentation's model, by its name; where models with one name differ, with `setting`.
+        scenario: where scenarios with one name differ in their faults, with `faults`.
+        suite: empty for a scenario of one's own.
+        manager: where managing systems with one name differ in their files, with `sources`.
+        model: where models with one name differ, with `setting`.
         setting: a short checksum of the model's networks and thresholds.
-        flight: how long is measured, and on what.
-        sources: a short checksum of the files that the managing system is written in; empty if nobody knows.
+        sources: a short checksum of the files that the managing system is written in; empty if it is unknown.
         faults: a short checksum of the scenario's faults.
-        middleware: `sim` or `cyclonedds`.
         digest: of the record's messages.
         metrics: the figures by name; None where there is none to take.
-        version: of the package that flew it; empty if nobody knows.
+        version: of the package that it was run with; empty if it is unknown.
         valid: whether the run counts.
         reason: why it does not; empty if it does.
         failed: whether its managing system failed, so that there is no record and no figure.
@@ -129,15 +123,15 @@ def load_results(folder: Path, *, again: bool = False, progress: Progress | None
     rows: dict[tuple[object, ...], RunRow] = {}
     for done, place in enumerate(found, 1):
         row = _read(place, again=again)
-        flown = (row.suite, row.manager, row.sources, row.setting, row.flight, row.middleware, row.version)
+        setup = (row.suite, row.manager, row.sources, row.setting, row.flight, row.middleware, row.version)
         messages = (row.scenario, row.faults, row.seed) if row.failed else (row.digest,)
-        _check_copy(row, rows.setdefault((*flown, *messages), row))
+        _check_copy(row, rows.setdefault((*setup, *messages), row))
         if progress is not None:
             progress(done, len(found))
-    told = list(rows.values())
+    runs = list(rows.values())
     for name, checksum in (("model", "setting"), ("manager", "sources"), ("scenario", "faults")):
-        told = _tell_apart(told, name, checksum)
-    return told
+        runs = _tell_apart(runs, name, checksum)
+    return runs
 
 
 def _check_copy(row: RunRow, known: RunRow) -> None:
@@ -159,14 +153,13 @@ def _tell_apart(rows: Sequence[RunRow], name: str, checksum: str) -> list[RunRow
     found: defaultdict[str, set[str]] = defaultdict(set)
     for row in rows:
         found[getattr(row, name)].add(getattr(row, checksum))
-    several = {one for one, checksums in found.items() if len(checksums) > 1}
 
-    def told(row: RunRow) -> RunRow:
-        one = getattr(row, name)
-        changed: dict[str, Any] = {name: f"{one} {getattr(row, checksum) or 'unknown'}"}
-        return replace(row, **changed) if one in several else row
+    def named(row: RunRow) -> RunRow:
+        value = getattr(row, name)
+        changed: dict[str, Any] = {name: f"{value} {getattr(row, checksum) or 'unknown'}"}
+        return replace(row, **changed) if len(found[value]) > 1 else row
 
-    return [told(row) for row in rows]
+    return [named(row) for row in rows]
 
 
 def recompute(folder: Path) -> Mapping[str, float | None]:

@@ -36,14 +36,10 @@ def render_runs(folder: Path, form: str, *, recompute: bool = False, progress: P
     rows = [run_fields(run, folder) for run in load_results(folder, again=recompute, progress=progress)]
     if form == "json":
         return json.dumps({"runs": rows}, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
-    cells = ([_cell(value) for value in row.values()] for row in rows)
+    cells = (
+        [" ".join(value) if isinstance(value, list) else value for value in row.values()] for row in rows
+    )
     return csv_text([rows[0], *cells])
-
-
-def _cell(value: object) -> object:
-    if isinstance(value, list):
-        return " ".join(value)
-    return json.dumps(value) if isinstance(value, bool) else value
 
 
 def run_fields(run: RunRow, folder: Path) -> dict[str, object]:
@@ -54,9 +50,7 @@ def run_fields(run: RunRow, folder: Path) -> dict[str, object]:
         "manager": run.manager,
         "seed": run.seed,
         "model": run.model,
-        "duration_s": run.flight.duration_s,
-        "bag_looped": run.flight.looped,
-        "bag_checksum": run.flight.bag,
+        **run.flight.to_json(),
         "middleware": run.middleware,
         "version": run.version,
         "valid": run.valid,

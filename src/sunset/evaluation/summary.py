@@ -51,12 +51,7 @@ class SystemRow:
 
     Attributes:
         system: what the row is called.
-        suite: of the scenarios.
-        manager: the managing system.
-        model: the segmentation's model.
-        flight: how long is measured, and on what.
-        middleware: `sim` or `cyclonedds`.
-        version: of the package that flew the runs.
+        version: of the package that the runs were made with.
         runs: how many valid runs there are.
         estimates: figure → estimate over the valid runs; None where it is not applicable.
         episodes: failure episodes of all valid runs together.
@@ -191,12 +186,8 @@ def _row(system: str, group: Sequence[RunRow]) -> SystemRow:
                 for name in FIGURES
             }
         ),
-        episodes=_total(valid, "episodes"),
-        unresolved=_total(valid, "episodes_unresolved"),
+        episodes=sum(int(run.metrics["episodes"] or 0) for run in valid),
+        unresolved=sum(int(run.metrics["episodes_unresolved"] or 0) for run in valid),
         invalid=tuple(run for run in group if not run.valid),
         differing=tuple(run for run in group if run.differing),
     )
-
-
-def _total(runs: Sequence[RunRow], name: str) -> int:
-    return sum(int(run.metrics[name] or 0) for run in runs)

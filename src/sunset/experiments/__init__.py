@@ -3,7 +3,8 @@
 from sunset.experiments.bench import BenchSpec, bench, count_runs, plan, run_folder
 from sunset.experiments.checking import ManagerCheck, check_manager
 from sunset.experiments.manager import manager_checksum
-from sunset.experiments.run import prepare, run
+from sunset.experiments.resources import prepare
+from sunset.experiments.run import run
 from sunset.experiments.spec import DEFAULT_SCENARIO, MIDDLEWARES, RunSpec, Settings, Timing
 
 __all__ = [

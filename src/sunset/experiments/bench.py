@@ -5,7 +5,7 @@ import hashlib
 import json
 import re
 from collections.abc import Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, wait
+from concurrent.futures import as_completed
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -16,8 +16,8 @@ from msgspec.structs import asdict
 from sunset.errors import InvalidInputError, ManagerError, OutputError, RecordError, SunsetError
 from sunset.experiments.files import make_folder, write_text
 from sunset.experiments.manager import manager_checksum
-from sunset.experiments.resources import Resources, close_bags
-from sunset.experiments.run import prepare, record, record_failure, versions
+from sunset.experiments.resources import Resources, close_bags, prepare
+from sunset.experiments.run import record_failure, run, versions
 from sunset.experiments.spec import RunSpec, Settings
 from sunset.managing import MANAGERS, is_registered, split_label
 from sunset.names import base_name
@@ -40,16 +40,16 @@ _LONGEST_SLUG: Final = 100
 class BenchSpec:
     """One campaign.
 
-    Repetition r flies every scenario with seed `seed + r`: all managing systems and all scenarios of one
+    Repetition r runs every scenario with seed `seed + r`: all managing systems and all scenarios of one
     repetition see the same stretch of the flight, so that differences are paired.
     """
 
     suite: str = "paper"
     """A suite's name, or the path of a folder with scenario files."""
     scenarios: tuple[str, ...] = ()
-    """Those of the suite that are flown, named with or without the suite; all if empty."""
+    """Those of the suite that are run, named with or without the suite; all if empty."""
     references: bool = True
-    """Whether the paper's two reference rows are flown too."""
+    """Whether the paper's two reference rows are run too."""
     managers: tuple[str, ...] = ("none", "baseline")
     repetitions: int = 3
     seed: int = 1
@@ -82,24 +82,19 @@ def plan(spec: BenchSpec) -> tuple[RunSpec, ...]:
     """
     groups = [(name, "none") for name in REFERENCE_SUITES] if spec.references else []
     groups += [(spec.suite, manager) for manager in spec.managers]
-    flown = {name: suite(name) for name in REFERENCE_SUITES} | {spec.suite: _chosen(spec)}
+    scenarios = {name: suite(name) for name in REFERENCE_SUITES} | {spec.suite: _chosen(spec)}
     runs = (
-        RunSpec(
-            scenario=scenario,
-            manager=manager,
-            seed=spec.seed + repetition,
-            settings=spec.settings,
-        )
+        RunSpec(scenario=scenario, manager=manager, seed=spec.seed + repetition, settings=spec.settings)
         # a repetition at a time: runs that share their frames are neighbours, for the inference cache
         for repetition in range(spec.repetitions)
         for name, manager in groups
-        for scenario in flown[name]
+        for scenario in scenarios[name]
     )
-    return tuple({run_folder(Path(), one): one for one in runs}.values())  # each is flown once
+    return tuple({run_folder(Path(), one): one for one in runs}.values())  # each is run once
 
 
 def _chosen(spec: BenchSpec) -> tuple[Scenario, ...]:
-    """Return the scenarios of the suite that are flown, in its order."""
+    """Return the scenarios of the suite that are run, in its order."""
     every = {base_name(scenario.name): scenario for scenario in load_suite(spec.suite)}
     wanted = {name.removeprefix(f"{spec.suite}/") for name in spec.scenarios}
     for name in sorted(wanted - every.keys()):
@@ -126,7 +121,7 @@ def run_folder(out: Path, spec: RunSpec) -> Path:
 
 
 def bench(spec: BenchSpec, out: Path, *, jobs: int | None = None, progress: Progress | None = None) -> int:
-    """Fly a campaign; runs that `out` holds already are not repeated.
+    """Run a campaign; runs that `out` holds already are not repeated.
 
     Every run is written to a temporary folder and renamed when it is complete, so that nothing that was
     finished is lost, whatever ends this process, and an interrupted campaign is continued by the same call.
@@ -140,27 +135,28 @@ def bench(spec: BenchSpec, out: Path, *, jobs: int | None = None, progress: Prog
         progress: called with (runs that are done, runs in all), first with those that an earlier call had done.
 
     Returns:
-        How many runs were flown by this call.
+        How many runs this call has done.
 
     Raises:
         InvalidInputError: `out` holds another campaign, or a scenario, model or bag is not usable.
         ManagerError: a managing system cannot be loaded or failed.
-        OutputError: `out` cannot be written, or another process flies its campaign.
+        OutputError: `out` cannot be written, or another process runs its campaign.
     """
     check_jobs(jobs)
     runs = plan(spec)
     # rendering a flight and loading a model are done once, before the workers need them
-    described = describe(spec, prepare(runs[0]))
+    described = _describe(spec, runs, prepare(runs[0]))
+    checksums = described.manager_checksums
     with _alone(out):
         _claim(out, described)
-        todo = [one for one in runs if not (run_folder(out, one) / RUN_FILE).is_file()]
+        places = [(one, run_folder(out, one), checksums.get(one.manager_name)) for one in runs]
+        todo = [place for place in places if not (place[1] / RUN_FILE).is_file()]
         done = len(runs) - len(todo)
         if progress is not None:
             progress(done, len(runs))
         if todo:
-            checksums = described.manager_checksums
-            flights = [(one, run_folder(out, one), checksums.get(one.manager_name)) for one in todo]
-            for count in _run_all(flights, min(jobs or _jobs(spec), len(todo))):
+            jobs = jobs or (1 if spec.settings.live else processors())
+            for count in _run_all(todo, min(jobs, len(todo))):
                 if progress is not None:
                     progress(done + count, len(runs))
     return len(todo)
@@ -168,7 +164,7 @@ def bench(spec: BenchSpec, out: Path, *, jobs: int | None = None, progress: Prog
 
 @contextmanager
 def _alone(out: Path) -> Iterator[None]:
-    """Make a campaign's folder, if there is none, and keep other processes from flying in it."""
+    """Make a campaign's folder, if there is none, and keep other processes from running one in it."""
     import fcntl  # noqa: PLC0415  not on every system
 
     make_folder(out)
@@ -180,59 +176,39 @@ def _alone(out: Path) -> Iterator[None]:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError as error:
             raise OutputError(
-                f"The campaign in {out} is being flown by another process: wait for its end, or name another folder."
+                f"The campaign in {out} is being run by another process: wait for its end, or name another folder."
             ) from error
         yield
 
 
-def _jobs(spec: BenchSpec) -> int:
-    return processors() if spec.settings.middleware == "sim" else 1
+def _run_all(todo: Sequence[tuple[RunSpec, Path, str | None]], jobs: int) -> Iterator[int]:
+    """Do all runs, each into its folder, with the managing system's checksum; yield how many are finished, after each.
 
-
-def _run_all(flights: Sequence[tuple[RunSpec, Path, str | None]], jobs: int) -> Iterator[int]:
-    """Fly all runs, each into its folder, with the managing system's checksum; yield how many are finished, after each.
-
-    Simulated ones are flown by other processes, as many at a time as there are jobs.
+    Simulated ones are done by other processes, as many at a time as there are jobs.
     """
-    if flights[0][0].settings.live and jobs == 1:
-        for count, flight in enumerate(flights, 1):
-            _fly(*flight)
+    if todo[0][0].settings.live and jobs == 1:
+        for count, one in enumerate(todo, 1):
+            _run(*one)
             yield count
         return
-    waiting = iter(flights)
-    pending: set[Future[None]] = set()
-    finished = 0
-    forked = any(is_registered(spec.manager) for spec, _, _ in flights)
+    forked = any(is_registered(spec.manager) for spec, _, _ in todo)
     if forked:
         close_bags()
     with worker_pool(jobs, forked=forked) as pool:
-        while True:
-            for one in waiting:
-                pending.add(pool.submit(_fly, *one))
-                if len(pending) >= 2 * jobs:
-                    break
-            if not pending:
-                return
-            complete, pending = wait(pending, return_when=FIRST_COMPLETED)
-            for future in complete:
-                future.result()
-                finished += 1
-                yield finished
+        futures = [pool.submit(_run, *one) for one in todo]
+        for count, future in enumerate(as_completed(futures), 1):
+            future.result()
+            yield count
 
 
-def _fly(spec: RunSpec, folder: Path, known: str | None) -> None:
-    """Fly one run of a campaign; one whose managing system fails is recorded as such.
-
-    Args:
-        spec: the run.
-        folder: its folder.
-        known: the checksum of the managing system's files when the campaign was begun.
+def _run(spec: RunSpec, folder: Path, known: str | None) -> None:
+    """Do one run of a campaign; one whose managing system fails is recorded as such.
 
     Raises:
         SunsetError: the run failed, and no managing system of the user's can be the reason.
     """
     try:
-        record(spec, folder, known=known)
+        run(spec, folder, known=known)
     except SunsetError as error:
         if spec.manager in MANAGERS or (spec.settings.live and not isinstance(error, ManagerError)):
             raise
@@ -275,13 +251,8 @@ def _flat(plan: CampaignPlan) -> dict[str, object]:
     return flat
 
 
-def describe(spec: BenchSpec, resources: Resources) -> CampaignPlan:
-    """Return a campaign's plan as it is stored: whatever its results may depend on, by name and by content.
-
-    Raises:
-        ManagerError: a managing system cannot be loaded.
-    """
-    runs = plan(spec)
+def _describe(spec: BenchSpec, runs: Sequence[RunSpec], resources: Resources) -> CampaignPlan:
+    """Return a campaign's plan as it is stored: whatever its results may depend on, by name and by content."""
     return CampaignPlan(
         plan_version=PLAN_VERSION,
         suite=spec.suite,

@@ -1,18 +1,19 @@
-"""Whether a managing system loads, flies, keeps the rules and is deterministic."""
+"""Whether a managing system loads, runs, keeps the rules and is deterministic."""
 
 import os
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
 from sunset.experiments.manager import manager_checksum
-from sunset.experiments.run import prepare, run
+from sunset.experiments.resources import prepare
+from sunset.experiments.run import run
 from sunset.experiments.spec import RunSpec
 from sunset.managing import is_registered
-from sunset.workers import worker_pool
+from sunset.workers import Progress, worker_pool
 
 _HASH_SEED: Final = "PYTHONHASHSEED"
 
@@ -50,52 +51,47 @@ class ManagerCheck:
         return "\n".join(
             (
                 f"loads            yes: {self.manager}",
-                f"flies            yes: {self.adaptations} adaptations in {self.scenario}",
+                f"runs             yes: {self.adaptations} adaptations in {self.scenario}",
                 f"keeps the rules  {f'no: {self.reason}' if self.reason else 'yes'}",
                 f"deterministic    {same}{where}",
             )
         )
 
 
-def check_manager(spec: RunSpec, *, progress: Callable[[int, int], None] | None = None) -> ManagerCheck:
-    """Fly twice with one seed, in interpreters in which sets of texts have different orders, and compare.
-
-    Args:
-        spec: the managing system, and what it is run in.
-        progress: called with (runs that are done, runs in all).
+def check_manager(spec: RunSpec, *, progress: Progress | None = None) -> ManagerCheck:
+    """Run it twice with one seed, in interpreters in which sets of texts have different orders, and compare.
 
     Raises:
         SunsetError: as `run`.
     """
-    manager_checksum(
-        spec.manager, limit_s=spec.settings.manager_limit_s
-    )  # what is wrong with it is said at once
+    # what is wrong with it is said at once
+    manager_checksum(spec.manager, limit_s=spec.settings.manager_limit_s)
     prepare(spec)
-    flown = []
+    results = []
     with tempfile.TemporaryDirectory(prefix="sunset-") as folder:
         for number in (1, 2):
             if progress is not None:
                 progress(number - 1, 2)
-            flown.append(_flown(spec, Path(folder) / f"{number}", hash_seed=f"{number}", log=number == 1))
+            results.append(_run(spec, Path(folder) / f"{number}", hash_seed=f"{number}", log=number == 1))
         if progress is not None:
             progress(2, 2)
-    (adaptations, _, reason), _ = flown
+    (adaptations, _, reason), _ = results
     return ManagerCheck(
         manager=spec.manager_name,
         scenario=spec.scenario.name,
         adaptations=adaptations,
         reason=reason,
-        deterministic=flown[0] == flown[1],
+        deterministic=results[0] == results[1],
         sets_reordered=not is_registered(spec.manager),
     )
 
 
-def _flown(spec: RunSpec, folder: Path, *, hash_seed: str, log: bool) -> tuple[int, str, str]:
-    """Fly with an interpreter in which sets of texts have an order of its own; return what is judged."""
+def _run(spec: RunSpec, folder: Path, *, hash_seed: str, log: bool) -> tuple[int, str, str]:
+    """Run it with an interpreter in which sets of texts have an order of their own; return what is judged."""
     if is_registered(spec.manager):
-        return _fly(spec, folder, log=log)
+        return _judged(spec, folder, log=log)
     with _hash_seed(hash_seed), worker_pool(1) as pool:
-        return pool.submit(_fly, spec, folder, log=log).result()
+        return pool.submit(_judged, spec, folder, log=log).result()
 
 
 @contextmanager
@@ -110,7 +106,7 @@ def _hash_seed(value: str) -> Iterator[None]:
             os.environ[_HASH_SEED] = own
 
 
-def _fly(spec: RunSpec, folder: Path, *, log: bool) -> tuple[int, str, str]:
+def _judged(spec: RunSpec, folder: Path, *, log: bool) -> tuple[int, str, str]:
     """Return how many adaptations there were, the record's digest, and why the run does not count, if so."""
     result = run(spec, folder, log=log)
     return result.metrics.adaptations, result.digest, result.reason

@@ -2,7 +2,7 @@
 
 import os
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass
 from functools import partial
@@ -31,10 +31,6 @@ _TURN_S: Final = 0.2
 _STEP_NS: Final = 10_000_000
 
 
-def drop_line(node: str, line: str) -> None:
-    """Do nothing with what a node prints."""
-
-
 @dataclass(frozen=True)
 class LiveClock:
     """What `/clock` shows.
@@ -59,8 +55,6 @@ class LiveSystem:
     is a `KeyboardInterrupt` in `spin_until`, or at the end of the context.
 
     Args:
-        spec: what is run.
-        resources: what it is run with.
         domain_id: the domain of DDS; ROS_DOMAIN_ID, else 0, if None.
         network: whether to be heard beyond this computer.
         distro: the ROS 2 distribution of other nodes; None to find out.
@@ -70,10 +64,7 @@ class LiveSystem:
         on_line: called, on other threads, with a node and a line that it printed.
 
     Attributes:
-        domain_id: the domain.
-        processes: the nodes' processes.
         context: this process, whose nodes' callbacks run in `spin_until`.
-        executor: runs them.
 
     Raises:
         MissingExtraError: the extra `live` is not installed.
@@ -89,9 +80,9 @@ class LiveSystem:
         *,
         network: bool = False,
         distro: str | None = None,
-        clock: "LiveClock | None" = None,
+        clock: LiveClock | None = None,
         loop: bool = False,
-        on_line: Callable[[str, str], None] = drop_line,
+        on_line: Callable[[str, str], object] = lambda _node, _line: None,
     ) -> None:
         live = live_middleware(spec.settings.middleware)
         if os.environ.get("ROS_AUTOMATIC_DISCOVERY_RANGE", "").strip() == "OFF":
@@ -109,7 +100,7 @@ class LiveSystem:
             self.domain_id = middleware.domain_id
             self._middleware: Middleware = middleware
             stack.enter_context(live.sole_system(self.domain_id))
-            parameters = _by_full_name(self._parameters(resources, loop=loop))
+            parameters = self._parameters(resources)
             stack.enter_context(deployment(self.domain_id, parameters, spec.scenario.to_yaml()))
             self.context = Context()
             words = ["--ros-args", "-p", "use_sim_time:=true", "-p", "launcher:use_sim_time:=false"]
@@ -119,9 +110,8 @@ class LiveSystem:
             specs = {name: spec_of(node=name) for name in names}
             if spec.manager != EXTERNAL:
                 specs[MANAGER_PROCESS] = spec_of(node=MANAGER, manager=spec.manager)
-            self.processes = stack.enter_context(
-                NodeProcesses(specs, {"ROS_DOMAIN_ID": str(self.domain_id)}, on_line)
-            )
+            self.processes = NodeProcesses(specs, {"ROS_DOMAIN_ID": str(self.domain_id)}, on_line)
+            stack.callback(self.processes.close)
             self.executor = SingleThreadedExecutor(context=self.context)
             self._launcher = Launcher(self.processes, self._managed, context=self.context)
             self.executor.add_node(self._launcher)
@@ -143,28 +133,29 @@ class LiveSystem:
     def _is_heard(self, node: str) -> bool:
         return any(name == node for name, _ in self._middleware.nodes())
 
-    def _parameters(self, resources: Resources, *, loop: bool) -> dict[str, Parameters]:
-        """Return node → parameter → value; under the empty name those of all nodes."""
-        spec, card = self._spec, resources.model.card
+    def _parameters(self, resources: Resources) -> dict[str, Parameters]:
+        """Return pattern of full node names → parameter → value; that of all nodes comes first."""
+        spec, managed = self._spec, current_system().nodes
         parameters = node_parameters(spec, resources)
         height, width = resources.bag.size
-        played: Parameters = {
+        parameters["bag_player"] |= {
             "bag": str(resources.bag.path.absolute()),
             "width": width,
             "height": height,
             "speed": self._clock.speed,
             "origin_ns": self._clock.origin_ns,
-            "loop": loop or spec.settings.loop,
             "use_sim_time": False,  # it is what gives the time
         }
-        parameters["bag_player"] |= played | ({"start_frame": 0, "frames": 0} if loop else {})
-        parameters["segmentation"] |= {
-            "model": _absolute(spec.settings.model),
-            "device": resources.segmenter.device,
-        }
+        if self._lasts:
+            parameters["bag_player"] |= {"loop": True, "start_frame": 0, "frames": 0}
+        model = _absolute(spec.settings.model)
+        parameters["segmentation"] |= {"model": model, "device": resources.segmenter.device}
         parameters[EXECUTOR] = {"scenario": str(deployed_scenario(self.domain_id))}
-        parameters[""] = {"use_sim_time": True, "entropy_threshold": card.entropy_threshold}
-        return parameters
+        threshold = resources.model.card.entropy_threshold
+        of_all: Parameters = {"use_sim_time": True, "entropy_threshold": threshold}
+        return {"/**": of_all} | {
+            full_name(node) if node in managed else f"/{node}": values for node, values in parameters.items()
+        }
 
     def spin_until(self, predicate: Callable[[], bool], timeout_s: float) -> bool:
         """Run callbacks of this process, and take care of the others, until a predicate holds.
@@ -215,7 +206,7 @@ class LiveSystem:
             raise ManagerError(f"The process of the managing system {self._spec.manager} {end}.")
 
     def is_disturbed(self) -> bool:
-        """Return whether the process of a managed node has ended or is stopped, and nobody has redeployed it."""
+        """Return whether the process of a managed node has ended or is stopped, and was not redeployed."""
         return any(
             not self.processes.is_running(node) or self.processes.is_stopped(node) for node in self._managed
         )
@@ -224,14 +215,3 @@ class LiveSystem:
 def _absolute(model: str) -> str:
     """Return a model's name, or its folder so that it can be found from anywhere."""
     return str(Path(model).absolute()) if os.sep in model or Path(model).is_dir() else model
-
-
-def _by_full_name(parameters: Mapping[str, Parameters]) -> dict[str, Parameters]:
-    """Return the patterns of full node names for parameters by short names; those of all nodes come first."""
-    managed = current_system().nodes
-    named = {
-        full_name(node) if node in managed else f"/{node}": values
-        for node, values in parameters.items()
-        if node
-    }
-    return {"/**": parameters[""], **named}

@@ -30,7 +30,7 @@ def manager_factory(
             raise
         except BaseException as error:
             raise ManagerError(
-                f"The managing system {spec.manager} cannot be made: it raised "
+                f"The managing system {spec.manager} could not be constructed: it raised "
                 f"{_described(error)}{_place(made, error)}."
             ) from error
         check_name(name, spec.manager)
@@ -86,13 +86,7 @@ def isolate(manager: str, what: str, function: Callable[[Watch], Any], *, limit_
 
 
 def _death_error(manager: str, what: str, death: ProcessDeath) -> SunsetError:
-    """Return what a user is told when the process of a managing system ended.
-
-    Args:
-        manager: the managing system's name, as of `load_manager`.
-        what: what it did not do.
-        death: how the process ended.
-    """
+    """Return what a user is told when the process of a managing system ended; as `isolate`."""
     if manager in MANAGERS:
         return SunsetError(
             f"The process of the run {death.reason}: it was killed, for instance for want of memory; what was finished "
@@ -120,13 +114,13 @@ def check_name(name: str, given: str) -> None:
         )
 
 
-def absent(
+def bring_up_timeout_error(
     spec: RunSpec, limit_s: float, missing: Mapping[str, str], commands: int, *, disturbed: bool = False
 ) -> SunsetError:
     """Return what a user is told when nodes are not all active in time.
 
     Args:
-        spec: what was to be flown.
+        spec: the run.
         limit_s: how long was waited, in seconds.
         missing: node → its state, of those that are not as they should be.
         commands: how many requests of the managing system they had meanwhile.
@@ -145,11 +139,7 @@ def absent(
 
 
 def check_injection(problem: str, observer: Observer) -> None:
-    """Hold it against the managing system that faults could not be injected, if it has asked the system for anything.
-
-    Args:
-        problem: why they could not; empty where they could.
-        observer: has seen the managing system.
+    """Hold a problem of the injection, if there is one, against a managing system that has requested anything.
 
     Raises:
         ScenarioError: they could not, and the managing system has done nothing.
@@ -160,7 +150,7 @@ def check_injection(problem: str, observer: Observer) -> None:
         observer.violations[f"{problem} (requests of the managing system: {observer.commands})"] = None
 
 
-def failure(spec: RunSpec, manager: ManagingSystem, error: BaseException) -> ManagerError:
+def manager_error(spec: RunSpec, manager: ManagingSystem, error: BaseException) -> ManagerError:
     """Return what a user is told when a callback of the managing system raised."""
     cause = error.__cause__ if isinstance(error, CallbackError) and error.__cause__ else error
     return ManagerError(

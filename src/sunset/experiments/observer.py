@@ -3,7 +3,6 @@
 It listens at the middleware, not at any node: what a managing system says of itself has no weight.
 """
 
-from types import MappingProxyType
 from typing import Final, Protocol
 
 from sunset.interfaces import Message
@@ -23,6 +22,8 @@ from sunset.names import base_name, ros_text
 from sunset.rmw.core.port import EndpointKind, RequestId
 from sunset.rmw.core.tap import Tap
 from sunset.ros.exceptions import InvalidParameterTypeException
+from sunset.ros.lifecycle import TransitionCallbackReturn
+from sunset.ros.lifecycle._state_machine import TRANSITIONS
 from sunset.ros.parameter import parameter_value_to_python
 from sunset.system import (
     HARNESS,
@@ -51,29 +52,15 @@ _PARAMETER_EVENTS: Final = "/parameter_events"
 _USE_SIM_TIME: Final = "use_sim_time"
 """The parameter that chooses a node's clock: where that jumps, a redeployed node need not boot."""
 
-_TRANSITIONS: Final = MappingProxyType(
-    {
-        1: "configure",
-        2: "cleanup",
-        3: "activate",
-        4: "deactivate",
-        5: "shutdown",
-        6: "shutdown",
-        7: "shutdown",
-    }
-)
-"""Transition id → label, of lifecycle_msgs/msg/Transition."""
-
-_OUTCOMES: Final = MappingProxyType(
-    {
-        10: ("configure", 2),
-        11: ("cleanup", 1),
-        12: ("shutdown", 4),
-        13: ("activate", 3),
-        14: ("deactivate", 2),
-    }
-)
-"""Id of a state that a node is in during a transition → the transition, and the state after it if it succeeds."""
+_OUTCOMES: Final = {outcome.to_label() for outcome in TransitionCallbackReturn}
+_REQUESTS: Final = [step for step in TRANSITIONS if step.label not in _OUTCOMES]
+_LABELS: Final = {step.id: step.label for step in _REQUESTS}
+_DURING: Final = {step.goal: step.label for step in _REQUESTS}
+"""Id of the state that a node is in during a transition → the transition's label."""
+_AFTER: Final = {
+    step.start: step.goal for step in TRANSITIONS if step.label == TransitionCallbackReturn.SUCCESS.to_label()
+}
+"""Id of the state that a node is in during a transition → that of the state after it, if it succeeds."""
 
 
 class Sink(Protocol):
@@ -107,39 +94,32 @@ class Observer(Tap):
             if command.node == node and command.kind != "redeploy":  # which the launcher answers
                 command.reason = command.reason or "the node ended"  # what the new one does is no evidence
         if process == MANAGER_PROCESS and node in self._system.all_nodes:
-            self.violations[f"the managing system has a node {node}, which is a name of the system's"] = None
+            self._note(f"the managing system has a node {node}, which is a name of the system's")
 
     def on_endpoint(self, node: str, kind: EndpointKind, name: str) -> None:
         """Note who goes past a sensor, is fed by others, listens to the truth, or answers for the system."""
+        subscribes = kind is EndpointKind.SUBSCRIPTION
         readers = self._system.sensors.get(name, {node})
-        if kind is EndpointKind.SUBSCRIPTION and node not in {*readers, "/monitor"}:
-            self.violations[
-                f"{node} subscribes to {name}, which only {' and '.join(sorted(readers))} may"
-            ] = None
-        elif (
-            kind is EndpointKind.SUBSCRIPTION
-            and node in self._system.managed_nodes
-            and not self._may_feed(name)
-        ):
-            self.violations[f"{node} subscribes to {name}, on which the managed system does not publish"] = (
-                None
-            )
+        if subscribes and node not in {*readers, "/monitor"}:
+            self._note(f"{node} subscribes to {name}, which only {' and '.join(sorted(readers))} may")
+        elif subscribes and node in self._system.managed_nodes and not self._may_feed(name):
+            self._note(f"{node} subscribes to {name}, on which the managed system does not publish")
         if node in self._system.all_nodes:
             return
-        if kind is EndpointKind.SUBSCRIPTION and name in OFF_LIMITS_TOPICS:
-            self.violations[f"{node} subscribes to {name}, which carries the truth"] = None
+        if subscribes and name in OFF_LIMITS_TOPICS:
+            self._note(f"{node} subscribes to {name}, which carries the truth")
         if kind is EndpointKind.SERVICE and name.startswith(self._own_services):
-            self.violations[f"{node} offers {name}, which belongs to the system"] = None
+            self._note(f"{node} offers {name}, which belongs to the system")
 
     def on_message(self, time_ns: int, topic: str, node: str, message: Message) -> None:
         """Record a message that leaves its publisher, unless it is forged."""
         of_another = isinstance(message, ParameterEvent) and message.node != node
         if topic == _PARAMETER_EVENTS and of_another:
-            self.violations[f"{node} publishes on {topic} in the name of another node"] = None
+            self._note(f"{node} publishes on {topic} in the name of another node")
         elif node not in self._system.all_nodes and (
             topic in self._system.own_topics or topic.startswith(_OWN_PREFIXES)
         ):
-            self.violations[f"{node} publishes on {topic}, which belongs to the experiment"] = None
+            self._note(f"{node} publishes on {topic}, which belongs to the experiment")
         else:
             self._sink.write(topic, time_ns, message)
             if isinstance(message, TransitionEvent) and topic == f"{node}/transition_event":
@@ -154,7 +134,7 @@ class Observer(Tap):
         ):
             return
         if server in _OFF_LIMITS_SERVERS and client not in self._system.all_nodes:
-            self.violations[f"{client} calls {service}, which belongs to the experiment"] = None
+            self._note(f"{client} calls {service}, which belongs to the experiment")
         if server not in self._system.managed_nodes and server != "/launcher":
             return
         command = _command_of(server, request)
@@ -186,6 +166,9 @@ class Observer(Tap):
             self._write(time_ns, command)
         self._pending.clear()
 
+    def _note(self, violation: str) -> None:
+        self.violations[violation] = None
+
     def _write(self, time_ns: int, command: Command) -> None:
         if command.client not in INFRASTRUCTURE:
             self._sink.write(COMMANDS_TOPIC, time_ns, command)
@@ -195,15 +178,15 @@ class Observer(Tap):
 
         Where the experiment itself has asked for it too, it is the experiment's.
         """
-        kind, goal = _OUTCOMES.get(event.start_state.id, ("", 0))
+        during = event.start_state.id
         asked = [
             command
             for command in self._pending.values()
-            if (command.node, command.kind, command.reason) == (node, kind, "")
+            if (command.node, command.kind, command.reason) == (node, _DURING.get(during), "")
         ]
         if asked:
             command = min(asked, key=lambda command: command.client not in INFRASTRUCTURE)
-            command.successful = event.goal_state.id == goal
+            command.successful = event.goal_state.id == _AFTER[during]
             command.reason = "not answered"
 
     def _may_feed(self, topic: str) -> bool:
@@ -221,9 +204,9 @@ class Observer(Tap):
             return
         for name in names:
             if (server, name) in self._system.fault_parameters:
-                self.violations[f"{client} {verb} the fault parameter {name} of {server}"] = None
+                self._note(f"{client} {verb} the fault parameter {name} of {server}")
             elif name == _USE_SIM_TIME and verb == "sets":
-                self.violations[f"{client} sets {name} of {server}, which belongs to the experiment"] = None
+                self._note(f"{client} sets {name} of {server}, which belongs to the experiment")
 
 
 def _command_of(server: str, request: Message) -> Command | None:
@@ -235,7 +218,7 @@ def _command_of(server: str, request: Message) -> Command | None:
             values=[_text(parameter.value) for parameter in request.parameters],
         )
     if isinstance(request, ChangeState.Request):
-        label = request.transition.label or _TRANSITIONS.get(request.transition.id, "unknown")
+        label = request.transition.label or _LABELS.get(request.transition.id, "unknown")
         return Command(node=server, kind=label)
     if isinstance(request, Redeploy.Request):
         return Command(node=full_name(base_name(request.node)), kind="redeploy")
@@ -257,9 +240,8 @@ def _outcome(response: Message) -> tuple[bool, str]:
 
 def _keep_accepted(command: Command, response: SetParameters.Response) -> None:
     """Leave only those parameters in a command that the node has accepted."""
-    triples = zip(
-        command.parameters, command.values, response.results, strict=False
-    )  # a foreign node may answer less
+    # a foreign node may answer less
+    triples = zip(command.parameters, command.values, response.results, strict=False)
     kept = [(name, value) for name, value, result in triples if result.successful]
     command.parameters, command.values = [name for name, _ in kept], [value for _, value in kept]
 
@@ -270,6 +252,4 @@ def _text(message: ParameterValue) -> str:
         value = parameter_value_to_python(message)
     except InvalidParameterTypeException:  # the node refuses it too; here it is only described
         value = None
-    if value is None:
-        return "unset"
-    return shorten(ros_text(value))
+    return "unset" if value is None else shorten(ros_text(value))

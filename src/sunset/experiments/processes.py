@@ -11,8 +11,7 @@ from collections.abc import Callable, Collection, Mapping
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
-from types import TracebackType
-from typing import IO, Final, Self
+from typing import IO, Final
 
 from sunset.forks import ONE_THREAD, UNSEEN, ForkedProcess, fork_server
 from sunset.harness.node_process import NodeSpec
@@ -35,9 +34,9 @@ _Process = subprocess.Popen[str] | ForkedProcess
 class NodeProcesses:
     """Runs nodes, one process each; a `ProcessHost`.
 
-    Whatever ends this process ends them too: each holds the other end of a pipe. As a context manager it ends
-    them when the context does. With a node ends what it has started. Where the system can, nodes are forked from a
-    process that has imported already what they need, so that a new one is there at once.
+    Whatever ends this process ends them too: each holds the other end of a pipe. With a node ends what it has started.
+    Where the system can, nodes are forked from a process that has imported already what they need, so that a new one is
+    there at once.
 
     Args:
         specs: process → the node that it runs.
@@ -49,7 +48,7 @@ class NodeProcesses:
         self,
         specs: Mapping[str, NodeSpec],
         environment: Mapping[str, str],
-        on_line: Callable[[str, str], None],
+        on_line: Callable[[str, str], object],
     ) -> None:
         self._specs = {name: replace(spec, ends_with_stdin=True) for name, spec in specs.items()}
         self._environment = dict(environment)
@@ -62,14 +61,6 @@ class NodeProcesses:
         self._lines: dict[str, deque[str]] = {}
         self._readers: dict[str, threading.Thread] = {}
         self._handlers: list[Callable[[str], None]] = []
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
     def start(self, node: str) -> None:
         """Start a new process for `node`."""

@@ -1,7 +1,7 @@
 """What a run needs besides its specification: the model, the bag, the cache of inferences."""
 
 import hashlib
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cache, lru_cache
 from pathlib import Path
@@ -12,6 +12,7 @@ from sunset.experiments.spec import RunSpec
 from sunset.input_files import file_digest
 from sunset.managing import MANAGERS
 from sunset.perception import InferenceCache, Modality, Model, Segmenter, load_model
+from sunset.workers import Progress
 
 
 @dataclass(frozen=True)
@@ -31,7 +32,7 @@ class Resources:
     bag_checksum: str
 
 
-def find_resources(spec: RunSpec, *, progress: Callable[[int, int], None] | None = None) -> Resources:
+def prepare(spec: RunSpec, *, progress: Progress | None = None) -> Resources:
     """Load the model, open the bag, and render the default flight if it is needed and not there.
 
     Every network is run on a frame, unless the cache knows what it answers.
@@ -50,7 +51,7 @@ def find_resources(spec: RunSpec, *, progress: Callable[[int, int], None] | None
     model = load_model(spec.settings.model)
     if missing := missing_networks(model):
         raise ModelError(
-            f"The model {model.card.name!r} cannot fly without {missing}, since the sensor fusion switches "
+            f"The model {model.card.name!r} lacks {missing}, which a run needs, since the sensor fusion switches "
             f"between {_words(list(Modality))}: train or import a model with all three networks."
         )
     if model.card.sharpness_threshold <= 0:
@@ -77,26 +78,22 @@ def find_resources(spec: RunSpec, *, progress: Callable[[int, int], None] | None
     return Resources(model, segmenter, bag, checksum)
 
 
-def own_cache(resources: Resources, spec: RunSpec, flown: str) -> Resources:
+def own_cache(resources: Resources, spec: RunSpec, checksum: str) -> Resources:
     """Return what a run of a managing system is made with, such that it leaves nothing that others look up.
 
     Those that come with SUNSET write answers of networks where all runs find them. One of the user's, which may do
     anything to the process that it shares with the networks, reads there too, but writes into a file of its own.
-
-    Args:
-        resources: what was found.
-        spec: what is run.
-        flown: the checksum of the managing system's files.
+    `checksum` is that of its files.
     """
     if not spec.settings.cache or spec.manager in MANAGERS:
         return resources
     folder = cache_folder()
-    cache = InferenceCache(folder / f"inference-{flown[:16]}.sqlite", base=_inference_cache(folder))
+    cache = InferenceCache(folder / f"inference-{checksum[:16]}.sqlite", base=_inference_cache(folder))
     return replace(resources, segmenter=Segmenter(resources.model, device=spec.settings.device, cache=cache))
 
 
 def missing_networks(model: Model) -> str:
-    """Return which networks a model would need to fly and has not, in words; empty if it has all three."""
+    """Return which networks a run needs and a model has not, in words; empty if it has all three."""
     return _words([modality for modality in Modality if modality not in model.card.networks])
 
 
@@ -108,7 +105,7 @@ def _words(modalities: Sequence[Modality]) -> str:
 _found_flights: dict[Path, Path] = {}
 
 
-def _default_flight(progress: Callable[[int, int], None] | None) -> Path:
+def _default_flight(progress: Progress | None) -> Path:
     """Return the default flight, rendered and verified once a process and cache folder, as long as it is there."""
     folder = cache_folder()
     if folder not in _found_flights or not _found_flights[folder].exists():
@@ -130,15 +127,8 @@ def _reader(path: Path, size: tuple[int, int]) -> tuple[BagReader, str]:
 def _opened(
     path: Path, size: tuple[int, int], state: tuple[tuple[Path, int, int], ...]
 ) -> tuple[BagReader, str]:
-    return read_bag(path, size=size), _checksum([file for file, _, _ in state])
-
-
-def _checksum(files: Sequence[Path]) -> str:
-    """Return the SHA-256 of some files, one behind the other."""
-    digest = hashlib.sha256()
-    for path in files:
-        digest.update(bytes.fromhex(file_digest(path)))
-    return digest.hexdigest()
+    digests = b"".join(bytes.fromhex(file_digest(file)) for file, _, _ in state)
+    return read_bag(path, size=size), hashlib.sha256(digests).hexdigest()
 
 
 def close_bags() -> None:

@@ -1,7 +1,7 @@
 """One experiment: from its specification to its record and its metrics."""
 
 import platform
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
@@ -9,43 +9,37 @@ from importlib.metadata import version
 from pathlib import Path
 
 import onnxruntime
-from msgspec import UNSET, UnsetType
+from msgspec import UNSET
+from msgspec.structs import replace
 
 from sunset import __version__
 from sunset.errors import ManagerError
 from sunset.experiments.manager import isolate, manager_checksum
 from sunset.experiments.observer import Observer
-from sunset.experiments.resources import Resources, find_resources, own_cache
-from sunset.experiments.simulated import fly
+from sunset.experiments.resources import Resources, own_cache, prepare
+from sunset.experiments.simulated import run_simulated
 from sunset.experiments.spec import RunSpec
 from sunset.isolation import Watch
 from sunset.managing import checksum, load_manager, manager_sources
 from sunset.metrics import RunMetrics, Timeline, score
-from sunset.perception import ModelCard
-from sunset.recording import RecordWriter, RunRecord, StoredFault, StoredRun, log_of, timeline, told_topics
+from sunset.recording import RecordWriter, RunRecord, StoredFault, StoredRun, log_of, told_topics
+from sunset.recording.reader import timeline_of
 from sunset.rmw.backends import live_middleware
 from sunset.system import current_system
 
 
-def prepare(spec: RunSpec, *, progress: Callable[[int, int], None] | None = None) -> Resources:
-    """Load, check and return everything that the run needs; render the default flight if it is not there.
+def run(spec: RunSpec, folder: Path, *, log: bool = False, known: str | None = None) -> StoredRun:
+    """Run one experiment, write its record to a new folder, and score it.
 
-    Raises:
-        SunsetError: as `run`.
-    """
-    return find_resources(spec, progress=progress)
-
-
-def run(spec: RunSpec, folder: Path, *, log: bool = False) -> StoredRun:
-    """Fly one experiment, write its record to a new folder, and score it.
-
-    The folder appears when the run is complete, under its final name; what is measured is read from the
-    recorded messages and from nothing else.
+    The folder appears when the run is complete, under its final name. A simulated experiment takes place in a process
+    of its own, since the managing system is part of it; what is measured is computed here, from the recorded messages
+    and from nothing else.
 
     Args:
-        spec: what is flown.
+        spec: what is run.
         folder: the record's folder, which must not exist, or be empty.
         log: whether what the managing system logs goes to stderr as well as to the record.
+        known: the checksum that the managing system's files must have; None for any.
 
     Raises:
         ManagerError: the managing system could not be loaded, raised, did not return, ended its process, or was
@@ -54,33 +48,27 @@ def run(spec: RunSpec, folder: Path, *, log: bool = False) -> StoredRun:
         DataError: the bag cannot be used.
         OutputError: the record cannot be written.
     """
-    return record(spec, folder, log=log)
-
-
-def record(spec: RunSpec, folder: Path, *, log: bool = False, known: str | None = None) -> StoredRun:
-    """Fly one experiment; as `run`, if the managing system's files have a known checksum, any if it is None.
-
-    A simulated one is flown in a process of its own, since the managing system is part of it; what is measured is
-    computed here, from what it has recorded.
-    """
     spec.load_extensions()
-    resources = find_resources(spec)
+    resources = prepare(spec)
+    described = _describe(spec, resources)
     with RecordWriter(folder) as writer:
-        fly = _fly_live if spec.settings.live else _fly_simulated
-        flown = fly(spec, resources, writer, log=log, known=known)
+        conduct = _run_live if spec.settings.live else _run_simulated
+        outcome = conduct(spec, resources, writer, log=log, known=known)
         messages = writer.messages(told_topics())
-        observed = timeline(
-            messages,
-            thresholds=_thresholds(resources.model.card),
-            duration_s=spec.settings.timing.duration_s,
-            period_s=spec.settings.timing.period_s,
-            expected_frames=spec.settings.timing.expected_frames,
-        )
+        observed = timeline_of(described, messages)
         figures = score(observed)
-        reasons = [*flown.violations, *filter(None, [flown.shortfall(observed)])]
-        outcome = _Outcome(flown.manager_checksum, figures.to_json(), "; ".join(reasons), flown.start_ns)
-        flown_run = writer.close(_describe(spec, resources, outcome))
-    return StoredRun(folder, flown_run, observed, figures, log_of(messages))
+        reasons = [*outcome.violations, *filter(None, [outcome.shortfall(observed)])]
+        stored = writer.close(
+            replace(
+                described,
+                manager_checksum=outcome.manager_checksum,
+                start_ns=outcome.start_ns,
+                metrics=figures.to_json(),
+                valid=not reasons,
+                reason="; ".join(reasons),
+            )
+        )
+    return StoredRun(folder, stored, observed, figures, log_of(messages))
 
 
 def record_failure(spec: RunSpec, folder: Path, *, manager_checksum: str, reason: str) -> None:
@@ -90,15 +78,21 @@ def record_failure(spec: RunSpec, folder: Path, *, manager_checksum: str, reason
         OutputError: it cannot be written.
     """
     with RecordWriter(folder) as writer:
-        outcome = _Outcome(
-            manager_checksum, dict.fromkeys(RunMetrics.names()), reason.rstrip("."), failed=reason
+        writer.close(
+            replace(
+                _describe(spec, prepare(spec)),
+                manager_checksum=manager_checksum,
+                manager_failed=reason,
+                metrics=dict.fromkeys(RunMetrics.names()),
+                valid=False,
+                reason=reason.rstrip("."),
+            )
         )
-        writer.close(_describe(spec, find_resources(spec), outcome))
 
 
 @dataclass(frozen=True)
-class _Flown:
-    """What a record does not hold of the experiment that left it.
+class _Outcome:
+    """What a record's messages do not tell of the experiment that left them.
 
     Attributes:
         start_ns: the time of the injection, nanoseconds of the experiment's clock.
@@ -113,38 +107,38 @@ class _Flown:
     shortfall: Callable[[Timeline], str] = lambda _: ""
 
 
-def _fly_simulated(
+def _run_simulated(
     spec: RunSpec, resources: Resources, writer: RecordWriter, *, log: bool, known: str | None
-) -> _Flown:
-    def fly_isolated(watch: Watch) -> dict[str, object]:
+) -> _Outcome:
+    def run_isolated(watch: Watch) -> dict[str, object]:
         made = watch.call(lambda: load_manager(spec.manager))
         sources = watch.call(lambda: manager_sources(spec.manager, made))
-        with _unchanged(spec.manager, lambda: checksum(spec.manager, sources), known) as flown:
+        with _unchanged(spec.manager, lambda: checksum(spec.manager, sources), known) as found:
             observer = Observer(writer)
-            start_ns = fly(spec, own_cache(resources, spec, flown), watch, made, observer, log=log)
+            start_ns = run_simulated(spec, own_cache(resources, spec, found), watch, made, observer, log=log)
         writer.store()
-        return {"start_ns": start_ns, "violations": list(observer.violations), "manager_checksum": flown}
+        return {"start_ns": start_ns, "violations": list(observer.violations), "manager_checksum": found}
 
     what = f"failed in {spec.scenario.name}, seed {spec.seed}"
-    told = isolate(spec.manager, what, fly_isolated, limit_s=spec.settings.manager_limit_s)
+    told = isolate(spec.manager, what, run_isolated, limit_s=spec.settings.manager_limit_s)
     writer.load()
-    return _Flown(int(told["start_ns"]), tuple(told["violations"]), str(told["manager_checksum"]))
+    return _Outcome(int(told["start_ns"]), tuple(told["violations"]), str(told["manager_checksum"]))
 
 
-def _fly_live(
+def _run_live(
     spec: RunSpec, resources: Resources, writer: RecordWriter, *, log: bool, known: str | None
-) -> _Flown:
-    from sunset.experiments import live_flight  # noqa: PLC0415  needs an optional extra
+) -> _Outcome:
+    from sunset.experiments import live_run  # noqa: PLC0415  needs an optional extra
 
-    frames = live_flight.FrameCount()
+    frames = live_run.FrameCount()
     observer = Observer(writer)
     now = partial(manager_checksum, spec.manager, limit_s=spec.settings.manager_limit_s)
-    with _unchanged(spec.manager, now, known) as flown:
-        start_ns = live_flight.fly(spec, resources, observer, frames, log=log)
-    return _Flown(
+    with _unchanged(spec.manager, now, known) as found:
+        start_ns = live_run.run_live(spec, resources, observer, frames, log=log)
+    return _Outcome(
         start_ns,
         tuple(observer.violations),
-        flown,
+        found,
         lambda timeline: frames.shortfall(start_ns, timeline, spec.settings.timing),
     )
 
@@ -162,42 +156,15 @@ def _unchanged(manager: str, checksum_now: Callable[[], str], known: str | None)
     _check_same(manager, checksum_now(), first)
 
 
-def _check_same(manager: str, found: str, flown: str) -> None:
-    if found != flown:
+def _check_same(manager: str, found: str, known: str) -> None:
+    if found != known:
         raise ManagerError(
-            f"The managing system {manager} was changed while it was flown; fly the new one in a new folder."
+            f"The managing system {manager} was changed while it was run; run the new one in a new folder."
         )
 
 
-def _thresholds(card: ModelCard) -> dict[str, float]:
-    """Return the thresholds of the model's card, by name; the checksums of extensions stand for theirs."""
-    signals = current_system().signals.values()
-    return {
-        signal.threshold_name: getattr(card, signal.threshold_name) for signal in signals if signal.calibrated
-    }
-
-
-@dataclass(frozen=True)
-class _Outcome:
-    """What came out of a run.
-
-    Attributes:
-        manager_checksum: of the managing system's files.
-        metrics: the figures by name.
-        reason: why the run does not count; empty if it does.
-        start_ns: the time of the injection, nanoseconds of the experiment's clock.
-        failed: why the managing system failed, if it did.
-    """
-
-    manager_checksum: str
-    metrics: Mapping[str, float | None]
-    reason: str
-    start_ns: int | UnsetType = UNSET
-    failed: str | None = None
-
-
-def _describe(spec: RunSpec, resources: Resources, outcome: _Outcome) -> RunRecord:
-    """Return the full specification of a run with its result, as it is stored: no paths, no wall clock."""
+def _describe(spec: RunSpec, resources: Resources) -> RunRecord:
+    """Return the full specification of a run as it is stored, before it has a result: no paths, no wall clock."""
     settings, card, bag = spec.settings, resources.model.card, resources.bag
     timing = settings.timing
     return RunRecord(
@@ -206,8 +173,6 @@ def _describe(spec: RunSpec, resources: Resources, outcome: _Outcome) -> RunReco
         suite=spec.suite,
         manager=spec.manager_name,
         manager_spec=spec.manager if spec.label else UNSET,
-        manager_checksum=outcome.manager_checksum,
-        manager_failed=outcome.failed,
         seed=spec.seed,
         model=card.name,
         model_checksums={str(modality): network.digest for modality, network in card.networks.items()},
@@ -231,10 +196,9 @@ def _describe(spec: RunSpec, resources: Resources, outcome: _Outcome) -> RunReco
         sharpness_threshold=card.sharpness_threshold,
         extensions={one.name: one.checksum for one in spec.extensions} or UNSET,
         versions=versions() | (live_middleware(settings.middleware).versions() if settings.live else {}),
-        start_ns=outcome.start_ns,
-        metrics=outcome.metrics,
-        valid=not outcome.reason,
-        reason=outcome.reason,
+        metrics={},
+        valid=True,
+        reason="",
     )
 
 

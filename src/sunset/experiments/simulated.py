@@ -5,7 +5,7 @@ from functools import partial
 from typing import TypeVar
 
 from sunset.errors import SunsetError
-from sunset.experiments.manager import absent, check_injection, failure, manager_factory
+from sunset.experiments.manager import bring_up_timeout_error, check_injection, manager_error, manager_factory
 from sunset.experiments.observer import Observer
 from sunset.experiments.parameters import node_parameters
 from sunset.experiments.resources import Resources
@@ -14,7 +14,6 @@ from sunset.harness.bag_player import BagPlayer
 from sunset.harness.executor import ScenarioExecutor
 from sunset.harness.launcher import Launcher
 from sunset.harness.supervisor import Phase, Supervisor
-from sunset.interfaces import Message
 from sunset.isolation import Watch
 from sunset.managing import ManagingSystem
 from sunset.nodes import SegmentationNode
@@ -65,14 +64,12 @@ class SimulatedProcesses:
 
 
 class _SignOfLife(Tap):
-    """Shows whoever waits for the experiment that it goes on."""
+    """Shows the process that waits for the experiment that it goes on, hundreds of times in a second of it."""
 
     def __init__(self, watch: Watch) -> None:
         self._watch = watch
 
-    def on_message(self, time_ns: int, topic: str, node: str, message: Message) -> None:
-        """Show it: there are hundreds of messages in a second of the experiment."""
-        del time_ns, topic, node, message
+    def on_message(self, *_: object) -> None:
         self._watch.tick()
 
 
@@ -87,7 +84,7 @@ def bring_up(process: SimProcess, factory: Callable[[Context], NodeT], *, log: b
     return node
 
 
-def fly(
+def run_simulated(
     spec: RunSpec,
     resources: Resources,
     watch: Watch,
@@ -96,15 +93,7 @@ def fly(
     *,
     log: bool = False,
 ) -> int:
-    """Fly one experiment in a simulated world.
-
-    Args:
-        spec: what is flown.
-        resources: what it is flown with.
-        watch: watches the managing system.
-        made: the managing system's class.
-        observer: sees everything that happens.
-        log: whether what the managing system logs goes to stderr too.
+    """Run one experiment, with a managing system of the class `made`, in a simulated world.
 
     Returns:
         The time of the injection, nanoseconds of the simulated clock.
@@ -146,9 +135,9 @@ def fly(
     except SunsetError as error:
         if not isinstance(error, CallbackError) or error.node in system.all_nodes:
             raise
-        raise failure(spec, manager, error) from error
+        raise manager_error(spec, manager, error) from error
     except BaseException as error:
-        raise failure(spec, manager, error) from error
+        raise manager_error(spec, manager, error) from error
     observer.finish(simulation.now)
     return start_ns
 
@@ -163,7 +152,7 @@ def _conduct(simulation: Simulation, supervisor: Supervisor, spec: RunSpec, obse
     limit_s = spec.settings.timing.bring_up_limit_s
     simulation.run_while(lambda: supervisor.phase is Phase.BRING_UP, round(limit_s * _S))
     if supervisor.phase is Phase.BRING_UP:
-        raise absent(spec, limit_s, supervisor.missing, observer.commands)
+        raise bring_up_timeout_error(spec, limit_s, supervisor.missing, observer.commands)
     duration_ns = round((spec.settings.timing.warm_up_s + spec.settings.timing.duration_s) * _S)
     simulation.run_while(lambda: supervisor.phase is not Phase.OVER, simulation.now + duration_ns + _S)
     if supervisor.start_ns is None or supervisor.phase is not Phase.OVER:

@@ -27,7 +27,7 @@ _DURATIONS_S: Final = (1, 3600)
 """From the second without messages that makes an outage, to what a record's messages fit in memory."""
 
 DEFAULT_SCENARIO: Final = "paper/cuda_out_of_memory+image_shift+autofocus_needed"
-"""What is flown where no scenario is named: three failures at once, of which the baseline repairs two."""
+"""What is run where no scenario is named: three failures at once, of which the baseline repairs two."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -71,7 +71,7 @@ class Timing:
 
     @property
     def warm_up_frames(self) -> int:
-        """How many frames are flown before the injection."""
+        """How many frames are played before the injection."""
         return round(self.warm_up_s / self.period_s)
 
     @property
@@ -82,7 +82,7 @@ class Timing:
 
 @dataclass(frozen=True, kw_only=True)
 class Settings:
-    """How an experiment is flown, whatever its scenario and whoever manages it."""
+    """How an experiment is run, whatever its scenario and whoever manages it."""
 
     model: Annotated[str, Meta(min_length=1)] = "lite"
     """A shipped model's name, or the folder of one's own."""
@@ -116,7 +116,7 @@ class Settings:
             raise InvalidInputError(f"The middleware must be {known}, got {self.middleware!r}.")
         if self.speed != 1 and not self.live:
             raise InvalidInputError(
-                f"The rate is one of live runs, --middleware {LIVE}; simulated ones are as fast as can be."
+                f"The rate applies to live runs only, --middleware {LIVE}; simulated ones are as fast as can be."
             )
 
     @property

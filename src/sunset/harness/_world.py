@@ -36,16 +36,14 @@ class World:
 
     def after_change_to(self, node: str, parameter: str, value: Value) -> list[Adaptation]:
         """Return what to do after a parameter of a running node got a value."""
-        changed = [step for step in self._of(node, parameter) if step.value != value]
+        changed = [
+            step
+            for step in self._lasting
+            if (step.node, step.parameter) == (node, parameter) and step.value != value
+        ]
         if any(self._lasting[step] is FaultKind.CONFIGURATION for step in changed):
-            self._forget_configuration()
+            # the configuration is somebody else's from now on
+            kinds = self._lasting.items()
+            self._lasting = {step: kind for step, kind in kinds if kind is not FaultKind.CONFIGURATION}
             return []
         return changed
-
-    def _of(self, node: str, parameter: str) -> list[Adaptation]:
-        return [step for step in self._lasting if (step.node, step.parameter) == (node, parameter)]
-
-    def _forget_configuration(self) -> None:
-        """The configuration is somebody else's from now on."""
-        kinds = self._lasting.items()
-        self._lasting = {step: kind for step, kind in kinds if kind is not FaultKind.CONFIGURATION}

@@ -3,26 +3,22 @@
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, cast
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from sunset.errors import ParameterError
 from sunset.interfaces.builtin_interfaces.msg import Time
 from sunset.interfaces.rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 from sunset.interfaces.rosgraph_msgs.msg import Clock
 from sunset.interfaces.sensor_msgs.msg import Image
-from sunset.interfaces.stamps import stamp_of
+from sunset.interfaces.stamps import NS_PER_S, stamp_of
 from sunset.interfaces.std_msgs.msg import Header
 from sunset.interfaces.std_srvs.srv import Trigger
 from sunset.nodes.images import image_of_bgr, image_of_depth, image_of_labels
-from sunset.ros.context import Context
 from sunset.ros.node import Node
-from sunset.ros.parameter import Parameter
 
 if TYPE_CHECKING:
     from sunset.data import BagReader
     from sunset.ros.timer import Timer
-
-_NS_PER_S = 10**9
 
 
 class BagPlayer(Node):
@@ -41,25 +37,14 @@ class BagPlayer(Node):
 
     Args:
         reader: an open bag; None for the one that the parameter names.
-        context: the context of the process; the default one if None.
-        cli_args: ROS arguments.
-        parameter_overrides: initial values of parameters.
+        options: as of `Node`.
     """
 
     node_name: ClassVar[str] = "bag_player"
     _speed = 1.0
 
-    def __init__(
-        self,
-        *,
-        reader: "BagReader | None" = None,
-        context: Context | None = None,
-        cli_args: list[str] | None = None,
-        parameter_overrides: list[Parameter] | None = None,
-    ) -> None:
-        super().__init__(
-            self.node_name, context=context, cli_args=cli_args, parameter_overrides=parameter_overrides
-        )
+    def __init__(self, *, reader: "BagReader | None" = None, **options: Any) -> None:
+        super().__init__(self.node_name, **options)
         self._declare_parameters()
         self._bag = reader or self._named_bag()
         self._range = self._chosen_frames()
@@ -72,21 +57,19 @@ class BagPlayer(Node):
         self.create_service(Trigger, "~/start", self._on_start)
 
     def _declare_parameters(self) -> None:
-        whole = [IntegerRange(from_value=0, to_value=2**31 - 1, step=0)]
-        for name, default, description, limits in (
-            ("bag", "", "a rosbag2 folder or file", None),
-            ("start_frame", 0, "first frame that is played", whole),
-            ("frames", 0, "how many frames are played; 0 for all that follow", whole),
-            ("loop", False, "whether the bag's first frame follows its last", None),
-            ("rate", 10.0, "frames per second", [FloatingPointRange(from_value=0.1, to_value=1000.0)]),
-            ("phase", 0.0, "seconds to the first frame", [FloatingPointRange(from_value=0.0, to_value=60.0)]),
-        ):
-            descriptor = ParameterDescriptor(name=name, description=description, read_only=True)
-            if isinstance(default, float):
-                descriptor.floating_point_range = cast("list[FloatingPointRange]", limits)
-            elif isinstance(default, int) and limits:
-                descriptor.integer_range = cast("list[IntegerRange]", limits)
-            self.declare_parameter(name, default, descriptor)
+        whole = [IntegerRange(from_value=0, to_value=2**31 - 1)]
+        rate = [FloatingPointRange(from_value=0.1, to_value=1000.0)]
+        phase = [FloatingPointRange(from_value=0.0, to_value=60.0)]
+        self._declare("bag", "", "a rosbag2 folder or file")
+        self._declare("start_frame", 0, "first frame that is played", integer_range=whole)
+        self._declare("frames", 0, "how many frames are played; 0 for all that follow", integer_range=whole)
+        self._declare("loop", False, "whether the bag's first frame follows its last")
+        self._declare("rate", 10.0, "frames per second", floating_point_range=rate)
+        self._declare("phase", 0.0, "seconds to the first frame", floating_point_range=phase)
+
+    def _declare(self, name: str, default: float | str, description: str, **limits: Any) -> None:
+        descriptor = ParameterDescriptor(name=name, description=description, read_only=True, **limits)
+        self.declare_parameter(name, default, descriptor)
 
     def _value(self, name: str) -> Any:
         return self.get_parameter(name).value
@@ -167,7 +150,7 @@ class BagPlayer(Node):
         stamps = self._bag.stamps_ns
         laps, number = divmod(self._next, len(stamps))
         span_ns = int(stamps[-1] - stamps[0])
-        period_ns = span_ns // (len(stamps) - 1) if span_ns else round(_NS_PER_S / self._value("rate"))
+        period_ns = span_ns // (len(stamps) - 1) if span_ns else round(NS_PER_S / self._value("rate"))
         stamp = stamp_of(int(stamps[number]) + laps * (span_ns + period_ns))
         self._time.publish(Clock(clock=stamp))
         return stamp

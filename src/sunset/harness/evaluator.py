@@ -4,7 +4,7 @@ It is an observer from outside: it subscribes to the result and to the truth, an
 between them.
 """
 
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -14,9 +14,7 @@ from sunset.interfaces.sensor_msgs.msg import Image
 from sunset.interfaces.system_interfaces.msg import FrameEvaluation
 from sunset.metrics import count_classes, image_iou
 from sunset.nodes.images import array_of_labels, stamp_ns
-from sunset.ros.context import Context
 from sunset.ros.node import Node
-from sunset.ros.parameter import Parameter
 
 _WAITING: Final = 100
 """Frames whose partner has not come that are kept; ten seconds at 10 Hz."""
@@ -25,16 +23,8 @@ _WAITING: Final = 100
 class Evaluator(Node):
     """Publishes `/seg_metrics`: the pipeline's `segmentation` against the truth of the same stamp."""
 
-    def __init__(
-        self,
-        *,
-        context: Context | None = None,
-        cli_args: list[str] | None = None,
-        parameter_overrides: list[Parameter] | None = None,
-    ) -> None:
-        super().__init__(
-            "evaluator", context=context, cli_args=cli_args, parameter_overrides=parameter_overrides
-        )
+    def __init__(self, **options: Any) -> None:
+        super().__init__("evaluator", **options)
         self._truths: dict[int, Image] = {}
         self._results: dict[int, Image] = {}
         self._metrics = self.create_publisher(FrameEvaluation, "/seg_metrics", 10)

@@ -2,7 +2,7 @@
 
 from functools import partial
 from types import MappingProxyType
-from typing import Final, cast
+from typing import Any, Final, cast
 
 from sunset.harness._world import World
 from sunset.interfaces import Service
@@ -15,7 +15,6 @@ from sunset.interfaces.std_srvs.srv import Trigger
 from sunset.interfaces.system_interfaces.msg import FaultInjection
 from sunset.names import ros_text
 from sunset.ros.client import AnyClient
-from sunset.ros.context import Context
 from sunset.ros.node import Node
 from sunset.ros.parameter import Parameter
 from sunset.ros.task import Future
@@ -55,25 +54,14 @@ class ScenarioExecutor(Node):
 
     Args:
         scenario: what to inject; None to load what the parameter `scenario` names.
-        context: the context of the process; the default one if None.
-        cli_args: ROS arguments.
-        parameter_overrides: initial values of parameters.
+        options: as of `Node`.
 
     Raises:
         ScenarioError: the scenario is not usable.
     """
 
-    def __init__(
-        self,
-        scenario: Scenario | None = None,
-        *,
-        context: Context | None = None,
-        cli_args: list[str] | None = None,
-        parameter_overrides: list[Parameter] | None = None,
-    ) -> None:
-        super().__init__(
-            "scenario_executor", context=context, cli_args=cli_args, parameter_overrides=parameter_overrides
-        )
+    def __init__(self, scenario: Scenario | None = None, **options: Any) -> None:
+        super().__init__("scenario_executor", **options)
         described = ParameterDescriptor(description="name or file of the scenario", read_only=True)
         name = self.declare_parameter("scenario", scenario.name if scenario else "", described).value
         self.scenario = scenario or load_scenario(cast("str", name))

@@ -1,15 +1,13 @@
 """The bag player of a live system, which gives the system its time."""
 
-from typing import Final
+from typing import Any, Final
 
 from sunset.harness.bag_player import BagPlayer
 from sunset.interfaces.builtin_interfaces.msg import Time
-from sunset.interfaces.rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
+from sunset.interfaces.rcl_interfaces.msg import FloatingPointRange, IntegerRange
 from sunset.interfaces.rosgraph_msgs.msg import Clock as ClockMessage
 from sunset.interfaces.stamps import stamp_of
 from sunset.ros.clock import Clock
-from sunset.ros.context import Context
-from sunset.ros.parameter import Parameter
 from sunset.ros.time import ClockType
 
 _TICK_S: Final = 0.01
@@ -23,21 +21,10 @@ class LiveBagPlayer(BagPlayer):
         width, height: the size that frames are played in; 0 for the bag's.
         speed: seconds of `/clock` in a second.
         origin_ns: the system's time, nanoseconds since 1970, at which `/clock` is 0; 0 for the player's start.
-
-    Args:
-        context: the context of the process; the default one if None.
-        cli_args: ROS arguments.
-        parameter_overrides: initial values of parameters.
     """
 
-    def __init__(
-        self,
-        *,
-        context: Context | None = None,
-        cli_args: list[str] | None = None,
-        parameter_overrides: list[Parameter] | None = None,
-    ) -> None:
-        super().__init__(context=context, cli_args=cli_args, parameter_overrides=parameter_overrides)
+    def __init__(self, **options: Any) -> None:
+        super().__init__(**options)
         self._speed = float(self._value("speed"))
         self._steady = Clock(clock_type=ClockType.STEADY_TIME, context=self.context)
         began_ns = self.get_clock().now().nanoseconds
@@ -48,16 +35,12 @@ class LiveBagPlayer(BagPlayer):
 
     def _declare_parameters(self) -> None:
         super()._declare_parameters()
-        size = {"integer_range": [IntegerRange(from_value=0, to_value=2**14, step=0)]}
-        speed = {"floating_point_range": [FloatingPointRange(from_value=0.01, to_value=100.0)]}
-        for name, default, description, limits in (
-            ("width", 0, "width of the frames in pixels; 0 for the bag's", size),
-            ("height", 0, "height of the frames in pixels; 0 for the bag's", size),
-            ("speed", 1.0, "seconds of /clock in a second", speed),
-            ("origin_ns", 0, "system time at which /clock is 0; 0 for the start of this node", {}),
-        ):
-            descriptor = ParameterDescriptor(name=name, description=description, read_only=True, **limits)
-            self.declare_parameter(name, default, descriptor)
+        size = [IntegerRange(from_value=0, to_value=2**14)]
+        speed = [FloatingPointRange(from_value=0.01, to_value=100.0)]
+        self._declare("width", 0, "width of the frames in pixels; 0 for the bag's", integer_range=size)
+        self._declare("height", 0, "height of the frames in pixels; 0 for the bag's", integer_range=size)
+        self._declare("speed", 1.0, "seconds of /clock in a second", floating_point_range=speed)
+        self._declare("origin_ns", 0, "system time at which /clock is 0; 0 for the start of this node")
 
     def _size(self) -> tuple[int, int] | None:
         size = (self._value("height"), self._value("width"))

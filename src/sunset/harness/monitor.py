@@ -1,7 +1,7 @@
 """The monitor: collects what can be seen of the managed system, for the managing system."""
 
 from collections import deque
-from collections.abc import Callable
+from dataclasses import dataclass, field
 from functools import partial
 from itertools import chain
 from typing import Any, Final
@@ -9,7 +9,6 @@ from typing import Any, Final
 from sunset.interfaces import Message, get_message
 from sunset.interfaces.diagnostic_msgs.msg import DiagnosticArray
 from sunset.interfaces.system_interfaces.msg import SetBlackboardGroup
-from sunset.ros.context import Context
 from sunset.ros.node import Node
 from sunset.ros.parameter import Parameter
 from sunset.system import WINDOW, MovingMean, current_system, frequency_entry, full_name
@@ -41,12 +40,12 @@ class _Rate:
         return float(len(times))
 
 
+@dataclass
 class _Node:
     """What a node's heartbeats tell."""
 
-    def __init__(self) -> None:
-        self.heartbeats = _Rate()
-        self.state = ""
+    heartbeats: _Rate = field(default_factory=_Rate)
+    state: str = ""
 
 
 class _Places:
@@ -89,30 +88,19 @@ class Monitor(Node):
     - `<node>_heartbeat_freq`: heartbeats of the last second.
     """
 
-    def __init__(
-        self,
-        *,
-        context: Context | None = None,
-        cli_args: list[str] | None = None,
-        parameter_overrides: list[Parameter] | None = None,
-    ) -> None:
-        super().__init__(
-            "monitor", context=context, cli_args=cli_args, parameter_overrides=parameter_overrides
-        )
+    def __init__(self, **options: Any) -> None:
+        super().__init__("monitor", **options)
         self._topics: dict[str, _Rate] = {}
         self._nodes: dict[str, _Node] = {}
         self._node_places = _Places(self._nodes)
         self._values: dict[str, MovingMean | bool | str] = {}
         self._value_places = _Places(self._values)
         for topic in current_system().topics.values():
-            noting = self._noting(frequency_entry(topic.name))
-            self.create_subscription(get_message(topic.message_type), full_name(topic.name), noting, 10)
+            note = partial(self._note, frequency_entry(topic.name))
+            self.create_subscription(get_message(topic.message_type), full_name(topic.name), note, 10)
         self.create_subscription(DiagnosticArray, "/diagnostics", self._on_diagnostics, 50)
         self._blackboard = self.create_publisher(SetBlackboardGroup, "/blackboard_group", 10)
         self.create_timer(_PERIOD_S, self._publish)
-
-    def _noting(self, key: str) -> Callable[[Message], None]:
-        return partial(self._note, key)
 
     def _note(self, key: str, message: Message) -> None:
         del message

@@ -9,11 +9,11 @@ from typing import Final, Protocol, cast
 from sunset.harness.conductor import Conductor
 from sunset.interfaces import Message
 from sunset.interfaces.system_interfaces.msg import FrameEvaluation, SetBlackboardGroup
-from sunset.managing.symptoms import Value, read_parameters
+from sunset.managing.symptoms import read_parameters
 from sunset.ros.clock import Clock
 from sunset.ros.context import Context
 from sunset.ros.time import ClockType
-from sunset.system import SENSOR_TOPICS, current_system, frequency_entry
+from sunset.system import SENSOR_TOPICS, Value, current_system, frequency_entry
 
 _FORGOTTEN_NS: Final = 2 * 10**9
 """So long after a process ended, the blackboard does not tell of it any more."""

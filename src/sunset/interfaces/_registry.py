@@ -6,12 +6,14 @@ import re
 from collections.abc import Iterator
 from functools import cache
 from importlib import import_module
+from itertools import count
 from typing import Final, TypedDict
 
 from sunset.errors import InterfaceError
 from sunset.interfaces._definition import (
     DEFINITIONS,
     DUMMY_FIELD,
+    NUMERIC,
     FieldType,
     parse_message,
     parse_type,
@@ -21,21 +23,7 @@ from sunset.interfaces._message import Message, Service
 
 _NESTED: Final = 1
 _BOUNDED_STRING: Final = 21
-_TYPE_IDS: Final = {
-    "int8": 2,
-    "uint8": 3,
-    "int16": 4,
-    "uint16": 5,
-    "int32": 6,
-    "uint32": 7,
-    "int64": 8,
-    "uint64": 9,
-    "float32": 10,
-    "float64": 11,
-    "bool": 15,
-    "byte": 16,
-    "string": 17,
-}
+_TYPE_IDS: Final = dict(zip(NUMERIC, count(2), strict=False)) | {"bool": 15, "byte": 16, "string": 17}
 _ARRAY, _BOUNDED_SEQUENCE, _SEQUENCE = 48, 96, 144
 """What is added to an element's id; all ids are those of type_description_interfaces/msg/FieldType."""
 

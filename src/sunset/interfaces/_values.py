@@ -26,12 +26,6 @@ _T = TypeVar("_T", bound=np.generic)
 _S = TypeVar("_S", bound=Sized)
 
 
-def _read_only(dtype: np.dtype[_T], size: int) -> npt.NDArray[_T]:
-    array = np.zeros(size, dtype)
-    array.flags.writeable = False
-    return array
-
-
 _EMPTY: Final[dict[object, npt.NDArray[np.generic]]] = {}
 
 
@@ -39,7 +33,8 @@ def empty(dtype: np.dtype[_T]) -> npt.NDArray[_T]:
     """Return the one empty array of a type; it is read-only, so everybody may share it."""
     found = _EMPTY.get(dtype)
     if found is None:
-        found = _EMPTY[dtype] = _read_only(dtype, 0)
+        found = _EMPTY[dtype] = np.zeros(0, dtype)
+        found.flags.writeable = False
     return cast("npt.NDArray[_T]", found)
 
 

@@ -10,14 +10,14 @@ from sunset.interfaces.rcl_interfaces.msg import FloatingPointRange, ParameterDe
 from sunset.interfaces.rcl_interfaces.srv import SetParameters
 from sunset.interfaces.system_interfaces.msg import SetBlackboardGroup
 from sunset.interfaces.system_interfaces.srv import Redeploy
-from sunset.managing.symptoms import DEFAULT_ENTROPY_THRESHOLD, Symptoms, Value, read_parameters
+from sunset.managing.symptoms import DEFAULT_ENTROPY_THRESHOLD, Symptoms, read_parameters
 from sunset.names import base_name
 from sunset.ros.client import AnyClient
 from sunset.ros.context import Context
 from sunset.ros.node import Node
 from sunset.ros.parameter import Parameter
 from sunset.ros.task import Future
-from sunset.system import current_system, full_name
+from sunset.system.vocabulary import Value, full_name, node_names
 from sunset.texts import shorten, suggestion
 
 
@@ -222,7 +222,7 @@ class ManagingSystem(Node):
             self.__callers[name] = self.create_client(service, name)
         if not self.__callers[name].service_is_ready():
             node = base_name(name.rpartition("/")[0])
-            nodes = current_system().nodes
+            nodes = node_names()
             hint = "" if node in nodes else suggestion(node, nodes)
             self.get_logger().warning(
                 f"No node offers {name} now, so the request is lost{hint and f': {hint}another one'}."
@@ -231,7 +231,3 @@ class ManagingSystem(Node):
         answer = self.__callers[name].call_async(request)
         answer.add_done_callback(lambda done: result.set_result(outcome(done.result())))
         return result
-
-
-def _full(node: str) -> str:
-    return node if node.startswith("/") else f"/managed_subsystem/{node}"

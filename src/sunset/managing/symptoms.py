@@ -6,10 +6,8 @@ from typing import Annotated, Final
 
 from sunset.interfaces.rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
 from sunset.names import base_name
-from sunset.system import RESULT_TOPIC, Value, current_system, frequency_entry
+from sunset.system.vocabulary import RESULT_TOPIC, Value, frequency_entry, node_names, topic_names
 from sunset.texts import suggestion
-
-__all__ = ["DEFAULT_ENTROPY_THRESHOLD", "FloatOrNaN", "Symptoms", "Value", "read_parameters"]
 
 FloatOrNaN = Annotated[float, "NaN until it is measured"]
 """A measured number, or NaN until there is one: never None. NaN is neither over nor under any threshold."""
@@ -64,7 +62,7 @@ class Symptoms(Mapping[str, Value]):
             ValueError: there is no such topic.
         """
         key = frequency_entry(topic)
-        topics = current_system().topics
+        topics = topic_names()
         if key not in self and key not in map(frequency_entry, topics):
             raise _unknown_error("topic", topic, topics)
         return self._number(key)
@@ -120,7 +118,7 @@ class Symptoms(Mapping[str, Value]):
 
     def _node_key(self, node: str, what: str) -> str:
         key = f"{base_name(node)}_{what}"
-        nodes = current_system().nodes
+        nodes = node_names()
         if key not in self and base_name(node) not in nodes:
             raise _unknown_error("node", node, nodes)
         return key
@@ -132,12 +130,8 @@ class Symptoms(Mapping[str, Value]):
 
 def read_parameters(parameters: Iterable[Parameter]) -> dict[str, Value]:
     """Return the values of a message's parameters; those of types that a blackboard has not are left out."""
-    values = {}
-    for parameter in parameters:
-        value = _value(parameter.value)
-        if value is not None:
-            values[parameter.name] = value
-    return values
+    values = ((parameter.name, _value(parameter.value)) for parameter in parameters)
+    return {name: value for name, value in values if value is not None}
 
 
 def _value(value: ParameterValue) -> Value | None:

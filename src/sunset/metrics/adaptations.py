@@ -6,7 +6,7 @@ from types import MappingProxyType
 
 from sunset.metrics.downtime import TOLERANCE_S
 from sunset.metrics.timeline import Command, Injection
-from sunset.system import INFRASTRUCTURE, System, current_system, short_name
+from sunset.system import INFRASTRUCTURE, current_system, short_name
 
 _RESTART_S = 1.0  # at most from deactivate to activate
 _KINDS = MappingProxyType(
@@ -52,12 +52,13 @@ class ExecutedAdaptation:
         return "set " + " and ".join(f"{self.node}.{name} to {value}" for name, value in pairs)
 
 
-def affects(node: str, failure: str, system: System) -> bool:
+def affects(node: str, failure: str) -> bool:
     """Return whether an adaptation of `node` can resolve `failure`: it is the failing node or upstream of it.
 
-    >>> affects("depth", "F2", current_system()), affects("depth", "F1", current_system())
+    >>> affects("depth", "F2"), affects("depth", "F1")
     (True, False)
     """
+    system = current_system()
     failing = system.failing_nodes[failure]
     return node == failing or node in system.upstream[failing]
 
@@ -78,11 +79,10 @@ def executed_adaptations(commands: Sequence[Command], *, until_s: float) -> tupl
         commands: in order of time.
         until_s: the end of the experiment.
     """
-    system = current_system()
     done: list[ExecutedAdaptation] = []
     shut_down: dict[str, ExecutedAdaptation] = {}
     for command in commands:
-        adaptation = _adaptation(command, system)
+        adaptation = _adaptation(command)
         if adaptation is None or adaptation.time > until_s:
             continue
         if command.kind == "shutdown":
@@ -93,17 +93,16 @@ def executed_adaptations(commands: Sequence[Command], *, until_s: float) -> tupl
     return tuple(done)
 
 
-def _adaptation(command: Command, system: System) -> ExecutedAdaptation | None:
+def _adaptation(command: Command) -> ExecutedAdaptation | None:
     """Return what one command does, or None where it is not to be counted."""
+    system = current_system()
     node = short_name(command.node)
     kind = _KINDS.get(command.kind)
     if not command.successful or command.client in INFRASTRUCTURE or node not in system.nodes or kind is None:
         return None
     if any((node, name) in system.topic_parameters for name in command.parameters):
         kind = "change_topic"
-    return ExecutedAdaptation(
-        command.time, node, kind, command.client, tuple(command.parameters), tuple(command.values)
-    )
+    return ExecutedAdaptation(command.time, node, kind, command.client, command.parameters, command.values)
 
 
 def _append(done: list[ExecutedAdaptation], new: ExecutedAdaptation) -> None:
@@ -143,11 +142,7 @@ def unnecessary_redeploys(
     """Return the redeploys of a node that had no fault only a redeploy cures, when they were executed.
 
     Such a fault is there from its injection to the first redeploy of its node after that. Whether there
-    is one the injections say, and not what the managing system believes.
-
-    Args:
-        adaptations: in order of time.
-        injections: in order of time.
+    is one the injections say, and not what the managing system believes. Both are in order of time.
 
     Source: the paper, section 4, on unnecessary redeploys.
     """

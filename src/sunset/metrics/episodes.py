@@ -15,9 +15,9 @@ The definitions, which the paper leaves open:
   topic's last message, or with the first of the five samples; 0 at the earliest.
 - It is *resolved* if it ended within the experiment, after at least one adaptation of the failing node or of
   one upstream of it since it began. The last such adaptation is the one that resolved it.
-- Nobody resolves what no fault has broken: a silence that does not begin within 1 s of a fault that shows as an
-  outage, in the failing node or one upstream of it, or another failure before which there was no fault that shows as
-  such. Else a managing system could break what it then repairs.
+- An episode counts as resolved only if an injected fault explains it. None explains a silence that does not begin
+  within 1 s of a fault that shows as an outage, in the failing node or one upstream of it, or another failure before
+  which there was no fault that shows as such. Else a managing system could break what it then repairs.
 """
 
 import itertools
@@ -30,16 +30,7 @@ import numpy.typing as npt
 from sunset.metrics.adaptations import ExecutedAdaptation, affects
 from sunset.metrics.downtime import TOLERANCE_S
 from sunset.metrics.timeline import Injection, Samples, Timeline
-from sunset.system import (
-    SILENCE_S,
-    WINDOW,
-    Failure,
-    MovingMean,
-    System,
-    current_system,
-    full_name,
-    short_name,
-)
+from sunset.system import SILENCE_S, WINDOW, Failure, MovingMean, current_system, full_name, short_name
 
 
 @dataclass(frozen=True, slots=True)
@@ -172,38 +163,30 @@ def _within(spells: Sequence[Spell]) -> list[Spell]:
 def failure_episodes(timeline: Timeline, adaptations: Sequence[ExecutedAdaptation]) -> tuple[Episode, ...]:
     """Return every episode of every failure, in order of the time at which its symptom held.
 
-    Args:
-        timeline: of the whole experiment.
-        adaptations: those executed, in order of time.
+    Adaptations are those executed, in order of time.
     """
-    system = current_system()
-    spells = {failure.name: _spells(failure, timeline, system) for failure in system.failures.values()}
     episodes = [
         episode
-        for failure in system.failures.values()
-        for episode in _episodes(failure, spells[failure.name], timeline, adaptations, system)
+        for failure in current_system().failures.values()
+        for episode in _episodes(failure, _spells(failure, timeline), timeline, adaptations)
     ]
     return tuple(sorted(episodes, key=lambda episode: (episode.holds, episode.failure)))
 
 
-def _spells(failure: Failure, timeline: Timeline, system: System) -> list[Spell]:
+def _spells(failure: Failure, timeline: Timeline) -> list[Spell]:
     """Return the spells in which a failure's symptom held."""
     duration = timeline.duration_s
     if failure.topic:
         times = timeline.message_times.get(full_name(failure.topic), np.empty(0))
         return silences(times, duration_s=duration)
-    signal = system.signals[failure.signal]
+    signal = current_system().signals[failure.signal]
     samples = timeline.samples.get(signal.name, Samples())
     threshold = timeline.thresholds[signal.threshold_name]
     return excesses(samples, threshold, below=signal.below, duration_s=duration)
 
 
 def _episodes(
-    failure: Failure,
-    spells: Sequence[Spell],
-    timeline: Timeline,
-    adaptations: Sequence[ExecutedAdaptation],
-    system: System,
+    failure: Failure, spells: Sequence[Spell], timeline: Timeline, adaptations: Sequence[ExecutedAdaptation]
 ) -> list[Episode]:
     """Say of each spell of one failure when the failure began, and what resolved it."""
     episodes = []
@@ -217,9 +200,9 @@ def _episodes(
             and injection.time <= spell.holds
         ]
         blamed.update(injection.fault for injection in due)
-        causes = [injection.time for injection in due if not _is_past(injection, spell, adaptations, system)]
+        causes = [injection.time for injection in due if not _is_past(injection, spell, adaptations)]
         began = min(causes) if causes else max(spell.origin, 0.0)
-        broken = _has_a_fault_behind_it(failure.name, spell, timeline.injections, system)
+        broken = _has_a_fault_behind_it(failure.name, spell, timeline.injections)
         episodes.append(
             Episode(
                 failure=failure.name,
@@ -227,19 +210,15 @@ def _episodes(
                 holds=spell.holds,
                 ended=spell.ended,
                 injected=bool(causes),
-                adaptation=_resolving(failure.name, began, spell.ended, adaptations, system)
-                if broken
-                else None,
+                adaptation=_resolving(failure.name, began, spell.ended, adaptations) if broken else None,
             )
         )
     return episodes
 
 
-def _is_past(
-    injection: Injection, spell: Spell, adaptations: Sequence[ExecutedAdaptation], system: System
-) -> bool:
+def _is_past(injection: Injection, spell: Spell, adaptations: Sequence[ExecutedAdaptation]) -> bool:
     """Return whether a fault was gone before the spell's first evidence: cured, or ended with its process."""
-    if injection.failure in system.outages and spell.origin > injection.time + SILENCE_S:
+    if injection.failure in current_system().outages and spell.origin > injection.time + SILENCE_S:
         return True
     return injection.internal and any(
         adaptation.kind == "redeploy"
@@ -249,35 +228,26 @@ def _is_past(
     )
 
 
-def _has_a_fault_behind_it(
-    failure: str, spell: Spell, injections: Sequence[Injection], system: System
-) -> bool:
+def _has_a_fault_behind_it(failure: str, spell: Spell, injections: Sequence[Injection]) -> bool:
     """Return whether a fault can have brought a failure about, by itself or by what else it does."""
-    if failure in system.outages:
+    outages = current_system().outages
+    if failure in outages:
         return any(
-            injection.failure in system.outages
-            and affects(short_name(injection.node), failure, system)
+            injection.failure in outages
+            and affects(short_name(injection.node), failure)
             and abs(spell.origin - injection.time) <= SILENCE_S + TOLERANCE_S
             for injection in injections
         )
-    return any(
-        injection.failure not in system.outages and injection.time <= spell.holds for injection in injections
-    )
+    return any(injection.failure not in outages and injection.time <= spell.holds for injection in injections)
 
 
 def _resolving(
-    failure: str,
-    began: float,
-    ended: float | None,
-    adaptations: Sequence[ExecutedAdaptation],
-    system: System,
+    failure: str, began: float, ended: float | None, adaptations: Sequence[ExecutedAdaptation]
 ) -> ExecutedAdaptation | None:
     """Return the last adaptation that can have ended an episode."""
-    if ended is None:
-        return None
     able = [
         adaptation
         for adaptation in adaptations
-        if began <= adaptation.time <= ended and affects(adaptation.node, failure, system)
+        if ended is not None and began <= adaptation.time <= ended and affects(adaptation.node, failure)
     ]
     return able[-1] if able else None

@@ -118,8 +118,7 @@ class Frames:
     """The segmentation's frames, each compared with the truth.
 
     Attributes:
-        times: (N,) the stamp that each frame carries from the flight [s]. It is the time of the picture and
-            not that of its evaluation, so that a frame belongs to the experiment in which it was taken.
+        times: (N,) when each picture was taken, and not when it was evaluated [s].
         iou: (N,) each frame's IoU, the mean over the classes that are in its prediction or truth.
         intersection: (N, 28) pixels of each class that are right.
         predicted: (N, 28) pixels of each class in the prediction, where the truth is not ignored.

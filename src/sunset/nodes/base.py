@@ -19,7 +19,6 @@ from sunset.ros.subscription import AnySubscription
 from sunset.system import NAMESPACE, current_system
 
 _HEARTBEAT_S: Final = 0.1
-_LEVEL: Final = DiagnosticStatus.OK
 
 MessageT = TypeVar("MessageT", bound=Message)
 
@@ -186,21 +185,21 @@ class AdaptiveNode(LifecycleNode):
                 and self.parameter_values[name] != parameter.default
             ):
                 self.write_parameter(name, parameter.default)
-        for one in self.__inputs:
-            self.__open(one)
+        for entry in self.__inputs:
+            self.__open(entry)
         return super().on_activate(state)
 
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Unsubscribe."""
-        for one in self.__inputs:
-            self.__close(one)
+        for entry in self.__inputs:
+            self.__close(entry)
         return super().on_deactivate(state)
 
     def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
         """End the process, once the answer to this transition has left."""
         self.__heartbeat.cancel()
-        for one in self.__inputs:
-            self.__close(one)
+        for entry in self.__inputs:
+            self.__close(entry)
         self.call_later(0.0, self.context.try_shutdown)
         return super().on_shutdown(state)
 
@@ -221,7 +220,7 @@ class AdaptiveNode(LifecycleNode):
 
     def __publish_heartbeat(self) -> None:
         status = DiagnosticStatus(
-            level=_LEVEL,
+            level=DiagnosticStatus.OK,
             name=f"{self.node_name}: heartbeat",
             message=self.__state_label(),
             hardware_id=self.node_name,
@@ -231,15 +230,15 @@ class AdaptiveNode(LifecycleNode):
         stamp = self.get_clock().now().to_msg()
         self.__diagnostics.publish(DiagnosticArray(header=Header(stamp=stamp), status=[status]))
 
-    def __open(self, one: _Input) -> None:
-        self.__close(one)  # an activation that failed may have left it open
-        topic = self.parameter_values[one.parameter] if one.parameter else one.topic
-        one.subscription = self.create_subscription(one.message_type, topic, one.callback, one.depth)
+    def __open(self, entry: _Input) -> None:
+        self.__close(entry)  # an activation that failed may have left it open
+        topic = self.parameter_values[entry.parameter] if entry.parameter else entry.topic
+        entry.subscription = self.create_subscription(entry.message_type, topic, entry.callback, entry.depth)
 
-    def __close(self, one: _Input) -> None:
-        if one.subscription is not None:
-            self.destroy_subscription(one.subscription)
-            one.subscription = None
+    def __close(self, entry: _Input) -> None:
+        if entry.subscription is not None:
+            self.destroy_subscription(entry.subscription)
+            entry.subscription = None
 
     def __declare_bound_parameters(self) -> None:
         self.parameter_values.update({name: bound.default for name, bound in self.__bound.items()})
@@ -274,6 +273,6 @@ class AdaptiveNode(LifecycleNode):
             self.__bound[parameter.name].after_set(self, parameter.value)
 
     def __switch_inputs(self, parameter: str) -> None:
-        for one in self.__inputs:
-            if one.parameter == parameter and one.subscription is not None:
-                self.__open(one)
+        for entry in self.__inputs:
+            if entry.parameter == parameter and entry.subscription is not None:
+                self.__open(entry)

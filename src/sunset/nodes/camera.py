@@ -2,7 +2,7 @@
 
 from collections import deque
 
-from sunset.faults import BLUR_SIGMA, IMAGE_DEGRADATION_RANGE, REFERENCE_WIDTH, blur, degrade_image, sharpness
+from sunset.faults import BLUR_SIGMA, IMAGE_DEGRADATION_RANGE, defocus_image, degrade_image, sharpness
 from sunset.interfaces.sensor_msgs.msg import Image
 from sunset.nodes.base import AdaptiveNode
 from sunset.nodes.images import array_of_bgr, image_of_bgr
@@ -66,7 +66,7 @@ class Camera(AdaptiveNode):
             return
         bgr = degrade_image(array_of_bgr(message), self.image_degradation)
         if self.autofocus_needed:
-            bgr = blur(bgr, BLUR_SIGMA * message.width / REFERENCE_WIDTH)
+            bgr = defocus_image(bgr, BLUR_SIGMA)
         self._measure_sharpness(sharpness(bgr))
         self._images.publish(image_of_bgr(message.header, bgr))
 

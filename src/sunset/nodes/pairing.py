@@ -7,6 +7,8 @@ SET_BACK_NS: Final = 10**9
 
 LeftT = TypeVar("LeftT")
 RightT = TypeVar("RightT")
+OwnT = TypeVar("OwnT")
+OtherT = TypeVar("OtherT")
 
 
 class PairMatcher(Generic[LeftT, RightT]):
@@ -29,10 +31,8 @@ class PairMatcher(Generic[LeftT, RightT]):
 
     def __init__(self, size: int = 10) -> None:
         self._size = size
-        self._left: dict[int, LeftT] = {}
-        self._right: dict[int, RightT] = {}
-        self._last_left: int | None = None
-        self._last_right: int | None = None
+        self._left: _Stream[LeftT] = _Stream()
+        self._right: _Stream[RightT] = _Stream()
 
     def add_left(self, stamp: int, item: LeftT, *, tolerance: int) -> tuple[LeftT, RightT] | None:
         """Take an item of the first stream; return the pair that it completes, or None.
@@ -42,66 +42,53 @@ class PairMatcher(Generic[LeftT, RightT]):
             item: the item.
             tolerance: greatest difference in nanoseconds of the stamps of a pair.
         """
-        if self._is_late(stamp, self._last_left):
-            return None
-        partner = _closest(stamp, self._right, tolerance)
-        if partner is None:
-            _keep(self._left, stamp, item, self._size)
-            return None
-        pair = item, self._right[partner]
-        self._forget_until(stamp, partner)
-        return pair
+        partner = self._find_partner(stamp, item, tolerance, self._left, self._right)
+        return None if partner is None else (item, partner)
 
     def add_right(self, stamp: int, item: RightT, *, tolerance: int) -> tuple[LeftT, RightT] | None:
-        """Take an item of the second stream; return the pair that it completes, or None.
-
-        Args:
-            stamp: its time in nanoseconds.
-            item: the item.
-            tolerance: greatest difference in nanoseconds of the stamps of a pair.
-        """
-        if self._is_late(stamp, self._last_right):
-            return None
-        partner = _closest(stamp, self._left, tolerance)
-        if partner is None:
-            _keep(self._right, stamp, item, self._size)
-            return None
-        pair = self._left[partner], item
-        self._forget_until(partner, stamp)
-        return pair
+        """Take an item of the second stream, as `add_left` does of the first."""
+        partner = self._find_partner(stamp, item, tolerance, self._right, self._left)
+        return None if partner is None else (partner, item)
 
     def clear_left(self) -> None:
         """Forget the waiting items of the first stream, not which pairs were given."""
-        self._left.clear()
+        self._left.waiting.clear()
 
     def reset(self) -> None:
         """Forget everything, as if nothing had been taken."""
-        self._left.clear()
-        self._right.clear()
-        self._last_left = self._last_right = None
+        self._left.forget()
+        self._right.forget()
 
-    def _is_late(self, stamp: int, last: int | None) -> bool:
-        """Return whether something as new was given; forget everything if time was set back."""
-        if last is None or stamp > last:
-            return False
-        if last - stamp <= SET_BACK_NS:
-            return True
-        self.reset()
-        return False
-
-    def _forget_until(self, left: int, right: int) -> None:
-        self._last_left, self._last_right = left, right
-        self._left = {stamp: item for stamp, item in self._left.items() if stamp > left}
-        self._right = {stamp: item for stamp, item in self._right.items() if stamp > right}
-
-
-def _closest(stamp: int, waiting: dict[int, LeftT], tolerance: int) -> int | None:
-    """Return the waiting stamp that is closest and within the tolerance; of two as close, the newer."""
-    near = [other for other in waiting if abs(other - stamp) <= tolerance]
-    return min(near, key=lambda other: (abs(other - stamp), -other), default=None)
+    def _find_partner(
+        self, stamp: int, item: OwnT, tolerance: int, own: "_Stream[OwnT]", others: "_Stream[OtherT]"
+    ) -> OtherT | None:
+        if own.last is not None and stamp <= own.last:
+            if own.last - stamp <= SET_BACK_NS:
+                return None  # something as new was given
+            self.reset()
+        near = [other for other in others.waiting if abs(other - stamp) <= tolerance]
+        if not near:
+            own.waiting[stamp] = item
+            if len(own.waiting) > self._size:
+                del own.waiting[next(iter(own.waiting))]
+            return None
+        closest = min(near, key=lambda other: (abs(other - stamp), -other))  # of two as close, the newer
+        partner = others.waiting[closest]
+        own.forget_until(stamp)
+        others.forget_until(closest)
+        return partner
 
 
-def _keep(waiting: dict[int, LeftT], stamp: int, item: LeftT, size: int) -> None:
-    waiting[stamp] = item
-    if len(waiting) > size:
-        del waiting[next(iter(waiting))]
+class _Stream(Generic[OwnT]):
+    """Items of one stream that wait for their partner, by stamp, and the stamp of the last that was given."""
+
+    def __init__(self) -> None:
+        self.forget()
+
+    def forget(self) -> None:
+        self.waiting: dict[int, OwnT] = {}
+        self.last: int | None = None
+
+    def forget_until(self, last: int) -> None:
+        self.last = last
+        self.waiting = {stamp: item for stamp, item in self.waiting.items() if stamp > last}

@@ -80,19 +80,16 @@ class NodeParameter(Generic[ValueT]):
         descriptor = ParameterDescriptor(
             name=self.name, description=self.description, read_only=self.read_only
         )
-        low, high = self.minimum, self.maximum
-        if low is not None or high is not None:
-            if isinstance(self.default, int):
-                whole = (-(2**63) if low is None else int(low), 2**63 - 1 if high is None else int(high))
-                descriptor.integer_range = [IntegerRange(from_value=whole[0], to_value=whole[1], step=0)]
-            else:
-                real = (
-                    -sys.float_info.max if low is None else low,
-                    sys.float_info.max if high is None else high,
-                )
-                descriptor.floating_point_range = [
-                    FloatingPointRange(from_value=real[0], to_value=real[1], step=0.0)
-                ]
+        if self.minimum is None and self.maximum is None:
+            return descriptor
+        if isinstance(self.default, int):
+            low = -(2**63) if self.minimum is None else int(self.minimum)
+            high = 2**63 - 1 if self.maximum is None else int(self.maximum)
+            descriptor.integer_range = [IntegerRange(from_value=low, to_value=high)]
+        else:
+            least = -sys.float_info.max if self.minimum is None else self.minimum
+            greatest = sys.float_info.max if self.maximum is None else self.maximum
+            descriptor.floating_point_range = [FloatingPointRange(from_value=least, to_value=greatest)]
         return descriptor
 
     def refusal(self, node: _Host, value: object) -> str:
@@ -160,7 +157,15 @@ class TopicParameter(NodeParameter[str]):
 
 
 class Action(NodeParameter[bool]):
-    """A parameter that does something when it is set to true, and then becomes false again; see `action`."""
+    """A method that is a parameter: it is called when that is set to true, which then becomes false again.
+
+    Example:
+        The method's name is the parameter's, its docstring the description::
+
+            @action
+            def perform_autofocus(self) -> None:
+                "Focus the lens."
+    """
 
     def __init__(self, function: Callable[..., None]) -> None:
         super().__init__(False, (function.__doc__ or "").strip().split("\n", 1)[0])
@@ -173,17 +178,7 @@ class Action(NodeParameter[bool]):
             node.call_later(0.0, lambda: node.write_parameter(self.name, value=False))
 
 
-def action(function: Callable[..., None]) -> Action:
-    """Make a method a parameter that calls it when it is set to true; its docstring is the description.
-
-    Example:
-        The name of the method is the parameter's::
-
-            @action
-            def perform_autofocus(self) -> None:
-                "Focus the lens."
-    """
-    return Action(function)
+action: Final = Action
 
 
 def bound_parameters(node_class: type) -> dict[str, NodeParameter[Any]]:

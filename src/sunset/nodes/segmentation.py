@@ -1,7 +1,7 @@
 """The segmentation: runs the network of the fused images' modality."""
 
 from functools import cache
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from sunset.errors import DataError
 from sunset.interfaces.sensor_msgs.msg import Image
@@ -9,9 +9,7 @@ from sunset.interfaces.system_interfaces.msg import SensorFusion
 from sunset.nodes.base import AdaptiveNode
 from sunset.nodes.images import array_of_bgr, array_of_depth, image_of_labels
 from sunset.nodes.parameters import FaultParameter, NodeParameter
-from sunset.ros.context import Context
 from sunset.ros.lifecycle import LifecycleState, TransitionCallbackReturn
-from sunset.ros.parameter import Parameter
 from sunset.system import get_fault
 
 if TYPE_CHECKING:
@@ -36,9 +34,7 @@ class SegmentationNode(AdaptiveNode):
 
     Args:
         segmenter: what segments, and is not warmed up; None for one that the parameters describe.
-        context: as of `AdaptiveNode`.
-        cli_args: as of `AdaptiveNode`.
-        parameter_overrides: as of `AdaptiveNode`.
+        options: as of `AdaptiveNode`.
     """
 
     node_name = "segmentation"
@@ -58,16 +54,9 @@ class SegmentationNode(AdaptiveNode):
         get_fault("gpu_failure").description,
     )
 
-    def __init__(
-        self,
-        *,
-        segmenter: "Segmenter | None" = None,
-        context: Context | None = None,
-        cli_args: list[str] | None = None,
-        parameter_overrides: list[Parameter] | None = None,
-    ) -> None:
+    def __init__(self, *, segmenter: "Segmenter | None" = None, **options: Any) -> None:
         self._given = segmenter
-        super().__init__(context=context, cli_args=cli_args, parameter_overrides=parameter_overrides)
+        super().__init__(**options)
 
     def set_up(self) -> None:
         """Name the input and the output."""

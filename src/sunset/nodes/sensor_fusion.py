@@ -3,7 +3,7 @@
 from typing import Final
 
 from sunset.errors import DataError
-from sunset.faults import REFERENCE_WIDTH, shift_image
+from sunset.faults import REFERENCE_WIDTH, misalign_image
 from sunset.interfaces.sensor_msgs.msg import Image
 from sunset.interfaces.std_msgs.msg import Header
 from sunset.interfaces.system_interfaces.msg import FusionType, SensorFusion
@@ -126,5 +126,6 @@ class Fusion(AdaptiveNode):
         )
 
     def _shifted(self, rgb: Image) -> Image:
-        pixels = round(self.image_shift * rgb.width / REFERENCE_WIDTH)
-        return image_of_bgr(rgb.header, shift_image(array_of_bgr(rgb), pixels)) if pixels else rgb
+        if not self.image_shift:
+            return rgb
+        return image_of_bgr(rgb.header, misalign_image(array_of_bgr(rgb), self.image_shift))

@@ -52,9 +52,5 @@ class ImageDigester:
 
 def _digest_message(image: Image, digest: bytes) -> ImageDigest:
     return ImageDigest(
-        header=image.header,
-        height=image.height,
-        width=image.width,
-        encoding=image.encoding,
-        digest=digest,
+        header=image.header, height=image.height, width=image.width, encoding=image.encoding, digest=digest
     )

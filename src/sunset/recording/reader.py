@@ -22,7 +22,6 @@ def read_messages(folder: Path, topics: Collection[str] | None = None) -> tuple[
     Raises:
         RecordError: the record is missing, incomplete, damaged, or of another version.
     """
-    folder = Path(folder)
     expected = read_run(folder).digest
     payloads = list(read_bag(folder))
     found = digest_of(payloads)
@@ -34,11 +33,7 @@ def read_messages(folder: Path, topics: Collection[str] | None = None) -> tuple[
 
 
 def check_extensions(run: RunRecord, folder: Path) -> None:
-    """Check that this process describes the system that a run was flown with.
-
-    Args:
-        run: what `run.json` says.
-        folder: the record.
+    """Check that this process describes the system that a run was made with.
 
     Raises:
         RecordError: an extension is missing, too many, or another one of the same name.
@@ -47,14 +42,15 @@ def check_extensions(run: RunRecord, folder: Path) -> None:
     recorded = run.extensions or {}
     for name in recorded.keys() - loaded.keys():
         raise RecordError(
-            f"The run in {folder} was flown with the extension {name}: name it with --extension."
+            f"The run in {folder} was made with the extension {name}: name it with --extension, in Python with "
+            "extensions."
         )
     for name, checksum in loaded.items():
         if name not in recorded:
-            raise RecordError(f"The run in {folder} was flown without the extension {name}: leave it out.")
+            raise RecordError(f"The run in {folder} was made without the extension {name}: leave it out.")
         if recorded[name] != checksum:
             raise RecordError(
-                f"The run in {folder} was flown with another version of the extension {name}: name that one."
+                f"The run in {folder} was made with another version of the extension {name}: name that one."
             )
 
 

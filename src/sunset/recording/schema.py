@@ -24,7 +24,7 @@ PLAN_VERSION: Final = 1
 RUN_FILE: Final = "run.json"
 """The file of a run's folder that is there only when the run is complete."""
 PLAN_FILE: Final = "bench.json"
-"""The file of a campaign's folder that says what is flown in it."""
+"""The file of a campaign's folder that says what is run in it."""
 
 _MOST: Final = 10**6
 """No number of a run is larger; twelve days, of those that are times."""
@@ -42,21 +42,10 @@ class RunRecord(msgspec.Struct, frozen=True, kw_only=True):
     """What `run.json` says: what was run, with what, and what came out.
 
     Attributes:
-        scenario: the scenario's name.
-        faults: the scenario's.
-        suite: the suite that it was flown for; empty for a scenario of one's own.
-        manager: the managing system's name.
-        manager_spec: what it was loaded as, where that is not its name.
+        suite: empty for a scenario of one's own.
+        manager_spec: what the managing system was loaded as, where that is not its name.
         manager_checksum: of the files that it is written in; empty if it has none.
         manager_failed: why the managing system failed, so that there is no message and no figure; None if it did not.
-        seed: of the run.
-        model: the segmentation's model.
-        model_checksums: of its networks.
-        device: what networks ran on.
-        middleware: the back end of the middleware.
-        bag_frames: how many frames the bag has.
-        bag_checksum: of the bag's files.
-        bag_looped: whether it began anew where it ended.
         bag_size: height and width of the recorded images, in pixels.
         bag_dropped: how many images have no partner.
         frame_size: height and width of what the networks take, in pixels.
@@ -120,10 +109,7 @@ class RunRecord(msgspec.Struct, frozen=True, kw_only=True):
     @property
     def thresholds(self) -> dict[str, float]:
         """The thresholds of the model's signals, by name."""
-        return {
-            "entropy_threshold": self.entropy_threshold,
-            "sharpness_threshold": self.sharpness_threshold,
-        }
+        return {"entropy_threshold": self.entropy_threshold, "sharpness_threshold": self.sharpness_threshold}
 
 
 _Figures = msgspec.defstruct(
@@ -182,24 +168,15 @@ class CampaignPlan(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True
     """What `bench.json` says: whatever a campaign's results may depend on, by name and by content.
 
     Attributes:
-        plan_version: of this schema.
         suite: the suite's name or folder.
-        scenarios: those of it that are flown; all if there is none.
-        scenarios_checksum: of all scenarios that are flown.
-        references: whether the paper's two reference rows are flown too.
-        managers: the managing systems.
+        scenarios: those of it that are run; all if there is none.
+        scenarios_checksum: of all scenarios that are run.
+        references: whether the paper's two reference rows are run too.
         manager_checksums: of the files that they are written in, by name.
-        repetitions: of every scenario.
         seed: of the first repetition.
         runs: how many there are in all.
-        model: the segmentation's model.
-        model_checksum: of its card.
+        model_checksum: of the model's card.
         bag: the bag's path; None for the default flight.
-        bag_checksum: of its files.
-        loop: whether it begins anew where it ends.
-        device: what networks run on.
-        timing: the clockwork of the experiments, by name.
-        middleware: the back end of the middleware.
         speed: seconds of `/clock` in a second; live.
         versions: of everything that a record's bytes may depend on.
         extensions: of the system's description: name → checksum.

@@ -1,4 +1,4 @@
-"""A whole run from its record: what was flown, what happened, and what was logged meanwhile."""
+"""A whole run from its record: what was run, what happened, and what was logged meanwhile."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -50,7 +50,6 @@ class StoredRun:
     """A run, as its record tells it.
 
     Attributes:
-        folder: the record's.
         record: what was run.
         timeline: what was observed.
         metrics: the figures, computed from that.

@@ -10,23 +10,8 @@ from sunset.errors import RecordError
 from sunset.interfaces import Message, type_name
 from sunset.interfaces.diagnostic_msgs.msg import DiagnosticArray
 from sunset.interfaces.stamps import ns_of
-from sunset.interfaces.system_interfaces.msg import (
-    Command as CommandMessage,
-)
-from sunset.interfaces.system_interfaces.msg import (
-    ExperimentLogging,
-    FaultInjection,
-    FrameEvaluation,
-    ImageDigest,
-)
-from sunset.metrics import (
-    NUMBER_OF_CLASSES,
-    Command,
-    Frames,
-    Injection,
-    Samples,
-    Timeline,
-)
+from sunset.interfaces.system_interfaces import msg
+from sunset.metrics import NUMBER_OF_CLASSES, Command, Frames, Injection, Samples, Timeline
 from sunset.recording.values import RecordedMessage
 from sunset.system import DURATION_S, PERIOD_S, RESULT_TOPIC, current_system, full_name
 
@@ -38,8 +23,6 @@ LOG_TOPIC: Final = "/experiment/log"
 _TRUTH: Final = "/gt_segmentation"
 
 _OTHERS: Final = (_COMMANDS, _DIAGNOSTICS, _EVALUATIONS, _INJECTIONS, LOG_TOPIC, _TRUTH)
-
-_NS_PER_S: Final = 10**9
 
 _M = TypeVar("_M", bound=Message)
 
@@ -97,7 +80,7 @@ def timeline(
         injections=_injections(topics.get(_INJECTIONS, []), start_ns),
         commands=_commands(topics.get(_COMMANDS, []), topics.get(_TRUTH, []), start_ns),
         frames=_frames(topics.get(_EVALUATIONS, []), topics.get(_TRUTH, []), start_ns),
-        expected_frames=int(expected_frames),
+        expected_frames=expected_frames,
     )
 
 
@@ -116,7 +99,7 @@ def content_of(recorded: RecordedMessage, kind: type[_M]) -> _M:
 
 
 def _seconds(time_ns: int, start_ns: int) -> float:
-    return (time_ns - start_ns) / _NS_PER_S
+    return (time_ns - start_ns) / 1e9
 
 
 def _times(recorded: Sequence[RecordedMessage], start_ns: int) -> npt.NDArray[np.float64]:
@@ -130,7 +113,7 @@ def start_of(log: Sequence[RecordedMessage]) -> int:
         RecordError: they lack it.
     """
     for recorded in log:
-        entry = content_of(recorded, ExperimentLogging)
+        entry = content_of(recorded, msg.ExperimentLogging)
         if (entry.source, entry.rule_name) == ("experiment", "start"):
             return entry.timestamp
     raise RecordError(f"The record does not say when the experiment began: no 'start' on {LOG_TOPIC}.")
@@ -158,7 +141,7 @@ def _number(text: str, node: str, key: str) -> float:
 
 
 def _injections(recorded: Sequence[RecordedMessage], start_ns: int) -> tuple[Injection, ...]:
-    found = [content_of(one, FaultInjection) for one in recorded]
+    found = [content_of(one, msg.FaultInjection) for one in recorded]
     injections = [
         Injection(
             # live, the clock of the node that injects may be a tick behind that of the node that lets it
@@ -178,8 +161,8 @@ def _injections(recorded: Sequence[RecordedMessage], start_ns: int) -> tuple[Inj
 def _commands(
     recorded: Sequence[RecordedMessage], truths: Sequence[RecordedMessage], start_ns: int
 ) -> tuple[Command, ...]:
-    flown_ns = truths[0].time_ns if truths else 0
-    found = [content_of(one, CommandMessage) for one in recorded]
+    first_ns = truths[0].time_ns if truths else 0
+    found = [content_of(one, msg.Command) for one in recorded]
     commands = [
         Command(
             time=_seconds(ns_of(one.stamp), start_ns),
@@ -191,7 +174,7 @@ def _commands(
             successful=one.successful,
         )
         for one in found
-        if ns_of(one.stamp) >= flown_ns
+        if ns_of(one.stamp) >= first_ns
     ]
     return tuple(sorted(commands, key=lambda command: command.time))
 
@@ -199,10 +182,10 @@ def _commands(
 def _frames(
     evaluations: Sequence[RecordedMessage], truths: Sequence[RecordedMessage], start_ns: int
 ) -> Frames:
-    taken_ns = {ns_of(content_of(one, ImageDigest).header.stamp): one.time_ns for one in truths}
+    taken_ns = {ns_of(content_of(one, msg.ImageDigest).header.stamp): one.time_ns for one in truths}
     found = []
     for recorded in evaluations:
-        evaluation = content_of(recorded, FrameEvaluation)
+        evaluation = content_of(recorded, msg.FrameEvaluation)
         time_ns = taken_ns.get(ns_of(evaluation.header.stamp), recorded.time_ns)
         found.append((_seconds(time_ns, start_ns), evaluation))
     found.sort(key=lambda item: item[0])

@@ -5,7 +5,6 @@ import shutil
 from collections.abc import Collection
 from contextlib import contextmanager
 from pathlib import Path
-from types import TracebackType
 from typing import TYPE_CHECKING, Final, Self
 
 import msgspec
@@ -36,12 +35,6 @@ class RecordWriter:
 
     Raises:
         OutputError: the folder holds something already, or cannot be made.
-
-    Example::
-
-        with RecordWriter(Path("out/run-1")) as writer:
-            writer.write("/diagnostics", time_ns, message)
-            writer.close(run)
     """
 
     def __init__(self, folder: Path) -> None:
@@ -111,11 +104,8 @@ class RecordWriter:
     def close(self, run: RunRecord) -> RunRecord:
         """Write the record and give it its final name.
 
-        Args:
-            run: what was run and what came out, without a digest.
-
         Returns:
-            The same with the `digest` of the messages.
+            What was run and what came out, with the `digest` of the messages.
 
         Raises:
             RecordError: `run` has a value that JSON does not know, such as NaN, or the record is closed.
@@ -149,12 +139,7 @@ class RecordWriter:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.abort()
 
     def _in_order(self) -> list[Payload]:

@@ -4,12 +4,13 @@ It is a strict subset of rclpy (Jazzy): node code written on it runs on rclpy wh
 change. What is more: `init` may be told a middleware, such as a process of a simulation.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any, TypeVar
 
 from sunset.rmw.core.node import Middleware
+from sunset.rmw.core.port import CallbackError
 from sunset.ros.context import Context, get_default_context
-from sunset.ros.exceptions import CallbackError
 from sunset.ros.executors import SingleThreadedExecutor
 from sunset.ros.node import Node
 from sunset.ros.parameter import Parameter
@@ -47,18 +48,12 @@ def init(
     """Join the network.
 
     Args:
-        args: the command line; `sys.argv` if None.
+        args: as of `Context.init`, which also says what may be raised.
         context: the process; the default context if None.
-        domain_id: of the live middleware; ROS_DOMAIN_ID, else 0, if None.
+        domain_id: as of `Context.init`.
         signal_handler_options: which signals shut the context down; all if None, but none for a context or a
             middleware that is given.
-        middleware: the process's door to the network; the live middleware if None.
-
-    Raises:
-        MiddlewareError: the context is in use, or the live middleware cannot be set up as asked.
-        MissingExtraError: no middleware is given, and the extra `live` is not installed.
-        UnknownROSArgsError: an argument after `--ros-args` is unknown or malformed.
-        ParameterError: a parameter file cannot be read or is malformed.
+        middleware: as of `Context.init`.
     """
     (context or get_default_context()).init(args, domain_id=domain_id, middleware=middleware)
     if signal_handler_options is None:
@@ -97,11 +92,8 @@ def spin(node: Node, executor: SingleThreadedExecutor | None = None) -> None:
     Raises:
         CallbackError: a callback raised.
     """
-    executor, added = _with_node(node, executor)
-    try:
-        executor.spin()
-    finally:
-        _without_node(node, executor, added)
+    with _executor_of(node, executor) as executing:
+        executing.spin()
 
 
 def spin_once(
@@ -113,11 +105,8 @@ def spin_once(
         CallbackError: it raised.
         MiddlewareError: called from inside a callback.
     """
-    executor, added = _with_node(node, executor)
-    try:
-        executor.spin_once(timeout_sec)
-    finally:
-        _without_node(node, executor, added)
+    with _executor_of(node, executor) as executing:
+        executing.spin_once(timeout_sec)
 
 
 def spin_until_future_complete(
@@ -131,18 +120,16 @@ def spin_until_future_complete(
     Raises:
         CallbackError: a callback raised.
     """
-    executor, added = _with_node(node, executor)
-    try:
-        executor.spin_until_future_complete(future, timeout_sec)
-    finally:
-        _without_node(node, executor, added)
+    with _executor_of(node, executor) as executing:
+        executing.spin_until_future_complete(future, timeout_sec)
 
 
-def _with_node(node: Node, executor: SingleThreadedExecutor | None) -> tuple[SingleThreadedExecutor, bool]:
+@contextmanager
+def _executor_of(node: Node, executor: SingleThreadedExecutor | None) -> Iterator[SingleThreadedExecutor]:
     executor = executor or SingleThreadedExecutor(context=node.context)
-    return executor, executor.add_node(node)
-
-
-def _without_node(node: Node, executor: SingleThreadedExecutor, added: bool) -> None:
-    if added:
-        executor.remove_node(node)
+    added = executor.add_node(node)
+    try:
+        yield executor
+    finally:
+        if added:
+            executor.remove_node(node)

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 
 from sunset.names import qualified_name
 from sunset.rmw.core.node import Middleware
-from sunset.rmw.core.port import EndpointInfo, EndpointKind, QoSProfile
+from sunset.rmw.core.port import EndpointInfo, EndpointKind
+from sunset.rmw.core.qos import QoSProfile
 from sunset.ros.exceptions import NodeNameNonExistentError
 
 _TOPIC_KINDS = (EndpointKind.PUBLISHER, EndpointKind.SUBSCRIPTION)

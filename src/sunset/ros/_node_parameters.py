@@ -1,6 +1,7 @@
-"""The part of a node that is about its parameters."""
+"""The part of a node that is about its parameters: declarations, checks, callbacks. It knows no network."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 from sunset.interfaces.rcl_interfaces.msg import (
@@ -9,15 +10,61 @@ from sunset.interfaces.rcl_interfaces.msg import (
     ParameterValue,
     SetParametersResult,
 )
-from sunset.ros._parameter_services import list_names
-from sunset.ros._parameter_store import ParameterStore, PostSetCallback, SetCallback
+from sunset.ros._parameter_checks import refusal
+from sunset.ros.exceptions import (
+    InvalidParameterException,
+    InvalidParameterValueException,
+    ParameterAlreadyDeclaredException,
+    ParameterImmutableException,
+    ParameterNotDeclaredException,
+    ParameterUninitializedException,
+)
+from sunset.ros.names import validate_parameter_name
 from sunset.ros.parameter import Parameter
+from sunset.texts import shorten, suggestion
+
+SetCallback = Callable[[list[Parameter]], SetParametersResult]
+PostSetCallback = Callable[[list[Parameter]], object]
+
+_LISTS = frozenset(kind.value for kind in Parameter.Type if kind.name.endswith("_ARRAY"))
+_SEPARATOR = "."
+
+
+@dataclass(slots=True)
+class Changes:
+    """What one set of parameters did."""
+
+    new: list[Parameter] = field(default_factory=list)
+    changed: list[Parameter] = field(default_factory=list)
+    deleted: list[Parameter] = field(default_factory=list)
 
 
 class NodeParameters:
-    """Parameter methods of `Node`, as in rclpy."""
+    """Parameter methods of `Node`, as in rclpy.
 
-    _parameters: ParameterStore
+    Args:
+        node: fully qualified name of the node, for errors.
+        overrides: values that win over the defaults of declarations.
+        allow_undeclared: whether parameters may be set that were not declared.
+        on_change: told of every change.
+    """
+
+    def __init__(
+        self,
+        node: str,
+        overrides: Mapping[str, Parameter],
+        *,
+        allow_undeclared: bool,
+        on_change: Callable[[Changes], object],
+    ) -> None:
+        self._parameters_of = node
+        self._parameter_overrides = overrides
+        self._allow_undeclared_parameters = allow_undeclared
+        self._on_parameter_change = on_change
+        self._parameters: dict[str, Parameter] = {}
+        self._descriptors: dict[str, ParameterDescriptor] = {}
+        self._on_set_parameters_callbacks: list[SetCallback] = []  # the latest first
+        self._post_set_parameters_callbacks: list[PostSetCallback] = []  # likewise
 
     def declare_parameter(
         self,
@@ -44,9 +91,27 @@ class NodeParameters:
             InvalidParameterTypeException: a parameter cannot hold the default.
             InvalidParameterValueException: descriptor or callbacks refuse the value.
         """
-        return self._parameters.declare(
-            name, value, descriptor or ParameterDescriptor(), ignore_override=ignore_override
+        validate_parameter_name(name)
+        if name in self._parameters:
+            raise ParameterAlreadyDeclaredException(
+                f"Parameter {name!r} of {self._parameters_of} is declared already."
+            )
+        parameter, descriptor = self._parameter_and_descriptor(
+            name, value, descriptor or ParameterDescriptor()
         )
+        if not ignore_override and name in self._parameter_overrides:
+            parameter = self._parameter_overrides[name]
+            if parameter.value == [] and descriptor.type in _LISTS:  # which says nothing about the type
+                parameter = Parameter(name, Parameter.Type(descriptor.type), [])
+        self._descriptors[name] = descriptor
+        reason = self._store_parameters([parameter], declaring=True)
+        if reason is not None:
+            self._parameters.pop(name, None)
+            del self._descriptors[name]
+            raise InvalidParameterValueException(
+                f"Parameter {name!r} of {self._parameters_of} cannot be declared with {parameter.value!r}: {reason}"
+            )
+        return self._parameters[name]
 
     def declare_parameters(
         self,
@@ -81,11 +146,14 @@ class NodeParameters:
             ParameterNotDeclaredException: it is not declared.
             ParameterImmutableException: it is read-only.
         """
-        self._parameters.undeclare(name)
+        self._check_parameters_declared([name])
+        if self._descriptors[name].read_only:
+            raise ParameterImmutableException(f"Parameter {name!r} of {self._parameters_of} is read-only.")
+        del self._parameters[name], self._descriptors[name]
 
     def has_parameter(self, name: str) -> bool:
         """Return whether a parameter is declared."""
-        return self._parameters.has(name)
+        return name in self._parameters
 
     def get_parameter(self, name: str) -> Parameter:
         """Return a parameter.
@@ -94,7 +162,15 @@ class NodeParameters:
             ParameterNotDeclaredException: it is not declared.
             ParameterUninitializedException: it has a fixed type and was never set.
         """
-        return self._parameters.get(name)
+        if name not in self._parameters and self._allow_undeclared_parameters:
+            return Parameter(name)
+        self._check_parameters_declared([name])
+        parameter = self._parameters[name]
+        if parameter.type_ is Parameter.Type.NOT_SET and not self._descriptors[name].dynamic_typing:
+            raise ParameterUninitializedException(
+                f"Parameter {name!r} of {self._parameters_of} was never set."
+            )
+        return parameter
 
     def get_parameters(self, names: Sequence[str]) -> list[Parameter]:
         """Return several parameters.
@@ -103,11 +179,11 @@ class NodeParameters:
             ParameterNotDeclaredException: one is not declared.
             ParameterUninitializedException: one has a fixed type and was never set.
         """
-        return [self._parameters.get(name) for name in names]
+        return [self.get_parameter(name) for name in names]
 
     def get_parameter_or(self, name: str, alternative_value: Parameter | None = None) -> Parameter:
         """Return a parameter, or the alternative if it is not declared or not set."""
-        parameter = self._parameters.peek(name)
+        parameter = self._parameters.get(name)
         if parameter is None or parameter.type_ is Parameter.Type.NOT_SET:
             return Parameter(name) if alternative_value is None else alternative_value
         return parameter
@@ -116,8 +192,8 @@ class NodeParameters:
         """Return the parameters under a prefix, by the rest of their names."""
         start = f"{prefix}." if prefix else ""
         return {
-            name[len(start) :]: self._parameters.peek(name) or Parameter(name)
-            for name in self._parameters.names()
+            name[len(start) :]: parameter
+            for name, parameter in self._parameters.items()
             if name.startswith(start)
         }
 
@@ -128,7 +204,9 @@ class NodeParameters:
             prefixes: only names that equal one of these or are below it; all names if empty.
             depth: only names with so many parts at most, not counting the prefix; 0 for no limit.
         """
-        return list_names(self._parameters.names(), prefixes, depth)
+        names = [name for name in self._parameters if _is_listed(name, prefixes, depth)]
+        found = {name.rpartition(_SEPARATOR)[0]: None for name in names if _SEPARATOR in name}
+        return ListParametersResult(names=names, prefixes=list(found))
 
     def get_parameter_type(self, name: str) -> Parameter.Type:
         """Return the type of a parameter's value.
@@ -136,8 +214,8 @@ class NodeParameters:
         Raises:
             ParameterNotDeclaredException: it is not declared.
         """
-        self._parameters.check_declared([name])
-        parameter = self._parameters.peek(name)
+        self._check_parameters_declared([name])
+        parameter = self._parameters.get(name)
         return Parameter.Type.NOT_SET if parameter is None else parameter.type_
 
     def get_parameter_types(self, names: Sequence[str]) -> list[Parameter.Type]:
@@ -154,7 +232,11 @@ class NodeParameters:
         Raises:
             ParameterNotDeclaredException: it is not declared.
         """
-        return self._parameters.descriptor(name)
+        if name not in self._descriptors and self._allow_undeclared_parameters:
+            return ParameterDescriptor(name=name, dynamic_typing=True)
+        if name not in self._descriptors:
+            self._check_parameters_declared([name])
+        return self._descriptors[name].copy()
 
     def describe_parameters(self, names: Sequence[str]) -> list[ParameterDescriptor]:
         """Return what values several parameters admit.
@@ -162,7 +244,7 @@ class NodeParameters:
         Raises:
             ParameterNotDeclaredException: one is not declared.
         """
-        return [self._parameters.descriptor(name) for name in names]
+        return [self.describe_parameter(name) for name in names]
 
     def set_descriptor(self, name: str, descriptor: ParameterDescriptor) -> ParameterValue:
         """Change what values a parameter admits, and return its value.
@@ -172,8 +254,18 @@ class NodeParameters:
             ParameterImmutableException: it is read-only.
             InvalidParameterValueException: its value would not be admitted.
         """
-        self._parameters.set_descriptor(name, descriptor)
-        return self._parameters.get(name).get_parameter_value()
+        self._check_parameters_declared([name])
+        if self._descriptors[name].read_only:
+            raise ParameterImmutableException(f"Parameter {name!r} of {self._parameters_of} is read-only.")
+        descriptor = descriptor.copy()
+        descriptor.name = name
+        if not descriptor.dynamic_typing:
+            descriptor.type = self._parameters[name].type_.value
+        reason = refusal(self._parameters[name], descriptor)
+        if reason is not None:
+            raise InvalidParameterValueException(f"The descriptor does not admit the present value: {reason}")
+        self._descriptors[name] = descriptor
+        return self._parameters[name].get_parameter_value()
 
     def set_parameters(self, parameter_list: list[Parameter]) -> list[SetParametersResult]:
         """Set parameters one after the other, and return one result each.
@@ -181,7 +273,7 @@ class NodeParameters:
         Raises:
             ParameterNotDeclaredException: one is not declared; those before it are set.
         """
-        return [self._parameters.set_together([parameter]) for parameter in parameter_list]
+        return [self.set_parameters_atomically([parameter]) for parameter in parameter_list]
 
     def set_parameters_atomically(self, parameter_list: list[Parameter]) -> SetParametersResult:
         """Set all of some parameters, or none.
@@ -189,14 +281,16 @@ class NodeParameters:
         Raises:
             ParameterNotDeclaredException: one is not declared.
         """
-        return self._parameters.set_together(list(parameter_list))
+        self._check_parameters_declared(parameter.name for parameter in parameter_list)
+        reason = self._store_parameters(list(parameter_list), declaring=False)
+        return SetParametersResult(successful=reason is None, reason=shorten(reason or ""))
 
     def add_on_set_parameters_callback(self, callback: SetCallback) -> None:
         """Ask `callback(parameters)` before parameters are set; it returns whether they may be, and if not, why.
 
         It must not change anything: another callback may still refuse.
         """
-        self._parameters.set_callbacks.insert(0, callback)
+        self._on_set_parameters_callbacks.insert(0, callback)
 
     def remove_on_set_parameters_callback(self, callback: SetCallback) -> None:
         """Stop asking a callback.
@@ -204,11 +298,11 @@ class NodeParameters:
         Raises:
             ValueError: it was not asked.
         """
-        self._parameters.set_callbacks.remove(callback)
+        self._on_set_parameters_callbacks.remove(callback)
 
     def add_post_set_parameters_callback(self, callback: PostSetCallback) -> None:
         """Tell `callback(parameters)` when parameters were set."""
-        self._parameters.post_set_callbacks.insert(0, callback)
+        self._post_set_parameters_callbacks.insert(0, callback)
 
     def remove_post_set_parameters_callback(self, callback: PostSetCallback) -> None:
         """Stop telling a callback.
@@ -216,4 +310,84 @@ class NodeParameters:
         Raises:
             ValueError: it was not told.
         """
-        self._parameters.post_set_callbacks.remove(callback)
+        self._post_set_parameters_callbacks.remove(callback)
+
+    def _parameter_and_descriptor(
+        self, name: str, value: object, descriptor: ParameterDescriptor
+    ) -> tuple[Parameter, ParameterDescriptor]:
+        """Return a new parameter, and its descriptor with name and type filled in."""
+        descriptor = descriptor.copy()
+        descriptor.name = name
+        if isinstance(value, Parameter.Type):
+            descriptor.type = value.value
+            parameter = Parameter(name)
+        else:
+            parameter = Parameter(name, value=value)
+            descriptor.type = parameter.type_.value
+        if not descriptor.dynamic_typing and descriptor.type == Parameter.Type.NOT_SET:
+            raise InvalidParameterException(
+                f"Parameter {name!r} of {self._parameters_of} needs a default value, a type, or dynamic_typing=True."
+            )
+        return parameter, descriptor
+
+    def _check_parameters_declared(self, names: Iterable[str]) -> None:
+        missing = [name for name in names if name not in self._parameters]
+        if missing and not self._allow_undeclared_parameters:
+            known = ", ".join(self._parameters) or "none"
+            raise ParameterNotDeclaredException(
+                f"Parameter {', '.join(map(repr, missing))} of {self._parameters_of} is not declared: "
+                f"{suggestion(missing[0], self._parameters)}name one of {known}."
+            )
+
+    def _store_parameters(self, parameters: list[Parameter], *, declaring: bool) -> str | None:
+        for parameter in parameters:
+            descriptor = self.describe_parameter(parameter.name)
+            if descriptor.read_only and not declaring:
+                return f"Parameter {parameter.name} is read-only."
+            unset = parameter.type_ is Parameter.Type.NOT_SET
+            reason = None if declaring and unset else refusal(parameter, descriptor)
+            if reason is not None:
+                return reason
+        for callback in self._on_set_parameters_callbacks:
+            result = callback(parameters)
+            if not isinstance(result, SetParametersResult):
+                raise TypeError(
+                    f"A set-parameters callback must return a SetParametersResult, got {result!r}."
+                )
+            if not result.successful:
+                return result.reason or "Refused without a reason."
+        self._commit_parameters(parameters, declaring=declaring)
+        for post_callback in self._post_set_parameters_callbacks:
+            post_callback(parameters)
+        return None
+
+    def _commit_parameters(self, parameters: list[Parameter], *, declaring: bool) -> None:
+        changes = Changes()
+        for parameter in parameters:
+            old = self._parameters.get(parameter.name)
+            was_set = old is not None and old.type_ is not Parameter.Type.NOT_SET
+            is_set = parameter.type_ is not Parameter.Type.NOT_SET
+            if is_set:
+                (changes.changed if was_set else changes.new).append(parameter)
+            elif was_set:
+                changes.deleted.append(parameter)
+            if is_set or declaring:
+                self._descriptors.setdefault(parameter.name, self.describe_parameter(parameter.name))
+                self._parameters[parameter.name] = parameter
+            else:  # as in rclpy, to unset a parameter is to undeclare it
+                self._parameters.pop(parameter.name, None)
+                self._descriptors.pop(parameter.name, None)
+        self._on_parameter_change(changes)
+
+
+def _is_listed(name: str, prefixes: Sequence[str], depth: int) -> bool:
+    if not prefixes:
+        return depth == 0 or name.count(_SEPARATOR) < depth
+    return any(
+        name == prefix
+        or (
+            name.startswith(f"{prefix}{_SEPARATOR}")
+            and (depth == 0 or name[len(prefix) + 1 :].count(_SEPARATOR) < depth)
+        )
+        for prefix in prefixes
+    )

@@ -5,7 +5,7 @@ import sys
 from sunset.interfaces.rcl_interfaces.msg import Log
 from sunset.ros.clock import Clock
 from sunset.ros.context import Context
-from sunset.ros.logging import LogRecord
+from sunset.ros.logging import LoggingSeverity
 from sunset.ros.publisher import Publisher
 
 
@@ -25,20 +25,11 @@ class NodeLogSink:
         """Send to /rosout no more: the node has left the graph."""
         self._rosout = None
 
-    def write(self, record: LogRecord) -> None:
+    def write(self, message: Log) -> None:
         """Send a message; once the context is shut down, to stderr only."""
         if self._rosout is not None and self._context.ok():
-            self._rosout.publish(
-                Log(
-                    stamp=self._clock.now().to_msg(),
-                    level=record.severity.value,
-                    name=record.name,
-                    msg=record.text,
-                    file=record.file,
-                    function=record.function,
-                    line=record.line,
-                )
-            )
+            message.stamp = self._clock.now().to_msg()
+            self._rosout.publish(message)
         if self._context.arguments.log_to_stderr:
-            seconds = self._clock.now_ns() / 1e9
-            sys.stderr.write(f"[{record.severity.name}] [{seconds:.9f}] [{record.name}]: {record.text}\n")
+            severity, seconds = LoggingSeverity(message.level).name, self._clock.now_ns() / 1e9
+            sys.stderr.write(f"[{severity}] [{seconds:.9f}] [{message.name}]: {message.msg}\n")

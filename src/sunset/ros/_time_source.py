@@ -3,11 +3,11 @@
 from collections.abc import Callable
 from typing import Final
 
-from sunset.interfaces import Message
 from sunset.interfaces.rosgraph_msgs.msg import Clock as ClockMessage
 from sunset.interfaces.stamps import ns_of
 from sunset.rmw.core.node import NodeHandle
-from sunset.rmw.core.port import QoSProfile, ReliabilityPolicy, SubscriptionHandle
+from sunset.rmw.core.port import SubscriptionHandle
+from sunset.rmw.core.qos import QoSProfile, ReliabilityPolicy
 from sunset.ros.clock import ROSClock
 from sunset.ros.time import ClockType, Time
 
@@ -45,9 +45,7 @@ class TimeSource:
             self._subscription = None
             self._clock.set_ros_time_override(None)
 
-    def _on_clock(self, message: Message) -> None:
-        if not isinstance(message, ClockMessage):
-            return
+    def _on_clock(self, message: ClockMessage) -> None:
         now_ns = ns_of(message.clock)
         if 0 <= now_ns < _END_NS:
             self._clock.set_ros_time_override(Time(nanoseconds=now_ns, clock_type=ClockType.ROS_TIME))

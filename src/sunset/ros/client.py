@@ -4,7 +4,8 @@ from typing import Any, Generic, TypeAlias, TypeVar, cast
 
 from sunset.interfaces import Message, Service
 from sunset.rmw.core.node import Middleware, NodeHandle
-from sunset.rmw.core.port import ClientHandle, QoSProfile
+from sunset.rmw.core.port import ClientHandle
+from sunset.rmw.core.qos import QoSProfile
 from sunset.ros.task import Future
 
 RequestT = TypeVar("RequestT", bound=Message)

@@ -12,32 +12,27 @@ class Clock:
     """Tells the time of its context's middleware.
 
     Args:
-        clock_type: what it follows.
+        clock_type: what it follows; an attribute too.
         context: whose time; the default context if None.
     """
 
     def __init__(
         self, *, clock_type: ClockType = ClockType.SYSTEM_TIME, context: Context | None = None
     ) -> None:
-        self._clock_type = clock_type
+        self.clock_type = clock_type
         self._context = context or get_default_context()
 
-    @property
-    def clock_type(self) -> ClockType:
-        """What it follows."""
-        return self._clock_type
-
     def __repr__(self) -> str:
-        return f"Clock(clock_type={self._clock_type.name})"
+        return f"Clock(clock_type={self.clock_type.name})"
 
     def now(self) -> Time:
         """Return the time, which is that of its start during a simulated callback."""
-        return Time(nanoseconds=self.now_ns(), clock_type=self._clock_type)
+        return Time(nanoseconds=self.now_ns(), clock_type=self.clock_type)
 
     def now_ns(self) -> int:
         """Return the time in nanoseconds."""
         middleware = self._context.middleware
-        return middleware.steady_ns() if self._clock_type is ClockType.STEADY_TIME else middleware.now_ns()
+        return middleware.steady_ns() if self.clock_type is ClockType.STEADY_TIME else middleware.now_ns()
 
 
 class ROSClock(Clock):

@@ -11,11 +11,15 @@ from sunset.ros.exceptions import NotInitializedException
 
 
 class Context:
-    """What the nodes of one process share: its middleware and its arguments."""
+    """What the nodes of one process share: its middleware and its arguments.
+
+    Attributes:
+        arguments: what the command line says.
+    """
 
     def __init__(self) -> None:
         self._middleware: Middleware | None = None
-        self._arguments = Arguments()
+        self.arguments = Arguments()
         self._on_shutdown: list[Callable[[], object]] = []
 
     def init(
@@ -45,9 +49,9 @@ class Context:
             raise MiddlewareError("The context is initialised already; shut it down first.")
         if middleware is not None and domain_id is not None:
             raise MiddlewareError("A domain id was given beside a middleware; give it to the middleware.")
-        self._arguments = Arguments.parse(sys.argv if args is None else args)
-        if self._arguments.log_to_stderr is None:
-            self._arguments.log_to_stderr = middleware is None if log_to_stderr is None else log_to_stderr
+        self.arguments = Arguments.parse(sys.argv if args is None else args)
+        if self.arguments.log_to_stderr is None:
+            self.arguments.log_to_stderr = middleware is None if log_to_stderr is None else log_to_stderr
         self._middleware = live_middleware().join(domain_id=domain_id) if middleware is None else middleware
 
     @property
@@ -60,11 +64,6 @@ class Context:
         if self._middleware is None:
             raise NotInitializedException("The context is not initialised: call init() first.")
         return self._middleware
-
-    @property
-    def arguments(self) -> Arguments:
-        """What the command line says."""
-        return self._arguments
 
     def ok(self) -> bool:
         """Return whether it is initialised and not shut down."""

@@ -1,28 +1,6 @@
 """The errors of the client library, in rclpy's names and in SUNSET's exception tree."""
 
 from sunset.errors import MiddlewareError, ParameterError
-from sunset.rmw.core.port import CallbackError
-
-__all__ = [
-    "CallbackError",
-    "InvalidNamespaceException",
-    "InvalidNodeNameException",
-    "InvalidParameterException",
-    "InvalidParameterTypeException",
-    "InvalidParameterValueException",
-    "InvalidServiceNameException",
-    "InvalidTopicNameException",
-    "NameValidationException",
-    "NodeNameNonExistentError",
-    "NotInitializedException",
-    "ParameterAlreadyDeclaredException",
-    "ParameterException",
-    "ParameterImmutableException",
-    "ParameterNotDeclaredException",
-    "ParameterUninitializedException",
-    "ROSInterruptException",
-    "UnknownROSArgsError",
-]
 
 # ruff: noqa: N818  the names are rclpy's
 

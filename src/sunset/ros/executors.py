@@ -1,7 +1,6 @@
 """Executors, as in `rclpy.executors`."""
 
 from collections.abc import Callable, Coroutine
-from types import TracebackType
 from typing import Any, Self, TypeVar
 
 from sunset.errors import MiddlewareError
@@ -18,26 +17,19 @@ class SingleThreadedExecutor:
     """Runs the callbacks of its nodes, one after the other, in the order in which they become ready.
 
     Args:
-        context: the process; the default context if None.
+        context: the process, an attribute too; the default context if None.
     """
 
     def __init__(self, *, context: Context | None = None) -> None:
-        self._context = context or get_default_context()
+        self.context = context or get_default_context()
         self._nodes: list[Node] = []
         self._is_shutdown = False
 
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.shutdown()
-
-    @property
-    def context(self) -> Context:
-        """The process."""
-        return self._context
 
     def add_node(self, node: Node) -> bool:
         """Run the callbacks of a node; return whether that is news.
@@ -47,7 +39,7 @@ class SingleThreadedExecutor:
         """
         if node in self._nodes:
             return False
-        if node.context is not self._context:
+        if node.context is not self.context:
             raise MiddlewareError(f"Node {node.get_fully_qualified_name()} belongs to another context.")
         self._nodes.append(node)
         node.handle.attach()
@@ -91,8 +83,8 @@ class SingleThreadedExecutor:
         Raises:
             CallbackError: a callback raised.
         """
-        while self._context.ok() and not self._is_shutdown:
-            self._context.middleware.spin_once(None)
+        while self.context.ok() and not self._is_shutdown:
+            self.context.middleware.spin_once(None)
 
     def spin_once(self, timeout_sec: float | None = None) -> None:
         """Wait for a callback and run it.
@@ -105,9 +97,9 @@ class SingleThreadedExecutor:
             MiddlewareError: called from inside a callback.
             NotInitializedException: the context is not initialised, or was shut down.
         """
-        if not self._context.ok():
+        if not self.context.ok():
             raise NotInitializedException("A context that is not initialised, or was shut down, cannot spin.")
-        self._context.middleware.spin_once(_nanoseconds(timeout_sec))
+        self.context.middleware.spin_once(_nanoseconds(timeout_sec))
 
     def spin_until_future_complete(self, future: Future[T], timeout_sec: float | None = None) -> None:
         """Run callbacks until a future is done, the context is shut down, or time is over.
@@ -115,10 +107,10 @@ class SingleThreadedExecutor:
         Raises:
             CallbackError: a callback raised.
         """
-        middleware = self._context.middleware
+        middleware = self.context.middleware
         timeout_ns = _nanoseconds(timeout_sec)
         end_ns = None if timeout_ns is None else middleware.steady_ns() + timeout_ns
-        while not future.done() and self._context.ok() and not self._is_shutdown:
+        while not future.done() and self.context.ok() and not self._is_shutdown:
             remaining_ns = None if end_ns is None else max(0, end_ns - middleware.steady_ns())
             ran = middleware.spin_once(remaining_ns)  # what woke it may have been no callback
             if end_ns is not None and middleware.steady_ns() >= end_ns + ran:
@@ -126,14 +118,14 @@ class SingleThreadedExecutor:
 
     def wake(self) -> None:
         """Make a waiting `spin_once` return."""
-        self._context.middleware.wake()
+        self.context.middleware.wake()
 
     def shutdown(self, timeout_sec: float | None = None) -> bool:  # noqa: ARG002  rclpy's; nothing here waits
         """Stop running callbacks and end `spin`, from any thread; return True, since nothing is waited for."""
         self._is_shutdown = True
         for node in self.get_nodes():
             self.remove_node(node)
-        if self._context.ok():
+        if self.context.ok():
             self.wake()
         return True
 

@@ -1,12 +1,12 @@
 """Loggers, as in `rclpy.logging`: to /rosout, and to stderr if the context says so."""
 
 import sys
-from dataclasses import dataclass
 from enum import IntEnum
 from pathlib import PurePath
 from types import FrameType
 from typing import Final, Protocol, TypedDict, Unpack
 
+from sunset.interfaces.rcl_interfaces.msg import Log
 from sunset.texts import shorten
 
 _LONGEST: Final = 10_000
@@ -24,35 +24,14 @@ class LoggingSeverity(IntEnum):
     FATAL = 50
 
 
-@dataclass(frozen=True, slots=True)
-class LogRecord:
-    """One message to log.
-
-    Attributes:
-        severity: how severe it is.
-        name: the logger's.
-        text: the message.
-        file: name of the source file, without its folder, so that it is the same on every computer.
-        function: the function that logs.
-        line: its line.
-    """
-
-    severity: LoggingSeverity
-    name: str
-    text: str
-    file: str
-    function: str
-    line: int
-
-
 class LogSink(Protocol):
     """Where the messages of a node's loggers go."""
 
     def now_ns(self) -> int:
         """The time by which messages are throttled."""
 
-    def write(self, record: LogRecord) -> None:
-        """Take a message."""
+    def write(self, message: Log) -> None:
+        """Take a message, which has no stamp yet."""
 
 
 class _ClockLike(Protocol):
@@ -168,13 +147,13 @@ class Logger:
             return False
         code = frame.f_code
         self._sink.write(
-            LogRecord(
-                severity,
-                self.name,
-                shorten(str(message), _LONGEST),
-                PurePath(code.co_filename).name,
-                code.co_name,
-                frame.f_lineno,
+            Log(
+                level=severity.value,
+                name=self.name,
+                msg=shorten(str(message), _LONGEST),
+                file=PurePath(code.co_filename).name,  # without its folder: the same on every computer
+                function=code.co_name,
+                line=frame.f_lineno,
             )
         )
         return True

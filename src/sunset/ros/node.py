@@ -5,17 +5,18 @@ from typing import Any, TypeVar, cast
 
 from sunset.interfaces import Message
 from sunset.interfaces import Service as ServiceType
-from sunset.interfaces.rcl_interfaces.msg import Log, ParameterEvent
-from sunset.rmw.core.port import EndpointKind, QoSProfile, incompatibility
+from sunset.interfaces.rcl_interfaces.msg import Log, ParameterDescriptor, ParameterEvent
+from sunset.interfaces.type_description_interfaces.srv import GetTypeDescription
+from sunset.rmw.core.port import EndpointKind
+from sunset.rmw.core.qos import QoSProfile, incompatibility
 from sunset.ros._callbacks import callback_name, driven
 from sunset.ros._node_graph import NodeGraph
-from sunset.ros._node_parameters import NodeParameters
+from sunset.ros._node_parameters import Changes, NodeParameters
 from sunset.ros._parameter_files import matches
 from sunset.ros._parameter_services import ParameterServices
-from sunset.ros._parameter_store import Changes, ParameterStore
 from sunset.ros._rosout import NodeLogSink
 from sunset.ros._time_source import TimeSource
-from sunset.ros._type_descriptions import offer_type_descriptions
+from sunset.ros._type_descriptions import describe_type
 from sunset.ros.arguments import Arguments
 from sunset.ros.callback_groups import CallbackGroup
 from sunset.ros.client import AnyClient, Client
@@ -58,6 +59,10 @@ class Node(NodeParameters, NodeGraph):
         allow_undeclared_parameters: whether parameters may be set that were not declared.
         automatically_declare_parameters_from_overrides: whether all overrides are declared at once.
 
+    Attributes:
+        context: its process.
+        default_callback_group: the group of callbacks that name none.
+
     Raises:
         NotInitializedException: the context is not initialised.
         NameValidationException: name or namespace break the rules.
@@ -79,11 +84,11 @@ class Node(NodeParameters, NodeGraph):
         allow_undeclared_parameters: bool = False,
         automatically_declare_parameters_from_overrides: bool = False,
     ) -> None:
-        self._context = context or get_default_context()
-        self._middleware = self._context.middleware
+        self.context = context or get_default_context()
+        self._middleware = self.context.middleware
         arguments = [Arguments.parse(cli_args or ())]
         if use_global_arguments:
-            arguments.append(self._context.arguments)
+            arguments.append(self.context.arguments)
         self._rules = [rule for each in arguments for rule in each.remaps]
         name, namespace = _renamed(node_name, namespace or "/", self._rules)
         self.handle = self._middleware.create_node(name, namespace)
@@ -92,22 +97,23 @@ class Node(NodeParameters, NodeGraph):
         self._clients: list[AnyClient] = []
         self._services: list[Service] = []
         self._timers: list[Timer] = []
-        self._default_callback_group = CallbackGroup()
-        self._clock = ROSClock(context=self._context)
+        self.default_callback_group = CallbackGroup()
+        self._clock = ROSClock(context=self.context)
         self._time_source = TimeSource(self.handle, self._clock, self._on_bad_time)
         self._logger = self._make_logger(enable_rosout)
-        self.handle.on_problem(self._on_problem)
+        self.handle.warn = self._on_problem
         self._parameter_event_publisher = self.create_publisher(
             ParameterEvent, "/parameter_events", qos_profile_parameter_events
         )
-        self._parameters = ParameterStore(
+        NodeParameters.__init__(
+            self,
             self.get_fully_qualified_name(),
             self._find_overrides(arguments, parameter_overrides or []),
             allow_undeclared=allow_undeclared_parameters,
             on_change=self._on_parameters_changed,
         )
         self.declare_parameter("use_sim_time", False)
-        offer_type_descriptions(self)
+        self._offer_type_descriptions()
         if automatically_declare_parameters_from_overrides:
             self._declare_overrides()
         if start_parameter_services:
@@ -117,16 +123,6 @@ class Node(NodeParameters, NodeGraph):
         return f"<{type(self).__name__} {self.get_fully_qualified_name()}>"
 
     # Who it is
-
-    @property
-    def context(self) -> Context:
-        """Its process."""
-        return self._context
-
-    @property
-    def default_callback_group(self) -> CallbackGroup:
-        """The group of callbacks that name none."""
-        return self._default_callback_group
 
     @property
     def publishers(self) -> Iterator[AnyPublisher]:
@@ -319,10 +315,10 @@ class Node(NodeParameters, NodeGraph):
 
     def _make_logger(self, enable_rosout: bool) -> Logger:
         rosout = None
-        arguments = self._context.arguments
+        arguments = self.context.arguments
         if enable_rosout and arguments.log_to_rosout:
             rosout = self.create_publisher(Log, "/rosout", qos_profile_rosout_default)
-        self._log_sink = sink = NodeLogSink(self._context, self._clock, rosout)
+        self._log_sink = sink = NodeLogSink(self.context, self._clock, rosout)
         name = self.get_fully_qualified_name().lstrip("/").replace("/", ".")
         return Logger(name, sink, arguments.log_level or LoggingSeverity.INFO)
 
@@ -356,13 +352,32 @@ class Node(NodeParameters, NodeGraph):
         return {parameter.name: parameter for parameter in [*given, *own]}
 
     def _declare_overrides(self) -> None:
-        for parameter in self._parameters.overrides.values():
+        for parameter in self._parameter_overrides.values():
             if not self.has_parameter(parameter.name):
                 self.declare_parameter(parameter.name, parameter.value)
 
     def _offer_parameters(self) -> None:
-        for srv_type, service, callback in ParameterServices(self._parameters).callbacks():
+        for srv_type, service, callback in ParameterServices(self).callbacks():
             self.create_service(srv_type, f"~/{service}", callback, qos_profile=qos_profile_parameters)
+
+    def _offer_type_descriptions(self) -> None:
+        """Serve `~/get_type_description` where other nodes of the network do, unless a parameter forbids it."""
+        if not self._middleware.describes_types:
+            return
+        descriptor = ParameterDescriptor(description="whether others can ask for its types", read_only=True)
+        if self.declare_parameter("start_type_description_service", True, descriptor).value:
+            self.create_service(GetTypeDescription, "~/get_type_description", self._answer_type_description)
+
+    def _answer_type_description(
+        self, request: GetTypeDescription.Request, response: GetTypeDescription.Response
+    ) -> GetTypeDescription.Response:
+        types = [
+            *(publisher.msg_type for publisher in self._publishers),
+            *(subscription.msg_type for subscription in self._subscriptions),
+            *(client.srv_type for client in self._clients),
+            *(service.srv_type for service in self._services),
+        ]
+        return describe_type(types, request, response)
 
     def _on_parameters_changed(self, changes: Changes) -> None:
         for parameter in [*changes.new, *changes.changed]:

@@ -135,11 +135,11 @@ class Parameter:
     def get_parameter_value(self) -> ParameterValue:
         """Return the value as a message."""
         message = ParameterValue(type=self._type.value)
-        field = _FIELDS.get(self._type)
-        if field is not None:
-            value = self._value
+        if self._type is not Parameter.Type.NOT_SET:
             dtype = _DTYPES.get(self._type)
-            setattr(message, field, value if dtype is None else np.array(value, dtype=dtype))
+            setattr(
+                message, _field(self._type), self._value if dtype is None else np.array(self._value, dtype)
+            )
         return message
 
     def to_parameter_msg(self) -> ParameterMessage:
@@ -170,17 +170,6 @@ _ELEMENTS = {
     Parameter.Type.DOUBLE_ARRAY: float,
     Parameter.Type.STRING_ARRAY: str,
 }
-_FIELDS = {
-    Parameter.Type.BOOL: "bool_value",
-    Parameter.Type.INTEGER: "integer_value",
-    Parameter.Type.DOUBLE: "double_value",
-    Parameter.Type.STRING: "string_value",
-    Parameter.Type.BYTE_ARRAY: "byte_array_value",
-    Parameter.Type.BOOL_ARRAY: "bool_array_value",
-    Parameter.Type.INTEGER_ARRAY: "integer_array_value",
-    Parameter.Type.DOUBLE_ARRAY: "double_array_value",
-    Parameter.Type.STRING_ARRAY: "string_array_value",
-}
 _DTYPES = {Parameter.Type.INTEGER_ARRAY: np.int64, Parameter.Type.DOUBLE_ARRAY: np.float64}
 
 
@@ -196,8 +185,12 @@ def parameter_value_to_python(parameter_value: ParameterValue) -> Value:
         raise InvalidParameterTypeException(f"Parameter type {parameter_value.type} is unknown.") from error
     if kind is Parameter.Type.NOT_SET:
         return None
-    value = getattr(parameter_value, _FIELDS[kind])
-    return _normalised(kind, value)
+    return _normalised(kind, getattr(parameter_value, _field(kind)))
+
+
+def _field(kind: Parameter.Type) -> str:
+    """Return the field of `ParameterValue` that holds a value of a type, such as `bool_array_value`."""
+    return f"{kind.name.lower()}_value"
 
 
 def _normalised(kind: Parameter.Type, value: object) -> Value:
@@ -206,11 +199,7 @@ def _normalised(kind: Parameter.Type, value: object) -> Value:
         return None
     if kind in _ELEMENTS:
         python = _ELEMENTS[kind]
-        items = _as_list(cast("_Items", value))  # the type says that it is one
+        items = value.tolist() if isinstance(value, (np.ndarray, array)) else cast("_Items", value)
         return cast("Value", [item if type(item) is python else python(item) for item in items])
     scalar: Value = _SCALARS[kind](value)
     return scalar
-
-
-def _as_list(values: "_Items") -> list[object]:
-    return list(values.tolist() if isinstance(values, (np.ndarray, array)) else values)

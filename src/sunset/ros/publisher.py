@@ -1,23 +1,23 @@
 """Publishers, as in `rclpy.publisher`."""
 
+from dataclasses import dataclass
 from typing import Any, Generic, TypeAlias, TypeVar
 
 from sunset.interfaces import Message
-from sunset.rmw.core.port import PublisherHandle, QoSProfile
+from sunset.rmw.core.port import PublisherHandle
+from sunset.rmw.core.qos import QoSProfile
 
 MessageT = TypeVar("MessageT", bound=Message)
 
 
+@dataclass(eq=False, repr=False)
 class Publisher(Generic[MessageT]):
     """Sends messages of one type on one topic; made by `Node.create_publisher`."""
 
-    def __init__(
-        self, handle: PublisherHandle, msg_type: type[MessageT], topic: str, qos_profile: QoSProfile
-    ) -> None:
-        self.handle = handle
-        self.msg_type = msg_type
-        self.topic_name = topic
-        self.qos_profile = qos_profile
+    handle: PublisherHandle
+    msg_type: type[MessageT]
+    topic_name: str
+    qos_profile: QoSProfile
 
     def __repr__(self) -> str:
         return f"<Publisher of {self.topic_name}>"

@@ -3,7 +3,7 @@
 from typing import Final
 
 from sunset.errors import MiddlewareError
-from sunset.rmw.core.port import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
+from sunset.rmw.core.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 
 __all__ = [
     "DurabilityPolicy",

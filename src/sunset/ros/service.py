@@ -5,7 +5,8 @@ from collections.abc import Callable
 from sunset.interfaces import Message
 from sunset.interfaces import Service as ServiceType
 from sunset.rmw.core.node import NodeHandle
-from sunset.rmw.core.port import QoSProfile, RequestId, ServiceHandle
+from sunset.rmw.core.port import RequestId, ServiceHandle
+from sunset.rmw.core.qos import QoSProfile
 from sunset.ros._callbacks import drive
 
 

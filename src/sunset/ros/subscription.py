@@ -1,30 +1,25 @@
 """Subscriptions, as in `rclpy.subscription`."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any, Generic, TypeAlias, TypeVar
 
 from sunset.interfaces import Message
-from sunset.rmw.core.port import QoSProfile, SubscriptionHandle
+from sunset.rmw.core.port import SubscriptionHandle
+from sunset.rmw.core.qos import QoSProfile
 
 MessageT = TypeVar("MessageT", bound=Message)
 
 
+@dataclass(eq=False, repr=False)
 class Subscription(Generic[MessageT]):
     """Gets messages of one type from one topic; made by `Node.create_subscription`."""
 
-    def __init__(
-        self,
-        handle: SubscriptionHandle,
-        msg_type: type[MessageT],
-        topic: str,
-        callback: Callable[[MessageT], object],
-        qos_profile: QoSProfile,
-    ) -> None:
-        self.handle = handle
-        self.msg_type = msg_type
-        self.topic_name = topic
-        self.callback = callback
-        self.qos_profile = qos_profile
+    handle: SubscriptionHandle
+    msg_type: type[MessageT]
+    topic_name: str
+    callback: Callable[[MessageT], object]
+    qos_profile: QoSProfile
 
     def __repr__(self) -> str:
         return f"<Subscription of {self.topic_name}>"

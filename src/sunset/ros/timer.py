@@ -3,7 +3,6 @@
 from collections.abc import Callable
 
 from sunset.rmw.core.node import NodeHandle
-from sunset.rmw.core.port import TimerHandle
 from sunset.ros._callbacks import driven
 from sunset.ros.clock import Clock, ROSClock
 
@@ -31,7 +30,7 @@ class Timer:
         self._follows = False  # /clock, which then rules in place of the middleware's timer
         self._began_ns = 0  # by /clock; 0 until the time is known
         self._due_ns = 0
-        self._handle: TimerHandle = node.create_timer(period_ns, self._driven, label)
+        self._handle = node.create_timer(period_ns, self._driven, label)
         if isinstance(clock, ROSClock):
             clock.add_listener(self._on_time_set)
             self._on_time_set()

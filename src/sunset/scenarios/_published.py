@@ -14,28 +14,14 @@ IGNORED_KEYS: Final = ("criticality_level", "is_gt_failure", "probability")
 
 _RENAMED: Final[Mapping[str, str]] = MappingProxyType(
     {
-        f"{prefix}_{node}": fault
-        for prefix, by_node in (
-            (
-                "do_drop",
-                {
-                    "camera": "camera_driver_issue",
-                    "rgb_camera": "camera_driver_issue",
-                    "sensor_fusion": "sync_issue",
-                    "segmentation": "cuda_out_of_memory",
-                },
-            ),
-            (
-                "do_hard_drop",
-                {
-                    "camera": "hardware_disconnect",
-                    "rgb_camera": "hardware_disconnect",
-                    "sensor_fusion": "memory_leakage",
-                    "segmentation": "gpu_failure",
-                },
-            ),
-        )
-        for node, fault in by_node.items()
+        "do_drop_camera": "camera_driver_issue",
+        "do_drop_rgb_camera": "camera_driver_issue",
+        "do_drop_sensor_fusion": "sync_issue",
+        "do_drop_segmentation": "cuda_out_of_memory",
+        "do_hard_drop_camera": "hardware_disconnect",
+        "do_hard_drop_rgb_camera": "hardware_disconnect",
+        "do_hard_drop_sensor_fusion": "memory_leakage",
+        "do_hard_drop_segmentation": "gpu_failure",
     }
 )
 """Parameter of the older published files → fault: a drop ends with a restart, a hard drop does not."""

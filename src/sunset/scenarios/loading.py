@@ -42,7 +42,7 @@ def load_scenario(name: str | Path) -> Scenario:
         return generate(faults)
     if text in suite_names():
         raise ScenarioError(
-            f"{text!r} is a suite: name one of its scenarios ('sunset scenarios list --suite {text}'), or fly all "
+            f"{text!r} is a suite: name one of its scenarios ('sunset scenarios list --suite {text}'), or run all "
             f"of them with 'sunset bench --suite {text}'."
         )
     hint = suggestion(text, [*scenario_names(), *current_system().faults])

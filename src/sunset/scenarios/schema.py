@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import yaml
 
 from sunset.errors import MALFORMED_YAML, ScenarioError
+from sunset.names import ros_text
 from sunset.scenarios._document import is_ambiguous
 from sunset.system import Adaptation, Fault, Value, current_system, get_fault
 
@@ -148,4 +149,4 @@ def _checked(fault: Fault, value: Value | None) -> Value:
 
 def _shown(value: Value) -> str:
     """Return a value as YAML writes it."""
-    return str(value).lower() if isinstance(value, bool) else repr(value)
+    return repr(value) if isinstance(value, str) else ros_text(value)

@@ -11,9 +11,11 @@ from sunset.system.current import (
 from sunset.system.description import (
     Adaptation,
     AdaptationKind,
+    Effect,
     Failure,
     Fault,
     FaultKind,
+    ImageFunction,
     NodeDescription,
     Signal,
     Topic,
@@ -30,11 +32,12 @@ from sunset.system.harness import (
     HarnessNode,
 )
 from sunset.system.names import NAMESPACE, frequency_entry, full_name, short_name
-from sunset.system.paper import DEPTH_DEGRADATION_RANGE, IMAGE_DEGRADATION_RANGE
+from sunset.system.paper import BLUR_SIGMA, DEPTH_DEGRADATION_RANGE, IMAGE_DEGRADATION_RANGE
 from sunset.system.system import Extension, System
 from sunset.system.window import DURATION_S, PERIOD_S, SILENCE_S, WINDOW, MovingMean, Window
 
 __all__ = [
+    "BLUR_SIGMA",
     "DEPTH_DEGRADATION_RANGE",
     "DURATION_S",
     "HARNESS",
@@ -51,11 +54,13 @@ __all__ = [
     "WINDOW",
     "Adaptation",
     "AdaptationKind",
+    "Effect",
     "Extension",
     "Failure",
     "Fault",
     "FaultKind",
     "HarnessNode",
+    "ImageFunction",
     "LoadedExtension",
     "MovingMean",
     "NodeDescription",

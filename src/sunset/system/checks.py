@@ -2,10 +2,19 @@
 
 from collections.abc import Collection, Iterable, Mapping
 from math import inf, isfinite
-from typing import TypeVar
+from typing import TypeVar, get_args
 
 from sunset.errors import ExtensionError
-from sunset.system.description import Adaptation, AdaptationKind, Failure, Fault, NodeDescription, Signal
+from sunset.system.description import (
+    Adaptation,
+    AdaptationKind,
+    Effect,
+    Failure,
+    Fault,
+    NodeDescription,
+    Sensor,
+    Signal,
+)
 from sunset.system.harness import SENSOR_TOPICS
 from sunset.system.names import full_name
 from sunset.texts import suggestion
@@ -38,15 +47,29 @@ def check_nodes(nodes: Mapping[str, NodeDescription], published: Collection[str]
             )
 
 
-def check_node_classes(node_classes: Mapping[str, type], nodes: Mapping[str, NodeDescription]) -> None:
+def check_node_classes(
+    node_classes: Iterable[tuple[str, type]], nodes: Mapping[str, NodeDescription]
+) -> None:
     """Check the classes that run in place of nodes' own.
 
+    Args:
+        node_classes: node and class, of every part in turn.
+        nodes: all of them, by name.
+
     Raises:
-        ExtensionError: one is of a node that is not there, or of another node.
+        ExtensionError: one is of a node that is not there, of another node, or no subclass of an earlier one.
     """
-    for name, node_class in node_classes.items():
+    latest: dict[str, type] = {}
+    for name, node_class in node_classes:
         _known("node", name, nodes, "A class in node_classes")
         _check_class(name, node_class)
+        earlier = latest.get(name, node_class)
+        if not issubclass(node_class, earlier):
+            raise ExtensionError(
+                f"The class of the node {name} is {earlier.__name__} already: {node_class.__name__} must be a subclass "
+                "of it, or be left out."
+            )
+        latest[name] = node_class
 
 
 def check_topics(named: Iterable[str], published: Collection[str]) -> None:
@@ -149,6 +172,46 @@ def check_fault(fault: Fault, nodes: Mapping[str, NodeDescription], failures: Ma
         )
 
 
+def check_effect(fault: Fault, faults: Mapping[str, Fault], signal: Signal | None) -> None:
+    """Check that what a fault does to images can be measured.
+
+    Args:
+        fault: the fault.
+        faults: all of them, by name.
+        signal: that it shows in; None if it shows as an outage.
+
+    Raises:
+        ExtensionError: it cannot.
+    """
+    effect = fault.effect
+    if effect is None:
+        return
+    what = f"The effect of the fault {fault.name}"
+    if signal is None or not signal.calibrated:
+        raise ExtensionError(
+            f"{what} can be measured only if its failure is of a signal whose threshold the model's card has."
+        )
+    if effect.sensor not in get_args(Sensor):
+        raise ExtensionError(
+            f"{what} must be on the sensor {' or '.join(get_args(Sensor))}, got {effect.sensor!r}."
+        )
+    for function in (effect.degrade, effect.restore or effect.degrade):
+        if not callable(function) and not (isinstance(function, str) and ":" in function):
+            raise ExtensionError(
+                f"{what} must be a function, or where that is as module:function, got {function!r}."
+            )
+    if (effect.suite is None) != (fault.limits is not None):
+        raise ExtensionError(
+            f"{what} needs the strength in the suites if the fault's value is not a number, and only then, got "
+            f"{effect.suite!r}."
+        )
+    _check_strengths(effect, fault.limits or (0.0, effect.largest), what)
+    if isinstance(effect.suite, str):
+        other = _known("fault", effect.suite, faults, what).effect
+        if other is None or isinstance(other.suite, str):
+            raise ExtensionError(f"{what} has the strength of {effect.suite}, which has none of its own.")
+
+
 def check_scenarios(
     suites: Mapping[str, tuple[tuple[str, ...], ...]],
     exclusive: Iterable[tuple[str, str]],
@@ -194,6 +257,16 @@ def _check_class(node: str, node_class: object) -> None:
     named = getattr(node_class, "node_name", None)
     if not isinstance(node_class, type) or named != node:
         raise ExtensionError(f"The class of the node {node} must have its node_name, got {named!r}.")
+
+
+def _check_strengths(effect: Effect, limits: tuple[float, float], what: str) -> None:
+    low, high = limits
+    for strength in (*effect.strengths, *([] if isinstance(effect.suite, str | None) else [effect.suite])):
+        is_number = isinstance(strength, int | float) and not isinstance(strength, bool)
+        if not is_number or not low < strength <= high:
+            raise ExtensionError(
+                f"{what} needs strengths that are numbers greater than {low:g} and at most {high:g}, got {strength!r}."
+            )
 
 
 def _check_parameter(node: NodeDescription, parameter: str, what: str) -> None:

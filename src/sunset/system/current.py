@@ -119,6 +119,10 @@ def _extended(where: str | Path, extension: Extension) -> System:
         system = System(*_state.system.parts, extension)
         for node in extension.nodes:
             system.node_class(node.name)
+        for fault in extension.faults:
+            for function in (fault.effect.degrade, fault.effect.restore) if fault.effect else ():
+                if function is not None:
+                    system.image_function(function)
     except ExtensionError as error:
         raise ExtensionError(f"The extension {where} does not fit the system: {error}") from error
     return system

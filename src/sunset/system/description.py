@@ -3,8 +3,10 @@
 Nothing here is code that does something. Nodes, harness, scenarios, metrics, tests and documentation read it.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import Any, Literal, TypeAlias
 
 from sunset.names import ros_text
 
@@ -156,6 +158,39 @@ class Adaptation:
         return f"{self.kind} {self.node}"
 
 
+Sensor: TypeAlias = Literal["camera", "depth"]
+"""Whose images."""
+
+ImageFunction: TypeAlias = Callable[..., Any] | str
+"""What takes an image and a strength and returns an image of the same kind, or where it is, as `module:function`."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Effect:
+    """What a fault does to the images that the segmentation gets, so that it can be measured without nodes.
+
+    Attributes:
+        degrade: what the fault does to an image, at a strength.
+        strengths: those that are measured, in the order of their size; that of the suites is added.
+        sensor: whose images it degrades: the camera's (H, W, 3) of `uint8`, or the depth camera's (H, W) of `uint16`.
+        random: whether the functions' third argument is the generator that they draw random numbers from.
+        restore: what the cheapest cure does to the images then, at the same strength; None if they are as without the
+            fault after it.
+        suite: of a fault whose value is not a number, its strength in the suites, or the fault whose strength it has.
+        largest: of such a fault, the greatest strength.
+        unit: of the strength.
+    """
+
+    degrade: ImageFunction
+    strengths: tuple[float, ...]
+    sensor: Sensor = "camera"
+    random: bool = False
+    restore: ImageFunction | None = None
+    suite: float | str | None = None
+    largest: float = 64.0
+    unit: str = "strength"
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Fault:
     """One fault.
@@ -175,6 +210,7 @@ class Fault:
         parameter: the parameter that injects it; that of its name if empty.
         healthy: the value of the parameter without the fault; False, 0 or 0.0 if None.
         injection: what is done to inject it at the suite's strength; the parameter is set if empty.
+        effect: what it does to images; None if that cannot be measured without nodes.
     """
 
     name: str
@@ -188,6 +224,7 @@ class Fault:
     parameter: str = ""
     healthy: Value | None = None
     injection: tuple[Adaptation, ...] = ()
+    effect: Effect | None = None
 
     def __post_init__(self) -> None:
         """Put in what is left out."""

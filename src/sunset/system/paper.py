@@ -6,6 +6,7 @@ from typing import Final
 from sunset.system.description import (
     Adaptation,
     AdaptationKind,
+    Effect,
     Failure,
     Fault,
     FaultKind,
@@ -20,6 +21,9 @@ IMAGE_DEGRADATION_RANGE: Final = (0.0, 1.9)
 
 DEPTH_DEGRADATION_RANGE: Final = (0.0, 100.0)
 """Least and greatest standard deviation of the depth's noise, in metres."""
+
+BLUR_SIGMA: Final = 2.0
+"""Standard deviation in pixels of an unfocused camera's blur, on an image 256 wide."""
 
 _NODES: Final = (
     NodeDescription("camera", "sunset.nodes:Camera", ("/rgb_raw",), ("rgb_camera",), 4.0, 0.002),
@@ -112,6 +116,8 @@ _MODALITIES = tuple(
 _RECALIBRATE = Adaptation(AdaptationKind.SET_PARAMETER, "sensor_fusion", "do_recalibration", value=True)
 _AUTOFOCUS = Adaptation(AdaptationKind.SET_PARAMETER, "camera", "perform_autofocus", value=True)
 
+_DEGRADATIONS: Final = (0.2, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.5)
+
 _FAULTS: Final = (
     Fault(
         name="camera_driver_issue",
@@ -163,6 +169,11 @@ _FAULTS: Final = (
         kind=FaultKind.EXTERNAL,
         cures=((_ACTIVATE_ENHANCEMENT, _USE_ENHANCED),),
         limits=IMAGE_DEGRADATION_RANGE,
+        effect=Effect(
+            degrade="sunset.faults:degrade_image",
+            restore="sunset.faults:enhance_image",
+            strengths=_DEGRADATIONS,
+        ),
         description="The camera's images are darker and their colours are shifted.",
     ),
     Fault(
@@ -175,6 +186,9 @@ _FAULTS: Final = (
         kind=FaultKind.CONFIGURATION,
         cures=((_USE_CAMERA,),),
         injection=(_ACTIVATE_ENHANCEMENT, _USE_ENHANCED),
+        effect=Effect(
+            degrade="sunset.faults:enhance_image", strengths=_DEGRADATIONS, suite="image_degradation"
+        ),
         description="The image enhancement is applied to images that are good without it.",
     ),
     Fault(
@@ -184,6 +198,11 @@ _FAULTS: Final = (
         value=10,
         cures=((_RECALIBRATE,), (_redeploy("sensor_fusion"),)),
         limits=(0, 1920),
+        effect=Effect(
+            degrade="sunset.faults:misalign_image",
+            strengths=(1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 30, 40),
+            unit="pixels of 256",
+        ),
         description="The fusion has lost its calibration: colour and depth images no longer match.",
     ),
     Fault(
@@ -194,6 +213,13 @@ _FAULTS: Final = (
         kind=FaultKind.EXTERNAL,
         cures=((_MODALITIES[1],),),
         limits=DEPTH_DEGRADATION_RANGE,
+        effect=Effect(
+            degrade="sunset.faults:degrade_depth",
+            sensor="depth",
+            random=True,
+            strengths=(0.05, 0.1, 0.2, 0.3, 0.5, 0.7, 1.0, 1.5, 2.0, 3.0, 5.0),
+            unit="noise [m]",
+        ),
         description="The depth images are noisy; the strength is the noise's standard deviation in metres.",
     ),
     Fault(
@@ -201,6 +227,12 @@ _FAULTS: Final = (
         failure="F5",
         node="camera",
         cures=((_AUTOFOCUS,), (_redeploy("camera"),)),
+        effect=Effect(
+            degrade="sunset.faults:defocus_image",
+            strengths=(0.5, 0.75, 1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0),
+            suite=BLUR_SIGMA,
+            unit="blur [pixels of 256]",
+        ),
         description="The camera has lost its focus and its images are blurred.",
     ),
 )

@@ -1,16 +1,17 @@
 """The managed system as one value: its parts, and what follows from them."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from graphlib import CycleError, TopologicalSorter
 from importlib import import_module
 from types import MappingProxyType
-from typing import Protocol, TypeVar
+from typing import Any, Protocol, TypeVar
 
 from sunset.errors import ExtensionError, ScenarioError
 from sunset.system.checks import (
     check_adaptation,
+    check_effect,
     check_failures,
     check_fault,
     check_node_classes,
@@ -25,6 +26,7 @@ from sunset.system.description import (
     Failure,
     Fault,
     FaultKind,
+    ImageFunction,
     NodeDescription,
     Signal,
     Topic,
@@ -114,8 +116,7 @@ class System:
     def __init__(self, *parts: Extension) -> None:
         self.parts = parts
         check_nodes(self.nodes, self.publishers)
-        for part in parts:
-            check_node_classes(part.node_classes, self.nodes)
+        check_node_classes((pair for part in parts for pair in part.node_classes.items()), self.nodes)
         published = {*self.publishers, *SENSOR_TOPICS}
         stopping = [failure.topic for failure in self.failures.values() if failure.topic]
         check_topics(map(full_name, [*self.topics, *stopping]), published)
@@ -125,6 +126,7 @@ class System:
         check_failures(self.failures.values(), self.signals)
         for fault in self.faults.values():
             check_fault(fault, self.nodes, self.failures)
+            check_effect(fault, self.faults, self.signals.get(self.failures[fault.failure].signal))
         check_scenarios(self.suites, self.exclusive, self.faults)
         self.upstream  # noqa: B018  which has no cycle
 
@@ -318,14 +320,28 @@ class System:
         found = replaced[-1] if replaced else (self.nodes.get(name) or HARNESS[name]).node_class
         if isinstance(found, type):
             return found
-        module, _, attribute = found.partition(":")
-        try:
-            imported: type = getattr(import_module(module), attribute)
-        except (ImportError, AttributeError, ValueError) as error:
-            raise ExtensionError(
-                f"The class {found} of the node {name} cannot be imported: {error}."
-            ) from error
+        imported: type = _imported(found, f"The class {found} of the node {name}")
         return imported
+
+    def image_function(self, function: ImageFunction) -> Callable[..., Any]:
+        """Return a function of a fault's effect.
+
+        Raises:
+            ExtensionError: it cannot be imported.
+        """
+        if not isinstance(function, str):
+            return function
+        imported: Callable[..., Any] = _imported(function, f"The function {function} of a fault's effect")
+        return imported
+
+
+def _imported(where: str, what: str) -> Any:
+    """Return what stands at `module:name`."""
+    module, _, attribute = where.partition(":")
+    try:
+        return getattr(import_module(module), attribute)
+    except (ImportError, AttributeError, ValueError) as error:
+        raise ExtensionError(f"{what} cannot be imported: {error}.") from error
 
 
 _HARNESS_TOPICS = frozenset(topic for node in HARNESS.values() for topic in node.outputs)

@@ -2,53 +2,41 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import combinations
 from types import MappingProxyType
 from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
 
-from sunset.errors import InvalidInputError
-from sunset.faults import (
-    BLUR_SIGMA,
-    REFERENCE_WIDTH,
-    blur,
-    degrade_depth,
-    degrade_image,
-    enhance_image,
-    sharpness,
-    shift_image,
-)
+from sunset.errors import ExtensionError, InvalidInputError
+from sunset.faults import sharpness
 from sunset.perception import Modality, ModelCard
-from sunset.system import Adaptation, current_system, get_fault
+from sunset.system import Adaptation, Effect, ImageFunction, current_system, get_fault
 
-UNSURE: Final = ("image_degradation", "unneeded_enhancement", "image_shift", "depth_degradation")
-"""The faults of F4: the segmentation is unsure."""
+ENTROPY: Final = "segmentation_entropy"
+"""The signal of a fault that makes the segmentation unsure."""
 
-BLURRED: Final = "autofocus_needed"
-"""The fault of F5."""
+SHARPNESS: Final = "camera_sharpness"
+"""The signal of a fault that blurs the camera's images."""
 
-_FIELDS: Final = MappingProxyType(
-    {
-        "image_degradation": "image_degradation",
-        "unneeded_enhancement": "enhancement",
-        "image_shift": "image_shift",
-        "depth_degradation": "depth_degradation",
-        BLURRED: "blur_sigma",
-    }
+_NETWORKS: Final[Mapping[tuple[str, str, object], Modality]] = MappingProxyType(
+    {("sensor_fusion", "modality", modality): modality for modality in Modality}
 )
-GRID: Final[Mapping[str, tuple[float, ...]]] = MappingProxyType(
-    {
-        "image_degradation": (0.2, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.5),
-        "unneeded_enhancement": (0.2, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.5),
-        "image_shift": (1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 30, 40),
-        "depth_degradation": (0.05, 0.1, 0.2, 0.3, 0.5, 0.7, 1.0, 1.5, 2.0, 3.0, 5.0),
-        BLURRED: (0.5, 0.75, 1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0),
-    }
-)
-"""The strengths that are measured, by fault; those of the suites are added."""
+"""Node, parameter and value → the network that segments then."""
 
-_LARGEST_BLUR: Final = 64.0
+_Image = npt.NDArray[Any]
+
+
+def effects() -> Mapping[str, Effect]:
+    """Return what faults do to images, by fault, of all of which that is known."""
+    faults = current_system().faults.values()
+    return {fault.name: fault.effect for fault in faults if fault.effect is not None}
+
+
+def signal_of(fault: str) -> str:
+    """Return the name of the signal that a fault shows in."""
+    return current_system().failures[get_fault(fault).failure].signal
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -68,51 +56,38 @@ class Seen:
 
 @dataclass(frozen=True, slots=True)
 class Condition:
-    """The network that segments, and what happens to its images before; lengths are on images 256 wide.
+    """The network that segments, and what happens to its images before.
 
     Attributes:
         modality: the network.
-        image_degradation: strength, of the camera's images.
-        blur_sigma: standard deviation of the camera's blur in pixels.
-        enhancement: the strength that the enhancement undoes; 0 where its images are not used.
-        image_shift: of the colour image against the depth image, in pixels.
-        depth_degradation: standard deviation of the depth's noise in metres.
+        strengths: (fault, strength) of the faults that there are, in the order of the catalogue.
+        restored: those of them that are there still after their cure, which restores the images.
     """
 
     modality: Modality
-    image_degradation: float = 0.0
-    blur_sigma: float = 0.0
-    enhancement: float = 0.0
-    image_shift: float = 0.0
-    depth_degradation: float = 0.0
+    strengths: tuple[tuple[str, float], ...] = ()
+    restored: tuple[str, ...] = ()
 
     def with_faults(self, strengths: Mapping[str, float]) -> "Condition":
-        """Return the condition with faults of F4 and F5 added, each at a strength."""
-        fields: dict[str, Any] = {_FIELDS[fault]: strength for fault, strength in strengths.items()}
-        return replace(self, **fields)
+        """Return the condition with faults added, each at a strength."""
+        there = {**dict(self.strengths), **strengths}
+        return replace(
+            self, strengths=tuple((fault, there[fault]) for fault in effects() if there.get(fault))
+        )
 
     def cured_of(self, fault: str) -> "Condition":
         """Return the condition after the cheapest cure that the catalogue has for a fault."""
-        cured = self
-        for adaptation in cure_of(fault):
-            cured = cured._after(adaptation)
-        return cured
-
-    def _after(self, adaptation: Adaptation) -> "Condition":
-        match adaptation.parameter, adaptation.value:
-            case "topic_camera_input", "rgb_enhanced":
-                return replace(self, enhancement=self.image_degradation)
-            case "topic_camera_input", "rgb_camera":
-                return replace(self, enhancement=0.0)
-            case "do_recalibration", _:
-                return replace(self, image_shift=0.0)
-            case "perform_autofocus", _:
-                return replace(self, blur_sigma=0.0)
-            case "modality", int(value):
-                seen = Modality(value)
-                noise = self.depth_degradation if seen.needs_depth else 0.0  # or nobody looks at it
-                return replace(self, modality=seen, depth_degradation=noise)
-        return self  # activating the enhancement changes nothing before its images are used
+        modality, known = self.modality, effects()
+        for step in cure_of(fault):
+            modality = _NETWORKS.get((step.node, step.parameter, step.value), modality)
+        restores = known[fault].restore is not None
+        left = tuple(
+            (name, strength)
+            for name, strength in self.strengths
+            if (name != fault or restores) and is_seen(known[name], modality)
+        )
+        restored = {*self.restored, fault} if restores else {*self.restored}
+        return Condition(modality, left, tuple(name for name, _ in left if name in restored))
 
     def seen(
         self, bgr: npt.NDArray[np.uint8], depth: npt.NDArray[np.uint16], rng: np.random.Generator
@@ -122,13 +97,57 @@ class Condition:
         Args:
             bgr: (H, W, 3).
             depth: (H, W).
-            rng: draws the depth's noise.
+            rng: draws the random numbers of faults.
         """
-        scale = bgr.shape[1] / REFERENCE_WIDTH
-        camera = blur(degrade_image(bgr, self.image_degradation), self.blur_sigma * scale)
-        fused = shift_image(enhance_image(camera, self.enhancement), round(self.image_shift * scale))
-        noisy = degrade_depth(depth, self.depth_degradation, rng) if self.modality.needs_depth else depth
-        return Seen(fused, noisy, sharpness(camera))
+        images: dict[str, _Image] = {"camera": bgr, "depth": depth}
+        system, known = current_system(), effects()
+        camera = system.signals[SHARPNESS].node
+        first = {camera, *system.upstream[camera]}
+        seen = [pair for pair in self.strengths if is_seen(known[pair[0]], self.modality)]
+        for fault, strength in seen:
+            if get_fault(fault).node in first:
+                _apply(fault, known[fault].degrade, strength, images, rng)
+        measured = sharpness(images["camera"])
+        for fault, strength in seen:
+            if get_fault(fault).node not in first:
+                _apply(fault, known[fault].degrade, strength, images, rng)
+        for fault, strength in seen:
+            restore = known[fault].restore
+            if fault in self.restored and restore:
+                _apply(fault, restore, strength, images, rng)
+        return Seen(images["camera"], images["depth"], measured)
+
+
+def is_seen(effect: Effect, modality: Modality) -> bool:
+    """Return whether a network looks at the images that a fault degrades."""
+    return modality.needs_depth if effect.sensor == "depth" else modality.needs_rgb
+
+
+def _apply(
+    fault: str, function: ImageFunction, strength: float, images: dict[str, _Image], rng: np.random.Generator
+) -> None:
+    """Replace the image of a sensor by what a function of a fault's effect makes of it.
+
+    Raises:
+        ExtensionError: the function raises, or returns no image of the same kind.
+    """
+    effect = effects()[fault]
+    image = images[effect.sensor]
+    try:
+        changed = current_system().image_function(function)(
+            image, strength, *([rng] if effect.random else [])
+        )
+    except Exception as error:
+        raise ExtensionError(
+            f"The effect of the fault {fault} raised {type(error).__name__} at the strength {strength:g}: {error}."
+        ) from error
+    got = (getattr(changed, "shape", None), getattr(changed, "dtype", type(changed).__name__))
+    if got != (image.shape, image.dtype):
+        raise ExtensionError(
+            f"The effect of the fault {fault} must return an image of shape {image.shape} and type {image.dtype}, got "
+            f"{got[0]} and {got[1]}."
+        )
+    images[effect.sensor] = changed
 
 
 def cure_of(fault: str) -> tuple[Adaptation, ...]:
@@ -137,22 +156,20 @@ def cure_of(fault: str) -> tuple[Adaptation, ...]:
 
 
 def possible_pairs() -> tuple[tuple[str, str], ...]:
-    """Return the pairs of F4 and F5 faults that can be there together.
+    """Return the pairs of faults that degrade images and can be there together.
 
     >>> len(possible_pairs())
     9
     """
-    names = (*UNSURE, BLURRED)
     exclusive = set(current_system().exclusive)
-    pairs = [(one, other) for place, one in enumerate(names) for other in names[place + 1 :]]
-    return tuple(pair for pair in pairs if not {pair, pair[::-1]} & exclusive)
+    return tuple(pair for pair in combinations(effects(), 2) if not {pair, pair[::-1]} & exclusive)
 
 
 def suite_strengths(other: Mapping[str, float] | None = None) -> dict[str, float]:
-    """Return the strength of every F4 and F5 fault in the suites.
+    """Return the strength in the suites of every fault that degrades images.
 
     Args:
-        other: strengths to take instead, by fault. That of the enhancement is the image degradation's.
+        other: strengths to take instead, by fault. A fault that has the strength of another has it here, too.
 
     Raises:
         InvalidInputError: a name is no such fault, or its strength is out of range.
@@ -160,22 +177,31 @@ def suite_strengths(other: Mapping[str, float] | None = None) -> dict[str, float
     >>> suite_strengths({"image_degradation": 0.5})["unneeded_enhancement"]
     0.5
     """
-    strengths = {name: float(get_fault(name).value) for name in UNSURE if get_fault(name).limits is not None}
-    strengths[BLURRED] = BLUR_SIGMA
+    own = {name: _suite_strength(name, effect) for name, effect in effects().items()}
+    strengths = {name: strength for name, strength in own.items() if not isinstance(strength, str)}
     for name, strength in (other or {}).items():
         if name not in strengths:
+            shared = f"; its strength is that of {own[name]}" if name in own else ""
             raise InvalidInputError(
-                f"A strength can be given to {', '.join(strengths)}, not to {name!r}; the enhancement's is that "
-                "of image_degradation."
+                f"A strength can be given to {', '.join(strengths)}, not to {name!r}{shared}."
             )
         strengths[name] = _checked(name, strength)
-    strengths["unneeded_enhancement"] = strengths["image_degradation"]
-    return {name: strengths[name] for name in _FIELDS}
+    return {
+        name: strengths[strength] if isinstance(strength, str) else strengths[name]
+        for name, strength in own.items()
+    }
+
+
+def _suite_strength(fault: str, effect: Effect) -> float | str:
+    if effect.suite is not None:
+        return effect.suite
+    return float(get_fault(fault).value)
 
 
 def _checked(fault: str, strength: float) -> float:
-    low, high = get_fault(fault).limits or (0.0, _LARGEST_BLUR)
-    whole = isinstance(get_fault(fault).value, int) and fault != BLURRED
+    described = get_fault(fault)
+    low, high = described.limits or (0.0, effects()[fault].largest)
+    whole = isinstance(described.value, int) and described.limits is not None
     if not low < strength <= high or (whole and strength != round(strength)):
         kind = "a whole number" if whole else "a number"
         raise InvalidInputError(
@@ -223,30 +249,26 @@ class CurvesPlan:
 def plan_curves(
     card: ModelCard,
     strengths: Mapping[str, float] | None = None,
-    grid: Mapping[str, Sequence[float]] = GRID,
+    grid: Mapping[str, Sequence[float]] | None = None,
 ) -> CurvesPlan:
     """Plan what is measured of a model: the faults that its main network can see.
 
     Args:
         card: the model's.
         strengths: to take for the suites' instead, by fault.
-        grid: further strengths, by fault.
+        grid: further strengths, by fault; those of the catalogue if None.
 
     Raises:
         InvalidInputError: a strength is out of range.
     """
     networks = tuple(sorted(card.networks))
     suite = suite_strengths(strengths)
-    main = networks[0]
-    seen = [
-        fault
-        for fault in (*UNSURE, BLURRED)
-        if (main.needs_depth if fault == "depth_degradation" else main.needs_rgb)
-    ]
+    seen = [fault for fault, effect in effects().items() if is_seen(effect, networks[0])]
+    further = {fault: effects()[fault].strengths for fault in seen} if grid is None else grid
     points = [
         (fault, strength)
         for fault in seen
-        for strength in sorted({float(strength) for strength in grid.get(fault, ())} | {suite[fault]})
+        for strength in sorted({float(strength) for strength in further.get(fault, ())} | {suite[fault]})
     ]
     pairs = tuple(pair for pair in possible_pairs() if set(pair) <= set(seen))
     return CurvesPlan(networks, tuple(points), pairs, suite)

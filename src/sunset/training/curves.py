@@ -1,4 +1,4 @@
-"""Curves: what every fault of F4 and F5 does to the segmentation by its strength, and what its cure brings back."""
+"""Curves: what faults that degrade images do to the segmentation, by strength, and what their cures bring back."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -14,8 +14,8 @@ from sunset.errors import DataError
 from sunset.metrics import count_classes, image_iou
 from sunset.perception import Modality, Model, ModelCard, Segmenter, find_device
 from sunset.seeding import generator
-from sunset.system import WINDOW
-from sunset.training.conditions import BLURRED, GRID, Condition, CurvesPlan, plan_curves
+from sunset.system import WINDOW, LoadedExtension, load_extension, loaded_extensions
+from sunset.training.conditions import SHARPNESS, Condition, CurvesPlan, plan_curves, signal_of
 from sunset.training.evaluate import roc_auc
 from sunset.training.over_frames import Images, over_frames
 from sunset.training.spread import Arrays
@@ -95,7 +95,7 @@ class Case:
             nominal: the IoU without a fault.
         """
         low, high = BAND
-        blurred = BLURRED in self.strengths
+        blurred = SHARPNESS in map(signal_of, self.strengths)
         auc, least = (self.before.sharpness_auc, SHARPNESS_AUC) if blurred else (self.before.auc, AUC)
         share = self.before.iou / nominal if nominal else 0.0
         found = (
@@ -169,7 +169,13 @@ def window_means(values: Values, every: int) -> Values:
     return means
 
 
-def look(segmenter: Segmenter, index: int, images: Images, conditions: Sequence[Condition]) -> Arrays:
+def look(
+    segmenter: Segmenter,
+    index: int,
+    images: Images,
+    conditions: Sequence[Condition],
+    extensions: Sequence[LoadedExtension],
+) -> Arrays:
     """Segment one frame in every condition; the noise depends on the frame's number only.
 
     Args:
@@ -177,10 +183,13 @@ def look(segmenter: Segmenter, index: int, images: Images, conditions: Sequence[
         index: the frame's number.
         images: of the frame.
         conditions: of which each is one look.
+        extensions: that the conditions' faults are of; this process may have to load them.
 
     Returns:
         (conditions, 3): IoU, entropy and sharpness.
     """
+    for extension in extensions:
+        load_extension(extension.where, checksum=extension.checksum)
     bgr, depth, truth = images
     rows = []
     for condition in conditions:
@@ -196,7 +205,7 @@ def measure_curves(
     *,
     every: int = 1,
     strengths: Mapping[str, float] | None = None,
-    grid: Mapping[str, Sequence[float]] = GRID,
+    grid: Mapping[str, Sequence[float]] | None = None,
     jobs: int | None = None,
     device: str = "cpu",
     progress: Progress | None = None,
@@ -208,7 +217,7 @@ def measure_curves(
         bag: of at least five frames; those of another size are resampled to the model's.
         every: look at the first five of every 5 · `every` frames only.
         strengths: to take for the suites' instead, by fault.
-        grid: further strengths, by fault.
+        grid: further strengths, by fault; those of the catalogue if None.
         jobs: processes; as many as there are processors if None. It has no influence on the result.
         device: what the networks run on, as a `Segmenter` takes it.
         progress: called with frames done and frames in all.
@@ -226,7 +235,7 @@ def measure_curves(
         raise DataError(f"The bag {bag} must have at least {SAMPLES} frames, got {count}.")
     (values,) = over_frames(
         look,
-        (plan.conditions(),),
+        (plan.conditions(), loaded_extensions()),
         model,
         bag,
         chosen=chosen_frames(count, every),

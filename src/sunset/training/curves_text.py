@@ -6,7 +6,7 @@ from typing import Final
 
 from sunset.tables import aligned
 from sunset.texts import csv_text
-from sunset.training.conditions import BLURRED, UNSURE, cure_of
+from sunset.training.conditions import cure_of, effects
 from sunset.training.curves import AUC, BAND, CURED, DROP, SHARPNESS_AUC, Case, Curves, Figures
 
 _HEAD: Final = ("IoU", "of nom.", "entropy", "AUC", "over", "sharpness", "AUC", "under")
@@ -51,24 +51,26 @@ def _figures(curves: Curves, figures: Figures) -> tuple[str, ...]:
 
 
 def _cures(curves: Curves) -> Iterator[str]:
-    for fault in (*UNSURE, BLURRED):
+    for fault in effects():
         if any(case.after is not None for case in curves.of(fault)):
             yield f"cure of {fault}: {' and '.join(map(str, cure_of(fault)))}"
 
 
 def _advice(curves: Curves) -> Iterator[str]:
     """Yield what the strengths of the suites do, and which others would do it."""
-    for fault in (*UNSURE, BLURRED):
+    for fault in effects():
         others = ", ".join(f"{value:g}" for value in _fitting(curves, fault)) or "none that was measured"
         for case in curves.of(fault):
             if case.suite:
                 found = "; ".join(case.shortfalls(curves.main.iou)) or "fits"
                 yield f"{fault} at {case.strengths[fault]:g}: {found} (strengths that fit: {others})"
-    both = ("image_degradation", "unneeded_enhancement")
-    if all(curves.of(fault) for fault in both):
-        first, second = (_fitting(curves, fault) for fault in both)
-        common = ", ".join(f"{strength:g}" for strength in first if strength in second)
-        yield f"image_degradation and unneeded_enhancement have one strength: both fit at {common or 'none'}"
+    for fault, effect in effects().items():
+        if isinstance(effect.suite, str) and curves.of(fault) and curves.of(effect.suite):
+            fitting = _fitting(curves, fault)
+            common = ", ".join(
+                f"{strength:g}" for strength in _fitting(curves, effect.suite) if strength in fitting
+            )
+            yield f"{effect.suite} and {fault} have one strength: both fit at {common or 'none'}"
     if curves.pairs:
         shares = [curves.share(case.before) for case in curves.pairs]
         mean = sum(shares) / len(shares)

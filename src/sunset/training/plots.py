@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from sunset.errors import MissingExtraError
-from sunset.training.conditions import BLURRED, UNSURE
+from sunset.training.conditions import SHARPNESS, effects, signal_of
 from sunset.training.curves import BAND, Case, Curves, Figures
 from sunset.training.training_log import save_figure
 
@@ -27,13 +27,6 @@ _STYLE: Final = {
     "ytick.major.width": 0.6,
     "lines.linewidth": 1.2,
     "lines.markersize": 2.5,
-}
-_AXES: Final = {
-    "image_degradation": "strength",
-    "unneeded_enhancement": "strength",
-    "image_shift": "pixels of 256",
-    "depth_degradation": "noise [m]",
-    BLURRED: "blur [pixels of 256]",
 }
 
 
@@ -64,7 +57,7 @@ def draw(curves: Curves, folder: Path) -> tuple[Path, ...]:
 
 def _by_strength(figure: "Figure", curves: Curves) -> bool:
     """Draw IoU above, entropy below, a column a fault."""
-    faults = [fault for fault in (*UNSURE, BLURRED) if curves.of(fault)]
+    faults = [fault for fault in effects() if curves.of(fault)]
     if not faults:
         return False
     figure.set_size_inches(1.5 * len(faults) + 0.7, 3.6)
@@ -76,7 +69,7 @@ def _by_strength(figure: "Figure", curves: Curves) -> bool:
         _band(upper, curves)
         lower.axhline(curves.entropy_threshold, color=_GREY, linewidth=0.8, linestyle=":")
         upper.set_title(fault.replace("_", " "))
-        lower.set_xlabel(_AXES[fault])
+        lower.set_xlabel(effects()[fault].unit)
     rows[0][0].set(ylabel="IoU", ylim=(0, None))
     rows[1][0].set(ylabel="entropy (dotted: threshold)", ylim=(0, None))
     handles, labels = rows[0][0].get_legend_handles_labels()
@@ -106,17 +99,17 @@ def _band(axes: "Axes", curves: Curves) -> None:
 
 
 def _sharpness(figure: "Figure", curves: Curves) -> bool:
-    """Draw the camera image's sharpness by the blur's strength."""
-    cases = curves.of(BLURRED)
-    if not cases:
+    """Draw the camera image's sharpness by the blur's strength, a column a fault that blurs."""
+    faults = [fault for fault in effects() if curves.of(fault) and signal_of(fault) == SHARPNESS]
+    if not faults:
         return False
-    figure.set_size_inches(3.2, 2.4)
-    axes = figure.subplots()
-    _lines(axes, cases, BLURRED, lambda figures: figures.sharpness)
-    axes.set(yscale="log", xlabel=_AXES[BLURRED], ylabel="sharpness (dotted: threshold)")
-    if curves.sharpness_threshold > 0:
-        axes.axhline(curves.sharpness_threshold, color=_GREY, linewidth=0.8, linestyle=":")
-    axes.legend(frameon=False)
+    figure.set_size_inches(3.2 * len(faults), 2.4)
+    for axes, fault in zip(figure.subplots(1, len(faults), squeeze=False)[0], faults, strict=True):
+        _lines(axes, curves.of(fault), fault, lambda figures: figures.sharpness)
+        axes.set(yscale="log", xlabel=effects()[fault].unit, ylabel="sharpness (dotted: threshold)")
+        if curves.sharpness_threshold > 0:
+            axes.axhline(curves.sharpness_threshold, color=_GREY, linewidth=0.8, linestyle=":")
+        axes.legend(frameon=False)
     return True
 
 

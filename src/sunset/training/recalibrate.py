@@ -18,9 +18,18 @@ from sunset.classes import CLASS_OF_CARLA_ID
 from sunset.data import FlightPlan, flight_bag, read_bag
 from sunset.errors import DataError, InvalidInputError, MissingExtraError, ModelError, OutputError
 from sunset.perception import Modality, Model, Segmenter, find_device, is_installed, load_model
+from sunset.system import current_system, get_fault, loaded_extensions
 from sunset.training.batches import FrameSet
 from sunset.training.calibrate import Separation, separate, temperature_for
-from sunset.training.conditions import BLURRED, UNSURE, Condition, CurvesPlan, plan_curves
+from sunset.training.conditions import (
+    ENTROPY,
+    SHARPNESS,
+    Condition,
+    CurvesPlan,
+    effects,
+    plan_curves,
+    signal_of,
+)
 from sunset.training.curves import SAMPLES, Case, Curves, curves_of, look, window_means
 from sunset.training.frames import COURSES_DEG, VALIDATION_TOWN, FrameCounts
 from sunset.training.over_frames import Images, over_frames
@@ -256,7 +265,14 @@ def _looks(
     """Return IoU, entropy and sharpness of every frame in every condition (frames, conditions, 3)."""
     measuring = partial(progress, "Measuring") if progress else None
     (found,) = over_frames(
-        look, (plan.conditions(),), model, frames, device=device, jobs=jobs, progress=measuring, kept=kept
+        look,
+        (plan.conditions(), loaded_extensions()),
+        model,
+        frames,
+        device=device,
+        jobs=jobs,
+        progress=measuring,
+        kept=kept,
     )
     return found
 
@@ -264,9 +280,10 @@ def _looks(
 def _thresholds(plan: CurvesPlan, values: Values) -> tuple[Separation, Separation]:
     """Return the thresholds of entropy and sharpness that part healthy from faulty best, on 5-frame means.
 
-    Healthy are, for entropy, the frames without a fault with every network, and degraded ones enhanced again;
-    faulty are those with each fault of F4. For sharpness, healthy are frames without a fault and darkened ones;
-    faulty are blurred ones. Sharpness is compared by its logarithm, since it spans decades.
+    Healthy are, for entropy, the frames without a fault with every network, and degraded ones that a cure restores;
+    faulty are those with each fault that shows in it. For sharpness, healthy are frames without a fault and those of a
+    camera with a fault that shows in entropy, such as darkened ones; faulty are blurred ones. Sharpness is compared by
+    its logarithm, since it spans decades.
     """
     places = {condition: place for place, condition in enumerate(plan.conditions())}
 
@@ -274,15 +291,16 @@ def _thresholds(plan: CurvesPlan, values: Values) -> tuple[Separation, Separatio
         return window_means(values[:, places[condition], column], 1)
 
     nominal = [Condition(network) for network in plan.networks]
-    degraded = [plan.before(fault) for fault, _ in plan.points if fault == "image_degradation"]
-    healthy = [*nominal, *(condition.cured_of("image_degradation") for condition in degraded)]
-    faulty = [plan.before(fault) for fault, _ in plan.points if fault in UNSURE]
+    unsure = [fault for fault, _ in plan.points if signal_of(fault) == ENTROPY]
+    restored = [plan.before(fault).cured_of(fault) for fault in unsure if effects()[fault].restore]
     entropy = _parted(
         "entropy",
-        [means(condition, 1) for condition in healthy],
-        [means(condition, 1) for condition in faulty],
+        [means(condition, 1) for condition in (*nominal, *restored)],
+        [means(plan.before(fault), 1) for fault in unsure],
     )
-    blurred = [plan.before(fault) for fault, _ in plan.points if fault == BLURRED]
+    camera = current_system().signals[SHARPNESS].node
+    degraded = [plan.before(fault) for fault in unsure if get_fault(fault).node == camera]
+    blurred = [plan.before(fault) for fault, _ in plan.points if signal_of(fault) == SHARPNESS]
     if not blurred:  # the model does not look at colour images
         return entropy, Separation(0.0, 0.0, 0.0)
     low, high = (

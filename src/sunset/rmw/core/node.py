@@ -7,7 +7,7 @@ module, the process imports its endpoints, and nothing imports the process.
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 from sunset.errors import MiddlewareError
 from sunset.interfaces import Message, Service
@@ -17,12 +17,11 @@ from sunset.rmw.core.port import (
     ClientHandle,
     EndpointInfo,
     PublisherHandle,
-    QoSProfile,
     RequestId,
     ServiceHandle,
     SubscriptionHandle,
-    TimerHandle,
 )
+from sunset.rmw.core.qos import QoSProfile
 
 
 class Middleware(ABC):
@@ -111,6 +110,7 @@ class Middleware(ABC):
         """Every endpoint on the graph, or those of one topic or service, in a fixed order."""
 
 
+MessageT = TypeVar("MessageT", bound=Message)
 MiddlewareT_co = TypeVar("MiddlewareT_co", bound=Middleware, covariant=True)
 
 
@@ -122,7 +122,7 @@ class Parts:
     subscription: Callable[..., SubscriptionHandle]
     client: Callable[..., ClientHandle]
     service: Callable[..., ServiceHandle]
-    timer: Callable[..., TimerHandle]
+    timer: Callable[..., "Timer[Any]"]
 
 
 class NodeHandle:
@@ -136,21 +136,8 @@ class NodeHandle:
         entities: its parts, as the keys, by age.
         alive: False once destroyed.
         attached: whether its callbacks run while the process spins.
-        warn: is told in a sentence of what came and could not be used.
+        warn: is told in a sentence, at a limited rate, what the network brought and could not be used.
     """
-
-    __slots__ = (
-        "_held",
-        "_parts",
-        "alive",
-        "attached",
-        "entities",
-        "fully_qualified_name",
-        "name",
-        "namespace",
-        "process",
-        "warn",
-    )
 
     def __init__(self, process: Middleware, parts: Parts, name: str, namespace: str) -> None:
         process.check_alive()
@@ -183,10 +170,10 @@ class NodeHandle:
 
     def create_subscription(
         self,
-        message_type: type[Message],
+        message_type: type[MessageT],
         topic: str,
         qos: QoSProfile,
-        handler: Callable[[Message], None],
+        handler: Callable[[MessageT], None],
         *,
         label: str,
     ) -> SubscriptionHandle:
@@ -217,17 +204,13 @@ class NodeHandle:
         """Make the answering end of service `name`."""
         return self._parts.service(self, service_type, name, qos, handler=handler, label=label)
 
-    def create_timer(self, period_ns: int, handler: Callable[[], None], label: str) -> TimerHandle:
+    def create_timer(self, period_ns: int, handler: Callable[[], None], label: str) -> "Timer[Any]":
         """Make a running timer with a period of at least 0 ns."""
         return self._parts.timer(self, period_ns, handler, label)
 
     def post(self, handler: Callable[[], None], label: str) -> None:
         """Call the handler once, as a callback of this node, after those that are ready already."""
         self.process.post(self, handler, label)
-
-    def on_problem(self, handler: Callable[[str], None]) -> None:
-        """Tell `handler` in a sentence, at a limited rate, what the network brought and could not be used."""
-        self.warn = handler
 
     def attach(self) -> None:
         """Let the callbacks of this node run while its process spins."""
@@ -263,8 +246,6 @@ class Entity(ABC, Generic[MiddlewareT_co]):
         alive: False once destroyed.
     """
 
-    __slots__ = ("alive", "label", "node", "process")
-
     def __init__(self, process: MiddlewareT_co, node: NodeHandle, label: str) -> None:
         node.check_alive()
         self.process = process
@@ -296,6 +277,89 @@ class Entity(ABC, Generic[MiddlewareT_co]):
             raise MiddlewareError(
                 f"Node {self.node.fully_qualified_name} cannot {action}: it was destroyed, or its process has ended."
             )
+
+
+class Timer(Entity[MiddlewareT_co]):
+    """Calls its handler periodically by the clock of its process that never jumps; a middleware sets its alarm.
+
+    The n-th call is due at start + n * period. A call that comes late does not shift the later ones, and calls
+    missed while the process was busy are not made up for.
+
+    Attributes:
+        canceled: whether it is stopped.
+    """
+
+    def __init__(
+        self,
+        process: MiddlewareT_co,
+        node: NodeHandle,
+        period_ns: int,
+        handler: Callable[[], None],
+        label: str,
+    ) -> None:
+        super().__init__(process, node, label)
+        self.set_period_ns(period_ns)
+        self._handler = handler
+        self.reset()
+        self.join()
+
+    @abstractmethod
+    def set_alarm(self, due_ns: int | None) -> None:
+        """Expire at `due_ns` of the process's steady clock, and not before; never if it is None."""
+
+    def set_period_ns(self, period_ns: int) -> None:
+        """Change the period from the next call on.
+
+        Raises:
+            MiddlewareError: it is negative.
+        """
+        if period_ns < 0:
+            raise MiddlewareError(f"A timer's period must be at least 0 ns, got {period_ns}.")
+        self._period_ns = period_ns
+
+    def reset(self) -> None:
+        """Start again: the next call is due one period from now."""
+        self.check_alive("reset a timer")
+        self.canceled = False
+        self._wait_until(self.process.steady_ns() + self._period_ns)
+
+    def cancel(self) -> None:
+        """Stop calling until `reset`."""
+        self.canceled = True
+        self.set_alarm(None)
+
+    @property
+    def due_ns(self) -> int:
+        """When the next call is due, by the system clock."""
+        return self.process.now_ns() + self._due_ns - self.process.steady_ns()
+
+    def run(self) -> None:
+        """Call the handler, having set the next alarm."""
+        self._wait_until(next_due_ns(self._due_ns, self._period_ns, self.process.steady_ns()))
+        self._handler()
+
+    def _wait_until(self, due_ns: int) -> None:
+        self._due_ns = due_ns
+        self.set_alarm(due_ns)
+
+    def retire(self) -> None:
+        """Stop for good."""
+        self.cancel()
+        super().retire()
+
+
+def next_due_ns(due_ns: int, period_ns: int, now_ns: int) -> int:
+    """Return when a timer is due after the call that was due at `due_ns` and starts at `now_ns`.
+
+    It stays on the grid of whole periods and skips what has been missed.
+
+    >>> next_due_ns(100, 100, 130), next_due_ns(100, 100, 430), next_due_ns(100, 100, 400)
+    (200, 500, 400)
+    """
+    due_ns += period_ns
+    if due_ns < now_ns:
+        due_ns = now_ns if period_ns == 0 else due_ns + -(-(now_ns - due_ns) // period_ns) * period_ns
+    return due_ns
 
 
 def run_callback(entity: Entity[Middleware], function: Callable[..., object], *arguments: object) -> None:

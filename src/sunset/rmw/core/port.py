@@ -16,31 +16,8 @@ from typing import NamedTuple
 
 from sunset.errors import MiddlewareError
 from sunset.interfaces import Message
-from sunset.rmw.core.qos import (
-    DurabilityPolicy,
-    HistoryPolicy,
-    QoSProfile,
-    ReliabilityPolicy,
-    incompatibility,
-)
+from sunset.rmw.core.qos import QoSProfile
 from sunset.texts import shorten
-
-__all__ = [
-    "CallbackError",
-    "ClientHandle",
-    "DurabilityPolicy",
-    "EndpointInfo",
-    "EndpointKind",
-    "HistoryPolicy",
-    "PublisherHandle",
-    "QoSProfile",
-    "ReliabilityPolicy",
-    "RequestId",
-    "ServiceHandle",
-    "SubscriptionHandle",
-    "TimerHandle",
-    "incompatibility",
-]
 
 
 class CallbackError(MiddlewareError):
@@ -110,14 +87,25 @@ class EndpointInfo:
     gid: bytes
 
 
-class PublisherHandle(ABC):
-    """A writer on one topic."""
+class Handle(ABC):
+    """An end of a topic or service, which its user destroys."""
 
-    __slots__ = ()
+    @abstractmethod
+    def destroy(self) -> None:
+        """Leave the graph for good: what was sent arrives, what has come and is not yet handled is dropped."""
+
+
+class PublisherHandle(Handle):
+    """A writer on one topic."""
 
     @abstractmethod
     def publish(self, message: Message) -> None:
-        """Send a message; the caller may change it afterwards, but not the arrays in it."""
+        """Send a message; the caller may change it afterwards, but not the arrays in it.
+
+        Raises:
+            MiddlewareError: the publisher is destroyed, or the middleware refuses.
+            InterfaceError: the message does not fit its definition; some middlewares find it only when it leaves.
+        """
 
     @property
     @abstractmethod
@@ -129,89 +117,41 @@ class PublisherHandle(ABC):
     def matched(self) -> int:
         """Number of subscriptions that get what is sent."""
 
-    @abstractmethod
-    def destroy(self) -> None:
-        """Leave the graph; nothing more can be sent."""
 
-
-class SubscriptionHandle(ABC):
-    """A reader of one topic."""
-
-    __slots__ = ()
+class SubscriptionHandle(Handle):
+    """A reader of one topic; it holds the last messages that were not handled yet, as many as its QoS says."""
 
     @property
     @abstractmethod
     def matched(self) -> int:
         """Number of publishers whose messages arrive here."""
 
-    @abstractmethod
-    def destroy(self) -> None:
-        """Leave the graph; messages not yet handled are dropped."""
 
-
-class ClientHandle(ABC):
-    """The asking end of one service."""
-
-    __slots__ = ()
+class ClientHandle(Handle):
+    """The asking end of one service: it asks every server of its name and type."""
 
     @abstractmethod
     def send_request(self, request: Message) -> int:
-        """Send a request and return its number; the response comes to the handler with this number."""
+        """Send a request and return its number; the response comes to the handler with this number.
+
+        Raises:
+            MiddlewareError: the client is destroyed.
+            InterfaceError: the request does not fit its definition.
+        """
 
     @abstractmethod
     def server_ready(self) -> bool:
         """Whether a server of this name and type is there."""
 
-    @abstractmethod
-    def destroy(self) -> None:
-        """Leave the graph; responses on their way are dropped."""
 
-
-class ServiceHandle(ABC):
-    """The answering end of one service."""
-
-    __slots__ = ()
+class ServiceHandle(Handle):
+    """The answering end of one service; it holds the last requests that were not handled yet, as its QoS says."""
 
     @abstractmethod
     def send_response(self, request_id: RequestId, response: Message) -> None:
-        """Answer a request that the handler was given."""
+        """Answer a request that the handler was given.
 
-    @abstractmethod
-    def destroy(self) -> None:
-        """Leave the graph; requests not yet handled are dropped."""
-
-
-class TimerHandle(ABC):
-    """Calls its handler periodically by the system clock.
-
-    The n-th call is due at start + n * period. A call that comes late does not shift the later ones, and calls
-    missed while the process was busy are not made up for.
-    """
-
-    __slots__ = ()
-
-    @abstractmethod
-    def set_period_ns(self, period_ns: int) -> None:
-        """Change the period from the next call on."""
-
-    @abstractmethod
-    def cancel(self) -> None:
-        """Stop calling until `reset`."""
-
-    @abstractmethod
-    def reset(self) -> None:
-        """Start again: the next call is due one period from now."""
-
-    @property
-    @abstractmethod
-    def canceled(self) -> bool:
-        """Whether the timer is stopped."""
-
-    @property
-    @abstractmethod
-    def due_ns(self) -> int:
-        """When the next call is due, by the system clock."""
-
-    @abstractmethod
-    def destroy(self) -> None:
-        """Stop for good."""
+        Raises:
+            MiddlewareError: no such request waits for a response, or the server is destroyed.
+            InterfaceError: the response does not fit its definition.
+        """

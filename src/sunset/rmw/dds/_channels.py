@@ -5,19 +5,18 @@ from dataclasses import replace
 from itertools import count
 from typing import NamedTuple
 
-from sunset.interfaces import Message, get_message, get_service, type_name
-from sunset.rmw.core.port import (
+from sunset.interfaces import Message, get_message, get_service
+from sunset.rmw.core.port import EndpointKind
+from sunset.rmw.core.qos import (
     DurabilityPolicy,
-    EndpointKind,
     HistoryPolicy,
     QoSProfile,
     ReliabilityPolicy,
     incompatibility,
 )
 from sunset.rmw.dds import _library as dds
-from sunset.rmw.dds import _wheel as wheel
 from sunset.rmw.dds._link import FIRST_NUMBER, Link
-from sunset.rmw.dds._names import OBSERVER, RosName, dds_type_name, topic_name, topic_names_of_service
+from sunset.rmw.dds._names import OBSERVER, RosName, topic_name, topic_names_of_service
 
 _SERVICE_QOS = QoSProfile(history=HistoryPolicy.KEEP_ALL)
 
@@ -63,7 +62,7 @@ class Channels:
 
     def watch(self, number: int) -> None:
         """Get to know, once, when a channel has samples."""
-        self._link.watch(number, self._channels[number].condition)
+        self._link.waitset.watch(number, self._channels[number].condition)
 
     def listen(self, ros: RosName, qos: QoSProfile) -> None:
         """Make readers for a topic or service, unless there are some that hear such an endpoint.
@@ -128,10 +127,7 @@ class Channels:
         qos: QoSProfile = _SERVICE_QOS,
         own_id: str = "",
     ) -> None:
-        user_data = f"{OBSERVER}=1;{own_id}".encode() + self._link.type_data(message)
-        mangled = dds_type_name(type_name(message))
-        with wheel.topic_of(self._link.participant, topic, mangled) as dds_topic:
-            reader = dds.create_reader(self._link.subscriber, dds_topic, qos, user_data)
+        reader = self._link.create_reader(topic, message, qos, f"{OBSERVER}=1;{own_id}")
         number = next(self._numbers)
         self._channels[number] = Channel(reader, dds.data_condition(reader), writers, name, message, qos)
         self.watch(number)

@@ -2,41 +2,69 @@
 
 from abc import abstractmethod
 from collections.abc import Callable
-from typing import TypeVar
+from typing import Generic, TypeVar
 
 from sunset.errors import InterfaceError
-from sunset.interfaces import Message, deserialize
-from sunset.rmw.core.node import NodeHandle
-from sunset.rmw.core.timer import Timer
+from sunset.interfaces import Message, Service
+from sunset.rmw.core.node import NodeHandle, Timer
+from sunset.rmw.core.qos import QoSProfile
 from sunset.rmw.dds import _library as dds
 from sunset.rmw.dds import _wheel as wheel
 from sunset.rmw.dds._host import DdsEndpoint, DdsEntity, DdsHost
 
-MessageT = TypeVar("MessageT", bound=Message)
+TypeT = TypeVar("TypeT", Message, Service)
 
 
-class ReadingEntity(DdsEndpoint):
-    """A part with a DDS reader; samples wait in the reader, which drops the oldest beyond its depth."""
+class ReadingEntity(DdsEndpoint, DdsEntity, Generic[TypeT]):
+    """A part with a DDS reader; samples wait in the reader, which drops the oldest beyond its depth.
 
-    __slots__ = ("_condition", "_number", "_reader")
+    Attributes:
+        name: of its topic or service.
+        place: what reports of samples that cannot be used call that.
+        handler: its user's.
+        reader: the DDS reader.
+    """
+
+    def __init__(
+        self,
+        process: DdsHost,
+        node: NodeHandle,
+        ros_type: type[TypeT],
+        name: str,
+        qos: QoSProfile,
+        *,
+        handler: Callable[..., None],
+        label: str,
+    ) -> None:
+        super().__init__(process, node, label)
+        self.name = self.place = name
+        self.handler = handler
+        self.open(ros_type, qos)
+
+    @abstractmethod
+    def open(self, ros_type: type[TypeT], qos: QoSProfile) -> None:
+        """Make what it consists of in DDS, and enter the graph by `listen_to`."""
 
     def listen_to(self, reader: int) -> None:
         """Get a turn whenever a reader has samples."""
-        self._reader = reader
+        self.reader = reader
         self._condition = dds.data_condition(reader)
         self._number = self.process.number(self)
         self.join()
-        self.process.link.watch(self._number, self._condition)
+        self.process.link.waitset.watch(self._number, self._condition)
 
     def take_turn(self) -> bool:
-        """Handle the oldest sample."""
-        sample = wheel.take(self._reader)
+        sample = wheel.take(self.reader)
         if sample is None:
-            self.process.link.watch(self._number, self._condition)
+            self.process.link.waitset.watch(self._number, self._condition)
             return False
         self.process.queue(self)  # there may be more, but it is others' turn
         payload, writer, _ = sample
-        return self.handle(payload, writer)
+        try:
+            return self.handle(payload, writer)
+        except InterfaceError as error:
+            self.process.report(self.place, f"dropped a malformed message: {error}", self.node)
+            return False
 
     @abstractmethod
     def handle(self, payload: bytes, writer: int) -> bool:
@@ -48,38 +76,29 @@ class ReadingEntity(DdsEndpoint):
 
         Returns:
             Whether a callback ran.
+
+        Raises:
+            InterfaceError: it is malformed.
         """
 
-    def decoded(self, payload: bytes, kind: type[MessageT], name: str) -> MessageT | None:
-        """Return the message in a payload, or None, and report it, if it is malformed."""
-        try:
-            return deserialize(payload, kind)
-        except InterfaceError as error:
-            self.process.report(name, f"dropped a malformed message: {error}", self.node)
-            return None
-
     def retire(self) -> None:
-        """Take no more turns."""
-        self.process.link.forget(self._number)
+        self.process.link.waitset.forget(self._number)
         self.process.forget_number(self._number)
         super().retire()
+        dds.delete(self.reader)
 
 
 class DdsTimer(DdsEntity, Timer[DdsHost]):
     """A timer of the system's clock that no jump of that clock disturbs."""
 
-    __slots__ = ()
-
     def set_alarm(self, due_ns: int | None) -> None:
-        """Expire at `due_ns`, and not before; never if it is None."""
         if due_ns is None:
             self.process.alarms.pop(self, None)
         else:
             self.process.alarms[self] = due_ns
 
     def take_turn(self) -> bool:
-        """Call the handler, unless it was called off or set anew meanwhile."""
-        if self.canceled or self in self.process.alarms:
+        if self.canceled or self in self.process.alarms:  # it was set anew meanwhile
             return False
         self.process.call(self, self.run)
         return True
@@ -88,14 +107,11 @@ class DdsTimer(DdsEntity, Timer[DdsHost]):
 class DdsPosted(DdsEntity):
     """One call that a node asked for, on any thread."""
 
-    __slots__ = ("_handler",)
-
     def __init__(self, process: DdsHost, node: NodeHandle, handler: Callable[[], None], label: str) -> None:
         super().__init__(process, node, label)
         self._handler = handler
 
     def take_turn(self) -> bool:
-        """Call it, unless the node is gone."""
         if not self.node.alive:
             return False
         self.process.call(self, self._handler)

@@ -154,7 +154,6 @@ class Graph(GraphListener):
         self._infos: dict[str, list[EndpointInfo]] | None = None
 
     def learn_participants(self, participants: Sequence[tuple[bytes, bool]]) -> None:
-        """Note which participants have come and gone."""
         with self._lock:
             for guid, alive in participants:
                 if alive:
@@ -164,7 +163,6 @@ class Graph(GraphListener):
                 self._infos = None
 
     def learn_nodes(self, participant: Participant) -> bool:
-        """Note what a participant says of its nodes; return whether there is such a participant."""
         with self._lock:
             if participant.guid not in self._participants:
                 return False
@@ -173,7 +171,6 @@ class Graph(GraphListener):
             return True
 
     def learn_endpoints(self, endpoints: Sequence[Endpoint], *, writers: bool) -> None:
-        """Note which writers, or readers, have come and gone."""
         with self._lock:
             for endpoint in endpoints:
                 if endpoint.alive:

@@ -10,30 +10,25 @@ from itertools import count
 from typing import Final
 
 from sunset.errors import MiddlewareError
-from sunset.interfaces import Message, type_name
 from sunset.rmw.core.live import LiveProcess
 from sunset.rmw.core.node import Entity, NodeHandle, run_callback
-from sunset.rmw.dds import _wheel as wheel
 from sunset.rmw.dds._config import Configuration
 from sunset.rmw.dds._graph import Graph, NodeEntities
 from sunset.rmw.dds._link import FIRST_NUMBER, Link
-from sunset.rmw.dds._names import dds_type_name
 from sunset.rmw.dds._queue import WaitingLine
 
 _REPORT_EVERY_NS: Final = 10 * 10**9
 
 
 class DdsEntity(Entity["DdsHost"]):
-    """A part of a node."""
-
-    __slots__ = ()
+    """A part of a node that has callbacks."""
 
     @abstractmethod
     def take_turn(self) -> bool:
         """Do one piece of what there is to do; return whether a callback ran."""
 
 
-class DdsEndpoint(DdsEntity):
+class DdsEndpoint(Entity["DdsHost"]):
     """A part that others on the graph see.
 
     Attributes:
@@ -41,24 +36,19 @@ class DdsEndpoint(DdsEntity):
         writers: GUIDs of its DDS writers.
     """
 
-    __slots__ = ("readers", "writers")
-
     readers: tuple[bytes, ...]
     writers: tuple[bytes, ...]
 
     def join(self) -> None:
-        """Become part of the node, now that everything is made."""
         super().join()
         self.process.endpoints_here[self] = None
         self.process.announce()
 
     def retire(self) -> None:
-        """Leave the graph, as one of several that do."""
         super().retire()
         self.process.endpoints_here.pop(self, None)
 
     def destroy(self) -> None:
-        """Leave the graph."""
         if self.alive:
             self.retire()
             self.process.announce()
@@ -117,11 +107,6 @@ class DdsHost(LiveProcess):
     # What its nodes and their parts need of it
 
     def check_alive(self) -> None:
-        """Refuse to do something in a process that has left the network.
-
-        Raises:
-            MiddlewareError: it has.
-        """
         if not self._alive:
             raise MiddlewareError("The process has left the network.")
 
@@ -140,7 +125,6 @@ class DdsHost(LiveProcess):
         self._readers.pop(number, None)
 
     def remove(self, node: NodeHandle) -> None:
-        """Take a node off the graph."""
         if node in self._nodes:
             del self._nodes[node]
             self.announce()
@@ -170,13 +154,6 @@ class DdsHost(LiveProcess):
             self._undisturbed -= 1
             if self._ending and not (self._spinning or self._undisturbed):
                 self._leave()
-
-    @contextmanager
-    def topic(self, name: str, kind: type[Message]) -> Iterator[int]:
-        """Make a topic of DDS for the endpoints that are made within."""
-        mangled = dds_type_name(type_name(kind))
-        with self.undisturbed(), wheel.topic_of(self.link.participant, name, mangled) as topic:
-            yield topic
 
     def new_endpoint_id(self) -> str:
         """Return a text that both ends of a service's client or server carry, and no others."""
@@ -221,11 +198,9 @@ class DdsHost(LiveProcess):
             node.post(partial(warn, f"{where}: {problem}{more}"), "warning")
 
     def now_ns(self) -> int:
-        """The system clock, in nanoseconds since 1970."""
         return time.time_ns()
 
     def steady_ns(self) -> int:
-        """A clock that never jumps, in nanoseconds since some fixed moment."""
         return time.monotonic_ns()
 
     @abstractmethod

@@ -3,13 +3,14 @@
 import threading
 import time
 from collections.abc import Callable, Iterable, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from typing import Final
 
 from sunset.errors import InterfaceError, MiddlewareError
 from sunset.interfaces import Message, type_hash, type_name
 from sunset.interfaces.rmw_dds_common.msg import ParticipantEntitiesInfo
-from sunset.rmw.core.port import DurabilityPolicy, HistoryPolicy, QoSProfile
+from sunset.rmw.core.qos import DurabilityPolicy, HistoryPolicy, QoSProfile
 from sunset.rmw.dds import _library as dds
 from sunset.rmw.dds import _wheel as wheel
 from sunset.rmw.dds._config import Configuration
@@ -43,40 +44,37 @@ class _Domain:
     users: int = 0
 
 
-class _Domains:
-    """The domains of this process: several links may be in the same one, if they agree how."""
+_DOMAINS: Final[dict[int, _Domain]] = {}
+"""The domains of this process by their ids: several links may be in the same one, if they agree how."""
 
-    def __init__(self) -> None:
-        self._lock = threading.Lock()
-        self._domains: dict[int, _Domain] = {}
-
-    def enter(self, configuration: Configuration) -> None:
-        """Set a domain up unless it is.
-
-        Raises:
-            MiddlewareError: this process has set it up otherwise, or it cannot be set up.
-        """
-        number = configuration.domain_id
-        with self._lock:
-            domain = self._domains.get(number)
-            if domain is None:
-                domain = _Domain(dds.create_domain(number, configuration.cyclonedds), configuration)
-                self._domains[number] = domain
-            elif domain.configuration.cyclonedds != configuration.cyclonedds:
-                raise MiddlewareError(f"This process is in domain {number} already, with other settings.")
-            domain.users += 1
-
-    def leave(self, number: int) -> None:
-        """Take a domain down if nobody else uses it."""
-        with self._lock:
-            domain = self._domains[number]
-            domain.users -= 1
-            if not domain.users:
-                dds.delete(domain.entity)
-                del self._domains[number]
+_CHANGING_DOMAINS: Final = threading.Lock()
 
 
-_DOMAINS: Final = _Domains()
+def _enter_domain(configuration: Configuration) -> None:
+    """Set a domain up unless it is.
+
+    Raises:
+        MiddlewareError: this process has set it up otherwise, or it cannot be set up.
+    """
+    number = configuration.domain_id
+    with _CHANGING_DOMAINS:
+        domain = _DOMAINS.get(number)
+        if domain is None:
+            domain = _Domain(dds.create_domain(number, configuration.cyclonedds), configuration)
+            _DOMAINS[number] = domain
+        elif domain.configuration.cyclonedds != configuration.cyclonedds:
+            raise MiddlewareError(f"This process is in domain {number} already, with other settings.")
+        domain.users += 1
+
+
+def _leave_domain(number: int) -> None:
+    """Take a domain down if no link uses it."""
+    with _CHANGING_DOMAINS:
+        domain = _DOMAINS[number]
+        domain.users -= 1
+        if not domain.users:
+            dds.delete(domain.entity)
+            del _DOMAINS[number]
 
 
 class Link:
@@ -93,6 +91,7 @@ class Link:
     Attributes:
         guid: 16 bytes that identify the participant.
         participant, publisher, subscriber: the entities.
+        waitset: what that thread waits for; it calls `on_data` with the number of a condition that holds.
         gid_size: bytes of a gid in its announcements.
         announces_hashes: whether its endpoints say which version of their type they have, as in ROS 2 since Iron.
         has_left: whether it has left the domain.
@@ -121,11 +120,11 @@ class Link:
         self._looking = threading.Lock()
         self._listener = listener
         self.has_left = False
-        _DOMAINS.enter(configuration)
+        _enter_domain(configuration)
         try:
             self._enter(configuration.domain_id)
         except MiddlewareError:
-            _DOMAINS.leave(configuration.domain_id)
+            _leave_domain(configuration.domain_id)
             raise
         self._thread = threading.Thread(target=self._listen, name="dds", daemon=True)
         self._thread.start()
@@ -135,40 +134,51 @@ class Link:
         self.guid = dds.guid_of(self.participant)
         self.publisher = dds.create_publisher(self.participant)
         self.subscriber = dds.create_subscriber(self.participant)
-        type_data = self.type_data(ParticipantEntitiesInfo)
-        mangled = dds_type_name(type_name(ParticipantEntitiesInfo))
-        with wheel.topic_of(self.participant, _DISCOVERY_TOPIC, mangled) as topic:
-            self._writer = dds.create_writer(self.publisher, topic, _DISCOVERY_QOS, type_data)
-            reader = dds.create_reader(
-                self.subscriber, topic, _DISCOVERY_READER_QOS, type_data, ignore_own=True
+        self._writer = self.create_writer(_DISCOVERY_TOPIC, ParticipantEntitiesInfo, _DISCOVERY_QOS)
+        self._readers = {
+            _NODES: self.create_reader(
+                _DISCOVERY_TOPIC, ParticipantEntitiesInfo, _DISCOVERY_READER_QOS, ignore_own=True
             )
-        self._readers = {_NODES: reader}
+        }
         for number, topic in zip((_PARTICIPANTS, _WRITERS, _READERS), dds.BUILTIN_TOPICS, strict=True):
             self._readers[number] = dds.create_reader(self.subscriber, topic, None)
-        self._waitset = dds.WaitSet(self.participant)
+        self.waitset = dds.WaitSet(self.participant)
         self._conditions = {number: dds.data_condition(each) for number, each in self._readers.items()}
         for number in self._conditions:
-            self.watch(number, self._conditions[number])
+            self.waitset.watch(number, self._conditions[number])
 
-    def type_data(self, kind: type[Message]) -> bytes:
-        """Return what an endpoint says of its type."""
-        return f"typehash={type_hash(kind)};".encode() if self.announces_hashes else b""
+    def create_writer(self, topic: str, kind: type[Message], qos: QoSProfile, user_data: str = "") -> int:
+        """Make a writer on a topic of DDS; `user_data` is what it says of itself besides its type."""
+        with self._topic(topic, kind) as dds_topic:
+            return dds.create_writer(self.publisher, dds_topic, qos, self._user_data(user_data, kind))
 
-    def watch(self, number: int, condition: int) -> None:
-        """Call `on_data(number)` once as soon as a condition holds."""
-        self._waitset.watch(number, condition)
+    def create_reader(
+        self,
+        topic: str,
+        kind: type[Message],
+        qos: QoSProfile,
+        user_data: str = "",
+        *,
+        ignore_own: bool = False,
+    ) -> int:
+        """Make a reader on a topic of DDS, likewise; it may pass over what this participant sends."""
+        data = self._user_data(user_data, kind)
+        with self._topic(topic, kind) as dds_topic:
+            return dds.create_reader(self.subscriber, dds_topic, qos, data, ignore_own=ignore_own)
 
-    def forget(self, number: int) -> None:
-        """Do not call `on_data(number)`, unless it is being called."""
-        self._waitset.forget(number)
+    def _topic(self, topic: str, kind: type[Message]) -> AbstractContextManager[int]:
+        return wheel.topic_of(self.participant, topic, dds_type_name(type_name(kind)))
+
+    def _user_data(self, more: str, kind: type[Message]) -> bytes:
+        return (more + (f"typehash={type_hash(kind)};" if self.announces_hashes else "")).encode()
 
     def _listen(self) -> None:
         try:
-            while numbers := self._waitset.wait():
+            while numbers := self.waitset.wait():
                 for number in numbers:
                     if number < FIRST_NUMBER:
                         self.look()
-                        self.watch(number, self._conditions[number])
+                        self.waitset.watch(number, self._conditions[number])
                     self._on_data(number)
         except Exception as error:  # noqa: BLE001  nobody would see it on this thread
             self._on_failure(error)
@@ -219,10 +229,9 @@ class Link:
 
     def leave(self, writers: Sequence[int]) -> None:
         """Wait for what these writers have sent, tell others that there are no nodes any more, and leave the domain."""
-        self._waitset.close()
-        self._thread.join(
-            timeout=1.0
-        )  # a signal handler may have come while this thread held what that one needs
+        self.waitset.close()
+        # a signal handler may have come while this thread held what that one needs
+        self._thread.join(timeout=1.0)
         end_ns = time.monotonic_ns() + _PARTING_NS
         for writer in writers:
             dds.wait_for_acks(writer, max(0, end_ns - time.monotonic_ns()))
@@ -231,4 +240,4 @@ class Link:
         with wheel.MAKING_TOPIC:
             dds.delete(self.participant)
         self.has_left = True
-        _DOMAINS.leave(self._domain_id)
+        _leave_domain(self._domain_id)

@@ -96,7 +96,6 @@ class CycloneDDS(DdsHost):
         return self.link.announces_hashes
 
     def create_node(self, name: str, namespace: str) -> NodeHandle:
-        """Enter the graph with a node that has no endpoints yet."""
         node = NodeHandle(self, self._parts, name, namespace)
         self._nodes[node] = None
         self.announce()
@@ -107,7 +106,7 @@ class CycloneDDS(DdsHost):
         self.queue(DdsPosted(self, node, handler, label))
 
     def spin_once(self, timeout_ns: int | None) -> bool:
-        """Wait for a callback of an attached node and run it; one that has ended runs none.
+        """Wait for a callback of an attached node and run it; a process that has ended runs none.
 
         Raises:
             CallbackError: it raised.
@@ -170,7 +169,6 @@ class CycloneDDS(DdsHost):
         return entity.take_turn()
 
     def wait_for(self, predicate: Callable[[], bool], timeout_ns: int | None) -> bool:
-        """Wait until a predicate on the graph holds; from inside a callback, only look."""
         end_ns = None if timeout_ns is None else self.steady_ns() + timeout_ns
         pause = threading.Event()
         while not predicate():
@@ -180,12 +178,10 @@ class CycloneDDS(DdsHost):
         return True
 
     def wake(self) -> None:
-        """Make a waiting `spin_once` return."""
         self._queue.put(None)
 
     @property
     def alive(self) -> bool:
-        """Whether the process may still use the network."""
         return self._alive and not self._ending
 
     def shutdown(self) -> None:
@@ -225,12 +221,10 @@ class CycloneDDS(DdsHost):
             pause.wait(_STEP_S)
 
     def nodes(self) -> list[tuple[str, str]]:
-        """(name, namespace) of every node on the graph, sorted by full name."""
         self._look()
         return self._graph.nodes(self._describe_nodes())
 
     def endpoints(self, name: str | None = None) -> list[EndpointInfo]:
-        """Every endpoint on the graph, or those of one topic or service, in a fixed order."""
         self._look()
         return self._graph.endpoints(self._describe_nodes(), name)
 

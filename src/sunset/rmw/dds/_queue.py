@@ -18,8 +18,6 @@ class WaitingLine(Generic[T]):
     that is left for none given.
     """
 
-    __slots__ = ("_items", "_news")
-
     def __init__(self) -> None:
         self._items: deque[T] = deque()
         self._news = threading.Lock()  # locked unless something came since `get` looked last
@@ -27,8 +25,9 @@ class WaitingLine(Generic[T]):
     def put(self, item: T) -> None:
         """Add something at the end."""
         self._items.append(item)
-        with suppress(RuntimeError):  # it is unlocked
-            self._news.release()
+        if self._news.locked():
+            with suppress(RuntimeError):  # another thread unlocks it first
+                self._news.release()
 
     def get(self, timeout_s: float | None = None) -> T:
         """Take what came first.
@@ -39,6 +38,8 @@ class WaitingLine(Generic[T]):
         Raises:
             queue.Empty: nothing came.
         """
+        if self._items:
+            return self._items.popleft()
         end_s = None if timeout_s is None else time.monotonic() + timeout_s
         while not self._items:
             if end_s is None:

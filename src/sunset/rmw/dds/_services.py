@@ -6,18 +6,16 @@ response until the client's reader is connected to it.
 """
 
 import threading
-from collections.abc import Callable
 from struct import Struct
-from typing import Final, NamedTuple
+from typing import ClassVar, Final, NamedTuple
 
 from sunset.errors import InterfaceError, MiddlewareError
-from sunset.interfaces import Message, Service, serialize
-from sunset.rmw.core.node import NodeHandle
-from sunset.rmw.core.port import CallbackError, ClientHandle, QoSProfile, RequestId, ServiceHandle
+from sunset.interfaces import Message, Service, deserialize, serialize
+from sunset.rmw.core.port import CallbackError, ClientHandle, RequestId, ServiceHandle
+from sunset.rmw.core.qos import QoSProfile
 from sunset.rmw.dds import _library as dds
 from sunset.rmw.dds import _wheel as wheel
-from sunset.rmw.dds._entity import DdsTimer, MessageT, ReadingEntity
-from sunset.rmw.dds._host import DdsHost
+from sunset.rmw.dds._entity import DdsTimer, ReadingEntity
 from sunset.rmw.dds._names import parse_user_data, topic_names_of_service
 
 _HEADER: Final = Struct("<Qq")
@@ -53,108 +51,61 @@ def split_sample(payload: bytes) -> tuple[RequestId, bytes]:
     return header, payload[:_ENCAPSULATION_SIZE] + payload[_FIELDS:]
 
 
-class _ServiceEnd(ReadingEntity):
-    """What both ends of a service have: a writer, a reader, and an id that says that they belong together."""
+class _ServiceEnd(ReadingEntity[Service]):
+    """What both ends of a service have: a writer, a reader, and an id that says that they belong together.
 
-    __slots__ = ("_name", "_writer")
+    Attributes:
+        id_name: how the id of this end is called.
+        answers: whether this end reads requests and writes responses, or the other way round.
+    """
 
-    def connect(
-        self, service_type: type[Service], name: str, qos: QoSProfile, id_name: str, *, answers: bool
-    ) -> None:
-        """Enter the graph.
+    id_name: ClassVar[str]
+    answers: ClassVar[bool]
 
-        Args:
-            service_type: the service's type.
-            name: its name.
-            qos: of both endpoints.
-            id_name: how the id of this end is called.
-            answers: whether this end reads requests and writes responses, or the other way round.
-        """
-        self._name = name
-        process, link = self.process, self.process.link
-        own_id = f"{id_name}={process.new_endpoint_id()};".encode()
-        parts = zip(
-            topic_names_of_service(name),
-            (service_type.Request, service_type.Response),
-            (not answers, answers),
-            strict=True,
-        )
-        for topic, kind, writes in parts:
-            user_data = own_id + link.type_data(kind)
-            with process.topic(topic, kind) as dds_topic:
-                if writes:
-                    self._writer = dds.create_writer(link.publisher, dds_topic, qos, user_data)
-                else:
-                    reader = dds.create_reader(link.subscriber, dds_topic, qos, user_data)
+    def open(self, ros_type: type[Service], qos: QoSProfile) -> None:
+        own_id = f"{self.id_name}={self.process.new_endpoint_id()};"
+        ends = zip(topic_names_of_service(self.name), (ros_type.Request, ros_type.Response), strict=True)
+        (written, sent), (read, self._kind) = reversed(list(ends)) if self.answers else ends
+        with self.process.undisturbed():
+            self._writer = self.process.link.create_writer(written, sent, qos, own_id)
+            reader = self.process.link.create_reader(read, self._kind, qos, own_id)
         self.readers, self.writers = (dds.guid_of(reader),), (dds.guid_of(self._writer),)
         self.listen_to(reader)
 
     def send(self, sample: bytes) -> None:
         """Send a request or response."""
-        wheel.write(self._writer, sample, self._name)
-
-    def identity(self, payload: bytes) -> RequestId | None:
-        """Return what a sample's header says, or None, and report it, if it has none."""
-        try:
-            return split_sample(payload)[0]
-        except InterfaceError as error:
-            self.process.report(self._name, f"dropped a malformed sample: {error}", self.node)
-            return None
-
-    def message(self, payload: bytes, kind: type[MessageT]) -> MessageT | None:
-        """Return the message behind a sample's header, or None, and report it, if it is malformed."""
-        return self.decoded(split_sample(payload)[1], kind, self._name)
+        wheel.write(self._writer, sample, self.name)
 
     def reliable_writers(self) -> tuple[int, ...]:
-        """Return its writer."""
         return (self._writer,)
 
     def retire(self) -> None:
-        """Leave the graph; what was not yet handled is dropped."""
         super().retire()
-        dds.delete(self._reader)
         dds.delete(self._writer)
 
 
 class DdsClient(_ServiceEnd, ClientHandle):
-    """Asks every server of its name and type."""
+    """Asks, and gets responses."""
 
-    __slots__ = ("_handler", "_id", "_kind")
+    id_name = "clientid"
+    answers = False
 
-    def __init__(
-        self,
-        process: DdsHost,
-        node: NodeHandle,
-        service_type: type[Service],
-        name: str,
-        qos: QoSProfile,
-        *,
-        handler: Callable[[int, Message], None],
-        label: str,
-    ) -> None:
-        super().__init__(process, node, label)
-        self._kind = service_type.Response
-        self._handler = handler
-        self.connect(service_type, name, qos, "clientid", answers=False)
+    def open(self, ros_type: type[Service], qos: QoSProfile) -> None:
+        super().open(ros_type, qos)
         self._id = dds.instance_handle_of(self._writer)
 
     def send_request(self, request: Message) -> int:
-        """Send a request and return its number."""
-        self.check_alive(f"call {self._name}")
+        self.check_alive(f"call {self.name}")
         number = self.process.new_request_number()
         self.send(_sample(self._id, number, request))
         return number
 
     def handle(self, payload: bytes, writer: int) -> bool:
-        """Call the handler with a response, if it is for this client."""
         del writer
-        identity = self.identity(payload)
-        if identity is None or identity.client != self._id:
+        request_id, response = split_sample(payload)
+        if request_id.client != self._id:
             return False
-        response = self.message(payload, self._kind)
-        if response is None:
-            return False
-        self.process.call(self, self._handler, identity.sequence, response)
+        self.process.call(self, self.handler, request_id.sequence, deserialize(response, self._kind))
         return True
 
     def server_ready(self) -> bool:
@@ -167,8 +118,7 @@ class DdsClient(_ServiceEnd, ClientHandle):
                 for each in dds.matched_subscriptions(self._writer)
             ]
             heard = [
-                wheel.matched_publication(self._reader, each)
-                for each in dds.matched_publications(self._reader)
+                wheel.matched_publication(self.reader, each) for each in dds.matched_publications(self.reader)
             ]
         asked, answering = (
             {_id_of(end, "serviceid") for end in ends if end is not None} for ends in (hearing, heard)
@@ -190,59 +140,39 @@ class _LateResponse(NamedTuple):
 
 
 class DdsService(_ServiceEnd, ServiceHandle):
-    """Holds at most `depth` requests that were not handled yet, and drops the oldest."""
+    """Gets requests, and answers."""
 
-    __slots__ = ("_asked", "_handler", "_heard", "_kind", "_late", "_late_timer")
+    id_name = "serviceid"
+    answers = True
 
-    def __init__(
-        self,
-        process: DdsHost,
-        node: NodeHandle,
-        service_type: type[Service],
-        name: str,
-        qos: QoSProfile,
-        *,
-        handler: Callable[[RequestId, Message], None],
-        label: str,
-    ) -> None:
-        super().__init__(process, node, label)
-        self._kind = service_type.Request
-        self._handler = handler
+    def open(self, ros_type: type[Service], qos: QoSProfile) -> None:
         self._asked: dict[RequestId, int] = {}
         self._heard: dict[int, bool] = {}
         self._late: list[_LateResponse] = []
         self._late_timer: DdsTimer | None = None
-        self.connect(service_type, name, qos, "serviceid", answers=True)
+        super().open(ros_type, qos)
 
     def handle(self, payload: bytes, writer: int) -> bool:
-        """Call the handler with a request, unless one with this id is being handled."""
-        request_id = self.identity(payload)
-        if request_id is None or request_id in self._asked:
+        request_id, request = split_sample(payload)
+        if request_id in self._asked:
             return False
         if len(self._asked) >= _REMEMBERED:
-            self.process.report(self._name, "dropped a request: too many wait for their response.", self.node)
+            self.process.report(self.name, "dropped a request: too many wait for their response.", self.node)
             return False
-        request = self.message(payload, self._kind)
-        if request is None:
-            return False
+        message = deserialize(request, self._kind)
         self._asked[request_id] = writer
         try:
-            self.process.call(self, self._handler, request_id, request)
+            self.process.call(self, self.handler, request_id, message)
         except CallbackError:
             self._asked.pop(request_id, None)  # nobody will answer it
             raise
         return True
 
     def send_response(self, request_id: RequestId, response: Message) -> None:
-        """Answer a request that the handler was given, unless its client is gone.
-
-        Raises:
-            MiddlewareError: no such request waits for a response.
-        """
-        self.check_alive(f"answer on {self._name}")
+        self.check_alive(f"answer on {self.name}")
         writer = self._asked.pop(request_id, None)
         if writer is None:
-            raise MiddlewareError(f"Service {self._name} has no request {tuple(request_id)} to answer.")
+            raise MiddlewareError(f"Service {self.name} has no request {tuple(request_id)} to answer.")
         sample = _sample(*request_id, response)
         if self._is_heard_by(writer):
             self.send(sample)
@@ -271,7 +201,7 @@ class DdsService(_ServiceEnd, ServiceHandle):
 
     def _hears(self, writer: int) -> bool | None:
         """Return whether a client's reader is connected; None if the client is gone."""
-        request_writer = wheel.matched_publication(self._reader, writer)
+        request_writer = wheel.matched_publication(self.reader, writer)
         if request_writer is None:
             return None
         client = _id_of(request_writer, "clientid")
@@ -283,7 +213,6 @@ class DdsService(_ServiceEnd, ServiceHandle):
         )
 
     def settle(self) -> bool:
-        """Send the responses whose client listens by now; return whether none waits any more."""
         self._send_late()
         return not self._late
 
@@ -298,13 +227,12 @@ class DdsService(_ServiceEnd, ServiceHandle):
             elif heard is False and self.process.steady_ns() < late.limit_ns and len(self._late) < _LATE:
                 self._late.append(late)
             elif heard is False:
-                self.process.report(self._name, "did not answer a client that does not listen.", self.node)
+                self.process.report(self.name, "did not answer a client that does not listen.", self.node)
         if not self._late and self._late_timer is not None:
             self._late_timer.destroy()
             self._late_timer = None
 
     def retire(self) -> None:
-        """Leave the graph; nobody is answered any more."""
         if self._late_timer is not None:
             self._late_timer.destroy()
         super().retire()

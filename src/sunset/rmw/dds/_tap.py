@@ -8,14 +8,14 @@ from collections.abc import Mapping, Sequence
 from heapq import heappop, heappush
 from itertools import count
 from queue import Empty
-from types import TracebackType
 from typing import Final, NamedTuple
 
 from sunset.errors import InterfaceError, MiddlewareError
 from sunset.interfaces import deserialize
 from sunset.names import qualified_name
 from sunset.rmw.core.live import LiveObserver
-from sunset.rmw.core.port import EndpointKind, QoSProfile, RequestId
+from sunset.rmw.core.port import EndpointKind, RequestId
+from sunset.rmw.core.qos import QoSProfile
 from sunset.rmw.core.tap import Tap
 from sunset.rmw.dds import _wheel as wheel
 from sunset.rmw.dds._channels import Channel, Channels
@@ -74,7 +74,6 @@ class _News(GraphListener):
         self._participants: set[bytes] = set()
 
     def learn_participants(self, participants: Sequence[tuple[bytes, bool]]) -> None:
-        """Remember who is there."""
         for guid, alive in participants:
             if alive:
                 self._participants.add(guid)
@@ -82,14 +81,12 @@ class _News(GraphListener):
                 self._participants.discard(guid)
 
     def learn_nodes(self, participant: Participant) -> bool:
-        """Line up what a participant says of its nodes; return whether there is such a participant."""
         if participant.guid not in self._participants:
             return False
         self._queue.put(participant)
         return True
 
     def learn_endpoints(self, endpoints: Sequence[wheel.Endpoint], *, writers: bool) -> None:
-        """Line up which writers, or readers, have come and gone."""
         for endpoint in endpoints:
             self._queue.put((endpoint, writers))
 
@@ -152,37 +149,20 @@ class CycloneTap(LiveObserver):
         self._thread = threading.Thread(target=self._run, name="tap", daemon=True)
         self._thread.start()
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
         self._leave()
-        if error is None:
+        if kind is None:
             self.check()
 
     def check(self) -> None:
-        """Raise what the tap raised, if it did; it was told nothing since.
-
-        Raises:
-            Exception: what the tap raised.
-        """
         if self._failure is not None:
             raise self._failure
 
     def finish(self) -> None:
-        """Tell the tap what has come, and nothing more from now on.
-
-        Raises:
-            Exception: what the tap raised.
-        """
         self._stop()
         self.check()
 
     def close(self) -> None:
-        """Tell the tap what has come, and leave the network.
-
-        Raises:
-            Exception: what the tap raised.
-        """
         self._leave()
         self.check()
 

@@ -7,7 +7,8 @@ from typing import ClassVar, Generic, TypeVar
 
 from sunset.interfaces import Message, Service, type_name
 from sunset.rmw.core.node import Entity, Middleware, NodeHandle
-from sunset.rmw.core.port import EndpointKind, QoSProfile
+from sunset.rmw.core.port import EndpointKind
+from sunset.rmw.core.qos import QoSProfile
 from sunset.rmw.sim._compute import OTHER_CALLBACK_NS
 from sunset.rmw.sim._network import Network
 
@@ -35,9 +36,7 @@ class SimHost(Middleware):
 
 
 class SimEntity(Entity[SimHost]):
-    """A part of a node; most have callbacks."""
-
-    __slots__ = ()
+    """A part of a node that has callbacks."""
 
     @abstractmethod
     def ready(self) -> bool:
@@ -52,7 +51,7 @@ class SimEntity(Entity[SimHost]):
         return OTHER_CALLBACK_NS
 
 
-class SimEndpoint(SimEntity):
+class SimEndpoint(Entity[SimHost]):
     """A part that others on the graph see.
 
     Attributes:
@@ -62,8 +61,6 @@ class SimEndpoint(SimEntity):
         qos: what it offers or asks for.
         gid: a number that no other endpoint has or had.
     """
-
-    __slots__ = ("gid", "name", "qos", "type_name")
 
     kind: ClassVar[EndpointKind]
 
@@ -84,20 +81,16 @@ class SimEndpoint(SimEntity):
         self.gid = process.network.new_gid()
 
     def join(self) -> None:
-        """Enter the graph."""
         super().join()
         self.process.network.add(self)
 
     def retire(self) -> None:
-        """Leave the graph."""
         super().retire()
         self.process.network.remove(self)
 
 
-class SimReceiver(SimEndpoint, Generic[ItemT]):
-    """An endpoint that holds what has come until it is handled: at most as much as `limit`, without the oldest."""
-
-    __slots__ = ("_items", "_limit")
+class SimReceiver(SimEndpoint, SimEntity, Generic[ItemT]):
+    """An endpoint that holds what has come until it is handled: at most as much as its QoS says, without the oldest."""
 
     def __init__(
         self,
@@ -107,12 +100,14 @@ class SimReceiver(SimEndpoint, Generic[ItemT]):
         name: str,
         qos: QoSProfile,
         *,
+        handler: Callable[..., None],
         label: str,
-        limit: int | None,
     ) -> None:
         super().__init__(process, node, ros_type, name, qos, label=label)
+        self._handler = handler
         self._items: deque[ItemT] = deque()
-        self._limit = limit
+        self._limit = qos.limit
+        self.join()
 
     def deliver(self, item: ItemT) -> None:
         """Take in what arrives; each item that is held had a notification of its own."""
@@ -127,10 +122,14 @@ class SimReceiver(SimEndpoint, Generic[ItemT]):
             self.process.notify(self)
 
     def ready(self) -> bool:
-        """Whether something has come."""
         return bool(self._items)
 
+    def join(self) -> None:
+        super().join()
+        if self.kind is not EndpointKind.CLIENT:
+            for tap in self.process.network.taps:
+                tap.on_endpoint(self.node.fully_qualified_name, self.kind, self.name)
+
     def retire(self) -> None:
-        """Leave the graph; what is not yet handled is dropped."""
         super().retire()
         self._items.clear()

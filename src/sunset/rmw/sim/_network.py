@@ -4,7 +4,8 @@ from itertools import count
 from typing import ClassVar, Protocol, TypeVar
 
 from sunset.rmw.core.node import NodeHandle
-from sunset.rmw.core.port import EndpointInfo, EndpointKind, QoSProfile
+from sunset.rmw.core.port import EndpointInfo, EndpointKind
+from sunset.rmw.core.qos import QoSProfile
 from sunset.rmw.core.tap import Tap
 from sunset.rmw.sim._compute import ComputeModel
 from sunset.rmw.sim._scheduler import Scheduler
@@ -37,8 +38,6 @@ class Network:
         executing: the process whose callback runs at the moment.
         nodes: those alive, as the keys, by age.
     """
-
-    __slots__ = ("_endpoints", "_gids", "compute", "executing", "latency_ns", "nodes", "scheduler", "taps")
 
     def __init__(self, compute: ComputeModel, latency_ns: int) -> None:
         self.scheduler = Scheduler()

@@ -3,6 +3,7 @@
 from collections import deque
 from collections.abc import Callable
 from functools import partial
+from operator import attrgetter
 
 from sunset.errors import MiddlewareError
 from sunset.rmw.core.node import NodeHandle, Parts, run_callback
@@ -23,22 +24,6 @@ class SimProcess(SimHost):
         network: the world.
         nodes_here: its nodes, as the keys, by age.
     """
-
-    __slots__ = (
-        "_alive",
-        "_around",
-        "_busy",
-        "_calls",
-        "_ending",
-        "_on_exit",
-        "_outbox",
-        "_parts",
-        "_ready",
-        "_running",
-        "name",
-        "network",
-        "nodes_here",
-    )
 
     def __init__(
         self, network: Network, name: str, around: Callable[[Callable[[], None]], None] | None
@@ -78,18 +63,12 @@ class SimProcess(SimHost):
         self._on_exit.append(handler)
 
     def check_alive(self) -> None:
-        """Refuse to do something in a process that has ended.
-
-        Raises:
-            MiddlewareError: it has.
-        """
         if not self._alive:
             raise MiddlewareError(f"Process {self.name} has ended.")
 
     # What happens to it
 
     def notify(self, entity: SimEntity) -> None:
-        """Note that an entity has one more thing to do."""
         if self._alive:
             self._ready.append(entity)
             if self._running and not self._busy:
@@ -142,20 +121,17 @@ class SimProcess(SimHost):
             self._run_next()
 
     def send(self, leave: Callable[..., None], payload: object) -> None:
-        """Let something leave when the running callback ends, or now if none runs."""
         if self.network.executing is self:
             self._outbox.append((leave, payload))
         else:
             leave(payload)
 
     def post(self, node: NodeHandle, handler: Callable[[], None], label: str) -> None:
-        """Call a handler of a node once, after those that are ready already."""
         scheduler = self.network.scheduler
         posted = SimPosted(self, node, handler, label)
         scheduler.add(scheduler.now, Priority.TIMER, self.notify, posted)
 
     def remove(self, node: NodeHandle) -> None:
-        """Take a node off the graph."""
         self.network.nodes.pop(node, None)
         self.nodes_here.pop(node, None)
 
@@ -176,19 +152,15 @@ class SimProcess(SimHost):
 
     @property
     def describes_types(self) -> bool:
-        """No: everybody in a simulation knows them."""
-        return False
+        return False  # everybody in a simulation knows them
 
     def now_ns(self) -> int:
         """Virtual time: nanoseconds since the simulation began; constant during a callback."""
         return self.network.scheduler.now
 
-    def steady_ns(self) -> int:
-        """Virtual time."""
-        return self.network.scheduler.now
+    steady_ns = now_ns
 
     def create_node(self, name: str, namespace: str) -> NodeHandle:
-        """Enter the graph with a node that has no endpoints yet."""
         node = NodeHandle(self, self._parts, name, namespace)
         self.network.nodes[node] = None
         self.nodes_here[node] = None
@@ -248,24 +220,17 @@ class SimProcess(SimHost):
 
     @property
     def alive(self) -> bool:
-        """Whether the process may still use the network."""
         return self._alive and not self._ending
 
     def shutdown(self) -> None:
-        """End the process; from inside one of its callbacks, after that callback and what it sends."""
         if self.network.executing is self:
             self._ending = True
         else:
             self.end()
 
     def nodes(self) -> list[tuple[str, str]]:
-        """(name, namespace) of every node on the graph, sorted by full name, then by age."""
-        return [(node.name, node.namespace) for node in sorted(self.network.nodes, key=_full_name)]
+        nodes = sorted(self.network.nodes, key=attrgetter("fully_qualified_name"))
+        return [(node.name, node.namespace) for node in nodes]
 
     def endpoints(self, name: str | None = None) -> list[EndpointInfo]:
-        """Every endpoint on the graph, or those of one topic or service, in a fixed order."""
         return self.network.endpoints(name)
-
-
-def _full_name(node: NodeHandle) -> str:
-    return node.fully_qualified_name

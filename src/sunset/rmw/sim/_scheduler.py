@@ -22,8 +22,6 @@ class Scheduler:
         now: nanoseconds, starting at 0.
     """
 
-    __slots__ = ("_events", "_numbers", "now")
-
     def __init__(self) -> None:
         self._events: list[tuple[int, int, int, Callable[..., object], object]] = []
         self._numbers = count()
@@ -32,11 +30,6 @@ class Scheduler:
     def add(self, time_ns: int, priority: int, action: Callable[..., object], argument: object) -> None:
         """Let `action(argument)` happen at `time_ns`, which is not in the past."""
         heappush(self._events, (time_ns, priority, next(self._numbers), action, argument))
-
-    @property
-    def next_ns(self) -> int | None:
-        """When the next event happens, or None if there is none."""
-        return self._events[0][0] if self._events else None
 
     def run_until(self, time_ns: int) -> None:
         """Let everything happen that is due at or before `time_ns`, and set the clock to it."""

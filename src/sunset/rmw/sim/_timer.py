@@ -2,8 +2,7 @@
 
 from collections.abc import Callable
 
-from sunset.rmw.core.node import NodeHandle
-from sunset.rmw.core.timer import Timer
+from sunset.rmw.core.node import NodeHandle, Timer
 from sunset.rmw.sim._entity import SimEntity, SimHost
 from sunset.rmw.sim._scheduler import Priority
 
@@ -11,16 +10,10 @@ from sunset.rmw.sim._scheduler import Priority
 class SimTimer(Timer[SimHost], SimEntity):
     """A timer of virtual time."""
 
-    __slots__ = ("_alarms", "_expired")
-
-    def __init__(
-        self, process: SimHost, node: NodeHandle, period_ns: int, handler: Callable[[], None], label: str
-    ) -> None:
-        self._alarms = 0
-        super().__init__(process, node, period_ns, handler, label)
+    _alarms = 0
+    _expired = False
 
     def set_alarm(self, due_ns: int | None) -> None:
-        """Expire at `due_ns`, and not before; never if it is None."""
         self._expired = False
         self._alarms += 1
         if due_ns is not None:
@@ -32,14 +25,11 @@ class SimTimer(Timer[SimHost], SimEntity):
             self.process.notify(self)
 
     def ready(self) -> bool:
-        """Whether the timer has expired and was not called since."""
         return self._expired
 
 
 class SimPosted(SimEntity):
     """One call that a node asked for."""
-
-    __slots__ = ("_handler",)
 
     def __init__(self, process: SimHost, node: NodeHandle, handler: Callable[[], None], label: str) -> None:
         super().__init__(process, node, label)
@@ -47,10 +37,8 @@ class SimPosted(SimEntity):
         self.join()
 
     def ready(self) -> bool:
-        """Whether it has not been called."""
         return self.alive
 
     def run(self) -> None:
-        """Call it, once."""
         self.retire()
         self._handler()

@@ -1,21 +1,13 @@
 """Simulated publishers and subscriptions."""
 
 from collections import deque
-from collections.abc import Callable
 from typing import ClassVar
 
 from sunset.errors import InterfaceError
 from sunset.interfaces import Message
 from sunset.rmw.core.node import NodeHandle
-from sunset.rmw.core.port import (
-    CallbackError,
-    DurabilityPolicy,
-    EndpointKind,
-    PublisherHandle,
-    QoSProfile,
-    SubscriptionHandle,
-    incompatibility,
-)
+from sunset.rmw.core.port import CallbackError, EndpointKind, PublisherHandle, SubscriptionHandle
+from sunset.rmw.core.qos import DurabilityPolicy, QoSProfile, incompatibility
 from sunset.rmw.sim._compute import OTHER_CALLBACK_NS
 from sunset.rmw.sim._entity import SimEndpoint, SimHost, SimReceiver
 from sunset.rmw.sim._scheduler import Priority
@@ -25,49 +17,30 @@ _UNCHARGED_TOPICS = frozenset({"/clock"})
 
 
 class SimSubscription(SimReceiver[Message], SubscriptionHandle):
-    """Holds at most `depth` samples that were not handled yet, and drops the oldest."""
-
-    __slots__ = ("_draw_cost", "_handler", "publishers")
+    """Gets samples."""
 
     kind: ClassVar = EndpointKind.SUBSCRIPTION
 
-    def __init__(
-        self,
-        process: SimHost,
-        node: NodeHandle,
-        message_type: type[Message],
-        topic: str,
-        qos: QoSProfile,
-        *,
-        handler: Callable[[Message], None],
-        label: str,
-    ) -> None:
-        super().__init__(process, node, message_type, topic, qos, label=label, limit=qos.limit)
-        network = process.network
-        self._draw_cost = None if topic in _UNCHARGED_TOPICS else network.compute.sampler(node.name)
-        self._handler = handler
+    def join(self) -> None:
+        network = self.process.network
+        is_charged = self.name not in _UNCHARGED_TOPICS
+        self._draw_cost = network.compute.sampler(self.node.name) if is_charged else None
         self.publishers: list[SimPublisher] = []
-        self.join()
-        for tap in network.taps:
-            tap.on_endpoint(node.fully_qualified_name, self.kind, topic)
-        for publisher in network.named(topic, SimPublisher):
+        super().join()
+        for publisher in network.named(self.name, SimPublisher):
             publisher.match(self)
 
     def run(self) -> None:
-        """Handle the oldest sample, in a copy of the reader's own."""
-        self._handler(self._items.popleft().copy())
+        self._handler(self._items.popleft().copy())  # a copy of the reader's own
 
     def cost_ns(self) -> int:
-        """How long that takes."""
         return OTHER_CALLBACK_NS if self._draw_cost is None else self._draw_cost()
 
     @property
     def matched(self) -> int:
-        """Number of publishers whose messages arrive here."""
         return len(self.publishers)
 
     def retire(self) -> None:
-        """Leave the graph; messages not yet handled are dropped."""
         super().retire()
         for publisher in self.publishers:
             publisher.subscriptions.remove(self)
@@ -76,8 +49,6 @@ class SimSubscription(SimReceiver[Message], SubscriptionHandle):
 
 class SimPublisher(SimEndpoint, PublisherHandle):
     """Sends samples to all matching subscriptions when the running callback ends."""
-
-    __slots__ = ("_kept", "subscriptions")
 
     kind: ClassVar = EndpointKind.PUBLISHER
 
@@ -109,7 +80,6 @@ class SimPublisher(SimEndpoint, PublisherHandle):
                     scheduler.add(arrival, Priority.DELIVERY, subscription.deliver, message)
 
     def publish(self, message: Message) -> None:
-        """Send a message; the caller may change it afterwards, but not the arrays in it."""
         if not self.alive:
             self.check_alive(f"publish on {self.name}")
         self.process.send(self._leave, message.copy())
@@ -133,23 +103,13 @@ class SimPublisher(SimEndpoint, PublisherHandle):
 
     @property
     def wanted(self) -> bool:
-        """Whether anybody would get a message sent now, or could get it later."""
         return bool(self.subscriptions or self.process.network.taps) or self._kept is not None
 
     @property
     def matched(self) -> int:
-        """Number of subscriptions that get what is sent."""
         return len(self.subscriptions) if self.alive else 0
 
-    def ready(self) -> bool:
-        """Return False: a publisher has no callbacks."""
-        return False
-
-    def run(self) -> None:
-        """Do nothing: a publisher has no callbacks."""
-
     def retire(self) -> None:
-        """Leave the graph; nothing more can be sent, what was sent arrives."""
         super().retire()
         for subscription in self.subscriptions:
             subscription.publishers.remove(self)

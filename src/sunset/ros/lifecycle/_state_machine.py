@@ -4,6 +4,7 @@ See https://design.ros2.org/articles/node_lifecycle.html; ids and labels are tho
 """
 
 from dataclasses import dataclass
+from enum import IntEnum
 from typing import Final, NamedTuple
 
 from sunset.interfaces.lifecycle_msgs.msg import State as StateMessage
@@ -61,16 +62,24 @@ STATES: Final = {
 }
 """Id → state. Those from 10 on are intermediate: they last as long as a callback does."""
 
-SUCCESS: Final = "transition_success"
-FAILURE: Final = "transition_failure"
-ERROR: Final = "transition_error"
+
+class TransitionCallbackReturn(IntEnum):
+    """How a transition went: what a lifecycle callback returns."""
+
+    SUCCESS = TransitionMessage.TRANSITION_CALLBACK_SUCCESS
+    FAILURE = TransitionMessage.TRANSITION_CALLBACK_FAILURE
+    ERROR = TransitionMessage.TRANSITION_CALLBACK_ERROR
+
+    def to_label(self) -> str:
+        """Return the label of the transition that follows, such as `transition_success`."""
+        return f"transition_{self.name.lower()}"
 
 
 def _outcomes(first_id: int, start: int, success: int, failure: int, error: int) -> tuple[Transition, ...]:
-    return (
-        Transition(first_id, SUCCESS, start, success),
-        Transition(first_id + 1, FAILURE, start, failure),
-        Transition(first_id + 2, ERROR, start, error),
+    goals = zip(TransitionCallbackReturn, (success, failure, error), strict=True)
+    return tuple(
+        Transition(first_id + place, outcome.to_label(), start, goal)
+        for place, (outcome, goal) in enumerate(goals)
     )
 
 

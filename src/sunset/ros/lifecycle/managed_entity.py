@@ -1,7 +1,6 @@
 """Parts of a node that follow its lifecycle, as in `rclpy.lifecycle.managed_entity`."""
 
-from sunset.ros.lifecycle._state_machine import LifecycleState
-from sunset.ros.lifecycle._transition_return import TransitionCallbackReturn
+from sunset.ros.lifecycle._state_machine import LifecycleState, TransitionCallbackReturn
 
 
 class ManagedEntity:
@@ -35,8 +34,7 @@ class ManagedEntity:
 class SimpleManagedEntity(ManagedEntity):
     """A part that works while its node is active."""
 
-    def __init__(self) -> None:
-        self._enabled = False
+    _enabled = False
 
     @property
     def is_activated(self) -> bool:

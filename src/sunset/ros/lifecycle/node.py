@@ -13,11 +13,17 @@ from sunset.interfaces.lifecycle_msgs.srv import (
     GetAvailableTransitions,
     GetState,
 )
-from sunset.rmw.core.port import EndpointKind, QoSProfile, RequestId
+from sunset.rmw.core.port import CallbackError, EndpointKind, RequestId
+from sunset.rmw.core.qos import QoSProfile
 from sunset.ros._callbacks import callback_name
-from sunset.ros.exceptions import CallbackError
-from sunset.ros.lifecycle._state_machine import STATES, TRANSITIONS, LifecycleState, StateMachine, Transition
-from sunset.ros.lifecycle._transition_return import TransitionCallbackReturn
+from sunset.ros.lifecycle._state_machine import (
+    STATES,
+    TRANSITIONS,
+    LifecycleState,
+    StateMachine,
+    Transition,
+    TransitionCallbackReturn,
+)
 from sunset.ros.lifecycle.managed_entity import ManagedEntity
 from sunset.ros.lifecycle.publisher import LifecyclePublisher
 from sunset.ros.node import Node

@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from sunset.errors import ParameterError
-from sunset.system import DEPTH_DEGRADATION_RANGE, IMAGE_DEGRADATION_RANGE
+from sunset.system import BLUR_SIGMA, DEPTH_DEGRADATION_RANGE, IMAGE_DEGRADATION_RANGE
 
 __all__ = [
     "BLUR_SIGMA",
@@ -24,9 +24,11 @@ __all__ = [
     "IMAGE_DEGRADATION_RANGE",
     "REFERENCE_WIDTH",
     "blur",
+    "defocus_image",
     "degrade_depth",
     "degrade_image",
     "enhance_image",
+    "misalign_image",
     "sharpness",
     "shift_image",
 ]
@@ -36,9 +38,6 @@ Depth = npt.NDArray[np.uint16]
 
 REFERENCE_WIDTH: Final = 256
 """The image width in pixels that lengths in pixels are given for."""
-
-BLUR_SIGMA: Final = 2.0
-"""Standard deviation in pixels of an unfocused camera's blur, on an image `REFERENCE_WIDTH` wide."""
 
 DEPTH_COUNTS_PER_METRE: Final = 65.535
 """A 16-bit depth image counts 65535 steps on 1000 m."""
@@ -152,6 +151,11 @@ def shift_image(bgr: Image, px: int) -> Image:
     return shifted
 
 
+def misalign_image(bgr: Image, px: float) -> Image:
+    """Shift an image, as `shift_image`, by pixels of an image `REFERENCE_WIDTH` wide."""
+    return shift_image(bgr, round(px * bgr.shape[1] / REFERENCE_WIDTH))
+
+
 def blur(bgr: Image, sigma: float) -> Image:
     """Blur an image with a Gaussian; its borders are mirrored.
 
@@ -168,6 +172,11 @@ def blur(bgr: Image, sigma: float) -> Image:
         return bgr
     blurred: Image = cv2.GaussianBlur(bgr, (0, 0), sigma)
     return blurred
+
+
+def defocus_image(bgr: Image, sigma: float) -> Image:
+    """Blur an image, as `blur`, by pixels of an image `REFERENCE_WIDTH` wide."""
+    return blur(bgr, sigma * bgr.shape[1] / REFERENCE_WIDTH)
 
 
 def sharpness(bgr: Image) -> float:

@@ -2,7 +2,7 @@
 
 import pytest
 
-from sunset.experiments.live_flight import FrameCount
+from sunset.experiments.live_run import FrameCount
 from sunset.experiments.spec import Timing
 from sunset.interfaces.builtin_interfaces.msg import Time
 from sunset.interfaces.rosgraph_msgs.msg import Clock

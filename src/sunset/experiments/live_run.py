@@ -1,15 +1,15 @@
-"""One experiment flown live: every node a process, watched from outside."""
+"""One live experiment: every node a process, watched from outside."""
 
 import math
 import sys
 import time
 from collections.abc import Callable
-from contextlib import AbstractContextManager, ExitStack, nullcontext
+from contextlib import ExitStack, nullcontext
 from itertools import pairwise
 
 from sunset.errors import SunsetError
 from sunset.experiments.live import LiveClock, LiveSystem
-from sunset.experiments.manager import absent, check_injection
+from sunset.experiments.manager import bring_up_timeout_error, check_injection
 from sunset.experiments.observer import Observer
 from sunset.experiments.resources import Resources
 from sunset.experiments.spec import EXTERNAL, RunSpec, Timing
@@ -52,9 +52,9 @@ class FrameCount:
         self.ended_early = False
         """Whether the managing system ended the experiment before its time."""
         self.disturbed_ns: int | None = None
-        """When the process of a managed node was found ended or stopped first, without anybody's command."""
+        """When the process of a managed node was found ended or stopped first, without a command."""
         self.clock_step_ns = 0
-        """By how much somebody has set the system's clock meanwhile."""
+        """By how much the system's clock was set meanwhile."""
         self.clock: list[tuple[int, int]] = []
         """When a message on `/clock` was taken to be sent, and what it showed then."""
 
@@ -75,12 +75,7 @@ class FrameCount:
         """Return in words why the run does not count, as where the computer could not keep up; or nothing.
 
         Frames must not be lost before anything was done to the system: in a scenario with an outage before its
-        injection, in others before the first command, and before somebody ends or stops a node's process.
-
-        Args:
-            start_ns: when the faults were injected.
-            timeline: what was observed.
-            timing: what was planned.
+        injection, in others before the first command, and before a node's process is ended or stopped from outside.
         """
         if self.ended_early:
             return "the managing system ended it before its time"
@@ -98,7 +93,7 @@ class FrameCount:
                 f"the computer was too slow for the flight: {len(times)} of {timing.frames} frames were played, with "
                 f"gaps of up to {max(gaps, default=0.0):.2f} s in place of {timing.period_s:g} s"
             )
-        outage = any(one.failure in {"F1", "F2", "F3"} for one in timeline.injections)
+        outage = any(one.failure in current_system().outages for one in timeline.injections)
         disturbed = [one.time for one in timeline.commands] + [0.0] * outage
         if self.disturbed_ns is not None:
             disturbed.append((self.disturbed_ns - start_ns) / _S)
@@ -125,9 +120,8 @@ class _Watch(Tap):
         """Whether it has heard of the service that is made last, so that it knows of all before."""
 
     def on_node(self, process: str, node: str) -> None:
-        if node not in current_system().all_nodes and not base_name(node).startswith(
-            "_"
-        ):  # a hidden one is a tool
+        is_tool = base_name(node).startswith("_")  # as hidden ones are
+        if node not in current_system().all_nodes and not is_tool:
             self.strangers[node] = None
         self._observer.on_node(process, node)
 
@@ -174,17 +168,10 @@ class LiveSupervisor(Supervisor):
         return response
 
 
-def fly(
+def run_live(
     spec: RunSpec, resources: Resources, observer: Observer, frames: FrameCount, *, log: bool = False
 ) -> int:
-    """Fly one experiment with every node as a process of its own.
-
-    Args:
-        spec: what is flown.
-        resources: what it is flown with.
-        observer: is told of everything that can be seen on the network.
-        frames: counts the frames.
-        log: whether what the managing system prints and logs goes to stderr too.
+    """Run one experiment with every node as a process of its own.
 
     Returns:
         The time of the injection, nanoseconds of `/clock`.
@@ -205,7 +192,9 @@ def fly(
     live = live_middleware(spec.settings.middleware)
     with ExitStack() as stack:
         check_signals = stack.enter_context(held_signals())
-        domain_id = stack.enter_context(_domain(spec))
+        # a managing system of another process must know the domain beforehand, by ROS_DOMAIN_ID
+        free = nullcontext() if spec.manager == EXTERNAL else live.free_domain_id()
+        domain_id = stack.enter_context(free)
         # it comes before the nodes and leaves after them: each of its readers that comes or goes occupies all of them
         tap = stack.enter_context(live.observe(watch, domain_id=domain_id))
         check_signals()
@@ -230,17 +219,8 @@ def fly(
 
 
 def _clock_offset_ns() -> int:
-    """Return what the system's clock shows more than one that nobody sets."""
+    """Return what the system's clock shows more than one that cannot be set."""
     return time.time_ns() - time.monotonic_ns()
-
-
-def _domain(spec: RunSpec) -> AbstractContextManager[int | None]:
-    """Reserve a domain; a managing system of another process must know it beforehand, by ROS_DOMAIN_ID."""
-    return (
-        nullcontext()
-        if spec.manager == EXTERNAL
-        else live_middleware(spec.settings.middleware).free_domain_id()
-    )
 
 
 def _readiness(spec: RunSpec, watch: _Watch, system: LiveSystem) -> Callable[[], bool]:
@@ -282,8 +262,9 @@ def _conduct(
 
     limit = timing.bring_up_limit_s / min(1.0, spec.settings.speed)
     if not wait(lambda: supervisor.phase is not Phase.BRING_UP or not supervisor.missing, limit):
-        raise absent(spec, limit, supervisor.missing, observer.commands, disturbed=system.is_disturbed())
-    patience = math.inf if spec.manager == EXTERNAL else limit  # who waits for another process waits long
+        disturbed = system.is_disturbed()
+        raise bring_up_timeout_error(spec, limit, supervisor.missing, observer.commands, disturbed=disturbed)
+    patience = math.inf if spec.manager == EXTERNAL else limit  # another process may be started late
     if not wait(lambda: supervisor.phase is not Phase.BRING_UP, patience):
         raise SunsetError(f"The computer is too slow: nothing was observed of the system within {limit:g} s.")
     planned = (timing.warm_up_s + timing.duration_s) / spec.settings.speed

@@ -1,0 +1,64 @@
+"""`sunset models calibrate`: the temperatures, thresholds and card of a model."""
+
+import argparse
+import os
+import sys
+from pathlib import Path
+
+from sunset.cli._options import add_device_option, add_jobs_option
+from sunset.cli._progress import stages_progress
+from sunset.experiments.resources import missing_networks
+from sunset.perception import find_device, load_model
+from sunset.training.recalibrate import calibrate_model, check_target, frames_of_bag, validation_flight
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Complete the action's parser."""
+    parser.description = (
+        "Give all networks of a model the same entropy on good frames, choose its two thresholds, measure it, and "
+        "write its card, without training. Needs onnx, which the extra 'train' installs."
+    )
+    parser.add_argument("model", help="a model's name or folder")
+    parser.add_argument(
+        "--bag",
+        type=Path,
+        metavar="PATH",
+        help="a rosbag2 of good frames (default: rendered flights over town 7)",
+    )
+    parser.add_argument(
+        "--out",
+        type=Path,
+        metavar="DIR",
+        help="a new folder for a calibrated copy (default: change the model)",
+    )
+    add_jobs_option(parser, "processes; no influence on results (default: one a core)")
+    add_device_option(parser)
+
+
+def execute(arguments: argparse.Namespace) -> None:
+    """Calibrate a model."""
+    model = load_model(arguments.model)
+    check_target(model, arguments.out)
+    device = find_device(arguments.device)
+    size = (model.card.height, model.card.width)
+    with stages_progress() as progress:
+        if arguments.bag is None:
+            source = "flights over town 7"
+            frames = validation_flight(size, jobs=arguments.jobs, progress=progress)
+        else:
+            name = os.fsencode(arguments.bag.resolve().name).decode("utf-8", "replace")  # for the card
+            source = f"the bag {name}"
+            frames = frames_of_bag(arguments.bag, size)
+        calibrated = calibrate_model(
+            model, frames, arguments.out, source=source, jobs=arguments.jobs, device=device, progress=progress
+        )
+    card = calibrated.card
+    for modality, network in sorted(card.networks.items()):
+        print(f"{modality.key + ' temperature':22}{network.temperature:.4f}")
+    print(f"{'entropy threshold':22}{card.entropy_threshold:.4f}")
+    print(f"{'sharpness threshold':22}{card.sharpness_threshold:.4f}")
+    missing = missing_networks(calibrated)
+    use = (
+        f"a run also needs {missing}" if missing else f"'sunset run --model {calibrated.folder}' runs with it"
+    )
+    print(f"The model in {calibrated.folder} is calibrated; {use}.", file=sys.stderr)

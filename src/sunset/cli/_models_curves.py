@@ -1,0 +1,93 @@
+"""`sunset models curves`: what each fault does to a model, by its strength."""
+
+import argparse
+import json
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+from sunset.cli._options import add_device_option, add_jobs_option
+from sunset.cli._parser import at_least_one
+from sunset.cli._progress import progress_bar, rendering_progress
+from sunset.data import DEFAULT_FLIGHT, flight_bag
+from sunset.errors import MissingExtraError
+from sunset.experiments.files import make_folder, write_text
+from sunset.perception import Model, find_device, load_model
+from sunset.training.curves import measure_curves
+from sunset.training.curves_text import as_csv, as_json, as_text
+from sunset.training.plots import draw
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Complete the action's parser."""
+    parser.description = (
+        "Measure IoU, entropy and sharpness for every fault that degrades images at many strengths, after each "
+        "cure, and for every two of these faults at once. Strengths of the suites are marked with *."
+    )
+    parser.add_argument("model", nargs="?", default="lite", help="a model's name or folder")
+    parser.add_argument("--bag", type=Path, metavar="PATH", help="a rosbag2 (default: the default flight)")
+    parser.add_argument(
+        "--out", type=Path, metavar="DIR", help="receives curves.csv, curves.json and figures (PNG)"
+    )
+    parser.add_argument(
+        "--every",
+        type=at_least_one,
+        default=1,
+        metavar="K",
+        help="look at one of K groups of five consecutive frames only",
+    )
+    parser.add_argument(
+        "--at",
+        type=_strength,
+        action="append",
+        default=[],
+        metavar="FAULT=STRENGTH",
+        help="measure at this strength instead of that of the suites; may be repeated",
+    )
+    add_jobs_option(parser, "processes; no influence on results (default: one a core)")
+    add_device_option(parser)
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+
+
+def _strength(text: str) -> tuple[str, float]:
+    fault, _, number = text.partition("=")
+    try:
+        return fault, float(number)
+    except ValueError:
+        raise argparse.ArgumentTypeError(
+            f"expected a fault and its strength such as image_shift=8, got {text!r}"
+        ) from None
+
+
+def execute(arguments: argparse.Namespace) -> None:
+    """Measure a model by fault and strength."""
+    model, device = load_model(arguments.model), find_device(arguments.device)
+    bag = arguments.bag or _default_flight(model, arguments.jobs)
+    if arguments.out is not None:
+        make_folder(arguments.out)
+    with progress_bar("Measuring") as progress:
+        measured = measure_curves(
+            model,
+            bag,
+            every=arguments.every,
+            strengths=dict(arguments.at),
+            jobs=arguments.jobs,
+            device=device,
+            progress=progress,
+        )
+    print(
+        json.dumps(as_json(measured), sort_keys=True) + "\n" if arguments.json else as_text(measured), end=""
+    )
+    if arguments.out is not None:
+        write_text(arguments.out / "curves.csv", as_csv(measured))
+        write_text(arguments.out / "curves.json", json.dumps(as_json(measured), indent=2) + "\n")
+        try:
+            draw(measured, arguments.out)
+        except MissingExtraError as error:
+            print(error, file=sys.stderr)
+
+
+def _default_flight(model: Model, jobs: int | None) -> Path:
+    plan = replace(DEFAULT_FLIGHT, size=(model.card.height, model.card.width))
+    with rendering_progress() as progress:
+        return flight_bag(plan, progress=progress, jobs=jobs)

@@ -1,0 +1,56 @@
+"""`sunset models iou`: the IoU of models on towns that they were not trained on."""
+
+import argparse
+import json
+from functools import partial
+from pathlib import Path
+
+from sunset.cli._options import add_device_option, add_jobs_option
+from sunset.cli._parser import at_least_one
+from sunset.cli._progress import stages_progress
+from sunset.experiments.files import make_folder, write_text
+from sunset.perception import list_models, load_model
+from sunset.training.tables import VIEWS, measure_iou
+from sunset.training.tables_text import iou_csv, iou_json, iou_markdown
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Complete the action's parser."""
+    parser.description = (
+        "Measure the IoU of every network on views of towns 7 and 8 and on the default flight: mean, by class, "
+        "height, angle, time of day and weather. Prints Markdown."
+    )
+    parser.add_argument(
+        "models", nargs="*", metavar="MODEL", help="names or folders (default: all that are installed)"
+    )
+    parser.add_argument(
+        "--frames",
+        type=at_least_one,
+        metavar="N",
+        help=f"views of each town and frames of the flight (default: {VIEWS}, and the whole flight)",
+    )
+    parser.add_argument("--out", type=Path, metavar="DIR", help="receives iou.md and iou.csv")
+    add_jobs_option(parser, "processes; no influence on results (default: one a core)")
+    add_device_option(parser)
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+
+
+def execute(arguments: argparse.Namespace) -> None:
+    """Measure models on held-out towns."""
+    models = [load_model(name) for name in dict.fromkeys(arguments.models or list_models())]
+    if arguments.out is not None:
+        make_folder(arguments.out)
+    with stages_progress() as stage:
+        tables = measure_iou(
+            models,
+            frames=arguments.frames,
+            jobs=arguments.jobs,
+            device=arguments.device,
+            progress=partial(stage, "Measuring"),
+            rendering=partial(stage, "Rendering (once)"),
+        )
+    text = iou_markdown(tables)
+    print(json.dumps(iou_json(tables), sort_keys=True) + "\n" if arguments.json else text, end="")
+    if arguments.out is not None:
+        write_text(arguments.out / "iou.md", text)
+        write_text(arguments.out / "iou.csv", iou_csv(tables))

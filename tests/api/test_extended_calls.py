@@ -1,0 +1,86 @@
+"""Calls from Python take extensions of the managed system, which are gone when they return."""
+
+from pathlib import Path
+
+import pytest
+from tests.docs.test_docs import blocks
+
+import sunset
+from sunset.data import read_bag, write_bag
+from sunset.errors import RecordError, SunsetError
+from sunset.system import current_system, extended_system, loaded_extensions
+
+pytestmark = pytest.mark.usefixtures("flight")
+
+
+class Level(sunset.ManagingSystem):
+    def adapt(self, symptoms: sunset.Symptoms) -> None:
+        if symptoms.get("altimeter_height", 0.0) > 500:  # type: ignore[operator]
+            self.set_parameter("altimeter", "recalibrate", True)
+
+
+@pytest.fixture
+def page(tmp_path: Path) -> Path:
+    """The extensions of the page, in a folder."""
+    for source in blocks("docs/extending.md", "python"):
+        (tmp_path / source.splitlines()[0].removeprefix("# ")).write_text(source, encoding="utf-8")
+    return tmp_path
+
+
+def test_a_run_has_the_faults_of_several_extensions(page: Path) -> None:
+    extensions: list[str | Path] = [page / "altimeter.py", str(page / "dirt.py")]
+
+    run = sunset.run(
+        "altimeter_drift+lens_dirt", Level, seed=2, duration=4, extensions=extensions, out=page / "run"
+    )
+
+    assert loaded_extensions() == ()
+    assert [episode.failure for episode in run.episodes if episode.resolved] == ["F6"]
+    assert "set altimeter.recalibrate to true" in map(str, run.adaptations)
+    assert sunset.load(page / "run", extensions=extensions).digest == run.digest  # type: ignore[union-attr]
+    with pytest.raises(RecordError, match="name it with --extension, in Python with extensions"):
+        sunset.load(page / "run")
+    with pytest.raises(SunsetError, match="There is no scenario 'altimeter_drift'"):
+        sunset.run("altimeter_drift", "none")
+
+
+def test_a_campaign_of_several_processes_has_them_too(page: Path) -> None:
+    results = sunset.bench(
+        "heights",
+        {"level": Level, "none": "none"},
+        out=page / "results",
+        repetitions=1,
+        references=False,
+        duration=3,
+        jobs=2,
+        extensions=page / "altimeter.py",
+    )
+
+    assert {run.scenario for run in results.runs} == {
+        "heights/altimeter_drift",
+        "heights/altimeter_drift=600+autofocus_needed",
+    }
+    assert results.compare("level", "none").pairs == 2
+    again = sunset.report(page / "results", recompute=True, extensions=page / "altimeter.py")
+    assert again == results.table()
+    assert "altimeter" not in current_system().nodes
+
+
+def test_a_manager_is_checked_against_an_extension(page: Path) -> None:
+    check = sunset.check_manager(Level, "altimeter_drift", duration=3, extensions=page / "altimeter.py")
+    assert check.passed
+
+
+def test_curves_have_its_faults_and_so_has_a_list_in_its_context(page: Path, flight: Path) -> None:
+    with read_bag(flight) as reader:
+        five = write_bag(
+            page / "five", [reader.frame(index) for index in range(5)], list(reader.stamps_ns[:5])
+        )
+
+    curves = sunset.measure_curves("lite", five, every=1, jobs=1, extensions=page / "dirt.py")
+
+    assert [case.strengths["lens_dirt"] for case in curves.of("lens_dirt")] == [1, 2, 3, 4]
+    assert "lens_dirt" not in {fault.name for fault in sunset.list_faults()}
+    with extended_system([page / "dirt.py"]):
+        assert "lens_dirt" in {fault.name for fault in sunset.list_faults()}
+        assert sunset.make_scenario("lens_dirt").name == "lens_dirt"

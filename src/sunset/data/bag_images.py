@@ -37,12 +37,9 @@ _PNG: Final = b"\x89PNG"
 
 @dataclass(frozen=True, slots=True)
 class Sensor:
-    """How images of one sensor may be recorded.
+    """How images of one sensor may be recorded: encodings of an `Image`, pictures of a `CompressedImage`.
 
-    Attributes:
-        encodings: of a `sensor_msgs/msg/Image`.
-        pictures: of a `sensor_msgs/msg/CompressedImage`.
-        transports: what image_transport may append to the topic; the first that has messages is read.
+    Transports are what image_transport may append to the topic; the first that has messages is read.
     """
 
     encodings: tuple[str, ...]

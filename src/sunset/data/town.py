@@ -21,12 +21,9 @@ from sunset.data.traffic import Traffic, make_traffic
 
 
 class Solid:
-    """A mesh of at least one triangle that rays can meet.
+    """A mesh of T triangles, at least one, that rays can meet.
 
-    Args:
-        mesh: the T triangles.
-        corners: those of the triangles (V, 3), each once, which takes less time; None for all of them.
-        faces: which of the corners each triangle has (T, 3).
+    It takes less time with corners (V, 3), each once, and faces, which of them each triangle has (T, 3).
     """
 
     def __init__(

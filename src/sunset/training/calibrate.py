@@ -49,12 +49,9 @@ def _mean_entropy(logits: list[npt.NDArray[np.float32]], temperature: float) -> 
 
 
 def temperature_for(logits: list[npt.NDArray[np.float32]], entropy: float, width: int) -> float:
-    """Return the temperature, to four digits, at which the mean entropy of frames is as wanted.
+    """Return the temperature, to four digits, at which the mean entropy of frames is as wanted, normalised in (0, 1).
 
-    Args:
-        logits: per frame (28, h, w).
-        entropy: normalised, in (0, 1).
-        width: of the frames in pixels, which logits are interpolated to; a multiple of theirs.
+    Logits are per frame (28, h, w); they are interpolated to the frames' width in pixels, a multiple of theirs.
 
     Raises:
         DataError: no temperature from 0.05 to 20 reaches it.

@@ -21,15 +21,10 @@ _OUTLIERS: Final = 1e-4
 
 
 def ranges(layers: Sequence[Layer], modules: nn.Module, frames: FrameSet, kept: Path | None = None) -> Ranges:
-    """Return the ranges of the results that can do with 8 bits, on evenly chosen frames and values.
+    """Return the ranges of the results that can do with 8 bits, on evenly chosen training frames and values.
 
-    The rest stays in float: a branch's input and first convolution, the logits, and the late fusion.
-
-    Args:
-        layers: the plan of all branches.
-        modules: with their weights, in evaluation mode.
-        frames: that the weights were learned on.
-        kept: a folder that keeps what was found, frame by frame; None for nowhere.
+    The rest stays in float: a branch's input and first convolution, the logits, and the late fusion. The plan is of
+    all branches, the modules are in evaluation mode, and `kept` is a folder that keeps what was found, frame by frame.
     """
     names = tuple(sorted(rounded(layers)))
     what = kept and (digest_of_weights(modules.state_dict()), frames.digest())

@@ -71,9 +71,8 @@ class Entry:
 class Measured:
     """What networks made of some frames.
 
-    Attributes:
-        counts: (N, networks, 3, 28): pixels of each class in both prediction and truth, in the prediction, and
-            in the truth, of every frame.
+    Counts (N, networks, 3, 28) are the pixels of each class in both prediction and truth, in the prediction, and in
+    the truth, of every frame.
     """
 
     counts: Counts
@@ -107,13 +106,9 @@ class Measured:
 
 @dataclass(frozen=True, slots=True)
 class IouTables:
-    """Everything that `measure_iou` found.
+    """Everything that `measure_iou` found: by network, on the default flight and views of the held-out towns.
 
-    Attributes:
-        networks: the columns.
-        views: of each held-out town, by its number; frames are those of `settings`.
-        flight: the default flight.
-        settings: of the views.
+    Towns are by their numbers; the views of each are those of the settings.
     """
 
     networks: tuple[Entry, ...]

@@ -79,6 +79,8 @@ def finish_solids(seen: Surfaces) -> None:
         rows = made_of[material]
         if len(rows):
             draw(seen, rows)
+    seen.gloss[made_of[Material.PAINT]] = F(0.05)
+    seen.gloss[made_of[Material.GLASS]] = F(0.12)
 
 
 def _draw_windows(seen: Surfaces, rows: Rows, windows: _Windows, *, shop: bool) -> None:
@@ -233,13 +235,6 @@ def _muted(leaves: Reals) -> Reals:
     return grey + (leaves - grey) * F(0.72)
 
 
-def _polish(gloss: float) -> Drawing:
-    def draw(seen: Surfaces, rows: Rows) -> None:
-        seen.gloss[rows] = F(gloss)
-
-    return draw
-
-
 _DRAWN: Final[Mapping[Material, Drawing]] = {
     Material.BRICK: _draw_bricks,
     Material.BRICK_FACADE: _draw_bricks,
@@ -251,6 +246,4 @@ _DRAWN: Final[Mapping[Material, Drawing]] = {
     Material.SOLAR: _draw_panels,
     Material.FOLIAGE: _draw_leaves,
     Material.NEEDLES: _draw_needles,
-    Material.PAINT: _polish(0.05),
-    Material.GLASS: _polish(0.12),
 }

@@ -79,11 +79,9 @@ SURFACE_LABELS: Final = np.array(
 
 @dataclass(frozen=True, slots=True)
 class Sheet:
-    """A painted square around the town's centre.
+    """A painted square around the town's centre: values of `Surface` (N, N), row = y, column = x.
 
-    Attributes:
-        image: values of `Surface` (N, N), row = y, column = x.
-        reach: half the square's side in metres.
+    It reaches half its side in metres.
     """
 
     image: Ids

@@ -258,8 +258,7 @@ class _Layout:
                 for step in range(1, len(crossings) - 2):
                     ends = {(index, step + k) if axis else (step + k, index) for k in (0, 1)}
                     one, other = ((index - k, step) if axis else (step, index - k) for k in (1, 0))
-                    special = one[0] == self.rail_gap or one[1] == self.river_gap
-                    special |= other[0] == self.rail_gap or other[1] == self.river_gap
+                    special = self.rail_gap in (one[0], other[0]) or self.river_gap in (one[1], other[1])
                     taken = junctions & ends or {*self.merged, *self.merged.values()} & {one, other}
                     if self.rng.random() < CLOSED and not (special or taken):
                         self.merged[one] = other
@@ -318,10 +317,6 @@ def _relief(rng: np.random.Generator, layout: _Layout) -> Relief:
     )
 
 
-_DRAW: Final = 246
-"""Which of the possible sets of plans the towns have."""
-
-
 def check_town(number: int) -> int:
     """Return `number` unchanged if there is such a town.
 
@@ -339,7 +334,7 @@ def plan_town(number: int) -> TownPlan:
     Raises:
         InvalidInputError: there is no town of this number.
     """
-    rng = generator(check_town(number), "town", "plan", _DRAW)
+    rng = generator(check_town(number), "town", "plan", 246)  # one of the possible sets of plans
     waves = [rng.uniform(65, 130) for _ in range(2)]
     warp = Warp(
         rng.uniform(-0.6, 0.6),

@@ -1,5 +1,6 @@
 """What stands along the streets: lamps, lights, signs, stops, trees, parked cars, bridge rails."""
 
+from itertools import cycle
 from typing import Final
 
 import numpy as np
@@ -41,12 +42,12 @@ def furnish_railway(builder: Builder) -> None:
 
 
 def _lamps(builder: Builder, street: Street, stretch: tuple[float, float]) -> None:
-    side = 1
-    for at in np.arange(stretch[0] + 8, stretch[1] - 6, 15.0).tolist():
+    for at, side in zip(
+        np.arange(stretch[0] + 8, stretch[1] - 6, 15.0).tolist(), cycle((1, -1)), strict=False
+    ):
         uv = street.points(at, side * (street.width / 2 + 0.5))
         turn = np.pi if side > 0 else 0.0  # to face the carriageway
         builder.put("lamp", uv, axis=1 - street.axis, turn=turn)
-        side = -side
 
 
 def _planting(builder: Builder, street: Street, stretch: tuple[float, float]) -> None:

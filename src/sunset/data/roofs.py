@@ -25,7 +25,6 @@ COVERS: Final = (  # colour, material, share
     ((0.74, 0.74, 0.73), Material.ROOF, 0.08),
 )
 DECKS: Final = ((0.55, 0.48, 0.4), (0.6, 0.59, 0.57))
-BRICK: Final[Colour] = (0.42, 0.33, 0.29)
 PANELS: Final = Finish((0.12, 0.14, 0.2), "building", Material.SOLAR)
 
 
@@ -63,7 +62,7 @@ def pitched_roof(
         at = rng.uniform(-reach, reach) * 0.9
         side = rng.uniform(-0.35, 0.35) * y
         low, high = (at - 0.4, side - 0.35, height), (at + 0.4, side + 0.35, height + rise + 0.7)
-        parts.append(box(low, high, plain(BRICK)))
+        parts.append(box(low, high, plain((0.42, 0.33, 0.29))))
     return [*parts, *_openings(rng, reach, (y, height, rise))]
 
 

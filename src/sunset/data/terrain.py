@@ -12,7 +12,6 @@ from sunset.data.meshes import Finish, Mesh, shell
 from sunset.data.relief import BANK_M, CROWN_M
 
 GROUND: Final = Finish((0.5, 0.5, 0.5), "ground")
-STEP_M: Final = 8.0
 TOWN_M: Final = 432.0
 FAR_M: Final = (470.0, 520.0, 580.0, 660.0, 760.0, 880.0, 1020.0, 1200.0, 1500.0)
 DECK_M: Final = 0.05
@@ -76,7 +75,7 @@ def make_terrain(plan: TownPlan) -> Terrain:
 def _land(plan: TownPlan) -> Points:
     """Return the land's triangles (T, 3, 2) on the grid, finer where it is steep."""
     far = np.array(FAR_M)
-    broad = np.concatenate([-far, np.arange(-TOWN_M, TOWN_M + 1, STEP_M), far])
+    broad = np.concatenate([-far, np.arange(-TOWN_M, TOWN_M + 1, 8.0), far])
     embankment = plan.relief.rail + np.array([-13.4, -9.4, -CROWN_M, 0.0, CROWN_M, 9.4, 13.4])
     reach = plan.relief.river_width / 2 + BANK_M + plan.relief.river_bend[0] + 1
     banks = np.arange(plan.relief.river - reach, plan.relief.river + reach, 1.0)

@@ -55,7 +55,14 @@ def training_views(
     Raises:
         InvalidInputError: an argument is out of its range.
     """
-    _check(count, seed, start, heights, pitches)
+    check_seed(seed)
+    if count < 0 or start < 0:
+        raise InvalidInputError(f"Views are counted from 0, got a count of {count} and a start of {start}.")
+    for name, values, low, high in (("heights", heights, 5, 300), ("pitches", pitches, 0, 90)):
+        if not values or not all(low <= value <= high for value in values):
+            raise InvalidInputError(
+                f"The {name} must be some values from {low} to {high}, got {tuple(values)}."
+            )
     if not times or not weathers:
         raise InvalidInputError("Views need at least one time of day and one weather, got none.")
     built = build_town(town)
@@ -69,17 +76,6 @@ def training_views(
             str(rng.choice(list(times))),
             str(rng.choice(list(weathers))),
         )
-
-
-def _check(count: int, seed: int, start: int, heights: Sequence[float], pitches: Sequence[float]) -> None:
-    check_seed(seed)
-    if count < 0 or start < 0:
-        raise InvalidInputError(f"Views are counted from 0, got a count of {count} and a start of {start}.")
-    for name, values, low, high in (("heights", heights, 5, 300), ("pitches", pitches, 0, 90)):
-        if not values or not all(low <= value <= high for value in values):
-            raise InvalidInputError(
-                f"The {name} must be some values from {low} to {high}, got {tuple(values)}."
-            )
 
 
 def _pose(town: Town, rng: np.random.Generator, height: float, pitch: float) -> Pose:

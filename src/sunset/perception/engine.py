@@ -23,9 +23,6 @@ _PROVIDERS: Final[dict[str, list[object]]] = {
     "cuda": [(_CUDA, {"use_tf32": "0", "cudnn_conv_algo_search": "DEFAULT"}), "CPUExecutionProvider"],
 }
 
-_NOWHERE: Final = "/dev/null"
-"""A folder in which no file can be."""
-
 
 def find_device(wanted: str) -> str:
     """Return "cpu" or "cuda" for what was asked for.
@@ -75,8 +72,8 @@ def open_session(
     options.add_external_initializers_from_files_in_memory(
         list(table), list(table.values()), [len(content) for content in table.values()]
     )
-    # The table is not looked at for tensors in the branches of control flow, which come from here.
-    options.add_session_config_entry("session.model_external_initializers_file_folder_path", _NOWHERE)
+    # The table is not looked at for tensors in the branches of control flow; here no file can be.
+    options.add_session_config_entry("session.model_external_initializers_file_folder_path", "/dev/null")
     try:
         session = onnxruntime.InferenceSession(network, options, providers=_PROVIDERS[device])
     except RUNTIME_ERRORS as error:

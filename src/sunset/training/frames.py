@@ -118,14 +118,10 @@ class FrameCounts:
 
 @dataclass(frozen=True, slots=True)
 class FrameSets:
-    """Everything that a training run looks at.
+    """Everything that a training run looks at: what weights are learned on, and frames of two other towns.
 
-    Attributes:
-        train: the weights are learned on these.
-        validation: random views of another town.
-        validation_flight: consecutive frames over that town; temperatures and thresholds come from these.
-        test: random views of a third town.
-        test_flight: consecutive frames over that town.
+    Of these there are random views, and consecutive frames of flights; temperatures and thresholds come from
+    `validation_flight`.
     """
 
     train: FrameSet

@@ -3,7 +3,6 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
 
 import numpy as np
 import numpy.typing as npt
@@ -19,9 +18,6 @@ from sunset.training.config import Schedule, TrainingConfig
 from sunset.training.network import build, frame_inputs, shift_logits, unfold
 from sunset.training.onnx_layers import Weights as FoldedWeights
 from sunset.training.stage import CHECKPOINT, Progress, StageRun, Training, Weights
-
-_UNFOLDED: Final = 12
-"""Training frames that normalisation's statistics are found on again."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,8 +115,8 @@ def find_torch_device(wanted: str) -> torch.device:
 
 
 def _unfolded(networks: Mapping[str, Sequence[Layer]], weights: FoldedWeights, frames: FrameSet) -> nn.Module:
-    """Return torch modules with folded weights; what normalisation undoes is found on evenly chosen frames."""
-    chosen = np.linspace(0, len(frames) - 1, min(_UNFOLDED, len(frames))).astype(int)
+    """Return torch modules with folded weights; what normalisation undoes is found on 12 frames."""
+    chosen = np.linspace(0, len(frames) - 1, min(12, len(frames))).astype(int)
     modules = build([layer for layers in networks.values() for layer in layers]).eval()
     logits: dict[str, Tensor] = {}
     for name, layers in networks.items():

@@ -35,8 +35,6 @@ _FINISH: Final = "finish"
 """The folder in which a model is finished when its weights are learned."""
 _KEPT: Final = "kept"
 """The folder in that one in which results of measuring are kept."""
-_COMPARED: Final = 4
-"""Frames on which exported networks are compared with torch."""
 
 
 def train(
@@ -232,13 +230,13 @@ def _export(
 def _errors(
     config: TrainingConfig, modules: "nn.Module", segmenter: Segmenter, frames: FrameSet
 ) -> dict[str, float]:
-    """Return by network how far logits are from torch's on a few frames, at most."""
+    """Return by network how far logits are from torch's on four frames, at most."""
     import torch  # noqa: PLC0415  an optional dependency
 
     from sunset.training.network import forward, frame_inputs  # noqa: PLC0415
 
     errors: dict[str, float] = {}
-    for index in range(min(_COMPARED, len(frames))):
+    for index in range(min(4, len(frames))):
         bgr, depth = np.array(frames.bgr[index]), np.array(frames.depth[index])
         results = frame_inputs(bgr[None], depth[None])
         with torch.no_grad():

@@ -56,8 +56,6 @@ _UNREADABLE: Final = (
     struct.error,
 )
 """What reading a damaged checkpoint raises."""
-_VALIDATED: Final = 48
-"""Held-out frames that the log's IoU is measured on."""
 
 
 class Progress(Protocol):
@@ -248,11 +246,11 @@ class StageRun:
         return results
 
     def _iou(self) -> dict[str, float]:
-        """Return the mean over held-out frames of each network's IoU, at the present phase's stride."""
+        """Return the mean over 48 held-out frames of each network's IoU, at the present phase's stride."""
         self.modules.eval()
         frames = self._training.validation
         stride = self._stage.schedule.phase(self._step - 1).output_stride
-        known = np.linspace(0, len(frames) - 1, min(_VALIDATED, len(frames))).astype(int)
+        known = np.linspace(0, len(frames) - 1, min(48, len(frames))).astype(int)
         ious: dict[str, list[float]] = {name: [] for name in self._stage.learned}
         for indices in np.array_split(known, math.ceil(len(known) / 8)):
             batch = frames.plain(indices)

@@ -11,8 +11,6 @@ from sunset.tables import markdown_table
 from sunset.texts import csv_text
 from sunset.training.tables import AXES, Entry, IouTables, Measured
 
-_OVER_RGB: Final = 0.01
-_OVER_DEPTH: Final = 0.05
 _COMMON: Final = 0.005
 _LEARNED: Final = 0.3
 
@@ -66,7 +64,7 @@ def claims(tables: IouTables) -> Iterator[str]:
         means = dict(zip(tables.networks, measured.per_image(), strict=True))
         for entry, value in means.items():
             if entry.modality is Modality.FUSION:
-                for modality, least in ((Modality.RGB, _OVER_RGB), (Modality.DEPTH, _OVER_DEPTH)):
+                for modality, least in ((Modality.RGB, 0.01), (Modality.DEPTH, 0.05)):
                     other = means.get(Entry(entry.model, modality))
                     if other is not None:
                         yield (

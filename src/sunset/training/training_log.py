@@ -16,7 +16,6 @@ if TYPE_CHECKING:
 
 _NO_LOSSES: Final = frozenset({"step", "learning_rate", "seconds", "iou"})
 _COLOURS: Final = ("#0072B2", "#D55E00", "#009E73", "#CC79A7")  # Okabe and Ito's
-_DASHES: Final = ("-", "--", "-.", ":")
 
 
 def draw_log(log: Path, png: Path) -> None:
@@ -40,7 +39,7 @@ def draw_log(log: Path, png: Path) -> None:
     losses, ious = figure.subplots(1, 2)
     names = [name for name in lines[0] if name not in _NO_LOSSES]
     measured = [line for line in lines if "iou" in line]
-    for name, colour, dashes in zip(names, cycle(_COLOURS), cycle(_DASHES), strict=False):
+    for name, colour, dashes in zip(names, cycle(_COLOURS), cycle(("-", "--", "-.", ":")), strict=False):
         style = {"color": colour, "linestyle": dashes, "label": name, "linewidth": 1.2}
         steps = [(line["step"], line[name]) for line in lines]
         losses.plot(*zip(*steps, strict=True), **style)

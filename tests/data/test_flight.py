@@ -49,9 +49,11 @@ def test_a_low_flight_follows_a_street_in_its_direction(course: float) -> None:
     town, poses = build_town(1), plan.poses()
     assert all(is_free(town, pose) for pose in poses)
     points = np.array([(pose.x, pose.y, pose.z) for pose in poses])
-    below = town.solid.meet(points.astype(np.float32), np.tile([[0, 0, -1]], (200, 1)).astype(np.float32))
+    distances, _ = town.solid.meet(
+        points.astype(np.float32), np.tile([[0, 0, -1]], (200, 1)).astype(np.float32)
+    )
     # the street, but for a bridge, a lamp or a tree here and there
-    assert np.median(below.distance) == pytest.approx(20, abs=0.1)
+    assert np.median(distances) == pytest.approx(20, abs=0.1)
     np.testing.assert_allclose(np.linalg.norm(np.diff(points[:, :2], axis=0), axis=1), 0.9, rtol=0.01)
     way = points[-1] - points[0]
     assert np.cos(np.arctan2(way[1], way[0]) - np.radians(course)) > 0.6

@@ -37,12 +37,9 @@ _PNG: Final = b"\x89PNG"
 
 @dataclass(frozen=True, slots=True)
 class Sensor:
-    """How images of one sensor may be recorded.
+    """How images of one sensor may be recorded: encodings of an `Image`, pictures of a `CompressedImage`.
 
-    Attributes:
-        encodings: of a `sensor_msgs/msg/Image`.
-        pictures: of a `sensor_msgs/msg/CompressedImage`.
-        transports: what image_transport may append to the topic; the first that has messages is read.
+    Transports are what image_transport may append to the topic; the first that has messages is read.
     """
 
     encodings: tuple[str, ...]
@@ -72,13 +69,7 @@ SENSORS: Final = MappingProxyType(
 
 @dataclass(frozen=True, slots=True)
 class Recorded:
-    """One message's image.
-
-    Attributes:
-        stamp_ns: when it was taken, in nanoseconds.
-        encoding: of its pixels, or the format of a compressed image.
-        pixels: as a `Frame` has them.
-    """
+    """One message's image: when it was taken, its encoding or compressed format, and pixels as a `Frame` has them."""
 
     stamp_ns: int
     encoding: str

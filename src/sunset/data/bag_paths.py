@@ -43,8 +43,7 @@ def check_uri(path: Path, error: type[DataError | OutputError]) -> None:
     """Check that sqlite3, which is given a path as a URI, opens it and no other file.
 
     Raises:
-        DataError: it does not, and that is the `error` which is asked for.
-        OutputError: likewise.
+        DataError, OutputError: it does not, and that is the `error` which is asked for.
     """
     if set("#?%") & set(str(path.absolute())):
         raise error(

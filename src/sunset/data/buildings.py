@@ -28,7 +28,6 @@ TIMBERS: Final = ((0.46, 0.36, 0.27), (0.5, 0.45, 0.38), (0.36, 0.3, 0.27), (0.6
 GLAZING: Final = ((0.42, 0.46, 0.48), (0.5, 0.52, 0.53), (0.4, 0.4, 0.4), (0.62, 0.62, 0.6))
 SHEETS: Final = ((0.64, 0.66, 0.68), (0.72, 0.71, 0.68), (0.46, 0.5, 0.53), (0.55, 0.52, 0.48))
 AWNINGS: Final = ((0.5, 0.16, 0.14), (0.18, 0.32, 0.24), (0.72, 0.68, 0.58), (0.2, 0.26, 0.38))
-STONE: Final[Colour] = (0.62, 0.6, 0.56)
 
 
 def pick(rng: np.random.Generator, colours: tuple[Colour, ...]) -> Colour:
@@ -86,7 +85,7 @@ def _wing(rng: np.random.Generator, size: Size, height: float, wall: Finish) -> 
     x, y = size[0] / 2, size[1] / 2
     parts = [box((-x, -y, -FOUNDATION_M), (x, y, height), wall)]
     if rng.random() < 0.6:  # noqa: PLR2004  a share
-        trim = plain(pick(rng, (STONE, wall.colour)))
+        trim = plain(pick(rng, ((0.62, 0.6, 0.56), wall.colour)))
         parts.append(box((-x - 0.3, -y - 0.3, height - 0.45), (x + 0.3, y + 0.3, height), trim, bottom=True))
     return parts
 

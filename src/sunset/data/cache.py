@@ -22,7 +22,6 @@ RENDER_VERSION: Final = 2
 
 CHECKSUM_FILE: Final = "checksum.json"
 BATCH: Final = 10
-MAX_JOBS: Final = 8
 
 
 def cache_folder() -> Path:
@@ -133,7 +132,7 @@ def render_parallel(
         SunsetError: a worker process was killed.
     """
     check_jobs(jobs)
-    count = min(processors(), MAX_JOBS) if jobs is None else jobs
+    count = min(processors(), 8) if jobs is None else jobs
     frames = render_frames(plan) if count == 1 else _from_processes(plan, count)
     if progress is not None:
         progress(0, plan.frames)

@@ -4,9 +4,8 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-import numpy.typing as npt
 
-from sunset.data.frame import Reals
+from sunset.data.frame import Points, Reals
 
 FIELD_OF_VIEW_DEG: Final = 90.0
 """Horizontal angle of view in degrees."""
@@ -32,7 +31,7 @@ class Pose:
     pitch: float
     roll: float = 0.0
 
-    def axes(self) -> npt.NDArray[np.float64]:
+    def axes(self) -> Points:
         """Return the unit vectors right, down and forward (3, 3) in world coordinates."""
         ch, sh, cp, sp = np.cos(self.heading), np.sin(self.heading), np.cos(self.pitch), np.sin(self.pitch)
         forward = np.array([ch * cp, sh * cp, -sp])

@@ -65,7 +65,6 @@ _SIGNS: Final = np.square(
         [(0.25, 0.3, 0.42), (0.5, 0.22, 0.2), (0.24, 0.36, 0.3), (0.75, 0.72, 0.66), (0.22, 0.22, 0.24)], F
     )
 )
-_SEDUM: Final = np.square(np.array((0.46, 0.4, 0.28), F))
 
 
 def finish_solids(seen: Surfaces) -> None:
@@ -80,6 +79,8 @@ def finish_solids(seen: Surfaces) -> None:
         rows = made_of[material]
         if len(rows):
             draw(seen, rows)
+    seen.gloss[made_of[Material.PAINT]] = F(0.05)
+    seen.gloss[made_of[Material.GLASS]] = F(0.12)
 
 
 def _draw_windows(seen: Surfaces, rows: Rows, windows: _Windows, *, shop: bool) -> None:
@@ -183,7 +184,7 @@ def _draw_sedum(seen: Surfaces, rows: Rows) -> None:
     x, y, _ = pick(seen.points, rows).T
     share = np.clip(F(0.4) + F(0.6) * look_up(broad(), x, y, 6.0), 0, 1)[:, None]
     base = pick(seen.colours, rows) * (1 + F(0.2) * look_up(grain(), x, y, 3.0))[:, None]
-    put(seen.colours, rows, base + (_SEDUM - base) * share)
+    put(seen.colours, rows, base + (np.square(np.array((0.46, 0.4, 0.28), F)) - base) * share)
 
 
 def _draw_panels(seen: Surfaces, rows: Rows) -> None:
@@ -234,13 +235,6 @@ def _muted(leaves: Reals) -> Reals:
     return grey + (leaves - grey) * F(0.72)
 
 
-def _polish(gloss: float) -> Drawing:
-    def draw(seen: Surfaces, rows: Rows) -> None:
-        seen.gloss[rows] = F(gloss)
-
-    return draw
-
-
 _DRAWN: Final[Mapping[Material, Drawing]] = {
     Material.BRICK: _draw_bricks,
     Material.BRICK_FACADE: _draw_bricks,
@@ -252,6 +246,4 @@ _DRAWN: Final[Mapping[Material, Drawing]] = {
     Material.SOLAR: _draw_panels,
     Material.FOLIAGE: _draw_leaves,
     Material.NEEDLES: _draw_needles,
-    Material.PAINT: _polish(0.05),
-    Material.GLASS: _polish(0.12),
 }

@@ -11,9 +11,6 @@ from sunset.data.layout import Block, BlockKind
 from sunset.data.lots import parking_stalls
 from sunset.data.props import TREES
 
-WOOD: Final = 1800
-"""How many bushes stand for the woods and hedges around a town."""
-
 
 def _scatter(builder: Builder, block: Block, per_100_m2: float, heights: tuple[float, float]) -> None:
     """Plant trees, most of them in groups of a kind, some alone."""
@@ -237,13 +234,13 @@ _FILLERS: Final = {
 
 
 def plant_country(builder: Builder) -> None:
-    """Let woods and hedges stand around the town, and farms here and there."""
+    """Let 1800 bushes stand for woods and hedges around the town."""
     rng, warp = builder.rng, builder.plan.warp
     grid = rng.uniform(-1.2 * COUNTRY_M, 1.2 * COUNTRY_M, (20_000, 2))
     world = warp.points(grid)
     away = np.abs(world).max(axis=1)
     wooded = builder.ground.at(world[:, 0], world[:, 1]) == Surface.SHRUBS
-    for u, v in grid[wooded & (away > EDGE_M)][:WOOD].tolist():
+    for u, v in grid[wooded & (away > EDGE_M)][:1800].tolist():
         height = rng.uniform(5, 12)
         tint = rng.uniform(0.2, 0.34), rng.uniform(0.3, 0.4), rng.uniform(0.12, 0.2)
         scale = (height * 0.75, height * 0.75, height)

@@ -2,13 +2,12 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Final, TypeAlias
+from typing import Final
 
 import numpy as np
-import numpy.typing as npt
 
 from sunset.data.camera import Pose
-from sunset.data.frame import FRAME_SIZE, Frame
+from sunset.data.frame import FRAME_SIZE, Frame, Points
 from sunset.data.layout import Street, TownPlan, check_town
 from sunset.data.light import light
 from sunset.data.renderer import View, render
@@ -22,8 +21,6 @@ ROOFS_M: Final = 45.0
 """From this height on, a flight is clear of every roof."""
 LENGTH_M: Final = 1200.0
 """How long a flight may be; the hills around a town begin further out."""
-
-Reals: TypeAlias = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -111,7 +108,7 @@ class FlightPlan:
         slope = np.arctan(self.swing * 2 * np.pi / self.wave * np.cos(2 * np.pi * along / self.wave))
         return self._evenly(x, y, np.full(SAMPLES, self.height), angle, slope)
 
-    def _evenly(self, x: Reals, y: Reals, z: Reals, angle: float, turn: Reals) -> list[Pose]:
+    def _evenly(self, x: Points, y: Points, z: Points, angle: float, turn: Points) -> list[Pose]:
         """Return the poses of the frames, evenly spaced in the middle of a course.
 
         The course is given by as many points, all in metres, and directions `angle + turn` in radians.

@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from sunset.data.frame import Reals
+from sunset.data.frame import Points, Reals
 from sunset.data.ground import Ground, Surface
 from sunset.data.layout import EXTENT_M, TownPlan
 from sunset.data.meshes import WHITE, Colour, Mesh, place
@@ -16,7 +16,7 @@ from sunset.data.props import prop as prop_mesh
 from sunset.data.vehicles import mover
 from sunset.seeding import generator
 
-Place: TypeAlias = Sequence[float] | npt.NDArray[np.float64]
+Place: TypeAlias = Sequence[float] | Points
 CELL_M: Final = 0.5
 MARGIN: Final = 3
 PARKED: Final = ("saloon", "hatchback", "van")
@@ -123,7 +123,7 @@ class Builder:
             tint = CLOTHES[int(self.rng.integers(len(CLOTHES)))]
             self.put("person", spot, turn=self.rng.uniform(0, 6.28), tint=tint)
 
-    def skip(self, uv: tuple[float, float], name: str = "skip", axis: int = 0) -> None:
+    def skip(self, uv: Place, name: str = "skip", axis: int = 0) -> None:
         """Stand a rubbish skip or a container."""
         turn, tint = self.rng.normal(0, 0.1), BINS[int(self.rng.integers(len(BINS)))]
         self.put(name, uv, axis=axis, turn=turn, tint=tint)
@@ -191,7 +191,7 @@ class Builder:
             return False
         return bool(self._taken[row - MARGIN : row + MARGIN + 1, column - MARGIN : column + MARGIN + 1].any())
 
-    def _stand(self, table: npt.NDArray[np.float64]) -> tuple[Reals, Reals]:
+    def _stand(self, table: Points) -> tuple[Reals, Reals]:
         """Return where things stand (N, 3) and their headings (N,)."""
         uv, axes = table[:, :2], table[:, 3]
         world, relief = self.plan.warp.points(uv), self.plan.relief

@@ -79,11 +79,9 @@ SURFACE_LABELS: Final = np.array(
 
 @dataclass(frozen=True, slots=True)
 class Sheet:
-    """A painted square around the town's centre.
+    """A painted square around the town's centre: values of `Surface` (N, N), row = y, column = x.
 
-    Attributes:
-        image: values of `Surface` (N, N), row = y, column = x.
-        reach: half the square's side in metres.
+    It reaches half its side in metres.
     """
 
     image: Ids
@@ -100,13 +98,7 @@ class Sheet:
 
 @dataclass(frozen=True, slots=True)
 class Ground:
-    """The painted ground.
-
-    Attributes:
-        town: the town.
-        bare: the town without its streets.
-        country: the land around, more coarsely.
-    """
+    """The painted ground: the town, the town without its streets, and more coarsely the land around."""
 
     town: Sheet
     bare: Sheet

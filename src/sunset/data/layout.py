@@ -13,6 +13,7 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
+from sunset.data.frame import Points
 from sunset.data.relief import Relief, Wave
 from sunset.errors import InvalidInputError
 from sunset.seeding import generator
@@ -64,7 +65,7 @@ class Warp:
     wavelengths: tuple[float, float]
     phases: tuple[float, float]
 
-    def points(self, uv: npt.ArrayLike) -> npt.NDArray[np.float64]:
+    def points(self, uv: npt.ArrayLike) -> Points:
         """Return world points (..., 2) of grid points (..., 2)."""
         grid = np.asarray(uv, dtype=np.float64)
         u, v = grid[..., 0], grid[..., 1]
@@ -73,7 +74,7 @@ class Warp:
         cos, sin = np.cos(self.angle), np.sin(self.angle)
         return np.stack([bent_u * cos - bent_v * sin, bent_u * sin + bent_v * cos], axis=-1)
 
-    def headings(self, uv: npt.ArrayLike, axis: int) -> npt.NDArray[np.float64]:
+    def headings(self, uv: npt.ArrayLike, axis: int) -> Points:
         """Return the world direction in radians (...) of growing u (axis 0) or v (axis 1) at grid points."""
         grid = np.asarray(uv, dtype=np.float64)
         step = np.zeros(2)
@@ -106,7 +107,7 @@ class Street:
         """The sign of the offset that is to the right of growing positions, where traffic keeps."""
         return -1 if self.axis == 0 else 1
 
-    def points(self, along: npt.ArrayLike, offset: npt.ArrayLike = 0.0) -> npt.NDArray[np.float64]:
+    def points(self, along: npt.ArrayLike, offset: npt.ArrayLike = 0.0) -> Points:
         """Return grid points (..., 2) at positions along the street, shifted sideways by `offset`."""
         s, across = np.broadcast_arrays(np.asarray(along, float), self.at + np.asarray(offset, float))
         return np.stack([s, across] if self.axis == 0 else [across, s], axis=-1)
@@ -137,14 +138,8 @@ class Block:
 class TownPlan:
     """Everything about a town that is decided before anything is painted or built.
 
-    Attributes:
-        number: of the town.
-        warp: from the grid to the world.
-        streets: all of them.
-        blocks: between them.
-        relief: how high everything lies, with the courses of river and railway.
-        closed: axis and position of a street, and position of the crossing from which it is closed to the
-            next.
+    `closed` has the axis and position of a street, and the position of the crossing from which it is closed to the
+    next. The relief has the courses of river and railway.
     """
 
     number: int
@@ -154,7 +149,7 @@ class TownPlan:
     relief: Relief
     closed: frozenset[tuple[int, float, float]]
 
-    def river_points(self, along: npt.ArrayLike) -> npt.NDArray[np.float64]:
+    def river_points(self, along: npt.ArrayLike) -> Points:
         """Return grid points (..., 2) of the river's centre line at positions u."""
         u = np.asarray(along, dtype=np.float64)
         return np.stack([u, self.relief.river_v(u)], axis=-1)
@@ -232,23 +227,14 @@ INNER_M: Final = 215.0
 """Blocks farther out than this are the town's edge."""
 
 
-class _Deal:
-    """Deals block kinds from two stacks, so that every town has them all and neighbours differ."""
-
-    def __init__(self, rng: np.random.Generator, counts: tuple[int, int]) -> None:
-        self._stacks: list[list[BlockKind]] = []
-        for shares, count in zip((_INNER, _OUTER), counts, strict=True):
-            weights = np.array(list(shares.values())) * rng.uniform(0.75, 1.3, len(shares))
-            exact = weights / weights.sum() * count
-            kinds = [kind for kind, share in zip(shares, exact, strict=True) for _ in range(int(share) + 1)]
-            while len(kinds) > count:
-                kinds.remove(max(shares, key=kinds.count))
-            self._stacks.append([kinds[i] for i in rng.permutation(len(kinds))])
-
-    def next(self, stack: int, beside: set[BlockKind]) -> BlockKind:
-        """Take the first kind of a stack that does not lie beside already."""
-        kinds = self._stacks[stack]
-        return kinds.pop(next((i for i, kind in enumerate(kinds) if kind not in beside), 0))
+def _stack(rng: np.random.Generator, shares: dict[BlockKind, float], count: int) -> list[BlockKind]:
+    """Return so many kinds of blocks to be dealt, so that every town has them all."""
+    weights = np.array(list(shares.values())) * rng.uniform(0.75, 1.3, len(shares))
+    exact = weights / weights.sum() * count
+    kinds = [kind for kind, share in zip(shares, exact, strict=True) for _ in range(int(share) + 1)]
+    while len(kinds) > count:
+        kinds.remove(max(shares, key=kinds.count))
+    return [kinds[i] for i in rng.permutation(len(kinds))]
 
 
 class _Layout:
@@ -265,26 +251,19 @@ class _Layout:
     def close_stretches(self) -> None:
         """Close stretches of some side streets; no junction loses more than one arm."""
         junctions: set[tuple[int, int]] = set()
-        for axis, lines in ((1, self.us), (0, self.vs)):
+        for axis, lines, crossings in ((1, self.us, self.vs), (0, self.vs, self.us)):
             for index in range(1, len(lines) - 1):
                 if lines[index][1] > AVENUE_M or self.rng.random() > QUIET:
                     continue
-                for step in range(1, len(self.vs if axis else self.us) - 2):
-                    ends = [(index, step + k) if axis else (step + k, index) for k in (0, 1)]
-                    if self.rng.random() < CLOSED and not junctions & set(ends):
-                        self._close(axis, index, step, junctions, ends)
-
-    def _close(
-        self, axis: int, index: int, step: int, junctions: set[tuple[int, int]], ends: list[tuple[int, int]]
-    ) -> None:
-        pair = ((index - 1, step), (index, step)) if axis else ((step, index - 1), (step, index))
-        special = any(i == self.rail_gap or j == self.river_gap for i, j in pair)
-        if special or {*self.merged, *self.merged.values()} & set(pair):
-            return
-        self.merged[pair[0]] = pair[1]
-        junctions |= set(ends)
-        lines, crossings = (self.us, self.vs) if axis else (self.vs, self.us)
-        self.closed.add((axis, lines[index][0], crossings[step][0]))
+                for step in range(1, len(crossings) - 2):
+                    ends = {(index, step + k) if axis else (step + k, index) for k in (0, 1)}
+                    one, other = ((index - k, step) if axis else (step, index - k) for k in (1, 0))
+                    special = self.rail_gap in (one[0], other[0]) or self.river_gap in (one[1], other[1])
+                    taken = junctions & ends or {*self.merged, *self.merged.values()} & {one, other}
+                    if self.rng.random() < CLOSED and not (special or taken):
+                        self.merged[one] = other
+                        junctions |= ends
+                        self.closed.add((axis, lines[index][0], crossings[step][0]))
 
     def blocks(self, warp: Warp) -> tuple[Block, ...]:
         """Return the blocks, merged or touching where a street between them is closed."""
@@ -296,11 +275,12 @@ class _Layout:
         kinds = dict.fromkeys([cell for cell in cells if cell[0] == self.rail_gap], BlockKind.RAILSIDE)
         kinds |= dict.fromkeys([cell for cell in cells if cell[1] == self.river_gap], BlockKind.RIVERBANK)
         free = [(cell, stack) for cell, stack in zip(cells, outer, strict=True) if cell not in kinds]
-        stacks = [stack for _, stack in free]
-        deal = _Deal(self.rng, (stacks.count(0), stacks.count(1)))
+        counts = np.bincount([stack for _, stack in free], minlength=2).tolist()
+        stacks = [_stack(self.rng, *both) for both in zip((_INNER, _OUTER), counts, strict=True)]
         for (i, j), stack in free:
             beside = {kinds[cell] for cell in ((i - 1, j), (i, j - 1)) if cell in kinds}
-            kinds[i, j] = deal.next(stack, beside)
+            differing = (place for place, kind in enumerate(stacks[stack]) if kind not in beside)
+            kinds[i, j] = stacks[stack].pop(next(differing, 0))
         for one, other in self.merged.items():
             axis = 0 if other[0] > one[0] else 1
             if kinds[one] in _MERGING and kinds[other] in _MERGING:
@@ -337,10 +317,6 @@ def _relief(rng: np.random.Generator, layout: _Layout) -> Relief:
     )
 
 
-_DRAW: Final = 246
-"""Which of the possible sets of plans the towns have."""
-
-
 def check_town(number: int) -> int:
     """Return `number` unchanged if there is such a town.
 
@@ -358,7 +334,7 @@ def plan_town(number: int) -> TownPlan:
     Raises:
         InvalidInputError: there is no town of this number.
     """
-    rng = generator(check_town(number), "town", "plan", _DRAW)
+    rng = generator(check_town(number), "town", "plan", 246)  # one of the possible sets of plans
     waves = [rng.uniform(65, 130) for _ in range(2)]
     warp = Warp(
         rng.uniform(-0.6, 0.6),

@@ -5,6 +5,7 @@ from typing import Final
 
 import numpy as np
 
+from sunset.data.frame import Points
 from sunset.errors import InvalidInputError
 
 TIMES: Final = ("morning", "noon", "evening")
@@ -17,15 +18,13 @@ NOON_LEVEL: Final = 1.13
 ADAPTATION: Final = 0.75
 """How far the camera makes up for less light: 0 not, 1 entirely."""
 
-Triple = tuple[float, float, float]
 
-
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Light:
-    """What lights a town; colours are linear red, green, blue.
+    """What lights a town; colours (3,) are linear red, green, blue.
 
     Attributes:
-        sun_direction: unit vector towards the sun.
+        sun_direction: unit vector (3,) towards the sun.
         sun: colour and strength of the direct light.
         sky: of the light from above.
         bounce: of the light from below.
@@ -36,13 +35,13 @@ class Light:
         exposure: by which the camera multiplies what it sees.
     """
 
-    sun_direction: Triple
-    sun: Triple
-    sky: Triple
-    bounce: Triple
-    haze: Triple
+    sun_direction: Points
+    sun: Points
+    sky: Points
+    bounce: Points
+    haze: Points
     haze_m: float
-    zenith: Triple
+    zenith: Points
     sun_radius: float
     exposure: float
 
@@ -50,7 +49,7 @@ class Light:
     def shadow(self) -> float:
         """How long the longest shadow on level ground is, as a multiple of the height of what casts it."""
         x, y, z = self.sun_direction
-        return (float(np.hypot(x, y)) + self.sun_radius) / (z - self.sun_radius)
+        return float((np.hypot(x, y) + self.sun_radius) / (z - self.sun_radius))
 
 
 _SUNS: Final = {  # elevation and azimuth in degrees, colour
@@ -86,18 +85,13 @@ def light(time: str, weather: str) -> Light:
     haze = (0.4 * glow + 0.6 * np.array([0.78, 0.82, 0.87])) * brightness * (0.75 + 0.25 * np.sin(e))
     level = float((sun * np.sin(e) + sky).mean())
     return Light(
-        sun_direction=(float(np.cos(e) * np.cos(a)), float(np.cos(e) * np.sin(a)), float(np.sin(e))),
-        sun=_triple(sun),
-        sky=_triple(sky),
-        bounce=_triple(np.array([0.13, 0.12, 0.1]) * (share + 0.4)),
-        haze=_triple(haze),
+        sun_direction=np.array([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)]),
+        sun=sun,
+        sky=sky,
+        bounce=np.array([0.13, 0.12, 0.1]) * (share + 0.4),
+        haze=haze,
         haze_m=distance,
-        zenith=_triple(tone * 0.6 * brightness / 0.7),
+        zenith=tone * 0.6 * brightness / 0.7,
         sun_radius=radius,
         exposure=1.62 * (NOON_LEVEL / level) ** ADAPTATION,
     )
-
-
-def _triple(values: np.ndarray) -> Triple:
-    red, green, blue = (float(value) for value in values)
-    return red, green, blue

@@ -4,8 +4,8 @@ from collections.abc import Callable
 from typing import Final
 
 import numpy as np
-import numpy.typing as npt
 
+from sunset.data.frame import Points
 from sunset.data.ground import Surface
 from sunset.data.layout import Block, BlockKind
 from sunset.data.painter import Painter
@@ -147,7 +147,7 @@ _USES: Final[dict[BlockKind, tuple[Surface, Callable[[Painter, Block], None] | N
 }
 
 
-def parking_stalls(block: Block) -> npt.NDArray[np.float64]:
+def parking_stalls(block: Block) -> Points:
     """Return the centres (N, 2), in grid coordinates, of a parking block's stalls; cars stand along v."""
     us = np.arange(block.low[0] + 5, block.high[0] - 4, 2.6)
     vs = np.arange(block.low[1] + 5, block.high[1] - 4, 15.5)

@@ -12,12 +12,13 @@ from typing import Final, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from sunset.data.frame import Points
+
 HALF_M: Final = 430.0
 """Half the length of the railway on which trains run round and round, in metres."""
 PHASE_S: Final = 15.0
 """How long one axis of the grid has green, in seconds."""
 
-Points: TypeAlias = npt.NDArray[np.float64]
 Axes: TypeAlias = npt.NDArray[np.int64]
 Places: TypeAlias = tuple[Points, Axes, Points]
 """Grid points (N, 2), the grid axes along which their headings lie (N,), and the signs of these (N,)."""
@@ -104,10 +105,7 @@ class Rounds:
 class Trains:
     """Carriages that run along the railway without a halt, round and round.
 
-    Attributes:
-        across: u of each one's track in metres (N,).
-        starts: v at time 0 in metres (N,).
-        speeds: signed, in metres a second (N,).
+    They have u of their tracks and v at time 0 in metres, and signed speeds in metres a second, each (N,).
     """
 
     across: Points

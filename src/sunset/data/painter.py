@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from sunset.data.frame import Ids
+from sunset.data.frame import Ids, Points
 from sunset.data.ground import Surface
 from sunset.data.layout import Street, TownPlan
 
@@ -22,11 +22,11 @@ class Painter:
         self.reach = reach
         self.image: Ids = np.full((cells, cells), Surface.FIELD, dtype=np.uint8)
 
-    def _pixels(self, uv: npt.NDArray[np.float64]) -> npt.NDArray[np.int32]:
+    def _pixels(self, uv: Points) -> npt.NDArray[np.int32]:
         cells = (self.plan.warp.points(uv) + self.reach) * (len(self.image) / (2 * self.reach)) - 0.5
         return np.round(cells * 2**SUBPIXEL_BITS).astype(np.int32)
 
-    def polygon(self, uv: npt.NDArray[np.float64], surface: Surface) -> None:
+    def polygon(self, uv: Points, surface: Surface) -> None:
         """Fill the polygon with corners (N, 2)."""
         cv2.fillPoly(self.image, [self._pixels(uv)], int(surface), cv2.LINE_8, SUBPIXEL_BITS)
 
@@ -51,7 +51,7 @@ class Painter:
         low, high = ((s[0], c[0]), (s[1], c[1])) if street.axis == 0 else ((c[0], s[0]), (c[1], s[1]))
         self.quad(low, high, surface)
 
-    def line(self, uv: npt.NDArray[np.float64], surface: Surface) -> None:
+    def line(self, uv: Points, surface: Surface) -> None:
         """Draw a line through points (N, 2) as thin as the image allows, 0.15 m in a town."""
         cells = [self._pixels(uv)]
         cv2.polylines(self.image, cells, isClosed=False, color=int(surface), shift=SUBPIXEL_BITS)
@@ -63,7 +63,7 @@ class Painter:
         ring = np.column_stack([np.cos(angles) * radii[0] * wobble, np.sin(angles) * radii[1] * wobble])
         self.polygon(ring + np.asarray(centre), surface)
 
-    def curve(self, uv: npt.NDArray[np.float64], width: float, surface: Surface) -> None:
+    def curve(self, uv: Points, width: float, surface: Surface) -> None:
         """Fill a band of constant width along a line."""
         direction = np.gradient(uv, axis=0)
         normal = np.stack([-direction[:, 1], direction[:, 0]], axis=1)

@@ -16,11 +16,8 @@ def pair(first: Sequence[int], *others: Sequence[int]) -> list[tuple[int, ...]]:
     """Match every stamp of the first sensor with the nearest one of each other sensor.
 
     Two stamps match if each is the nearest to the other and they are less than half a period of the first
-    sensor apart (its median distance of stamps); a moment that one sensor lacks is left out.
-
-    Args:
-        first: the first sensor's stamps in nanoseconds, increasing.
-        others: those of the others, each increasing.
+    sensor apart (its median distance of stamps); a moment that one sensor lacks is left out. Stamps are in
+    nanoseconds, and increase.
 
     Returns:
         For each moment, in order, the position of its stamp in each sequence.

@@ -13,7 +13,6 @@ from sunset.seeding import generator
 NARROW_M: Final = 7.0
 """A narrower carriageway has no centre line."""
 COUNTRY_M: Final = 1536.0
-COUNTRY_ROAD_M: Final = 6.5
 FIELD_M: Final = 120.0
 FIELDS: Final = {
     Surface.FIELD: 0.2,
@@ -83,7 +82,7 @@ def _paint_streets(painter: Painter) -> None:
     for street in plan.streets:
         if street.avenue:
             along = np.arange(-COUNTRY_M, COUNTRY_M, 8.0)
-            painter.curve(street.points(along), COUNTRY_ROAD_M, Surface.ASPHALT)
+            painter.curve(street.points(along), 6.5, Surface.ASPHALT)
     for margin, surface in ((PAVEMENT_M, Surface.PAVING), (0.35, Surface.KERB), (0.0, Surface.ASPHALT)):
         for street in plan.streets:
             half = street.width / 2 + margin

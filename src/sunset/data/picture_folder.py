@@ -32,12 +32,7 @@ _NUMBERS: Final = re.compile(r"([0-9]+)")
 
 @dataclass(frozen=True, slots=True)
 class PictureFolder:
-    """The pictures of a flight, or of a part of it.
-
-    Attributes:
-        folder: that of `rgb`, `depth` and `labels`.
-        files: of each frame, in order, the files of its colour, depth and labels.
-    """
+    """The pictures of a flight, or of a part of it: of each frame the files of its colour, depth and labels."""
 
     folder: Path
     files: tuple[tuple[Path, ...], ...]

@@ -34,9 +34,6 @@ COLOUR_PNG: Final = "8-bit colour PNG"
 DEPTH_PNG: Final = "16-bit greyscale PNG"
 LABEL_PNG: Final = "8-bit greyscale PNG"
 
-PICTURE_BYTES: Final = 2**28
-"""What the file of a picture stays below: 256 MiB."""
-
 _MAX_PIXELS: Final = 2**26
 """What a picture may claim to have before it is unpacked: 8192 x 8192."""
 
@@ -77,13 +74,10 @@ def dimensions(size: tuple[int, int]) -> str:
 def raw_pixels(message: Image, place: str, encodings: Collection[str]) -> Pixels:
     """Return the pixels of a `sensor_msgs/msg/Image`, (H, W) or (H, W, channels), in this machine's byte order.
 
-    Args:
-        message: the message; rows may be padded.
-        place: which image it is, for errors.
-        encodings: those that are accepted.
+    Rows may be padded. `place` says in errors which image it is.
 
     Raises:
-        DataError: it has another encoding, or not the data that its size needs.
+        DataError: it has none of the encodings, or not the data that its size needs.
     """
     if message.encoding not in encodings:
         raise DataError(
@@ -111,7 +105,7 @@ def read_picture(path: Path, kinds: Collection[str], *, remedy: str = "copy it a
         DataError: it cannot be read, for which the `remedy` is told, is of another kind, truncated or damaged.
     """
     try:
-        data = read_bytes(path, PICTURE_BYTES)
+        data = read_bytes(path, 2**28)  # 256 MiB
     except OSError as error:
         raise DataError(f"The image {path} cannot be read: {error.strerror}; {remedy}.") from error
     return picture(data, str(path), kinds)
@@ -120,13 +114,10 @@ def read_picture(path: Path, kinds: Collection[str], *, remedy: str = "copy it a
 def picture(data: bytes, place: str, kinds: Collection[str]) -> Pixels:
     """Return the pixels of a JPEG or PNG file, (H, W) or (H, W, 3) in the order blue, green, red.
 
-    Args:
-        data: the whole file.
-        place: which image it is, for errors.
-        kinds: those that are accepted, of `COLOUR_JPEG`, `COLOUR_PNG`, `DEPTH_PNG`, `LABEL_PNG`.
+    Kinds are of `COLOUR_JPEG`, `COLOUR_PNG`, `DEPTH_PNG`, `LABEL_PNG`. `place` says in errors which image it is.
 
     Raises:
-        DataError: it is of another kind, truncated or damaged.
+        DataError: it is of none of the kinds, truncated or damaged.
     """
     kind = _kind(data, place)
     pixels = None

@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-Points = npt.NDArray[np.float64]
+from sunset.data.frame import Points
 
 WATER_M: Final = -2.6
 """Height of the river's water in metres; its banks lie near 0."""

@@ -22,12 +22,11 @@ from sunset.data.light import Light, light
 from sunset.data.meshes import Material
 from sunset.data.shading import Seen, shade
 from sunset.data.textures import ground_look
-from sunset.data.town import Hits, Solid, Town
+from sunset.data.town import Solid, Town
 from sunset.data.vectors import dot, pick, put, zeros
 from sunset.seeding import generator
 
 SKY: Final = CARLA_IDS["sky"]
-SENSOR_NOISE: Final = 1.6
 HIDDEN_SKY: Final = 0.7
 """How much of the sky's light is lost where every sampled direction is hidden."""
 CONTRAST: Final = 0.4
@@ -36,21 +35,15 @@ MARGIN_M: Final = 14.0
 """How far out of view a mover is at most that is still drawn, for its shadow's sake, in metres."""
 SLACK: Final = 1.5
 """How much farther a mover and its shadow reach than on level ground, across edges of the view that slant."""
-NO_HIT: Final = np.float32(np.inf)
 F: Final = np.float32
 Indices: TypeAlias = npt.NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True)
 class View:
-    """One picture to take.
+    """One picture to take: the traffic has moved for `time_s`, the seed is of the sensor's noise.
 
-    Attributes:
-        pose: of the camera.
-        time_s: how long the traffic has moved, in seconds.
-        seed: of the sensor's noise.
-        time: time of day, one of `TIMES`.
-        weather: one of `WEATHERS`.
+    Time of day and weather are of `TIMES` and `WEATHERS`.
     """
 
     pose: Pose
@@ -141,16 +134,16 @@ def _rays_near(right: Reals, down: Reals, forward: Reals, radii: Reals, size: tu
 
 def _meet(scene: _Scene, origin: Reals, directions: Reals) -> _Met:
     origins = np.broadcast_to(origin, directions.shape)
-    hits = scene.town.solid.meet(origins, directions)
-    known = hits.distance < np.float32(DEPTH_RANGE_M)
-    kind = np.where(hits.triangle < len(scene.town.terrain.mesh), np.int8(0), np.int8(1))
+    distance, triangle = scene.town.solid.meet(origins, directions)
+    known = distance < np.float32(DEPTH_RANGE_M)
+    kind = np.where(triangle < len(scene.town.terrain.mesh), np.int8(0), np.int8(1))
     kind[~known] = -1
-    depth, triangle = np.where(known, hits.distance, NO_HIT), hits.triangle
+    depth = np.where(known, distance, F(np.inf))
     if scene.moving is not None:
-        other: Hits = scene.moving.meet(origins[: len(scene.near)], pick(directions, scene.near))
-        nearer = other.distance < depth[scene.near]
+        distance, other = scene.moving.meet(origins[: len(scene.near)], pick(directions, scene.near))
+        nearer = distance < depth[scene.near]
         rows = scene.near[nearer]
-        kind[rows], depth[rows], triangle[rows] = 2, other.distance[nearer], other.triangle[nearer]
+        kind[rows], depth[rows], triangle[rows] = 2, distance[nearer], other[nearer]
     return _Met(kind, depth, triangle)
 
 
@@ -275,6 +268,6 @@ def _develop(colours: Reals, size: tuple[int, int], seed: int) -> npt.NDArray[np
     display += np.float32(CONTRAST) * display * (1 - display) * (2 * display - 1)
     display *= np.float32(255)
     noise = generator(seed, "sensor").standard_normal((height, width, 3), dtype=np.float32)
-    display += noise.transpose(2, 0, 1) * np.float32(SENSOR_NOISE)
+    display += noise.transpose(2, 0, 1) * np.float32(1.6)
     levels = np.clip(np.round(display), 0, 255).astype(np.uint8)
     return np.ascontiguousarray(levels[::-1].transpose(1, 2, 0))

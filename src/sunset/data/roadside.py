@@ -1,5 +1,6 @@
 """What stands along the streets: lamps, lights, signs, stops, trees, parked cars, bridge rails."""
 
+from itertools import cycle
 from typing import Final
 
 import numpy as np
@@ -12,11 +13,6 @@ from sunset.data.terrain import rail_spans
 
 BRIDGE_M: Final = 12.0
 """So near the river's water, no bus stops."""
-
-
-def _point(street: Street, along: float, offset: float) -> tuple[float, float]:
-    u, v = street.points(along, offset)
-    return float(u), float(v)
 
 
 def furnish_streets(builder: Builder) -> None:
@@ -46,13 +42,12 @@ def furnish_railway(builder: Builder) -> None:
 
 
 def _lamps(builder: Builder, street: Street, stretch: tuple[float, float]) -> None:
-    side = 1
-    for at in np.arange(stretch[0] + 8, stretch[1] - 6, 15.0).tolist():
-        uv = _point(street, at, side * (street.width / 2 + 0.5))
-        builder.put(
-            "lamp", uv, axis=1 - street.axis, turn=np.pi if side > 0 else 0.0
-        )  # faces the carriageway
-        side = -side
+    for at, side in zip(
+        np.arange(stretch[0] + 8, stretch[1] - 6, 15.0).tolist(), cycle((1, -1)), strict=False
+    ):
+        uv = street.points(at, side * (street.width / 2 + 0.5))
+        turn = np.pi if side > 0 else 0.0  # to face the carriageway
+        builder.put("lamp", uv, axis=1 - street.axis, turn=turn)
 
 
 def _planting(builder: Builder, street: Street, stretch: tuple[float, float]) -> None:
@@ -62,14 +57,14 @@ def _planting(builder: Builder, street: Street, stretch: tuple[float, float]) ->
         edge = street.width / 2
         if street.avenue:
             for at in np.arange(stretch[0] + 11, stretch[1] - 9, 11.0).tolist():
-                uv = _point(street, at, side * (edge + PAVEMENT_M + 0.4))
+                uv = street.points(at, side * (edge + PAVEMENT_M + 0.4))
                 builder.tree(uv, rng.uniform(6, 9), int(rng.integers(4)))
             continue
         if builder.chance(0.35):
             continue
         for at in np.arange(stretch[0] + 11, stretch[1] - 10, 6.2).tolist():
             chance = rng.random()
-            uv = _point(street, at, side * (edge + 0.95))
+            uv = street.points(at, side * (edge + 0.95))
             if chance < 0.55:  # noqa: PLR2004  a share
                 builder.car(uv, street.axis)
             elif chance < 0.6:  # noqa: PLR2004  a share
@@ -80,7 +75,7 @@ def _crossing_signs(builder: Builder, street: Street, other: Street, at: float, 
     """Traffic lights where an avenue takes part, else a sign, on the right of those who approach."""
     rng = builder.rng
     side = direction * street.right
-    uv = _point(street, at - direction * 0.6, side * (street.width / 2 + 0.7))
+    uv = street.points(at - direction * 0.6, side * (street.width / 2 + 0.7))
     turn = 0.0 if direction > 0 else np.pi
     if street.avenue or other.avenue:
         builder.put("traffic light", uv, axis=street.axis, turn=turn)
@@ -88,7 +83,7 @@ def _crossing_signs(builder: Builder, street: Street, other: Street, at: float, 
         tint = ((0.8, 0.12, 0.1), (0.1, 0.25, 0.7), (0.9, 0.75, 0.1))[int(rng.integers(3))]
         builder.put("sign", uv, axis=street.axis, turn=turn, tint=tint)
     if street.avenue and builder.chance(0.35):
-        back = _point(street, at - direction * 14, side * (street.width / 2 + 0.8))
+        back = street.points(at - direction * 14, side * (street.width / 2 + 0.8))
         builder.put("gantry", back, axis=street.axis, turn=turn)
 
 
@@ -96,8 +91,8 @@ def _stop(builder: Builder, street: Street, stretch: tuple[float, float]) -> Non
     """A bus stop in the middle of a stretch, facing the carriageway, unless that is a bridge."""
     middle = (stretch[0] + stretch[1]) / 2 + 3
     side = 1 if builder.chance(0.5) else -1
-    uv = _point(street, middle, side * (street.width / 2 + 1.9))
-    if builder.plan.relief.off_water(np.asarray(uv)) < BRIDGE_M:
+    uv = street.points(middle, side * (street.width / 2 + 1.9))
+    if builder.plan.relief.off_water(uv) < BRIDGE_M:
         return
     facing = 0.0 if (side > 0) == (street.axis == 0) else np.pi
     builder.put("bus stop", uv, axis=street.axis, turn=facing)

@@ -25,8 +25,6 @@ COVERS: Final = (  # colour, material, share
     ((0.74, 0.74, 0.73), Material.ROOF, 0.08),
 )
 DECKS: Final = ((0.55, 0.48, 0.4), (0.6, 0.59, 0.57))
-UNIT: Final[Colour] = (0.66, 0.67, 0.68)
-BRICK: Final[Colour] = (0.42, 0.33, 0.29)
 PANELS: Final = Finish((0.12, 0.14, 0.2), "building", Material.SOLAR)
 
 
@@ -64,7 +62,7 @@ def pitched_roof(
         at = rng.uniform(-reach, reach) * 0.9
         side = rng.uniform(-0.35, 0.35) * y
         low, high = (at - 0.4, side - 0.35, height), (at + 0.4, side + 0.35, height + rise + 0.7)
-        parts.append(box(low, high, plain(BRICK)))
+        parts.append(box(low, high, plain((0.42, 0.33, 0.29))))
     return [*parts, *_openings(rng, reach, (y, height, rise))]
 
 
@@ -122,7 +120,7 @@ def flat_roof(
 def _plant(rng: np.random.Generator, half: Size, height: float, edge: Finish) -> list[Mesh]:
     """Return a stair house, machines with ducts, and skylights or rows of panels."""
     x, y = half
-    unit, dark = plain(_varied(rng, UNIT)), plain((0.3, 0.31, 0.32))
+    unit, dark = plain(_varied(rng, (0.66, 0.67, 0.68))), plain((0.3, 0.31, 0.32))
     at = rng.uniform(-0.6, 0.2) * x
     parts = [
         box((at, -1.4, height), (at + 3, 1.4, height + 2.5), edge),

@@ -48,7 +48,7 @@ def shade(seen: Seen, directions: Reals, light: Light) -> Reals:
     clear = np.exp(-seen.depth * length / F(light.haze_m))
     sky_share = np.sqrt(np.clip(unit[:, 2], 0, 1))
     glossy = np.flatnonzero(seen.gloss)
-    mirrored = _mirrored(seen, unit, light, glossy)
+    share, climb, bright, unhidden, glint = _mirrored(seen, unit, light, glossy)
     colours = np.empty_like(seen.colours)
     for channel in range(3):
         sun, sky, bounce, haze, zenith = (
@@ -59,45 +59,31 @@ def shade(seen: Seen, directions: Reals, light: Light) -> Reals:
         colour += below * bounce
         colour *= seen.colours[:, channel]
         bare = colour.take(glossy)
-        above = (haze + (zenith - haze) * mirrored.climb) * mirrored.bright
-        colour[glossy] = bare + (above * mirrored.open + mirrored.glint * sun - bare) * mirrored.share
+        above = (haze + (zenith - haze) * climb) * bright
+        colour[glossy] = bare + (above * unhidden + glint * sun - bare) * share
         far = haze + (zenith - haze) * sky_share
         colours[:, channel] = (colour - far) * clear + far
     return colours
 
 
-@dataclass(frozen=True, slots=True)
-class _Mirrored:
-    """What G glossy points mirror.
+def _mirrored(seen: Seen, directions: Reals, light: Light, rows: npt.NDArray[np.int64]) -> tuple[Reals, ...]:
+    """Return what the glossy ones of the points, `rows` (G,), mirror to rays with given directions (N, 3).
 
-    Attributes:
-        share: of the light that is mirrored (G,).
-        climb: from the horizon's colour, 0, to the zenith's, 1 (G,).
-        bright: how bright that is, the surroundings being darker than the sky (G,).
-        open: share of it that is not hidden (G,).
-        glint: strength of the sun's reflection (G,).
+    Returns:
+        The share of the light that is mirrored; where between the colours of the horizon, 0, and the zenith, 1, that
+        comes from; how bright it is, the surroundings being darker than the sky; the share of it that is not hidden;
+        and the strength of the sun's reflection; each (G,).
     """
-
-    share: Reals
-    climb: Reals
-    bright: Reals
-    open: Reals
-    glint: Reals
-
-
-def _mirrored(seen: Seen, directions: Reals, light: Light, rows: npt.NDArray[np.int64]) -> _Mirrored:
-    """Return what the glossy ones of the points, `rows` (G,), mirror to rays with given directions (N, 3)."""
     n, d = pick(seen.normals, rows), pick(directions, rows)
     facing = dot(n, d)
     mirrored = d - 2 * facing[:, None] * n
     gloss = seen.gloss.take(rows)
     climb = mirrored[:, 2]
     glint = np.maximum(dot(mirrored, np.asarray(light.sun_direction, F)), 0) ** GLINT_POWER
-    glint *= seen.lit.take(rows) * F(4)
-    return _Mirrored(
-        share=gloss + (F(0.75) - gloss) * (1 - np.minimum(np.abs(facing), 1)) ** 4,
-        climb=np.sqrt(np.clip(climb, 0, 1)),
-        bright=GROUND_SHARE + (1 - GROUND_SHARE) * np.clip(climb * 4 + F(0.6), 0, 1),
-        open=seen.open.take(rows),
-        glint=glint,
+    return (
+        gloss + (F(0.75) - gloss) * (1 - np.minimum(np.abs(facing), 1)) ** 4,
+        np.sqrt(np.clip(climb, 0, 1)),
+        GROUND_SHARE + (1 - GROUND_SHARE) * np.clip(climb * 4 + F(0.6), 0, 1),
+        seen.open.take(rows),
+        glint * (seen.lit.take(rows) * F(4)),
     )

@@ -6,12 +6,12 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
+from sunset.data.frame import Points
 from sunset.data.layout import PAVEMENT_M, TownPlan
 from sunset.data.meshes import Finish, Mesh, shell
 from sunset.data.relief import BANK_M, CROWN_M
 
 GROUND: Final = Finish((0.5, 0.5, 0.5), "ground")
-STEP_M: Final = 8.0
 TOWN_M: Final = 432.0
 FAR_M: Final = (470.0, 520.0, 580.0, 660.0, 760.0, 880.0, 1020.0, 1200.0, 1500.0)
 DECK_M: Final = 0.05
@@ -20,12 +20,9 @@ DECK_M: Final = 0.05
 
 @dataclass(frozen=True, slots=True)
 class Terrain:
-    """The ground's mesh.
+    """The ground's mesh, whose colours and labels are looked up in the painted ground instead.
 
-    Attributes:
-        mesh: its triangles; their colours and labels are looked up in the painted ground instead.
-        bare: whether a triangle (T,) shows the ground as it is without streets: below street bridges, and the
-            railway's bridges.
+    Its triangles that are `bare` (T,) show the ground without streets: below street bridges, and the railway's bridges.
     """
 
     mesh: Mesh
@@ -75,10 +72,10 @@ def make_terrain(plan: TownPlan) -> Terrain:
     return Terrain(shell(corners.astype(np.float32), GROUND), np.concatenate(bare))
 
 
-def _land(plan: TownPlan) -> npt.NDArray[np.float64]:
+def _land(plan: TownPlan) -> Points:
     """Return the land's triangles (T, 3, 2) on the grid, finer where it is steep."""
     far = np.array(FAR_M)
-    broad = np.concatenate([-far, np.arange(-TOWN_M, TOWN_M + 1, STEP_M), far])
+    broad = np.concatenate([-far, np.arange(-TOWN_M, TOWN_M + 1, 8.0), far])
     embankment = plan.relief.rail + np.array([-13.4, -9.4, -CROWN_M, 0.0, CROWN_M, 9.4, 13.4])
     reach = plan.relief.river_width / 2 + BANK_M + plan.relief.river_bend[0] + 1
     banks = np.arange(plan.relief.river - reach, plan.relief.river + reach, 1.0)
@@ -91,7 +88,7 @@ def _land(plan: TownPlan) -> npt.NDArray[np.float64]:
     return _sheet(np.concatenate([broad, embankment]), np.concatenate([broad, banks, np.array(abutments)]))
 
 
-def _sheet(us: npt.NDArray[np.float64], vs: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+def _sheet(us: Points, vs: Points) -> Points:
     """Return the triangles (T, 3, 2), anticlockwise, of the grid between lines."""
     grid = np.stack(np.meshgrid(np.unique(us), np.unique(vs), indexing="ij"), axis=-1)
     a, b, c, d = grid[:-1, :-1], grid[1:, :-1], grid[1:, 1:], grid[:-1, 1:]

@@ -21,8 +21,6 @@ _COLOURS: Final = np.array([np.square(SURFACE_LOOKS[surface][1]) for surface in 
 _PATCHES: Final = np.array([SURFACE_LOOKS[surface][2] for surface in Surface], dtype=F)
 _GRAINS: Final = np.array([SURFACE_LOOKS[surface][3] for surface in Surface], dtype=F)
 _WORN: Final = np.square(np.array((0.5, 0.46, 0.34), dtype=F))
-_DRY: Final = np.array((1.35, 1.16, 1.0), dtype=F)
-_WATER_GLOSS: Final = F(0.04)
 
 
 @cache
@@ -88,7 +86,7 @@ def ground_look(surfaces: Ids, points: Reals, normals: Reals) -> tuple[Reals, Re
     _mottle_green(surfaces, points, colours)
     gloss = np.zeros(len(surfaces), dtype=F)
     water = np.flatnonzero(surfaces == Surface.WATER)
-    gloss[water] = _WATER_GLOSS
+    gloss[water] = 0.04
     wind = look_up(broad(), x[water], y[water], 1.5)
     ripple = look_up(tangle(), x[water] + y[water] * F(0.4), y[water], 1.6)
     normals[water] = (0, 0, 1)
@@ -135,7 +133,7 @@ def _mottle_green(surfaces: Ids, points: Reals, colours: Reals) -> None:
     kinds = surfaces[green]
     x, y, _ = pick(points, green).T
     dryness = look_up(broad(), x, y, 0.6) * F(0.5) + look_up(broad(), y, x, 0.15) * F(0.5)
-    tone = 1 + scaled(_DRY - 1, dryness * F(1.1))
+    tone = 1 + scaled(np.array((1.35, 1.16, 1.0), dtype=F) - 1, dryness * F(1.1))
     field = (kinds == Surface.FIELD) | (kinds == Surface.CROPS)
     plot = hashed(x / F(97) + y / F(310), y / F(71) - x / F(420), 3)
     rows = np.sin((x + y * F(0.6)) * F(1.7))

@@ -20,26 +20,10 @@ from sunset.data.terrain import Terrain, make_terrain
 from sunset.data.traffic import Traffic, make_traffic
 
 
-@dataclass(frozen=True, slots=True)
-class Hits:
-    """Where rays met a solid.
-
-    Attributes:
-        distance: in units of each ray's direction (N,); infinite where nothing was met.
-        triangle: index of the triangle met (N,), -1 where nothing was.
-    """
-
-    distance: Reals
-    triangle: npt.NDArray[np.int32]
-
-
 class Solid:
-    """A mesh of at least one triangle that rays can meet.
+    """A mesh of T triangles, at least one, that rays can meet.
 
-    Args:
-        mesh: the T triangles.
-        corners: those of the triangles (V, 3), each once, which takes less time; None for all of them.
-        faces: which of the corners each triangle has (T, 3).
+    It takes less time with corners (V, 3), each once, and faces, which of them each triangle has (T, 3).
     """
 
     def __init__(
@@ -56,12 +40,16 @@ class Solid:
         self.materials: Ids = mesh.materials
         self.anchors: Reals = np.asfortranarray(mesh.anchors)
 
-    def meet(self, origins: Reals, directions: Reals) -> Hits:
-        """Return where rays (N, 3) first meet the solid."""
+    def meet(self, origins: Reals, directions: Reals) -> tuple[Reals, npt.NDArray[np.int32]]:
+        """Return where rays (N, 3) first meet the solid.
+
+        Returns:
+            The distances (N,) in units of each ray's direction, infinite where nothing is met, and the indices of the
+            triangles (N,), -1 where nothing is.
+        """
         found = self._scene.run(origins, directions, output=1)
         triangle = np.where(found["geomID"] < 0, np.int32(-1), found["primID"])
-        distance = np.where(triangle < 0, np.float32(np.inf), found["tfar"])
-        return Hits(distance, triangle)
+        return np.where(triangle < 0, np.float32(np.inf), found["tfar"]), triangle
 
     def blocks(self, origins: Reals, directions: Reals) -> npt.NDArray[np.bool_]:
         """Return whether rays (N, 3) meet the solid anywhere (N,)."""
@@ -73,12 +61,7 @@ class Solid:
 class Town:
     """A town, ready to be rendered; it never changes.
 
-    Attributes:
-        plan: what lies where.
-        ground: what the terrain is covered with.
-        terrain: the ground's shape; its triangles are the first of `solid`.
-        solid: everything that stands still.
-        traffic: everything that moves.
+    Its solid is everything that stands still; the terrain's triangles are the first of it.
     """
 
     plan: TownPlan

@@ -26,7 +26,6 @@ CAR_M: Final = 4.6
 STOP_M: Final = 6.2
 """How far before a crossing's carriageway the first in a queue stops, in metres."""
 QUEUE_M: Final = 25.0
-TRAIN_SPEED: Final = 14.0
 LIVERIES: Final = {
     "bus": ((0.62, 0.22, 0.16), (0.72, 0.58, 0.24), (0.24, 0.38, 0.52), (0.8, 0.8, 0.78)),
     "truck": ((0.55, 0.22, 0.16), (0.22, 0.3, 0.45), (0.85, 0.85, 0.82), (0.28, 0.38, 0.28), (0.8, 0.8, 0.8)),
@@ -119,14 +118,7 @@ class _Hop(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class _Lane:
-    """One lane of a street, and where its queues stand.
-
-    Attributes:
-        street: the street.
-        direction: 1 or -1.
-        offset: of the lane from the street's middle, in metres.
-        stops: positions of the stop lines in the order of travel.
-    """
+    """One lane of a street in a direction, 1 or -1, at an offset from its middle in metres, with its stop lines."""
 
     street: Street
     direction: int
@@ -226,7 +218,7 @@ def _walkers(rng: np.random.Generator, plan: TownPlan) -> Rounds:
 
 def _trains(rng: np.random.Generator, plan: TownPlan) -> Trains:
     rows = [
-        (plan.relief.rail + track, start + 23.0 * place_in_train, direction * TRAIN_SPEED)
+        (plan.relief.rail + track, start + 23.0 * place_in_train, direction * 14.0)
         for track, direction in ((-2.3, -1), (2.3, 1))
         for start in (rng.uniform(-430, -150), rng.uniform(0, 200))
         for place_in_train in range(5)

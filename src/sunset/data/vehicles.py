@@ -6,7 +6,6 @@ from typing import Final
 from sunset.data.meshes import WHITE, Colour, Finish, Material, Mesh, box, join, taper
 
 GLASS: Final[Colour] = (0.15, 0.17, 0.19)
-TYRE: Final[Colour] = (0.1, 0.1, 0.11)
 
 
 def _paint(label: str) -> Finish:
@@ -15,7 +14,7 @@ def _paint(label: str) -> Finish:
 
 def _wheels(label: str, ends: tuple[float, ...], half: float, radius: float) -> list[Mesh]:
     """One dark block for each axle: between the wheels it is hidden under the body."""
-    finish = Finish(TYRE, label)
+    finish = Finish((0.1, 0.1, 0.11), label)
     return [
         taper((x - radius, -half - 0.12, 0), (x + radius, half + 0.12, radius * 2), (0.12, 0.12, 0), finish)
         for x in ends

@@ -23,7 +23,6 @@ TrainingView = View
 
 REACH_M: Final = 200.0
 CLEARANCE_M: Final = 8.0
-TRIES: Final = 200
 
 
 def training_views(
@@ -56,7 +55,14 @@ def training_views(
     Raises:
         InvalidInputError: an argument is out of its range.
     """
-    _check(count, seed, start, heights, pitches)
+    check_seed(seed)
+    if count < 0 or start < 0:
+        raise InvalidInputError(f"Views are counted from 0, got a count of {count} and a start of {start}.")
+    for name, values, low, high in (("heights", heights, 5, 300), ("pitches", pitches, 0, 90)):
+        if not values or not all(low <= value <= high for value in values):
+            raise InvalidInputError(
+                f"The {name} must be some values from {low} to {high}, got {tuple(values)}."
+            )
     if not times or not weathers:
         raise InvalidInputError("Views need at least one time of day and one weather, got none.")
     built = build_town(town)
@@ -72,20 +78,9 @@ def training_views(
         )
 
 
-def _check(count: int, seed: int, start: int, heights: Sequence[float], pitches: Sequence[float]) -> None:
-    check_seed(seed)
-    if count < 0 or start < 0:
-        raise InvalidInputError(f"Views are counted from 0, got a count of {count} and a start of {start}.")
-    for name, values, low, high in (("heights", heights, 5, 300), ("pitches", pitches, 0, 90)):
-        if not values or not all(low <= value <= high for value in values):
-            raise InvalidInputError(
-                f"The {name} must be some values from {low} to {high}, got {tuple(values)}."
-            )
-
-
 def _pose(town: Town, rng: np.random.Generator, height: float, pitch: float) -> Pose:
     """Draw poses until one has free air around it and below it."""
-    for _ in range(TRIES):
+    for _ in range(200):
         x, y = rng.uniform(-REACH_M, REACH_M, 2)
         tilt = float(np.clip(pitch + rng.uniform(-3, 3), 0, 90))
         pose = Pose(
@@ -109,7 +104,8 @@ def is_free(town: Town, pose: Pose) -> bool:
     around = np.array([(0, 0, -1), (1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0)])
     directions = np.concatenate([ahead.reshape(-1, 3), around]).astype(np.float32)
     origins = np.tile(np.array([pose.x, pose.y, pose.z], dtype=np.float32), (len(directions), 1))
-    return bool((town.solid.meet(origins, directions).distance > CLEARANCE_M).all())
+    distances, _ = town.solid.meet(origins, directions)
+    return bool((distances > CLEARANCE_M).all())
 
 
 def render_views(

@@ -12,19 +12,7 @@ DEVICES: Final = ("cpu", "cuda", "auto")
 """What may be asked for; "auto" is "cuda" where the engine offers it, else "cpu"."""
 
 RUNTIME_ERRORS: Final = tuple(
-    getattr(_runtime_errors, name)
-    for name in (
-        "EPFail",
-        "EngineError",
-        "Fail",
-        "InvalidArgument",
-        "InvalidGraph",
-        "InvalidProtobuf",
-        "NoModel",
-        "NoSuchFile",
-        "NotImplemented",
-        "RuntimeException",
-    )
+    kind for kind in vars(_runtime_errors).values() if isinstance(kind, type) and issubclass(kind, Exception)
 )
 """What ONNX Runtime raises; the classes have no base of their own."""
 
@@ -34,9 +22,6 @@ _PROVIDERS: Final[dict[str, list[object]]] = {
     # Neither rounding to 19 bits nor algorithms that are chosen by timing them.
     "cuda": [(_CUDA, {"use_tf32": "0", "cudnn_conv_algo_search": "DEFAULT"}), "CPUExecutionProvider"],
 }
-
-_NOWHERE: Final = "/dev/null"
-"""A folder in which no file can be."""
 
 
 def find_device(wanted: str) -> str:
@@ -87,8 +72,8 @@ def open_session(
     options.add_external_initializers_from_files_in_memory(
         list(table), list(table.values()), [len(content) for content in table.values()]
     )
-    # The table is not looked at for tensors in the branches of control flow, which come from here.
-    options.add_session_config_entry("session.model_external_initializers_file_folder_path", _NOWHERE)
+    # The table is not looked at for tensors in the branches of control flow; here no file can be.
+    options.add_session_config_entry("session.model_external_initializers_file_folder_path", "/dev/null")
     try:
         session = onnxruntime.InferenceSession(network, options, providers=_PROVIDERS[device])
     except RUNTIME_ERRORS as error:

@@ -8,10 +8,10 @@ from sunset.training.config import CONFIGS, MODALITIES, Phase, Schedule, Trainin
 from sunset.training.frames import FrameCounts, FrameSets, render_sets
 from sunset.training.importing import import_checkpoints
 from sunset.training.lite import LiteShape
-from sunset.training.log_figure import draw_log
 from sunset.training.recalibrate import calibrate_model, frames_of_bag
 from sunset.training.reference import ReferenceShape
 from sunset.training.run import train, train_on
+from sunset.training.training_log import draw_log
 
 __all__ = [
     "CONFIGS",

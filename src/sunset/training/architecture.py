@@ -20,12 +20,7 @@ LEAST_WIDTH: Final = 16
 
 @dataclass(frozen=True, slots=True)
 class Region:
-    """Rows of a convolution's result that see the same rows of its kernel; or columns.
-
-    Attributes:
-        source: the rows of the source that are needed; no padding is.
-        taps: the rows of the kernel that see them.
-    """
+    """Rows of a source, and those of a kernel that see them, without any padding; or columns."""
 
     source: slice
     taps: slice

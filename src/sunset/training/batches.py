@@ -13,8 +13,6 @@ from sunset.errors import DataError
 from sunset.seeding import generator
 from sunset.training.inputs import HEIGHT, WIDTH
 
-_MAX_ZOOM: Final = 1.3
-_BRIGHTNESS: Final = 0.1
 _ARRAYS: Final = ("bgr", "depth", "labels")
 
 
@@ -122,7 +120,7 @@ def draw(count: int, size: int, seed: int, number: int) -> Draw:
     frames = rng.choice(count, size=size, replace=count < size)
     transforms, gains = [], []
     for _ in frames:
-        zoom = 1.0 if rng.random() < 0.5 else rng.uniform(1.0, _MAX_ZOOM)  # noqa: PLR2004  half of them
+        zoom = 1.0 if rng.random() < 0.5 else rng.uniform(1.0, 1.3)  # noqa: PLR2004  half of them
         left, top = rng.random(2) * (1 - 1 / zoom) * (WIDTH, HEIGHT)
         flip = rng.random() < 0.5  # noqa: PLR2004  half of them
         sign, offset = (-1.0, WIDTH - 1.0) if flip else (1.0, 0.0)
@@ -132,7 +130,7 @@ def draw(count: int, size: int, seed: int, number: int) -> Draw:
                 (0.0, 1 / zoom, _translation(HEIGHT, 1 / zoom, top)),
             )
         )
-        gains.append(1 + rng.uniform(-_BRIGHTNESS, _BRIGHTNESS))
+        gains.append(1 + rng.uniform(-0.1, 0.1))
     phase = (int(rng.integers(2)), int(rng.integers(2)))
     return Draw(frames, np.array(transforms, np.float32), np.array(gains, np.float32), phase)
 

@@ -13,7 +13,6 @@ from sunset.training.inputs import upsampling
 _EVERY: Final = 3
 """Odd, so that pixels near to and far from a logit take part."""
 _LIMITS: Final = (0.05, 20.0)
-_HALVINGS: Final = 24
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,12 +49,9 @@ def _mean_entropy(logits: list[npt.NDArray[np.float32]], temperature: float) -> 
 
 
 def temperature_for(logits: list[npt.NDArray[np.float32]], entropy: float, width: int) -> float:
-    """Return the temperature, to four digits, at which the mean entropy of frames is as wanted.
+    """Return the temperature, to four digits, at which the mean entropy of frames is as wanted, normalised in (0, 1).
 
-    Args:
-        logits: per frame (28, h, w).
-        entropy: normalised, in (0, 1).
-        width: of the frames in pixels, which logits are interpolated to; a multiple of theirs.
+    Logits are per frame (28, h, w); they are interpolated to the frames' width in pixels, a multiple of theirs.
 
     Raises:
         DataError: no temperature from 0.05 to 20 reaches it.
@@ -67,7 +63,7 @@ def temperature_for(logits: list[npt.NDArray[np.float32]], entropy: float, width
         raise DataError(
             f"No temperature from {low} to {high} gives the networks a mean entropy of {entropy:.4f}."
         )
-    for _ in range(_HALVINGS):  # entropy rises with temperature
+    for _ in range(24):  # entropy rises with temperature
         middle = float(np.sqrt(low * high))
         low, high = (middle, high) if _mean_entropy(logits, middle) < entropy else (low, middle)
     return round(float(np.sqrt(low * high)), 4)

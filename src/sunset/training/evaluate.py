@@ -16,12 +16,9 @@ from sunset.workers import Progress
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Measured:
-    """What a network made of a set of frames.
+    """What a network made of a set of frames: (N,) per image the IoU, the mean over classes present, and the entropy.
 
-    Attributes:
-        iou: (N,) per image, the mean over classes present.
-        entropy: (N,) per image.
-        counts: of all images added up.
+    Counts are of all images added up.
     """
 
     iou: npt.NDArray[np.float64]

@@ -48,14 +48,7 @@ _UNFINISHED: Final = ".tmp"
 
 @dataclass(frozen=True, slots=True)
 class Views:
-    """Random views of one town.
-
-    Attributes:
-        town: its number.
-        count: frames.
-        seed: of the poses.
-        flight: only the default flight's setting (50 m, 60°, noon, clear), or all settings.
-    """
+    """Random views of one town: only in the default flight's setting (50 m, 60°, noon, clear), or in all settings."""
 
     town: int
     count: int
@@ -65,13 +58,7 @@ class Views:
 
 @dataclass(frozen=True, slots=True)
 class Passage:
-    """Consecutive frames of a flight like the default one over another town.
-
-    Attributes:
-        town: its number.
-        count: frames, ten a second.
-        course_deg: direction of the flight.
-    """
+    """Consecutive frames, ten a second, of a flight like the default one over another town, in some direction."""
 
     town: int
     count: int
@@ -131,14 +118,10 @@ class FrameCounts:
 
 @dataclass(frozen=True, slots=True)
 class FrameSets:
-    """Everything that a training run looks at.
+    """Everything that a training run looks at: what weights are learned on, and frames of two other towns.
 
-    Attributes:
-        train: the weights are learned on these.
-        validation: random views of another town.
-        validation_flight: consecutive frames over that town; temperatures and thresholds come from these.
-        test: random views of a third town.
-        test_flight: consecutive frames over that town.
+    Of these there are random views, and consecutive frames of flights; temperatures and thresholds come from
+    `validation_flight`.
     """
 
     train: FrameSet

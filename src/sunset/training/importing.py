@@ -34,7 +34,6 @@ if TYPE_CHECKING:
 
     from sunset.training.onnx_layers import Weights
 
-_WRAPPERS: Final = ("state_dict", "model_state_dict", "model")
 _PARALLEL: Final = "module."
 _REFUSED: Final = (
     "unsupported global",
@@ -45,10 +44,6 @@ _REFUSED: Final = (
 )
 """How torch says that a file refers to other code than that of tensors, in small letters."""
 
-_VARIANCE: Final = ".running_var"
-"""How the names of variances end; what is normalised is divided by their square roots."""
-
-_STRIDE: Final = 8
 _SHOWN: Final = 3
 
 
@@ -86,9 +81,10 @@ def import_checkpoints(
         raise MissingExtraError(
             "Importing checkpoints needs torch and onnx, not installed: pip install 'sunset-exemplar[train]'."
         )
-    if min(height, width) < _STRIDE or height % _STRIDE or width % _STRIDE:
+    stride = ReferenceShape.stride
+    if min(height, width) < stride or height % stride or width % stride:
         raise InvalidInputError(
-            f"The networks take frames whose width and height are multiples of {_STRIDE}, got {width}x{height}."
+            f"The networks take frames whose width and height are multiples of {stride}, got {width}x{height}."
         )
     check_name(name)
     paths = {name: folder / f"{name}.pth" for name in MODALITIES if (folder / f"{name}.pth").is_file()}
@@ -194,8 +190,8 @@ def _entries(path: Path) -> Mapping[str, "Tensor"]:
     except Exception as error:  # a damaged pickle or archive can raise anything
         raise _unreadable_error(path) from error
     if isinstance(content, dict):
-        wrapped = [content[key] for key in _WRAPPERS if isinstance(content.get(key), dict)]
-        content = wrapped[0] if wrapped else content
+        wrapped = (content.get(key) for key in ("state_dict", "model_state_dict", "model"))
+        content = next((inner for inner in wrapped if isinstance(inner, dict)), content)
     if not isinstance(content, dict) or not content or not all(isinstance(key, str) for key in content):
         kind = f"a {type(content).__name__}"
         if isinstance(content, dict):
@@ -266,7 +262,7 @@ def _converted(value: "Tensor", like: "Tensor", name: str, path: Path) -> "Tenso
             f"{_first(value, ~torch.isfinite(converted))}: the file is damaged or its training failed, import "
             "another one."
         )
-    if name.endswith(_VARIANCE) and bool((converted < 0).any()):
+    if name.endswith(".running_var") and bool((converted < 0).any()):
         raise ModelError(
             f"{entry} holds variances, which must be at least 0, got {_first(value, converted < 0)}: the file is "
             "damaged or its training failed, import another one."

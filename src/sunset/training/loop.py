@@ -3,7 +3,6 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
 
 import numpy as np
 import numpy.typing as npt
@@ -20,19 +19,10 @@ from sunset.training.network import build, frame_inputs, shift_logits, unfold
 from sunset.training.onnx_layers import Weights as FoldedWeights
 from sunset.training.stage import CHECKPOINT, Progress, StageRun, Training, Weights
 
-_UNFOLDED: Final = 12
-"""Training frames that normalisation's statistics are found on again."""
-
 
 @dataclass(frozen=True, slots=True)
 class Start:
-    """What a training starts from.
-
-    Attributes:
-        origin: says which model it is, and of which version.
-        weights: of the training's convolutions.
-        training: how they were learned, as the model's card tells.
-    """
+    """The model and version that a training starts from, its weights, and how they were learned, as its card tells."""
 
     origin: str
     weights: FoldedWeights
@@ -59,17 +49,10 @@ def learn(
 ) -> nn.Module:
     """Learn the weights of all networks of a model, stage by stage.
 
-    Args:
-        config: what to train.
-        frames: the training frames.
-        validation: held-out frames, which the log's IoU is measured on.
-        work: a folder a stage is kept there, with `checkpoint.pt` and `log.jsonl` (a line per `log_every`
-            steps: step, learning rate, loss per network, seconds, and now and then the IoU).
-        start: what the networks begin with; None for random weights.
-        resume: go on at the folders' checkpoints where there are some; stages that are done are not repeated.
-        device: "cpu", "cuda" or "auto", which is "cuda" where torch offers it.
-        compiled: let torch compile the networks for the device.
-        progress: called after every step; what it raises is raised when a checkpoint is written.
+    Arguments are those of `train`. The IoU is measured on the `validation` frames. In `work` every stage has a folder
+    with `checkpoint.pt` and `log.jsonl` (a line per `log_every` steps: step, learning rate, loss per network, seconds,
+    and now and then the IoU); stages that are done are not repeated. `progress` is called after every step; what it
+    raises is raised when a checkpoint is written.
 
     Returns:
         A torch module with the weights of all networks, their logits adjusted, in evaluation mode, on the CPU.
@@ -132,8 +115,8 @@ def find_torch_device(wanted: str) -> torch.device:
 
 
 def _unfolded(networks: Mapping[str, Sequence[Layer]], weights: FoldedWeights, frames: FrameSet) -> nn.Module:
-    """Return torch modules with folded weights; what normalisation undoes is found on evenly chosen frames."""
-    chosen = np.linspace(0, len(frames) - 1, min(_UNFOLDED, len(frames))).astype(int)
+    """Return torch modules with folded weights; what normalisation undoes is found on 12 frames."""
+    chosen = np.linspace(0, len(frames) - 1, min(12, len(frames))).astype(int)
     modules = build([layer for layers in networks.values() for layer in layers]).eval()
     logits: dict[str, Tensor] = {}
     for name, layers in networks.items():

@@ -39,12 +39,9 @@ class Format:
 
 @dataclass(frozen=True, slots=True)
 class Network:
-    """One network of a model.
+    """One network of a model: its plan, whose last layer is the logits, and what `folded_weights` gives for it.
 
-    Attributes:
-        layers: its plan; the last layer is the logits.
-        weights: kernels and biases by layer, as `folded_weights` gives them.
-        temperature: greater than 0.
+    The temperature is greater than 0.
     """
 
     layers: tuple[Layer, ...]

@@ -12,12 +12,8 @@ from onnx import NodeProto, TensorProto, ValueInfoProto, checker, external_data_
 
 from sunset.training.inputs import upsampling
 
-_OPSET: Final = 18
-_IR_VERSION: Final = 9
 _LARGE: Final = 16384
 """Weights of at least this many bytes are kept outside the graph's own file."""
-
-_ALIGNMENT: Final = 64
 
 
 class Store:
@@ -33,7 +29,7 @@ class Store:
         digest = hashlib.sha256(data).digest()
         if digest not in self._known:
             content = self._files.setdefault(file, bytearray())
-            content.extend(bytes(-len(content) % _ALIGNMENT))
+            content.extend(bytes(-len(content) % 64))
             self._known[digest] = (file, len(content))
             content.extend(data)
         return self._known[digest]
@@ -95,8 +91,8 @@ class Graph:
     def write(self, path: Path) -> None:
         """Write the graph; the store's files must be there already, since the result is checked."""
         body = helper.make_graph(self._nodes, self._name, self.inputs, self.outputs, self._constants)
-        opset = helper.make_opsetid("", _OPSET)
-        model = helper.make_model(body, opset_imports=[opset], ir_version=_IR_VERSION, producer_name="sunset")
+        opset = helper.make_opsetid("", 18)
+        model = helper.make_model(body, opset_imports=[opset], ir_version=9, producer_name="sunset")
         _write(path, model.SerializeToString(deterministic=True))
         checker.check_model(os.fspath(path))
 

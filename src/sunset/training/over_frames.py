@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from sunset import __version__
 from sunset.classes import CLASS_OF_CARLA_ID
-from sunset.data import BagReader, read_bag
+from sunset.data import read_bag
 from sunset.perception import Model, Segmenter, load_model
 from sunset.training.batches import FrameSet
 from sunset.training.spread import Arrays, keep, spread
@@ -86,12 +86,11 @@ def _opened(folder: Path, device: str, place: Path, saved: bool) -> tuple[Segmen
     """Return model and what gives the frames, opened once a process."""
     model = load_model(folder)
     if saved:
-        images = FrameSet.load(place).images
-    else:
-        images = partial(_images, read_bag(place, size=(model.card.height, model.card.width)))
+        return Segmenter(model, device=device), FrameSet.load(place).images
+    bag = read_bag(place, size=(model.card.height, model.card.width))
+
+    def images(index: int) -> Images:
+        frame = bag.frame(index)
+        return frame.rgb, frame.depth, CLASS_OF_CARLA_ID[frame.labels]
+
     return Segmenter(model, device=device), images
-
-
-def _images(bag: BagReader, index: int) -> Images:
-    frame = bag.frame(index)
-    return frame.rgb, frame.depth, CLASS_OF_CARLA_ID[frame.labels]

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 from sunset.errors import MissingExtraError
 from sunset.training.conditions import SHARPNESS, effects, signal_of
 from sunset.training.curves import BAND, Case, Curves, Figures
-from sunset.training.log_figure import save_figure
+from sunset.training.training_log import save_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -130,20 +130,19 @@ def _cures(figure: "Figure", curves: Curves) -> bool:
                 axes.barh(*zip(*bars, strict=True), height=0.4, color=color, hatch=hatch, label=label)
         axes.axvline(getattr(curves.main, name), color="black", linewidth=0.8, label="nominal")
         axes.set(xlabel=name.replace("iou", "IoU"))
-        _names(axes, cases if axes is first else [""] * len(cases))
+        _name_bars(axes, [case.name if axes is first else "" for case in cases])
     second.axvline(curves.entropy_threshold, color=_GREY, linewidth=0.8, linestyle=":", label="threshold")
     pairs = curves.pairs
     third.barh(range(len(pairs)), [case.before.iou for case in pairs], color=_FAULTY, hatch="///")
     third.axvline(curves.main.iou, color="black", linewidth=0.8)
     third.axvspan(*(share * curves.main.iou for share in BAND), color="#009E73", alpha=0.15, linewidth=0)
     third.set(xlabel="IoU with two faults")
-    _names(third, pairs)
+    _name_bars(third, [case.name for case in pairs])
     handles, labels = second.get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside upper center", ncols=len(labels), frameon=False)
     return True
 
 
-def _names(axes: "Axes", cases: Sequence[Case | str]) -> None:
-    texts = [case if isinstance(case, str) else case.name for case in cases]
+def _name_bars(axes: "Axes", texts: Sequence[str]) -> None:
     axes.set_yticks(range(len(texts)), [text.replace("_", " ").replace(" + ", "\n+ ") for text in texts])
     axes.invert_yaxis()

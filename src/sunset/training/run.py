@@ -19,9 +19,9 @@ from sunset.training.config import TrainingConfig
 from sunset.training.evaluate import Measured, measure
 from sunset.training.frames import VALIDATION_TOWN, FrameCounts, FrameSets, render_sets
 from sunset.training.inputs import HEIGHT, WIDTH
-from sunset.training.log_figure import draw_log
 from sunset.training.recalibrate import calibrate_model, version_of
 from sunset.training.report import held_out_results, training_facts
+from sunset.training.training_log import draw_log
 
 if TYPE_CHECKING:
     from torch import nn
@@ -35,8 +35,6 @@ _FINISH: Final = "finish"
 """The folder in which a model is finished when its weights are learned."""
 _KEPT: Final = "kept"
 """The folder in that one in which results of measuring are kept."""
-_COMPARED: Final = 4
-"""Frames on which exported networks are compared with torch."""
 
 
 def train(
@@ -78,8 +76,12 @@ def train(
 
     _start(start, config)  # to know before hours of work
     find_torch_device(device)
-    for folder in (out, work):
-        _check_writable(folder)
+    for folder in (out, work):  # without making them
+        there = next(path for path in (folder, *folder.absolute().parents) if path.exists())
+        try:
+            TemporaryDirectory(dir=there).cleanup()
+        except OSError as error:
+            raise OutputError(f"The training cannot write to {folder}: {error.strerror}.") from error
     check_work(config, work, resume=resume)
     sets = render_sets(counts or FrameCounts(), work / "frames", jobs=jobs, progress=progress)
     return train_on(
@@ -94,15 +96,6 @@ def train(
         compiled=compiled,
         progress=progress,
     )
-
-
-def _check_writable(folder: Path) -> None:
-    """Make sure that a folder can be written, without making it."""
-    there = next(path for path in (folder, *folder.absolute().parents) if path.exists())
-    try:
-        TemporaryDirectory(dir=there).cleanup()
-    except OSError as error:
-        raise OutputError(f"The training cannot write to {folder}: {error.strerror}.") from error
 
 
 def train_on(
@@ -237,13 +230,13 @@ def _export(
 def _errors(
     config: TrainingConfig, modules: "nn.Module", segmenter: Segmenter, frames: FrameSet
 ) -> dict[str, float]:
-    """Return by network how far logits are from torch's on a few frames, at most."""
+    """Return by network how far logits are from torch's on four frames, at most."""
     import torch  # noqa: PLC0415  an optional dependency
 
     from sunset.training.network import forward, frame_inputs  # noqa: PLC0415
 
     errors: dict[str, float] = {}
-    for index in range(min(_COMPARED, len(frames))):
+    for index in range(min(4, len(frames))):
         bgr, depth = np.array(frames.bgr[index]), np.array(frames.depth[index])
         results = frame_inputs(bgr[None], depth[None])
         with torch.no_grad():

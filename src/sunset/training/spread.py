@@ -50,12 +50,9 @@ def spread(
 
 
 def keep(work: Callable[[int], Arrays], folder: Path | None, *what: object) -> Callable[[int], Arrays]:
-    """Return work that writes each result to a file, and reads it there instead of doing the work again.
+    """Return work on numbers of frames that writes each result to a file, and reads it instead of being done again.
 
-    Args:
-        work: gets the number of a frame.
-        folder: of the files; None to do the work as it is.
-        what: everything that results depend on, by its `repr`.
+    `what` is everything that results depend on, by its `repr`. Without a folder, the work is done as it is.
     """
     if folder is None:
         return work

@@ -56,8 +56,6 @@ _UNREADABLE: Final = (
     struct.error,
 )
 """What reading a damaged checkpoint raises."""
-_VALIDATED: Final = 48
-"""Held-out frames that the log's IoU is measured on."""
 
 
 class Progress(Protocol):
@@ -71,16 +69,9 @@ class Progress(Protocol):
 class Training:
     """What all stages of a training share.
 
-    Attributes:
-        config: what to train.
-        frames: the training frames, on the device that learns.
-        digest: checksum of the training frames.
-        validation: held-out frames, which the log's IoU is measured on, on the same device.
-        class_weights: (28,), of the loss, by stage.
-        begun: the weights that the training starts from; empty for random ones.
-        origin: says which they are.
-        device: of torch.
-        compiled: whether the networks are compiled for it.
+    The frames that are learned from, with their checksum, and `validation`, on which the log's IoU is measured, are on
+    the device. Class weights (28,) are by stage. `begun` are the weights that the training starts from, empty for
+    random ones, and `origin` says which they are.
     """
 
     config: TrainingConfig
@@ -142,7 +133,7 @@ class StageRun:
         self._since = saved = time.perf_counter()
         with held_signals() as raise_signal:
             while self._step < schedule.steps:
-                self._learn(self._batch())
+                self._learn()
                 last = self._step == schedule.steps
                 if self._step % schedule.log_every == 0 or last:
                     note = self._log()
@@ -157,21 +148,16 @@ class StageRun:
                     self._save()
                     saved = time.perf_counter()
 
-    def _batch(self) -> Batch:
-        """Return the batch of the next step."""
-        size = self._stage.schedule.phase(self._step).batch
-        frames = self._training.frames
-        return frames.batch(draw(len(frames), size, self._config.seed, self._number()))
-
     def _number(self) -> int:
         """Return the number of the next step's batch."""
         distinct = self._stage.schedule.distinct
         return self._step if distinct is None else self._step % distinct
 
-    def _learn(self, batch: Batch) -> None:
+    def _learn(self) -> None:
         """Take one step, without waiting for the device."""
-        schedule = self._stage.schedule
+        schedule, frames = self._stage.schedule, self._training.frames
         phase = schedule.phase(self._step)
+        batch = frames.batch(draw(len(frames), phase.batch, self._config.seed, self._number()))
         self.modules.train()
         for module in self.modules.modules():
             if isinstance(module, nn.BatchNorm2d):
@@ -260,11 +246,11 @@ class StageRun:
         return results
 
     def _iou(self) -> dict[str, float]:
-        """Return the mean over held-out frames of each network's IoU, at the present phase's stride."""
+        """Return the mean over 48 held-out frames of each network's IoU, at the present phase's stride."""
         self.modules.eval()
         frames = self._training.validation
         stride = self._stage.schedule.phase(self._step - 1).output_stride
-        known = np.linspace(0, len(frames) - 1, min(_VALIDATED, len(frames))).astype(int)
+        known = np.linspace(0, len(frames) - 1, min(48, len(frames))).astype(int)
         ious: dict[str, list[float]] = {name: [] for name in self._stage.learned}
         for indices in np.array_split(known, math.ceil(len(known) / 8)):
             batch = frames.plain(indices)

@@ -42,21 +42,13 @@ AXES: Final[Mapping[str, Sequence[Any]]] = MappingProxyType(
 """What views differ in, the fields of `Setting`, and their values in order."""
 
 _SEED: Final = 7
-_PERIOD_NS: Final = 100_000_000
 
 Counts = npt.NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True)
 class Setting:
-    """How a view is taken.
-
-    Attributes:
-        height: above the ground in metres, to 10 %.
-        angle: below the horizon in degrees, to 3.
-        time: of day.
-        weather: of `WEATHERS`.
-    """
+    """How a view is taken: height above the ground in metres, to 10 %, and angle below the horizon in degrees, to 3."""
 
     height: float
     angle: float
@@ -66,12 +58,7 @@ class Setting:
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """A column of the tables: one network.
-
-    Attributes:
-        model: the model's name, with its version where two have the same.
-        modality: of the network.
-    """
+    """A column of the tables: one network of a model, by name, with its version where two have the same."""
 
     model: str
     modality: Modality
@@ -84,9 +71,8 @@ class Entry:
 class Measured:
     """What networks made of some frames.
 
-    Attributes:
-        counts: (N, networks, 3, 28): pixels of each class in both prediction and truth, in the prediction, and
-            in the truth, of every frame.
+    Counts (N, networks, 3, 28) are the pixels of each class in both prediction and truth, in the prediction, and in
+    the truth, of every frame.
     """
 
     counts: Counts
@@ -120,13 +106,9 @@ class Measured:
 
 @dataclass(frozen=True, slots=True)
 class IouTables:
-    """Everything that `measure_iou` found.
+    """Everything that `measure_iou` found: by network, on the default flight and views of the held-out towns.
 
-    Attributes:
-        networks: the columns.
-        views: of each held-out town, by its number; frames are those of `settings`.
-        flight: the default flight.
-        settings: of the views.
+    Towns are by their numbers; the views of each are those of the settings.
     """
 
     networks: tuple[Entry, ...]
@@ -247,7 +229,7 @@ def _views_bag(
         f"views-town{town}",
         facts,
         lambda: spread(work, range(len(taken)), jobs=jobs, progress=progress),
-        [index * _PERIOD_NS for index in range(len(taken))],
+        [index * 100_000_000 for index in range(len(taken))],
     )
 
 

@@ -1,6 +1,6 @@
 """Tables of IoU as Markdown and as rows, and whether they bear out what the project claims."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from typing import Final
 
 import numpy as np
@@ -11,8 +11,6 @@ from sunset.tables import markdown_table
 from sunset.texts import csv_text
 from sunset.training.tables import AXES, Entry, IouTables, Measured
 
-_OVER_RGB: Final = 0.01
-_OVER_DEPTH: Final = 0.05
 _COMMON: Final = 0.005
 _LEARNED: Final = 0.3
 
@@ -23,27 +21,24 @@ def iou_markdown(tables: IouTables) -> str:
     parts = [
         f"# IoU on frames that no network was trained on\n\nFrames: {frames}.",
         "## Mean over frames\n\nOf each frame, the mean IoU over the classes in its prediction or truth.\n\n"
-        + _means(tables, tables.places(), per_image=True),
+        + _means(tables, tables.places(), Measured.per_image),
         "## Of all frames together\n\nThe mean over classes of the IoU of all frames' pixels (mIoU).\n\n"
-        + _means(tables, tables.places(), per_image=False),
+        + _means(tables, tables.places(), Measured.dataset),
     ]
     for axis in AXES:
         text = f"## By {axis}\n\nViews of the held-out towns, mean over frames.\n\n"
-        parts.append(text + _means(tables, tables.along(axis), per_image=True))
+        parts.append(text + _means(tables, tables.along(axis), Measured.per_image))
     for name, measured in tables.places().items():
         parts.append(f"## By class: {name}\n\n" + _classes(tables, measured))
     parts.append("## Claims\n\n" + "\n".join(f"- {line}" for line in claims(tables)))
     return "\n\n".join(parts) + "\n"
 
 
-def _means(tables: IouTables, rows: dict[str, Measured], *, per_image: bool) -> str:
-    lines = {
-        name: measured.per_image() if per_image else measured.dataset() for name, measured in rows.items()
-    }
+def _means(tables: IouTables, rows: dict[str, Measured], mean: Callable[[Measured], Iterable[float]]) -> str:
     return markdown_table(
         [
             ["", "frames", *map(str, tables.networks)],
-            *([name, str(len(rows[name])), *map(_cell, values)] for name, values in lines.items()),
+            *([name, str(len(measured)), *map(_cell, mean(measured))] for name, measured in rows.items()),
         ]
     )
 
@@ -69,7 +64,7 @@ def claims(tables: IouTables) -> Iterator[str]:
         means = dict(zip(tables.networks, measured.per_image(), strict=True))
         for entry, value in means.items():
             if entry.modality is Modality.FUSION:
-                for modality, least in ((Modality.RGB, _OVER_RGB), (Modality.DEPTH, _OVER_DEPTH)):
+                for modality, least in ((Modality.RGB, 0.01), (Modality.DEPTH, 0.05)):
                     other = means.get(Entry(entry.model, modality))
                     if other is not None:
                         yield (

@@ -1,11 +1,88 @@
-"""The log of a training: a line of JSON every few steps."""
+"""The log of a training, a line of JSON every few steps, and its figure: loss and IoU by step."""
 
 import json
 import math
 from collections.abc import Sequence
+from importlib.util import find_spec
+from itertools import cycle
 from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
 
-from sunset.errors import DataError
+from sunset.errors import DataError, MissingExtraError, OutputError
+from sunset.input_files import read_text
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+_NO_LOSSES: Final = frozenset({"step", "learning_rate", "seconds", "iou"})
+_COLOURS: Final = ("#0072B2", "#D55E00", "#009E73", "#CC79A7")  # Okabe and Ito's
+
+
+def draw_log(log: Path, png: Path) -> None:
+    """Draw the loss and the IoU on held-out frames, by step, for each network in a training's log.
+
+    The log is `log.jsonl` of a stage of a training, finished or not.
+
+    Raises:
+        MissingExtraError: matplotlib is not installed.
+        DataError: there is no such log, or the file is not one.
+        OutputError: the figure cannot be written.
+    """
+    if find_spec("matplotlib") is None:
+        raise MissingExtraError(
+            "The curves of a training need matplotlib, not installed: pip install 'sunset-exemplar[plots]'."
+        )
+    from matplotlib.figure import Figure  # noqa: PLC0415  an optional extra
+
+    lines = _read(log)
+    figure = Figure(figsize=(8, 3), layout="constrained")
+    losses, ious = figure.subplots(1, 2)
+    names = [name for name in lines[0] if name not in _NO_LOSSES]
+    measured = [line for line in lines if "iou" in line]
+    for name, colour, dashes in zip(names, cycle(_COLOURS), cycle(("-", "--", "-.", ":")), strict=False):
+        style = {"color": colour, "linestyle": dashes, "label": name, "linewidth": 1.2}
+        steps = [(line["step"], line[name]) for line in lines]
+        losses.plot(*zip(*steps, strict=True), **style)
+        held_out = [(line["step"], line["iou"][name]) for line in measured if name in line["iou"]]
+        if held_out:
+            ious.plot(*zip(*held_out, strict=True), marker=".", **style)
+    for axes, title in ((losses, "loss on training frames"), (ious, "IoU on held-out frames")):
+        axes.set_title(title, fontsize=10)
+        axes.set_xlabel("step")
+        axes.set_ylim(bottom=0)
+        axes.grid(linewidth=0.4, alpha=0.5)
+        axes.spines[["top", "right"]].set_visible(False)
+    losses.legend(frameon=False)
+    save_figure(figure, png, dpi=120)
+
+
+def save_figure(figure: "Figure", path: Path, **options: Any) -> None:
+    """Write a figure as PNG, all of it or nothing; `options` are of matplotlib's `savefig`.
+
+    Raises:
+        OutputError: the file cannot be written.
+    """
+    draft = path.with_name(f".{path.name}.part")
+    try:
+        figure.savefig(draft, format="png", **options)
+        draft.replace(path)
+    except OSError as error:
+        draft.unlink(missing_ok=True)
+        raise OutputError(f"The figure {path} cannot be written: {error.strerror}.") from error
+
+
+def _read(log: Path) -> list[dict[str, Any]]:
+    try:
+        lines = [json.loads(line) for line in read_text(log).splitlines()]
+    except OSError as error:
+        raise DataError(f"The training log {log} cannot be read: {error.strerror}.") from error
+    except ValueError as error:
+        raise DataError(f"The training log {log} is none: a line is no JSON ({error}).") from error
+    if not lines or not all(isinstance(line, dict) and "step" in line for line in lines):
+        raise DataError(
+            f"The training log {log} must have lines with a step each, as a training writes them."
+        )
+    return lines
 
 
 def truncate_log(path: Path, step: int, learned: Sequence[str]) -> None:

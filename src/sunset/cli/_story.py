@@ -27,7 +27,7 @@ _Event = tuple[float, str, str]
 _REPEATING: Final = frozenset({"log", "adaptation"})
 
 _UNBOUNDED: Final = 100_000
-"""Columns of a line that nobody wraps."""
+"""Columns of a line that is not wrapped."""
 
 
 def print_story(result: StoredRun) -> None:

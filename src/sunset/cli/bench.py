@@ -12,7 +12,6 @@ from sunset.cli._options import (
     add_middleware_options,
     add_run_options,
     campaign,
-    run_settings,
 )
 from sunset.cli._progress import progress_bar, rendering_progress
 from sunset.cli.report import print_report
@@ -48,8 +47,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> None:
     """Run the campaign, and print the table."""
-    settings = run_settings(arguments, middleware=arguments.middleware, speed=arguments.rate)
-    spec = campaign(arguments, settings, references=arguments.references)
+    spec = campaign(arguments, references=arguments.references)
     runs = plan(spec)
     with rendering_progress() as progress:
         prepare(runs[0], progress=progress)

@@ -47,7 +47,7 @@ def execute(arguments: argparse.Namespace) -> None:
         scenario=load_scenario(arguments.scenario),
         manager=arguments.manager,
         seed=arguments.seed,
-        settings=run_settings(arguments, middleware=arguments.middleware, speed=arguments.rate),
+        settings=run_settings(arguments),
     )
     with rendering_progress() as progress:
         prepare(spec, progress=progress)

@@ -47,7 +47,7 @@ def timeline(
     message's time is when it left its publisher, an injection's and a command's is their stamp. A frame's
     is when its true segmentation left the bag, so that it belongs to the moment at which the picture was
     taken, however late it was evaluated; where the record lacks that, when it was evaluated. Commands from before the
-    first frame are left out: the system was being brought up, and what was done to it then is held against nobody.
+    first frame are left out: the system was being brought up, and what was done to it then does not count.
 
     Args:
         messages: those on topics that are not among `measured_topics()` do not matter.

@@ -33,7 +33,7 @@ class Document:
         source: the file's name, for messages.
 
     Raises:
-        ScenarioError: it is no YAML, or empty.
+        ScenarioError: it is not valid YAML, or empty.
     """
 
     def __init__(self, text: str, source: str) -> None:
@@ -45,12 +45,12 @@ class Document:
             mark = error.problem_mark or error.context_mark
             line = f", line {mark.line + 1}" if mark else ""
             problem = error.problem or error.context or "it cannot be parsed"
-            raise ScenarioError(f"{source}{line}: this is no valid YAML: {problem}.") from error
+            raise ScenarioError(f"{source}{line}: this is not valid YAML: {problem}.") from error
         except yaml.YAMLError as error:
             reason = str(error).splitlines()[0]
-            raise ScenarioError(f"{source}: this is no valid YAML: {reason}.") from error
+            raise ScenarioError(f"{source}: this is not valid YAML: {reason}.") from error
         except RecursionError as error:
-            raise ScenarioError(f"{source}: this is no scenario: it is nested too deeply.") from error
+            raise ScenarioError(f"{source}: this is not a scenario: it is nested too deeply.") from error
         if node is None:
             raise ScenarioError(f"{source} is empty; a scenario has a name and a list of faults.")
         self.root = Item(self, node)
@@ -116,7 +116,7 @@ class Item:
             try:
                 value = self._document.loader.construct_object(self._node)
             except (yaml.YAMLError, *MALFORMED_YAML) as error:
-                raise self.error(f"{self._node.value!r} is no value that a fault can have.") from error
+                raise self.error(f"{self._node.value!r} is not a value that a fault can have.") from error
             if is_ambiguous(self._node.value, value):
                 raise self.error(
                     f"{self._node.value!r} would be {value!r}, by a rule of YAML 1.1; write a number in decimal digits "

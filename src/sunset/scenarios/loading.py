@@ -105,7 +105,7 @@ def parse_scenario(text: str, source: str) -> Scenario:
         source: where it comes from, for messages; its stem names a scenario of the published format.
 
     Raises:
-        ScenarioError: it is no YAML or no scenario; the message names source and line.
+        ScenarioError: it is not valid YAML or not a scenario; the message names source and line.
     """
     root = Document(text, source).root
     return _published(root, source) if root.is_list else _ours(root)
@@ -119,7 +119,7 @@ def _from_file(path: Path) -> Scenario:
     try:
         text = raw.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        raise ScenarioError(f"The scenario {path} is no text in UTF-8 (byte {error.start}).") from error
+        raise ScenarioError(f"The scenario {path} is not text in UTF-8 (byte {error.start}).") from error
     return parse_scenario(text, str(path))
 
 

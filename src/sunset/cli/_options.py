@@ -8,10 +8,10 @@ from typing import cast
 from sunset.api import Options
 from sunset.api.options import names_of, settings_of
 from sunset.cli._parser import at_least_one
-from sunset.experiments import BenchSpec, Settings
+from sunset.experiments import BenchSpec, RunSpec, Settings
 from sunset.perception import DEVICES
 from sunset.rmw.backends import BACKENDS, SIMULATED
-from sunset.scenarios import suite_names
+from sunset.scenarios import load_scenario, suite_names
 from sunset.system import DURATION_S
 
 
@@ -54,6 +54,16 @@ def campaign(arguments: argparse.Namespace, *, references: bool) -> BenchSpec:
         references=references,
         managers=names_of(arguments.managers, "managing systems"),
         repetitions=arguments.repetitions,
+        seed=arguments.seed,
+        settings=run_settings(arguments),
+    )
+
+
+def run_spec(arguments: argparse.Namespace) -> RunSpec:
+    """Return the run that the arguments `scenario`, `manager` and `seed` and the options of runs describe."""
+    return RunSpec(
+        scenario=load_scenario(arguments.scenario),
+        manager=arguments.manager,
         seed=arguments.seed,
         settings=run_settings(arguments),
     )

@@ -121,8 +121,8 @@ def read_run(folder: Path) -> RunRecord:
     """Return what `run.json` of a record says.
 
     Raises:
-        RecordError: the folder is not a complete record, `run.json` is damaged, lacks something, has something else in its
-            place, or is of another version.
+        RecordError: the folder is not a complete record, or `run.json` is damaged, does not fit the schema, or is of
+            another version.
     """
     file = Path(folder) / RUN_FILE
     missing = f"{folder} is not a complete record: {RUN_FILE} is missing."
@@ -209,7 +209,7 @@ def read_plan(folder: Path) -> CampaignPlan:
     """Return what `bench.json` of a campaign's folder says.
 
     Raises:
-        RecordError: it is missing, damaged, lacks something, has something else in its place, or is of another version.
+        RecordError: it is missing or damaged, does not fit the schema, or is of another version.
     """
     file = folder / PLAN_FILE
     content = read_json(file, "The campaign's plan", RecordError)

@@ -120,17 +120,16 @@ def start_of(log: Sequence[RecordedMessage]) -> int:
 
 
 def _samples(diagnostics: Sequence[RecordedMessage], node: str, key: str, start_ns: int) -> Samples:
-    times: list[float] = []
-    values: list[float] = []
-    for recorded in diagnostics:
-        for status in content_of(recorded, DiagnosticArray).status:
-            if status.hardware_id != node:
-                continue
-            for pair in status.values:
-                if pair.key == key:
-                    times.append(_seconds(recorded.time_ns, start_ns))
-                    values.append(_number(pair.value, node, key))
-    return Samples(np.array(times, dtype=np.float64), np.array(values, dtype=np.float64))
+    found = [
+        (_seconds(recorded.time_ns, start_ns), _number(pair.value, node, key))
+        for recorded in diagnostics
+        for status in content_of(recorded, DiagnosticArray).status
+        if status.hardware_id == node
+        for pair in status.values
+        if pair.key == key
+    ]
+    times, values = np.array(found, dtype=np.float64).reshape(len(found), 2).T.copy()
+    return Samples(times, values)
 
 
 def _number(text: str, node: str, key: str) -> float:

@@ -79,9 +79,9 @@ def add_format_options(
     )
 
 
-def add_jobs_option(parser: argparse.ArgumentParser, text: str) -> None:
-    """Add what says how many processes or threads work."""
-    parser.add_argument("--jobs", type=at_least_one, metavar="N", help=text)
+def add_count_option(parser: argparse.ArgumentParser, name: str, text: str) -> None:
+    """Add an option that takes a whole number of at least 1."""
+    parser.add_argument(name, type=at_least_one, metavar="N", help=text)
 
 
 def add_model_options(parser: argparse.ArgumentParser) -> None:

@@ -8,8 +8,8 @@ from pathlib import Path
 
 from sunset.cli._options import (
     add_campaign_options,
+    add_count_option,
     add_format_options,
-    add_jobs_option,
     add_rate_option,
     add_run_options,
     campaign,
@@ -31,8 +31,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_campaign_options(parser, suite="artifact", managers="baseline", repetitions=1, what="pairs")
     add_run_options(parser)
     add_rate_option(parser, "seconds of /clock in a second of the live runs")
-    add_jobs_option(
-        parser, "worker processes of the simulation (default: one a core); live runs take place one at a time"
+    add_count_option(
+        parser,
+        "--jobs",
+        "worker processes of the simulation (default: one a core); live runs take place one at a time",
     )
     parser.set_defaults(middleware=LIVE)
     parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder of the results")

@@ -7,8 +7,8 @@ from pathlib import Path
 
 from sunset.cli._options import (
     add_campaign_options,
+    add_count_option,
     add_format_options,
-    add_jobs_option,
     add_middleware_options,
     add_run_options,
     campaign,
@@ -40,7 +40,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_run_options(parser)
     add_middleware_options(parser)
-    add_jobs_option(parser, "worker processes (default: one a core; live: 1)")
+    add_count_option(parser, "--jobs", "worker processes (default: one a core; live: 1)")
     parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder of the results")
     add_format_options(parser, FORMATS, "how the table is printed")
 

@@ -67,12 +67,7 @@ class Timing:
     @property
     def frames(self) -> int:
         """How many frames the bag player publishes: warm-up and experiment."""
-        return self.warm_up_frames + self.expected_frames
-
-    @property
-    def warm_up_frames(self) -> int:
-        """How many frames are played before the injection."""
-        return round(self.warm_up_s / self.period_s)
+        return round(self.warm_up_s / self.period_s) + self.expected_frames
 
     @property
     def expected_frames(self) -> int:

@@ -7,7 +7,7 @@ from typing import Final
 from sunset.errors import ScenarioError
 from sunset.input_files import read_bytes
 from sunset.names import base_name
-from sunset.scenarios._document import Document, Item
+from sunset.scenarios._document import Item, parse_yaml
 from sunset.scenarios._published import IGNORED_KEYS, REQUIRED_KEYS, translate
 from sunset.scenarios.schema import Scenario, ScenarioFault, parse_fault
 from sunset.scenarios.suites import scenario_names, suite, suite_names
@@ -107,7 +107,7 @@ def parse_scenario(text: str, source: str) -> Scenario:
     Raises:
         ScenarioError: it is not valid YAML or not a scenario; the message names source and line.
     """
-    root = Document(text, source).root
+    root = parse_yaml(text, source)
     return _published(root, source) if root.is_list else _ours(root)
 
 
@@ -133,11 +133,7 @@ def _ours(root: Item) -> Scenario:
 
 
 def _fault(item: Item) -> ScenarioFault:
-    if item.is_scalar:
-        name = item.text()
-        with item.located():
-            return ScenarioFault(name)
-    fields = item.mapping(required=("name",), optional=("value",))
+    fields = {"name": item} if item.is_scalar else item.mapping(required=("name",), optional=("value",))
     name = fields["name"].text()
     value = fields["value"].value() if "value" in fields else None
     with item.located():

@@ -62,7 +62,7 @@ def test_a_run_that_was_kept_is_opened_again(tmp_path: Path) -> None:
     assert isinstance(again, sunset.Run)
     assert (again.record, again.metrics) == (run.record, run.metrics)
     assert read_messages(tmp_path / "run")
-    with pytest.raises(RecordError, match="is no complete record"):
+    with pytest.raises(RecordError, match="is not a complete record"):
         read_messages(tmp_path)
 
 

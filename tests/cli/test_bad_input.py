@@ -38,7 +38,7 @@ SCENARIOS: dict[str, tuple[str | bytes, str]] = {
     "text for a number": ("name: x\nfaults: [{name: image_shift, value: wide}]", "wide"),
     "a value that its tag does not fit": (
         "name: x\nfaults: [{name: image_shift, value: !!bool x}]",
-        "no value",
+        "is not a value",
     ),
     "a published infinity": (
         "- {name: image_shift, target_node: /x/sensor_fusion, type: parameter_adaptation, value: .inf}",

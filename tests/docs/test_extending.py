@@ -1,4 +1,4 @@
-"""The extensions of the page are flown, seen, cured, scored and computed again, in the simulation and live."""
+"""The extensions of the page are run, seen, cured, scored and computed again, in the simulation and live."""
 
 import json
 from pathlib import Path
@@ -27,7 +27,7 @@ def page(flight: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         Path(name).write_text(source, encoding="utf-8")
 
 
-def flown(*words: str, capsys: pytest.CaptureFixture[str]) -> dict[str, object]:
+def run_summary(*words: str, capsys: pytest.CaptureFixture[str]) -> dict[str, object]:
     assert main(["run", *words, "--json"]) == 0
     summary: dict[str, object] = json.loads(capsys.readouterr().out)
     return summary
@@ -35,14 +35,16 @@ def flown(*words: str, capsys: pytest.CaptureFixture[str]) -> dict[str, object]:
 
 @pytest.mark.usefixtures("page")
 def test_its_fault_is_injected_seen_cured_and_scored(capsys: pytest.CaptureFixture[str]) -> None:
-    words = ("--extension", "altimeter.py", *SHORT, "--out", "flown")
-    summary = flown("heights/altimeter_drift", "--manager", "levelling.py:Levelling", *words, capsys=capsys)
+    words = ("--extension", "altimeter.py", *SHORT, "--out", "drift")
+    summary = run_summary(
+        "heights/altimeter_drift", "--manager", "levelling.py:Levelling", *words, capsys=capsys
+    )
     metrics = summary["metrics"]
     assert isinstance(metrics, dict)
     assert summary["valid"]
     assert (metrics["episodes"], metrics["episodes_resolved"], metrics["redeploys_unnecessary"]) == (1, 1, 0)
 
-    assert main(["report", "flown", "--extension", "altimeter.py"]) == 0
+    assert main(["report", "drift", "--extension", "altimeter.py"]) == 0
     told = capsys.readouterr().out
     assert "altimeter_drift: The altimeter shows more than the height." in told
     assert "F6 height over 500 m" in told
@@ -55,8 +57,8 @@ def test_its_fault_is_injected_seen_cured_and_scored(capsys: pytest.CaptureFixtu
 
 @pytest.mark.usefixtures("page")
 def test_without_a_cure_its_failure_stays(capsys: pytest.CaptureFixture[str]) -> None:
-    words = ("--extension", "altimeter.py", *SHORT, "--out", "flown")
-    summary = flown("altimeter_drift=600", "--manager", "none", *words, capsys=capsys)
+    words = ("--extension", "altimeter.py", *SHORT, "--out", "drift")
+    summary = run_summary("altimeter_drift=600", "--manager", "none", *words, capsys=capsys)
     metrics = summary["metrics"]
     assert isinstance(metrics, dict)
     assert (metrics["episodes"], metrics["episodes_unresolved"]) == (1, 1)
@@ -64,8 +66,8 @@ def test_without_a_cure_its_failure_stays(capsys: pytest.CaptureFixture[str]) ->
 
 @pytest.mark.usefixtures("page")
 def test_a_record_names_the_extensions_that_it_needs(capsys: pytest.CaptureFixture[str]) -> None:
-    flown("nofault", "--extension", "altimeter.py", *SHORT, "--out", "with", capsys=capsys)
-    flown("nofault", *SHORT, "--out", "without", capsys=capsys)
+    run_summary("nofault", "--extension", "altimeter.py", *SHORT, "--out", "with", capsys=capsys)
+    run_summary("nofault", *SHORT, "--out", "without", capsys=capsys)
 
     assert main(["report", "with"]) == 2
     assert "was made with the extension altimeter.py: name it with --extension" in capsys.readouterr().err
@@ -97,10 +99,10 @@ def test_a_fault_of_a_node_that_is_there_shows_and_is_cured(capsys: pytest.Captu
         "            self.restart('camera')\n",
         encoding="utf-8",
     )
-    words = ("--extension", "dirt.py", *SHORT, "--out", "flown")
-    flown("lens_dirt", "--manager", "cleaning.py:Cleaning", *words, capsys=capsys)
+    words = ("--extension", "dirt.py", *SHORT, "--out", "drift")
+    run_summary("lens_dirt", "--manager", "cleaning.py:Cleaning", *words, capsys=capsys)
 
-    assert main(["report", "flown", "--extension", "dirt.py"]) == 0
+    assert main(["report", "drift", "--extension", "dirt.py"]) == 0
     told = capsys.readouterr().out
     assert "lens_dirt: The camera's lens is dirty." in told
     assert "F5 camera images are sharp again" in told
@@ -108,7 +110,7 @@ def test_a_fault_of_a_node_that_is_there_shows_and_is_cured(capsys: pytest.Captu
 
 @pytest.mark.thorough
 @pytest.mark.usefixtures("page")
-def test_its_suite_is_flown_as_a_campaign_and_recomputed(capsys: pytest.CaptureFixture[str]) -> None:
+def test_its_suite_is_run_as_a_campaign_and_recomputed(capsys: pytest.CaptureFixture[str]) -> None:
     words = ("--suite", "heights", "--managers", "none,Level=levelling.py:Levelling", "--repetitions", "1")
     extension = ("--extension", "altimeter.py")
     bench = ["bench", *words, "--no-references", *SHORT, *extension, "--out", "campaign", "--jobs", "2"]
@@ -134,14 +136,14 @@ def test_a_managing_system_for_it_is_checked(capsys: pytest.CaptureFixture[str])
 @pytest.mark.thorough
 @pytest.mark.xdist_group("live")
 @pytest.mark.usefixtures("page")
-def test_it_is_flown_live(capsys: pytest.CaptureFixture[str]) -> None:
-    words = ("--extension", "altimeter.py", "--duration", "8", "--out", "flown", "--middleware", "cyclonedds")
-    summary = flown("altimeter_drift", "--manager", "levelling.py:Levelling", *words, capsys=capsys)
+def test_it_is_run_live(capsys: pytest.CaptureFixture[str]) -> None:
+    words = ("--extension", "altimeter.py", "--duration", "8", "--out", "drift", "--middleware", "cyclonedds")
+    summary = run_summary("altimeter_drift", "--manager", "levelling.py:Levelling", *words, capsys=capsys)
     metrics = summary["metrics"]
     assert isinstance(metrics, dict)
     assert metrics["episodes_resolved"] >= 1
 
-    assert main(["report", "flown", "--extension", "altimeter.py"]) == 0
+    assert main(["report", "drift", "--extension", "altimeter.py"]) == 0
     assert "F6 the height is plausible again" in capsys.readouterr().out
 
 

@@ -53,7 +53,7 @@ def test_the_timeline_of_a_record_is_that_of_its_writer(tmp_path: Path, rows: li
 
 @pytest.mark.parametrize("read", [read_run, *READERS])
 def test_a_folder_that_is_no_record_is_refused(tmp_path: Path, read: Callable[[Path], object]) -> None:
-    with pytest.raises(RecordError, match=r"is no complete record: run\.json is missing"):
+    with pytest.raises(RecordError, match=r"is not a complete record: run\.json is missing"):
         read(tmp_path / "nothing")
 
 

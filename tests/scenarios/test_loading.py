@@ -135,8 +135,8 @@ def test_an_unknown_name_is_answered_with_the_suites(name: str) -> None:
     [
         ("", "is empty"),
         ("# only a comment\n", "is empty"),
-        ("name: [unclosed", "line 1: this is no valid YAML"),
-        ("name: a\nfaults:\n  - name: b\n   value: 2\n", "line 4: this is no valid YAML"),
+        ("name: [unclosed", "line 1: this is not valid YAML"),
+        ("name: a\nfaults:\n  - name: b\n   value: 2\n", "line 4: this is not valid YAML"),
         ("name: a\n", "the key 'faults' is missing"),
         ("name: a\nfaults: []\ncolour: red\n", "line 3: the key 'colour' is not known here"),
         ("name: a\nname: b\nfaults: []\n", "line 2: the key 'name' is given twice"),
@@ -151,7 +151,10 @@ def test_an_unknown_name_is_answered_with_the_suites(name: str) -> None:
             "name: a\nfaults:\n- name: image_shift\n  value: -4\n",
             "line 3: The value of the fault image_shift",
         ),
-        ("name: a\nfaults:\n- name: image_shift\n  value: 2026-11-31\n", "line 4: '2026-11-31' is no value"),
+        (
+            "name: a\nfaults:\n- name: image_shift\n  value: 2026-11-31\n",
+            "line 4: '2026-11-31' is not a value",
+        ),
         (
             "name: a\nfaults: [gpu_failure, gpu_failure]\n",
             "line 1: Scenario a has the fault gpu_failure twice",
@@ -161,8 +164,8 @@ def test_an_unknown_name_is_answered_with_the_suites(name: str) -> None:
         ("- name: image_shift\n", "line 1: the key 'target_node' is missing"),
         ("[" * 5000, "nested too deeply"),
         ("a: &a [*a]\n? *a\n: 1\n", "line 1"),
-        ("name: a\n---\nname: b\n", "no valid YAML"),
-        ("name: \x01\n", "no valid YAML"),
+        ("name: a\n---\nname: b\n", "not valid YAML"),
+        ("name: \x01\n", "not valid YAML"),
     ],
 )
 def test_a_bad_file_is_answered_with_the_file_and_the_line(tmp_path: Path, text: str, said: str) -> None:
@@ -206,7 +209,7 @@ def test_a_file_that_is_missing_a_folder_or_no_text_is_refused(tmp_path: Path) -
         load_scenario(folder)
     binary = tmp_path / "binary.yaml"
     binary.write_bytes(b"name: \xff\xfe")
-    with pytest.raises(ScenarioError, match="no text in UTF-8"):
+    with pytest.raises(ScenarioError, match="not text in UTF-8"):
         load_scenario(binary)
     large = tmp_path / "large.yaml"
     large.write_bytes(b"#" * 1_000_001)

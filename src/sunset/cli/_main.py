@@ -20,8 +20,6 @@ _SIGNALLED: Final = 128
 
 _QUICK_S: Final = 0.4
 
-_UP: Final = "up"
-
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line.
@@ -37,7 +35,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     verb = next(iter(arguments), "")
     if isinstance(sys.stdout, TextIOWrapper):  # some terminals have no arrows
         sys.stdout.reconfigure(errors="replace")
-    with started_ahead("sunset.harness.node_process") if verb == _UP else nullcontext():
+    with started_ahead("sunset.harness.node_process") if verb == "up" else nullcontext():
         return _execute(verb, arguments)
 
 

@@ -5,7 +5,7 @@ import os
 import sys
 from pathlib import Path
 
-from sunset.cli._options import add_device_option, add_jobs_option
+from sunset.cli._options import add_count_option, add_device_option
 from sunset.cli._progress import stages_progress
 from sunset.experiments.resources import missing_networks
 from sunset.perception import find_device, load_model
@@ -31,7 +31,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="DIR",
         help="a new folder for a calibrated copy (default: change the model)",
     )
-    add_jobs_option(parser, "processes; no influence on results (default: one a core)")
+    add_count_option(parser, "--jobs", "processes; no influence on results (default: one a core)")
     add_device_option(parser)
 
 

@@ -6,7 +6,7 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
-from sunset.cli._options import add_device_option, add_jobs_option
+from sunset.cli._options import add_count_option, add_device_option
 from sunset.cli._parser import at_least_one
 from sunset.cli._progress import progress_bar, rendering_progress
 from sunset.data import DEFAULT_FLIGHT, flight_bag
@@ -44,7 +44,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="FAULT=STRENGTH",
         help="measure at this strength instead of that of the suites; may be repeated",
     )
-    add_jobs_option(parser, "processes; no influence on results (default: one a core)")
+    add_count_option(parser, "--jobs", "processes; no influence on results (default: one a core)")
     add_device_option(parser)
     parser.add_argument("--json", action="store_true", help="print one JSON object")
 

@@ -5,8 +5,7 @@ import json
 from functools import partial
 from pathlib import Path
 
-from sunset.cli._options import add_device_option, add_jobs_option
-from sunset.cli._parser import at_least_one
+from sunset.cli._options import add_count_option, add_device_option
 from sunset.cli._progress import stages_progress
 from sunset.experiments.files import make_folder, write_text
 from sunset.perception import list_models, load_model
@@ -23,14 +22,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "models", nargs="*", metavar="MODEL", help="names or folders (default: all that are installed)"
     )
-    parser.add_argument(
+    add_count_option(
+        parser,
         "--frames",
-        type=at_least_one,
-        metavar="N",
-        help=f"views of each town and frames of the flight (default: {VIEWS}, and the whole flight)",
+        f"views of each town and frames of the flight (default: {VIEWS}, and the whole flight)",
     )
     parser.add_argument("--out", type=Path, metavar="DIR", help="receives iou.md and iou.csv")
-    add_jobs_option(parser, "processes; no influence on results (default: one a core)")
+    add_count_option(parser, "--jobs", "processes; no influence on results (default: one a core)")
     add_device_option(parser)
     parser.add_argument("--json", action="store_true", help="print one JSON object")
 

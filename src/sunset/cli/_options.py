@@ -3,18 +3,16 @@
 import argparse
 from collections.abc import Sequence
 from pathlib import Path
+from typing import cast
 
+from sunset.api import Options
+from sunset.api.options import names_of, settings_of
 from sunset.cli._parser import at_least_one
-from sunset.experiments import BenchSpec, Settings, Timing
+from sunset.experiments import BenchSpec, RunSpec, Settings
 from sunset.perception import DEVICES
 from sunset.rmw.backends import BACKENDS, SIMULATED
-from sunset.scenarios import suite_names
+from sunset.scenarios import load_scenario, suite_names
 from sunset.system import DURATION_S
-
-
-def names(text: str) -> tuple[str, ...]:
-    """Parse names that are separated by commas."""
-    return tuple(name.strip() for name in text.split(",") if name.strip())
 
 
 def add_campaign_options(
@@ -48,16 +46,26 @@ def add_campaign_options(
     parser.add_argument("--seed", type=int, default=1, metavar="N", help="seed of the first repetition")
 
 
-def campaign(arguments: argparse.Namespace, settings: Settings, *, references: bool) -> BenchSpec:
-    """Return the campaign that the options of `add_campaign_options` describe."""
+def campaign(arguments: argparse.Namespace, *, references: bool) -> BenchSpec:
+    """Return the campaign that the options of `add_campaign_options` and those of its runs describe."""
     return BenchSpec(
         suite=arguments.suite,
-        scenarios=names(arguments.scenarios),
+        scenarios=names_of(arguments.scenarios, "scenarios"),
         references=references,
-        managers=names(arguments.managers),
+        managers=names_of(arguments.managers, "managing systems"),
         repetitions=arguments.repetitions,
         seed=arguments.seed,
-        settings=settings,
+        settings=run_settings(arguments),
+    )
+
+
+def run_spec(arguments: argparse.Namespace) -> RunSpec:
+    """Return the run that the arguments `scenario`, `manager` and `seed` and the options of runs describe."""
+    return RunSpec(
+        scenario=load_scenario(arguments.scenario),
+        manager=arguments.manager,
+        seed=arguments.seed,
+        settings=run_settings(arguments),
     )
 
 
@@ -71,9 +79,9 @@ def add_format_options(
     )
 
 
-def add_jobs_option(parser: argparse.ArgumentParser, text: str) -> None:
-    """Add what says how many processes or threads work."""
-    parser.add_argument("--jobs", type=at_least_one, metavar="N", help=text)
+def add_count_option(parser: argparse.ArgumentParser, name: str, text: str) -> None:
+    """Add an option that takes a whole number of at least 1."""
+    parser.add_argument(name, type=at_least_one, metavar="N", help=text)
 
 
 def add_model_options(parser: argparse.ArgumentParser) -> None:
@@ -97,7 +105,7 @@ def add_rate_option(parser: argparse.ArgumentParser, text: str) -> None:
 
 
 def add_run_options(parser: argparse.ArgumentParser) -> None:
-    """Add what says how a scenario is run, whoever manages it."""
+    """Add what says how a scenario is run, whatever its managing system."""
     add_model_options(parser)
     parser.add_argument(
         "--loop", action="store_true", help="let a bag that is too short begin again at its first frame"
@@ -114,7 +122,8 @@ def add_run_options(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--no-cache",
-        action="store_true",
+        action="store_false",
+        dest="cache",
         help="simulation: compute every inference again instead of looking it up",
     )
 
@@ -128,18 +137,7 @@ def add_middleware_options(parser: argparse.ArgumentParser) -> None:
     add_rate_option(parser, "live: seconds of /clock in a second")
 
 
-def run_settings(
-    arguments: argparse.Namespace, *, middleware: str = SIMULATED, speed: float = 1.0
-) -> Settings:
-    """Return the settings that the options of `add_run_options` describe, for a back end of the middleware."""
-    return Settings(
-        model=arguments.model,
-        bag=arguments.bag,
-        device=arguments.device,
-        loop=arguments.loop,
-        timing=Timing(duration_s=arguments.duration),
-        cache=not arguments.no_cache,
-        manager_limit_s=arguments.manager_limit,
-        middleware=middleware,
-        speed=speed,
-    )
+def run_settings(arguments: argparse.Namespace) -> Settings:
+    """Return the settings that the options of `add_run_options` and `add_middleware_options` describe."""
+    given = {name: value for name, value in vars(arguments).items() if name in Options.__annotations__}
+    return settings_of(cast("Options", given))

@@ -71,7 +71,7 @@ def _subscribe(graph: Session, name: str, callback: Callable[[Message], object])
     """Listen to a topic, as reliably as all its publishers allow.
 
     Raises:
-        NotThereError: nobody publishes on it.
+        NotThereError: nothing publishes on it.
         InvalidInputError: its type is unknown here.
     """
     topic = absolute(name)

@@ -27,7 +27,7 @@ _Event = tuple[float, str, str]
 _REPEATING: Final = frozenset({"log", "adaptation"})
 
 _UNBOUNDED: Final = 100_000
-"""Columns of a line that nobody wraps."""
+"""Columns of a line that is not wrapped."""
 
 
 def print_story(result: StoredRun) -> None:
@@ -50,9 +50,8 @@ def print_story(result: StoredRun) -> None:
     early = sum(time < 0 for time, _, _ in events)
     for number, (time, kind, text) in enumerate(events):
         if early and number in {0, early}:
-            table.add_row(
-                "", "", Text("from the injection on" if number else "before the injection", style="bold")
-            )
+            heading = "from the injection on" if number else "before the injection"
+            table.add_row("", "", Text(heading, style="bold"))
         table.add_row(f"{time:6.2f} s", Text(kind, style=_STYLES[kind]), text)
     console.print_table(table)
     console.print()
@@ -119,11 +118,8 @@ def _events(result: StoredRun) -> Iterator[_Event]:
         since = ", since before the injection" if episode.holds == 0 else ""
         yield episode.holds, "symptom", symptom + since
         if episode.ended is not None:
-            yield (
-                episode.ended,
-                "cured",
-                f"{episode.failure} {system.failures[episode.failure].gone}{_resolution(episode)}",
-            )
+            gone = f"{episode.failure} {system.failures[episode.failure].gone}{_resolution(episode)}"
+            yield episode.ended, "cured", gone
     for adaptation in result.metrics.executed:
         yield adaptation.time, "adaptation", str(adaptation)
     loggers = {node.strip("/").replace("/", ".") for node in system.all_nodes}
@@ -155,21 +151,15 @@ def _ending(score: RunMetrics) -> str:
 
 
 def _figures(score: RunMetrics) -> Iterator[tuple[str, str, str]]:
-    def shown(value: float | None, unit: str = "", digits: int = 2) -> str:
-        return "N/A" if value is None else f"{value:.{digits}f}{unit}"
+    def shown(value: float | None, unit: str = "") -> str:
+        return "N/A" if value is None else f"{value:.2f}{unit}"
 
-    yield (
-        "resolved per adaptation",
-        shown(score.f_resolved_per_adaptation),
-        (f"{score.episodes_resolved} of {score.episodes} failure episodes, {score.adaptations} adaptations"),
+    resolved = (
+        f"{score.episodes_resolved} of {score.episodes} failure episodes, {score.adaptations} adaptations"
     )
-    yield (
-        "reaction time",
-        shown(score.t_react_s, " s"),
-        (
-            f"detect {shown(score.t_detect_s)} + decide {shown(score.t_decide_s)}; repair {shown(score.t_repair_s)}"
-        ),
-    )
+    parts = f"detect {shown(score.t_detect_s)} + decide {shown(score.t_decide_s)}; repair {shown(score.t_repair_s)}"
+    yield "resolved per adaptation", shown(score.f_resolved_per_adaptation), resolved
+    yield "reaction time", shown(score.t_react_s, " s"), parts
     yield "unnecessary redeploys", str(score.redeploys_unnecessary), "of nodes that did not need one"
     yield "downtime", shown(score.t_down_s, " s"), f"availability {score.availability:.0%}"
-    yield ("segmentation IoU", shown(score.iou), f"{shown(score.iou_all)} if a lost frame counts as 0")
+    yield "segmentation IoU", shown(score.iou), f"{shown(score.iou_all)} if a lost frame counts as 0"

@@ -8,20 +8,16 @@ from pathlib import Path
 
 from sunset.cli._options import (
     add_campaign_options,
+    add_count_option,
     add_format_options,
-    add_jobs_option,
     add_rate_option,
     add_run_options,
     campaign,
-    run_settings,
 )
 from sunset.cli._progress import progress_bar, rendering_progress
 from sunset.evaluation import AGREEMENT_FORMATS, compare, format_agreement
 from sunset.experiments import bench, plan, prepare
-from sunset.rmw.backends import LIVE, live_middleware
-
-_SIM = "sim"
-_LIVE = "live"
+from sunset.rmw.backends import LIVE, SIMULATED, live_middleware
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -35,9 +31,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_campaign_options(parser, suite="artifact", managers="baseline", repetitions=1, what="pairs")
     add_run_options(parser)
     add_rate_option(parser, "seconds of /clock in a second of the live runs")
-    add_jobs_option(
-        parser, "worker processes of the simulation (default: one a core); live runs take place one at a time"
+    add_count_option(
+        parser,
+        "--jobs",
+        "worker processes of the simulation (default: one a core); live runs take place one at a time",
     )
+    parser.set_defaults(middleware=LIVE)
     parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder of the results")
     parser.add_argument(
         "--stored", action="store_true", help="run nothing: compare the runs that are in DIR already"
@@ -50,18 +49,18 @@ def execute(arguments: argparse.Namespace) -> None:
     if not arguments.stored:
         _run(arguments)
     with progress_bar("Reading pairs of runs") as progress:
-        agreements = compare(arguments.out / _SIM, arguments.out / _LIVE, progress=progress)
+        agreements = compare(arguments.out / "sim", arguments.out / "live", progress=progress)
     print(format_agreement(agreements, arguments.format).rstrip("\n"))
 
 
 def _run(arguments: argparse.Namespace) -> None:
     live_middleware()  # that its extra is missing is said before anything is run
-    sim = campaign(arguments, run_settings(arguments), references=False)
-    live = replace(sim, settings=replace(sim.settings, middleware=LIVE, speed=arguments.rate))
+    live = campaign(arguments, references=False)
+    sim = replace(live, settings=replace(live.settings, middleware=SIMULATED, speed=1.0))
     runs = plan(live)  # what is wrong with either is said before anything is run
     with rendering_progress() as progress:
         prepare(plan(sim)[0], progress=progress)
-    for name, spec, jobs in ((_SIM, sim, arguments.jobs), (_LIVE, live, 1)):
+    for name, spec, jobs in (("sim", sim, arguments.jobs), ("live", live, 1)):
         # what a managing system prints must not get into the report
         with progress_bar(f"Running, {name}") as progress, redirect_stdout(sys.stderr):
             done = bench(spec, arguments.out / name, jobs=jobs, progress=progress)

@@ -7,12 +7,11 @@ from pathlib import Path
 
 from sunset.cli._options import (
     add_campaign_options,
+    add_count_option,
     add_format_options,
-    add_jobs_option,
     add_middleware_options,
     add_run_options,
     campaign,
-    run_settings,
 )
 from sunset.cli._progress import progress_bar, rendering_progress
 from sunset.cli.report import print_report
@@ -41,15 +40,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_run_options(parser)
     add_middleware_options(parser)
-    add_jobs_option(parser, "worker processes (default: one a core; live: 1)")
+    add_count_option(parser, "--jobs", "worker processes (default: one a core; live: 1)")
     parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder of the results")
     add_format_options(parser, FORMATS, "how the table is printed")
 
 
 def execute(arguments: argparse.Namespace) -> None:
     """Run the campaign, and print the table."""
-    settings = run_settings(arguments, middleware=arguments.middleware, speed=arguments.rate)
-    spec = campaign(arguments, settings, references=arguments.references)
+    spec = campaign(arguments, references=arguments.references)
     runs = plan(spec)
     with rendering_progress() as progress:
         prepare(runs[0], progress=progress)

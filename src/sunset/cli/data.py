@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Final
 
-from sunset.cli._options import add_jobs_option
+from sunset.cli._options import add_count_option
 from sunset.cli._parser import Actions
 from sunset.cli._progress import BUILDING, progress_bar, rendering_progress, stages_progress
 from sunset.data import (
@@ -101,7 +101,7 @@ def _add_import(actions: Actions) -> None:
     )
     parser.add_argument("--rate", type=_rate, default="10", metavar="HZ", help="of the pictures' frames")
     parser.add_argument("--size", type=_size, default="256x144", metavar="WxH", help="in pixels")
-    add_jobs_option(parser, "reading threads (default: one a core)")
+    add_count_option(parser, "--jobs", "reading threads (default: one a core)")
     _add_out(parser)
     parser.set_defaults(execute=import_flight)
 

@@ -5,11 +5,10 @@ import json
 import sys
 from contextlib import redirect_stdout
 
-from sunset.cli._options import add_run_options, run_settings
+from sunset.cli._options import add_run_options, run_spec
 from sunset.cli._progress import progress_bar, rendering_progress
-from sunset.experiments import DEFAULT_SCENARIO, RunSpec, check_manager, manager_checksum, prepare
+from sunset.experiments import DEFAULT_SCENARIO, check_manager, manager_checksum, prepare
 from sunset.managing import MANAGERS
-from sunset.scenarios import load_scenario
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -44,12 +43,7 @@ def list_managers(arguments: argparse.Namespace) -> None:
 
 def check(arguments: argparse.Namespace) -> int:
     """Run twice and judge."""
-    spec = RunSpec(
-        scenario=load_scenario(arguments.scenario),
-        manager=arguments.manager,
-        seed=arguments.seed,
-        settings=run_settings(arguments),
-    )
+    spec = run_spec(arguments)
     # what is wrong with it is said at once
     manager_checksum(spec.manager, limit_s=spec.settings.manager_limit_s)
     with rendering_progress() as progress:

@@ -7,11 +7,10 @@ import tempfile
 from contextlib import redirect_stdout
 from pathlib import Path
 
-from sunset.cli._options import add_middleware_options, add_run_options, run_settings
+from sunset.cli._options import add_middleware_options, add_run_options, run_spec
 from sunset.cli._progress import progress_bar, rendering_progress
 from sunset.cli._story import print_story
-from sunset.experiments import DEFAULT_SCENARIO, RunSpec, prepare, run
-from sunset.scenarios import load_scenario
+from sunset.experiments import DEFAULT_SCENARIO, prepare, run
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -43,12 +42,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> None:
     """Run, and print."""
-    spec = RunSpec(
-        scenario=load_scenario(arguments.scenario),
-        manager=arguments.manager,
-        seed=arguments.seed,
-        settings=run_settings(arguments, middleware=arguments.middleware, speed=arguments.rate),
-    )
+    spec = run_spec(arguments)
     with rendering_progress() as progress:
         prepare(spec, progress=progress)
     with tempfile.TemporaryDirectory(prefix="sunset-") as temporary:

@@ -7,8 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from time import monotonic
 
-from sunset.cli._options import add_device_option, add_jobs_option
-from sunset.cli._parser import at_least_one
+from sunset.cli._options import add_count_option, add_device_option
 from sunset.cli._progress import stages_progress
 from sunset.experiments.resources import missing_networks
 from sunset.perception import load_model
@@ -32,11 +31,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--seed", type=int, default=1, metavar="N", help="of everything that is drawn")
     steps = ", ".join(f"{make().schedule.steps} for {name}" for name, make in CONFIGS.items())
-    parser.add_argument(
+    add_count_option(
+        parser,
         "--steps",
-        type=at_least_one,
-        metavar="N",
-        help="optimiser steps, of each branch where branches are trained one by one; merging them takes its own number "
+        "optimiser steps, of each branch where branches are trained one by one; merging them takes its own number "
         f"(default: {steps})",
     )
     parser.add_argument(
@@ -44,30 +42,23 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="MODEL",
         help="train a model's networks further: a name or a folder (default: from random weights)",
     )
-    parser.add_argument(
+    add_count_option(
+        parser,
         "--frames",
-        type=at_least_one,
-        metavar="N",
-        help="about how many training frames; with fewer than the default, fewer are rendered to validate and test "
+        "about how many training frames; with fewer than the default, fewer are rendered to validate and test "
         "too, for a quick training (default: 5500)",
     )
-    parser.add_argument(
+    add_count_option(
+        parser,
         "--batch",
-        type=at_least_one,
-        metavar="N",
-        help="frames a step, more of which fill an accelerator (default: as planned for --model)",
+        "frames a step, more of which fill an accelerator (default: as planned for --model)",
     )
     add_device_option(parser, "what networks are trained on; auto: CUDA where torch offers it")
     parser.add_argument(
         "--compile", action="store_true", help="let torch compile the networks; needs a C compiler"
     )
-    add_jobs_option(parser, "processes that render and measure (default: one a core)")
-    parser.add_argument(
-        "--minutes",
-        type=at_least_one,
-        metavar="N",
-        help="stop after so many minutes, with exit code 1; --resume continues",
-    )
+    add_count_option(parser, "--jobs", "processes that render and measure (default: one a core)")
+    add_count_option(parser, "--minutes", "stop after so many minutes, with exit code 1; --resume continues")
     parser.add_argument(
         "--resume",
         action="store_true",

@@ -9,10 +9,10 @@ from rich.console import Console
 from rich.live import Live
 from rich.table import Table
 
-from sunset.cli._options import add_model_options, add_rate_option
+from sunset.cli._options import add_model_options, add_rate_option, run_settings
 from sunset.cli._progress import rendering_progress
 from sunset.cli.node import add_network_options
-from sunset.experiments import RunSpec, Settings, manager_checksum, prepare
+from sunset.experiments import RunSpec, manager_checksum, prepare
 from sunset.experiments.live import LiveSystem
 from sunset.experiments.spec import EXTERNAL
 from sunset.harness.operator import NodeStatus, Operator
@@ -35,7 +35,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--manager",
         default=EXTERNAL,
         metavar="NAME|FILE.py:CLASS|MODULE:CLASS",
-        help="the managing system: none, baseline, or your own (default: you start it yourself, or nobody does)",
+        help="the managing system: none, baseline, or your own (default: you start one yourself, or there is none)",
     )
     add_rate_option(parser, "seconds of /clock in a second")
     parser.add_argument(
@@ -43,6 +43,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_model_options(parser)
     add_network_options(parser)
+    parser.set_defaults(middleware=LIVE)
 
 
 def execute(arguments: argparse.Namespace) -> None:
@@ -50,13 +51,7 @@ def execute(arguments: argparse.Namespace) -> None:
     spec = RunSpec(
         scenario=load_scenario(arguments.scenario) if arguments.scenario else Scenario("none"),
         manager=arguments.manager,
-        settings=Settings(
-            model=arguments.model,
-            bag=arguments.bag,
-            device=arguments.device,
-            middleware=LIVE,
-            speed=arguments.rate,
-        ),
+        settings=run_settings(arguments),
     )
     if spec.manager != EXTERNAL:
         # what is wrong with it is said at once

@@ -1,13 +1,12 @@
 """The agreement report in the format that is asked for."""
 
 import json
-import textwrap
 from collections.abc import Iterator, Sequence
 from typing import Final
 
 from sunset.errors import InvalidInputError
 from sunset.evaluation.agreement import TOLERANCE, TOLERANCE_S, Agreement, Comparison, LeftOut, Pair
-from sunset.evaluation.text import WIDTH
+from sunset.evaluation.text import wrapped
 from sunset.tables import aligned, table_width
 from sunset.texts import csv_text
 
@@ -35,7 +34,7 @@ def format_agreement(agreements: Sequence[Agreement], form: str = "table") -> st
         case "table":
             several = len({agreement.flight.bag for agreement in agreements}) > 1
             parts = ["\n".join([*_text(agreement, bag=several), ""]) for agreement in agreements]
-            return "\n".join([*parts, _wrapped(_METHOD), _wrapped(_RULE)]) + "\n"
+            return "\n".join([*parts, wrapped(_METHOD), wrapped(_RULE)]) + "\n"
         case "csv":
             return _as_csv(agreements)
         case "json":
@@ -86,11 +85,7 @@ def _differing(pairs: Sequence[Pair]) -> Iterator[str]:
 
 
 def _item(run: Pair | LeftOut, text: str) -> str:
-    return _wrapped(f"  {run.scenario}, seed {run.seed}: {text}", "    ")
-
-
-def _wrapped(text: str, indent: str = "  ") -> str:
-    return textwrap.fill(text, WIDTH, subsequent_indent=indent, break_on_hyphens=False)
+    return wrapped(f"  {run.scenario}, seed {run.seed}: {text}", "    ")
 
 
 def _count(number: int, noun: str) -> str:

@@ -17,13 +17,7 @@ def render_runs(folder: Path, form: str, *, recompute: bool = False, progress: P
 
     Figures have the names and units of a run's `metrics`; one that is not applicable is null, or an empty cell. Those
     that were computed again and are stored otherwise are named as `differing`. The folder of a run is given relative to
-    `folder`.
-
-    Args:
-        folder: of one run, of a campaign, or of several.
-        form: one of `RUNS_FORMATS`.
-        recompute: compute every figure from the recorded messages instead of reading the stored ones.
-        progress: called with (runs that are read, runs in all).
+    `folder`. The arguments are those of `render_report`, and the formats `RUNS_FORMATS`.
 
     Raises:
         RecordError: there is no run, or one is damaged.

@@ -8,29 +8,28 @@ from rich.cells import cell_len
 from sunset.evaluation.layout import Block, Report, plain
 from sunset.tables import aligned, table_width
 
-WIDTH: Final = 100
+_WIDTH: Final = 100
 _GAP: Final = 2
-_RUNS: Final = "runs"
-_SYSTEM: Final = "system"
 _LEAST: Final = 16  # so wide is the first column at least
 
 
 def as_text(report: Report) -> str:
     """Return a report as text; a name that is too long for its column has a line of its own."""
     parts = [_table(block) for block in (report.main, report.more) if block.groups]
-    parts.append("\n".join(_note(note) for note in report.notes))
+    parts.append("\n".join(map(wrapped, report.notes)))
     return "\n\n".join(parts) + "\n"
 
 
-def _note(note: str) -> str:
-    return textwrap.fill(note, WIDTH, subsequent_indent="  ", break_on_hyphens=False)
+def wrapped(text: str, indent: str = "  ") -> str:
+    """Return a text in lines for a terminal, with an indent of all but the first."""
+    return textwrap.fill(text, _WIDTH, subsequent_indent=indent, break_on_hyphens=False)
 
 
 def _table(block: Block) -> str:
-    head = [_SYSTEM, _RUNS, *(column.text for column in block.columns)]
+    head = ["system", "runs", *(column.text for column in block.columns)]
     rows = [[line.label, line.runs, *map(plain, line.cells)] for group in block.groups for line in group]
     others = table_width([row[1:] for row in (head, *rows)]) + _GAP
-    room = max(WIDTH - others, _LEAST)
+    room = max(_WIDTH - others, _LEAST)
     names = [row[0] for row in rows]
     for row in rows:
         if cell_len(row[0]) > room:  # a line of its own
@@ -42,7 +41,7 @@ def _table(block: Block) -> str:
     for group in block.groups:
         for _ in group:
             name, row, line = next(numbered)
-            out += [line] if row[0] == name else [_shortened(name, WIDTH), line]
+            out += [line] if row[0] == name else [_shortened(name, _WIDTH), line]
         out.append(rule)
     return "\n".join(out)
 

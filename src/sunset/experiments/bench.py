@@ -60,7 +60,7 @@ class BenchSpec:
 
         Raises:
             InvalidInputError: a value is of another type or out of range, or a managing system is named twice.
-            ManagerError: the label of a managing system is none.
+            ManagerError: the label of a managing system is not valid.
         """
         check_seed(self.seed)
         check_fields(self)

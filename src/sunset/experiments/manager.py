@@ -64,11 +64,8 @@ def manager_checksum(manager: str, *, limit_s: float) -> str:
 def isolate(manager: str, what: str, function: Callable[[Watch], Any], *, limit_s: float) -> Any:
     """Call a function in which a managing system runs in a process of its own, and return what it returns.
 
-    Args:
-        manager: the managing system's name, as of `load_manager`.
-        what: what it did not do if the call fails, such as `cannot be loaded`.
-        function: as of `call_isolated`.
-        limit_s: as of `call_isolated`.
+    `what` says of the managing system what happened if the call fails, such as `cannot be loaded`; the function and the
+    limit are those of `call_isolated`.
 
     Raises:
         ManagerError: it raised, hung, or ended its process.

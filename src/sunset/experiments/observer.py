@@ -92,7 +92,7 @@ class Observer(Tap):
         """Note a node of the managing system that goes by the name of another, and who takes a dead node's place."""
         for command in self._pending.values():
             if command.node == node and command.kind != "redeploy":  # which the launcher answers
-                command.reason = command.reason or "the node ended"  # what the new one does is no evidence
+                command.reason = command.reason or "the node ended"  # what the new one does is not evidence
         if process == MANAGER_PROCESS and node in self._system.all_nodes:
             self._note(f"the managing system has a node {node}, which is a name of the system's")
 

@@ -79,7 +79,7 @@ class NodeProcesses:
             try:
                 return self._server.fork([spec], self._environment)
             except OSError:
-                self._server = None  # somebody has killed it; the nodes can do without
+                self._server = None  # it was killed; the nodes can do without
         return subprocess.Popen(  # noqa: S603  the command is ours
             [sys.executable, "-m", _PROGRAM, spec],
             stdin=subprocess.PIPE,
@@ -95,7 +95,7 @@ class NodeProcesses:
         with output:
             for line in output:
                 lines.append(line.rstrip())
-                # whoever wants to see it may be gone; the node must not wait for somebody to read
+                # the reader may be gone; the node must not wait for one
                 with suppress(Exception, SystemExit):
                     self._on_line(node, line.rstrip())
 
@@ -147,7 +147,7 @@ class NodeProcesses:
             reader.join(timeout=1.0)  # others may hold the other end for ever, so not a second time
         words = self._lines[node][-1] if self._lines[node] else ""
         if code == UNSEEN:
-            return "ended, and nobody saw how"
+            return "ended, it is not known how"
         if code < 0:
             return f"ended by signal {-code} ({_SIGNALS.get(-code) or signal.strsignal(-code)})"
         return f"ended with exit code {code}" + (f": {words}" if words else "")

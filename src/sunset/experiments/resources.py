@@ -56,7 +56,7 @@ def prepare(spec: RunSpec, *, progress: Progress | None = None) -> Resources:
         )
     if model.card.sharpness_threshold <= 0:
         raise ModelError(
-            f"The model {model.card.name!r} has no thresholds yet, without which nobody sees F4 and F5: "
+            f"The model {model.card.name!r} has no thresholds yet, without which F4 and F5 have no symptoms: "
             f"'sunset models calibrate {spec.settings.model}' gives it some."
         )
     path = spec.settings.bag if spec.settings.bag is not None else _default_flight(progress)

@@ -16,7 +16,7 @@ from sunset.seeding import check_seed
 from sunset.system import DURATION_S, PERIOD_S, LoadedExtension, load_extension, loaded_extensions
 
 EXTERNAL: Final = "external"
-"""The managing system's name where it is another process on the graph, which somebody else starts."""
+"""The managing system's name where it is another process on the graph, which is started by hand."""
 
 MIDDLEWARES: Final = tuple(BACKENDS)
 
@@ -67,12 +67,7 @@ class Timing:
     @property
     def frames(self) -> int:
         """How many frames the bag player publishes: warm-up and experiment."""
-        return self.warm_up_frames + self.expected_frames
-
-    @property
-    def warm_up_frames(self) -> int:
-        """How many frames are played before the injection."""
-        return round(self.warm_up_s / self.period_s)
+        return round(self.warm_up_s / self.period_s) + self.expected_frames
 
     @property
     def expected_frames(self) -> int:
@@ -82,7 +77,7 @@ class Timing:
 
 @dataclass(frozen=True, kw_only=True)
 class Settings:
-    """How an experiment is run, whatever its scenario and whoever manages it."""
+    """How an experiment is run, whatever its scenario and managing system."""
 
     model: Annotated[str, Meta(min_length=1)] = "lite"
     """A shipped model's name, or the folder of one's own."""
@@ -151,7 +146,7 @@ class RunSpec:
 
         Raises:
             InvalidInputError: a value is of another type or out of range, or two contradict each other.
-            ManagerError: the managing system's label is none.
+            ManagerError: the managing system's label is not valid.
         """
         check_seed(self.seed)
         check_fields(self)

@@ -66,7 +66,7 @@ def affects(node: str, failure: str) -> bool:
 def executed_adaptations(commands: Sequence[Command], *, until_s: float) -> tuple[ExecutedAdaptation, ...]:
     """Return the adaptations that the commands amount to, in order of time.
 
-    - Counted are successful commands to nodes of the managed system up to `until_s`, from whoever is not
+    - Counted are successful commands to nodes of the managed system up to `until_s`, from clients that are not
       part of the experiment itself. Those of the warm-up count too: nothing needed adapting then.
     - A service call that sets parameters is one adaptation, however many it sets; it is a change of topic
       where one of them names the topic of an input.

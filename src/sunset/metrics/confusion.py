@@ -45,7 +45,7 @@ def count_classes(prediction: npt.NDArray[np.uint8], truth: npt.NDArray[np.uint8
     """
     if prediction.shape != truth.shape:
         raise ValueError(f"The prediction must have the truth's shape {truth.shape}, got {prediction.shape}.")
-    side = NUMBER_OF_CLASSES + 1  # one more for what is no class
+    side = NUMBER_OF_CLASSES + 1  # one more for what is not a class
     rows = np.minimum(truth, NUMBER_OF_CLASSES).astype(np.uint16)
     columns = np.minimum(prediction, NUMBER_OF_CLASSES)
     confusion = np.bincount((rows * side + columns).ravel(), minlength=side * side).reshape(side, side)

@@ -184,7 +184,7 @@ class Timeline:
         thresholds: name of a signal's threshold → the threshold; for one that is not there that of the system's
             description is put in.
         injections: in order of time.
-        commands: in order of time, whoever sent them.
+        commands: in order of time, of all clients.
         frames: the evaluated frames.
         expected_frames: how many frames the experiment has, had none been lost.
 

@@ -73,8 +73,5 @@ def read_bag(folder: Path) -> Iterator[Payload]:
     except Exception as error:  # the reader raises nearly anything on a damaged file
         if lacking := shortage(error):
             raise RecordError(f"The file {file} cannot be read now: {lacking}.") from error
-        raise RecordError(f"The file {file} is damaged: {_reason(error)}.") from error
-
-
-def _reason(error: Exception) -> str:
-    return str(error).strip().rstrip(".") or type(error).__name__
+        reason = str(error).strip().rstrip(".") or type(error).__name__
+        raise RecordError(f"The file {file} is damaged: {reason}.") from error

@@ -121,11 +121,11 @@ def read_run(folder: Path) -> RunRecord:
     """Return what `run.json` of a record says.
 
     Raises:
-        RecordError: the folder is no complete record, `run.json` is damaged, lacks something, has something else in its
-            place, or is of another version.
+        RecordError: the folder is not a complete record, or `run.json` is damaged, does not fit the schema, or is of
+            another version.
     """
     file = Path(folder) / RUN_FILE
-    missing = f"{folder} is no complete record: {RUN_FILE} is missing."
+    missing = f"{folder} is not a complete record: {RUN_FILE} is missing."
     content = read_json(file, "The file", RecordError, missing=missing)
     version = content.get("record_version") if isinstance(content, dict) else None
     if version != RECORD_VERSION:
@@ -137,7 +137,7 @@ def stored_figures(run: RunRecord, file: Path) -> dict[str, float | None]:
     """Return the figures that the `run.json` of a run gives.
 
     Raises:
-        RecordError: one is missing, or is none that a run can have.
+        RecordError: one is missing, or is not one that a run can have.
     """
     figures = convert(
         run.metrics,
@@ -209,7 +209,7 @@ def read_plan(folder: Path) -> CampaignPlan:
     """Return what `bench.json` of a campaign's folder says.
 
     Raises:
-        RecordError: it is missing, damaged, lacks something, has something else in its place, or is of another version.
+        RecordError: it is missing or damaged, does not fit the schema, or is of another version.
     """
     file = folder / PLAN_FILE
     content = read_json(file, "The campaign's plan", RecordError)

@@ -108,19 +108,18 @@ class StoredRun:
 
     def summary(self) -> dict[str, object]:
         """Return what `sunset run --json` prints."""
-        run = self.record
-        return {
-            "scenario": run.scenario,
-            "manager": run.manager,
-            "manager_failed": run.manager_failed,
-            "seed": run.seed,
-            "model": run.model,
-            "middleware": run.middleware,
-            "digest": run.digest,
-            "metrics": self.metrics.to_json(),
-            "valid": run.valid,
-            "reason": run.reason,
-        }
+        names = (
+            "scenario",
+            "manager",
+            "manager_failed",
+            "seed",
+            "model",
+            "middleware",
+            "digest",
+            "valid",
+            "reason",
+        )
+        return {name: getattr(self.record, name) for name in names} | {"metrics": self.metrics.to_json()}
 
 
 def read_stored_run(folder: Path) -> StoredRun:

@@ -47,7 +47,7 @@ def timeline(
     message's time is when it left its publisher, an injection's and a command's is their stamp. A frame's
     is when its true segmentation left the bag, so that it belongs to the moment at which the picture was
     taken, however late it was evaluated; where the record lacks that, when it was evaluated. Commands from before the
-    first frame are left out: the system was being brought up, and what was done to it then is held against nobody.
+    first frame are left out: the system was being brought up, and what was done to it then does not count.
 
     Args:
         messages: those on topics that are not among `measured_topics()` do not matter.
@@ -120,17 +120,16 @@ def start_of(log: Sequence[RecordedMessage]) -> int:
 
 
 def _samples(diagnostics: Sequence[RecordedMessage], node: str, key: str, start_ns: int) -> Samples:
-    times: list[float] = []
-    values: list[float] = []
-    for recorded in diagnostics:
-        for status in content_of(recorded, DiagnosticArray).status:
-            if status.hardware_id != node:
-                continue
-            for pair in status.values:
-                if pair.key == key:
-                    times.append(_seconds(recorded.time_ns, start_ns))
-                    values.append(_number(pair.value, node, key))
-    return Samples(np.array(times, dtype=np.float64), np.array(values, dtype=np.float64))
+    found = [
+        (_seconds(recorded.time_ns, start_ns), _number(pair.value, node, key))
+        for recorded in diagnostics
+        for status in content_of(recorded, DiagnosticArray).status
+        if status.hardware_id == node
+        for pair in status.values
+        if pair.key == key
+    ]
+    times, values = np.array(found, dtype=np.float64).reshape(len(found), 2).T.copy()
+    return Samples(times, values)
 
 
 def _number(text: str, node: str, key: str) -> float:

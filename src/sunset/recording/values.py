@@ -36,7 +36,7 @@ class Payload:
         """Return the message.
 
         Raises:
-            RecordError: the type is unknown, or the bytes are none of it.
+            RecordError: the type is unknown, or the bytes are not of it.
         """
         try:
             return RecordedMessage(self.topic, self.time_ns, deserialize(self.cdr, get_message(self.type)))

@@ -43,7 +43,6 @@ class RecordWriter:
             raise OutputError(f"A record needs a folder of its own, got {folder}.")
         self._partial = self._folder.with_name(f".{self._folder.name}{_SUFFIX}")
         self._payloads: list[Payload] = []
-        self._sorted = True
         self._images = ImageDigester()
         self._closed = False
         self._stored = False
@@ -68,10 +67,7 @@ class RecordWriter:
             reason = "the record is closed" if self._closed else f"its time is negative, {time_ns} ns"
             raise RecordError(f"A message on {topic} cannot be recorded: {reason}.")
         recorded = self._images.recorded(message)
-        payload = Payload(topic, type_name(type(recorded)), time_ns, serialize(recorded))
-        if self._payloads and time_ns < self._payloads[-1].time_ns:
-            self._sorted = False
-        self._payloads.append(payload)
+        self._payloads.append(Payload(topic, type_name(type(recorded)), time_ns, serialize(recorded)))
 
     @property
     def digest(self) -> str:
@@ -143,9 +139,7 @@ class RecordWriter:
         self.abort()
 
     def _in_order(self) -> list[Payload]:
-        if not self._sorted:
-            self._payloads.sort(key=lambda payload: payload.time_ns)  # stable
-            self._sorted = True
+        self._payloads.sort(key=lambda payload: payload.time_ns)  # stable, and quick where they are in order
         return self._payloads
 
 

@@ -3,6 +3,7 @@
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass, replace
 from typing import Final
 
 import yaml
@@ -25,57 +26,55 @@ def is_ambiguous(text: str, value: object) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool) and not _DECIMAL.fullmatch(text)
 
 
-class Document:
-    """A YAML text, read with the safe loader: it can make numbers, texts, lists and mappings only.
+def parse_yaml(text: str, source: str) -> "Item":
+    """Read a YAML text with the safe loader, which can make numbers, texts, lists and mappings only.
 
     Args:
         text: the YAML text, of exactly one document.
         source: the file's name, for messages.
 
     Raises:
-        ScenarioError: it is no YAML, or empty.
+        ScenarioError: it is not valid YAML, or empty.
     """
-
-    def __init__(self, text: str, source: str) -> None:
-        self.source = source
-        try:
-            self.loader = yaml.SafeLoader(text)
-            node = self.loader.get_single_node()
-        except yaml.MarkedYAMLError as error:
-            mark = error.problem_mark or error.context_mark
-            line = f", line {mark.line + 1}" if mark else ""
-            problem = error.problem or error.context or "it cannot be parsed"
-            raise ScenarioError(f"{source}{line}: this is no valid YAML: {problem}.") from error
-        except yaml.YAMLError as error:
-            reason = str(error).splitlines()[0]
-            raise ScenarioError(f"{source}: this is no valid YAML: {reason}.") from error
-        except RecursionError as error:
-            raise ScenarioError(f"{source}: this is no scenario: it is nested too deeply.") from error
-        if node is None:
-            raise ScenarioError(f"{source} is empty; a scenario has a name and a list of faults.")
-        self.root = Item(self, node)
+    try:
+        loader = yaml.SafeLoader(text)
+        node = loader.get_single_node()
+    except yaml.MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        line = f", line {mark.line + 1}" if mark else ""
+        problem = error.problem or error.context or "it cannot be parsed"
+        raise ScenarioError(f"{source}{line}: this is not valid YAML: {problem}.") from error
+    except yaml.YAMLError as error:
+        reason = str(error).splitlines()[0]
+        raise ScenarioError(f"{source}: this is not valid YAML: {reason}.") from error
+    except RecursionError as error:
+        raise ScenarioError(f"{source}: this is not a scenario: it is nested too deeply.") from error
+    if node is None:
+        raise ScenarioError(f"{source} is empty; a scenario has a name and a list of faults.")
+    return Item(source, loader, node)
 
 
+@dataclass(frozen=True)
 class Item:
-    """A part of a document, which knows its line."""
+    """A part of a YAML text, which knows its line."""
 
-    def __init__(self, document: Document, node: yaml.Node) -> None:
-        self._document = document
-        self._node = node
+    source: str
+    loader: yaml.SafeLoader
+    node: yaml.Node
 
     @property
     def is_list(self) -> bool:
         """Whether it is a list."""
-        return isinstance(self._node, yaml.SequenceNode)
+        return isinstance(self.node, yaml.SequenceNode)
 
     @property
     def is_scalar(self) -> bool:
         """Whether it is a single value."""
-        return isinstance(self._node, yaml.ScalarNode)
+        return isinstance(self.node, yaml.ScalarNode)
 
     def error(self, what: str) -> ScenarioError:
         """Return an exception that says where it was found."""
-        return ScenarioError(f"{self._document.source}, line {self._node.start_mark.line + 1}: {what}")
+        return ScenarioError(f"{self.source}, line {self.node.start_mark.line + 1}: {what}")
 
     @contextmanager
     def located(self) -> Iterator[None]:
@@ -87,24 +86,24 @@ class Item:
 
     def items(self) -> list["Item"]:
         """Return the entries of a list."""
-        if not isinstance(self._node, yaml.SequenceNode):
+        if not isinstance(self.node, yaml.SequenceNode):
             raise self.error(f"a list is expected here, got {self._kind}.")
-        return [Item(self._document, node) for node in self._node.value]
+        return [replace(self, node=node) for node in self.node.value]
 
     def mapping(self, *, required: tuple[str, ...], optional: tuple[str, ...]) -> dict[str, "Item"]:
         """Return the entries of a mapping that must have the `required` keys and may have the others."""
-        if not isinstance(self._node, yaml.MappingNode):
+        if not isinstance(self.node, yaml.MappingNode):
             raise self.error(f"a mapping with {', '.join(required)} is expected here, got {self._kind}.")
         fields: dict[str, Item] = {}
-        for key_node, node in self._node.value:
-            key = Item(self._document, key_node)
+        for key_node, node in self.node.value:
+            key = replace(self, node=key_node)
             name = key.text()
             if name not in (*required, *optional):
                 allowed = ", ".join((*required, *optional))
                 raise key.error(f"the key {name!r} is not known here; there are {allowed}.")
             if name in fields:
                 raise key.error(f"the key {name!r} is given twice.")
-            fields[name] = Item(self._document, node)
+            fields[name] = replace(self, node=node)
         for name in required:
             if name not in fields:
                 raise self.error(f"the key {name!r} is missing.")
@@ -112,14 +111,14 @@ class Item:
 
     def value(self) -> Value:
         """Return a truth value, a number or a text."""
-        if isinstance(self._node, yaml.ScalarNode):
+        if isinstance(self.node, yaml.ScalarNode):
             try:
-                value = self._document.loader.construct_object(self._node)
+                value = self.loader.construct_object(self.node)
             except (yaml.YAMLError, *MALFORMED_YAML) as error:
-                raise self.error(f"{self._node.value!r} is no value that a fault can have.") from error
-            if is_ambiguous(self._node.value, value):
+                raise self.error(f"{self.node.value!r} is not a value that a fault can have.") from error
+            if is_ambiguous(self.node.value, value):
                 raise self.error(
-                    f"{self._node.value!r} would be {value!r}, by a rule of YAML 1.1; write a number in decimal digits "
+                    f"{self.node.value!r} would be {value!r}, by a rule of YAML 1.1; write a number in decimal digits "
                     "without a 0 in front, a text in quotes."
                 )
             if isinstance(value, bool | int | float | str):
@@ -135,8 +134,8 @@ class Item:
 
     @property
     def _kind(self) -> str:
-        if isinstance(self._node, yaml.MappingNode):
+        if isinstance(self.node, yaml.MappingNode):
             return "a mapping"
-        if isinstance(self._node, yaml.SequenceNode):
+        if isinstance(self.node, yaml.SequenceNode):
             return "a list"
-        return f"{self._node.value!r}" if self._node.value else "nothing"
+        return f"{self.node.value!r}" if self.node.value else "nothing"

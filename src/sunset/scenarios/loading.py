@@ -7,7 +7,7 @@ from typing import Final
 from sunset.errors import ScenarioError
 from sunset.input_files import read_bytes
 from sunset.names import base_name
-from sunset.scenarios._document import Document, Item
+from sunset.scenarios._document import Item, parse_yaml
 from sunset.scenarios._published import IGNORED_KEYS, REQUIRED_KEYS, translate
 from sunset.scenarios.schema import Scenario, ScenarioFault, parse_fault
 from sunset.scenarios.suites import scenario_names, suite, suite_names
@@ -105,9 +105,9 @@ def parse_scenario(text: str, source: str) -> Scenario:
         source: where it comes from, for messages; its stem names a scenario of the published format.
 
     Raises:
-        ScenarioError: it is no YAML or no scenario; the message names source and line.
+        ScenarioError: it is not valid YAML or not a scenario; the message names source and line.
     """
-    root = Document(text, source).root
+    root = parse_yaml(text, source)
     return _published(root, source) if root.is_list else _ours(root)
 
 
@@ -119,7 +119,7 @@ def _from_file(path: Path) -> Scenario:
     try:
         text = raw.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        raise ScenarioError(f"The scenario {path} is no text in UTF-8 (byte {error.start}).") from error
+        raise ScenarioError(f"The scenario {path} is not text in UTF-8 (byte {error.start}).") from error
     return parse_scenario(text, str(path))
 
 
@@ -133,11 +133,7 @@ def _ours(root: Item) -> Scenario:
 
 
 def _fault(item: Item) -> ScenarioFault:
-    if item.is_scalar:
-        name = item.text()
-        with item.located():
-            return ScenarioFault(name)
-    fields = item.mapping(required=("name",), optional=("value",))
+    fields = {"name": item} if item.is_scalar else item.mapping(required=("name",), optional=("value",))
     name = fields["name"].text()
     value = fields["value"].value() if "value" in fields else None
     with item.located():

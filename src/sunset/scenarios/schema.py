@@ -18,7 +18,7 @@ class ScenarioFault:
         value: what its parameter is set to; None for the strength of the paper's suite.
 
     Raises:
-        ScenarioError: there is no such fault, or the value is none of its values.
+        ScenarioError: there is no such fault, or the value is not one of its values.
 
     >>> ScenarioFault("image_shift").value
     10
@@ -92,7 +92,7 @@ def parse_fault(text: str) -> ScenarioFault:
     """Return the fault that a text names: `name`, or `name=value` with a strength, by YAML's rules.
 
     Raises:
-        ScenarioError: there is no such fault, or the value is none of its values.
+        ScenarioError: there is no such fault, or the value is not one of its values.
 
     >>> parse_fault("image_shift=20").value
     20

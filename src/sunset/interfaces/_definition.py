@@ -139,11 +139,7 @@ def parse_type(text: str, package: str) -> FieldType:
 
 
 def parse_message(text: str, name: str) -> Definition:
-    """Return the definition in the text of a .msg file.
-
-    Args:
-        text: the content of the file.
-        name: the message's full name, such as `std_msgs/msg/Header`.
+    """Return the definition in the text of a .msg file, by the message's full name, such as `std_msgs/msg/Header`.
 
     Raises:
         InterfaceError: a line is neither a field nor a constant.
@@ -167,11 +163,7 @@ def parse_message(text: str, name: str) -> Definition:
 
 
 def parse_service(text: str, name: str) -> tuple[Definition, Definition]:
-    """Return the definitions of request and response in the text of a .srv file.
-
-    Args:
-        text: the content of the file, request and response separated by a line of three dashes.
-        name: the service's full name, such as `std_srvs/srv/SetBool`.
+    """Return the definitions of request and response in the text of a .srv file, by the service's full name.
 
     Raises:
         InterfaceError: the text does not have two parts, or a part is malformed.
@@ -181,7 +173,7 @@ def parse_service(text: str, name: str) -> tuple[Definition, Definition]:
 
 
 def split_service(text: str, name: str) -> tuple[str, str]:
-    """Return the texts of request and response in the text of a .srv file.
+    """Return the texts of request and response in the text of a .srv file, which a line of three dashes separates.
 
     Raises:
         InterfaceError: the text does not have two parts.

@@ -164,9 +164,7 @@ def _translated(spec: str) -> Iterator[None]:
 def manager_sources(spec: str, made: type[ManagingSystem]) -> tuple[Path, ...]:
     """Return the files in which a managing system is written: its own, with what it imports beside it, or its package.
 
-    Args:
-        spec: its name.
-        made: what `load_manager` returned for it.
+    `spec` is its name, `made` what `load_manager` returned for it.
     """
     with _translated(spec):
         return _sources(spec, _source_file(_origins.get(spec, made)))

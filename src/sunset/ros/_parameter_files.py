@@ -80,14 +80,10 @@ _Loader.add_constructor("tag:yaml.org,2002:map", _construct_unique_map)
 
 
 def parse_value(text: str, what: str) -> Value:
-    """Read the value of one parameter.
-
-    Args:
-        text: YAML: a bool, integer, float, text, or a list of one of these.
-        what: names it in errors.
+    """Read the value of a parameter from YAML: a bool, integer, float, text, or a list of one of these.
 
     Raises:
-        ParameterError: it is none of these.
+        ParameterError: it is none of these; `what` names it.
 
     >>> parse_value("1e-3", "p"), parse_value("[1, 2]", "p"), parse_value("rgb_camera", "p")
     (0.001, [1, 2], 'rgb_camera')

@@ -66,13 +66,9 @@ class Client(Generic[RequestT, ResponseT]):
         return self.handle.server_ready()
 
     def wait_for_service(self, timeout_sec: float | None = None) -> bool:
-        """Wait until a server is there; inside a callback, only look.
+        """Wait until a server is there, for ever if no time is given, and return whether one is.
 
-        Args:
-            timeout_sec: how long to wait; None for ever.
-
-        Returns:
-            Whether a server is there.
+        Inside a callback, it only looks.
         """
         timeout_ns = None if timeout_sec is None else round(timeout_sec * 1e9)
         return self._middleware.wait_for(self.handle.server_ready, timeout_ns)

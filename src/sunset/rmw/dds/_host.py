@@ -29,12 +29,7 @@ class DdsEntity(Entity["DdsHost"]):
 
 
 class DdsEndpoint(Entity["DdsHost"]):
-    """A part that others on the graph see.
-
-    Attributes:
-        readers: GUIDs of its DDS readers.
-        writers: GUIDs of its DDS writers.
-    """
+    """A part that others on the graph see; `readers` and `writers` are the GUIDs of those that it has in DDS."""
 
     readers: tuple[bytes, ...]
     writers: tuple[bytes, ...]
@@ -177,12 +172,9 @@ class DdsHost(LiveProcess):
             self._calling = False
 
     def report(self, where: str, problem: str, node: NodeHandle | None = None) -> None:
-        """Count something that could not be used, and tell a node of it, for each place at most every 10 s.
+        """Count what could not be used at a topic or service, and tell a node, the first of the process if None.
 
-        Args:
-            where: the topic or service.
-            problem: what is wrong, the end of a sentence.
-            node: whose; the first of the process if None.
+        The problem is the end of a sentence, which is told at most every 10 s for each place.
         """
         self.problems[where] += 1
         node = node or next(iter(tuple(self._nodes)), None)

@@ -49,12 +49,9 @@ class RosName(NamedTuple):
 
 
 def ros_name(topic: str, mangled: str, *, writes: bool) -> RosName | None:
-    """Return what an endpoint is in ROS, or None if it is nothing, or a service's second endpoint.
+    """Return what a writer or reader is in ROS, by its DDS topic and the DDS name of its type.
 
-    Args:
-        topic: its DDS topic.
-        mangled: the DDS name of its type.
-        writes: whether it is a writer.
+    None if it is nothing, or a service's second endpoint.
 
     >>> ros_name("rq/uav/setRequest", "std_srvs::srv::dds_::SetBool_Request_", writes=False)
     RosName(kind=<EndpointKind.SERVICE: 'service'>, name='/uav/set', type_name='std_srvs/srv/SetBool')

@@ -7,7 +7,6 @@ line on the thread that calls it. Nothing is sent beyond this computer unless th
 """
 
 import atexit
-import os
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
@@ -69,12 +68,7 @@ class CycloneDDS(DdsHost):
         distro: str | None = None,
         environment: Mapping[str, str] | None = None,
     ) -> None:
-        configuration = read_configuration(
-            os.environ if environment is None else environment,
-            domain_id=domain_id,
-            network=network,
-            distro=distro,
-        )
+        configuration = read_configuration(environment, domain_id=domain_id, network=network, distro=distro)
         super().__init__(configuration)
         self._parts = Parts(
             publisher=partial(DdsPublisher, self),

@@ -31,16 +31,11 @@ _TYPE_INFORMATION: Final = (8, 9, 10)  # type_id, type_map, type_info of struct 
 
 @contextmanager
 def topic_of(participant: int, name: str, type_name: str) -> Iterator[int]:
-    """Make a topic for the writers and readers that are made within.
+    """Make a topic, by its name and that of its type in DDS, for the writers and readers that are made within.
 
     They announce no type information, as those of ROS 2 nodes, so that only the names of types are compared; the
     wheel's own would not be connected to any process that defines the type in other words. Nor does DDS look into
     samples: they are checked where they are decoded.
-
-    Args:
-        participant: whose topic.
-        name: its name in DDS.
-        type_name: the name of its type in DDS.
 
     Raises:
         MiddlewareError: there cannot be such a topic.
@@ -85,15 +80,10 @@ def _without_type_information(operations: int) -> ctypes.Array[ctypes.c_void_p]:
 
 
 def write(writer: int, payload: bytes, name: str) -> None:
-    """Send a sample.
-
-    Args:
-        writer: the writer.
-        payload: CDR with its encapsulation header, padded to a multiple of 4 bytes.
-        name: of the topic or service, for errors.
+    """Send a sample: CDR with its encapsulation header, padded to a multiple of 4 bytes.
 
     Raises:
-        MiddlewareError: the writer is gone, or does not get rid of what it must keep.
+        MiddlewareError: the writer is gone, or does not get rid of what it must keep; `name` says of what it is.
     """
     result = _clayer.ddspy_write(writer, payload)
     if result < 0:

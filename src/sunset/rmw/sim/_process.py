@@ -20,8 +20,6 @@ class SimProcess(SimHost):
     """One process of the simulated world; made by `Simulation.create_process`.
 
     Attributes:
-        name: names it in errors.
-        network: the world.
         nodes_here: its nodes, as the keys, by age.
     """
 

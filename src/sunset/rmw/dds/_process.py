@@ -138,7 +138,10 @@ class CycloneDDS(DdsHost):
 
     def _next(self, end_ns: int | None) -> DdsEntity | None:
         """Return who is first in line, waiting until somebody is, an alarm goes off, or time is over."""
-        limits = [limit for limit in (self._line_up_timers(), end_ns) if limit is not None]
+        alarm_ns = self._line_up_timers()
+        if self._queue:
+            return self._queue.get()
+        limits = [limit for limit in (alarm_ns, end_ns) if limit is not None]
         wait_ns = min(min(limits) - self.steady_ns(), _LONG_NS) if limits else _LONG_NS
         return self._queue.get(wait_ns / 1e9)
 

@@ -35,8 +35,6 @@ class WaitingLine(Generic[T]):
         Raises:
             queue.Empty: nothing came.
         """
-        if self._items:
-            return self._items.popleft()
         end_s = None if timeout_s is None else time.monotonic() + timeout_s
         while not self._items:
             if end_s is None:

@@ -24,7 +24,7 @@ def driven(callback: Callable[..., object]) -> Callable[..., None]:
     def call(*arguments: object) -> None:
         outcome = callback(*arguments)
         if outcome is not None:
-            drive(outcome, _ignore)
+            drive(outcome, lambda _: None)
 
     return call
 
@@ -41,10 +41,6 @@ def drive(outcome: object, done: Callable[..., object]) -> None:
         _step(outcome, done)
     else:
         done(outcome)
-
-
-def _ignore(_: object) -> None:
-    """Do nothing with what a subscription or timer returned."""
 
 
 def _step(coroutine: Coroutine[object, None, object], done: Callable[..., object]) -> None:

@@ -65,6 +65,7 @@ class DdsHost(LiveProcess):
         problems: what came and could not be used: topic, service or node → how often.
         alarms: when which part is to have a turn, by the clock that never jumps.
         endpoints_here: the endpoints of its nodes, as the keys, by age.
+        request_numbers: yields the running numbers of requests.
     """
 
     def __init__(self, configuration: Configuration) -> None:
@@ -77,7 +78,7 @@ class DdsHost(LiveProcess):
         self._readers: dict[int, DdsEntity] = {}
         self._queue: WaitingLine[DdsEntity | None] = WaitingLine()
         self._ids = count(1)
-        self._requests = count(1)
+        self.request_numbers = count(1)
         self._reported: dict[str, tuple[int, int]] = {}
         self._failure: Exception | None = None
         self._alive = True
@@ -154,10 +155,6 @@ class DdsHost(LiveProcess):
         """Return a text that both ends of a service's client or server carry, and no others."""
         first, *others = self.link.guid[:12] + next(self._ids).to_bytes(4, "big")
         return ".".join([f"{first:2x}", *(f"{byte:x}" for byte in others)])
-
-    def new_request_number(self) -> int:
-        """Return the running number of a request."""
-        return next(self._requests)
 
     def call(self, entity: DdsEntity, handler: Callable[..., None], *arguments: object) -> None:
         """Call a handler.

@@ -158,7 +158,7 @@ def take_participants(reader: int) -> list[tuple[bytes, bool]]:
     found: list[tuple[bytes, bool]] = []
     while True:
         batch: list[tuple[bytes, bool]] | int = _clayer.ddspy_take_participant(
-            reader, _BATCH, _participant, _no_qos
+            reader, _BATCH, _participant, lambda _: None
         )
         if not batch or isinstance(batch, int):
             return found
@@ -167,10 +167,6 @@ def take_participants(reader: int) -> list[tuple[bytes, bool]]:
 
 def _participant(guid: bytes, _: None, info: Any) -> tuple[bytes, bool]:
     return guid, info.instance_state == _ALIVE
-
-
-def _no_qos(_: int) -> None:
-    return None
 
 
 def matched_subscription(writer: int, handle: int) -> Endpoint | None:

@@ -115,7 +115,7 @@ def parse_type(text: str, package: str) -> FieldType:
     """Return the type that `text` names in a definition of `package`.
 
     Raises:
-        InterfaceError: the text is no type.
+        InterfaceError: the text is not a type.
 
     >>> parse_type("Parameter[<=3]", "rcl_interfaces")
     FieldType(base='rcl_interfaces/msg/Parameter', string_bound=0, is_array=True, size=None, limit=3)
@@ -208,7 +208,7 @@ def _scalar(text: str, base: str) -> bool | int | float | str | bytes:
             return bytes([int(text, 0)])
         return float(text) if base.startswith("float") else int(text, 0)
     except (KeyError, ValueError, SyntaxError) as error:
-        raise InterfaceError(f"{text!r} is no value of type {base}.") from error
+        raise InterfaceError(f"{text!r} is not a value of type {base}.") from error
 
 
 def _default(text: str, kind: FieldType) -> object:

@@ -35,7 +35,7 @@ def drive(outcome: object, done: Callable[..., object]) -> None:
     Whenever the coroutine waits for a future, it goes on in that future's done callback.
 
     Raises:
-        TypeError: the coroutine waits for something that is no `Future`.
+        TypeError: the coroutine waits for something that is not a `Future`.
     """
     if iscoroutine(outcome):
         _step(outcome, done)

@@ -66,7 +66,7 @@ def _construct_unique_map(loader: yaml.SafeLoader, node: yaml.MappingNode) -> di
             duplicate = key in result
         except TypeError:
             raise yaml.constructor.ConstructorError(
-                None, None, "a key is no scalar", key_node.start_mark
+                None, None, "a key is not a scalar", key_node.start_mark
             ) from None
         if duplicate:
             raise yaml.constructor.ConstructorError(

@@ -32,7 +32,7 @@ class SingleThreadedExecutor:
         self.shutdown()
 
     def add_node(self, node: Node) -> bool:
-        """Run the callbacks of a node; return whether that is news.
+        """Run the callbacks of a node; return whether it did not do so before.
 
         Raises:
             MiddlewareError: the node belongs to another context.

@@ -7,7 +7,7 @@ from typing import Final, NamedTuple
 from sunset.rmw.core.port import EndpointKind
 
 OBSERVER: Final = "observer"
-"""A key in the user data of readers that only look on: they are no part of the graph."""
+"""A key in the user data of readers that only look on: they are not part of the graph."""
 
 _TYPE_NAME: Final = re.compile(r"(\w+)::(msg|srv)::dds_::(\w+?)(_Request|_Response)?_")
 

@@ -179,7 +179,7 @@ class CycloneTap(LiveObserver):
             while self._queue:
                 self._handle_next()
             self._tell(None)
-        except Exception as error:  # noqa: BLE001  whoever closes the tap gets it
+        except Exception as error:  # noqa: BLE001  who closes the tap gets it
             self._failure = error
 
     def _handle_next(self) -> bool:

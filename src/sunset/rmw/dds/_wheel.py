@@ -138,7 +138,7 @@ def _endpoint(*described: Any) -> Endpoint:
 def take_endpoints(reader: int) -> tuple[list[Endpoint], int]:
     """Return what is new about endpoints, from a reader of a built-in topic, and of how many it is not known.
 
-    That is so of those with the name of a topic or a type that is no UTF-8.
+    That is so of those with the name of a topic or a type that is not UTF-8.
     """
     found: list[Endpoint] = []
     unknown = 0

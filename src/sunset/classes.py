@@ -59,4 +59,4 @@ def _lookup() -> npt.NDArray[np.uint8]:
 
 
 CLASS_OF_CARLA_ID: Final = _lookup()
-"""Array (256,) uint8: recorded CARLA id → class index, `IGNORED` for an id that is no class."""
+"""Array (256,) uint8: recorded CARLA id → class index, `IGNORED` for an id that is not a class."""

@@ -199,10 +199,7 @@ def started_ahead(module: str) -> Iterator[None]:
 
 
 def await_order(door: socket.socket) -> list[str] | None:
-    """Fork whenever it is asked for: the server's side.
-
-    Args:
-        door: where orders come from.
+    """Fork whenever it is asked for at a door: the server's side.
 
     Returns:
         In each forked process, the arguments that it shall run; in the server None, when nobody is there to order.

@@ -61,7 +61,7 @@ class ProcessDeath(Exception):  # noqa: N818  not every death is an error
 
 
 class UnexpectedError(Exception):
-    """The call raised what is no `SunsetError`; the text is its traceback."""
+    """The call raised what is not a `SunsetError`; the text is its traceback."""
 
 
 class Watch:

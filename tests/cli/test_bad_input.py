@@ -122,7 +122,7 @@ MANAGERS: dict[str, tuple[str, str]] = {
         ),
         "mine.py, line 5, in adapt",
     ),
-    "no text": ("x = 1\0", "mine.py: this is no valid Python"),
+    "no text": ("x = 1\0", "mine.py: this is not valid Python"),
     "exits on import": ("raise SystemExit('bye')", "bye"),
     "exits in adapt": (
         (

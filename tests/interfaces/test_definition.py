@@ -81,9 +81,9 @@ def test_constants_fields_defaults_and_comments_are_read() -> None:
     [
         ("int32", "Line 1 of pkg/msg/Own is neither a field nor a constant: 'int32'"),
         ("\nint32 2x", "Line 2 of"),
-        ("int32 X=1.5", "'1.5' is no value of type int32"),
-        ("bool x maybe", "'maybe' is no value of type bool"),
-        ("byte B=256", "'256' is no value of type byte"),
+        ("int32 X=1.5", "'1.5' is not a value of type int32"),
+        ("bool x maybe", "'maybe' is not a value of type bool"),
+        ("byte B=256", "'256' is not a value of type byte"),
     ],
 )
 def test_a_malformed_line_is_refused(text: str, expected: str) -> None:

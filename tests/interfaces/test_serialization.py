@@ -255,14 +255,14 @@ def test_only_messages_are_serialized() -> None:
     [
         ("", "starts with 0001, got nothing"),
         ("0000000000000001", "starts with 0001, got 00000000"),
-        ("000100", "no std_msgs/msg/String"),
-        ("00010000", "no std_msgs/msg/String"),
+        ("000100", "not a std_msgs/msg/String"),
+        ("00010000", "not a std_msgs/msg/String"),
         ("0001000000000000", "no terminator"),
-        ("000100000200000061", "no std_msgs/msg/String"),
+        ("000100000200000061", "not a std_msgs/msg/String"),
         ("00010000020000006162", "no terminator"),
-        ("00010000ffffffff6100", "no std_msgs/msg/String"),
+        ("00010000ffffffff6100", "not a std_msgs/msg/String"),
         ("0001000002000000ff00", "can't decode"),
-        ("00010000010000000000000000", "no std_msgs/msg/String, which ends at byte 9"),
+        ("00010000010000000000000000", "not a std_msgs/msg/String, which ends at byte 9"),
     ],
 )
 def test_a_malformed_payload_is_refused(payload: str, expected: str) -> None:

@@ -164,12 +164,12 @@ def test_an_unknown_name_is_answered_with_the_known_ones(spec: str) -> None:
             "sunset.managing:Basline",
             "no class Basline in sunset.managing: did you mean 'Baseline', or name one of",
         ),
-        ("sunset.managing:load_manager", "is no managing system: it must be a subclass"),
-        ("pathlib:Path", "is no managing system: it must be a subclass"),
+        ("sunset.managing:load_manager", "is not a managing system: it must be a subclass"),
+        ("pathlib:Path", "is not a managing system: it must be a subclass"),
         ("sunset.managing:ManagingSystem", "has no method adapt"),
         ("no/such/file.py:Mine", "There is no file no/such/file.py"),
-        (".relative:Mine", "is no module name"),
-        ("a b:Mine", "is no module name"),
+        (".relative:Mine", "is not a module name"),
+        ("a b:Mine", "is not a module name"),
     ],
 )
 def test_what_cannot_be_found_is_named(spec: str, said: str) -> None:
@@ -199,11 +199,11 @@ def test_what_a_module_raises_is_told(
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("def broken(:\n", "mine.py, line 1: this is no valid Python"),
+        ("def broken(:\n", "mine.py, line 1: this is not valid Python"),
         ("import no_such_module\n", "raised ModuleNotFoundError: No module named 'no_such_module'"),
         ("raise SystemExit(3)\n", "raised SystemExit: 3"),
         ("1 / 0\n", "raised ZeroDivisionError: division by zero"),
-        ("\x00", "no valid Python|raised"),
+        ("\x00", "not valid Python|raised"),
         (MINE.replace("(ManagingSystem)", ""), "must be a subclass of ManagingSystem"),
         (MINE.replace("adapt", "adopt"), "has no method adapt"),
         (MINE.replace("pass", "yield self.redeploy('camera')"), "adapt of .* contains yield"),

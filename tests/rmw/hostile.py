@@ -48,7 +48,7 @@ HUGE = 10_000
 
 @contextmanager
 def misnamed_writer(peer: Peer, topic: str) -> Iterator[None]:
-    """Have a writer of a type whose name is no UTF-8."""
+    """Have a writer of a type whose name is not UTF-8."""
     made = peer._topic(topic, "std_msgs::msg::dds_::Int32_")
     letter = ctypes.c_void_p.from_address(sertype_of(made._ref) + TYPE_NAME).value
     assert letter is not None

@@ -11,12 +11,7 @@ from sunset.ros.task import Future
 
 
 class Conductor(Node):
-    """Asks the bag player to start and the scenario executor to inject, when a subclass says so.
-
-    Args:
-        name: the node's name.
-        context: the context of the process; the default one if None.
-    """
+    """Asks the bag player to start and the scenario executor to inject, when a subclass says so."""
 
     def __init__(self, name: str, *, context: Context | None = None) -> None:
         super().__init__(name, context=context)

@@ -1,4 +1,4 @@
-"""The node that lets a live system fly, and sees how its nodes are."""
+"""The node that starts the flight of a live system, and sees how its nodes are."""
 
 from collections import deque
 from collections.abc import Sequence

@@ -115,7 +115,7 @@ def parse_type(text: str, package: str) -> FieldType:
     """Return the type that `text` names in a definition of `package`.
 
     Raises:
-        InterfaceError: the text is no type.
+        InterfaceError: the text is not a type.
 
     >>> parse_type("Parameter[<=3]", "rcl_interfaces")
     FieldType(base='rcl_interfaces/msg/Parameter', string_bound=0, is_array=True, size=None, limit=3)
@@ -139,11 +139,7 @@ def parse_type(text: str, package: str) -> FieldType:
 
 
 def parse_message(text: str, name: str) -> Definition:
-    """Return the definition in the text of a .msg file.
-
-    Args:
-        text: the content of the file.
-        name: the message's full name, such as `std_msgs/msg/Header`.
+    """Return the definition in the text of a .msg file, by the message's full name, such as `std_msgs/msg/Header`.
 
     Raises:
         InterfaceError: a line is neither a field nor a constant.
@@ -167,11 +163,7 @@ def parse_message(text: str, name: str) -> Definition:
 
 
 def parse_service(text: str, name: str) -> tuple[Definition, Definition]:
-    """Return the definitions of request and response in the text of a .srv file.
-
-    Args:
-        text: the content of the file, request and response separated by a line of three dashes.
-        name: the service's full name, such as `std_srvs/srv/SetBool`.
+    """Return the definitions of request and response in the text of a .srv file, by the service's full name.
 
     Raises:
         InterfaceError: the text does not have two parts, or a part is malformed.
@@ -181,7 +173,7 @@ def parse_service(text: str, name: str) -> tuple[Definition, Definition]:
 
 
 def split_service(text: str, name: str) -> tuple[str, str]:
-    """Return the texts of request and response in the text of a .srv file.
+    """Return the texts of request and response in the text of a .srv file, which a line of three dashes separates.
 
     Raises:
         InterfaceError: the text does not have two parts.
@@ -216,7 +208,7 @@ def _scalar(text: str, base: str) -> bool | int | float | str | bytes:
             return bytes([int(text, 0)])
         return float(text) if base.startswith("float") else int(text, 0)
     except (KeyError, ValueError, SyntaxError) as error:
-        raise InterfaceError(f"{text!r} is no value of type {base}.") from error
+        raise InterfaceError(f"{text!r} is not a value of type {base}.") from error
 
 
 def _default(text: str, kind: FieldType) -> object:

@@ -53,7 +53,7 @@ def deserialize(raw: bytes | bytearray | memoryview, kind: type[_M]) -> _M:
         kind: the message class.
 
     Raises:
-        InterfaceError: the payload is not little-endian CDR, or is no message of this class.
+        InterfaceError: the payload is not little-endian CDR, or not a message of this class.
     """
     payload = bytes(raw)
     if payload[:2] != _ENCAPSULATION[:2]:
@@ -64,10 +64,10 @@ def deserialize(raw: bytes | bytearray | memoryview, kind: type[_M]) -> _M:
         message, end = kind.decode_from(payload, len(_ENCAPSULATION))
     except (ValueError, IndexError, OverflowError, StructError, InterfaceError) as error:
         raise InterfaceError(
-            f"A payload of {len(payload)} bytes is no {kind.__ros_name__}: {str(error).rstrip('.')}."
+            f"A payload of {len(payload)} bytes is not a {kind.__ros_name__}: {str(error).rstrip('.')}."
         ) from error
     if not end <= len(payload) < end + 4:
         raise InterfaceError(
-            f"A payload of {len(payload)} bytes is no {kind.__ros_name__}, which ends at byte {end}."
+            f"A payload of {len(payload)} bytes is not a {kind.__ros_name__}, which ends at byte {end}."
         )
     return message

@@ -1,6 +1,6 @@
 """The values in a message's fields: numpy arrays of an exact type, lists of an exact length.
 
-The generated modules import these names; they are no part of the public interface.
+The generated modules import these names; they are not part of the public interface.
 """
 
 from collections.abc import Sized

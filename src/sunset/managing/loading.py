@@ -25,7 +25,7 @@ MANAGERS: Final[Mapping[str, type[ManagingSystem]]] = MappingProxyType(
 """The managing systems that come with SUNSET, by name."""
 
 _OURS: Final = frozenset({"sunset", "__main__", "__mp_main__"})
-"""Top-level modules that are no part of a managing system, wherever they are."""
+"""Top-level modules that are not part of a managing system, wherever they are."""
 
 _LABEL: Final = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.+-]{0,39}")
 _RESERVED: Final = frozenset({*MANAGERS, "external"})
@@ -42,7 +42,7 @@ _folders: set[Path] = set()
 def split_label(text: str) -> tuple[str, str]:
     """Return the label of `LABEL=MANAGER` and what stands behind it; an empty label if there is none.
 
-    A path or a module before the first `=` is no label: `a=b/mine.py:Mine` is a file in the folder `a=b`.
+    A path or a module before the first `=` is not a label: `a=b/mine.py:Mine` is a file in the folder `a=b`.
 
     Raises:
         ManagerError: the label has other characters than a label may have, is too long, or is the name of a
@@ -74,7 +74,7 @@ def load_manager(spec: str) -> type[ManagingSystem]:
         spec: a name of `MANAGERS`, or `module:Class`, or `path/to/file.py:Class`.
 
     Raises:
-        ManagerError: there is none of that name, or its module does not load, or it is no managing system.
+        ManagerError: there is none of that name, or its module does not load, or it is not a managing system.
 
     >>> load_manager("baseline").__name__
     'Baseline'
@@ -107,7 +107,7 @@ def register_manager(manager: Callable[..., ManagingSystem]) -> str:
         manager: a class, or a function that makes one: it gets the keyword arguments of `ManagingSystem`.
 
     Raises:
-        ManagerError: it is neither, or no managing system.
+        ManagerError: it is neither, or not a managing system.
     """
     if isinstance(manager, ManagingSystem) or not callable(manager):
         raise ManagerError(
@@ -164,9 +164,7 @@ def _translated(spec: str) -> Iterator[None]:
 def manager_sources(spec: str, made: type[ManagingSystem]) -> tuple[Path, ...]:
     """Return the files in which a managing system is written: its own, with what it imports beside it, or its package.
 
-    Args:
-        spec: its name.
-        made: what `load_manager` returned for it.
+    `spec` is its name, `made` what `load_manager` returned for it.
     """
     with _translated(spec):
         return _sources(spec, _source_file(_origins.get(spec, made)))
@@ -192,7 +190,7 @@ def _sources(spec: str, source: str | None) -> tuple[Path, ...]:
     if where.endswith(".py"):
         loaded = [vars(sys.modules[name]).get("__file__") for name in _beside(Path(source).parent)]
         files.update(Path(file) for file in loaded if file is not None)
-    elif package not in {"", *_OURS}:  # all of it: what is loaded depends on what was flown before
+    elif package not in {"", *_OURS}:  # all of it: what is loaded depends on what was run before
         folders = vars(sys.modules[package]).get("__path__", ())
         files.update(file for folder in folders for file in Path(folder).rglob("*.py"))
     return tuple(sorted(files))
@@ -232,7 +230,7 @@ def _beside(folder: Path) -> list[str]:
 
 def _load_module(name: str) -> ModuleType:
     if not all(part.isidentifier() for part in name.split(".")):
-        raise ManagerError(f"{name!r} is no module name, such as package.module.")
+        raise ManagerError(f"{name!r} is not a module name, such as package.module.")
     try:
         return importlib.import_module(name)
     except ModuleNotFoundError as error:
@@ -259,7 +257,7 @@ def _load_file(path: Path) -> ModuleType:
     name = "sunset_manager_" + "".join(c if c.isalnum() else "_" for c in str(resolved.with_suffix("")))
     spec = importlib.util.spec_from_file_location(name, resolved)
     if spec is None or spec.loader is None:
-        raise ManagerError(f"{path} is no Python file.")
+        raise ManagerError(f"{path} is not a Python file.")
     _folders.add(resolved.parent)
     for old in [name for known in _folders for name in _beside(known)]:
         del sys.modules[old]
@@ -279,7 +277,7 @@ def _load_file(path: Path) -> ModuleType:
 def _import_error(where: str, error: BaseException) -> ManagerError:
     if isinstance(error, SyntaxError):
         line = f", line {error.lineno}" if error.lineno else ""
-        return ManagerError(f"{where}{line}: this is no valid Python: {error.msg}.")
+        return ManagerError(f"{where}{line}: this is not valid Python: {error.msg}.")
     return ManagerError(f"Importing {where} raised {type(error).__name__}: {error}.")
 
 
@@ -298,7 +296,7 @@ def _checked(spec: str, where: str, module: ModuleType, name: str) -> type[Manag
 
 def _checked_class(spec: str, found: object) -> type[ManagingSystem]:
     if not (isinstance(found, type) and issubclass(found, ManagingSystem)):
-        raise ManagerError(f"{spec} is no managing system: it must be a subclass of ManagingSystem.")
+        raise ManagerError(f"{spec} is not a managing system: it must be a subclass of ManagingSystem.")
     if inspect.isabstract(found) or found.adapt is ManagingSystem.adapt:
         raise ManagerError(f"{spec} has no method adapt(self, symptoms).")
     if inspect.isgeneratorfunction(found.adapt) or inspect.isasyncgenfunction(found.adapt):

@@ -120,13 +120,9 @@ class AdaptiveNode(LifecycleNode):
         *,
         depth: int = 5,
     ) -> None:
-        """Subscribe to a topic whenever the node is active.
+        """Subscribe to a topic whenever the node is active; relative names are in the managed system's namespace.
 
-        Args:
-            message_type: the topic's type.
-            topic: its name; relative names are in the managed system's namespace.
-            callback: called with every message.
-            depth: how many messages wait while the node is busy; the oldest are dropped first.
+        While the node is busy so many messages wait as `depth` says; the oldest are dropped first.
         """
         self.__inputs.append(_Input(message_type, topic, "", callback, depth))
 
@@ -138,15 +134,10 @@ class AdaptiveNode(LifecycleNode):
         *,
         depth: int = 5,
     ) -> None:
-        """Subscribe, whenever the node is active, to the topic that a parameter names.
+        """Subscribe, whenever the node is active, to the topic that a text parameter of this class names.
 
-        When the parameter is set, the subscription is destroyed and a new one of the same type is created.
-
-        Args:
-            message_type: the topic's type.
-            parameter: the name of a text parameter of this class.
-            callback: called with every message.
-            depth: how many messages wait while the node is busy; the oldest are dropped first.
+        When the parameter is set, the subscription is destroyed and a new one of the same type is created. While the
+        node is busy so many messages wait as `depth` says; the oldest are dropped first.
         """
         self.__inputs.append(_Input(message_type, "", parameter, callback, depth))
 

@@ -37,10 +37,7 @@ class PairMatcher(Generic[LeftT, RightT]):
     def add_left(self, stamp: int, item: LeftT, *, tolerance: int) -> tuple[LeftT, RightT] | None:
         """Take an item of the first stream; return the pair that it completes, or None.
 
-        Args:
-            stamp: its time in nanoseconds.
-            item: the item.
-            tolerance: greatest difference in nanoseconds of the stamps of a pair.
+        Its stamp, and the greatest difference of the stamps of a pair, are in nanoseconds.
         """
         partner = self._find_partner(stamp, item, tolerance, self._left, self._right)
         return None if partner is None else (item, partner)

@@ -146,7 +146,7 @@ class TopicParameter(NodeParameter[str]):
     """A parameter that names a topic; relative names are in the managed system's namespace."""
 
     def refusal(self, node: _Host, value: object) -> str:
-        """Refuse what is no topic's name."""
+        """Refuse what is not the name of a topic."""
         if not _TOPIC.fullmatch(str(value)):
             return f"{self.name} must be a topic's name such as {self.default}, got {value!r}."
         try:

@@ -22,7 +22,7 @@ class Fusion(AdaptiveNode):
 
     It publishes one message for each matched pair, never the same twice and never one older than the
     last, unless by so much that time must have been set back. With the modality rgb or depth it
-    publishes that sensor's images only. What comes on `topic_camera_input` and is no colour image is
+    publishes that sensor's images only. What comes on `topic_camera_input` and is not a colour image is
     dropped, and logged.
     """
 

@@ -24,7 +24,7 @@ def driven(callback: Callable[..., object]) -> Callable[..., None]:
     def call(*arguments: object) -> None:
         outcome = callback(*arguments)
         if outcome is not None:
-            drive(outcome, _ignore)
+            drive(outcome, lambda _: None)
 
     return call
 
@@ -35,16 +35,12 @@ def drive(outcome: object, done: Callable[..., object]) -> None:
     Whenever the coroutine waits for a future, it goes on in that future's done callback.
 
     Raises:
-        TypeError: the coroutine waits for something that is no `Future`.
+        TypeError: the coroutine waits for something that is not a `Future`.
     """
     if iscoroutine(outcome):
         _step(outcome, done)
     else:
         done(outcome)
-
-
-def _ignore(_: object) -> None:
-    """Do nothing with what a subscription or timer returned."""
 
 
 def _step(coroutine: Coroutine[object, None, object], done: Callable[..., object]) -> None:

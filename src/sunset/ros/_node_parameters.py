@@ -121,10 +121,7 @@ class NodeParameters:
     ) -> list[Parameter]:
         """Add several parameters, each (name), (name, value) or (name, value, descriptor).
 
-        Args:
-            namespace: put before each name with a full stop, unless empty.
-            parameters: the parameters.
-            ignore_override: whether defaults win over the command line.
+        Unless the namespace is empty, it is put before each name with a full stop.
 
         Raises:
             TypeError: an entry has another length.

@@ -66,7 +66,7 @@ def _construct_unique_map(loader: yaml.SafeLoader, node: yaml.MappingNode) -> di
             duplicate = key in result
         except TypeError:
             raise yaml.constructor.ConstructorError(
-                None, None, "a key is no scalar", key_node.start_mark
+                None, None, "a key is not a scalar", key_node.start_mark
             ) from None
         if duplicate:
             raise yaml.constructor.ConstructorError(
@@ -80,14 +80,10 @@ _Loader.add_constructor("tag:yaml.org,2002:map", _construct_unique_map)
 
 
 def parse_value(text: str, what: str) -> Value:
-    """Read the value of one parameter.
-
-    Args:
-        text: YAML: a bool, integer, float, text, or a list of one of these.
-        what: names it in errors.
+    """Read the value of a parameter from YAML: a bool, integer, float, text, or a list of one of these.
 
     Raises:
-        ParameterError: it is none of these.
+        ParameterError: it is none of these; `what` names it.
 
     >>> parse_value("1e-3", "p"), parse_value("[1, 2]", "p"), parse_value("rgb_camera", "p")
     (0.001, [1, 2], 'rgb_camera')

@@ -36,10 +36,7 @@ class Arguments:
 
     @classmethod
     def parse(cls, arguments: Sequence[str]) -> "Arguments":
-        """Read a command line.
-
-        Args:
-            arguments: as in `sys.argv`; ROS's own stand between `--ros-args` and `--` or the end.
+        """Read a command line, as in `sys.argv`; ROS's own arguments stand between `--ros-args` and `--` or the end.
 
         Raises:
             UnknownROSArgsError: an argument after `--ros-args` is unknown or malformed.

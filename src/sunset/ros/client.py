@@ -3,7 +3,7 @@
 from typing import Any, Generic, TypeAlias, TypeVar, cast
 
 from sunset.interfaces import Message, Service
-from sunset.rmw.core.node import Middleware, NodeHandle
+from sunset.rmw.core.node import NodeHandle
 from sunset.rmw.core.port import ClientHandle
 from sunset.rmw.core.qos import QoSProfile
 from sunset.ros.task import Future
@@ -16,17 +16,12 @@ class Client(Generic[RequestT, ResponseT]):
     """Asks a service; made by `Node.create_client`."""
 
     def __init__(
-        self,
-        middleware: Middleware,
-        node: NodeHandle,
-        srv_type: type[Service],
-        srv_name: str,
-        qos_profile: QoSProfile,
+        self, node: NodeHandle, srv_type: type[Service], srv_name: str, qos_profile: QoSProfile
     ) -> None:
         self.srv_type = srv_type
         self.srv_name = srv_name
         self.qos_profile = qos_profile
-        self._middleware = middleware
+        self._process = node.process
         self._pending: dict[int, Future[ResponseT]] = {}
         self.handle: ClientHandle = node.create_client(
             srv_type, srv_name, qos_profile, self._on_response, label=f"on response of {srv_name}"
@@ -66,16 +61,12 @@ class Client(Generic[RequestT, ResponseT]):
         return self.handle.server_ready()
 
     def wait_for_service(self, timeout_sec: float | None = None) -> bool:
-        """Wait until a server is there; inside a callback, only look.
+        """Wait until a server is there, for ever if no time is given, and return whether one is.
 
-        Args:
-            timeout_sec: how long to wait; None for ever.
-
-        Returns:
-            Whether a server is there.
+        Inside a callback, it only looks.
         """
         timeout_ns = None if timeout_sec is None else round(timeout_sec * 1e9)
-        return self._middleware.wait_for(self.handle.server_ready, timeout_ns)
+        return self._process.wait_for(self.handle.server_ready, timeout_ns)
 
     def destroy(self) -> None:
         """Leave the graph; prefer `Node.destroy_client`."""

@@ -32,7 +32,7 @@ class SingleThreadedExecutor:
         self.shutdown()
 
     def add_node(self, node: Node) -> bool:
-        """Run the callbacks of a node; return whether that is news.
+        """Run the callbacks of a node; return whether it did not do so before.
 
         Raises:
             MiddlewareError: the node belongs to another context.
@@ -87,10 +87,7 @@ class SingleThreadedExecutor:
             self.context.middleware.spin_once(None)
 
     def spin_once(self, timeout_sec: float | None = None) -> None:
-        """Wait for a callback and run it.
-
-        Args:
-            timeout_sec: how long to wait; None or a negative number for ever.
+        """Wait for a callback and run it; None or a negative number of seconds is for ever.
 
         Raises:
             CallbackError: it raised.

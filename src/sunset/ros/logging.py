@@ -127,16 +127,7 @@ class Logger:
         return self._log(message, LoggingSeverity.FATAL, options)
 
     def log(self, message: str, severity: LoggingSeverity, **options: Unpack[LogOptions]) -> bool:
-        """Log a message.
-
-        Args:
-            message: the text.
-            severity: how severe it is.
-            options: when the line of source that logs is to be passed over, see `LogOptions`.
-
-        Returns:
-            Whether it was logged.
-        """
+        """Log a message, unless the level or the options say otherwise; return whether it was logged."""
         return self._log(message, severity, options)
 
     def _log(self, message: str, severity: LoggingSeverity, options: LogOptions) -> bool:

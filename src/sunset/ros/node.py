@@ -236,7 +236,7 @@ class Node(NodeParameters, NodeGraph):
             InvalidServiceNameException: the name breaks the rules.
         """
         name = self.resolve_service_name(srv_name)
-        client: AnyClient = Client(self._middleware, self.handle, srv_type, name, qos_profile)
+        client: AnyClient = Client(self.handle, srv_type, name, qos_profile)
         self._clients.append(client)
         return client
 

@@ -25,11 +25,7 @@ def install_signal_handlers(
 ) -> None:
     """Let the next SIGINT or SIGTERM shut a context down, after the callback that runs; a second one acts as before.
 
-    Only the main thread can; others leave the signals alone.
-
-    Args:
-        options: which signals.
-        context: the context; the default context if None.
+    The context is the default one if None. Only the main thread can; others leave the signals alone.
     """
     if threading.current_thread() is not threading.main_thread():
         return

@@ -9,11 +9,7 @@ from sunset.rmw.core.tap import Tap
 
 
 class LiveProcess(Middleware):
-    """This process on a network; as a context manager it leaves the network when the context ends.
-
-    Attributes:
-        domain_id: the domain that it is in.
-    """
+    """This process on a network, in a domain; as a context manager it leaves the network when the context ends."""
 
     domain_id: int
 

@@ -54,16 +54,12 @@ class Middleware(ABC):
 
     @abstractmethod
     def spin_once(self, timeout_ns: int | None) -> bool:
-        """Wait for a callback of an attached node and run it.
+        """Wait for a callback of an attached node and run it; return whether one ran.
 
-        Args:
-            timeout_ns: how long to wait; 0 for not at all, None for ever.
-
-        Returns:
-            Whether a callback ran.
+        It does not wait if `timeout_ns` is 0, and waits for ever if it is None.
 
         Raises:
-            CallbackError: it raised.
+            CallbackError: the callback raised.
             MiddlewareError: called from inside a callback.
         """
 

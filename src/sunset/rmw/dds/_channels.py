@@ -42,11 +42,7 @@ class Channel(NamedTuple):
 
 
 class Channels:
-    """Readers that lose nothing: they keep all until it is taken.
-
-    Args:
-        link: the observer's participant, which is told to watch them.
-    """
+    """The readers of an observer's participant, which lose nothing: they keep all until it is taken."""
 
     def __init__(self, link: Link) -> None:
         self._link = link
@@ -65,11 +61,7 @@ class Channels:
         self._link.waitset.watch(number, self._channels[number].condition)
 
     def listen(self, ros: RosName, qos: QoSProfile) -> None:
-        """Make readers for a topic or service, unless there are some that hear such an endpoint.
-
-        Args:
-            ros: an endpoint that is there.
-            qos: what it offers or asks for.
+        """Make readers for the topic or service of an endpoint that has a QoS, unless there are some that hear it.
 
         Raises:
             InterfaceError: its type has no definition here.

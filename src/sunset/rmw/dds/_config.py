@@ -5,6 +5,7 @@ Improved-Dynamic-Discovery) and of Cyclone DDS. One thing differs on purpose: no
 the caller asks for the network.
 """
 
+import os
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -81,26 +82,21 @@ class Configuration:
 
 
 def read_configuration(
-    environment: Mapping[str, str],
+    environment: Mapping[str, str] | None,
     *,
     domain_id: int | None = None,
     network: bool = False,
     distro: str | None = None,
 ) -> Configuration:
-    """Put together what the caller and the environment say.
+    """Put together what the arguments of `CycloneDDS` and the environment say, the former before the latter.
 
-    Args:
-        environment: ROS_DOMAIN_ID, ROS_LOCALHOST_ONLY, ROS_AUTOMATIC_DISCOVERY_RANGE, ROS_DISTRO and
-            CYCLONEDDS_URI are looked at.
-        domain_id: instead of ROS_DOMAIN_ID.
-        network: whether to be heard beyond this computer.
-        distro: the ROS 2 distribution of the others, one of `DISTROS`; None to guess from ROS_DISTRO and from
-            what they send. Where nothing is known, announcements begin in the older form: the newer distributions
-            read it as one of no nodes, while the older ones fail to join where they get the newer form.
+    Where the distribution of the others is not known, announcements begin in the older form: the newer distributions
+    read it as one of no nodes, while the older ones fail to join where they get the newer form.
 
     Raises:
         MiddlewareError: a value cannot be used, or two contradict each other.
     """
+    environment = os.environ if environment is None else environment
     if distro is not None and distro not in DISTROS:
         raise MiddlewareError(f"The ROS 2 distribution must be one of {', '.join(DISTROS)}, got {distro!r}.")
     reach = _reach(environment, network=network)

@@ -68,14 +68,7 @@ class ReadingEntity(DdsEndpoint, DdsEntity, Generic[TypeT]):
 
     @abstractmethod
     def handle(self, payload: bytes, writer: int) -> bool:
-        """Handle a sample.
-
-        Args:
-            payload: its CDR with the encapsulation header.
-            writer: the handle of its writer.
-
-        Returns:
-            Whether a callback ran.
+        """Handle a sample, which is CDR with its encapsulation header; return whether a callback ran.
 
         Raises:
             InterfaceError: it is malformed.

@@ -67,7 +67,7 @@ def decode_participant(payload: bytes) -> Participant:
     """Return what a sample on `ros_discovery_info` says, whichever size its gids have.
 
     Raises:
-        InterfaceError: it is no such sample.
+        InterfaceError: it is not such a sample.
     """
     for gid_size in _GID_SIZES:
         reader = _Reader(payload, gid_size)

@@ -29,12 +29,7 @@ class DdsEntity(Entity["DdsHost"]):
 
 
 class DdsEndpoint(Entity["DdsHost"]):
-    """A part that others on the graph see.
-
-    Attributes:
-        readers: GUIDs of its DDS readers.
-        writers: GUIDs of its DDS writers.
-    """
+    """A part that others on the graph see; `readers` and `writers` are the GUIDs of those that it has in DDS."""
 
     readers: tuple[bytes, ...]
     writers: tuple[bytes, ...]
@@ -70,6 +65,7 @@ class DdsHost(LiveProcess):
         problems: what came and could not be used: topic, service or node → how often.
         alarms: when which part is to have a turn, by the clock that never jumps.
         endpoints_here: the endpoints of its nodes, as the keys, by age.
+        request_numbers: yields the running numbers of requests.
     """
 
     def __init__(self, configuration: Configuration) -> None:
@@ -82,7 +78,7 @@ class DdsHost(LiveProcess):
         self._readers: dict[int, DdsEntity] = {}
         self._queue: WaitingLine[DdsEntity | None] = WaitingLine()
         self._ids = count(1)
-        self._requests = count(1)
+        self.request_numbers = count(1)
         self._reported: dict[str, tuple[int, int]] = {}
         self._failure: Exception | None = None
         self._alive = True
@@ -160,10 +156,6 @@ class DdsHost(LiveProcess):
         first, *others = self.link.guid[:12] + next(self._ids).to_bytes(4, "big")
         return ".".join([f"{first:2x}", *(f"{byte:x}" for byte in others)])
 
-    def new_request_number(self) -> int:
-        """Return the running number of a request."""
-        return next(self._requests)
-
     def call(self, entity: DdsEntity, handler: Callable[..., None], *arguments: object) -> None:
         """Call a handler.
 
@@ -177,12 +169,9 @@ class DdsHost(LiveProcess):
             self._calling = False
 
     def report(self, where: str, problem: str, node: NodeHandle | None = None) -> None:
-        """Count something that could not be used, and tell a node of it, for each place at most every 10 s.
+        """Count what could not be used at a topic or service, and tell a node, the first of the process if None.
 
-        Args:
-            where: the topic or service.
-            problem: what is wrong, the end of a sentence.
-            node: whose; the first of the process if None.
+        The problem is the end of a sentence, which is told at most every 10 s for each place.
         """
         self.problems[where] += 1
         node = node or next(iter(tuple(self._nodes)), None)

@@ -16,10 +16,7 @@ VERSION: Final = "11.0.1"
 
 
 def check_version(found: str | None) -> None:
-    """Refuse a wheel whose private functions may be others.
-
-    Args:
-        found: its version; None if it is not installed.
+    """Refuse a wheel, by its version or None, whose private functions may be others.
 
     Raises:
         MissingExtraError: it is not installed, or of another version.

@@ -200,7 +200,7 @@ class Link:
             for number in (_WRITERS, _READERS):
                 endpoints, unknown = wheel.take_endpoints(self._readers[number])
                 for _ in range(unknown):
-                    self._on_problem(_ENDPOINTS, "passed over an endpoint whose names are no UTF-8.")
+                    self._on_problem(_ENDPOINTS, "passed over an endpoint whose names are not UTF-8.")
                 self._listener.learn_endpoints(endpoints, writers=number == _WRITERS)
 
     def _learn_nodes(self, payload: bytes) -> None:

@@ -7,7 +7,7 @@ from typing import Final, NamedTuple
 from sunset.rmw.core.port import EndpointKind
 
 OBSERVER: Final = "observer"
-"""A key in the user data of readers that only look on: they are no part of the graph."""
+"""A key in the user data of readers that only look on: they are not part of the graph."""
 
 _TYPE_NAME: Final = re.compile(r"(\w+)::(msg|srv)::dds_::(\w+?)(_Request|_Response)?_")
 
@@ -49,12 +49,9 @@ class RosName(NamedTuple):
 
 
 def ros_name(topic: str, mangled: str, *, writes: bool) -> RosName | None:
-    """Return what an endpoint is in ROS, or None if it is nothing, or a service's second endpoint.
+    """Return what a writer or reader is in ROS, by its DDS topic and the DDS name of its type.
 
-    Args:
-        topic: its DDS topic.
-        mangled: the DDS name of its type.
-        writes: whether it is a writer.
+    None if it is nothing, or a service's second endpoint.
 
     >>> ros_name("rq/uav/setRequest", "std_srvs::srv::dds_::SetBool_Request_", writes=False)
     RosName(kind=<EndpointKind.SERVICE: 'service'>, name='/uav/set', type_name='std_srvs/srv/SetBool')

@@ -7,7 +7,6 @@ line on the thread that calls it. Nothing is sent beyond this computer unless th
 """
 
 import atexit
-import os
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
@@ -69,12 +68,7 @@ class CycloneDDS(DdsHost):
         distro: str | None = None,
         environment: Mapping[str, str] | None = None,
     ) -> None:
-        configuration = read_configuration(
-            os.environ if environment is None else environment,
-            domain_id=domain_id,
-            network=network,
-            distro=distro,
-        )
+        configuration = read_configuration(environment, domain_id=domain_id, network=network, distro=distro)
         super().__init__(configuration)
         self._parts = Parts(
             publisher=partial(DdsPublisher, self),
@@ -144,7 +138,10 @@ class CycloneDDS(DdsHost):
 
     def _next(self, end_ns: int | None) -> DdsEntity | None:
         """Return who is first in line, waiting until somebody is, an alarm goes off, or time is over."""
-        limits = [limit for limit in (self._line_up_timers(), end_ns) if limit is not None]
+        alarm_ns = self._line_up_timers()
+        if self._queue:
+            return self._queue.get()
+        limits = [limit for limit in (alarm_ns, end_ns) if limit is not None]
         wait_ns = min(min(limits) - self.steady_ns(), _LONG_NS) if limits else _LONG_NS
         return self._queue.get(wait_ns / 1e9)
 

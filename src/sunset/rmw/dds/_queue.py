@@ -30,16 +30,11 @@ class WaitingLine(Generic[T]):
                 self._news.release()
 
     def get(self, timeout_s: float | None = None) -> T:
-        """Take what came first.
-
-        Args:
-            timeout_s: how long to wait until there is something; at most 0 for not at all, None for ever.
+        """Take what came first, having waited until there is something: for at most so many seconds, None for ever.
 
         Raises:
             queue.Empty: nothing came.
         """
-        if self._items:
-            return self._items.popleft()
         end_s = None if timeout_s is None else time.monotonic() + timeout_s
         while not self._items:
             if end_s is None:

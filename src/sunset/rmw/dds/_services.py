@@ -96,7 +96,7 @@ class DdsClient(_ServiceEnd, ClientHandle):
 
     def send_request(self, request: Message) -> int:
         self.check_alive(f"call {self.name}")
-        number = self.process.new_request_number()
+        number = next(self.process.request_numbers)
         self.send(_sample(self._id, number, request))
         return number
 

@@ -1,6 +1,5 @@
 """An observer of a live network: it reads every topic and service, and takes part in nothing."""
 
-import os
 import threading
 import time
 from collections import Counter
@@ -94,20 +93,13 @@ class _News(GraphListener):
 class CycloneTap(LiveObserver):
     """Lets a tap see what happens on a live network, without being part of it: it has no node, and sends nothing.
 
-    The tap's methods are called on a thread of its own, in the order in which samples were sent, about 0.1 s later,
-    with times of the system clock at which they were sent; what a sender says of that counts within the second
-    before the sample came. A response waits for its request, which may have to be sent again, for a second. Who
-    sent what is known from the announcements of the nodes; a sample whose node is not announced within a second is
-    told with an empty name. Samples that were sent before the tap's readers were connected, which takes some
-    hundredths of a second after an endpoint appears, are not seen unless they are kept for late comers. A request
-    is told once for each node that offers the service.
-
-    Args:
-        tap: what to tell.
-        domain_id: as of `CycloneDDS`, like the others.
-        network: whether to hear more than this computer.
-        distro: the ROS 2 distribution of other nodes.
-        environment: what to look variables up in.
+    It enters the network as a `CycloneDDS` with the same arguments would. The tap's methods are called on a thread of
+    its own, in the order in which samples were sent, about 0.1 s later, with times of the system clock at which they
+    were sent; what a sender says of that counts within the second before the sample came. A response waits for its
+    request, which may have to be sent again, for a second. Who sent what is known from the announcements of the nodes;
+    a sample whose node is not announced within a second is told with an empty name. Samples that were sent before the
+    tap's readers were connected, which takes some hundredths of a second after an endpoint appears, are not seen unless
+    they are kept for late comers. A request is told once for each node that offers the service.
 
     Attributes:
         problems: what came and could not be used: topic or service → how often.
@@ -137,12 +129,7 @@ class CycloneTap(LiveObserver):
         self._events: list[_Event] = []
         self._requests: dict[tuple[str, RequestId], None] = {}
         self._ages = count()
-        configuration = read_configuration(
-            os.environ if environment is None else environment,
-            domain_id=domain_id,
-            network=network,
-            distro=distro,
-        )
+        configuration = read_configuration(environment, domain_id=domain_id, network=network, distro=distro)
         news = _News(self._queue)
         self._link = Link(configuration, self._queue.put, self._on_problem, self._queue.put, news)
         self._channels = Channels(self._link)
@@ -192,7 +179,7 @@ class CycloneTap(LiveObserver):
             while self._queue:
                 self._handle_next()
             self._tell(None)
-        except Exception as error:  # noqa: BLE001  whoever closes the tap gets it
+        except Exception as error:  # noqa: BLE001  who closes the tap gets it
             self._failure = error
 
     def _handle_next(self) -> bool:

@@ -31,16 +31,11 @@ _TYPE_INFORMATION: Final = (8, 9, 10)  # type_id, type_map, type_info of struct 
 
 @contextmanager
 def topic_of(participant: int, name: str, type_name: str) -> Iterator[int]:
-    """Make a topic for the writers and readers that are made within.
+    """Make a topic, by its name and that of its type in DDS, for the writers and readers that are made within.
 
     They announce no type information, as those of ROS 2 nodes, so that only the names of types are compared; the
     wheel's own would not be connected to any process that defines the type in other words. Nor does DDS look into
     samples: they are checked where they are decoded.
-
-    Args:
-        participant: whose topic.
-        name: its name in DDS.
-        type_name: the name of its type in DDS.
 
     Raises:
         MiddlewareError: there cannot be such a topic.
@@ -85,15 +80,10 @@ def _without_type_information(operations: int) -> ctypes.Array[ctypes.c_void_p]:
 
 
 def write(writer: int, payload: bytes, name: str) -> None:
-    """Send a sample.
-
-    Args:
-        writer: the writer.
-        payload: CDR with its encapsulation header, padded to a multiple of 4 bytes.
-        name: of the topic or service, for errors.
+    """Send a sample: CDR with its encapsulation header, padded to a multiple of 4 bytes.
 
     Raises:
-        MiddlewareError: the writer is gone, or does not get rid of what it must keep.
+        MiddlewareError: the writer is gone, or does not get rid of what it must keep; `name` says of what it is.
     """
     result = _clayer.ddspy_write(writer, payload)
     if result < 0:
@@ -148,7 +138,7 @@ def _endpoint(*described: Any) -> Endpoint:
 def take_endpoints(reader: int) -> tuple[list[Endpoint], int]:
     """Return what is new about endpoints, from a reader of a built-in topic, and of how many it is not known.
 
-    That is so of those with the name of a topic or a type that is no UTF-8.
+    That is so of those with the name of a topic or a type that is not UTF-8.
     """
     found: list[Endpoint] = []
     unknown = 0
@@ -168,7 +158,7 @@ def take_participants(reader: int) -> list[tuple[bytes, bool]]:
     found: list[tuple[bytes, bool]] = []
     while True:
         batch: list[tuple[bytes, bool]] | int = _clayer.ddspy_take_participant(
-            reader, _BATCH, _participant, _no_qos
+            reader, _BATCH, _participant, lambda _: None
         )
         if not batch or isinstance(batch, int):
             return found
@@ -177,10 +167,6 @@ def take_participants(reader: int) -> list[tuple[bytes, bool]]:
 
 def _participant(guid: bytes, _: None, info: Any) -> tuple[bytes, bool]:
     return guid, info.instance_state == _ALIVE
-
-
-def _no_qos(_: int) -> None:
-    return None
 
 
 def matched_subscription(writer: int, handle: int) -> Endpoint | None:

@@ -43,15 +43,8 @@ class ComputeModel:
         if node not in self._seconds:
             return None
         if node not in self._samplers:
-            self._samplers[node] = self._make_sampler(node)
+            random = generator(self._seed, "compute", node).random
+            low = self._seconds[node] * 1e9 * (1 - self._jitter)
+            width = self._seconds[node] * 1e9 * 2 * self._jitter
+            self._samplers[node] = lambda: round(low + width * random())
         return self._samplers[node]
-
-    def _make_sampler(self, node: str) -> Callable[[], int]:
-        random = generator(self._seed, "compute", node).random
-        low = self._seconds[node] * 1e9 * (1 - self._jitter)
-        width = self._seconds[node] * 1e9 * 2 * self._jitter
-
-        def draw() -> int:
-            return round(low + width * random())
-
-        return draw

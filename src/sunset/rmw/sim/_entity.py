@@ -52,15 +52,7 @@ class SimEntity(Entity[SimHost]):
 
 
 class SimEndpoint(Entity[SimHost]):
-    """A part that others on the graph see.
-
-    Attributes:
-        kind: what it does.
-        name: of its topic or service.
-        type_name: of that.
-        qos: what it offers or asks for.
-        gid: a number that no other endpoint has or had.
-    """
+    """A part that others on the graph see, with what its `EndpointInfo` tells; its gid is a whole number."""
 
     kind: ClassVar[EndpointKind]
 

@@ -20,9 +20,8 @@ class SimProcess(SimHost):
     """One process of the simulated world; made by `Simulation.create_process`.
 
     Attributes:
-        name: names it in errors.
-        network: the world.
         nodes_here: its nodes, as the keys, by age.
+        exit_handlers: called with this process when it has ended, however it does.
     """
 
     def __init__(
@@ -39,7 +38,7 @@ class SimProcess(SimHost):
         self._calls = 0
         self._ready: deque[SimEntity] = deque()
         self._outbox: list[tuple[Callable[..., None], object]] = []
-        self._on_exit: list[Callable[[SimProcess], object]] = []
+        self.exit_handlers: list[Callable[[SimProcess], object]] = []
         self._parts = Parts(
             publisher=partial(SimPublisher, self),
             subscription=partial(SimSubscription, self),
@@ -57,10 +56,6 @@ class SimProcess(SimHost):
         self._running = True
         scheduler = self.network.scheduler
         scheduler.add(scheduler.now, Priority.TIMER, self._start, None)
-
-    def add_exit_handler(self, handler: "Callable[[SimProcess], object]") -> None:
-        """Call `handler(process)` when this process ends, however it does."""
-        self._on_exit.append(handler)
 
     def check_alive(self) -> None:
         if not self._alive:
@@ -145,7 +140,7 @@ class SimProcess(SimHost):
         self._running = False
         self._ready.clear()
         self._outbox.clear()
-        for handler in self._on_exit:
+        for handler in self.exit_handlers:
             handler(self)
 
     # The port

@@ -40,15 +40,11 @@ class Scheduler:
         self.now = max(self.now, time_ns)
 
     def run_while(self, predicate: Callable[[], bool], limit_ns: int | None) -> bool:
-        """Let events happen one by one for as long as a predicate holds.
-
-        Args:
-            predicate: looked at before each event.
-            limit_ns: the last moment at which events happen; None for no limit.
+        """Let events happen one by one for as long as a predicate, which is looked at before each, holds.
 
         Returns:
-            Whether the predicate stopped holding. If not, the clock stands at the limit, or nothing is
-            left to happen.
+            Whether it stopped holding. If not, the clock stands at the limit, if there is one, or nothing is left to
+            happen.
         """
         events = self._events
         while predicate():

@@ -110,7 +110,7 @@ class Simulation:
 
     def on_exit(self, process: SimProcess, handler: Callable[[SimProcess], object]) -> None:
         """Call `handler(process)` when the process has ended, by shutdown or kill."""
-        process.add_exit_handler(handler)
+        process.exit_handlers.append(handler)
 
     def node_names(self) -> list[str]:
         """Return the fully qualified names of all nodes, sorted."""

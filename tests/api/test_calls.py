@@ -11,7 +11,7 @@ import pytest
 
 import sunset
 from sunset.api import Manager
-from sunset.errors import MissingExtraError, RecordError
+from sunset.errors import InvalidInputError, MissingExtraError, RecordError
 from sunset.managing import ManagingSystem, Symptoms
 from sunset.recording import read_messages
 
@@ -96,6 +96,49 @@ def test_a_campaign_of_classes_is_flown_by_several_processes_and_compared(tmp_pa
     opened = sunset.load(tmp_path / "results")
     assert isinstance(opened, sunset.Results)
     assert list(opened.runs) == list(results.runs)
+
+
+def test_labels_tell_managers_of_one_name_apart(tmp_path: Path) -> None:
+    managers: dict[str, Manager] = {
+        "first": functools.partial(Focus, wait=0),
+        "later": functools.partial(Focus, wait=3),
+        "made": lambda **options: Focus(wait=3, **options),
+        "again": lambda **options: Focus(wait=0, **options),
+    }
+
+    (tmp_path / "suite").mkdir()
+    (tmp_path / "suite" / "blurred.yaml").write_text("name: blurred\nfaults: [autofocus_needed]\n")
+    results = sunset.bench(
+        tmp_path / "suite",
+        managers,
+        out=tmp_path / "results",
+        repetitions=1,
+        references=False,
+        duration=3,
+        jobs=2,
+    )
+
+    digests = {run.manager: run.digest for run in results.runs}
+    assert digests["first"] == digests["again"] != digests["later"] == digests["made"]
+
+
+def bench_focus(out: Path, manager: Manager) -> sunset.Results:
+    return sunset.bench("nofault", manager, out=out, repetitions=1, references=False, duration=1, jobs=1)
+
+
+def test_a_campaign_is_continued_by_the_same_arguments_only(tmp_path: Path) -> None:
+    first = bench_focus(tmp_path, functools.partial(Focus, wait=1))
+    assert list(bench_focus(tmp_path, functools.partial(Focus, wait=1)).runs) == list(first.runs)
+    with pytest.raises(InvalidInputError, match="Focus has changed since the campaign"):
+        bench_focus(tmp_path, functools.partial(Focus, wait=2))
+
+
+def test_a_campaign_of_what_nothing_is_known_of_is_not_continued(tmp_path: Path) -> None:
+    bench_focus(tmp_path, lambda **options: Focus(wait=1, **options))
+    with pytest.raises(
+        InvalidInputError, match=r"nothing says whether its managing system .*lambda.* is still the"
+    ):
+        bench_focus(tmp_path, lambda **options: Focus(wait=2, **options))
 
 
 @pytest.mark.skipif(importlib.util.find_spec("pandas") is not None, reason="pandas is installed")

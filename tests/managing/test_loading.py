@@ -1,5 +1,7 @@
 """Finding a managing system, and what is said when there is none."""
 
+import hashlib
+import os
 import sys
 from pathlib import Path
 from typing import Any
@@ -12,6 +14,7 @@ from sunset.managing import (
     Baseline,
     ManagingSystem,
     NoAdaptation,
+    checksum,
     load_manager,
     manager_sources,
     split_label,
@@ -132,6 +135,59 @@ def test_a_file_is_read_anew_each_time(tmp_path: Path) -> None:
     second = load_manager(f"{write(tmp_path, MINE.replace('pass', 'return'))}:Mine")
     assert first is not second
     assert first.__module__ == second.__module__
+
+
+def test_what_runs_is_what_stands_in_the_files_even_if_bytecode_seems_as_new(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("sys.path", [*sys.path])
+    monkeypatch.setattr("sys.dont_write_bytecode", False)
+    mine = f"{tmp_path / 'mine.py'}:Mine"
+    (tmp_path / "policy_of_mine").mkdir()
+    names = ("mine.py", "policy_of_mine/__init__.py", "policy_of_mine/gains.py")
+    for gain in (2, 3):
+        write(tmp_path, f"from policy_of_mine import NEAR, FAR\n{MINE}    gains = NEAR, FAR, {gain}\n")
+        (tmp_path / names[1]).write_text(f"from policy_of_mine.gains import FAR\nNEAR = {gain}\n")
+        (tmp_path / names[2]).write_text(f"FAR = {gain}\n")
+        for name in names:
+            os.utime(tmp_path / name, (1, 1))
+        manager: Any = load_manager(mine)
+        assert manager.gains == (gain, gain, gain)
+    assert not [*tmp_path.rglob("__pycache__")]
+
+
+def test_what_is_below_the_folder_but_not_a_module_of_it_keeps_its_bytecode(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (installed := tmp_path / ".venv" / "packages").mkdir(parents=True)
+    (installed / "installed_beside_mine.py").write_text("")
+    monkeypatch.setattr("sys.path", [*sys.path, str(installed)])
+    monkeypatch.setattr("sys.dont_write_bytecode", False)
+    load_manager(f"{write(tmp_path, f'import installed_beside_mine{chr(10)}{MINE}')}:Mine")
+    assert [path.parent for path in tmp_path.rglob("__pycache__")] == [installed]
+
+
+def test_the_checksum_of_a_file_and_its_neighbours_is_that_of_their_checksums(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("sys.path", [*sys.path])
+    (tmp_path / "beside_mine.py").write_text("GAIN = 2\n")
+    mine = f"{write(tmp_path, f'import beside_mine{chr(10)}{MINE}')}:Mine"
+    files = [tmp_path / "beside_mine.py", tmp_path / "mine.py"]
+    digests = b"".join(hashlib.sha256(file.read_bytes()).digest() for file in files)
+    assert checksum(mine, sources(mine)) == hashlib.sha256(digests).hexdigest()
+
+
+@pytest.mark.parametrize("name", ["mine.py", "beside_mine.py"])
+def test_a_file_that_changes_while_it_is_imported_is_refused(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("sys.path", [*sys.path])
+    (tmp_path / "beside_mine.py").write_text("")
+    change = f"from pathlib import Path\nPath({str(tmp_path / name)!r}).write_text('x')\n"
+    mine = f"{write(tmp_path, f'import beside_mine{chr(10)}{change}{MINE}')}:Mine"
+    with pytest.raises(ManagerError, match=r"mine\.py:Mine was edited after it was imported"):
+        sources(mine)
 
 
 def test_a_name_that_no_record_can_hold_is_refused(tmp_path: Path) -> None:

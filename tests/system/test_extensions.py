@@ -1,5 +1,7 @@
 """Extensions that are wrong get one sentence; what was loaded for a while is gone after it."""
 
+import hashlib
+import os
 from pathlib import Path
 
 import pytest
@@ -47,6 +49,12 @@ def of_fault(options: str) -> str:
         ),
         ("x = (", ", line 1 cannot be imported: it raised SyntaxError"),
         ("raise SystemExit", "cannot be imported: it raised SystemExit"),
+        ("raise KeyboardInterrupt('stop')", "cannot be imported: it raised KeyboardInterrupt: stop.\n"),
+        (
+            "class Own(BaseException): pass\nraise Own('no')",
+            "cannot be imported: it raised Own: no.\n",
+        ),
+        (HEAD + "load_extension(__file__)", "sonar.py loads itself.\n"),
         ("x = 1", "must have an Extension as EXTENSION, got NoneType"),
         (
             HEAD + "EXTENSION = Extension(nodes='sonar')",
@@ -256,3 +264,50 @@ def test_an_installed_extension_is_found_by_its_name(tmp_path: Path, monkeypatch
         assert "sonar" in system.nodes
         (loaded,) = loaded_extensions()
         assert (loaded.name, loaded.where, len(loaded.checksum)) == ("sonar", "sonar", 64)
+
+
+def test_an_interrupt_while_an_extension_is_imported_is_one(tmp_path: Path) -> None:
+    (file := tmp_path / "slow.py").write_text("import os, signal\nos.kill(os.getpid(), signal.SIGINT)\n")
+    with pytest.raises(KeyboardInterrupt):
+        load_extension(file)
+
+
+def test_what_an_extension_prints_goes_to_stderr(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (file := tmp_path / "loud.py").write_text(f"{HEAD}print('here')\nEXTENSION = Extension()\n")
+    with extended_system([file]):
+        pass
+    assert capsys.readouterr() == ("", "here\n")
+
+
+def test_what_runs_of_an_extension_is_what_its_checksum_says(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("sys.dont_write_bytecode", False)
+    for suite in ("calm", "wild"):
+        (file := tmp_path / "mine.py").write_text(
+            f"{HEAD}EXTENSION = Extension(suites={{'{suite}': (('gpu_failure',),)}})\n"
+        )
+        os.utime(file, (1, 1))  # the time and size of the other
+        with extended_system([file]) as system:
+            assert suite in system.suites
+            assert loaded_extensions()[0].checksum == hashlib.sha256(file.read_bytes()).hexdigest()
+    assert not [*tmp_path.rglob("__pycache__")]
+
+
+def test_an_extension_that_changes_its_file_has_the_checksum_of_what_ran(tmp_path: Path) -> None:
+    text = f"{HEAD}EXTENSION = Extension()\nfrom pathlib import Path\nPath(__file__).write_text('')\n"
+    (file := tmp_path / "mine.py").write_text(text)
+    with extended_system([file]):
+        assert loaded_extensions()[0].checksum == hashlib.sha256(text.encode()).hexdigest()
+
+
+def test_an_extension_that_was_edited_after_it_was_loaded_is_refused(tmp_path: Path) -> None:
+    (file := tmp_path / "mine.py").write_text(f"{HEAD}EXTENSION = Extension()\n")
+    with extended_system([file, file]):
+        planned = loaded_extensions()[0].checksum
+        file.write_text(f"{HEAD}EXTENSION = Extension(suites={{}})\n")
+        with pytest.raises(
+            ExtensionError, match=r"mine\.py was edited after it was loaded: load it in a new process"
+        ):
+            load_extension(file)
+        load_extension(file, checksum=planned)  # that of what is loaded

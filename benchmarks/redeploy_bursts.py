@@ -20,7 +20,7 @@ from itertools import cycle, islice
 
 from sunset.experiments import RunSpec, Settings, prepare
 from sunset.experiments.live import LiveSystem
-from sunset.experiments.observer import COMMANDS_TOPIC, Observer
+from sunset.experiments.observer import Observer
 from sunset.harness.operator import Operator
 from sunset.interfaces import Message
 from sunset.interfaces.diagnostic_msgs.msg import DiagnosticArray
@@ -28,6 +28,7 @@ from sunset.interfaces.lifecycle_msgs.msg import Transition, TransitionEvent
 from sunset.interfaces.lifecycle_msgs.srv import ChangeState
 from sunset.interfaces.system_interfaces.msg import Command
 from sunset.interfaces.system_interfaces.srv import Redeploy
+from sunset.recording.timelines import COMMANDS_TOPIC
 from sunset.rmw.dds import CycloneDDS, CycloneTap
 from sunset.rmw.dds.domains import free_domain_id
 from sunset.ros import Context, Node, SingleThreadedExecutor

@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from sunset.experiments.observer import COMMANDS_TOPIC, Observer
+from sunset.experiments.observer import Observer
 from sunset.interfaces import Message
 from sunset.interfaces.lifecycle_msgs.msg import State, Transition, TransitionEvent
 from sunset.interfaces.lifecycle_msgs.srv import ChangeState
@@ -13,6 +13,7 @@ from sunset.interfaces.rcl_interfaces.srv import GetParameters, SetParameters, S
 from sunset.interfaces.std_msgs.msg import String
 from sunset.interfaces.system_interfaces.msg import Command
 from sunset.interfaces.system_interfaces.srv import Redeploy
+from sunset.recording.timelines import COMMANDS_TOPIC
 from sunset.rmw.core.port import EndpointKind, RequestId
 from sunset.ros import Parameter
 

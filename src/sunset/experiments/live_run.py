@@ -10,7 +10,7 @@ from itertools import pairwise
 from sunset.errors import SunsetError
 from sunset.experiments.live import LiveClock, LiveSystem
 from sunset.experiments.manager import bring_up_timeout_error, check_injection
-from sunset.experiments.observer import Observer
+from sunset.experiments.observer import END_SERVICE, Observer
 from sunset.experiments.resources import Resources
 from sunset.experiments.spec import EXTERNAL, RunSpec, Timing
 from sunset.harness.supervisor import Phase, Supervisor
@@ -32,7 +32,6 @@ _S = 10**9
 _CLOCK = "/clock"
 _TRUTH = "/gt_segmentation"
 _NAMELESS = "a nameless node"
-_END = "/experiment/end"
 _ON_ITS_WAY_S = 0.5
 """A frame that was taken this long before something went wrong may be lost to it."""
 _LATE = 2.5
@@ -126,7 +125,7 @@ class _Watch(Tap):
         self._observer.on_node(process, node)
 
     def on_endpoint(self, node: str, kind: EndpointKind, name: str) -> None:
-        self.is_ready |= name == _END
+        self.is_ready |= name == END_SERVICE
         self._observer.on_endpoint(node, kind, name)
 
     def on_message(self, time_ns: int, topic: str, node: str, message: Message) -> None:

@@ -50,15 +50,14 @@ def manager_checksum(manager: str, *, limit_s: float) -> str:
         ManagerError: it cannot be loaded.
     """
 
-    def load(watch: Watch) -> str:
-        def look() -> str:
-            made = load_manager(manager)
-            check_name(f"/{made.node_name}", manager)
-            return checksum(manager, manager_sources(manager, made))
+    def load() -> str:
+        made = load_manager(manager)
+        check_name(f"/{made.node_name}", manager)
+        return checksum(manager, manager_sources(manager, made))
 
-        return watch.call(look)
-
-    return "" if manager == EXTERNAL else str(isolate(manager, "cannot be loaded", load, limit_s=limit_s))
+    if manager == EXTERNAL:
+        return ""
+    return str(isolate(manager, "cannot be loaded", lambda watch: watch.call(load), limit_s=limit_s))
 
 
 def isolate(manager: str, what: str, function: Callable[[Watch], Any], *, limit_s: float) -> Any:

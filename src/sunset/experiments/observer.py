@@ -19,6 +19,7 @@ from sunset.interfaces.stamps import stamp_of
 from sunset.interfaces.system_interfaces.msg import Command
 from sunset.interfaces.system_interfaces.srv import Redeploy
 from sunset.names import base_name, ros_text
+from sunset.recording.timelines import COMMANDS_TOPIC
 from sunset.rmw.core.port import EndpointKind, RequestId
 from sunset.rmw.core.tap import Tap
 from sunset.ros.exceptions import InvalidParameterTypeException
@@ -36,14 +37,11 @@ from sunset.system import (
 )
 from sunset.texts import shorten
 
-COMMANDS_TOPIC: Final = "/experiment/commands"
-"""Where the record keeps the observed commands (`system_interfaces/msg/Command`)."""
-
 _OWN_PREFIXES: Final = (f"{NAMESPACE}/", "/experiment/")
 _OFF_LIMITS_SERVERS: Final = frozenset(f"/{node.name}" for node in HARNESS.values() if node.off_limits)
 """Nodes that a managing system must not call."""
 
-_END_SERVICE: Final = "/experiment/end"
+END_SERVICE: Final = "/experiment/end"
 """By which a managing system of another process may say that it is done."""
 
 _PARAMETER_EVENTS: Final = "/parameter_events"
@@ -129,7 +127,7 @@ class Observer(Tap):
         self, time_ns: int, service: str, client: str, server: str, request: Message, request_id: RequestId
     ) -> None:
         """Note a request that reached its server."""
-        if service == _END_SERVICE or (
+        if service == END_SERVICE or (
             client in INFRASTRUCTURE and not isinstance(request, ChangeState.Request)
         ):
             return

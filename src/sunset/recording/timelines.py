@@ -15,14 +15,16 @@ from sunset.metrics import NUMBER_OF_CLASSES, Command, Frames, Injection, Sample
 from sunset.recording.values import RecordedMessage
 from sunset.system import DURATION_S, PERIOD_S, RESULT_TOPIC, current_system, full_name
 
-_COMMANDS: Final = "/experiment/commands"
+COMMANDS_TOPIC: Final = "/experiment/commands"
+"""Where a record keeps the observed commands (`system_interfaces/msg/Command`)."""
+LOG_TOPIC: Final = "/experiment/log"
+
 _DIAGNOSTICS: Final = "/diagnostics"
 _EVALUATIONS: Final = "/seg_metrics"
 _INJECTIONS: Final = "/experiment/injections"
-LOG_TOPIC: Final = "/experiment/log"
 _TRUTH: Final = "/gt_segmentation"
 
-_OTHERS: Final = (_COMMANDS, _DIAGNOSTICS, _EVALUATIONS, _INJECTIONS, LOG_TOPIC, _TRUTH)
+_OTHERS: Final = (COMMANDS_TOPIC, _DIAGNOSTICS, _EVALUATIONS, _INJECTIONS, LOG_TOPIC, _TRUTH)
 
 _M = TypeVar("_M", bound=Message)
 
@@ -78,7 +80,7 @@ def timeline(
         },
         thresholds=thresholds,
         injections=_injections(topics.get(_INJECTIONS, []), start_ns),
-        commands=_commands(topics.get(_COMMANDS, []), topics.get(_TRUTH, []), start_ns),
+        commands=_commands(topics.get(COMMANDS_TOPIC, []), topics.get(_TRUTH, []), start_ns),
         frames=_frames(topics.get(_EVALUATIONS, []), topics.get(_TRUTH, []), start_ns),
         expected_frames=expected_frames,
     )

@@ -266,11 +266,8 @@ class AdaptiveNode(LifecycleNode):
             changed = self.parameter_values[parameter.name] != parameter.value
             self.parameter_values[parameter.name] = parameter.value
             if changed:
-                self.__switch_inputs(parameter.name)
+                for entry in self.__inputs:
+                    if entry.parameter == parameter.name and entry.subscription is not None:
+                        self.__open(entry)
         for parameter in ours:  # what follows may set some of them once more
             self.__bound[parameter.name].after_set(self, parameter.value)
-
-    def __switch_inputs(self, parameter: str) -> None:
-        for entry in self.__inputs:
-            if entry.parameter == parameter and entry.subscription is not None:
-                self.__open(entry)

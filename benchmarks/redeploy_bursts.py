@@ -28,12 +28,11 @@ from sunset.interfaces.lifecycle_msgs.msg import Transition, TransitionEvent
 from sunset.interfaces.lifecycle_msgs.srv import ChangeState
 from sunset.interfaces.system_interfaces.msg import Command
 from sunset.interfaces.system_interfaces.srv import Redeploy
-from sunset.recording.timelines import COMMANDS_TOPIC
 from sunset.rmw.dds import CycloneDDS, CycloneTap
 from sunset.rmw.dds.domains import free_domain_id
 from sunset.ros import Context, Node, SingleThreadedExecutor
 from sunset.scenarios import Scenario
-from sunset.system import current_system
+from sunset.system import COMMANDS_TOPIC, current_system
 
 PROCESSES = multiprocessing.get_context("forkserver")
 PROCESSES.set_forkserver_preload(["sunset.experiments.live", "sunset.harness.operator", "sunset.rmw.dds"])

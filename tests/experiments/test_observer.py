@@ -13,9 +13,9 @@ from sunset.interfaces.rcl_interfaces.srv import GetParameters, SetParameters, S
 from sunset.interfaces.std_msgs.msg import String
 from sunset.interfaces.system_interfaces.msg import Command
 from sunset.interfaces.system_interfaces.srv import Redeploy
-from sunset.recording.timelines import COMMANDS_TOPIC
 from sunset.rmw.core.port import EndpointKind, RequestId
 from sunset.ros import Parameter
+from sunset.system import COMMANDS_TOPIC
 
 MANAGER, CAMERA = "/managing_system", "/managed_subsystem/camera"
 NUMBER = RequestId(1, 1)

@@ -26,11 +26,9 @@ from sunset.rmw.backends import live_middleware
 from sunset.rmw.core.port import EndpointKind, RequestId
 from sunset.rmw.core.tap import Tap
 from sunset.ros.context import Context
-from sunset.system import MANAGER_PROCESS, RESULT_TOPIC, current_system
+from sunset.system import CLOCK_TOPIC, MANAGER_PROCESS, RESULT_TOPIC, TRUTH_TOPIC, current_system
 
 _S = 10**9
-_CLOCK = "/clock"
-_TRUTH = "/gt_segmentation"
 _NAMELESS = "a nameless node"
 _ON_ITS_WAY_S = 0.5
 """A frame that was taken this long before something went wrong may be lost to it."""
@@ -59,9 +57,9 @@ class FrameCount:
 
     def note(self, time_ns: int, topic: str, message: Message) -> None:
         """Note a message."""
-        if topic == _CLOCK and isinstance(message, Clock):
+        if topic == CLOCK_TOPIC and isinstance(message, Clock):
             self.clock.append((time_ns, ns_of(message.clock)))
-        frames = {_TRUTH: self.taken, RESULT_TOPIC: self.segmented}.get(topic)
+        frames = {TRUTH_TOPIC: self.taken, RESULT_TOPIC: self.segmented}.get(topic)
         if frames is not None and isinstance(message, Image):
             frames[message.header.stamp.sec, message.header.stamp.nanosec] = time_ns
 

@@ -11,7 +11,15 @@ from sunset.interfaces.diagnostic_msgs.msg import DiagnosticArray
 from sunset.interfaces.system_interfaces.msg import SetBlackboardGroup
 from sunset.ros.node import Node
 from sunset.ros.parameter import Parameter
-from sunset.system import WINDOW, MovingMean, current_system, frequency_entry, full_name
+from sunset.system import (
+    BLACKBOARD_TOPIC,
+    DIAGNOSTICS_TOPIC,
+    WINDOW,
+    MovingMean,
+    current_system,
+    frequency_entry,
+    full_name,
+)
 
 _PERIOD_S: Final = 0.1
 _WINDOW_NS: Final = 10**9
@@ -98,8 +106,8 @@ class Monitor(Node):
         for topic in current_system().topics.values():
             note = partial(self._note, frequency_entry(topic.name))
             self.create_subscription(get_message(topic.message_type), full_name(topic.name), note, 10)
-        self.create_subscription(DiagnosticArray, "/diagnostics", self._on_diagnostics, 50)
-        self._blackboard = self.create_publisher(SetBlackboardGroup, "/blackboard_group", 10)
+        self.create_subscription(DiagnosticArray, DIAGNOSTICS_TOPIC, self._on_diagnostics, 50)
+        self._blackboard = self.create_publisher(SetBlackboardGroup, BLACKBOARD_TOPIC, 10)
         self.create_timer(_PERIOD_S, self._publish)
 
     def _note(self, key: str, message: Message) -> None:

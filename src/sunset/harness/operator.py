@@ -13,7 +13,14 @@ from sunset.managing.symptoms import read_parameters
 from sunset.ros.clock import Clock
 from sunset.ros.context import Context
 from sunset.ros.time import ClockType
-from sunset.system import SENSOR_TOPICS, Value, current_system, frequency_entry
+from sunset.system import (
+    BLACKBOARD_TOPIC,
+    EVALUATION_TOPIC,
+    SENSOR_TOPICS,
+    Value,
+    current_system,
+    frequency_entry,
+)
 
 _FORGOTTEN_NS: Final = 2 * 10**9
 """So long after a process ended, the blackboard does not tell of it any more."""
@@ -85,8 +92,8 @@ class Operator(Conductor):
         self._blackboard: dict[str, object] = {}
         self._wall = Clock(clock_type=ClockType.STEADY_TIME, context=self.context)
         self._times: dict[str, deque[int]] = {"monitor": deque(), "evaluator": deque()}
-        self.create_subscription(SetBlackboardGroup, "/blackboard_group", self._on_blackboard, 10)
-        self.create_subscription(FrameEvaluation, "/seg_metrics", partial(self._note, "evaluator"), 10)
+        self.create_subscription(SetBlackboardGroup, BLACKBOARD_TOPIC, self._on_blackboard, 10)
+        self.create_subscription(FrameEvaluation, EVALUATION_TOPIC, partial(self._note, "evaluator"), 10)
 
     def status(self, processes: Processes) -> list[NodeStatus]:
         """Return how the nodes are that have a process or had one."""

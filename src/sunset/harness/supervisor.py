@@ -9,7 +9,7 @@ from sunset.harness.conductor import Conductor
 from sunset.interfaces.diagnostic_msgs.msg import DiagnosticArray
 from sunset.interfaces.system_interfaces.msg import ExperimentLogging
 from sunset.ros.context import Context
-from sunset.system import NAMESPACE, SENSOR_TOPICS, current_system, full_name
+from sunset.system import DIAGNOSTICS_TOPIC, LOG_TOPIC, NAMESPACE, SENSOR_TOPICS, current_system, full_name
 
 _SILENT_NS: Final = 10**9
 """Since its last heartbeat: after so long a node may have ended."""
@@ -58,9 +58,9 @@ class Supervisor(Conductor):
         self._ready = ready
         self._initial_states = current_system().initial_states
         self._heard: dict[str, tuple[str, int]] = {}
-        self._log = self.create_publisher(ExperimentLogging, "/experiment/log", 10)
+        self._log = self.create_publisher(ExperimentLogging, LOG_TOPIC, 10)
         self._diagnostics = self.create_subscription(
-            DiagnosticArray, "/diagnostics", self._on_diagnostics, 50
+            DiagnosticArray, DIAGNOSTICS_TOPIC, self._on_diagnostics, 50
         )
 
     @property

@@ -17,7 +17,7 @@ from sunset.ros.context import Context
 from sunset.ros.node import Node
 from sunset.ros.parameter import Parameter
 from sunset.ros.task import Future
-from sunset.system.vocabulary import Value, full_name, node_names
+from sunset.system.vocabulary import BLACKBOARD_TOPIC, Value, full_name, node_names
 from sunset.texts import shorten, suggestion
 
 
@@ -87,7 +87,7 @@ class ManagingSystem(Node):
         # Two underscores: out of the way of a subclass's own attributes.
         self.__blackboard: dict[str, Value] = {}
         self.__callers: dict[str, AnyClient] = {}
-        self.create_subscription(SetBlackboardGroup, "/blackboard_group", self.__on_blackboard, 10)
+        self.create_subscription(SetBlackboardGroup, BLACKBOARD_TOPIC, self.__on_blackboard, 10)
         self.create_timer(cast("float", self.get_parameter("period").value), self.__decide)
         self.on_start()
 

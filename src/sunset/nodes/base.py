@@ -17,7 +17,7 @@ from sunset.ros.lifecycle import LifecycleNode, LifecycleState, TransitionCallba
 from sunset.ros.node import Node
 from sunset.ros.parameter import Parameter
 from sunset.ros.subscription import AnySubscription
-from sunset.system import LONGEST_DELAY_S, NAMESPACE, current_system
+from sunset.system import DIAGNOSTICS_TOPIC, LONGEST_DELAY_S, NAMESPACE, current_system
 
 _HEARTBEAT_S: Final = 0.1
 
@@ -103,7 +103,7 @@ class AdaptiveNode(LifecycleNode):
         self.__news: list[KeyValue] = []
         self.__curing = False
         self.__declare_bound_parameters()
-        self.__diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
+        self.__diagnostics = self.create_publisher(DiagnosticArray, DIAGNOSTICS_TOPIC, 10)
         self.__heartbeat = self.create_timer(_HEARTBEAT_S, self.__publish_heartbeat)
         self.__booted = self.lifecycle_activation_delay <= 0
         self.set_up()

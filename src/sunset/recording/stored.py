@@ -11,8 +11,9 @@ from sunset.interfaces.rcl_interfaces.msg import Log
 from sunset.metrics import Episode, ExecutedAdaptation, RunMetrics, Samples, Timeline, score
 from sunset.recording.reader import check_extensions, read_messages, timeline_of
 from sunset.recording.schema import RUN_FILE, RunRecord, differing_figures, read_run, stored_figures
-from sunset.recording.timelines import LOG_TOPIC, content_of, measured_topics, start_of
+from sunset.recording.timelines import content_of, measured_topics, start_of
 from sunset.recording.values import RecordedMessage
+from sunset.system import LOG_TOPIC
 from sunset.texts import shorten
 
 if TYPE_CHECKING:

@@ -31,7 +31,13 @@ from sunset.system.description import (
     Signal,
     Topic,
 )
-from sunset.system.harness import HARNESS, OFF_LIMITS_TOPICS, SENSOR_TOPICS
+from sunset.system.harness import (
+    COMMANDS_TOPIC,
+    DIAGNOSTICS_TOPIC,
+    HARNESS,
+    OFF_LIMITS_TOPICS,
+    SENSOR_TOPICS,
+)
 from sunset.system.names import full_name
 from sunset.texts import shorten, suggestion
 
@@ -278,7 +284,7 @@ class System:
     @cached_property
     def own_topics(self) -> frozenset[str]:
         """Full names of topics on which only the managed system and the experiment publish, as all below them."""
-        return frozenset({_DIAGNOSTICS, *_HARNESS_TOPICS, *self.publishers})
+        return frozenset({DIAGNOSTICS_TOPIC, *_HARNESS_TOPICS, *self.publishers})
 
     @cached_property
     def sensors(self) -> Mapping[str, frozenset[str]]:
@@ -362,9 +368,8 @@ def _imported(where: str, what: str) -> Any:
         raise ExtensionError(f"{what} cannot be imported: {error}.") from error
 
 
-_DIAGNOSTICS = "/diagnostics"
 _HARNESS_TOPICS = frozenset(topic for node in HARNESS.values() for topic in node.outputs)
-_RESERVED_TOPICS = _HARNESS_TOPICS | {_DIAGNOSTICS, *OFF_LIMITS_TOPICS, "/rosout", "/experiment/commands"}
+_RESERVED_TOPICS = _HARNESS_TOPICS | {DIAGNOSTICS_TOPIC, *OFF_LIMITS_TOPICS, "/rosout", COMMANDS_TOPIC}
 
 
 def _by_name(kind: str, values: Iterable[NamedT]) -> Mapping[str, NamedT]:

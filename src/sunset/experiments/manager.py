@@ -158,7 +158,7 @@ def manager_error(spec: RunSpec, manager: ManagingSystem, error: BaseException) 
 def _described(error: BaseException) -> str:
     try:
         text = shorten(str(error).rstrip("."))
-    except Exception:  # noqa: BLE001  a class of the user's, whose text is a mistake of its own
+    except Exception:  # noqa: BLE001  str() of a user's exception may itself raise
         text = ""
     return ": ".join(filter(None, (type(error).__name__, text)))
 

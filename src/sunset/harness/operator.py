@@ -17,6 +17,7 @@ from sunset.system import (
     BLACKBOARD_TOPIC,
     EVALUATION_TOPIC,
     SENSOR_TOPICS,
+    Rate,
     Value,
     current_system,
     frequency_entry,
@@ -91,7 +92,7 @@ class Operator(Conductor):
         self._warm_up_s = warm_up_s
         self._blackboard: dict[str, object] = {}
         self._wall = Clock(clock_type=ClockType.STEADY_TIME, context=self.context)
-        self._times: dict[str, deque[int]] = {"monitor": deque(), "evaluator": deque()}
+        self._rates = {"monitor": Rate(), "evaluator": Rate()}
         self.create_subscription(SetBlackboardGroup, BLACKBOARD_TOPIC, self._on_blackboard, 10)
         self.create_subscription(FrameEvaluation, EVALUATION_TOPIC, partial(self._note, "evaluator"), 10)
 
@@ -110,9 +111,8 @@ class Operator(Conductor):
         if pid is None and not self._runs_elsewhere(node):
             state = processes.end_of(node)
         hertz = self._blackboard.get(self._outputs.get(node, ""))
-        if node in self._times:
-            now = self._wall.now_ns()
-            hertz = float(sum(now - time < 10**9 for time in self._times[node]))
+        if node in self._rates:
+            hertz = self._rates[node].frequency(self._wall.now_ns())
         return NodeStatus(node, state, pid, cast("float | None", hertz))
 
     def _runs_elsewhere(self, node: str) -> bool:
@@ -125,11 +125,7 @@ class Operator(Conductor):
 
     def _note(self, node: str, message: Message) -> None:
         del message
-        times = self._times[node]
-        now = self._wall.now_ns()
-        times.append(now)
-        while now - times[0] >= 10**9:
-            times.popleft()
+        self._rates[node].note(self._wall.now_ns())
 
     def _on_blackboard(self, message: SetBlackboardGroup) -> None:
         self._note("monitor", message)

@@ -157,7 +157,7 @@ class AdaptiveNode(LifecycleNode):
         call_later(self, delay, function)
 
     def write_parameter(self, name: str, value: bool | float | str) -> None:
-        """Set a parameter of this node from within, past the rule that a fault is not wished away.
+        """Set a parameter of this node from within; a fault that is there does not refuse to be reset then.
 
         Raises:
             ParameterError: the value is refused.

@@ -44,7 +44,7 @@ from sunset.system.harness import (
 from sunset.system.names import NAMESPACE, frequency_entry, full_name, short_name
 from sunset.system.paper import BLUR_SIGMA, DEPTH_DEGRADATION_RANGE, IMAGE_DEGRADATION_RANGE
 from sunset.system.system import Extension, System
-from sunset.system.window import DURATION_S, PERIOD_S, SILENCE_S, WINDOW, MovingMean, Window
+from sunset.system.window import DURATION_S, PERIOD_S, SILENCE_S, WINDOW, MovingMean, Rate, Window
 
 __all__ = [
     "BLACKBOARD_TOPIC",
@@ -84,6 +84,7 @@ __all__ = [
     "LoadedExtension",
     "MovingMean",
     "NodeDescription",
+    "Rate",
     "Signal",
     "System",
     "Topic",

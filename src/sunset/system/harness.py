@@ -9,10 +9,10 @@ MANAGER_PROCESS: Final = "manager"
 """The name of the process that the managing system's nodes are in."""
 
 RESULT_TOPIC: Final = "/managed_subsystem/segmentation"
-"""What the pipeline has at its end: there are messages on it only where all before it works."""
+"""The pipeline's output: there are messages on it only where all before it works."""
 
 SENSOR_TOPICS: Final = ("/rgb_raw", "/depth_raw")
-"""What the world shows to the sensors of the managed system."""
+"""The bag's images, which only the sensors of the managed system subscribe to."""
 
 
 TRUTH_TOPIC: Final = "/gt_segmentation"

@@ -288,7 +288,7 @@ class System:
 
     @cached_property
     def sensors(self) -> Mapping[str, frozenset[str]]:
-        """What the world shows → full names of the nodes that may look at it; others would go past sensors' faults."""
+        """Sensor topic → full names of the nodes that may subscribe to it; others would bypass the sensors' faults."""
         return MappingProxyType(
             {
                 topic: frozenset(full_name(node) for node, inputs in self.inputs.items() if topic in inputs)

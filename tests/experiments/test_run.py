@@ -376,3 +376,17 @@ def test_a_node_that_is_wired_otherwise_than_described_does_not_come_up(
             return
         with pytest.raises(SunsetError, match=re.escape(f"meter is active, but {words}")):
             fly(tmp_path / "run", "nofault", "none", timing=timing)
+
+
+def test_a_signal_that_nothing_reports_makes_a_run_invalid(tmp_path: Path) -> None:
+    file = tmp_path / "meter.py"
+    file.write_text(
+        "from sunset.system import Extension, Failure, Signal\n"
+        "EXTENSION = Extension(signals=(Signal('depth', 'brightnes', threshold=1.0),),\n"
+        "    failures=(Failure('F6', 'dark', symptom='dark', gone='light', signal='depth_brightnes'),))\n"
+    )
+    with extended_system([file]):
+        result = fly(tmp_path / "run", "nofault", "none", timing=Timing(duration_s=1.0, warm_up_s=1.0))
+
+    assert result.reason == "depth never reported brightnes, so that F6 could not be seen"
+    assert not result.valid

@@ -154,8 +154,13 @@ def manager_names(
     if isinstance(managers, Mapping):
         if not all(isinstance(label, str) for label in managers):
             raise ManagerError(f"The labels of managing systems must be texts, got {_shown(list(managers))}.")
+        firsts: dict[str, Manager] = {}
         labelled = {label: manager_name(manager) for label, manager in managers.items()}
-        _check_distinct(list(managers.values()), list(labelled.values()))
+        for label, manager in managers.items():
+            if not isinstance(manager, str):  # the name may have been given to a later one
+                shared = firsts.setdefault(labelled[label], manager) is not manager
+                own = f"{labelled[label]} ({label})" if shared else labelled[label]
+                labelled[label] = register_manager(manager, own)
         return tuple(name if label == name else f"{label}={name}" for label, name in labelled.items())
     if isinstance(managers, str):
         return names_of(managers, "managing systems")
@@ -169,7 +174,7 @@ def _check_distinct(managers: list[Manager], names: list[str]) -> None:
     classes: dict[str, Manager] = {}
     for manager, name in zip(managers, names, strict=True):
         if not isinstance(manager, str) and classes.setdefault(name, manager) is not manager:
-            raise ManagerError(f"Two managing systems are called {name}: give one another name.")
+            raise ManagerError(f"Two managing systems are called {name}: give each a label.")
 
 
 def _shown(value: object) -> str:

@@ -221,7 +221,8 @@ def _claim(out: Path, plan: CampaignPlan) -> None:
     """Write the campaign's plan into its folder, or check that it is the one that stands there.
 
     Raises:
-        InvalidInputError: another one stands there, or none that can be read.
+        InvalidInputError: another one stands there, or none that can be read, or nothing says whether a managing system
+            is the same.
     """
     file = out / PLAN_FILE
     if not file.exists():
@@ -242,6 +243,12 @@ def _claim(out: Path, plan: CampaignPlan) -> None:
             f"The folder {out} holds another campaign: its {key} is {theirs.get(key)!r}, this one's is "
             f"{ours.get(key)!r}; name a new folder."
         )
+    for label, manager in map(split_label, plan.managers):
+        if is_registered(manager) and not plan.manager_checksums[label or manager]:
+            raise InvalidInputError(
+                f"The campaign in {out} cannot be continued: nothing says whether its managing system "
+                f"{label or manager} is still the same, as of a class or a function of a file; name a new folder."
+            )
 
 
 def _flat(plan: CampaignPlan) -> dict[str, object]:

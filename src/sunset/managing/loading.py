@@ -1,15 +1,17 @@
 """Finding a managing system by name, in a module, or in a file of one's own."""
 
+import ast
 import hashlib
 import importlib
-import importlib.util
 import inspect
+import linecache
 import re
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
-from types import MappingProxyType, ModuleType
+from types import FunctionType, MappingProxyType, ModuleType
 from typing import Final, Self, cast
 
 from sunset.errors import ManagerError
@@ -17,6 +19,7 @@ from sunset.managing.base import ManagingSystem
 from sunset.managing.baseline import Baseline
 from sunset.managing.none import NoAdaptation
 from sunset.managing.symptoms import Symptoms
+from sunset.source_files import functions_of, import_file, import_from, is_edited
 from sunset.texts import suggestion
 
 MANAGERS: Final[Mapping[str, type[ManagingSystem]]] = MappingProxyType(
@@ -27,13 +30,18 @@ MANAGERS: Final[Mapping[str, type[ManagingSystem]]] = MappingProxyType(
 _OURS: Final = frozenset({"sunset", "__main__", "__mp_main__"})
 """Top-level modules that are not part of a managing system, wherever they are."""
 
+_KNOWN: Final = frozenset({"sunset", "builtins"})
+"""Top-level modules whose classes every managing system may inherit from."""
+
 _LABEL: Final = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.+-]{0,39}")
 _RESERVED: Final = frozenset({*MANAGERS, "external"})
 
 _registered: dict[str, type[ManagingSystem]] = {}
 """Those that were passed as classes, by the names that they are loaded by in this process and in those it forks."""
-_origins: dict[str, Callable[..., ManagingSystem]] = {}
+_passed: dict[str, Callable[..., ManagingSystem]] = {}
 """What was passed: the class, or the function that makes one."""
+_first: dict[str, tuple[object, str]] = {}
+"""The class or function in that, and the checksum of its files when it was passed first."""
 
 _folders: set[Path] = set()
 """Where files were loaded from."""
@@ -100,24 +108,30 @@ def load_manager(spec: str) -> type[ManagingSystem]:
         return _checked(spec, where, module, name)
 
 
-def register_manager(manager: Callable[..., ManagingSystem]) -> str:
+def register_manager(manager: Callable[..., ManagingSystem], name: str = "") -> str:
     """Return the name by which this process, and those that it forks, load a managing system of their own.
 
     Args:
         manager: a class, or a function that makes one: it gets the keyword arguments of `ManagingSystem`.
+        name: the name; if empty, that of the class or function, with its module.
 
     Raises:
-        ManagerError: it is neither, or not a managing system.
+        ManagerError: it is neither, or not a managing system; or its file was edited after it was imported.
     """
     if isinstance(manager, ManagingSystem) or not callable(manager):
         raise ManagerError(
             "A managing system must be a name, a subclass of ManagingSystem or a function that makes one, got "
             f"an object of type {type(manager).__name__}: pass the class itself, without parentheses."
         )
-    function = getattr(manager, "func", manager)  # of a functools.partial
-    name = f"{function.__module__}:{getattr(function, '__qualname__', type(function).__name__)}"
+    origin = _origin(manager)
+    name = name or f"{origin.__module__}:{getattr(origin, '__qualname__', type(origin).__name__)}"
     made = manager if isinstance(manager, type) else _class_of_factory(name, manager)
-    _registered[name], _origins[name] = _checked_class(name, made), function
+    _registered[name], _passed[name] = _checked_class(name, made), manager
+    digest = _digest(source.read_bytes() for source in manager_sources(name, made))
+    if _first.get(name, (None,))[0] is not origin:
+        _first[name] = origin, digest
+    if _first[name][1] != digest:
+        raise _edited_error(name)
     return name
 
 
@@ -161,13 +175,45 @@ def _translated(spec: str) -> Iterator[None]:
         ) from error
 
 
+def _origin(manager: Callable[..., ManagingSystem]) -> Callable[..., ManagingSystem]:
+    """Return what a managing system that was passed is made by, without the arguments that it has already."""
+    return manager.func if isinstance(manager, partial) else manager
+
+
+def _lineage(origin: Callable[..., ManagingSystem]) -> list[Callable[..., ManagingSystem]]:
+    """Return what a managing system inherits from, that is not SUNSET's or Python's own, behind itself."""
+    bases = origin.__mro__[1:] if isinstance(origin, type) else ()
+    return [origin, *(base for base in bases if base.__module__.partition(".")[0] not in _KNOWN)]
+
+
 def manager_sources(spec: str, made: type[ManagingSystem]) -> tuple[Path, ...]:
     """Return the files in which a managing system is written: its own, with what it imports beside it, or its package.
 
-    `spec` is its name, `made` what `load_manager` returned for it.
+    Of one that was passed as a class, those of the classes that it inherits from, too. `spec` is its name, `made` what
+    `load_manager` returned for it.
+
+    Raises:
+        ManagerError: it cannot be looked at, or one of them was edited after it was imported.
     """
     with _translated(spec):
-        return _sources(spec, _source_file(_origins.get(spec, made)))
+        passed = spec in _passed
+        lineage = _lineage(_origin(_passed[spec]) if passed else made)
+        written = [(origin, _source_file(origin)) for origin in lineage]
+        sources = set(_sources(spec, written[0][1]))
+        sources.update(Path(source) for _, source in written if source and passed)
+        parts = [
+            *((source, None) for source in sources),
+            *((Path(source), one) for one, source in written if source),
+        ]
+        if any(is_edited(source, one) for source, one in parts if source in sources):
+            raise _edited_error(spec)
+        return tuple(sorted(sources))
+
+
+def _edited_error(spec: str) -> ManagerError:
+    return ManagerError(
+        f"The managing system {spec} was edited after it was imported: reload it, or begin a new process."
+    )
 
 
 def _source_file(origin: Callable[..., ManagingSystem]) -> str | None:
@@ -176,7 +222,11 @@ def _source_file(origin: Callable[..., ManagingSystem]) -> str | None:
         source = inspect.getsourcefile(origin)
     except (OSError, TypeError):
         return None
-    return source if source and Path(source).is_file() else None
+    if source is None or not Path(source).is_file():
+        return None
+    places = [Path(function.__code__.co_filename) for function in functions_of(origin)]
+    # Python says of a class that was passed to exec that it is of its caller's file
+    return source if not places or any(place.is_file() for place in places) else None
 
 
 def _sources(spec: str, source: str | None) -> tuple[Path, ...]:
@@ -199,21 +249,67 @@ def _sources(spec: str, source: str | None) -> tuple[Path, ...]:
 def checksum(spec: str, sources: Iterable[Path]) -> str:
     """Return the SHA-256 of what stands in a managing system's files now, in hexadecimal.
 
-    Where there is no file, as for a class of a notebook, it is that of the methods' source if Python still has it; else
-    an empty text.
+    Of one that was passed as a class, the source of classes that have no file, as in a notebook, is part of it, and so
+    are the arguments of a `functools.partial`. It is an empty text where these do not say what is run.
     """
-    texts = [source.read_bytes() for source in sources] or _method_texts(_origins.get(spec))
-    return (
-        hashlib.sha256(b"".join(hashlib.sha256(text).digest() for text in texts)).hexdigest() if texts else ""
-    )
+    files = [source.read_bytes() for source in sources]
+    others = _passed_texts(_passed[spec]) if spec in _passed else []
+    return "" if others is None else _digest([*files, *others])
 
 
-def _method_texts(origin: Callable[..., ManagingSystem] | None) -> list[bytes]:
-    functions = vars(origin).values() if isinstance(origin, type) else [origin]
-    try:
-        return [inspect.getsource(one).encode() for one in functions if inspect.isfunction(one)]
-    except OSError:
-        return []
+def _digest(texts: Iterable[bytes]) -> str:
+    digests = b"".join(hashlib.sha256(text).digest() for text in texts)
+    return hashlib.sha256(digests).hexdigest() if digests else ""
+
+
+def _passed_texts(manager: Callable[..., ManagingSystem]) -> list[bytes] | None:
+    """Return what says, besides files, what runs of a managing system that was passed; None if it cannot be said.
+
+    So it is with a closure, and with what is made in a function: their values stand nowhere.
+    """
+    origin, values, texts = _origin(manager), list[object](), list[bytes]()
+    if isinstance(manager, partial):
+        values += [manager.args, manager.keywords]
+    if isinstance(origin, FunctionType):
+        values += [origin.__defaults__, origin.__kwdefaults__]
+        told = not origin.__closure__ and origin.__name__ != "<lambda>" and _source_file(origin) is not None
+    else:
+        lineage = _lineage(origin)
+        told = all(isinstance(one, type) and "<locals>" not in one.__qualname__ for one in lineage)
+        try:
+            texts += [text for one in lineage if not _source_file(one) for text in _class_texts(one)]
+        except (OSError, SyntaxError):
+            told = False
+    if not told or not _is_plain(values):
+        return None
+    return [*texts, repr(values).encode()] if any(values) else texts
+
+
+def _is_plain(value: object) -> bool:
+    """Return whether what Python prints of a value is all that there is to it."""
+    if type(value) is dict:
+        return all(map(_is_plain, value.items()))
+    if type(value) in {list, tuple}:
+        return all(map(_is_plain, cast("Iterable[object]", value)))
+    return value is None or type(value) in {bool, int, float, str, bytes}
+
+
+def _class_texts(origin: object) -> list[bytes]:
+    """Return the source of a class that has no file, and that of its functions, which may be from elsewhere.
+
+    Raises:
+        OSError: Python does not have it.
+    """
+    functions = functions_of(origin)
+    texts = [inspect.getsource(function).encode() for function in functions]
+    for code in [function.__code__ for function in functions]:
+        lines = linecache.getlines(code.co_filename)
+        for node in ast.walk(ast.parse("".join(lines))):
+            if isinstance(node, ast.ClassDef) and node.name == getattr(origin, "__name__", ""):
+                first = min([node.lineno, *(decorator.lineno for decorator in node.decorator_list)])
+                if first < code.co_firstlineno <= (node.end_lineno or 0):
+                    return ["".join(lines[first - 1 : node.end_lineno]).encode(), *texts]
+    raise OSError("there is no class around the functions")
 
 
 def _beside(folder: Path) -> list[str]:
@@ -255,23 +351,14 @@ def _load_file(path: Path) -> ModuleType:
         raise ManagerError(f"There is no file {path}.")
     resolved = path.resolve()
     name = "sunset_manager_" + "".join(c if c.isalnum() else "_" for c in str(resolved.with_suffix("")))
-    spec = importlib.util.spec_from_file_location(name, resolved)
-    if spec is None or spec.loader is None:
-        raise ManagerError(f"{path} is not a Python file.")
     _folders.add(resolved.parent)
     for old in [name for known in _folders for name in _beside(known)]:
         del sys.modules[old]
-    folder = str(resolved.parent)
-    sys.path[:] = [folder, *(path for path in sys.path if path != folder)]
-    importlib.invalidate_caches()  # a neighbour may be younger than what is known of the folder
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[name] = module  # dataclasses and pickle look a class's module up
+    import_from(resolved.parent)
     try:
-        spec.loader.exec_module(module)
+        return import_file(resolved, name)
     except BaseException as error:
-        del sys.modules[name]
         raise _import_error(str(path), error) from error
-    return module
 
 
 def _import_error(where: str, error: BaseException) -> ManagerError:

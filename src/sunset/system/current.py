@@ -1,16 +1,17 @@
 """The managed system of this process: the paper's, and what extensions add to it."""
 
 import hashlib
-import importlib.util
 import sys
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, redirect_stdout
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import ModuleType
 from typing import Final
 
 from sunset.errors import ExtensionError
+from sunset.interruption import noted_interrupts
+from sunset.source_files import compiled_checksum, import_file, is_edited
 from sunset.system.checks import check_added_signals, check_parameter, check_subclass
 from sunset.system.description import Fault
 from sunset.system.paper import PAPER
@@ -44,6 +45,7 @@ class _State:
 
     system: System = field(default_factory=lambda: System(PAPER))
     loaded: tuple[LoadedExtension, ...] = ()
+    loading: set[str] = field(default_factory=set)
 
 
 _state = _State()
@@ -80,20 +82,32 @@ def load_extension(where: str | Path, *, checksum: str = "") -> None:
         checksum: what that of its file must be; any if empty.
 
     Raises:
-        ExtensionError: it cannot be imported, has no extension, does not fit the system, or has another checksum.
+        ExtensionError: it cannot be imported, has no extension, does not fit the system, or has another checksum; or it
+            is loaded already, and was edited since.
     """
     is_file = str(where).endswith(".py") or Path(where).is_file()
     place = str(Path(where).resolve()) if is_file else str(where)
     loaded = next((one for one in _state.loaded if one.where == place), None)
     if loaded is None:
-        module, extension = _from_file(Path(place)) if is_file else _from_entry_point(place)
-        digest = hashlib.sha256(Path(str(module.__file__)).read_bytes()).hexdigest()
+        if place in _state.loading:
+            raise ExtensionError(f"The extension {where} loads itself.")
+        _state.loading.add(place)
+        try:
+            module, extension = _from_file(Path(place)) if is_file else _from_entry_point(place)
+        finally:
+            _state.loading.remove(place)
+        source = Path(str(module.__file__))
+        digest = compiled_checksum(source) or hashlib.sha256(source.read_bytes()).hexdigest()
         loaded = LoadedExtension(Path(place).name, place, digest)
         if loaded.name in {one.name for one in _state.loaded}:
             raise ExtensionError(f"The name of the extension {loaded.name} is taken: rename {where}.")
         _check_same(where, loaded, checksum)
         _state.system = _extended(where, extension)
         _state.loaded = (*_state.loaded, loaded)
+    elif is_file and not checksum and is_edited(Path(place)):
+        raise ExtensionError(
+            f"The extension {where} was edited after it was loaded: load it in a new process."
+        )
     _check_same(where, loaded, checksum)
 
 
@@ -142,21 +156,27 @@ def _extended(where: str | Path, extension: Extension) -> System:
 def _from_file(path: Path) -> tuple[ModuleType, Extension]:
     if not path.is_file():
         raise ExtensionError(f"There is no extension {path}: name a Python file.")
-    name = f"sunset_extension_{path.stem}"
-    spec = importlib.util.spec_from_file_location(name, path)
-    if spec is None or spec.loader is None:
+    if path.suffix != ".py":
         raise ExtensionError(f"The extension {path} is not a Python file.")
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[name] = module  # dataclasses look a class's module up
-    try:
-        spec.loader.exec_module(module)
-    except (Exception, SystemExit) as error:
-        del sys.modules[name]
-        line = f", line {error.lineno}" if isinstance(error, SyntaxError) else ""
-        raise ExtensionError(
-            f"The extension {path}{line} cannot be imported: it raised {type(error).__name__}: {error}."
-        ) from error
+    with _translated(path):
+        module = import_file(path, f"sunset_extension_{path.stem}")
     return module, _checked(path, vars(module).get(_ATTRIBUTE))
+
+
+@contextmanager
+def _translated(where: object) -> Iterator[None]:
+    """Turn what an extension raises when it is imported into one `ExtensionError`; what it prints goes to stderr."""
+    with redirect_stdout(sys.stderr), noted_interrupts() as interrupts:
+        try:
+            yield
+        except BaseException as error:
+            if interrupts:
+                raise
+            line = f", line {error.lineno}" if isinstance(error, SyntaxError) else ""
+            raise ExtensionError(
+                f"The extension {where}{line} cannot be imported: it raised {type(error).__name__}: "
+                f"{str(error).rstrip('.')}."
+            ) from error
 
 
 def _from_entry_point(name: str) -> tuple[ModuleType, Extension]:
@@ -168,12 +188,8 @@ def _from_entry_point(name: str) -> tuple[ModuleType, Extension]:
             f"There is no extension {name!r}: {suggestion(name, installed)}name a Python file, or one that is "
             f"installed ({', '.join(installed) or 'none is'})."
         )
-    try:
+    with _translated(name):
         extension = installed[name].load()
-    except (Exception, SystemExit) as error:
-        raise ExtensionError(
-            f"The extension {name} cannot be imported: it raised {type(error).__name__}: {error}."
-        ) from error
     return sys.modules[installed[name].module], _checked(name, extension)
 
 

@@ -1,0 +1,116 @@
+"""The door for users' Python files: what runs is what stood in the file, never bytecode of an older one.
+
+Python takes bytecode for that of a file if the file's size and its time of change, in whole seconds, are those that
+stand in it. A file that is edited within a second may have both.
+"""
+
+import hashlib
+import importlib.util
+import inspect
+import sys
+from collections.abc import Iterator, Sequence
+from importlib.machinery import ModuleSpec, PathFinder, SourceFileLoader
+from pathlib import Path
+from types import CodeType, FunctionType, ModuleType
+
+_folders: set[Path] = set()
+"""Whose modules are imported without bytecode."""
+_compiled: dict[Path, str] = {}
+"""The SHA-256 of what was compiled, by the file that it stood in."""
+
+
+class _Loader(SourceFileLoader):
+    """Compiles what stands in a file now, and writes no bytecode."""
+
+    def get_code(self, fullname: str) -> CodeType:
+        path = self.get_filename(fullname)
+        text = self.get_data(path)
+        _compiled[Path(path)] = hashlib.sha256(text).hexdigest()
+        code: CodeType = self.source_to_code(text, path)
+        return code
+
+
+class _Finder:
+    """Finds what Python would, and lets what is beside users' files be loaded as they are."""
+
+    @staticmethod
+    def find_spec(
+        name: str, path: Sequence[str] | None = None, target: ModuleType | None = None
+    ) -> ModuleSpec | None:
+        spec = PathFinder.find_spec(name, path, target)
+        if spec is not None and type(spec.loader) is SourceFileLoader and name.partition(".")[0] != "sunset":
+            depth = name.count(".") + (spec.submodule_search_locations is not None)
+            if _folders.intersection([*Path(spec.loader.path).parents][depth : depth + 1]):
+                spec.loader = _Loader(name, spec.loader.path)
+        return spec
+
+
+def import_file(path: Path, name: str) -> ModuleType:
+    """Import a Python file, an absolute path, under a name; what it raises is left to be translated."""
+    loader = _Loader(name, str(path))
+    module = importlib.util.module_from_spec(
+        importlib.util.spec_from_file_location(name, path, loader=loader) or ModuleSpec(name, loader)
+    )
+    sys.modules[name] = module  # dataclasses and pickle look a class's module up
+    try:
+        loader.exec_module(module)
+    except BaseException:
+        sys.modules.pop(name, None)
+        raise
+    return module
+
+
+def import_from(folder: Path) -> None:
+    """Let modules in a folder be imported before those of the same name elsewhere, as those beside a script."""
+    _folders.add(folder)
+    if _Finder not in sys.meta_path:
+        sys.meta_path.insert(sys.meta_path.index(PathFinder), _Finder)
+    sys.path[:] = [str(folder), *(path for path in sys.path if path != str(folder))]
+    importlib.invalidate_caches()  # a module may be younger than what is known of the folder
+
+
+def compiled_checksum(path: Path) -> str:
+    """Return the SHA-256 of what stood in a file when it was imported here, in hexadecimal; empty if it was not."""
+    return _compiled.get(path, "")
+
+
+def functions_of(origin: object) -> list[FunctionType]:
+    """Return the functions of a class, those of its properties and decorated ones too; or a function itself."""
+    found: list[object] = []
+    for value in vars(origin).values() if isinstance(origin, type) else [origin]:
+        if isinstance(value, property):
+            found += [value.fget, value.fset, value.fdel]
+        else:
+            found.append(value.__func__ if isinstance(value, staticmethod | classmethod) else value)
+    return [inspect.unwrap(one) for one in found if isinstance(one, FunctionType)]
+
+
+def is_edited(path: Path, origin: object = None) -> bool:
+    """Return whether a file has another text than when it was imported, where that can be known.
+
+    Of a file that Python itself imported, the functions of `origin`, a class or a function of it, and of its module are
+    compared with what would be compiled now.
+    """
+    try:
+        text = path.read_bytes()
+        if path in _compiled:
+            return _compiled[path] != hashlib.sha256(text).hexdigest()
+        module = sys.modules.get(getattr(origin, "__module__", ""))
+        loader = vars(module).get("__loader__") if module else None
+        if (
+            type(loader) is not SourceFileLoader
+        ):  # another one may compile something else, as that of pytest does
+            return False
+        codes = list(_codes(loader.source_to_code(text, str(path))))
+    except (OSError, SyntaxError, ValueError):
+        return True
+    functions = [function for one in [origin, *vars(module).values()] for function in functions_of(one)]
+    here = [one.__code__ for one in functions if Path(one.__code__.co_filename).resolve() == path.resolve()]
+    return any(code not in codes for code in here)
+
+
+def _codes(code: CodeType) -> Iterator[CodeType]:
+    yield code
+    for constant in code.co_consts:
+        if isinstance(constant, CodeType):
+            yield from _codes(constant)

@@ -1,0 +1,198 @@
+"""Managing systems that are passed as classes and functions: what their checksum tells apart."""
+
+import importlib
+import linecache
+import os
+import sys
+from collections.abc import Callable, Iterator
+from functools import partial
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import pytest
+
+from sunset.errors import ManagerError
+from sunset.managing import ManagingSystem, checksum, load_manager, manager_sources, register_manager
+
+MINE = """
+from sunset.managing import ManagingSystem
+
+class Other(ManagingSystem):
+    def adapt(self, symptoms): ...
+
+class Mine(ManagingSystem):
+    gain = 2
+
+    def __init__(self, *, limit=0, **options):
+        super().__init__(**options)
+
+    def adapt(self, symptoms):
+        pass
+"""
+
+
+class Mine(ManagingSystem):
+    func = "not a function"
+
+    def __init__(self, *, limit: object = 0, **options: Any) -> None:
+        super().__init__(**options)
+        self.limit = limit
+
+    def adapt(self, symptoms: object) -> None:
+        pass
+
+
+def make(**options: Any) -> Mine:
+    return Mine(**options)
+
+
+def make_with_limit(limit: int = 3, **options: Any) -> Mine:
+    return Mine(limit=limit, **options)
+
+
+def summed(manager: Callable[..., ManagingSystem]) -> str:
+    name = register_manager(manager)
+    return checksum(name, manager_sources(name, load_manager(name)))
+
+
+def defined_in_cell(text: str, number: int = 1) -> Any:
+    """Return the class Mine of a notebook's cell."""
+    cell = f"<cell {number}>"
+    linecache.cache[cell] = (len(text), None, text.splitlines(keepends=True), cell)
+    space: dict[str, Any] = {"__name__": "notebook"}
+    exec(compile(text, cell, "exec"), space)  # noqa: S102  as a notebook does
+    return space["Mine"]
+
+
+@pytest.fixture
+def module(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[ModuleType]:
+    """A module of the user's that Python itself has imported."""
+    monkeypatch.syspath_prepend(tmp_path)
+    (tmp_path / "module_of_mine.py").write_text(MINE)
+    yield importlib.import_module("module_of_mine")
+    del sys.modules["module_of_mine"]
+
+
+def test_an_attribute_named_func_does_not_make_another_manager() -> None:
+    assert load_manager(register_manager(Mine)) is Mine
+
+
+def test_the_arguments_of_a_partial_are_part_of_the_checksum() -> None:
+    plain: list[object] = [0, 9, 9.0, "9", None, (1, 2), [1, 2], {"a": [b"x"]}]
+    sums = [summed(partial(Mine, limit=value)) for value in plain]
+    assert len({*sums, summed(Mine)}) == len(plain) + 1
+    assert sums == [summed(partial(Mine, limit=value)) for value in plain]
+    assert summed(partial(Mine)) == summed(Mine)
+
+
+@pytest.mark.parametrize("value", [object(), {1, 2}, Path("x"), [make]])
+def test_an_argument_that_is_not_a_plain_value_leaves_no_checksum(value: object) -> None:
+    assert not summed(partial(Mine, limit=value))
+
+
+def test_a_function_of_a_file_is_told_by_the_file_and_its_defaults() -> None:
+    assert summed(make) == summed(Mine) != summed(make_with_limit)
+
+
+def test_a_closure_a_lambda_an_object_and_a_class_made_in_a_function_have_no_checksum() -> None:
+    limit = 3
+
+    def enclosing(**options: Any) -> Mine:
+        return Mine(limit=limit, **options)
+
+    class Local(Mine):
+        gain = limit
+
+    class Maker:
+        def __call__(self, **options: Any) -> Mine:
+            return Mine(**options)
+
+    managers: list[Callable[..., ManagingSystem]] = [
+        enclosing,
+        lambda **options: Mine(limit=limit, **options),
+        Local,
+        Maker(),
+    ]
+    assert [summed(manager) for manager in managers] == [""] * 4
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("gain = 2", "gain = 3"),
+        ("gain = 2", "@staticmethod\n    def gain(): return 2"),
+        ("gain = 2", "@classmethod\n    def gain(cls): return 2"),
+        ("gain = 2", "@property\n    def gain(self): return 2"),
+        ("Mine(ManagingSystem)", "Mine(Other)"),
+        ("class Mine", "@(lambda made: made)\nclass Mine"),
+        ("pass", "return 1"),
+    ],
+)
+def test_the_whole_class_of_a_cell_is_told_by_its_checksum(old: str, new: str) -> None:
+    before = summed(defined_in_cell(MINE))
+    assert len(before) == 64
+    assert summed(defined_in_cell(MINE + "x = 3\n")) == before
+    assert summed(defined_in_cell(MINE.replace(old, new))) not in {"", before}
+
+
+@pytest.mark.parametrize(
+    "new", ["gain = 3", "@staticmethod\n    def gain(): return 2", "@property\n    def gain(self): ..."]
+)
+def test_a_base_of_a_cell_is_part_of_the_checksum(new: str) -> None:
+    sums = []
+    for text in (MINE, MINE.replace("gain = 2", new)):
+        both = f"{text.replace('class Mine', 'class Base')}\nclass Mine(Base):\n    def adapt(self, symptoms): ...\n"
+        sums.append(summed(defined_in_cell(both)))
+    assert len({*sums}) == 2
+    assert all(sums)
+
+
+def test_a_base_in_a_file_is_part_of_the_checksum_of_a_cell(module: ModuleType) -> None:
+    text = "from module_of_mine import Mine as Base\nclass Mine(Base):\n    def adapt(self, symptoms): ...\n"
+    before = summed(defined_in_cell(text))
+    Path(str(module.__file__)).write_text(MINE + "# another\n")
+    assert summed(defined_in_cell(text)) not in {"", before}
+
+
+def test_a_method_that_is_replaced_later_is_part_of_the_checksum() -> None:
+    made, other = defined_in_cell(MINE), defined_in_cell(MINE.replace("pass", "return 1"), 2)
+    before = summed(made)
+    made.adapt = other.adapt
+    assert summed(made) not in {"", before}
+
+
+def test_a_class_whose_source_python_does_not_have_has_no_checksum() -> None:
+    space: dict[str, Any] = {"__name__": __name__}
+    exec(MINE, space)  # noqa: S102  what this is about
+    assert not summed(space["Mine"])
+
+
+@pytest.mark.parametrize("edit", [MINE.replace("pass", "return 1"), f"\n{MINE}", "class Mine(:"])
+def test_a_class_whose_file_was_edited_after_its_import_is_refused(edit: str, module: ModuleType) -> None:
+    Path(str(module.__file__)).write_text(edit)
+    for _ in range(2):
+        with pytest.raises(
+            ManagerError, match=r"module_of_mine:Mine was edited after it was imported: reload it, or"
+        ):
+            summed(module.Mine)
+
+
+def test_by_name_it_is_refused_too(module: ModuleType) -> None:
+    Path(str(module.__file__)).write_text(MINE.replace("pass", "return 1"))
+    with pytest.raises(ManagerError, match="was edited after it was imported"):
+        manager_sources("module_of_mine:Other", load_manager("module_of_mine:Other"))
+
+
+def test_an_edit_between_two_calls_is_refused_until_the_class_is_loaded_anew(module: ModuleType) -> None:
+    before = summed(module.Mine)
+    for _ in range(1000):  # Python specialises what it runs often
+        module.Mine.adapt(None, None)
+    assert summed(module.Mine) == before
+    file = Path(str(module.__file__))
+    file.write_text(MINE.replace("gain = 2", "gain = 3"))
+    os.utime(file, (1, 1))  # another time than that of the bytecode, if there is any
+    with pytest.raises(ManagerError, match="was edited after it was imported"):
+        summed(module.Mine)
+    importlib.reload(module)
+    assert summed(module.Mine) not in {"", before}

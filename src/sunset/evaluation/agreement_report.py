@@ -6,6 +6,7 @@ from typing import Final
 
 from sunset.errors import InvalidInputError
 from sunset.evaluation.agreement import TOLERANCE, TOLERANCE_S, Agreement, Comparison, LeftOut, Pair
+from sunset.evaluation.estimates import NO_INTERVAL
 from sunset.evaluation.text import wrapped
 from sunset.tables import aligned, table_width
 from sunset.texts import csv_text
@@ -34,13 +35,19 @@ def format_agreement(agreements: Sequence[Agreement], form: str = "table") -> st
         case "table":
             several = len({agreement.flight.bag for agreement in agreements}) > 1
             parts = ["\n".join([*_text(agreement, bag=several), ""]) for agreement in agreements]
-            return "\n".join([*parts, wrapped(_METHOD), wrapped(_RULE)]) + "\n"
+            return "\n".join([*parts, *map(wrapped, _notes(agreements))]) + "\n"
         case "csv":
             return _as_csv(agreements)
         case "json":
             return _as_json(agreements)
     known = ", ".join(AGREEMENT_FORMATS)
     raise InvalidInputError(f"The format of an agreement report must be one of {known}, got {form!r}.")
+
+
+def _notes(agreements: Sequence[Agreement]) -> tuple[str, ...]:
+    differences = [one.difference for agreement in agreements for one in agreement.comparisons]
+    lacking = any(difference and difference.lacks_interval for difference in differences)
+    return (_METHOD, *((NO_INTERVAL,) if lacking else ()), _RULE)
 
 
 def _text(agreement: Agreement, *, bag: bool) -> Iterator[str]:

@@ -112,7 +112,9 @@ def test_text_shows_runs_means_and_deviations() -> None:
 
 
 def test_text_shows_intervals_and_the_papers_figures_beneath_ours() -> None:
-    fourth = run("baseline", "paper", 2, t_react_s=1.5, f_resolved_per_adaptation=1.0, redeploys_unnecessary=2)
+    fourth = run(
+        "baseline", "paper", 2, t_react_s=1.5, f_resolved_per_adaptation=1.0, redeploys_unnecessary=2
+    )
     lines = format_report(table(fourth)).splitlines()
     place = next(number for number, line in enumerate(lines) if line.startswith("baseline "))
     # runs of one scenario: 1.50 ± 4.303 · 0.5 / √3 of three, 0.42 ± 3.182 · 0.00816 / √4 of four
@@ -162,7 +164,9 @@ def test_a_table_of_another_duration_says_that_it_cannot_be_compared() -> None:
 
 def test_a_table_of_a_part_of_a_suite_says_that_it_cannot_be_compared() -> None:
     scenarios = [one.name for one in suite("paper")][:2]
-    text = " ".join(format_report(summarise([run("baseline", "paper", 1, scenario=name) for name in scenarios])).split())
+    text = " ".join(
+        format_report(summarise([run("baseline", "paper", 1, scenario=name) for name in scenarios])).split()
+    )
     assert (
         "The paper runs whole suites: its figures are not comparable with those of baseline [2 of 54 scenarios]."
         in text

@@ -9,7 +9,7 @@ from sunset.evaluation.agreement import TOLERANCE, TOLERANCE_S, Agreement, Compa
 from sunset.evaluation.estimates import NO_INTERVAL
 from sunset.evaluation.text import wrapped
 from sunset.tables import aligned, table_width
-from sunset.texts import csv_text
+from sunset.texts import counted, csv_text
 
 AGREEMENT_FORMATS: Final = ("table", "csv", "json")
 
@@ -56,7 +56,7 @@ def _text(agreement: Agreement, *, bag: bool) -> Iterator[str]:
     model = f"{agreement.model}{agreement.flight.label(bag=bag)}"
     yield (
         f"{agreement.manager} on {agreement.suite or 'scenarios of no suite'}, model {model}: "
-        f"{_count(len(pairs), 'pair')}, {len(agreement.left_out)} left out"
+        f"{counted(len(pairs), 'pair')}, {len(agreement.left_out)} left out"
     )
     yield ""
     if pairs:
@@ -64,7 +64,7 @@ def _text(agreement: Agreement, *, bag: bool) -> Iterator[str]:
         head, *lines = aligned(rows, left=(0, len(_COLUMNS) - 1))
         yield from (head, "─" * table_width(rows), *lines, "")
         yield from (
-            f"Only one of the two runs has {one.name} in {_count(one.one_sided, 'more pair')}."
+            f"Only one of the two runs has {one.name} in {counted(one.one_sided, 'more pair')}."
             for one in agreement.comparisons
             if one.one_sided
         )
@@ -95,10 +95,6 @@ def _item(run: Pair | LeftOut, text: str) -> str:
     return wrapped(f"  {run.scenario}, seed {run.seed}: {text}", "    ")
 
 
-def _count(number: int, noun: str) -> str:
-    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
-
-
 def _cells(one: Comparison) -> tuple[str, ...]:
     verdict = {True: "yes", False: "no", None: "N/A"}[one.agrees]
     if one.difference is None or one.sim is None or one.live is None:
@@ -114,8 +110,8 @@ def _share(pairs: Sequence[Pair], verdicts: Sequence[bool]) -> str:
     every = {pair.scenario for pair in pairs}
     broken = {pair.scenario for pair, holds in zip(pairs, verdicts, strict=True) if not holds}
     return (
-        f"{sum(verdicts)} of {_count(len(pairs), 'pair')}, "
-        f"throughout in {len(every) - len(broken)} of {_count(len(every), 'scenario')}"
+        f"{sum(verdicts)} of {counted(len(pairs), 'pair')}, "
+        f"throughout in {len(every) - len(broken)} of {counted(len(every), 'scenario')}"
     )
 
 

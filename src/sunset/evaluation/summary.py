@@ -116,7 +116,8 @@ def summarise(rows: Iterable[RunRow]) -> list[SystemRow]:
 
     Runs of different models, flights, middlewares or versions of the package are never put together; where there are
     several, the row's name says which. It always says of a flight that it was looped, or measured for another time than
-    the paper's, and of a suite that only a part of its scenarios was run. Invalid runs take no part in any figure, and are listed.
+    the paper's, and of a suite that only a part of its scenarios was run. Invalid runs take no part in any figure, and
+    are listed.
     """
     runs = list(rows)
     groups: dict[tuple[str, str, str, Flight, str, str], list[RunRow]] = {}

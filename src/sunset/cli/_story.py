@@ -10,7 +10,7 @@ from rich.text import Text
 from sunset.metrics import Episode, RunMetrics
 from sunset.recording import StoredRun
 from sunset.system import current_system
-from sunset.texts import printable, shorten
+from sunset.texts import counted, printable, shorten
 
 _STYLES = {
     "fault": "red",
@@ -71,7 +71,8 @@ def print_story(result: StoredRun) -> None:
 def _stated_once(events: Iterable[_Event]) -> list[_Event]:
     """Return events of which those that repeat are stated once, with how often they came and until when.
 
-    Only what was logged or done repeats; between two of its repetitions nothing of another kind happened.
+    Only what was logged or done repeats. Between two of its repetitions there are other such events at most: no fault,
+    no symptom and no end of one.
     """
     stated: dict[tuple[object, ...], list[float]] = {}
     stretch = 0
@@ -154,9 +155,11 @@ def _figures(score: RunMetrics) -> Iterator[tuple[str, str, str]]:
     def shown(value: float | None, unit: str = "") -> str:
         return "N/A" if value is None else f"{value:.2f}{unit}"
 
-    resolved = (
-        f"{score.episodes_resolved} of {score.episodes} failure episodes, {score.adaptations} adaptations"
+    episodes, adaptations = (
+        counted(score.episodes, "failure episode"),
+        counted(score.adaptations, "adaptation"),
     )
+    resolved = f"{score.episodes_resolved} of {episodes}, {adaptations}"
     parts = f"detect {shown(score.t_detect_s)} + decide {shown(score.t_decide_s)}; repair {shown(score.t_repair_s)}"
     yield "resolved per adaptation", shown(score.f_resolved_per_adaptation), resolved
     yield "reaction time", shown(score.t_react_s, " s"), parts

@@ -51,7 +51,7 @@ def suite(name: str) -> tuple[Scenario, ...]:
     if name not in suites:
         raise ScenarioError(
             f"There is no suite {name!r}: {suggestion(name, suites)}name {', '.join(suites)} or a folder of "
-            "scenario files."
+            "scenario files; what an extension adds needs --extension."
         )
     return suites[name]
 

@@ -25,8 +25,8 @@ class ManagingSystem(Node):
     """A managing system: subclass it and write `adapt`.
 
     The monitor publishes what can be seen of the managed system on `/blackboard_group`, ten times a second.
-    Every 0.2 s of the experiment's time `adapt` is called with the latest of it, from the moment on at which the managed
-    system is up: before, all of it is silent and nothing of it ill. There, decide, and call any of
+    Every 0.2 s of the experiment's time `adapt` is called with the latest of it, from the moment on at which the
+    managed system is up: before, all of it is silent and nothing of it ill. There, decide, and call any of
 
     - `set_parameter(node, name, value)`: reparametrisation,
     - `change_topic(node, parameter, topic)`: change of communication,

@@ -32,6 +32,7 @@ from sunset.system import (
     full_name,
     short_name,
 )
+from sunset.texts import counted
 
 _SERVICES: Final = MappingProxyType(
     {SetParameters: "set_parameters", ChangeState: "change_state", GetState: "get_state"}
@@ -100,7 +101,7 @@ class ScenarioExecutor(Node):
             self._publish(fault, ordered, confirmed=not refusals)
             self._world.begin(fault)
         response.success = not problems
-        response.message = "; ".join(problems) or f"Injected {len(answers)} faults."
+        response.message = "; ".join(problems) or f"Injected {counted(len(answers), 'fault')}."
         return response
 
     def _publish(self, one: ScenarioFault, ordered: Time, *, confirmed: bool) -> None:

@@ -156,6 +156,17 @@ class AdaptiveNode(LifecycleNode):
         """Call a function once, after a delay in seconds and after the present callback."""
         call_later(self, delay, function)
 
+    def _offered_parameters(self) -> list[str]:
+        """Leave out what a managing system cannot set or must not: the clock, and what injects faults."""
+        node, faults = self.get_fully_qualified_name(), current_system().fault_parameters
+        return [
+            name
+            for name in super()._offered_parameters()
+            if name != "use_sim_time"
+            and (node, name) not in faults
+            and not self.describe_parameter(name).read_only
+        ]
+
     def write_parameter(self, name: str, value: bool | float | str) -> None:
         """Set a parameter of this node from within; a fault that is there does not refuse to be reset then.
 

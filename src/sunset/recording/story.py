@@ -11,7 +11,7 @@ from sunset.metrics import Episode, RunMetrics, Timeline
 from sunset.recording.logs import LogLine
 from sunset.recording.schema import RunRecord
 from sunset.system import current_system
-from sunset.texts import printable, shorten
+from sunset.texts import counted, printable, shorten
 
 _STYLES = {
     "fault": "red",
@@ -86,7 +86,8 @@ def print_story(
 def _stated_once(events: Iterable[_Event]) -> list[_Event]:
     """Return events of which those that repeat are stated once, with how often they came and until when.
 
-    Only what was logged or done repeats; between two of its repetitions nothing of another kind happened.
+    Only what was logged or done repeats. Between two of its repetitions there are other such events at most: no fault,
+    no symptom and no end of one.
     """
     stated: dict[tuple[object, ...], list[float]] = {}
     stretch = 0
@@ -169,9 +170,11 @@ def _figures(score: RunMetrics) -> Iterator[tuple[str, str, str]]:
     def shown(value: float | None, unit: str = "") -> str:
         return "N/A" if value is None else f"{value:.2f}{unit}"
 
-    resolved = (
-        f"{score.episodes_resolved} of {score.episodes} failure episodes, {score.adaptations} adaptations"
+    episodes, adaptations = (
+        counted(score.episodes, "failure episode"),
+        counted(score.adaptations, "adaptation"),
     )
+    resolved = f"{score.episodes_resolved} of {episodes}, {adaptations}"
     parts = f"detect {shown(score.t_detect_s)} + decide {shown(score.t_decide_s)}; repair {shown(score.t_repair_s)}"
     yield "resolved per adaptation", shown(score.f_resolved_per_adaptation), resolved
     yield "reaction time", shown(score.t_react_s, " s"), parts

@@ -41,7 +41,7 @@ from sunset.system.harness import (
     TRUTH_TOPIC,
     HarnessNode,
 )
-from sunset.system.names import NAMESPACE, frequency_entry, full_name, short_name
+from sunset.system.names import NAMESPACE, frequency_entry, full_name, scenario_name, short_name
 from sunset.system.paper import BLUR_SIGMA, DEPTH_DEGRADATION_RANGE, IMAGE_DEGRADATION_RANGE
 from sunset.system.system import Extension, System
 from sunset.system.window import DURATION_S, PERIOD_S, SILENCE_S, WINDOW, MovingMean, Rate, Window
@@ -97,5 +97,6 @@ __all__ = [
     "get_fault",
     "load_extension",
     "loaded_extensions",
+    "scenario_name",
     "short_name",
 ]

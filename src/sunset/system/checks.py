@@ -110,7 +110,8 @@ def check_topics(named: Iterable[str], published: Collection[str]) -> None:
     for topic in named:
         if topic not in published:
             raise ExtensionError(
-                f"No node publishes on the topic {topic}: {suggestion(topic, published)}add it to the outputs of one."
+                f"No node publishes on the topic {topic}: {suggestion(topic, published)}"
+                f"add {topic} to the outputs of a node."
             )
 
 

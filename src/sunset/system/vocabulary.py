@@ -15,6 +15,7 @@ __all__ = [
     "frequency_entry",
     "full_name",
     "node_names",
+    "signal_names",
     "topic_names",
 ]
 
@@ -22,6 +23,11 @@ __all__ = [
 def node_names() -> tuple[str, ...]:
     """Return the names of the managed nodes."""
     return tuple(current_system().nodes)
+
+
+def signal_names() -> tuple[str, ...]:
+    """Return the names of the signals, which are the blackboard's entries with their means."""
+    return tuple(current_system().signals)
 
 
 def topic_names() -> tuple[str, ...]:

@@ -44,8 +44,8 @@ def test_what_the_description_names_as_text_is_there(place: str) -> None:
 
 
 def test_every_node_of_a_process_is_named_as_text() -> None:
-    nodes = (*current_system().nodes.values(), *sunset.system.HARNESS.values())
-    named = {node.node_class for node in nodes if node.node_class}
+    managed = {node.node_class for node in current_system().nodes.values()}
+    named = managed | {node.node_class for node in sunset.system.HARNESS.values() if node.node_class}
     assert len(named) == 5 + 4  # the managed nodes, and those of the harness that a process runs
     assert named <= {*PLACES}
 

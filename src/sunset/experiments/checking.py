@@ -10,13 +10,13 @@ from pathlib import Path
 from typing import Final
 
 from sunset.experiments.manager import manager_checksum
-from sunset.experiments.observer import COMMANDS_TOPIC
 from sunset.experiments.resources import prepare
 from sunset.experiments.run import run
 from sunset.experiments.spec import RunSpec
 from sunset.interfaces.system_interfaces.msg import Command
 from sunset.managing import is_registered
 from sunset.recording import read_messages
+from sunset.system import COMMANDS_TOPIC
 from sunset.texts import counted, shorten
 from sunset.workers import Progress, worker_pool
 

@@ -20,7 +20,7 @@ from itertools import cycle, islice
 
 from sunset.experiments import RunSpec, Settings, prepare
 from sunset.experiments.live import LiveSystem
-from sunset.experiments.observer import COMMANDS_TOPIC, Observer
+from sunset.experiments.observer import Observer
 from sunset.harness.operator import Operator
 from sunset.interfaces import Message
 from sunset.interfaces.diagnostic_msgs.msg import DiagnosticArray
@@ -32,7 +32,7 @@ from sunset.rmw.dds import CycloneDDS, CycloneTap
 from sunset.rmw.dds.domains import free_domain_id
 from sunset.ros import Context, Node, SingleThreadedExecutor
 from sunset.scenarios import Scenario
-from sunset.system import current_system
+from sunset.system import COMMANDS_TOPIC, current_system
 
 PROCESSES = multiprocessing.get_context("forkserver")
 PROCESSES.set_forkserver_preload(["sunset.experiments.live", "sunset.harness.operator", "sunset.rmw.dds"])

@@ -47,6 +47,15 @@ def shorten(text: str, longest: int = 1000) -> str:
     return text if len(text) <= longest else f"{text[:longest]}…"
 
 
+def counted(number: int, noun: str) -> str:
+    """Return a number with its noun.
+
+    >>> counted(1, "run"), counted(2, "run")
+    ('1 run', '2 runs')
+    """
+    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
+
+
 def suggestion(name: str, known: Iterable[str]) -> str:
     """Return the part of a sentence that asks whether a known name was meant; empty if none is like it.
 

@@ -2,8 +2,10 @@
 
 import functools
 import importlib.util
+import re
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +13,10 @@ import pytest
 
 import sunset
 from sunset.api import Manager
+from sunset.cli import main
 from sunset.errors import InvalidInputError, MissingExtraError, RecordError
+from sunset.evaluation import Difference, PairedComparison
+from sunset.evaluation.estimates import compare_means
 from sunset.managing import ManagingSystem, Symptoms
 from sunset.recording import read_messages
 
@@ -52,6 +57,16 @@ def test_a_class_a_function_and_a_file_of_one_manager_leave_the_same_messages(tm
     assert late.digest != runs[0].digest
     assert [str(adaptation) for adaptation in runs[0].adaptations] == ["set camera.perform_autofocus to true"]
     assert all(run.record.manager_checksum for run in runs)
+
+
+def test_runs_in_threads_are_those_of_one_after_the_other() -> None:
+    def digest(seed: int) -> str:
+        return sunset.run("nofault", "none", seed=seed, duration=1).digest
+
+    alone = [digest(seed) for seed in range(4)]
+
+    with ThreadPoolExecutor(4) as pool:
+        assert list(pool.map(digest, [*range(4)] * 3)) == alone * 3
 
 
 def test_a_run_that_was_kept_is_opened_again(tmp_path: Path) -> None:
@@ -173,3 +188,38 @@ def test_every_name_is_there() -> None:
         assert getattr(sunset, name) is not None
     with pytest.raises(AttributeError, match="no attribute 'rnu'"):
         getattr(sunset, "rnu")  # noqa: B009  mypy knows that there is none
+
+
+def test_a_run_is_printed_as_its_report_and_named_in_one_line(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run = sunset.run("gpu_failure", "baseline", seed=3, duration=4, out=tmp_path / "run")
+
+    assert main(["report", str(tmp_path / "run")]) == 0
+
+    printed = capsys.readouterr().out
+    monkeypatch.setenv("FORCE_COLOR", "1")  # says that every output is a terminal
+    assert printed.strip("\n") == str(run) == str(sunset.load(tmp_path / "run"))
+    assert sunset.report(tmp_path / "run").strip("\n") == str(run)
+    assert "gpu_failure: " in printed
+    assert sunset.report(tmp_path / "run", "table") == sunset.report(tmp_path / "run", recompute=True)
+    assert repr(run) == (f"<run of gpu_failure, managing system baseline, seed 3, IoU {run.metrics.iou:.2f}>")
+
+
+def test_a_comparison_is_printed_as_a_table() -> None:
+    rows = [("a", 0.6, 0.5), ("b", 0.8, 0.5)]
+    first, second, difference, one_sided = compare_means(rows)
+    iou = Difference(figure="iou", first=first, second=second, difference=difference, one_sided=one_sided)
+    downtime = Difference(figure="t_down_s", first=None, second=None, difference=None, one_sided=1)
+    comparison = PairedComparison(
+        first="focus", second="none", pairs=2, left_out=0, differences=(iou, downtime)
+    )
+
+    head, *lines = [re.split(r" {2,}", line) for line in str(comparison).splitlines()]
+
+    assert head == ["figure", "focus", "none", "difference", "95 % interval", "pairs"]
+    # 0.2 ± t · s/√n, with t = 12.71 of one degree of freedom and s/√n = 0.1
+    assert lines == [
+        ["iou", "0.70", "0.50", "0.20", "-1.07 to 1.47", "2"],
+        ["t_down_s", "N/A", "N/A", "N/A", "N/A", "0"],
+    ]

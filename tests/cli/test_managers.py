@@ -1,5 +1,6 @@
 """`sunset managers check`, and what managing systems do to campaigns."""
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -15,6 +16,11 @@ UNORDERED = (
     HEAD
     + "        for node in {'depth', 'camera', 'sensor_fusion', 'segmentation'}:\n"
     + ("            self.activate(node)\n")
+)
+REFUSED = (
+    HEAD
+    + "        self.set_parameter('camera', 'autofocus', True)\n"
+    + "        self.set_parameter('sensor_fusion', 'modality', 9)\n"
 )
 ENDING = "import os\n" + HEAD + "        os._exit(0)\n"
 
@@ -38,6 +44,24 @@ def test_the_order_of_sets_must_not_matter(
     assert main(["managers", "check", mine(source), "--scenario", "nofault"]) == code
     (line,) = [line for line in capsys.readouterr().out.splitlines() if line.startswith("deterministic")]
     assert line.split()[1].rstrip(":") == answer
+
+
+def test_refused_requests_are_counted_and_told_once(
+    mine: Callable[[str], str], capfd: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["managers", "check", mine(REFUSED), "--scenario", "nofault", "--duration", "2"]) == 0
+    out, err = capfd.readouterr()  # the run has a process of its own
+    lines = [" ".join(line.split()) for line in out.splitlines()]
+    assert lines[1] == "runs yes: 0 adaptations in nofault"
+    # twice every 0.2 s
+    (number,) = re.findall(r"^refused (\d+) requests: ", lines[2])
+    each = int(number) // 2
+    assert each > 2 / 0.2
+    assert "Parameter 'autofocus' of /managed_subsystem/camera is not declared: did you mean" in lines[2]
+    assert lines[2].count(f" ({each} times)") == 2
+    assert (
+        err.count("camera refused autofocus = True") == err.count("sensor_fusion refused modality = 9") == 1
+    )
 
 
 @pytest.mark.thorough

@@ -45,6 +45,13 @@ def test_a_verb_imports_no_other(words: list[str]) -> None:
     assert {name for name in VERBS if f"sunset.cli.{name}" in modules} == {words[0]}
 
 
+def test_showing_a_model_imports_nothing_that_trains() -> None:
+    modules = imported("from sunset.cli import main; main(['models', 'show', 'lite'])")
+
+    assert "sunset.cli.models" in modules
+    assert {name for name in modules if name.startswith("sunset.training")} == set()
+
+
 def test_the_toolbox_for_ros_imports_nothing_of_experiments() -> None:
     modules = imported("from sunset.cli import main; main(['ros', '--help'])")
 

@@ -8,7 +8,7 @@ from rich.table import Table
 from rich.text import Text
 
 from sunset.cli import main
-from sunset.cli._story import _Console, _stated_once
+from sunset.recording.story import _Console, _stated_once
 
 pytestmark = pytest.mark.usefixtures("flight")
 

@@ -3,6 +3,8 @@
 import re
 import subprocess
 import sys
+from configparser import ConfigParser
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -85,6 +87,23 @@ def test_commands_of_the_pages_are_understood(page: Path, capsys: pytest.Capture
             main([verb, "--help"])
         assert way_out.value.code == 0
         capsys.readouterr()
+
+
+def test_packages_are_listed_in_the_order_in_which_they_import() -> None:
+    page = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+    table = page.partition("## Packages")[2].partition("\n## ")[0]
+    listed = [
+        re.findall(r"`(\w+)`", line.split("|")[1]) for line in table.splitlines() if line.startswith("| `")
+    ]
+    contracts = ConfigParser()
+    contracts.read(ROOT / ".importlinter")
+    layers = contracts["importlinter:contract:layers"]["layers"].split("\n")
+    order = {name: number for number, layer in enumerate(layers) for name in layer.replace("|", " ").split()}
+
+    assert sorted(name for row in listed for name in row) == sorted(order)
+    assert all(
+        order[above] <= order[below] for one, other in pairwise(listed) for above in one for below in other
+    )
 
 
 def test_the_distribution_of_the_page_is_the_references() -> None:

@@ -1,3 +1,4 @@
+import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -63,21 +64,22 @@ def test_runs_of_other_durations_are_compared_by_themselves(
 
 def test_runs_are_paired_by_scenario_and_seed(fly: Store, compared: Callable[[], list[Agreement]]) -> None:
     # a command at c resolves F1, began at 2.0, and the ripples F2 and F3, began at 1.9
-    for scenario, sim_s, live_s in (("paper/a", 3.5, 3.6), ("paper/b", 4.0, 4.4)):
+    for scenario, sim_s, live_s in (("paper/a", 3.5, 3.6), ("paper/b", 4.0, 4.4), ("paper/c", 3.75, 4.0)):
         fly("sim", scenario, command_s=sim_s)
         fly("live", scenario, command_s=live_s)
     (agreement,) = compared()
     assert (agreement.manager, agreement.suite, agreement.model) == ("baseline", "paper", "lite")
-    assert [one.scenario for one in agreement.pairs] == ["paper/a", "paper/b"]
+    assert [one.scenario for one in agreement.pairs] == ["paper/a", "paper/b", "paper/c"]
     react = figure(agreement, "t_react_s")
     assert react.sim == pytest.approx(3.75 - 5.8 / 3)
     assert react.live == pytest.approx(4.0 - 5.8 / 3)
     assert react.difference is not None
     assert react.difference.mean == pytest.approx(0.25)
-    # of the differences 0.1 and 0.4; Student's t of one degree of freedom is 12.706
-    assert react.difference.low == pytest.approx(0.25 - 12.706 * 0.15, abs=1e-3)
-    assert react.difference.high == pytest.approx(0.25 + 12.706 * 0.15, abs=1e-3)
-    assert (react.pairs, react.one_sided) == (2, 0)
+    # of the differences 0.1, 0.4 and 0.25; Student's t of two degrees of freedom is 4.303
+    half = 4.303 * 0.15 / math.sqrt(3)
+    assert react.difference.low == pytest.approx(0.25 - half, abs=1e-3)
+    assert react.difference.high == pytest.approx(0.25 + half, abs=1e-3)
+    assert (react.pairs, react.one_sided) == (3, 0)
 
 
 def test_every_figure_is_compared(fly: Store, compared: Callable[[], list[Agreement]]) -> None:
@@ -154,14 +156,15 @@ def test_managing_systems_are_kept_apart(fly: Store, compared: Callable[[], list
 def test_repetitions_of_a_scenario_are_one_cluster(
     fly: Store, compared: Callable[[], list[Agreement]]
 ) -> None:
-    for scenario, seed, live_s in (("a", 1, 3.6), ("a", 2, 3.6), ("b", 1, 3.8), ("b", 2, 3.8)):
-        fly("sim", f"paper/{scenario}", seed)
-        fly("live", f"paper/{scenario}", seed, command_s=live_s)
+    for scenario, live_s in (("a", 3.6), ("b", 3.8), ("c", 3.7)):
+        for seed in (1, 2):
+            fly("sim", f"paper/{scenario}", seed)
+            fly("live", f"paper/{scenario}", seed, command_s=live_s)
     (agreement,) = compared()
     difference = figure(agreement, "t_react_s").difference
     assert difference is not None
-    # as of the two scenarios' means, 0.1 and 0.3
-    assert difference.high == pytest.approx(0.2 + 12.706 * 0.1, abs=1e-3)
+    # as of the three scenarios' means, 0.1, 0.3 and 0.2
+    assert difference.high == pytest.approx(0.2 + 4.303 * 0.1 / math.sqrt(3), abs=1e-3)
 
 
 @pytest.mark.parametrize(

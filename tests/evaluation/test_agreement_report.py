@@ -123,6 +123,15 @@ def test_text_without_a_pair_has_no_table() -> None:
     assert "live − sim  " not in text
 
 
+def test_text_says_why_a_figure_has_no_interval() -> None:
+    note = "Figures of fewer than 3 clusters have no confidence interval."
+    assert note not in format_agreement([agreement()])
+    few = Comparison(
+        name="iou", sim=0.5, live=0.3, difference=Estimate(-0.2, 0.1, None, None, 2), one_sided=0
+    )
+    assert note in format_agreement([replace(agreement(), comparisons=(few,))])
+
+
 def test_csv_has_a_line_a_figure_and_empty_cells_where_there_is_nothing() -> None:
     lines = {
         line["figure"]: line for line in csv.DictReader(io.StringIO(format_agreement([agreement()], "csv")))

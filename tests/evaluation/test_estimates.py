@@ -81,6 +81,16 @@ def test_a_single_run_has_no_deviation_and_no_interval() -> None:
     assert estimate([1.5], ["a"]) == Estimate(1.5, None, None, None, 1)
 
 
+@pytest.mark.parametrize("clusters", [["a", "b"], ["a", "b", "b"], ["a", "a"]])
+def test_fewer_than_three_clusters_have_a_deviation_but_no_interval(clusters: list[str]) -> None:
+    values = [1.0, 2.0, 4.5][: len(clusters)]
+    found = estimate(values, clusters)
+    assert found is not None
+    assert found.std == pytest.approx(statistics.stdev(values))
+    assert (found.low, found.high) == (None, None)
+    assert found.lacks_interval
+
+
 def test_no_value_at_all_is_not_applicable() -> None:
     assert estimate([None, None], ["a", "b"]) is None
     assert estimate([], []) is None

@@ -6,6 +6,7 @@ import re
 import shutil
 import subprocess
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -24,6 +25,7 @@ from sunset.evaluation import (
     summarise,
 )
 from sunset.evaluation.latex import escape_latex
+from sunset.scenarios import suite
 
 UGLY = r"my_dir/50%_ü_{a}\b^c~d$&#<script>'\"`|--µ中:Mine"
 
@@ -110,11 +112,14 @@ def test_text_shows_runs_means_and_deviations() -> None:
 
 
 def test_text_shows_intervals_and_the_papers_figures_beneath_ours() -> None:
-    lines = format_report(table()).splitlines()
+    fourth = run(
+        "baseline", "paper", 2, t_react_s=1.5, f_resolved_per_adaptation=1.0, redeploys_unnecessary=2
+    )
+    lines = format_report(table(fourth)).splitlines()
     place = next(number for number, line in enumerate(lines) if line.startswith("baseline "))
-    # three runs of one scenario: 0.42 ± 4.303 · 0.01 / √3
+    # runs of one scenario: 1.50 ± 4.303 · 0.5 / √3 of three, 0.42 ± 3.182 · 0.00816 / √4 of four
     assert " ".join(lines[place + 1].split()) == (
-        "95 % conf. [1.00, 1.00] [-4.85, 7.85] [2.00, 2.00] [6.00, 6.00] [0.40, 0.44]"
+        "95 % conf. [1.00, 1.00] [0.26, 2.74] [2.00, 2.00] [6.00, 6.00] [0.41, 0.43]"
     )
     assert " ".join(lines[place + 2].split()) == (
         "published 0.89 ± 0.16 1.44 ± 1.32 2.02 ± 1.04 6.52 ± 4.67 0.30 ± 0.09"
@@ -155,6 +160,42 @@ def test_a_table_of_another_duration_says_that_it_cannot_be_compared() -> None:
         in text
     )
     assert "not comparable" not in format_report(table())
+
+
+def test_a_table_of_a_part_of_a_suite_says_that_it_cannot_be_compared() -> None:
+    runs = [run("baseline", "paper", 1, scenario=one.name) for one in suite("paper")[:2]]
+    text = " ".join(format_report(summarise(runs)).split())
+    assert (
+        "The paper runs whole suites: its figures are not comparable with those of baseline [2 of 54 scenarios]."
+        in text
+    )
+    assert "published " not in text
+    assert "whole suites" not in format_report(table())
+
+
+@pytest.mark.parametrize("form", ["table", "latex", "html"])
+def test_what_was_run_is_said_in_one_line(form: str) -> None:
+    runs = [
+        replace(run("baseline", "paper", seed, flight=Flight(20.0, bag="3c" * 32)), version="0.1.0")
+        for seed in (3, 1, 2)
+    ]
+    text = " ".join(format_report(summarise(runs), form).split())
+    assert "SUNSET 0.1.0; model lite; middleware sim; seeds 1 to 3; 20 s measured; flight 3c3c3c3c." in text
+    other = replace(run("baseline", "paper", 7, flight=Flight(4.0)), model="own", middleware="cyclonedds")
+    text = " ".join(format_report(summarise([*runs, other]), form).split())
+    assert (
+        "SUNSET 0.1.0, unknown; models lite, own; middlewares cyclonedds, sim; seeds 1, 2, 3, 7; "
+        "20 s measured, 4 s measured; flights 3c3c3c3c, unknown." in text
+    )
+
+
+def test_figures_of_fewer_than_three_clusters_have_no_interval_and_a_note_says_so() -> None:
+    two = [run("mine", "artifact", seed, scenario=f"artifact/{seed}") for seed in (1, 2)]
+    note = "Figures of fewer than 3 clusters have no confidence interval."
+    text = format_report(summarise(two))
+    assert "95 % conf." not in text
+    assert note in text
+    assert note not in format_report(summarise([*two, run("mine", "artifact", 3, scenario="artifact/3")]))
 
 
 def test_unresolved_failures_are_reported() -> None:

@@ -3,6 +3,7 @@ from pathlib import Path
 import pytest
 
 from sunset.evaluation import FIGURES, PUBLISHED, Flight, RunRow, summarise
+from sunset.scenarios import suite
 
 HEALTHY: dict[str, float | None] = {
     **dict.fromkeys(FIGURES),
@@ -178,6 +179,20 @@ def test_runs_that_measure_another_time_or_flight_have_rows_of_their_own() -> No
         "baseline [flight 7e7e7e7e]",
     }
     assert {row.model for row in [*rows, *several]} == {"lite"}
+
+
+def test_a_row_of_a_part_of_a_suite_says_so_and_has_none_of_the_paper_beside_it() -> None:
+    first, second, *others = scenarios = [one.name for one in suite("paper")]
+    (row,) = summarise([run(scenario=first), run(scenario=first, seed=2), run(scenario=second, valid=False)])
+    assert (row.system, row.published) == ("baseline [2 of 54 scenarios]", None)
+    assert row.seeds == {1, 2}
+    (whole,) = summarise([run(scenario=name) for name in scenarios])
+    assert (whole.system, whole.published) == ("baseline", "baseline")
+    assert names(run(suite="mine", scenario="mine/a")) == ["baseline (mine)"]
+    short = Flight(4.0, bag="3c" * 32)
+    assert names(*(run(scenario=name, flight=short) for name in others)) == [
+        "baseline [52 of 54 scenarios] [4 s]"
+    ]
 
 
 def test_the_papers_table() -> None:

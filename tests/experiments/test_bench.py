@@ -17,6 +17,7 @@ from sunset.errors import InvalidInputError, OutputError
 from sunset.evaluation import render_report
 from sunset.experiments import BenchSpec, Settings, Timing, bench, plan, run_folder
 from sunset.recording import read_run
+from sunset.system import extended_system
 
 pytestmark = pytest.mark.usefixtures("flight")
 
@@ -220,6 +221,38 @@ def test_a_campaign_is_not_continued_with_a_managing_system_that_was_rewritten(t
 
     with pytest.raises(InvalidInputError, match=r"mine\.py:Mine has changed since the campaign in "):
         bench(spec, tmp_path / "out", jobs=1)
+
+
+def test_a_campaign_is_continued_with_the_same_extensions_only(tmp_path: Path) -> None:
+    file, other = tmp_path / "dark.py", tmp_path / "light.py"
+    for path in (file, other):
+        path.write_text("from sunset.system import Extension\n\nEXTENSION = Extension()\n")
+    spec = BenchSpec(suite="nofault", managers=("none",), references=False, repetitions=1, settings=SHORT)
+    out = tmp_path / "out"
+
+    def run_with(*extensions: Path) -> int:
+        with extended_system([str(extension) for extension in extensions]):
+            return bench(spec, out, jobs=1)
+
+    assert run_with(file) == 1
+    assert run_with(file) == 0
+    with pytest.raises(InvalidInputError, match=r"was begun with the extension dark\.py; name the same"):
+        run_with()
+    with pytest.raises(InvalidInputError, match=r"was begun without the extension light\.py; name the same"):
+        run_with(file, other)
+    file.write_text(file.read_text() + "# another one\n")
+    with pytest.raises(InvalidInputError, match=r"The extension dark\.py has changed since the campaign in "):
+        run_with(file)
+
+
+def test_a_campaign_says_in_what_it_differs(tmp_path: Path) -> None:
+    spec = BenchSpec(suite="nofault", managers=("none",), references=False, repetitions=1, settings=SHORT)
+    bench(spec, tmp_path / "out", jobs=1)
+    told = r"its managers are \['none'\], this one's are \['baseline'\]"
+    with pytest.raises(InvalidInputError, match=told):
+        bench(replace(spec, managers=("baseline",)), tmp_path / "out", jobs=1)
+    with pytest.raises(InvalidInputError, match=r"its seed is 1, this one's is 2"):
+        bench(replace(spec, seed=2), tmp_path / "out", jobs=1)
 
 
 def test_a_campaign_is_not_continued_with_another_bag(tmp_path: Path, flight: Path) -> None:

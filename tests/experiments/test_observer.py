@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from sunset.experiments.observer import COMMANDS_TOPIC, Observer
+from sunset.experiments.observer import Observer
 from sunset.interfaces import Message
 from sunset.interfaces.lifecycle_msgs.msg import State, Transition, TransitionEvent
 from sunset.interfaces.lifecycle_msgs.srv import ChangeState
@@ -15,6 +15,7 @@ from sunset.interfaces.system_interfaces.msg import Command
 from sunset.interfaces.system_interfaces.srv import Redeploy
 from sunset.rmw.core.port import EndpointKind, RequestId
 from sunset.ros import Parameter
+from sunset.system import COMMANDS_TOPIC
 
 MANAGER, CAMERA = "/managing_system", "/managed_subsystem/camera"
 NUMBER = RequestId(1, 1)

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import subprocess
 import sys
 import time
@@ -12,7 +13,7 @@ import numpy as np
 import pytest
 
 from sunset.data import read_bag, write_bag
-from sunset.errors import DataError, ManagerError
+from sunset.errors import DataError, ManagerError, SunsetError
 from sunset.experiments import RunSpec, Settings, Timing, run
 from sunset.metrics import score
 from sunset.perception import Segmenter
@@ -316,3 +317,76 @@ def test_a_class_in_place_of_the_segmentations_runs_in_the_simulation(tmp_path: 
         result = fly(tmp_path / "run", "nofault", "none", timing=Timing(duration_s=1.0, warm_up_s=1.0))
 
     assert "thoughtful" in [line.text for line in result.log]
+
+
+METER = """
+from sunset.interfaces.sensor_msgs.msg import Image
+from sunset.interfaces.std_msgs.msg import String
+from sunset.nodes import AdaptiveNode
+from sunset.system import Extension, NodeDescription, Topic
+
+
+class Meter(AdaptiveNode):
+    node_name = "meter"
+
+    def set_up(self) -> None:
+        self.create_active_subscription(Image, "/managed_subsystem/rgb_camera", lambda message: None)
+        self.create_lifecycle_publisher(String, "light", 10)
+
+
+EXTENSION = Extension(nodes=(NodeDescription("meter", Meter, {inputs}, {outputs}),), topics=({topics}))
+"""
+
+
+@pytest.mark.parametrize(
+    ("inputs", "outputs", "topics", "words"),
+    [
+        (("rgb_camera",), ("light",), "", ""),
+        (("rgb_camera",), ("light",), "Topic('light', 'std_msgs/msg/String'),", ""),
+        (
+            ("rgb_camera",),
+            ("light",),
+            "Topic('light'),",
+            "publishes std_msgs/msg/String on /managed_subsystem/light, described as sensor_msgs/msg/Image",
+        ),
+        (("rgb_camera",), ("dark",), "", "does not publish on /managed_subsystem/dark"),
+        (
+            ("depth_camera",),
+            (),
+            "",
+            "subscribes to /managed_subsystem/rgb_camera, which is not among its inputs",
+        ),
+        (
+            ("rgb_camera", "depth_camera"),
+            (),
+            "",
+            "does not subscribe to /managed_subsystem/depth_camera, which is among its inputs",
+        ),
+    ],
+)
+def test_a_node_that_is_wired_otherwise_than_described_does_not_come_up(
+    inputs: tuple[str, ...], outputs: tuple[str, ...], topics: str, words: str, tmp_path: Path
+) -> None:
+    file = tmp_path / "meter.py"
+    file.write_text(METER.format(inputs=inputs, outputs=outputs, topics=topics))
+    timing = Timing(duration_s=1.0, warm_up_s=1.0, bring_up_limit_s=10.0)
+    with extended_system([file]):
+        if not words:
+            assert fly(tmp_path / "run", "nofault", "none", timing=timing).valid
+            return
+        with pytest.raises(SunsetError, match=re.escape(f"meter is active, but {words}")):
+            fly(tmp_path / "run", "nofault", "none", timing=timing)
+
+
+def test_a_signal_that_nothing_reports_makes_a_run_invalid(tmp_path: Path) -> None:
+    file = tmp_path / "meter.py"
+    file.write_text(
+        "from sunset.system import Extension, Failure, Signal\n"
+        "EXTENSION = Extension(signals=(Signal('depth', 'brightnes', threshold=1.0),),\n"
+        "    failures=(Failure('F6', 'dark', symptom='dark', gone='light', signal='depth_brightnes'),))\n"
+    )
+    with extended_system([file]):
+        result = fly(tmp_path / "run", "nofault", "none", timing=Timing(duration_s=1.0, warm_up_s=1.0))
+
+    assert result.reason == "depth never reported brightnes, so that F6 could not be seen"
+    assert not result.valid

@@ -97,6 +97,30 @@ def test_a_node_that_has_no_heartbeat_is_refused(ask: Callable[[Symptoms, str], 
         ask(Symptoms({"camera_lc_state": "active"}), "sensors_fusion")
 
 
+def test_a_signal_is_read_by_name() -> None:
+    assert Symptoms({"camera_sharpness": 0.5}).signal("camera_sharpness") == 0.5
+    assert math.isnan(Symptoms({}).signal("camera_sharpness"))
+    assert Symptoms({"altimeter_height": 12.0}).signal("altimeter_height") == 12.0
+    match = (
+        r"The monitor knows no signal 'segmentation_entropie': did you mean 'segmentation_entropy', or name one of "
+        r"segmentation_entropy, camera_sharpness\."
+    )
+    with pytest.raises(ValueError, match=match):
+        Symptoms({}).signal("segmentation_entropie")
+
+
+def test_a_missing_entry_is_told_with_the_entries_that_there_are() -> None:
+    symptoms = Symptoms({"altimeter_height": 12.0})
+    with pytest.raises(
+        KeyError, match=r"no entry 'altimeter_hight': did you mean 'altimeter_height', or name"
+    ):
+        symptoms["altimeter_hight"]
+    with pytest.raises(KeyError, match=r"does not have 'segmentation_entropy' yet"):
+        symptoms["segmentation_entropy"]
+    assert symptoms.get("altimeter_hight") is None
+    assert "altimeter_hight" not in symptoms
+
+
 def test_whatever_the_monitor_and_the_launcher_know_is_known_before_it_is_heard() -> None:
     for topic in current_system().topics:
         assert math.isnan(Symptoms({}).frequency(topic))

@@ -42,6 +42,14 @@ def depth_camera(world: "World") -> Depth:
     return node
 
 
+@pytest.mark.usefixtures("camera")
+def test_a_refusal_offers_nothing_that_a_managing_system_must_not_set(world: "World") -> None:
+    result = world.set("camera", "autofocus", True)
+    assert result.reason.endswith(
+        "is not declared: did you mean 'perform_autofocus', or name one of sharpness_threshold, perform_autofocus."
+    )
+
+
 def feed(world: "World", topic: str, out: str, *images: Image) -> list[Image]:
     before = len(world.messages[out])
     for image in images:

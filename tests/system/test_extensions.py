@@ -186,6 +186,25 @@ def of_fault(options: str) -> str:
             "EXTENSION = Extension(node_classes={'camera': Eye})",
             "The class of the node camera is Camera: Eye must be a subclass of it",
         ),
+        (SONAR + node("sonar", "outputs=('a b',)"), "publishes on 'a b', which is not a topic's name"),
+        (SONAR + node("sonar", "outputs=('/rosout',)"), "The name of the topic '/rosout' is taken"),
+        (
+            SONAR + node("sonar", "outputs=('/parameter_events',)"),
+            "The name of the topic '/parameter_events' is taken",
+        ),
+        (
+            of_fault("cures=(), value=0.0, limits=(0.0, 1.0)"),
+            "needs a value and another one of the same type when healthy, got 0.0 and 0.0",
+        ),
+        (of_fault("cures=(), value=[1]"), "The value must be true or false or a whole number"),
+        (
+            HEAD + "EXTENSION = Extension(suites={'mine': ({'gpu_failure', 'image_shift'},)})",
+            "must be tuples of faults",
+        ),
+        (
+            HEAD + "EXTENSION = Extension(suites=[])",
+            "The suites of an extension must be a dictionary, got []",
+        ),
     ],
 )
 def test_a_wrong_extension_gets_one_sentence(

@@ -1,8 +1,13 @@
 """The description of the managed system against what nodes do, and descriptions that contradict themselves."""
 
+import re
+from importlib import import_module
+from pathlib import Path
+
 import pytest
 from tests.conftest import World
 
+import sunset.system
 from sunset.errors import ExtensionError
 from sunset.nodes.base import AdaptiveNode
 from sunset.nodes.parameters import FaultParameter, TopicParameter
@@ -22,6 +27,27 @@ from sunset.system import (
 )
 
 PAPER = current_system().parts[0]
+PLACES = sorted(
+    {
+        place
+        for file in Path(sunset.system.__file__).parent.glob("*.py")
+        for place in re.findall(r'"(sunset(?:\.\w+)+:\w+)"', file.read_text(encoding="utf-8"))
+    }
+)
+"""What the description names as text and imports when it runs, so that no other check sees it."""
+
+
+@pytest.mark.parametrize("place", PLACES)
+def test_what_the_description_names_as_text_is_there(place: str) -> None:
+    module, _, name = place.partition(":")
+    assert callable(getattr(import_module(module), name))
+
+
+def test_every_node_of_a_process_is_named_as_text() -> None:
+    managed = {node.node_class for node in current_system().nodes.values()}
+    named = managed | {node.node_class for node in sunset.system.HARNESS.values() if node.node_class}
+    assert len(named) == 5 + 4  # the managed nodes, and those of the harness that a process runs
+    assert named <= {*PLACES}
 
 
 class Altimeter(AdaptiveNode):

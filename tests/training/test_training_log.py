@@ -36,7 +36,7 @@ def test_a_log_becomes_a_figure(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("text", "sentence"),
-    [("", "must have lines with a step"), ("{", "a line is no JSON"), ("[]\n", "a step")],
+    [("", "must have lines with a step"), ("{", "a line is not JSON"), ("[]\n", "a step")],
 )
 def test_a_file_that_is_no_log_is_refused(text: str, sentence: str, tmp_path: Path) -> None:
     (tmp_path / "log.jsonl").write_text(text, encoding="utf-8")

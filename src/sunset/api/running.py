@@ -135,16 +135,26 @@ def load(path: str | Path, *, recompute: bool = False, extensions: Extensions = 
 
 
 def report(
-    path: str | Path, form: str = "table", *, recompute: bool = False, extensions: Extensions = ()
+    path: str | Path, form: str | None = None, *, recompute: bool = False, extensions: Extensions = ()
 ) -> str:
     """Return the report of stored runs, as `sunset report` prints it; with extensions as `load`.
+
+    Args:
+        path: as of `load`.
+        form: `table`, `latex`, `csv`, `json` or `html`; if it is None, `table`, but of the folder of one run its time
+            line.
+        recompute: as of `load`; of a table.
+        extensions: as of `load`.
 
     Raises:
         RecordError: as `load`.
         InvalidInputError: there is no such format.
     """
+    folder = as_path(path, "folder of stored runs")
     with extended(extensions):
-        return render_report(as_path(path, "folder of stored runs"), form, recompute=recompute)
+        if form is None and not recompute and (folder / RUN_FILE).is_file():
+            return f"{read_stored_run(folder)}\n"
+        return render_report(folder, "table" if form is None else form, recompute=recompute)
 
 
 def check_manager(

@@ -5,8 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import cast
 
-from sunset.api import Options
-from sunset.api.options import names_of, settings_of
+from sunset.api.options import Options, names_of, settings_of
 from sunset.cli._parser import at_least_one
 from sunset.experiments import BenchSpec, RunSpec, Settings
 from sunset.perception import DEVICES

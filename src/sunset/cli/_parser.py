@@ -99,17 +99,14 @@ class Parser(argparse.ArgumentParser):
             loaded = import_module(f"sunset.cli.{module}")
             self.set_defaults(execute=getattr(loaded, "execute", self.get_default("execute")))
             loaded.add_arguments(self)
-            if VERBS.get(
-                module, Verb("")
-            ).is_extensible:  # `main` has taken them out of the command line already
+            if VERBS.get(module, Verb("")).is_extensible:
+                # `main` has taken them out of the command line already
                 self.add_argument("--extension", **_EXTENSION)
         for action in self._actions:
-            known = type(action.default) in {str, int, float} and action.default not in {
-                "",
-                argparse.SUPPRESS,
-            }
-            if known and action.help and "(default: " not in action.help:
-                action.help += " (default: %(default)s)"
+            value, text = action.default, action.help
+            has_default = type(value) in {str, int, float} and value not in {"", argparse.SUPPRESS}
+            if has_default and text and "(default: " not in text:
+                action.help = f"{text} (default: %(default)s)"
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
         """Suggest an option for a mistyped one, in the name of the verb; argparse complains in that of the program."""

@@ -6,7 +6,6 @@ from pathlib import Path
 
 from sunset.cli._options import add_format_options
 from sunset.cli._progress import progress_bar
-from sunset.cli._story import print_story
 from sunset.evaluation import FORMATS, RUNS_FORMATS, render_report, render_runs
 from sunset.experiments import count_runs
 from sunset.recording import RUN_FILE, read_stored_run
@@ -47,7 +46,7 @@ def execute(arguments: argparse.Namespace) -> None:
             )
         print(text, end="")
     elif form is None and not again and (folder / RUN_FILE).is_file():
-        print_story(read_stored_run(folder))
+        read_stored_run(folder).print_story()
     else:
         print_report(folder, form or "table", recompute=again)
 

@@ -9,7 +9,6 @@ from pathlib import Path
 
 from sunset.cli._options import add_middleware_options, add_run_options, run_spec
 from sunset.cli._progress import progress_bar, rendering_progress
-from sunset.cli._story import print_story
 from sunset.experiments import DEFAULT_SCENARIO, prepare, run
 
 
@@ -53,7 +52,7 @@ def execute(arguments: argparse.Namespace) -> None:
         if arguments.json:
             print(json.dumps(result.summary(), sort_keys=True))
             return
-        print_story(result)
+        result.print_story()
     if arguments.out is None:
         print("The record was not kept; '--out DIR' keeps it.", file=sys.stderr)
     else:

@@ -6,9 +6,10 @@ from typing import Final
 
 from sunset.errors import InvalidInputError
 from sunset.evaluation.agreement import TOLERANCE, TOLERANCE_S, Agreement, Comparison, LeftOut, Pair
+from sunset.evaluation.estimates import NO_INTERVAL
 from sunset.evaluation.text import wrapped
 from sunset.tables import aligned, table_width
-from sunset.texts import csv_text
+from sunset.texts import counted, csv_text
 
 AGREEMENT_FORMATS: Final = ("table", "csv", "json")
 
@@ -34,7 +35,7 @@ def format_agreement(agreements: Sequence[Agreement], form: str = "table") -> st
         case "table":
             several = len({agreement.flight.bag for agreement in agreements}) > 1
             parts = ["\n".join([*_text(agreement, bag=several), ""]) for agreement in agreements]
-            return "\n".join([*parts, wrapped(_METHOD), wrapped(_RULE)]) + "\n"
+            return "\n".join([*parts, *map(wrapped, _notes(agreements))]) + "\n"
         case "csv":
             return _as_csv(agreements)
         case "json":
@@ -43,13 +44,19 @@ def format_agreement(agreements: Sequence[Agreement], form: str = "table") -> st
     raise InvalidInputError(f"The format of an agreement report must be one of {known}, got {form!r}.")
 
 
+def _notes(agreements: Sequence[Agreement]) -> tuple[str, ...]:
+    differences = [one.difference for agreement in agreements for one in agreement.comparisons]
+    lacking = any(difference and difference.lacks_interval for difference in differences)
+    return (_METHOD, *((NO_INTERVAL,) if lacking else ()), _RULE)
+
+
 def _text(agreement: Agreement, *, bag: bool) -> Iterator[str]:
     """Give the lines of a managing system's part."""
     pairs = agreement.pairs
     model = f"{agreement.model}{agreement.flight.label(bag=bag)}"
     yield (
         f"{agreement.manager} on {agreement.suite or 'scenarios of no suite'}, model {model}: "
-        f"{_count(len(pairs), 'pair')}, {len(agreement.left_out)} left out"
+        f"{counted(len(pairs), 'pair')}, {len(agreement.left_out)} left out"
     )
     yield ""
     if pairs:
@@ -57,7 +64,7 @@ def _text(agreement: Agreement, *, bag: bool) -> Iterator[str]:
         head, *lines = aligned(rows, left=(0, len(_COLUMNS) - 1))
         yield from (head, "─" * table_width(rows), *lines, "")
         yield from (
-            f"Only one of the two runs has {one.name} in {_count(one.one_sided, 'more pair')}."
+            f"Only one of the two runs has {one.name} in {counted(one.one_sided, 'more pair')}."
             for one in agreement.comparisons
             if one.one_sided
         )
@@ -88,10 +95,6 @@ def _item(run: Pair | LeftOut, text: str) -> str:
     return wrapped(f"  {run.scenario}, seed {run.seed}: {text}", "    ")
 
 
-def _count(number: int, noun: str) -> str:
-    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
-
-
 def _cells(one: Comparison) -> tuple[str, ...]:
     verdict = {True: "yes", False: "no", None: "N/A"}[one.agrees]
     if one.difference is None or one.sim is None or one.live is None:
@@ -107,8 +110,8 @@ def _share(pairs: Sequence[Pair], verdicts: Sequence[bool]) -> str:
     every = {pair.scenario for pair in pairs}
     broken = {pair.scenario for pair, holds in zip(pairs, verdicts, strict=True) if not holds}
     return (
-        f"{sum(verdicts)} of {_count(len(pairs), 'pair')}, "
-        f"throughout in {len(every) - len(broken)} of {_count(len(every), 'scenario')}"
+        f"{sum(verdicts)} of {counted(len(pairs), 'pair')}, "
+        f"throughout in {len(every) - len(broken)} of {counted(len(every), 'scenario')}"
     )
 
 

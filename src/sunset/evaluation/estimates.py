@@ -9,11 +9,17 @@ from typing import Final
 
 CONFIDENCE: Final = 0.95
 
+_LEAST_CLUSTERS: Final = 3
+"""An interval of two has one degree of freedom, and is so wide that it says nothing."""
+
 METHOD: Final = (
     "Mean ± sample standard deviation over runs; 95 % confidence interval of the mean by Student's t, "
     "with the runs of one scenario as one cluster (where there is one scenario only, each run is its own)."
 )
 """How the figures of a table come about, in words."""
+
+NO_INTERVAL: Final = f"Figures of fewer than {_LEAST_CLUSTERS} clusters have no confidence interval."
+"""What stands beneath a table in which there are such."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,7 +29,7 @@ class Estimate:
     Attributes:
         mean: over the runs that have the figure.
         std: their sample standard deviation (division by n - 1); None of a single run.
-        low: lower end of the mean's 95 % confidence interval; None of a single run.
+        low: lower end of the mean's 95 % confidence interval; None of fewer than three clusters.
         high: its upper end.
         runs: how many have the figure.
     """
@@ -33,6 +39,11 @@ class Estimate:
     low: float | None
     high: float | None
     runs: int
+
+    @property
+    def lacks_interval(self) -> bool:
+        """Whether there are several runs, but too few clusters for an interval."""
+        return self.runs > 1 and self.low is None
 
     def to_json(self) -> dict[str, object]:
         """Return it as JSON values."""
@@ -46,7 +57,8 @@ def estimate(values: Sequence[float | None], clusters: Sequence[Hashable]) -> Es
     Repetitions of one scenario resemble each other, so that they count as one cluster: the variance of the
     mean is `G / (G - 1) · Σ (Σ (x - mean))² / n²`, the inner sum over a cluster's values, the outer over
     the G clusters, and the interval is Student's with G - 1 degrees of freedom. With as many repetitions of
-    each scenario it is the t interval of the scenarios' means; with clusters of one, the usual one.
+    each scenario it is the t interval of the scenarios' means; with clusters of one, the usual one. Fewer than three
+    clusters have no interval.
 
     Args:
         values: one a run; None where the run has none.
@@ -69,10 +81,12 @@ def estimate(values: Sequence[float | None], clusters: Sequence[Hashable]) -> Es
     for position, (value, cluster) in enumerate(known):
         groups.setdefault(position if single else cluster, []).append(value - mean)
     count = len(groups)
+    deviation = statistics.stdev(value for value, _ in known)
+    if count < _LEAST_CLUSTERS:
+        return Estimate(mean, deviation, None, None, len(known))
     squares = math.fsum(math.fsum(deviations) ** 2 for deviations in groups.values())
     error = math.sqrt(count / (count - 1) * squares) / len(known)
     half = student_quantile(count - 1) * error
-    deviation = statistics.stdev(value for value, _ in known)
     return Estimate(mean, deviation, mean - half, mean + half, len(known))
 
 

@@ -1,13 +1,13 @@
 """The report before it has a format: which figures stand in which line, and the notes beneath."""
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from types import MappingProxyType
 from typing import Final
 
-from sunset.evaluation.estimates import METHOD, Estimate
+from sunset.evaluation.estimates import METHOD, NO_INTERVAL, Estimate
 from sunset.evaluation.results import RunRow
 from sunset.evaluation.summary import PUBLISHED, PUBLISHED_SOURCE, SystemRow
 from sunset.system import DURATION_S
@@ -163,7 +163,7 @@ def arrange(rows: Sequence[SystemRow]) -> Report:
     return Report(
         main=Block("The paper's figures", tuple(_COLUMNS[name] for name in _MAIN), main),
         more=Block("More about the same runs", tuple(_COLUMNS[name] for name in _MORE), more),
-        notes=(METHOD, *_comparability(rows), *_notes(rows)),
+        notes=(*_provenance(rows), METHOD, *_comparability(rows), *_notes(rows)),
     )
 
 
@@ -200,8 +200,39 @@ def _published(name: str | None) -> tuple[Line, ...]:
     return (Line(LineKind.PUBLISHED, "  published", "", cells),)
 
 
+def _provenance(rows: Sequence[SystemRow]) -> list[str]:
+    """Say in one line what was run, and with what."""
+    if not rows:
+        return []
+    parts = (
+        _named("SUNSET", "", (row.version or "unknown" for row in rows)),
+        _named("model", "s", (row.model for row in rows)),
+        _named("middleware", "s", (row.middleware for row in rows)),
+        _seeds({seed for row in rows for seed in row.seeds}),
+        _named("", "", (f"{row.flight.duration_s:g} s measured" for row in rows)),
+        _named("flight", "s", (row.flight.short_bag for row in rows)),
+    )
+    return [f"{'; '.join(parts)}."]
+
+
+def _named(what: str, plural: str, values: Iterable[str]) -> str:
+    """Return different values with what they are before them; of many only the first."""
+    found = sorted(set(values))
+    more = [f"and {len(found) - _SHOWN} others"] if len(found) > _SHOWN else []
+    texts = [*(shorten(value, _LONGEST_REASON) for value in found[:_SHOWN]), *more]
+    return f"{what}{plural if len(found) > 1 else ''} {', '.join(texts)}".lstrip()
+
+
+def _seeds(seeds: Collection[int]) -> str:
+    """Return seeds in words: those that follow one another by the first and the last."""
+    first, last = min(seeds), max(seeds)
+    if 1 < len(seeds) == last - first + 1:
+        return f"seeds {first} to {last}"
+    return _named("seed", "s", map(str, seeds))
+
+
 def _comparability(rows: Sequence[SystemRow]) -> list[str]:
-    """Say what the paper's figures are, and which rows have none beside them because they measure another time."""
+    """Say what the paper's figures are, and which rows have none beside them because they measure something else."""
     notes = [_PUBLISHED_NOTE] if any(row.published for row in rows) else []
     others = [row.system for row in rows if row.is_of_other_duration]
     if others:
@@ -209,12 +240,20 @@ def _comparability(rows: Sequence[SystemRow]) -> list[str]:
             f"The paper measures {DURATION_S:g} s: its figures are not comparable with those of "
             + _listed(others, "rows")
         )
+    parts = [row.system for row in rows if row.is_of_part]
+    if parts:
+        notes.append(
+            "The paper runs whole suites: its figures are not comparable with those of "
+            + _listed(parts, "rows")
+        )
     return notes
 
 
 def _notes(rows: Sequence[SystemRow]) -> list[str]:
     """Say what a reader would otherwise take for granted: runs that are missing from a figure."""
     notes = []
+    if any(found and found.lacks_interval for row in rows for found in row.estimates.values()):
+        notes.append(NO_INTERVAL)
     for row in rows:
         for name, (figure, reason) in _LACKING.items():
             found = row.estimates[name]

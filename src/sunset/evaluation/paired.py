@@ -8,6 +8,7 @@ from sunset.dataframes import data_frame
 from sunset.errors import InvalidInputError
 from sunset.evaluation.estimates import Estimate, compare_means
 from sunset.evaluation.results import FIGURES, RunRow
+from sunset.tables import aligned
 from sunset.texts import suggestion
 
 if TYPE_CHECKING:
@@ -60,6 +61,21 @@ class PairedComparison:
         raise InvalidInputError(
             f"There is no figure {figure!r}: {suggestion(figure, FIGURES)}choose among {', '.join(FIGURES)}."
         )
+
+    def __str__(self) -> str:
+        """Return a table: both means, the mean difference, and its confidence interval."""
+
+        def shown(value: float | None) -> str:
+            return "N/A" if value is None else f"{value:.2f}"
+
+        head = ("figure", self.first, self.second, "difference", "95 % interval", "pairs")
+        rows = [head]
+        for one in self.differences:
+            found = one.difference
+            sure = "N/A" if found is None or found.low is None else f"{found.low:.2f} to {found.high:.2f}"
+            mean, pairs = (None, 0) if found is None else (found.mean, found.runs)
+            rows.append((one.figure, shown(one.first), shown(one.second), shown(mean), sure, str(pairs)))
+        return "\n".join(aligned(rows))
 
     def to_frame(self) -> "DataFrame":
         """Return one row a figure, as a data frame of pandas.

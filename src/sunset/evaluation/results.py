@@ -38,6 +38,11 @@ class Flight:
     looped: bool = False
     bag: str = ""
 
+    @property
+    def short_bag(self) -> str:
+        """The first digits of the bag's checksum."""
+        return self.bag[:_CHECKSUM] or "unknown"
+
     def to_json(self) -> dict[str, object]:
         """Return it as JSON values."""
         return {"duration_s": self.duration_s, "bag_looped": self.looped, "bag_checksum": self.bag}
@@ -51,7 +56,7 @@ class Flight:
         return (
             ("" if self.duration_s == DURATION_S else f" [{self.duration_s:g} s]")
             + (" [looped]" if self.looped else "")
-            + (f" [flight {self.bag[:_CHECKSUM] or 'unknown'}]" if bag else "")
+            + (f" [flight {self.short_bag}]" if bag else "")
         )
 
 

@@ -8,7 +8,7 @@ from typing import Final
 
 from sunset.evaluation.estimates import Estimate, estimate
 from sunset.evaluation.results import FIGURES, Flight, RunRow
-from sunset.system import DURATION_S
+from sunset.system import DURATION_S, current_system, scenario_name
 
 PUBLISHED_SOURCE: Final = "Wiedholz et al., SUNSET, RoSE'26, Table 1"
 
@@ -52,6 +52,8 @@ class SystemRow:
     Attributes:
         system: what the row is called.
         version: of the package that the runs were made with.
+        scenarios: the names of those that were run.
+        seeds: those that were run.
         runs: how many valid runs there are.
         estimates: figure → estimate over the valid runs; None where it is not applicable.
         episodes: failure episodes of all valid runs together.
@@ -67,6 +69,8 @@ class SystemRow:
     flight: Flight
     middleware: str
     version: str
+    scenarios: frozenset[str]
+    seeds: frozenset[int]
     runs: int
     estimates: Mapping[str, Estimate | None]
     episodes: int
@@ -82,12 +86,19 @@ class SystemRow:
     @property
     def published(self) -> str | None:
         """The name of the paper's row that this one is comparable with; None if there is none."""
-        return None if self.is_of_other_duration else _PUBLISHED_OF.get((self.suite, self.manager))
+        if self.is_of_other_duration or self.is_of_part:
+            return None
+        return _PUBLISHED_OF.get((self.suite, self.manager))
 
     @property
     def is_of_other_duration(self) -> bool:
         """Whether another time is measured than the paper's."""
         return self.flight.duration_s != DURATION_S
+
+    @property
+    def is_of_part(self) -> bool:
+        """Whether some scenarios of its suite were not run."""
+        return bool(_part_label(self.suite, self.scenarios))
 
     @property
     def is_reference(self) -> bool:
@@ -105,7 +116,8 @@ def summarise(rows: Iterable[RunRow]) -> list[SystemRow]:
 
     Runs of different models, flights, middlewares or versions of the package are never put together; where there are
     several, the row's name says which. It always says of a flight that it was looped, or measured for another time than
-    the paper's. Invalid runs take no part in any figure, and are listed.
+    the paper's, and of a suite that only a part of its scenarios was run. Invalid runs take no part in any figure, and
+    are listed.
     """
     runs = list(rows)
     groups: dict[tuple[str, str, str, Flight, str, str], list[RunRow]] = {}
@@ -122,6 +134,7 @@ def summarise(rows: Iterable[RunRow]) -> list[SystemRow]:
             names[manager]
             + _SUITE_LABELS.get(suite, f" ({suite})")
             + (f" [{model}]" if several_models else "")
+            + _part_label(suite, _scenarios(group))
             + flight.label(bag=several_bags)
             + (f" [{middleware}]" if several_middlewares else "")
             + (f" [sunset {version or 'unknown'}]" if several_versions else ""),
@@ -129,6 +142,21 @@ def summarise(rows: Iterable[RunRow]) -> list[SystemRow]:
         )
         for (suite, manager, model, flight, middleware, version), group in groups.items()
     ]
+
+
+def _scenarios(group: Sequence[RunRow]) -> frozenset[str]:
+    """Return the names of the scenarios of runs, without what tells those of one name apart."""
+    return frozenset(run.scenario.removesuffix(f" {run.faults}") for run in group)
+
+
+def _part_label(suite: str, scenarios: frozenset[str]) -> str:
+    """Return what a name must say where only some scenarios of a suite were run; empty if all, or if it is not known.
+
+    >>> _part_label("degraded", frozenset({"degraded/image_shift+autofocus_needed"})), _part_label("mine", frozenset())
+    (' [1 of 9 scenarios]', '')
+    """
+    every = {scenario_name(suite, faults) for faults in current_system().suites.get(suite, ())}
+    return f" [{len(scenarios)} of {len(every)} scenarios]" if scenarios < every else ""
 
 
 def published_names(rows: Iterable[SystemRow]) -> list[str]:
@@ -179,6 +207,8 @@ def _row(system: str, group: Sequence[RunRow]) -> SystemRow:
         flight=first.flight,
         middleware=first.middleware,
         version=first.version,
+        scenarios=_scenarios(group),
+        seeds=frozenset(run.seed for run in group),
         runs=len(valid),
         estimates=MappingProxyType(
             {

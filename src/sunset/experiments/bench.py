@@ -9,6 +9,7 @@ from concurrent.futures import as_completed
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
+from types import MappingProxyType
 from typing import Final
 
 from msgspec.structs import asdict
@@ -16,7 +17,7 @@ from msgspec.structs import asdict
 from sunset.errors import InvalidInputError, ManagerError, OutputError, RecordError, SunsetError
 from sunset.experiments.files import make_folder, write_text
 from sunset.experiments.manager import manager_checksum
-from sunset.experiments.resources import Resources, close_bags, prepare
+from sunset.experiments.resources import Resources, prepare
 from sunset.experiments.run import record_failure, run, versions
 from sunset.experiments.spec import RunSpec, Settings
 from sunset.managing import MANAGERS, is_registered, split_label
@@ -32,6 +33,8 @@ from sunset.workers import Progress, check_jobs, processors, worker_pool
 REFERENCE_SUITES: Final = ("nofault", "degraded")
 """The suites that, without a managing system, give the first two rows of the paper's table."""
 
+_CHANGING: Final = MappingProxyType({"manager_checksums": "managing system", "extensions": "extension"})
+"""Key of a campaign's plan that holds checksums by name → what they are of, where that is the user's own."""
 _LOCK_FILE: Final = ".lock"
 _LONGEST_SLUG: Final = 100
 
@@ -192,8 +195,6 @@ def _run_all(todo: Sequence[tuple[RunSpec, Path, str | None]], jobs: int) -> Ite
             yield count
         return
     forked = any(is_registered(spec.manager) for spec, _, _ in todo)
-    if forked:
-        close_bags()
     with worker_pool(jobs, forked=forked) as pool:
         futures = [pool.submit(_run, *one) for one in todo]
         for count, future in enumerate(as_completed(futures), 1):
@@ -233,14 +234,22 @@ def _claim(out: Path, plan: CampaignPlan) -> None:
     if differing:
         # a name that differs says more than the checksum or the number that differs with it
         key = min(differing, key=lambda name: (name == "runs", "checksum" in name))
-        changed = key.removeprefix("manager_checksums.")
-        if changed != key and key in ours and key in theirs:
+        kind, _, name = key.partition(".")
+        changed = _CHANGING.get(kind)
+        if changed and key in ours and key in theirs:
             raise InvalidInputError(
-                f"The managing system {changed} has changed since the campaign in {out} was begun, and its runs are of "
-                "the old one; name a new folder."
+                f"The {changed} {name} has changed since the campaign in {out} was begun, and its runs are of the old "
+                "one; name a new folder."
             )
+        if kind == "extensions":
+            word = "with" if key in theirs else "without"
+            raise InvalidInputError(
+                f"The campaign in {out} was begun {word} the extension {name}; name the same extensions, or a new "
+                "folder."
+            )
+        verb = "are" if kind == key and key.endswith("s") else "is"
         raise InvalidInputError(
-            f"The folder {out} holds another campaign: its {key} is {theirs.get(key)!r}, this one's is "
+            f"The folder {out} holds another campaign: its {key} {verb} {theirs.get(key)!r}, this one's {verb} "
             f"{ours.get(key)!r}; name a new folder."
         )
     for label, manager in map(split_label, plan.managers):
@@ -256,7 +265,9 @@ def _flat(plan: CampaignPlan) -> dict[str, object]:
     flat: dict[str, object] = {}
     for key, value in asdict(plan).items():
         inner = {f"{key}.{name}": one for name, one in value.items()} if isinstance(value, dict) else {}
-        flat |= inner or {key: list(value) if isinstance(value, tuple) else value}
+        if not isinstance(value, dict):
+            inner = {key: list(value) if isinstance(value, tuple) else value}
+        flat |= inner
     return flat
 
 

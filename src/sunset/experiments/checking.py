@@ -2,7 +2,8 @@
 
 import os
 import tempfile
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,10 +13,16 @@ from sunset.experiments.manager import manager_checksum
 from sunset.experiments.resources import prepare
 from sunset.experiments.run import run
 from sunset.experiments.spec import RunSpec
+from sunset.interfaces.system_interfaces.msg import Command
 from sunset.managing import is_registered
+from sunset.recording import read_messages
+from sunset.system import COMMANDS_TOPIC
+from sunset.texts import counted, shorten
 from sunset.workers import Progress, worker_pool
 
 _HASH_SEED: Final = "PYTHONHASHSEED"
+_SHOWN: Final = 3
+_LONGEST_REASON: Final = 300
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -26,6 +33,7 @@ class ManagerCheck:
         manager: its name.
         scenario: what it was run in.
         adaptations: how many it executed.
+        refusals: why requests were refused → how often, the most frequent first.
         reason: which rule it broke, so that its runs do not count; empty if none.
         deterministic: whether both runs left the same messages.
         sets_reordered: whether sets of texts had another order in the second run. A class that only this process has,
@@ -35,6 +43,7 @@ class ManagerCheck:
     manager: str
     scenario: str
     adaptations: int
+    refusals: Mapping[str, int]
     reason: str
     deterministic: bool
     sets_reordered: bool
@@ -51,11 +60,24 @@ class ManagerCheck:
         return "\n".join(
             (
                 f"loads            yes: {self.manager}",
-                f"runs             yes: {self.adaptations} adaptations in {self.scenario}",
+                f"runs             yes: {counted(self.adaptations, 'adaptation')} in {self.scenario}",
+                *self._refused(),
                 f"keeps the rules  {f'no: {self.reason}' if self.reason else 'yes'}",
                 f"deterministic    {same}{where}",
             )
         )
+
+    def _refused(self) -> Iterator[str]:
+        """Give the line about refused requests, if there were any."""
+        if self.refusals:
+            several = len(self.refusals) > 1
+            told = [
+                f"{shorten(reason.rstrip('.'), _LONGEST_REASON)}{f' ({times} times)' if several else ''}"
+                for reason, times in self.refusals.items()
+            ]
+            more = [f"and {counted(len(told) - _SHOWN, 'other reason')}"] if len(told) > _SHOWN else []
+            number = counted(sum(self.refusals.values()), "request")
+            yield f"refused          {number}: {'; '.join([*told[:_SHOWN], *more])}"
 
 
 def check_manager(spec: RunSpec, *, progress: Progress | None = None) -> ManagerCheck:
@@ -75,18 +97,29 @@ def check_manager(spec: RunSpec, *, progress: Progress | None = None) -> Manager
             results.append(_run(spec, Path(folder) / f"{number}", hash_seed=f"{number}", log=number == 1))
         if progress is not None:
             progress(2, 2)
-    (adaptations, _, reason), _ = results
+    first, second = results
     return ManagerCheck(
         manager=spec.manager_name,
         scenario=spec.scenario.name,
-        adaptations=adaptations,
-        reason=reason,
-        deterministic=results[0] == results[1],
+        adaptations=first.adaptations,
+        refusals=first.refusals,
+        reason=first.reason,
+        deterministic=first == second,
         sets_reordered=not is_registered(spec.manager),
     )
 
 
-def _run(spec: RunSpec, folder: Path, *, hash_seed: str, log: bool) -> tuple[int, str, str]:
+@dataclass(frozen=True, slots=True)
+class _Judged:
+    """What one run says of a managing system; the digest is of the record."""
+
+    adaptations: int
+    refusals: Mapping[str, int]
+    reason: str
+    digest: str
+
+
+def _run(spec: RunSpec, folder: Path, *, hash_seed: str, log: bool) -> _Judged:
     """Run it with an interpreter in which sets of texts have an order of their own; return what is judged."""
     if is_registered(spec.manager):
         return _judged(spec, folder, log=log)
@@ -106,7 +139,10 @@ def _hash_seed(value: str) -> Iterator[None]:
             os.environ[_HASH_SEED] = own
 
 
-def _judged(spec: RunSpec, folder: Path, *, log: bool) -> tuple[int, str, str]:
-    """Return how many adaptations there were, the record's digest, and why the run does not count, if so."""
+def _judged(spec: RunSpec, folder: Path, *, log: bool) -> _Judged:
     result = run(spec, folder, log=log)
-    return result.metrics.adaptations, result.digest, result.reason
+    commands = [one.message for one in read_messages(folder, [COMMANDS_TOPIC])]
+    refusals = Counter(
+        command.reason for command in commands if isinstance(command, Command) and not command.successful
+    )
+    return _Judged(result.metrics.adaptations, dict(refusals.most_common()), result.reason, result.digest)

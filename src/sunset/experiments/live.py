@@ -27,7 +27,7 @@ from sunset.system import MANAGER_PROCESS, SURROUNDING, current_system, full_nam
 _FIRST: Final = ("bag_player", "camera", "depth", EXECUTOR)
 """Those that others wait for, or that take longest to be active, are started before the others."""
 _TURN_S: Final = 0.2
-"""How long the next waits for one that takes longer: all at once would take the processor from other systems."""
+"""Longest wait for one process before the next is started: all at once would take the processor from others."""
 _STEP_NS: Final = 10_000_000
 
 

@@ -10,7 +10,7 @@ from itertools import pairwise
 from sunset.errors import SunsetError
 from sunset.experiments.live import LiveClock, LiveSystem
 from sunset.experiments.manager import bring_up_timeout_error, check_injection
-from sunset.experiments.observer import Observer
+from sunset.experiments.observer import END_SERVICE, Observer
 from sunset.experiments.resources import Resources
 from sunset.experiments.spec import EXTERNAL, RunSpec, Timing
 from sunset.harness.supervisor import Phase, Supervisor
@@ -26,13 +26,10 @@ from sunset.rmw.backends import live_middleware
 from sunset.rmw.core.port import EndpointKind, RequestId
 from sunset.rmw.core.tap import Tap
 from sunset.ros.context import Context
-from sunset.system import MANAGER_PROCESS, RESULT_TOPIC, current_system
+from sunset.system import CLOCK_TOPIC, MANAGER_PROCESS, RESULT_TOPIC, TRUTH_TOPIC, current_system
 
 _S = 10**9
-_CLOCK = "/clock"
-_TRUTH = "/gt_segmentation"
 _NAMELESS = "a nameless node"
-_END = "/experiment/end"
 _ON_ITS_WAY_S = 0.5
 """A frame that was taken this long before something went wrong may be lost to it."""
 _LATE = 2.5
@@ -60,9 +57,9 @@ class FrameCount:
 
     def note(self, time_ns: int, topic: str, message: Message) -> None:
         """Note a message."""
-        if topic == _CLOCK and isinstance(message, Clock):
+        if topic == CLOCK_TOPIC and isinstance(message, Clock):
             self.clock.append((time_ns, ns_of(message.clock)))
-        frames = {_TRUTH: self.taken, RESULT_TOPIC: self.segmented}.get(topic)
+        frames = {TRUTH_TOPIC: self.taken, RESULT_TOPIC: self.segmented}.get(topic)
         if frames is not None and isinstance(message, Image):
             frames[message.header.stamp.sec, message.header.stamp.nanosec] = time_ns
 
@@ -126,7 +123,7 @@ class _Watch(Tap):
         self._observer.on_node(process, node)
 
     def on_endpoint(self, node: str, kind: EndpointKind, name: str) -> None:
-        self.is_ready |= name == _END
+        self.is_ready |= name == END_SERVICE
         self._observer.on_endpoint(node, kind, name)
 
     def on_message(self, time_ns: int, topic: str, node: str, message: Message) -> None:

@@ -50,15 +50,14 @@ def manager_checksum(manager: str, *, limit_s: float) -> str:
         ManagerError: it cannot be loaded.
     """
 
-    def load(watch: Watch) -> str:
-        def look() -> str:
-            made = load_manager(manager)
-            check_name(f"/{made.node_name}", manager)
-            return checksum(manager, manager_sources(manager, made))
+    def load() -> str:
+        made = load_manager(manager)
+        check_name(f"/{made.node_name}", manager)
+        return checksum(manager, manager_sources(manager, made))
 
-        return watch.call(look)
-
-    return "" if manager == EXTERNAL else str(isolate(manager, "cannot be loaded", load, limit_s=limit_s))
+    if manager == EXTERNAL:
+        return ""
+    return str(isolate(manager, "cannot be loaded", lambda watch: watch.call(load), limit_s=limit_s))
 
 
 def isolate(manager: str, what: str, function: Callable[[Watch], Any], *, limit_s: float) -> Any:
@@ -159,7 +158,7 @@ def manager_error(spec: RunSpec, manager: ManagingSystem, error: BaseException) 
 def _described(error: BaseException) -> str:
     try:
         text = shorten(str(error).rstrip("."))
-    except Exception:  # noqa: BLE001  a class of the user's, whose text is a mistake of its own
+    except Exception:  # noqa: BLE001  str() of a user's exception may itself raise
         text = ""
     return ": ".join(filter(None, (type(error).__name__, text)))
 

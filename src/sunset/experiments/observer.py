@@ -26,28 +26,24 @@ from sunset.ros.lifecycle import TransitionCallbackReturn
 from sunset.ros.lifecycle._state_machine import TRANSITIONS
 from sunset.ros.parameter import parameter_value_to_python
 from sunset.system import (
+    COMMANDS_TOPIC,
     HARNESS,
     INFRASTRUCTURE,
     MANAGER_PROCESS,
     NAMESPACE,
     OFF_LIMITS_TOPICS,
+    PARAMETER_EVENTS_TOPIC,
     current_system,
     full_name,
 )
 from sunset.texts import shorten
 
-COMMANDS_TOPIC: Final = "/experiment/commands"
-"""Where the record keeps the observed commands (`system_interfaces/msg/Command`)."""
-
 _OWN_PREFIXES: Final = (f"{NAMESPACE}/", "/experiment/")
 _OFF_LIMITS_SERVERS: Final = frozenset(f"/{node.name}" for node in HARNESS.values() if node.off_limits)
 """Nodes that a managing system must not call."""
 
-_END_SERVICE: Final = "/experiment/end"
+END_SERVICE: Final = "/experiment/end"
 """By which a managing system of another process may say that it is done."""
-
-_PARAMETER_EVENTS: Final = "/parameter_events"
-"""On which every node publishes, each of itself; some clients subscribe to it by themselves."""
 
 _USE_SIM_TIME: Final = "use_sim_time"
 """The parameter that chooses a node's clock: where that jumps, a redeployed node need not boot."""
@@ -114,7 +110,7 @@ class Observer(Tap):
     def on_message(self, time_ns: int, topic: str, node: str, message: Message) -> None:
         """Record a message that leaves its publisher, unless it is forged."""
         of_another = isinstance(message, ParameterEvent) and message.node != node
-        if topic == _PARAMETER_EVENTS and of_another:
+        if topic == PARAMETER_EVENTS_TOPIC and of_another:
             self._note(f"{node} publishes on {topic} in the name of another node")
         elif node not in self._system.all_nodes and (
             topic in self._system.own_topics or topic.startswith(_OWN_PREFIXES)
@@ -129,7 +125,7 @@ class Observer(Tap):
         self, time_ns: int, service: str, client: str, server: str, request: Message, request_id: RequestId
     ) -> None:
         """Note a request that reached its server."""
-        if service == _END_SERVICE or (
+        if service == END_SERVICE or (
             client in INFRASTRUCTURE and not isinstance(request, ChangeState.Request)
         ):
             return
@@ -192,7 +188,7 @@ class Observer(Tap):
     def _may_feed(self, topic: str) -> bool:
         """Return whether a managed node may subscribe to a topic: not of the managing system's, and not the truth."""
         if topic in OFF_LIMITS_TOPICS:
-            return topic == _PARAMETER_EVENTS
+            return topic == PARAMETER_EVENTS_TOPIC
         return topic in self._system.own_topics or topic.startswith(f"{NAMESPACE}/")
 
     def _note_violations(self, client: str, server: str, request: Message) -> None:

@@ -1,8 +1,9 @@
-"""What the nodes of an experiment are told."""
+"""The initial parameters of an experiment's nodes."""
 
 from sunset.experiments.resources import Resources
 from sunset.experiments.spec import RunSpec
 from sunset.seeding import generator
+from sunset.system import current_system
 
 Parameters = dict[str, bool | int | float | str]
 
@@ -13,9 +14,12 @@ def node_parameters(spec: RunSpec, resources: Resources) -> dict[str, Parameters
     frames = len(resources.bag)
     starts = frames - timing.frames + 1 if frames >= timing.frames else frames
     start = generator(spec.seed, "flight", "start")
-    return {
+    system = current_system()
+    random: dict[str, Parameters] = {
+        name: {"seed": spec.seed} for name in system.nodes if hasattr(system.node_class(name), "seed")
+    }
+    return random | {
         "camera": {"sharpness_threshold": card.sharpness_threshold},
-        "depth": {"seed": spec.seed},
         "segmentation": {"model": card.name},
         "bag_player": {
             "start_frame": int(start.integers(0, starts)),

@@ -19,7 +19,7 @@ from sunset.harness.node_process import NodeSpec
 _PARTING_S: Final = 3.0
 """How long processes may take to leave the graph when all of them are ended."""
 _TURN_S: Final = 0.1
-"""How long the next waits for one that takes longer: all at once would take the processor from other systems."""
+"""Longest wait for one process before the next is started: all at once would take the processor from others."""
 _STEP_S: Final = 0.01
 _LOOK_S: Final = 0.1
 _LAST_WORDS: Final = 20

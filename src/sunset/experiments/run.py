@@ -57,7 +57,7 @@ def run(spec: RunSpec, folder: Path, *, log: bool = False, known: str | None = N
         messages = writer.messages(told_topics())
         observed = timeline_of(described, messages)
         figures = score(observed)
-        reasons = [*outcome.violations, *filter(None, [outcome.shortfall(observed)])]
+        reasons = [*outcome.violations, *_unseen(observed), *filter(None, [outcome.shortfall(observed)])]
         stored = writer.close(
             replace(
                 described,
@@ -69,6 +69,15 @@ def run(spec: RunSpec, folder: Path, *, log: bool = False, known: str | None = N
             )
         )
     return StoredRun(folder, stored, observed, figures, log_of(messages))
+
+
+def _unseen(observed: Timeline) -> Iterator[str]:
+    """Yield which failures could not be seen, since what they are of was never reported."""
+    system = current_system()
+    for failure in system.failures.values():
+        if failure.signal and not observed.samples[failure.signal].times.size:
+            signal = system.signals[failure.signal]
+            yield f"{signal.node} never reported {signal.key}, so that {failure.name} could not be seen"
 
 
 def record_failure(spec: RunSpec, folder: Path, *, manager_checksum: str, reason: str) -> None:

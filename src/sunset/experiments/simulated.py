@@ -73,9 +73,12 @@ class _SignOfLife(Tap):
 
 
 def bring_up(process: SimProcess, factory: Callable[[Context], NodeT], *, log: bool = False) -> NodeT:
-    """Make a node in a new process, and let its callbacks run; `log` lets it log to stderr too."""
+    """Make a node in a new process, and let its callbacks run.
+
+    With `log` it logs to stderr too, and a message that repeats only the first time.
+    """
     context = Context()
-    context.init([], middleware=process, log_to_stderr=log)
+    context.init([], middleware=process, log_to_stderr=log, log_once=True)
     node = factory(context)
     executor = SingleThreadedExecutor(context=context)
     executor.add_node(node)

@@ -15,6 +15,7 @@ from sunset.interfaces.std_msgs.msg import Header
 from sunset.interfaces.std_srvs.srv import Trigger
 from sunset.nodes.images import image_of_bgr, image_of_depth, image_of_labels
 from sunset.ros.node import Node
+from sunset.system import CLOCK_TOPIC, TRUTH_TOPIC
 
 if TYPE_CHECKING:
     from sunset.data import BagReader
@@ -52,8 +53,8 @@ class BagPlayer(Node):
         self._timer: Timer | None = None
         self._rgb = self.create_publisher(Image, "/rgb_raw", 10)
         self._depth = self.create_publisher(Image, "/depth_raw", 10)
-        self._truth = self.create_publisher(Image, "/gt_segmentation", 10)
-        self._time = self.create_publisher(Clock, "/clock", 10)
+        self._truth = self.create_publisher(Image, TRUTH_TOPIC, 10)
+        self._time = self.create_publisher(Clock, CLOCK_TOPIC, 10)
         self.create_service(Trigger, "~/start", self._on_start)
 
     def _declare_parameters(self) -> None:

@@ -15,6 +15,7 @@ from sunset.interfaces.system_interfaces.msg import FrameEvaluation
 from sunset.metrics import count_classes, image_iou
 from sunset.nodes.images import array_of_labels, stamp_ns
 from sunset.ros.node import Node
+from sunset.system import EVALUATION_TOPIC, RESULT_TOPIC, TRUTH_TOPIC
 
 _WAITING: Final = 100
 """Frames whose partner has not come that are kept; ten seconds at 10 Hz."""
@@ -27,9 +28,9 @@ class Evaluator(Node):
         super().__init__("evaluator", **options)
         self._truths: dict[int, Image] = {}
         self._results: dict[int, Image] = {}
-        self._metrics = self.create_publisher(FrameEvaluation, "/seg_metrics", 10)
-        self.create_subscription(Image, "/managed_subsystem/segmentation", self._on_result, 10)
-        self.create_subscription(Image, "/gt_segmentation", self._on_truth, 10)
+        self._metrics = self.create_publisher(FrameEvaluation, EVALUATION_TOPIC, 10)
+        self.create_subscription(Image, RESULT_TOPIC, self._on_result, 10)
+        self.create_subscription(Image, TRUTH_TOPIC, self._on_truth, 10)
 
     def _on_result(self, message: Image) -> None:
         truth = self._truths.pop(stamp_ns(message.header), None)

@@ -21,7 +21,9 @@ from sunset.ros.task import Future
 from sunset.scenarios.loading import load_scenario
 from sunset.scenarios.schema import Scenario, ScenarioFault
 from sunset.system import (
+    INJECTIONS_TOPIC,
     NAMESPACE,
+    PARAMETER_EVENTS_TOPIC,
     Adaptation,
     AdaptationKind,
     FaultKind,
@@ -30,6 +32,7 @@ from sunset.system import (
     full_name,
     short_name,
 )
+from sunset.texts import counted
 
 _SERVICES: Final = MappingProxyType(
     {SetParameters: "set_parameters", ChangeState: "change_state", GetState: "get_state"}
@@ -68,7 +71,7 @@ class ScenarioExecutor(Node):
         """What is injected."""
         self._world = World()
         self._callers: dict[str, AnyClient] = {}
-        self._injections = self.create_publisher(FaultInjection, "/experiment/injections", 100)
+        self._injections = self.create_publisher(FaultInjection, INJECTIONS_TOPIC, 100)
         self._prepare()
         self.create_service(Trigger, "~/inject", self._inject)
 
@@ -85,7 +88,7 @@ class ScenarioExecutor(Node):
                 partial(self._on_transition, node),
                 10,
             )
-        self.create_subscription(ParameterEvent, "/parameter_events", self._on_parameter_event, 1000)
+        self.create_subscription(ParameterEvent, PARAMETER_EVENTS_TOPIC, self._on_parameter_event, 1000)
 
     async def _inject(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         del request
@@ -98,7 +101,7 @@ class ScenarioExecutor(Node):
             self._publish(fault, ordered, confirmed=not refusals)
             self._world.begin(fault)
         response.success = not problems
-        response.message = "; ".join(problems) or f"Injected {len(answers)} faults."
+        response.message = "; ".join(problems) or f"Injected {counted(len(answers), 'fault')}."
         return response
 
     def _publish(self, one: ScenarioFault, ordered: Time, *, confirmed: bool) -> None:

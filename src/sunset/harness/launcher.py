@@ -11,7 +11,7 @@ from sunset.ros.client import AnyClient
 from sunset.ros.context import Context
 from sunset.ros.node import Node
 from sunset.ros.timer import Timer
-from sunset.system import NAMESPACE
+from sunset.system import DIAGNOSTICS_TOPIC, NAMESPACE
 from sunset.texts import shorten
 
 _GRACE_S = 1.0
@@ -91,7 +91,7 @@ class Launcher(Node):
         """Return the identities of the publishers of a node's heartbeat, of whatever process."""
         return frozenset(
             info.endpoint_gid
-            for info in self.get_publishers_info_by_topic("/diagnostics")
+            for info in self.get_publishers_info_by_topic(DIAGNOSTICS_TOPIC)
             if (info.node_namespace, info.node_name) == (NAMESPACE, node)
         )
 

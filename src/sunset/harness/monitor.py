@@ -1,6 +1,5 @@
 """The monitor: collects what can be seen of the managed system, for the managing system."""
 
-from collections import deque
 from dataclasses import dataclass, field
 from functools import partial
 from itertools import chain
@@ -11,48 +10,37 @@ from sunset.interfaces.diagnostic_msgs.msg import DiagnosticArray
 from sunset.interfaces.system_interfaces.msg import SetBlackboardGroup
 from sunset.ros.node import Node
 from sunset.ros.parameter import Parameter
-from sunset.system import WINDOW, MovingMean, current_system, frequency_entry, full_name
+from sunset.system import (
+    BLACKBOARD_TOPIC,
+    DIAGNOSTICS_TOPIC,
+    WINDOW,
+    MovingMean,
+    Rate,
+    current_system,
+    frequency_entry,
+    full_name,
+)
 
 _PERIOD_S: Final = 0.1
-_WINDOW_NS: Final = 10**9
-_MOST: Final = 1000
-"""Events of a second that are counted."""
 _ROOM: Final = 200
 """Nodes that are remembered, and values of theirs; no system of ours has so many."""
 _LONGEST: Final = 200
-"""Characters of a name or text; a longer one is no node's of ours."""
-
-
-class _Rate:
-    """Counts events of the last second."""
-
-    def __init__(self) -> None:
-        self._times: deque[int] = deque(maxlen=_MOST)
-
-    def note(self, now_ns: int) -> None:
-        self._times.append(now_ns)
-
-    def frequency(self, now_ns: int) -> float:
-        """Return the events in the second that ends now."""
-        times = self._times
-        while times and not now_ns - _WINDOW_NS < times[0] <= now_ns:  # time may have been set back
-            times.popleft()
-        return float(len(times))
+"""Characters of a name or text; longer ones are ignored."""
 
 
 @dataclass
 class _Node:
     """What a node's heartbeats tell."""
 
-    heartbeats: _Rate = field(default_factory=_Rate)
+    heartbeats: Rate = field(default_factory=Rate)
     state: str = ""
 
 
-class _Places:
-    """Decides who has one of the places among some entries.
+class _BoundedEntries:
+    """Caps the number of entries, since anything may publish on `/diagnostics`.
 
-    Free ones are for everybody. Once there are none, what a heartbeat tells takes the place of what no heartbeat
-    told, else of what none has told for longest: others write on `/diagnostics` too, and may be there first.
+    When it is full, an entry of a heartbeat takes the place of one that no heartbeat has confirmed, else of the one
+    that was confirmed longest ago; other entries are ignored.
     """
 
     def __init__(self, entries: dict[str, Any]) -> None:
@@ -90,21 +78,21 @@ class Monitor(Node):
 
     def __init__(self, **options: Any) -> None:
         super().__init__("monitor", **options)
-        self._topics: dict[str, _Rate] = {}
+        self._topics: dict[str, Rate] = {}
         self._nodes: dict[str, _Node] = {}
-        self._node_places = _Places(self._nodes)
+        self._node_places = _BoundedEntries(self._nodes)
         self._values: dict[str, MovingMean | bool | str] = {}
-        self._value_places = _Places(self._values)
+        self._value_places = _BoundedEntries(self._values)
         for topic in current_system().topics.values():
             note = partial(self._note, frequency_entry(topic.name))
             self.create_subscription(get_message(topic.message_type), full_name(topic.name), note, 10)
-        self.create_subscription(DiagnosticArray, "/diagnostics", self._on_diagnostics, 50)
-        self._blackboard = self.create_publisher(SetBlackboardGroup, "/blackboard_group", 10)
+        self.create_subscription(DiagnosticArray, DIAGNOSTICS_TOPIC, self._on_diagnostics, 50)
+        self._blackboard = self.create_publisher(SetBlackboardGroup, BLACKBOARD_TOPIC, 10)
         self.create_timer(_PERIOD_S, self._publish)
 
     def _note(self, key: str, message: Message) -> None:
         del message
-        self._topics.setdefault(key, _Rate()).note(self.get_clock().now().nanoseconds)
+        self._topics.setdefault(key, Rate()).note(self.get_clock().now().nanoseconds)
 
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         now = self.get_clock().now().nanoseconds

@@ -13,7 +13,15 @@ from sunset.managing.symptoms import read_parameters
 from sunset.ros.clock import Clock
 from sunset.ros.context import Context
 from sunset.ros.time import ClockType
-from sunset.system import SENSOR_TOPICS, Value, current_system, frequency_entry
+from sunset.system import (
+    BLACKBOARD_TOPIC,
+    EVALUATION_TOPIC,
+    SENSOR_TOPICS,
+    Rate,
+    Value,
+    current_system,
+    frequency_entry,
+)
 
 _FORGOTTEN_NS: Final = 2 * 10**9
 """So long after a process ended, the blackboard does not tell of it any more."""
@@ -84,9 +92,9 @@ class Operator(Conductor):
         self._warm_up_s = warm_up_s
         self._blackboard: dict[str, object] = {}
         self._wall = Clock(clock_type=ClockType.STEADY_TIME, context=self.context)
-        self._times: dict[str, deque[int]] = {"monitor": deque(), "evaluator": deque()}
-        self.create_subscription(SetBlackboardGroup, "/blackboard_group", self._on_blackboard, 10)
-        self.create_subscription(FrameEvaluation, "/seg_metrics", partial(self._note, "evaluator"), 10)
+        self._rates = {"monitor": Rate(), "evaluator": Rate()}
+        self.create_subscription(SetBlackboardGroup, BLACKBOARD_TOPIC, self._on_blackboard, 10)
+        self.create_subscription(FrameEvaluation, EVALUATION_TOPIC, partial(self._note, "evaluator"), 10)
 
     def status(self, processes: Processes) -> list[NodeStatus]:
         """Return how the nodes are that have a process or had one."""
@@ -103,9 +111,8 @@ class Operator(Conductor):
         if pid is None and not self._runs_elsewhere(node):
             state = processes.end_of(node)
         hertz = self._blackboard.get(self._outputs.get(node, ""))
-        if node in self._times:
-            now = self._wall.now_ns()
-            hertz = float(sum(now - time < 10**9 for time in self._times[node]))
+        if node in self._rates:
+            hertz = self._rates[node].frequency(self._wall.now_ns())
         return NodeStatus(node, state, pid, cast("float | None", hertz))
 
     def _runs_elsewhere(self, node: str) -> bool:
@@ -118,11 +125,7 @@ class Operator(Conductor):
 
     def _note(self, node: str, message: Message) -> None:
         del message
-        times = self._times[node]
-        now = self._wall.now_ns()
-        times.append(now)
-        while now - times[0] >= 10**9:
-            times.popleft()
+        self._rates[node].note(self._wall.now_ns())
 
     def _on_blackboard(self, message: SetBlackboardGroup) -> None:
         self._note("monitor", message)

@@ -9,7 +9,7 @@ from sunset.harness.conductor import Conductor
 from sunset.interfaces.diagnostic_msgs.msg import DiagnosticArray
 from sunset.interfaces.system_interfaces.msg import ExperimentLogging
 from sunset.ros.context import Context
-from sunset.system import current_system
+from sunset.system import DIAGNOSTICS_TOPIC, LOG_TOPIC, NAMESPACE, SENSOR_TOPICS, current_system, full_name
 
 _SILENT_NS: Final = 10**9
 """Since its last heartbeat: after so long a node may have ended."""
@@ -58,16 +58,47 @@ class Supervisor(Conductor):
         self._ready = ready
         self._initial_states = current_system().initial_states
         self._heard: dict[str, tuple[str, int]] = {}
-        self._log = self.create_publisher(ExperimentLogging, "/experiment/log", 10)
+        self._log = self.create_publisher(ExperimentLogging, LOG_TOPIC, 10)
         self._diagnostics = self.create_subscription(
-            DiagnosticArray, "/diagnostics", self._on_diagnostics, 50
+            DiagnosticArray, DIAGNOSTICS_TOPIC, self._on_diagnostics, 50
         )
 
     @property
     def missing(self) -> dict[str, str]:
-        """The managed nodes that are not in their initial state yet, and the state they are in."""
+        """The managed nodes that are not yet as described, and how they are."""
         states = {node: (self._state_of(node), initial) for node, initial in self._initial_states.items()}
-        return {node: state for node, (state, initial) in states.items() if state != initial}
+        missing = {node: state for node, (state, initial) in states.items() if state != initial}
+        return missing or self._miswired()
+
+    def _miswired(self) -> dict[str, str]:
+        """Return the active nodes whose inputs and outputs are not those that the system's description gives."""
+        found = {
+            node: self._difference(node) for node, state in self._initial_states.items() if state == "active"
+        }
+        return {node: f"active, but {difference}" for node, difference in found.items() if difference}
+
+    def _difference(self, node: str) -> str:
+        system = current_system()
+        described, watched = (
+            system.nodes[node],
+            {full_name(topic.name): topic for topic in system.topics.values()},
+        )
+        published = dict(self.get_publisher_names_and_types_by_node(node, NAMESPACE))
+        for topic in map(full_name, described.outputs):
+            if topic not in published:
+                return f"does not publish on {topic}"
+            if topic in watched and watched[topic].message_type not in published[topic]:
+                return (
+                    f"publishes {published[topic][0]} on {topic}, described as {watched[topic].message_type}"
+                )
+        heard = {topic for topic, _ in self.get_subscriber_names_and_types_by_node(node, NAMESPACE)}
+        others = heard.intersection({*system.publishers, *SENSOR_TOPICS}) - system.inputs[node]
+        if others:
+            return f"subscribes to {min(others)}, which is not among its inputs"
+        lacking = set(map(full_name, described.inputs)) - heard
+        if lacking and node not in {other for other, _ in system.topic_parameters}:
+            return f"does not subscribe to {min(lacking)}, which is among its inputs"
+        return ""
 
     def _state_of(self, node: str) -> str:
         state, heard_ns = self._heard.get(node, ("unseen", 0))

@@ -17,7 +17,7 @@ from sunset.ros.context import Context
 from sunset.ros.node import Node
 from sunset.ros.parameter import Parameter
 from sunset.ros.task import Future
-from sunset.system.vocabulary import Value, full_name, node_names
+from sunset.system.vocabulary import BLACKBOARD_TOPIC, Value, full_name, node_names
 from sunset.texts import shorten, suggestion
 
 
@@ -25,8 +25,8 @@ class ManagingSystem(Node):
     """A managing system: subclass it and write `adapt`.
 
     The monitor publishes what can be seen of the managed system on `/blackboard_group`, ten times a second.
-    Every `period` seconds `adapt` is called with the latest of it, from the moment on at which the managed system is
-    up: before, all of it is silent and nothing of it ill. There, decide, and call any of
+    Every 0.2 s of the experiment's time `adapt` is called with the latest of it, from the moment on at which the
+    managed system is up: before, all of it is silent and nothing of it ill. There, decide, and call any of
 
     - `set_parameter(node, name, value)`: reparametrisation,
     - `change_topic(node, parameter, topic)`: change of communication,
@@ -54,7 +54,8 @@ class ManagingSystem(Node):
     Parameters:
         entropy_threshold: entropy above which the segmentation counts as unsure; the model's own
             threshold in an experiment.
-        period: seconds between two calls of `adapt`; read once, at the start.
+        period: seconds between two calls of `adapt`; read once, at the start. It is 0.2 in every experiment, and an
+            attribute `period` of the class does not change it.
     """
 
     node_name: ClassVar[str] = "managing_system"
@@ -87,7 +88,7 @@ class ManagingSystem(Node):
         # Two underscores: out of the way of a subclass's own attributes.
         self.__blackboard: dict[str, Value] = {}
         self.__callers: dict[str, AnyClient] = {}
-        self.create_subscription(SetBlackboardGroup, "/blackboard_group", self.__on_blackboard, 10)
+        self.create_subscription(SetBlackboardGroup, BLACKBOARD_TOPIC, self.__on_blackboard, 10)
         self.create_timer(cast("float", self.get_parameter("period").value), self.__decide)
         self.on_start()
 
@@ -223,10 +224,8 @@ class ManagingSystem(Node):
         if not self.__callers[name].service_is_ready():
             node = base_name(name.rpartition("/")[0])
             nodes = node_names()
-            hint = "" if node in nodes else suggestion(node, nodes)
-            self.get_logger().warning(
-                f"No node offers {name} now, so the request is lost{hint and f': {hint}another one'}."
-            )
+            hint = "" if node in nodes else f": {suggestion(node, nodes)}name one of {', '.join(nodes)}"
+            self.get_logger().warning(f"No node offers {name} now, so the request is lost{hint}.")
         result: Future[bool] = Future()
         answer = self.__callers[name].call_async(request)
         answer.add_done_callback(lambda done: result.set_result(outcome(done.result())))

@@ -6,7 +6,14 @@ from typing import Annotated, Final
 
 from sunset.interfaces.rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
 from sunset.names import base_name
-from sunset.system.vocabulary import RESULT_TOPIC, Value, frequency_entry, node_names, topic_names
+from sunset.system.vocabulary import (
+    RESULT_TOPIC,
+    Value,
+    frequency_entry,
+    node_names,
+    signal_names,
+    topic_names,
+)
 from sunset.texts import suggestion
 
 FloatOrNaN = Annotated[float, "NaN until it is measured"]
@@ -20,10 +27,10 @@ class Symptoms(Mapping[str, Value]):
     """The blackboard at one moment.
 
     All entries are there under their names, `symptoms["segmentation_entropy"]`; what has not been measured yet is
-    no entry. The properties and methods give the common ones, and need no test for what is absent: a number is
+    not an entry. The properties and methods give the common ones, and need no test for what is absent: a number is
     then NaN, which compares false with every threshold, and a question is answered with False. Topics and nodes
-    can be given by their short names, such as `rgb_camera`, or their full ones; one that neither the system nor the
-    blackboard has is refused with a ValueError, since it would look well for ever.
+    can be given by their short names, such as `rgb_camera`, or their full ones. A topic, node or signal that neither
+    the system nor the blackboard has is refused with a ValueError, since it would look well for ever.
 
     Args:
         values: the entries, by name.
@@ -44,7 +51,12 @@ class Symptoms(Mapping[str, Value]):
         self._entropy_threshold = entropy_threshold
 
     def __getitem__(self, key: str) -> Value:
+        if key not in self._values:
+            raise KeyError(_missing_text(key, self._values))
         return self._values[key]
+
+    def __contains__(self, key: object) -> bool:
+        return key in self._values
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._values)
@@ -54,6 +66,20 @@ class Symptoms(Mapping[str, Value]):
 
     def __repr__(self) -> str:
         return f"Symptoms({self._values!r})"
+
+    def signal(self, name: str) -> FloatOrNaN:
+        """Return a number that a node reports, by its entry's name, such as `segmentation_entropy`.
+
+        Returns:
+            The mean of its last 5 samples; NaN until there are five.
+
+        Raises:
+            ValueError: there is no such signal.
+        """
+        signals = signal_names()
+        if name not in self and name not in signals:
+            raise _unknown_error("signal", name, signals)
+        return self._number(name)
 
     def frequency(self, topic: str) -> FloatOrNaN:
         """Return the messages per second on a topic, over the last second; NaN until the first came.
@@ -83,7 +109,7 @@ class Symptoms(Mapping[str, Value]):
     @property
     def entropy(self) -> FloatOrNaN:
         """Mean entropy of the last 5 segmented frames, from 0 (sure) to 1; NaN until there are five."""
-        return self._number("segmentation_entropy")
+        return self.signal("segmentation_entropy")
 
     @property
     def unsure(self) -> bool:
@@ -93,7 +119,7 @@ class Symptoms(Mapping[str, Value]):
     @property
     def sharpness(self) -> FloatOrNaN:
         """Mean sharpness of the camera's last 5 images; NaN until there are five."""
-        return self._number("camera_sharpness")
+        return self.signal("camera_sharpness")
 
     @property
     def autofocus_needed(self) -> bool:
@@ -146,6 +172,17 @@ def _value(value: ParameterValue) -> Value | None:
             return value.integer_value
         case _:
             return None
+
+
+def _missing_text(key: object, values: Iterable[str]) -> str:
+    """Return why the blackboard has no entry of a name."""
+    known = {*map(frequency_entry, topic_names()), *signal_names()}
+    if key in known:
+        return f"The blackboard does not have {key!r} yet; symptoms.get({key!r}) is None until it does."
+    names = sorted(known.union(values))
+    return (
+        f"The blackboard has no entry {key!r}: {suggestion(str(key), names)}name one of {', '.join(names)}."
+    )
 
 
 def _unknown_error(what: str, name: str, known: Iterable[str]) -> ValueError:

@@ -17,7 +17,7 @@ from sunset.ros.lifecycle import LifecycleNode, LifecycleState, TransitionCallba
 from sunset.ros.node import Node
 from sunset.ros.parameter import Parameter
 from sunset.ros.subscription import AnySubscription
-from sunset.system import LONGEST_DELAY_S, NAMESPACE, current_system
+from sunset.system import DIAGNOSTICS_TOPIC, LONGEST_DELAY_S, NAMESPACE, current_system
 
 _HEARTBEAT_S: Final = 0.1
 
@@ -103,7 +103,7 @@ class AdaptiveNode(LifecycleNode):
         self.__news: list[KeyValue] = []
         self.__curing = False
         self.__declare_bound_parameters()
-        self.__diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
+        self.__diagnostics = self.create_publisher(DiagnosticArray, DIAGNOSTICS_TOPIC, 10)
         self.__heartbeat = self.create_timer(_HEARTBEAT_S, self.__publish_heartbeat)
         self.__booted = self.lifecycle_activation_delay <= 0
         self.set_up()
@@ -156,8 +156,19 @@ class AdaptiveNode(LifecycleNode):
         """Call a function once, after a delay in seconds and after the present callback."""
         call_later(self, delay, function)
 
+    def _offered_parameters(self) -> list[str]:
+        """Leave out what a managing system cannot set or must not: the clock, and what injects faults."""
+        node, faults = self.get_fully_qualified_name(), current_system().fault_parameters
+        return [
+            name
+            for name in super()._offered_parameters()
+            if name != "use_sim_time"
+            and (node, name) not in faults
+            and not self.describe_parameter(name).read_only
+        ]
+
     def write_parameter(self, name: str, value: bool | float | str) -> None:
-        """Set a parameter of this node from within, past the rule that a fault is not wished away.
+        """Set a parameter of this node from within; a fault that is there does not refuse to be reset then.
 
         Raises:
             ParameterError: the value is refused.
@@ -266,11 +277,8 @@ class AdaptiveNode(LifecycleNode):
             changed = self.parameter_values[parameter.name] != parameter.value
             self.parameter_values[parameter.name] = parameter.value
             if changed:
-                self.__switch_inputs(parameter.name)
+                for entry in self.__inputs:
+                    if entry.parameter == parameter.name and entry.subscription is not None:
+                        self.__open(entry)
         for parameter in ours:  # what follows may set some of them once more
             self.__bound[parameter.name].after_set(self, parameter.value)
-
-    def __switch_inputs(self, parameter: str) -> None:
-        for entry in self.__inputs:
-            if entry.parameter == parameter and entry.subscription is not None:
-                self.__open(entry)

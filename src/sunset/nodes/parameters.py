@@ -8,6 +8,8 @@ from typing import Any, Final, Generic, Protocol, Self, TypeVar, overload
 
 from sunset.interfaces.rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 from sunset.ros.exceptions import NameValidationException
+from sunset.system import NAMESPACE, current_system, short_name
+from sunset.texts import suggestion
 
 _TOPIC: Final = re.compile(r"/?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*")
 
@@ -146,13 +148,24 @@ class TopicParameter(NodeParameter[str]):
     """A parameter that names a topic; relative names are in the managed system's namespace."""
 
     def refusal(self, node: _Host, value: object) -> str:
-        """Refuse what is not the name of a topic."""
+        """Refuse what is not the name of a topic, and in the managed system one that none of its nodes publishes on."""
         if not _TOPIC.fullmatch(str(value)):
             return f"{self.name} must be a topic's name such as {self.default}, got {value!r}."
         try:
-            node.resolve_topic_name(str(value))
+            topic = node.resolve_topic_name(str(value))
         except NameValidationException as error:
             return str(error)
+        system = current_system()
+        if (
+            node.get_name() in system.nodes
+            and topic.startswith(f"{NAMESPACE}/")
+            and topic not in system.publishers
+        ):
+            names = [short_name(one) for one in system.publishers]
+            return (
+                f"{self.name} must be a topic that a managed node publishes on: {suggestion(str(value), names)}choose "
+                f"among {', '.join(names)}, got {value!r}."
+            )
         return super().refusal(node, value)
 
 

@@ -5,6 +5,7 @@ open, `run.json` says what was run and what came out. It appears under its name 
 runs of the same specification leave the same bytes.
 """
 
+from sunset.recording.logs import LogLine, log_of, read_log
 from sunset.recording.reader import read_messages, read_timeline
 from sunset.recording.schema import (
     PLAN_FILE,
@@ -19,7 +20,7 @@ from sunset.recording.schema import (
     read_run,
     stored_figures,
 )
-from sunset.recording.stored import LogLine, StoredRun, log_of, read_log, read_stored_run, told_topics
+from sunset.recording.stored import StoredRun, read_stored_run, told_topics
 from sunset.recording.timelines import timeline
 from sunset.recording.values import RecordedMessage
 from sunset.recording.writer import RecordWriter

@@ -1,48 +1,22 @@
 """A whole run from its record: what was run, what happened, and what was logged meanwhile."""
 
-from collections.abc import Sequence
+import io
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import IO, TYPE_CHECKING
 
 from sunset.dataframes import data_frame
 from sunset.errors import RecordError
-from sunset.interfaces.rcl_interfaces.msg import Log
 from sunset.metrics import Episode, ExecutedAdaptation, RunMetrics, Samples, Timeline, score
+from sunset.recording.logs import ROSOUT, LogLine, log_of
 from sunset.recording.reader import check_extensions, read_messages, timeline_of
 from sunset.recording.schema import RUN_FILE, RunRecord, differing_figures, read_run, stored_figures
-from sunset.recording.timelines import LOG_TOPIC, content_of, measured_topics, start_of
-from sunset.recording.values import RecordedMessage
+from sunset.recording.story import print_story
+from sunset.recording.timelines import measured_topics
 from sunset.texts import shorten
 
 if TYPE_CHECKING:
     from pandas import DataFrame
-
-_ROSOUT: Final = "/rosout"
-_INFO: Final = 20
-_SEVERITIES: Final = {10: "DEBUG", _INFO: "INFO", 30: "WARN", 40: "ERROR", 50: "FATAL"}
-"""As rcl_interfaces/msg/Log numbers them."""
-
-
-@dataclass(frozen=True, slots=True)
-class LogLine:
-    """What a node logged.
-
-    Attributes:
-        time: when it was logged, in seconds from the injection on; negative before it.
-        severity: such as `INFO` or `WARN`.
-        logger: whose it is: the node's full name with dots in place of slashes, such as `managed_subsystem.camera`.
-        text: what it says.
-    """
-
-    time: float
-    severity: str
-    logger: str
-    text: str
-
-    def __str__(self) -> str:
-        """Return the text, behind the severity if that is another than INFO."""
-        return self.text if self.severity == _SEVERITIES[_INFO] else f"{self.severity}: {self.text}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,6 +37,24 @@ class StoredRun:
     metrics: RunMetrics
     log: tuple[LogLine, ...]
     differing: tuple[str, ...] = ()
+
+    def __str__(self) -> str:
+        """Return the time line that `sunset report` prints."""
+        text = io.StringIO()
+        self.print_story(text)
+        return text.getvalue().strip("\n")
+
+    def __repr__(self) -> str:
+        """Return what was run, and how well it was segmented; without the arrays."""
+        run, iou = self.record, self.metrics.iou
+        return (
+            f"<{'' if run.valid else 'invalid '}run of {run.scenario}, managing system {run.manager}, seed {run.seed}, "
+            f"IoU {'N/A' if iou is None else f'{iou:.2f}'}>"
+        )
+
+    def print_story(self, file: IO[str] | None = None) -> None:
+        """Print the time line on stdout, in colours on a terminal; or as plain text into a file."""
+        print_story(self.record, self.timeline, self.metrics, self.log, self.differing, file=file)
 
     @property
     def digest(self) -> str:
@@ -148,27 +140,6 @@ def read_stored_run(folder: Path) -> StoredRun:
     )
 
 
-def read_log(folder: Path) -> tuple[LogLine, ...]:
-    """Return what the nodes of a run logged, in order of time.
-
-    Raises:
-        RecordError: as `read_messages`, or a message does not have the expected type, or the start is missing.
-    """
-    return log_of(read_messages(folder, (_ROSOUT, LOG_TOPIC)))
-
-
 def told_topics() -> frozenset[str]:
     """Return the full names of the topics that a `StoredRun` is made of."""
-    return measured_topics() | {_ROSOUT}
-
-
-def log_of(messages: Sequence[RecordedMessage]) -> tuple[LogLine, ...]:
-    """Return what the nodes of a run logged, from messages that are read already; as `read_log`."""
-    start_ns = start_of([one for one in messages if one.topic == LOG_TOPIC])
-    lines = []
-    for one in messages:
-        if one.topic == _ROSOUT:
-            entry = content_of(one, Log)
-            severity = _SEVERITIES.get(entry.level, str(entry.level))
-            lines.append(LogLine((one.time_ns - start_ns) / 1e9, severity, entry.name, entry.msg))
-    return tuple(lines)
+    return measured_topics() | {ROSOUT}

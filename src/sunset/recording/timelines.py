@@ -13,16 +13,28 @@ from sunset.interfaces.stamps import ns_of
 from sunset.interfaces.system_interfaces import msg
 from sunset.metrics import NUMBER_OF_CLASSES, Command, Frames, Injection, Samples, Timeline
 from sunset.recording.values import RecordedMessage
-from sunset.system import DURATION_S, PERIOD_S, RESULT_TOPIC, current_system, full_name
+from sunset.system import (
+    COMMANDS_TOPIC,
+    DIAGNOSTICS_TOPIC,
+    DURATION_S,
+    EVALUATION_TOPIC,
+    INJECTIONS_TOPIC,
+    LOG_TOPIC,
+    PERIOD_S,
+    RESULT_TOPIC,
+    TRUTH_TOPIC,
+    current_system,
+    full_name,
+)
 
-_COMMANDS: Final = "/experiment/commands"
-_DIAGNOSTICS: Final = "/diagnostics"
-_EVALUATIONS: Final = "/seg_metrics"
-_INJECTIONS: Final = "/experiment/injections"
-LOG_TOPIC: Final = "/experiment/log"
-_TRUTH: Final = "/gt_segmentation"
-
-_OTHERS: Final = (_COMMANDS, _DIAGNOSTICS, _EVALUATIONS, _INJECTIONS, LOG_TOPIC, _TRUTH)
+_OTHERS: Final = (
+    COMMANDS_TOPIC,
+    DIAGNOSTICS_TOPIC,
+    EVALUATION_TOPIC,
+    INJECTIONS_TOPIC,
+    LOG_TOPIC,
+    TRUTH_TOPIC,
+)
 
 _M = TypeVar("_M", bound=Message)
 
@@ -63,7 +75,7 @@ def timeline(
     for recorded in messages:
         topics.setdefault(recorded.topic, []).append(recorded)
     start_ns = start_of(topics.get(LOG_TOPIC, []))
-    diagnostics = topics.get(_DIAGNOSTICS, [])
+    diagnostics = topics.get(DIAGNOSTICS_TOPIC, [])
     return Timeline(
         duration_s=duration_s,
         period_s=period_s,
@@ -77,9 +89,9 @@ def timeline(
             for signal in current_system().signals.values()
         },
         thresholds=thresholds,
-        injections=_injections(topics.get(_INJECTIONS, []), start_ns),
-        commands=_commands(topics.get(_COMMANDS, []), topics.get(_TRUTH, []), start_ns),
-        frames=_frames(topics.get(_EVALUATIONS, []), topics.get(_TRUTH, []), start_ns),
+        injections=_injections(topics.get(INJECTIONS_TOPIC, []), start_ns),
+        commands=_commands(topics.get(COMMANDS_TOPIC, []), topics.get(TRUTH_TOPIC, []), start_ns),
+        frames=_frames(topics.get(EVALUATION_TOPIC, []), topics.get(TRUTH_TOPIC, []), start_ns),
         expected_frames=expected_frames,
     )
 

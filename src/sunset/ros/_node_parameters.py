@@ -330,11 +330,16 @@ class NodeParameters:
     def _check_parameters_declared(self, names: Iterable[str]) -> None:
         missing = [name for name in names if name not in self._parameters]
         if missing and not self._allow_undeclared_parameters:
-            known = ", ".join(self._parameters) or "none"
+            offered = self._offered_parameters()
+            known = ", ".join(offered) or "none"
             raise ParameterNotDeclaredException(
                 f"Parameter {', '.join(map(repr, missing))} of {self._parameters_of} is not declared: "
-                f"{suggestion(missing[0], self._parameters)}name one of {known}."
+                f"{suggestion(missing[0], offered)}name one of {known}."
             )
+
+    def _offered_parameters(self) -> list[str]:
+        """Return what is offered to somebody who names a parameter that is not declared."""
+        return list(self._parameters)
 
     def _store_parameters(self, parameters: list[Parameter], *, declaring: bool) -> str | None:
         for parameter in parameters:

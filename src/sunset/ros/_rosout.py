@@ -16,6 +16,7 @@ class NodeLogSink:
         self._context = context
         self._clock = clock
         self._rosout = rosout
+        self._written: set[tuple[int, str, str]] = set()
 
     def now_ns(self) -> int:
         """Return the time by which messages are throttled, which nobody can set."""
@@ -30,6 +31,9 @@ class NodeLogSink:
         if self._rosout is not None and self._context.ok():
             message.stamp = self._clock.now().to_msg()
             self._rosout.publish(message)
-        if self._context.arguments.log_to_stderr:
+        line = (message.level, message.name, message.msg)
+        if self._context.arguments.log_to_stderr and line not in self._written:
+            if self._context.log_once:
+                self._written.add(line)
             severity, seconds = LoggingSeverity(message.level).name, self._clock.now_ns() / 1e9
             sys.stderr.write(f"[{severity}] [{seconds:.9f}] [{message.name}]: {message.msg}\n")

@@ -20,6 +20,8 @@ class Context:
     def __init__(self) -> None:
         self._middleware: Middleware | None = None
         self.arguments = Arguments()
+        self.log_once = False
+        """Whether stderr has a log message that repeats only once."""
         self._on_shutdown: list[Callable[[], object]] = []
 
     def init(
@@ -29,6 +31,7 @@ class Context:
         domain_id: int | None = None,
         middleware: Middleware | None = None,
         log_to_stderr: bool | None = None,
+        log_once: bool = False,
     ) -> None:
         """Join the network.
 
@@ -38,6 +41,7 @@ class Context:
             middleware: the process's door to the network; the live middleware if None.
             log_to_stderr: whether loggers write to stderr too, if the command line does not say; None for only on
                 the live middleware.
+            log_once: whether a message that a logger repeats is written to stderr only the first time.
 
         Raises:
             MiddlewareError: the context is in use, or the live middleware cannot be set up as asked.
@@ -52,6 +56,7 @@ class Context:
         self.arguments = Arguments.parse(sys.argv if args is None else args)
         if self.arguments.log_to_stderr is None:
             self.arguments.log_to_stderr = middleware is None if log_to_stderr is None else log_to_stderr
+        self.log_once = log_once
         self._middleware = live_middleware().join(domain_id=domain_id) if middleware is None else middleware
 
     @property

@@ -5,7 +5,7 @@ from functools import lru_cache
 
 from sunset.errors import ScenarioError
 from sunset.scenarios.schema import Scenario, parse_fault
-from sunset.system import System, current_system
+from sunset.system import System, current_system, scenario_name
 from sunset.texts import suggestion
 
 
@@ -19,10 +19,10 @@ def _suites(system: System) -> Mapping[str, tuple[Scenario, ...]]:
 
 
 def _scenario(system: System, suite_name: str, texts: tuple[str, ...]) -> Scenario:
-    """Return a scenario of a suite; one without a fault has the suite's name."""
+    """Return a scenario of a suite."""
     faults = tuple(parse_fault(text) for text in texts)
     return Scenario(
-        name=f"{suite_name}/{'+'.join(texts)}" if texts else suite_name,
+        name=scenario_name(suite_name, texts),
         faults=faults,
         description=" ".join(system.faults[fault.name].description for fault in faults)
         or "Nothing goes wrong.",
@@ -51,7 +51,7 @@ def suite(name: str) -> tuple[Scenario, ...]:
     if name not in suites:
         raise ScenarioError(
             f"There is no suite {name!r}: {suggestion(name, suites)}name {', '.join(suites)} or a folder of "
-            "scenario files."
+            "scenario files; what an extension adds needs --extension."
         )
     return suites[name]
 

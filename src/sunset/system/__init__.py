@@ -23,36 +23,54 @@ from sunset.system.description import (
     Value,
 )
 from sunset.system.harness import (
+    BLACKBOARD_TOPIC,
+    CLOCK_TOPIC,
+    COMMANDS_TOPIC,
+    DIAGNOSTICS_TOPIC,
+    EVALUATION_TOPIC,
     HARNESS,
     INFRASTRUCTURE,
+    INJECTIONS_TOPIC,
+    LOG_TOPIC,
     MANAGER_PROCESS,
     OFF_LIMITS_TOPICS,
+    PARAMETER_EVENTS_TOPIC,
     RESULT_TOPIC,
     SENSOR_TOPICS,
     SURROUNDING,
+    TRUTH_TOPIC,
     HarnessNode,
 )
-from sunset.system.names import NAMESPACE, frequency_entry, full_name, short_name
+from sunset.system.names import NAMESPACE, frequency_entry, full_name, scenario_name, short_name
 from sunset.system.paper import BLUR_SIGMA, DEPTH_DEGRADATION_RANGE, IMAGE_DEGRADATION_RANGE
 from sunset.system.system import Extension, System
-from sunset.system.window import DURATION_S, PERIOD_S, SILENCE_S, WINDOW, MovingMean, Window
+from sunset.system.window import DURATION_S, PERIOD_S, SILENCE_S, WINDOW, MovingMean, Rate, Window
 
 __all__ = [
+    "BLACKBOARD_TOPIC",
     "BLUR_SIGMA",
+    "CLOCK_TOPIC",
+    "COMMANDS_TOPIC",
     "DEPTH_DEGRADATION_RANGE",
+    "DIAGNOSTICS_TOPIC",
     "DURATION_S",
+    "EVALUATION_TOPIC",
     "HARNESS",
     "IMAGE_DEGRADATION_RANGE",
     "INFRASTRUCTURE",
+    "INJECTIONS_TOPIC",
+    "LOG_TOPIC",
     "LONGEST_DELAY_S",
     "MANAGER_PROCESS",
     "NAMESPACE",
     "OFF_LIMITS_TOPICS",
+    "PARAMETER_EVENTS_TOPIC",
     "PERIOD_S",
     "RESULT_TOPIC",
     "SENSOR_TOPICS",
     "SILENCE_S",
     "SURROUNDING",
+    "TRUTH_TOPIC",
     "WINDOW",
     "Adaptation",
     "AdaptationKind",
@@ -66,6 +84,7 @@ __all__ = [
     "LoadedExtension",
     "MovingMean",
     "NodeDescription",
+    "Rate",
     "Signal",
     "System",
     "Topic",
@@ -78,5 +97,6 @@ __all__ = [
     "get_fault",
     "load_extension",
     "loaded_extensions",
+    "scenario_name",
     "short_name",
 ]

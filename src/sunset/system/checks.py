@@ -1,5 +1,6 @@
 """What the parts of a managed system must be, so that they fit each other; one sentence for each mistake."""
 
+import re
 from collections.abc import Collection, Iterable, Mapping
 from math import inf, isfinite
 from typing import Final, TypeVar, get_args
@@ -22,6 +23,7 @@ from sunset.texts import suggestion
 LONGEST_DELAY_S: Final = 3600.0
 """The longest time from a node's start until it activates itself [s]."""
 _PAIR: Final = 2
+_TOPIC: Final = re.compile(r"/?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*")
 
 
 def check_nodes(nodes: Mapping[str, NodeDescription], published: Collection[str]) -> None:
@@ -45,6 +47,11 @@ def check_nodes(nodes: Mapping[str, NodeDescription], published: Collection[str]
             )
         if isinstance(node.node_class, type):
             _check_class(node.name, node.node_class)
+        for topic in node.outputs:
+            if not _TOPIC.fullmatch(topic):
+                raise ExtensionError(
+                    f"The node {node.name} publishes on {topic!r}, which is not a topic's name such as rgb_camera."
+                )
         check_topics(map(full_name, node.inputs), {*published, *SENSOR_TOPICS})
         if not -1 <= node.activation_delay_s <= LONGEST_DELAY_S or not 0 <= node.compute_s < 1:
             raise ExtensionError(
@@ -103,7 +110,8 @@ def check_topics(named: Iterable[str], published: Collection[str]) -> None:
     for topic in named:
         if topic not in published:
             raise ExtensionError(
-                f"No node publishes on the topic {topic}: {suggestion(topic, published)}add it to the outputs of one."
+                f"No node publishes on the topic {topic}: {suggestion(topic, published)}"
+                f"add {topic} to the outputs of a node."
             )
 
 
@@ -208,6 +216,11 @@ def check_fault(fault: Fault, nodes: Mapping[str, NodeDescription], failures: Ma
                 f"{what} cannot be injected by {str(step)!r}: set a parameter, or activate a node."
             )
     _known("node", fault.node, nodes, what)
+    if type(fault.healthy) is not type(fault.value) or fault.healthy == fault.value:
+        raise ExtensionError(
+            f"{what} needs a value and another one of the same type when healthy, got {fault.value!r} and "
+            f"{fault.healthy!r}."
+        )
     low, high = fault.limits or (-inf, inf)
     is_number = not isinstance(fault.value, bool | str)
     if is_number != (fault.limits is not None) or not (

@@ -9,10 +9,30 @@ MANAGER_PROCESS: Final = "manager"
 """The name of the process that the managing system's nodes are in."""
 
 RESULT_TOPIC: Final = "/managed_subsystem/segmentation"
-"""What the pipeline has at its end: there are messages on it only where all before it works."""
+"""The pipeline's output: there are messages on it only where all before it works."""
 
 SENSOR_TOPICS: Final = ("/rgb_raw", "/depth_raw")
-"""What the world shows to the sensors of the managed system."""
+"""The bag's images, which only the sensors of the managed system subscribe to."""
+
+
+TRUTH_TOPIC: Final = "/gt_segmentation"
+"""What the segmentation should be, as the bag has it."""
+CLOCK_TOPIC: Final = "/clock"
+"""The time of the experiment."""
+DIAGNOSTICS_TOPIC: Final = "/diagnostics"
+"""Heartbeats, with what nodes report."""
+BLACKBOARD_TOPIC: Final = "/blackboard_group"
+"""What the monitor tells managing systems."""
+EVALUATION_TOPIC: Final = "/seg_metrics"
+"""How well each frame was segmented."""
+INJECTIONS_TOPIC: Final = "/experiment/injections"
+"""Which faults were injected."""
+LOG_TOPIC: Final = "/experiment/log"
+"""When the experiment began and ended."""
+COMMANDS_TOPIC: Final = "/experiment/commands"
+"""What the record says of requests to the managed system (`system_interfaces/msg/Command`)."""
+PARAMETER_EVENTS_TOPIC: Final = "/parameter_events"
+"""On which every node publishes changes of its parameters."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,20 +61,18 @@ HARNESS: Final[Mapping[str, HarnessNode]] = MappingProxyType(
             HarnessNode(
                 "bag_player",
                 "sunset.harness.live_bag_player:LiveBagPlayer",
-                (*SENSOR_TOPICS, "/gt_segmentation", "/clock"),
+                (*SENSOR_TOPICS, TRUTH_TOPIC, CLOCK_TOPIC),
             ),
-            HarnessNode(
-                "monitor", "sunset.harness.monitor:Monitor", ("/blackboard_group",), off_limits=False
-            ),
-            HarnessNode("evaluator", "sunset.harness.evaluator:Evaluator", ("/seg_metrics",)),
+            HarnessNode("monitor", "sunset.harness.monitor:Monitor", (BLACKBOARD_TOPIC,), off_limits=False),
+            HarnessNode("evaluator", "sunset.harness.evaluator:Evaluator", (EVALUATION_TOPIC,)),
             HarnessNode(
                 "scenario_executor",
                 "sunset.harness.executor:ScenarioExecutor",
-                ("/experiment/injections",),
+                (INJECTIONS_TOPIC,),
                 commands=True,
             ),
             HarnessNode("launcher", commands=True, off_limits=False),
-            HarnessNode("experiment", outputs=("/experiment/log",), commands=True),
+            HarnessNode("experiment", outputs=(LOG_TOPIC,), commands=True),
         )
     }
 )
@@ -70,10 +88,10 @@ INFRASTRUCTURE: Final = frozenset(f"/{node.name}" for node in HARNESS.values() i
 """Full names of the nodes whose commands are the experiment's own, such as to inject faults."""
 
 OFF_LIMITS_TOPICS: Final = (
-    "/experiment/injections",
-    "/experiment/log",
-    "/gt_segmentation",
-    "/parameter_events",
-    "/seg_metrics",
+    INJECTIONS_TOPIC,
+    LOG_TOPIC,
+    TRUTH_TOPIC,
+    PARAMETER_EVENTS_TOPIC,
+    EVALUATION_TOPIC,
 )
 """Topics that carry the truth: a managing system that reads them is not scored."""

@@ -1,5 +1,6 @@
-"""Full and short names of the managed system's nodes and topics."""
+"""Full and short names of the managed system's nodes and topics, and names of scenarios."""
 
+from collections.abc import Sequence
 from typing import Final
 
 NAMESPACE: Final = "/managed_subsystem"
@@ -22,6 +23,15 @@ def short_name(name: str) -> str:
     ('camera', 'camera', '/elsewhere/camera')
     """
     return name.removeprefix(f"{NAMESPACE}/")
+
+
+def scenario_name(suite: str, faults: Sequence[str]) -> str:
+    """Return the name of a suite's scenario; one without a fault has the suite's name.
+
+    >>> scenario_name("degraded", ("image_shift", "autofocus_needed")), scenario_name("nofault", ())
+    ('degraded/image_shift+autofocus_needed', 'nofault')
+    """
+    return f"{suite}/{'+'.join(faults)}" if faults else suite
 
 
 def frequency_entry(topic: str) -> str:

@@ -31,7 +31,13 @@ from sunset.system.description import (
     Signal,
     Topic,
 )
-from sunset.system.harness import HARNESS, SENSOR_TOPICS
+from sunset.system.harness import (
+    COMMANDS_TOPIC,
+    DIAGNOSTICS_TOPIC,
+    HARNESS,
+    OFF_LIMITS_TOPICS,
+    SENSOR_TOPICS,
+)
 from sunset.system.names import full_name
 from sunset.texts import shorten, suggestion
 
@@ -83,8 +89,13 @@ class Extension:
                 raise ExtensionError(
                     f"The {name} of an extension must be a tuple of {kind.__name__}, got {shorten(repr(values), 100)}."
                 )
+        for name in ("node_classes", "suites"):
+            if not isinstance(values := getattr(self, name), Mapping):
+                raise ExtensionError(
+                    f"The {name} of an extension must be a dictionary, got {shorten(repr(values), 100)}."
+                )
         for name, scenarios in self.suites.items():
-            if any(isinstance(faults, str) for faults in (scenarios, *scenarios)):
+            if not _is_list(scenarios, lambda faults: _is_list(faults, lambda fault: isinstance(fault, str))):
                 raise ExtensionError(
                     f"The scenarios of the suite {name} must be tuples of faults, got {shorten(repr(scenarios), 100)}."
                 )
@@ -94,6 +105,11 @@ class Extension:
         """The adaptations that it offers, and those of its faults' injections and cures."""
         steps = (step for fault in self.faults for steps in (fault.injection, *fault.cures) for step in steps)
         return (*self.adaptations, *steps)
+
+
+def _is_list(value: object, is_item: Callable[[object], bool]) -> bool:
+    """Return whether a value is a list or tuple, which have an order as sets have not, of such items."""
+    return isinstance(value, tuple | list) and all(map(is_item, value))
 
 
 _KINDS = MappingProxyType(
@@ -197,7 +213,7 @@ class System:
         publishers: dict[str, str] = {}
         for node in self.nodes.values():
             for topic in map(full_name, node.outputs):
-                if topic in publishers or topic in _HARNESS_TOPICS:
+                if topic in publishers or topic in _RESERVED_TOPICS:
                     raise _taken_error("topic", topic)
                 publishers[topic] = node.name
         return MappingProxyType(publishers)
@@ -268,11 +284,11 @@ class System:
     @cached_property
     def own_topics(self) -> frozenset[str]:
         """Full names of topics on which only the managed system and the experiment publish, as all below them."""
-        return frozenset({"/diagnostics", *_HARNESS_TOPICS, *self.publishers})
+        return frozenset({DIAGNOSTICS_TOPIC, *_HARNESS_TOPICS, *self.publishers})
 
     @cached_property
     def sensors(self) -> Mapping[str, frozenset[str]]:
-        """What the world shows → full names of the nodes that may look at it; others would go past sensors' faults."""
+        """Sensor topic → full names of the nodes that may subscribe to it; others would bypass the sensors' faults."""
         return MappingProxyType(
             {
                 topic: frozenset(full_name(node) for node, inputs in self.inputs.items() if topic in inputs)
@@ -353,6 +369,7 @@ def _imported(where: str, what: str) -> Any:
 
 
 _HARNESS_TOPICS = frozenset(topic for node in HARNESS.values() for topic in node.outputs)
+_RESERVED_TOPICS = _HARNESS_TOPICS | {DIAGNOSTICS_TOPIC, *OFF_LIMITS_TOPICS, "/rosout", COMMANDS_TOPIC}
 
 
 def _by_name(kind: str, values: Iterable[NamedT]) -> Mapping[str, NamedT]:

@@ -27,8 +27,30 @@ class Window:
     gap_s: float = 1.0
 
 
+_SECOND_NS: Final = 10**9
+_MOST: Final = 1000
+"""Events of a second that are counted."""
+
 WINDOW: Final = Window()
 """The window of every signal."""
+
+
+class Rate:
+    """Counts the events of the last second, up to 1000."""
+
+    def __init__(self) -> None:
+        self._times: deque[int] = deque(maxlen=_MOST)
+
+    def note(self, now_ns: int) -> None:
+        """Count an event."""
+        self._times.append(now_ns)
+
+    def frequency(self, now_ns: int) -> float:
+        """Return the events in the second that ends now."""
+        times = self._times
+        while times and not now_ns - _SECOND_NS < times[0] <= now_ns:  # time may have been set back
+            times.popleft()
+        return float(len(times))
 
 
 class MovingMean:

@@ -77,7 +77,7 @@ def _read(log: Path) -> list[dict[str, Any]]:
     except OSError as error:
         raise DataError(f"The training log {log} cannot be read: {error.strerror}.") from error
     except ValueError as error:
-        raise DataError(f"The training log {log} is none: a line is no JSON ({error}).") from error
+        raise DataError(f"{log} is not a training log: a line is not JSON ({error}).") from error
     if not lines or not all(isinstance(line, dict) and "step" in line for line in lines):
         raise DataError(
             f"The training log {log} must have lines with a step each, as a training writes them."

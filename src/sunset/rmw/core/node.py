@@ -13,7 +13,6 @@ from sunset.errors import MiddlewareError
 from sunset.interfaces import Message, Service
 from sunset.names import qualified_name
 from sunset.rmw.core.port import (
-    CallbackError,
     ClientHandle,
     EndpointInfo,
     PublisherHandle,
@@ -356,17 +355,3 @@ def next_due_ns(due_ns: int, period_ns: int, now_ns: int) -> int:
     if due_ns < now_ns:
         due_ns = now_ns if period_ns == 0 else due_ns + -(-(now_ns - due_ns) // period_ns) * period_ns
     return due_ns
-
-
-def run_callback(entity: Entity[Middleware], function: Callable[..., object], *arguments: object) -> None:
-    """Call a function that an entity's user has given.
-
-    Raises:
-        CallbackError: it raised.
-    """
-    try:
-        function(*arguments)
-    except CallbackError:
-        raise
-    except Exception as error:
-        raise CallbackError.of(entity.node.fully_qualified_name, entity.label, error) from error

@@ -43,7 +43,7 @@ class CallbackError(MiddlewareError):
         """Wrap what a callback raised; the caller raises the result `from error`."""
         try:
             text = str(error)
-        except Exception as inner:  # noqa: BLE001  a class of the user's, whose text is a mistake of its own
+        except Exception as inner:  # noqa: BLE001  str() of a user's exception may itself raise
             text = f"no text, since that raised {type(inner).__name__}"
         return cls(node, callback, f"raised {type(error).__name__}: {shorten(text)}")
 

@@ -11,7 +11,8 @@ from typing import Final
 
 from sunset.errors import MiddlewareError
 from sunset.rmw.core.live import LiveProcess
-from sunset.rmw.core.node import Entity, NodeHandle, run_callback
+from sunset.rmw.core.node import Entity, NodeHandle
+from sunset.rmw.core.port import CallbackError
 from sunset.rmw.dds._config import Configuration
 from sunset.rmw.dds._graph import Graph, NodeEntities
 from sunset.rmw.dds._link import FIRST_NUMBER, Link
@@ -164,7 +165,11 @@ class DdsHost(LiveProcess):
         """
         self._calling = True
         try:
-            run_callback(entity, handler, *arguments)
+            handler(*arguments)
+        except CallbackError:
+            raise
+        except Exception as error:
+            raise CallbackError.of(entity.node.fully_qualified_name, entity.label, error) from error
         finally:
             self._calling = False
 

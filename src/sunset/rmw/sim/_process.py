@@ -6,8 +6,8 @@ from functools import partial
 from operator import attrgetter
 
 from sunset.errors import MiddlewareError
-from sunset.rmw.core.node import NodeHandle, Parts, run_callback
-from sunset.rmw.core.port import EndpointInfo
+from sunset.rmw.core.node import NodeHandle, Parts
+from sunset.rmw.core.port import CallbackError, EndpointInfo
 from sunset.rmw.sim._entity import SimEntity, SimHost
 from sunset.rmw.sim._network import Network
 from sunset.rmw.sim._scheduler import Priority
@@ -92,9 +92,13 @@ class SimProcess(SimHost):
         network.executing = self
         try:
             if self._around is None:
-                run_callback(entity, entity.run)
+                entity.run()
             else:
-                run_callback(entity, self._around, entity.run)
+                self._around(entity.run)
+        except CallbackError:
+            raise
+        except Exception as error:
+            raise CallbackError.of(entity.node.fully_qualified_name, entity.label, error) from error
         finally:
             network.executing = None
 

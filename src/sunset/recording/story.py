@@ -1,16 +1,17 @@
 """What happened in a run, in words."""
 
-from collections.abc import Iterable, Iterator
-from typing import Any, Final, NoReturn
+from collections.abc import Iterable, Iterator, Sequence
+from typing import IO, Any, Final, NoReturn
 
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from sunset.metrics import Episode, RunMetrics
-from sunset.recording import StoredRun
+from sunset.metrics import Episode, RunMetrics, Timeline
+from sunset.recording.logs import LogLine
+from sunset.recording.schema import RunRecord
 from sunset.system import current_system
-from sunset.texts import printable, shorten
+from sunset.texts import counted, printable, shorten
 
 _STYLES = {
     "fault": "red",
@@ -30,11 +31,25 @@ _UNBOUNDED: Final = 100_000
 """Columns of a line that is not wrapped."""
 
 
-def print_story(result: StoredRun) -> None:
-    """Print the time line of a run and its metrics on stdout."""
-    run = result.record
+def print_story(
+    run: RunRecord,
+    timeline: Timeline,
+    metrics: RunMetrics,
+    log: Sequence[LogLine],
+    differing: Sequence[str],
+    *,
+    file: IO[str] | None = None,
+) -> None:
+    """Print the time line of a run and its metrics, on stdout or as plain text into a file; as of a `StoredRun`."""
     # no markup: names and values are the user's, brackets included
-    console = _Console(highlight=False, markup=False, emoji=False)
+    console = _Console(
+        file=file,
+        force_terminal=None if file is None else False,
+        force_jupyter=False,
+        highlight=False,
+        markup=False,
+        emoji=False,
+    )
     if not console.is_terminal:
         console.width = _UNBOUNDED  # what is searched or cut into fields stands in one line
     console.print()
@@ -46,7 +61,7 @@ def print_story(result: StoredRun) -> None:
     table.add_column(justify="right")
     table.add_column()
     table.add_column()
-    events = _stated_once(sorted(_events(result), key=lambda event: event[0]))
+    events = _stated_once(sorted(_events(timeline, metrics, log), key=lambda event: event[0]))
     early = sum(time < 0 for time, _, _ in events)
     for number, (time, kind, text) in enumerate(events):
         if early and number in {0, early}:
@@ -56,12 +71,12 @@ def print_story(result: StoredRun) -> None:
     console.print_table(table)
     console.print()
     figures = Table(box=None, padding=(0, 1), show_header=False)
-    for name, value, remark in _figures(result.metrics):
+    for name, value, remark in _figures(metrics):
         figures.add_row(name, Text(value, style="bold"), Text(remark, style="dim"))
     console.print_table(figures)
-    if result.differing:
+    if differing:
         console.print(
-            f"\nStored otherwise than the messages give, and computed here: {', '.join(result.differing)}.",
+            f"\nStored otherwise than the messages give, and computed here: {', '.join(differing)}.",
             style="bold red",
         )
     if not run.valid:
@@ -71,7 +86,8 @@ def print_story(result: StoredRun) -> None:
 def _stated_once(events: Iterable[_Event]) -> list[_Event]:
     """Return events of which those that repeat are stated once, with how often they came and until when.
 
-    Only what was logged or done repeats; between two of its repetitions nothing of another kind happened.
+    Only what was logged or done repeats. Between two of its repetitions there are other such events at most: no fault,
+    no symptom and no end of one.
     """
     stated: dict[tuple[object, ...], list[float]] = {}
     stretch = 0
@@ -108,11 +124,11 @@ class _Console(Console):
         raise  # noqa: PLE0704  rich calls this while it handles the BrokenPipeError
 
 
-def _events(result: StoredRun) -> Iterator[_Event]:
+def _events(timeline: Timeline, metrics: RunMetrics, log: Sequence[LogLine]) -> Iterator[_Event]:
     system = current_system()
-    for injection in result.timeline.injections:
+    for injection in timeline.injections:
         yield injection.time, "fault", f"{injection.fault}: {system.fault(injection.fault).description}"
-    for episode in result.metrics.failures:
+    for episode in metrics.failures:
         symptom = f"{episode.failure} {_cause(episode)}{system.failures[episode.failure].symptom}"
         # a time line of the experiment has no time before 0 for what began before
         since = ", since before the injection" if episode.holds == 0 else ""
@@ -120,13 +136,13 @@ def _events(result: StoredRun) -> Iterator[_Event]:
         if episode.ended is not None:
             gone = f"{episode.failure} {system.failures[episode.failure].gone}{_resolution(episode)}"
             yield episode.ended, "cured", gone
-    for adaptation in result.metrics.executed:
+    for adaptation in metrics.executed:
         yield adaptation.time, "adaptation", str(adaptation)
     loggers = {node.strip("/").replace("/", ".") for node in system.all_nodes}
-    for line in result.log:
+    for line in log:
         if line.logger not in loggers:
             yield line.time, "log", str(line)
-    yield result.timeline.duration_s, "end", _ending(result.metrics)
+    yield timeline.duration_s, "end", _ending(metrics)
 
 
 def _cause(episode: Episode) -> str:
@@ -154,9 +170,11 @@ def _figures(score: RunMetrics) -> Iterator[tuple[str, str, str]]:
     def shown(value: float | None, unit: str = "") -> str:
         return "N/A" if value is None else f"{value:.2f}{unit}"
 
-    resolved = (
-        f"{score.episodes_resolved} of {score.episodes} failure episodes, {score.adaptations} adaptations"
+    episodes, adaptations = (
+        counted(score.episodes, "failure episode"),
+        counted(score.adaptations, "adaptation"),
     )
+    resolved = f"{score.episodes_resolved} of {episodes}, {adaptations}"
     parts = f"detect {shown(score.t_detect_s)} + decide {shown(score.t_decide_s)}; repair {shown(score.t_repair_s)}"
     yield "resolved per adaptation", shown(score.f_resolved_per_adaptation), resolved
     yield "reaction time", shown(score.t_react_s, " s"), parts

@@ -151,7 +151,7 @@ def test_a_campaign_is_continued_by_the_same_arguments_only(tmp_path: Path) -> N
 def test_a_campaign_of_what_nothing_is_known_of_is_not_continued(tmp_path: Path) -> None:
     bench_focus(tmp_path, lambda **options: Focus(wait=1, **options))
     with pytest.raises(
-        InvalidInputError, match=r"nothing says whether its managing system .*lambda.* is still the"
+        InvalidInputError, match=r"nothing says whether its managing system .*lambda.* is the same"
     ):
         bench_focus(tmp_path, lambda **options: Focus(wait=2, **options))
 

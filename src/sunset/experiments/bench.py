@@ -256,7 +256,7 @@ def _claim(out: Path, plan: CampaignPlan) -> None:
         if is_registered(manager) and not plan.manager_checksums[label or manager]:
             raise InvalidInputError(
                 f"The campaign in {out} cannot be continued: nothing says whether its managing system "
-                f"{label or manager} is still the same, as of a class or a function of a file; name a new folder."
+                f"{label or manager} is the same as then: pass a class, or name a new folder."
             )
 
 

@@ -159,6 +159,11 @@ ARGUMENTS: dict[str, tuple[Sequence[str], str]] = {
     "suite for a scenario": (["run", "paper"], "is a suite"),
     "missing file": (["run", "nowhere.yaml"], "nowhere.yaml"),
     "unknown suite": (["bench", "--suite", "rainy", "--out", "o"], "rainy"),
+    "suite of an extension": (
+        ["bench", "--suite", "dusk", "--out", "o"],
+        "extension adds needs --extension.",
+    ),
+    "scenario of an extension": (["run", "dusk"], "what an extension adds needs --extension."),
     "unknown fault": (["faults", "show", "rotor_failure"], "rotor_failure"),
     "unknown manager": (["run", "--manager", "magic"], "magic"),
     "missing manager file": (["run", "--manager", "nowhere.py:Mine"], "nowhere.py"),

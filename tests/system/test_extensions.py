@@ -78,7 +78,10 @@ def of_fault(options: str) -> str:
         ),
         (
             SONAR + "EXTENSION = Extension(nodes=(NodeDescription('sonar', Sonar, ('echo',)),))",
-            "No node publishes on the topic /managed_subsystem/echo",
+            (
+                "No node publishes on the topic /managed_subsystem/echo: did you mean "
+                "'/managed_subsystem/segmentation', or add /managed_subsystem/echo to the outputs of a node."
+            ),
         ),
         (
             SONAR + "EXTENSION = Extension(nodes=(NodeDescription('sonar', Sonar, ('echo',), ('echo',)),))",

@@ -247,7 +247,8 @@ def _claim(out: Path, plan: CampaignPlan) -> None:
                 f"The campaign in {out} was begun {word} the extension {name}; name the same extensions, or a new "
                 "folder."
             )
-        verb = "are" if kind == key and key.endswith("s") else "is"
+        several = kind == key and key.endswith("s") and not isinstance(ours[key], bool)
+        verb = "are" if several else "is"
         raise InvalidInputError(
             f"The folder {out} holds another campaign: its {key} {verb} {theirs.get(key)!r}, this one's {verb} "
             f"{ours.get(key)!r}; name a new folder."

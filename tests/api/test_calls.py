@@ -181,7 +181,7 @@ def test_to_import_sunset_loads_nothing_else() -> None:
 
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
 
-    assert done.stdout.startswith("[] ['FlightPlan', 'ManagingSystem', 'Results', 'Run'")
+    assert done.stdout.startswith("[] ['FlightPlan', 'ManagingSystem', 'Options', 'Results', 'Run'")
 
 
 def test_every_name_is_there() -> None:

@@ -1,7 +1,7 @@
 """SUNSET: a ROS 2 exemplar for self-adaptation under concurrent, ambiguous faults.
 
-What the command line does is one call each, as in `sunset.run("gpu_failure", seed=3).metrics`. A managing system is a
-subclass of `ManagingSystem`. A mistake of the caller's is a `SunsetError`, whose text is one sentence.
+What the command line measures is one call each, as in `sunset.run("gpu_failure", seed=3).metrics`. A managing system is
+a subclass of `ManagingSystem`. A mistake of the caller's is a `SunsetError`, whose text is one sentence.
 """
 
 import os
@@ -12,6 +12,7 @@ from typing import Final
 __all__ = [
     "FlightPlan",
     "ManagingSystem",
+    "Options",
     "Results",
     "Run",
     "SunsetError",

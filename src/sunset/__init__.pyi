@@ -1,3 +1,4 @@
+from sunset.api import Options as Options
 from sunset.api import Results as Results
 from sunset.api import agree as agree
 from sunset.api import bag_statistics as bag_statistics
@@ -30,6 +31,7 @@ from sunset.recording import StoredRun as Run
 __all__ = [
     "FlightPlan",
     "ManagingSystem",
+    "Options",
     "Results",
     "Run",
     "SunsetError",

@@ -259,9 +259,7 @@ def _result(told: bytes, watch: Watch) -> object:
     try:
         outcome = dict(json.loads(told))
     except (TypeError, ValueError, RecursionError) as error:
-        raise ProcessDeath(
-            "ended its process without an answer that can be read", watch.running
-        ) from error
+        raise ProcessDeath("ended its process without an answer that can be read", watch.running) from error
     if kind := _class_of_ours(str(outcome.get("error"))):
         raise kind(str(outcome.get("text")))
     if "death" in outcome:

@@ -6,7 +6,6 @@ field's name is not what messages should call it, `Meta(title=...)` says that.
 """
 
 import json
-import reprlib
 from collections.abc import Iterator, Mapping
 from enum import Enum
 from pathlib import Path
@@ -18,7 +17,7 @@ from msgspec.inspect import DataclassType, Field, StructType, type_info
 
 from sunset.errors import InvalidInputError, SunsetError
 from sunset.input_files import read_text
-from sunset.texts import printable_json
+from sunset.texts import printable_json, shown
 
 _T = TypeVar("_T")
 
@@ -86,7 +85,7 @@ def convert(
         return msgspec.convert(content, kind)
     except msgspec.ValidationError as cause:
         keys, value, expected = _misfit(content, kind, path)
-        got = "nothing" if value is _MISSING else reprlib.repr(value)
+        got = "nothing" if value is _MISSING else shown(value)
         subject = f"The {'.'.join(keys)} in {where}" if keys else f"{where[:1].upper()}{where[1:]}"
         raise error(f"{subject} must be {_described(expected)}, got {got}; {remedy}.") from cause
 
@@ -100,7 +99,7 @@ def check_fields(instance: object, error: type[SunsetError] = InvalidInputError)
     for name, kind in fields_of(type(instance)).items():
         value = getattr(instance, name)
         if not _fits(value, kind):
-            raise error(f"The {_title(kind) or name} must be {_described(kind)}, got {reprlib.repr(value)}.")
+            raise error(f"The {_title(kind) or name} must be {_described(kind)}, got {shown(value)}.")
 
 
 def document_text(document: object) -> str:

@@ -5,6 +5,7 @@ import hashlib
 import numpy as np
 
 from sunset.errors import InvalidInputError
+from sunset.texts import shown
 
 MAX_SEED = 2**32 - 1
 """The largest seed that is accepted; the smallest is 0."""
@@ -17,7 +18,7 @@ def check_seed(seed: int) -> int:
         InvalidInputError: it is anything else.
     """
     if isinstance(seed, bool) or not isinstance(seed, int) or not 0 <= seed <= MAX_SEED:
-        raise InvalidInputError(f"A seed must be a whole number from 0 to {MAX_SEED}, got {seed!r}.")
+        raise InvalidInputError(f"A seed must be a whole number from 0 to {MAX_SEED}, got {shown(seed)}.")
     return seed
 
 

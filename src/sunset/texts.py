@@ -3,6 +3,7 @@
 import csv
 import difflib
 import io
+import reprlib
 from collections.abc import Iterable
 
 
@@ -56,13 +57,25 @@ def counted(number: int, noun: str) -> str:
     return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
 
 
-def suggestion(name: str, known: Iterable[str]) -> str:
+def shown(value: object) -> str:
+    """Return a value that was given as a message quotes it, whatever it is.
+
+    >>> shown("1"), shown(10**5000)
+    ("'1'", 'a whole number of thousands of digits')
+    """
+    try:
+        return reprlib.repr(value)
+    except ValueError:  # Python writes no number that is so long
+        return "a whole number of thousands of digits"
+
+
+def suggestion(name: object, known: Iterable[str]) -> str:
     """Return the part of a sentence that asks whether a known name was meant; empty if none is like it.
 
     >>> f"There is no fault 'gpu_failur': {suggestion('gpu_failur', ['gpu_failure'])}choose another one."
     "There is no fault 'gpu_failur': did you mean 'gpu_failure', or choose another one."
     """
-    near = difflib.get_close_matches(name, list(known), n=1)
+    near = difflib.get_close_matches(str(name), list(known), n=1)
     return f"did you mean {near[0]!r}, or " if near else ""
 
 

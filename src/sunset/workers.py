@@ -12,6 +12,7 @@ from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 
 from sunset.errors import InvalidInputError, SunsetError
+from sunset.texts import shown
 
 Progress = Callable[[int, int], None]
 """Called with how much is done and how much there is."""
@@ -28,8 +29,8 @@ def check_jobs(jobs: int | None) -> None:
     Raises:
         InvalidInputError: it is less than 1, or no whole number.
     """
-    if jobs is not None and (not isinstance(jobs, int) or jobs < 1):
-        raise InvalidInputError(f"There must be at least 1 job, got {jobs!r}.")
+    if jobs is not None and (isinstance(jobs, bool) or not isinstance(jobs, int) or jobs < 1):
+        raise InvalidInputError(f"There must be at least 1 job, got {shown(jobs)}.")
 
 
 @contextmanager

@@ -6,9 +6,11 @@ import re
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
+from decimal import Decimal
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import sunset
@@ -108,6 +110,8 @@ def test_a_campaign_of_classes_is_flown_by_several_processes_and_compared(tmp_pa
     assert difference is not None
     assert difference.mean == 0.0  # nothing was broken, so neither did anything
     assert "focus" in results.table()
+    with pytest.raises(InvalidInputError, match="There is no figure 0: choose among"):
+        comparison[0]  # type: ignore[index]
     opened = sunset.load(tmp_path / "results")
     assert isinstance(opened, sunset.Results)
     assert list(opened.runs) == list(results.runs)
@@ -156,6 +160,57 @@ def test_a_campaign_of_what_nothing_is_known_of_is_not_continued(tmp_path: Path)
         bench_focus(tmp_path, lambda **options: Focus(wait=2, **options))
 
 
+def test_numbers_of_other_libraries_are_numbers(tmp_path: Path) -> None:
+    numbers: list[Any] = [1, np.float64(1), np.int64(1), np.float32(1), Decimal(1)]
+
+    runs = [sunset.run("nofault", "none", seed=np.int64(2), duration=one) for one in numbers]  # type: ignore[arg-type]
+    results = sunset.bench(
+        "nofault",
+        "none",
+        out=tmp_path,
+        references=False,
+        repetitions=np.int64(1),  # type: ignore[arg-type]
+        jobs=np.int64(1),  # type: ignore[arg-type]
+        duration=1,
+    )
+
+    assert len({run.digest for run in runs}) == 1
+    assert {type(run.record.duration_s) for run in runs} == {float}
+    assert len(results.runs) == 1
+
+
+def test_an_agreement_without_the_live_extra_runs_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def missing() -> None:
+        raise MissingExtraError("The live middleware needs cyclonedds.")
+
+    monkeypatch.setattr("sunset.api.running.live_middleware", missing)
+
+    with pytest.raises(MissingExtraError, match="needs cyclonedds"):
+        sunset.agree("nofault", "none", out=tmp_path / "out")
+
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.xdist_group("live")
+@pytest.mark.thorough
+def test_an_agreement_is_of_pairs_and_says_how_far_it_is(tmp_path: Path) -> None:
+    calls: list[tuple[int, int]] = []
+
+    (agreement,) = sunset.agree(
+        "nofault",
+        ["none"],
+        out=tmp_path,
+        duration=2,
+        jobs=1,
+        progress=lambda done, total: calls.append((done, total)),
+    )
+
+    assert len(agreement.pairs) + len(agreement.left_out) == 1
+    assert calls == [(0, 2), (1, 2), (1, 2), (2, 2)]
+
+
 @pytest.mark.skipif(importlib.util.find_spec("pandas") is not None, reason="pandas is installed")
 def test_without_pandas_a_data_frame_is_refused_in_one_sentence(tmp_path: Path) -> None:
     run = sunset.run("nofault", "none", duration=1, out=tmp_path / "run")
@@ -180,7 +235,7 @@ def test_to_import_sunset_loads_nothing_else() -> None:
 
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
 
-    assert done.stdout.startswith("[] ['FlightPlan', 'ManagingSystem', 'Results', 'Run'")
+    assert done.stdout.startswith("[] ['FlightPlan', 'ManagingSystem', 'Options', 'Results', 'Run'")
 
 
 def test_every_name_is_there() -> None:

@@ -1,5 +1,6 @@
 """Calls from Python take extensions of the managed system, which are gone when they return."""
 
+import re
 from pathlib import Path
 
 import pytest
@@ -38,6 +39,7 @@ def test_a_run_has_the_faults_of_several_extensions(page: Path) -> None:
     assert [episode.failure for episode in run.episodes if episode.resolved] == ["F6"]
     assert "set altimeter.recalibrate to true" in map(str, run.adaptations)
     assert sunset.load(page / "run", extensions=extensions).digest == run.digest  # type: ignore[union-attr]
+    assert re.search(" symptom +F6 ", str(run))
     with pytest.raises(RecordError, match="name it with --extension, in Python with extensions"):
         sunset.load(page / "run")
     with pytest.raises(SunsetError, match="There is no scenario 'altimeter_drift'"):

@@ -10,6 +10,7 @@ import pytest
 import sunset
 from sunset import ManagingSystem, Symptoms
 from sunset.errors import SunsetError
+from sunset.scenarios import Scenario, ScenarioFault
 
 
 class Good(ManagingSystem):
@@ -56,6 +57,7 @@ RUNS: dict[str, tuple[Mistake, str]] = {
     "list of faults": (lambda _: api.run(["gpu_failure"]), "faults joined by [+]"),
     "number as scenario": (lambda _: api.run(3), "A scenario must be a name"),
     "empty scenario": (lambda _: api.run(""), "scenario"),
+    "scenario with a long name": (lambda _: api.run("x" * 300), "There is no scenario 'xxx"),
     "missing scenario file": (lambda folder: api.run(folder / "rain.yaml"), "rain.yaml"),
     "folder as scenario": (api.run, "scenario"),
     "unknown manager": (lambda _: api.run(manager="basline"), "did you mean 'baseline'"),
@@ -77,16 +79,32 @@ RUNS: dict[str, tuple[Mistake, str]] = {
     "function without options": (lambda _: api.run(manager=lambda: None), "must accept context"),
     "missing manager file": (lambda folder: api.run(manager=f"{folder}/mine.py:Mine"), "There is no file"),
     "file without class": (lambda folder: api.run(manager=f"{folder}/mine.py"), "name its class too"),
+    "instance in place of its class": (
+        lambda _: api.run(manager=Good()),
+        "pass the class Good, not an instance",
+    ),
+    "class in a live run": (
+        lambda _: api.run(manager=Good, middleware="cyclonedds"),
+        "live, name it FILE.py:Class or module:Class",
+    ),
     "external in the simulation": (lambda _: api.run(manager="external"), "can manage a live run only"),
     "seed as text": (lambda _: api.run(seed="1"), "A seed must be a whole number"),
     "seed as fraction": (lambda _: api.run(seed=1.5), "A seed must be a whole number"),
     "negative seed": (lambda _: api.run(seed=-1), "A seed must be a whole number"),
     "seed as truth": (lambda _: api.run(seed=True), "A seed must be a whole number"),
+    "seed of no end": (lambda _: api.run(seed=10**5000), "got a whole number of thousands of digits"),
     "no seed": (lambda _: api.run(seed=None), "A seed must be a whole number"),
     "unknown option": (lambda _: api.run(durations=3), "did you mean 'duration'"),
-    "duration as text": (lambda _: api.run(duration="20"), "must be a number, got '20'"),
+    "duration as text": (lambda _: api.run(duration="20"), "The duration must be a number, got '20'"),
+    "duration of no end": (lambda _: api.run(duration=10**5000), "must be from 1 to 3600 s"),
+    "duration as truth": (lambda _: api.run(duration=True), "The duration must be a number, got True"),
     "duration of nothing": (lambda _: api.run(duration=0), "must be from 1 to 3600 s"),
     "duration between frames": (lambda _: api.run(duration=2.05), "a multiple of 0.1 s"),
+    "model with a long name": (lambda _: api.run(model="x" * 300), "There is no model 'xxx"),
+    "bag with a long name": (
+        lambda _: api.run(bag="x" * 300),
+        "The bag cannot be 'xxx.*: File name too long",
+    ),
     "unknown model": (lambda _: api.run(model="lit"), "did you mean 'lite'"),
     "number as model": (lambda _: api.run(model=1), "The model must be a text, got 1"),
     "folder without card": (lambda folder: api.run(model=folder), "card.json is missing"),
@@ -119,7 +137,29 @@ def filled(folder: Path) -> Path:
 
 CAMPAIGNS: dict[str, tuple[Mistake, str]] = {
     "unknown suite": (lambda folder: api.bench("papers", out=folder / "x"), "papers"),
-    "number as suite": (lambda folder: api.bench(3, out=folder / "x"), "The suite must be a text, got 3"),
+    "number as suite": (
+        lambda folder: api.bench(3, out=folder / "x"),
+        "The suite must be the name of a suite or a folder",
+    ),
+    "scenarios as suite": (
+        lambda folder: api.bench([Scenario("nofault")], out=folder / "x"),
+        "The suite must be the name of a suite or a folder of scenario files, got",
+    ),
+    "suite with a long name": (lambda folder: api.bench("x" * 300, out=folder), "There is no suite 'xxx"),
+    "empty suite": (lambda folder: api.bench("", out=folder / "x"), "There is no suite ''"),
+    "empty scenarios": (lambda folder: api.bench(scenarios="", out=folder / "x"), "leave them out for all"),
+    "list of an empty scenario": (
+        lambda folder: api.bench(scenarios=[""], out=folder / "x"),
+        "leave them out for all",
+    ),
+    "scenarios that are a comma": (
+        lambda folder: api.bench(scenarios=",", out=folder / "x"),
+        "leave them out for all",
+    ),
+    "a class in live runs": (
+        lambda folder: api.bench(managers={"good": Good}, middleware="cyclonedds", out=folder),
+        "live, name it FILE.py:Class",
+    ),
     "unknown scenario of a suite": (
         lambda folder: api.bench("nofault", scenarios=["rain"], out=folder / "x"),
         "has no scenario 'rain'",
@@ -148,6 +188,8 @@ CAMPAIGNS: dict[str, tuple[Mistake, str]] = {
     "repetitions as text": (lambda folder: api.bench(repetitions="3", out=folder), "must be a whole number"),
     "references as text": (lambda folder: api.bench(references="no", out=folder), "must be true or false"),
     "jobs of nobody": (lambda folder: api.bench(jobs=0, out=folder), "at least 1 job"),
+    "jobs as truth": (lambda folder: api.bench(jobs=True, out=folder), "at least 1 job, got True"),
+    "progress that is not called": (lambda folder: api.bench(out=folder, progress=3), "must be a function"),
     "jobs as text": (lambda folder: api.bench(jobs="2", out=folder), "at least 1 job, got '2'"),
     "folder of something else": (
         lambda folder: api.bench("nofault", out=filled(folder)),
@@ -164,6 +206,13 @@ STORED: dict[str, tuple[Mistake, str]] = {
     "an empty folder": (api.load, "There is no finished run below"),
     "a file": (lambda folder: api.load(filled(folder) / "notes.txt"), "A record is a folder, got the file"),
     "a number": (lambda _: api.load(3), "must be a path, got 3"),
+    "a long name": (lambda _: api.load("x" * 300), "File name too long"),
+    "a long name for a report": (lambda _: api.report("x" * 300), "File name too long"),
+    "recompute as text": (lambda folder: api.load(folder, recompute="no"), "recompute must be true or false"),
+    "a report with recompute as number": (
+        lambda folder: api.report(folder, recompute=0),
+        "true or false, got 0",
+    ),
     "no path": (lambda _: api.load(""), "must be a path, got ''"),
     "a run of another version": (
         lambda folder: api.load(versioned(folder, 99)),
@@ -181,6 +230,25 @@ def versioned(folder: Path, version: int) -> Path:
 OTHERS: dict[str, tuple[Mistake, str]] = {
     "scenarios of no suite": (lambda _: api.list_scenarios("papers"), "papers"),
     "scenarios of a number": (lambda _: api.list_scenarios(3), "suite must be"),
+    "scenarios of an empty suite": (lambda _: api.list_scenarios(""), "There is no suite ''"),
+    "scenario as number": (lambda _: api.load_scenario(3), "A scenario must be a name"),
+    "scenario of a name": (lambda _: Scenario("x", "gpu_failure"), "sunset.make_scenario"),  # type: ignore[arg-type]
+    "scenario whose name is a number": (lambda _: api.make_scenario(name=3), "needs a name"),
+    "fault without a name": (lambda _: ScenarioFault(None), "must be a name and a strength, got None"),  # type: ignore[arg-type]
+    "strength as list": (lambda _: ScenarioFault("image_shift", [1]), "must be a name and a strength"),  # type: ignore[arg-type]
+    "model as number": (lambda _: api.load_model(3), "A model must be a name or a folder, got 3"),
+    "curves of a number": (lambda _: api.measure_curves(3), "A model must be a name or a folder, got 3"),
+    "curves of no groups": (
+        lambda _: api.measure_curves("lite", every=0),
+        "groups of frames must be a whole one",
+    ),
+    "IoU of a number": (lambda _: api.measure_iou(3), "The models must be a list of names or folders, got 3"),
+    "IoU of one unknown model": (lambda _: api.measure_iou("lit"), "There is no model 'lit'"),
+    "IoU of no frames": (lambda _: api.measure_iou("lite", frames=0), "frames must be a whole one from 1 on"),
+    "calibration of a number": (
+        lambda _: api.calibrate_model(3),
+        "A model must be a name or a folder, got 3",
+    ),
     "unknown fault": (lambda _: api.make_scenario("gpu_failur"), "did you mean 'gpu_failure'"),
     "strength of a switch": (lambda _: api.make_scenario("gpu_failure=3"), "gpu_failure"),
     "number as fault": (lambda _: api.make_scenario(3), "The faults must be a list of names"),
@@ -211,6 +279,12 @@ OTHERS: dict[str, tuple[Mistake, str]] = {
         "width and height in pixels",
     ),
     "an import into a folder that exists": (lambda folder: api.import_model(folder, folder), "exists"),
+    "an agreement of a class": (
+        lambda folder: api.agree(managers=Good, out=folder / "x"),
+        "live, name it FILE.py:Class",
+    ),
+    "an agreement of an unknown suite": (lambda folder: api.agree("x", out=folder), "There is no suite 'x'"),
+    "an agreement of no process": (lambda folder: api.agree(jobs=0, out=folder), "at least 1 job"),
     "an agreement of one middleware": (
         lambda folder: api.agree(middleware="sim", out=folder),
         "leave the middleware out",

@@ -6,15 +6,18 @@ import shutil
 import sys
 from collections.abc import Callable, Sequence
 from importlib.util import find_spec
+from inspect import signature
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+import sunset
 from sunset.cli import main
 from sunset.data import read_bag, write_bag
 from sunset.perception import load_model
 from sunset.training import ReferenceShape
+from sunset.training.curves_text import as_json
 
 ARGUMENTS: dict[str, tuple[Sequence[str], str]] = {
     "curves of an unknown model": (["curves", "huge"], "huge"),
@@ -242,3 +245,22 @@ def test_a_checkpoint_with_impossible_numbers(
     checkpoint(tmp_path / "weights" / "rgb.pth", running_var=variances)
 
     assert words in complaint(["models", "import", "weights"])
+
+
+def test_a_call_without_options_measures_what_its_command_measures(
+    model: Path, flight: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with read_bag(flight) as reader:
+        frames = [reader.frame(index) for index in range(10)]
+        ten = write_bag(tmp_path / "ten", frames, list(reader.stamps_ns[:10]))
+
+    assert (
+        main(["models", "curves", str(model), "--bag", str(ten), "--at", "depth_degradation=0.25", "--json"])
+        == 0
+    )
+
+    printed = json.loads(capsys.readouterr().out)
+    curves = sunset.measure_curves(model, ten, strengths={"depth_degradation": 0.25})
+    assert curves.frames == 10
+    assert json.loads(json.dumps(as_json(curves))) == printed
+    assert signature(sunset.measure_iou).parameters["frames"].default is None  # as of the command

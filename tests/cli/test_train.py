@@ -55,7 +55,7 @@ def test_a_training_that_is_stopped_by_its_time_says_how_it_goes_on(
     def training(*_: object, progress: Callable[..., None], **__: object) -> None:
         progress("rgb", 1, 2)
 
-    monkeypatch.setattr("sunset.cli.train.train", training)
+    monkeypatch.setattr("sunset.cli.train.train_model", training)
     monkeypatch.setattr("sunset.cli.train._until", lambda _, progress: _until(0, progress))
     assert main(["train", "--out", str(tmp_path / "model"), "--minutes", "9"]) == 1
     assert (

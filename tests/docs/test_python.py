@@ -46,5 +46,8 @@ def test_the_notebook_runs_and_its_manager_repairs() -> None:
     assert [str(adaptation) for adaptation in names["focused"].adaptations] == [
         "set camera.perform_autofocus to true"
     ]
+    gained = names["comparison"]["iou"].difference
+    assert gained.low > 0
+    assert gained.runs == 3
     assert names["check"].passed
     assert all(cell["outputs"] == [] for cell in notebook["cells"] if cell["cell_type"] == "code")

@@ -1,22 +1,43 @@
 """What there is to choose from, and what is prepared and measured without a managing system."""
 
+import os
 import tempfile
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, Unpack
 
 from sunset import data, experiments
-from sunset.api.options import Extensions, Options, as_path, extended, seed_of, settings_of
-from sunset.data import BagStatistics, FlightPlan, default_flight, read_bag, render_frames, write_bag
+from sunset.api.options import (
+    Extensions,
+    Options,
+    as_path,
+    check_progress,
+    count_of,
+    extended,
+    settings_of,
+    whole_of,
+)
+from sunset.data import (
+    DEFAULT_FLIGHT,
+    BagStatistics,
+    FlightPlan,
+    default_flight,
+    flight_bag,
+    read_bag,
+    render_frames,
+    write_bag,
+)
 from sunset.errors import InvalidInputError
 from sunset.evaluation import check_figure, entropy_figure
 from sunset.experiments import RunSpec, Settings
 from sunset.managing import MANAGERS, ManagingSystem
 from sunset.metrics import Samples
-from sunset.perception import Model, load_model
+from sunset.perception import Model, find_device, load_model
 from sunset.perception import list_models as installed_models
 from sunset.scenarios import load_scenario, load_suite, suite_names
 from sunset.system import Fault, current_system
+from sunset.texts import shown
 from sunset.workers import Progress
 
 if TYPE_CHECKING:
@@ -72,6 +93,7 @@ def render_flight(
         InvalidInputError: nothing can be flown as planned.
         OutputError: the bag cannot be written.
     """
+    check_progress(progress)
     chosen, folder = FlightPlan() if plan is None else plan, as_path(out, "bag's folder")
     if not isinstance(chosen, FlightPlan):
         raise InvalidInputError(f"The plan of a flight must be a FlightPlan, got {chosen!r}.")
@@ -92,6 +114,7 @@ def bag_statistics(bag: str | Path | None = None, *, progress: Progress | None =
     Raises:
         DataError: there is no such bag, or it is damaged.
     """
+    check_progress(progress)
     path = default_flight() if bag is None else as_path(bag, "bag")
     with read_bag(path) as reader:
         return data.bag_statistics(reader, progress=progress)
@@ -106,15 +129,16 @@ def fault_figure(
         out: a .png, .pdf or .svg.
         seed: of the runs.
         progress: called with (runs that are done, runs in all).
-        **options: as `Options`.
+        **options: those of `sunset.Options`, as of `run`.
 
     Raises:
         MissingExtraError: matplotlib is not installed.
         SunsetError: as `run`.
     """
+    check_progress(progress)
     file = as_path(out, "figure's file")
     with extended(options.get("extensions", ())):
-        draw_fault_figure(file, settings_of(options), seed_of(seed), progress)
+        draw_fault_figure(file, settings_of(options), whole_of(seed), progress)
     return file
 
 
@@ -140,22 +164,24 @@ def draw_fault_figure(file: Path, settings: Settings, seed: int, progress: Progr
 
 
 def calibrate_model(
-    model: str | Path,
+    model: str | Path | Model,
     bag: str | Path | None = None,
     *,
     out: str | Path | None = None,
     jobs: int | None = None,
     device: str = "cpu",
+    progress: Callable[..., None] | None = None,
     extensions: Extensions = (),
 ) -> Model:
     """Set a model's temperatures and thresholds, as `sunset models calibrate` does, and return it.
 
     Args:
-        model: its name or folder.
+        model: its name or folder, or what `load_model` returned.
         bag: with the frames to go by; flights over a held-out town if it is None.
         out: a new folder for the calibrated model; the model's own is changed if it is None.
         jobs: worker processes; one a core if None.
         device: what networks run on: `cpu`, `cuda` or `auto`.
+        progress: called with (what is done, how much of it, how much in all).
         extensions: whose faults are looked at, too.
 
     Raises:
@@ -164,63 +190,113 @@ def calibrate_model(
     from sunset.training.recalibrate import calibrate_model as calibrate  # noqa: PLC0415  takes long to import
     from sunset.training.recalibrate import check_target, frames_of_bag, validation_flight  # noqa: PLC0415
 
-    loaded, target = load_model(model), None if out is None else as_path(out, "model's folder")
+    check_progress(progress)
+    loaded, target = _loaded(model), None if out is None else as_path(out, "model's folder")
     check_target(loaded, target)
+    device, jobs = find_device(device), count_of(jobs, "jobs")
     size = (loaded.card.height, loaded.card.width)
     if bag is None:
-        frames, source = validation_flight(size, jobs=jobs), "flights over town 7"
+        frames = validation_flight(size, jobs=jobs, progress=progress)
+        source = "flights over town 7"
     else:
         path = as_path(bag, "bag")
-        frames, source = frames_of_bag(path, size), f"the bag {path.resolve().name}"
+        frames = frames_of_bag(path, size)
+        source = f"the bag {os.fsencode(path.resolve().name).decode('utf-8', 'replace')}"  # as the card can hold it
     with extended(extensions):
-        return calibrate(loaded, frames, target, source=source, jobs=jobs, device=device)
+        return calibrate(loaded, frames, target, source=source, jobs=jobs, device=device, progress=progress)
 
 
 def measure_curves(
-    model: str | Path,
+    model: str | Path | Model,
     bag: str | Path | None = None,
     *,
-    every: int = 8,
+    every: int = 1,
+    strengths: Mapping[str, float] | None = None,
     jobs: int | None = None,
     device: str = "cpu",
     progress: Progress | None = None,
+    rendering: Progress | None = None,
     extensions: Extensions = (),
 ) -> "Curves":
     """Measure a model by fault and strength, as `sunset models curves` does.
 
     Args:
-        model: its name or folder.
-        bag: with the frames; the default flight if it is None.
-        every: of so many frames, one is looked at.
+        model: its name or folder, or what `load_model` returned.
+        bag: with the frames; the default flight in the model's size if it is None.
+        every: of so many groups of five consecutive frames, one is looked at.
+        strengths: by fault, those to measure at in place of the suites'.
         jobs: worker processes; one a core if None.
         device: what networks run on: `cpu`, `cuda` or `auto`.
         progress: called with (frames done, frames in all).
+        rendering: called likewise while the flight is rendered, once.
         extensions: whose faults are measured, too.
 
     Raises:
-        SunsetError: the model or the bag is not usable.
+        SunsetError: the model or the bag is not usable, or there is no such fault or strength.
     """
     from sunset.training.curves import measure_curves as measure  # noqa: PLC0415  takes long to import
 
-    path = default_flight() if bag is None else as_path(bag, "bag")
+    check_progress(progress)
+    check_progress(rendering)
+    loaded, device, jobs = _loaded(model), find_device(device), count_of(jobs, "jobs")
+    groups = count_of(every, "groups of frames")
     with extended(extensions):
-        return measure(load_model(model), path, every=every, jobs=jobs, device=device, progress=progress)
+        if bag is None:
+            plan = replace(DEFAULT_FLIGHT, size=(loaded.card.height, loaded.card.width))
+            path = flight_bag(plan, progress=rendering, jobs=jobs)
+        else:
+            path = as_path(bag, "bag")
+        return measure(
+            loaded,
+            path,
+            every=groups or 1,
+            strengths=strengths,
+            jobs=jobs,
+            device=device,
+            progress=progress,
+        )
 
 
 def measure_iou(
-    models: Sequence[str | Path] = (),
+    models: str | Path | Model | Sequence[str | Path | Model] = (),
     *,
-    frames: int = 48,
+    frames: int | None = None,
     jobs: int | None = None,
     device: str = "cpu",
     progress: Progress | None = None,
+    rendering: Progress | None = None,
 ) -> "IouTables":
-    """Measure models on held-out towns, as `sunset models iou` does; all that are installed if none is named.
+    """Measure models on held-out towns, as `sunset models iou` does.
+
+    Args:
+        models: one or several, each by name or folder or as `load_model` returned it; all that are installed if there
+            are none.
+        frames: views of each held-out town, and frames of the default flight; if None, two views of every setting, and
+            the whole flight.
+        jobs: worker processes; one a core if None.
+        device: what networks run on: `cpu`, `cuda` or `auto`.
+        progress: called with (frames done, frames in all).
+        rendering: called likewise while frames are rendered, once.
 
     Raises:
         SunsetError: a model is not usable.
     """
     from sunset.training.tables import measure_iou as measure  # noqa: PLC0415  takes long to import
 
-    loaded = [load_model(name) for name in models or installed_models()]
-    return measure(loaded, frames=frames, jobs=jobs, device=device, progress=progress)
+    check_progress(progress)
+    check_progress(rendering)
+    listed = [models] if isinstance(models, str | Path | Model) else models
+    if not isinstance(listed, list | tuple):
+        raise InvalidInputError(f"The models must be a list of names or folders, got {shown(models)}.")
+    return measure(
+        list({model.folder: model for model in map(_loaded, listed or installed_models())}.values()),
+        frames=count_of(frames, "frames"),
+        jobs=count_of(jobs, "jobs"),
+        device=device,
+        progress=progress,
+        rendering=rendering,
+    )
+
+
+def _loaded(model: str | Path | Model) -> Model:
+    return model if isinstance(model, Model) else load_model(model)

@@ -3,15 +3,18 @@
 import operator
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager
+from decimal import Decimal
+from math import inf
+from numbers import Real
 from pathlib import Path
-from typing import TypeAlias, TypedDict
+from typing import Any, TypeAlias, TypedDict
 
-from sunset.errors import InvalidInputError, ManagerError, ScenarioError
+from sunset.errors import InvalidInputError, ManagerError
 from sunset.experiments import Settings, Timing
 from sunset.managing import ManagingSystem, register_manager
 from sunset.scenarios import Scenario, load_scenario
 from sunset.system import System, extended_system
-from sunset.texts import shorten, suggestion
+from sunset.texts import shown, suggestion
 
 Manager: TypeAlias = str | type[ManagingSystem] | Callable[..., ManagingSystem]
 """A managing system: its name, its class, or a function that makes one."""
@@ -22,28 +25,31 @@ Extensions: TypeAlias = str | Path | Sequence[str | Path]
 
 
 class Options(TypedDict, total=False):
-    """How experiments are run, whatever their scenario and whoever manages them."""
+    """How experiments are run, whatever their scenario and whoever manages them; each can be left out.
+
+    Attributes:
+        model: a model's name, or the folder of one's own; `lite` if left out.
+        bag: a rosbag2 to fly instead of the default flight.
+        loop: whether a bag that is too short begins again at its first frame after its last.
+        device: what networks run on: `cpu`, `cuda` or `auto`.
+        duration: seconds that are measured; 20 if left out.
+        cache: whether results of inference are looked up and kept in the user's cache folder; True if left out.
+        manager_limit: seconds of wall time that one callback of the managing system may take; in the simulation.
+        middleware: `sim`, or the name of a live middleware.
+        rate: seconds of `/clock` in a second; live.
+        extensions: what the managed system is extended by, until the call returns.
+    """
 
     model: str | Path
-    """A model's name, or the folder of one's own; `lite` if left out."""
     bag: str | Path | None
-    """A rosbag2 to fly instead of the default flight."""
     loop: bool
-    """Whether a bag that is too short begins again at its first frame after its last."""
     device: str
-    """What networks run on: `cpu`, `cuda` or `auto`."""
     duration: float
-    """Seconds that are measured; 20 if left out."""
     cache: bool
-    """Whether results of inference are looked up and kept in the user's cache folder; True if left out."""
     manager_limit: float
-    """Seconds of wall time that one callback of the managing system may take; in the simulation."""
     middleware: str
-    """`sim`, or the name of a live middleware."""
     rate: float
-    """Seconds of `/clock` in a second; live."""
     extensions: Extensions
-    """What the managed system is extended by, until the call returns."""
 
 
 def settings_of(options: Options) -> Settings:
@@ -64,11 +70,11 @@ def settings_of(options: Options) -> Settings:
         bag=as_path(bag, "bag") if bag is not None else None,
         loop=options.get("loop", default.loop),
         device=options.get("device", default.device),
-        timing=Timing(duration_s=options.get("duration", default.timing.duration_s)),
+        timing=Timing(duration_s=number_of(options.get("duration", default.timing.duration_s))),
         cache=options.get("cache", default.cache),
-        manager_limit_s=options.get("manager_limit", default.manager_limit_s),
+        manager_limit_s=number_of(options.get("manager_limit", default.manager_limit_s)),
         middleware=options.get("middleware", default.middleware),
-        speed=options.get("rate", default.speed),
+        speed=number_of(options.get("rate", default.speed)),
     )
 
 
@@ -82,7 +88,7 @@ def extended(extensions: Extensions) -> AbstractContextManager[System]:
     named = [extensions] if isinstance(extensions, str | Path) else extensions
     if not isinstance(named, list | tuple):
         raise InvalidInputError(
-            f"The extensions must be a path, a name, or a list of them, got {_shown(named)}."
+            f"The extensions must be a path, a name, or a list of them, got {shown(named)}."
         )
     return extended_system([str(as_path(extension, "extension")) for extension in named])
 
@@ -91,19 +97,66 @@ def as_path(path: str | Path, what: str) -> Path:
     """Return a path that was given as a text or a path.
 
     Raises:
-        InvalidInputError: it is neither, or empty; `what` says what it is of.
+        InvalidInputError: it is neither, or empty, or no file can have it; `what` says what it is of.
     """
     if not isinstance(path, str | Path) or not str(path) or "\0" in str(path):
-        raise InvalidInputError(f"The {what} must be a path, got {_shown(path)}.")
+        raise InvalidInputError(f"The {what} must be a path, got {shown(path)}.")
+    try:
+        Path(path).exists()
+    except OSError as error:
+        raise InvalidInputError(f"The {what} cannot be {shown(str(path))}: {error.strerror}.") from error
     return Path(path)
 
 
-def seed_of(seed: int) -> int:
-    """Return a seed as Python's own number, whatever library it comes from; what is none is left to be refused."""
+def whole_of(value: Any) -> Any:
+    """Return a whole number as Python's own, whatever library it comes from; what is not one is left to be refused."""
     try:
-        return seed if isinstance(seed, bool) else operator.index(seed)
+        return value if isinstance(value, bool) else operator.index(value)
     except TypeError:
-        return seed
+        return value
+
+
+def number_of(value: Any) -> Any:
+    """Return a number as Python's own, whatever library it comes from; what is not one is left to be refused."""
+    try:
+        return value if isinstance(value, bool) or not isinstance(value, Real | Decimal) else float(value)
+    except OverflowError:
+        return inf
+
+
+def count_of(number: int | None, what: str) -> int | None:
+    """Return how many there shall be of something as Python's own number; None for as many as is usual.
+
+    Raises:
+        InvalidInputError: it is not a whole number from 1 on; `what` says of what.
+    """
+    count: int | None = whole_of(number)
+    if count is not None and (isinstance(count, bool) or not isinstance(count, int) or count < 1):
+        raise InvalidInputError(f"The number of {what} must be a whole one from 1 on, got {shown(number)}.")
+    return count
+
+
+def check_progress(progress: object) -> None:
+    """Check that what shall be called with the progress can be called, before there is any.
+
+    Raises:
+        InvalidInputError: it cannot.
+    """
+    if progress is not None and not callable(progress):
+        raise InvalidInputError(
+            f"The progress must be a function that is called with it, got {shown(progress)}."
+        )
+
+
+def check_flags(**flags: object) -> None:
+    """Check that values, by their names, are true or false.
+
+    Raises:
+        InvalidInputError: one is not.
+    """
+    for name, value in flags.items():
+        if not isinstance(value, bool):
+            raise InvalidInputError(f"The argument {name} must be true or false, got {shown(value)}.")
 
 
 def scenario_of(scenario: str | Path | Scenario) -> Scenario:
@@ -112,14 +165,21 @@ def scenario_of(scenario: str | Path | Scenario) -> Scenario:
     Raises:
         ScenarioError: there is none of that name, or it is none.
     """
-    if isinstance(scenario, Scenario):
-        return scenario
-    if not isinstance(scenario, str | Path):
-        raise ScenarioError(
-            "A scenario must be a name, a file, faults joined by +, or what sunset.load_scenario returned, got "
-            f"{_shown(scenario)}."
+    return scenario if isinstance(scenario, Scenario) else load_scenario(scenario)
+
+
+def chosen_scenarios(names: str | tuple[str, ...] | list[str]) -> tuple[str, ...]:
+    """Return the names of some scenarios of a suite, as `names_of` does; none at all for the whole suite.
+
+    Raises:
+        InvalidInputError: they are anything else, or empty, which is less than the whole suite.
+    """
+    chosen = names_of(names, "scenarios")
+    if not chosen and names not in ((), []):
+        raise InvalidInputError(
+            f"The scenarios must be names of the suite's, got {shown(names)}; leave them out for all."
         )
-    return load_scenario(scenario)
+    return chosen
 
 
 def names_of(names: str | tuple[str, ...] | list[str], what: str) -> tuple[str, ...]:
@@ -130,7 +190,7 @@ def names_of(names: str | tuple[str, ...] | list[str], what: str) -> tuple[str, 
     """
     listed = names.split(",") if isinstance(names, str) else names
     if not isinstance(listed, list | tuple) or not all(isinstance(name, str) for name in listed):
-        raise InvalidInputError(f"The {what} must be a list of names, got {_shown(names)}.")
+        raise InvalidInputError(f"The {what} must be a list of names, got {shown(names)}.")
     return tuple(name.strip() for name in listed if name.strip())
 
 
@@ -153,7 +213,7 @@ def manager_names(
     """
     if isinstance(managers, Mapping):
         if not all(isinstance(label, str) for label in managers):
-            raise ManagerError(f"The labels of managing systems must be texts, got {_shown(list(managers))}.")
+            raise ManagerError(f"The labels of managing systems must be texts, got {shown(list(managers))}.")
         firsts: dict[str, Manager] = {}
         labelled = {label: manager_name(manager) for label, manager in managers.items()}
         for label, manager in managers.items():
@@ -175,7 +235,3 @@ def _check_distinct(managers: list[Manager], names: list[str]) -> None:
     for manager, name in zip(managers, names, strict=True):
         if not isinstance(manager, str) and classes.setdefault(name, manager) is not manager:
             raise ManagerError(f"Two managing systems are called {name}: give each a label.")
-
-
-def _shown(value: object) -> str:
-    return shorten(repr(value), 80)

@@ -1,7 +1,7 @@
 """Runs and campaigns: flown, stored, opened again, compared."""
 
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TypeAlias, Unpack
@@ -12,21 +12,25 @@ from sunset.api.options import (
     Manager,
     Options,
     as_path,
+    check_flags,
+    check_progress,
+    chosen_scenarios,
     extended,
     manager_name,
     manager_names,
     names_of,
     scenario_of,
-    seed_of,
     settings_of,
+    whole_of,
 )
 from sunset.api.results import Results
-from sunset.errors import InvalidInputError, RecordError
+from sunset.errors import InvalidInputError, ManagerError, RecordError
 from sunset.evaluation import Agreement, compare, load_results, render_report
-from sunset.experiments import DEFAULT_SCENARIO, BenchSpec, ManagerCheck, RunSpec
+from sunset.experiments import DEFAULT_SCENARIO, BenchSpec, ManagerCheck, RunSpec, Settings
 from sunset.recording import RUN_FILE, StoredRun, read_stored_run
-from sunset.rmw.backends import LIVE
+from sunset.rmw.backends import LIVE, SIMULATED, live_middleware
 from sunset.scenarios import Scenario, generate
+from sunset.texts import shown
 from sunset.workers import Progress
 
 _Scenario: TypeAlias = str | Path | Scenario
@@ -50,7 +54,8 @@ def run(
             runs in a process of its own, which is forked from this one, so that a class of a notebook will do.
         seed: a whole number in [0, 2³² − 1]. The same seed gives the same record.
         out: keep the record in this new folder; it is not kept if None.
-        **options: as `Options`.
+        **options: those of `sunset.Options`: `model`, `bag`, `loop`, `device`, `duration`, `cache`, `manager_limit`,
+            `middleware`, `rate`, `extensions`.
 
     Raises:
         InvalidInputError: an argument is not usable.
@@ -92,25 +97,27 @@ def bench(
         seed: of the first repetition.
         jobs: worker processes; one a core if None. They change no result of the simulation.
         progress: called with (runs that are done, runs in all).
-        **options: as `Options`.
+        **options: those of `sunset.Options`: `model`, `bag`, `loop`, `device`, `duration`, `cache`, `manager_limit`,
+            `middleware`, `rate`, `extensions`.
 
     Raises:
         InvalidInputError: an argument is not usable, or `out` holds another campaign.
         ManagerError: a managing system cannot be loaded.
         OutputError: `out` cannot be written, or another process flies its campaign.
     """
+    check_progress(progress)
     with extended(options.get("extensions", ())):
-        spec = BenchSpec(
-            suite=str(suite) if isinstance(suite, Path) else suite,
-            scenarios=names_of(scenarios, "scenarios"),
-            references=references,
-            managers=manager_names(managers),
+        spec = _campaign_of(
+            suite,
+            managers,
+            options,
+            scenarios=scenarios,
             repetitions=repetitions,
-            seed=seed_of(seed),
-            settings=settings_of(options),
+            seed=seed,
+            references=references,
         )
         folder = as_path(out, "folder of the results")
-        experiments.bench(spec, folder, jobs=jobs, progress=progress)
+        experiments.bench(spec, folder, jobs=whole_of(jobs), progress=progress)
         return Results(folder, load_results(folder))
 
 
@@ -128,6 +135,7 @@ def load(path: str | Path, *, recompute: bool = False, extensions: Extensions = 
     folder = as_path(path, "folder of stored runs")
     if folder.is_file():
         raise RecordError(f"A record is a folder, got the file {folder}: name the folder that it is in.")
+    check_flags(recompute=recompute)
     with extended(extensions):
         if (folder / RUN_FILE).exists():
             return read_stored_run(folder)
@@ -151,6 +159,7 @@ def report(
         InvalidInputError: there is no such format.
     """
     folder = as_path(path, "folder of stored runs")
+    check_flags(recompute=recompute)
     with extended(extensions):
         if form is None and not recompute and (folder / RUN_FILE).is_file():
             return f"{read_stored_run(folder)}\n"
@@ -172,11 +181,13 @@ def check_manager(
         scenario: as of `run`.
         seed: of both runs.
         progress: called with (runs that are done, runs in all).
-        **options: as `Options`.
+        **options: those of `sunset.Options`: `model`, `bag`, `loop`, `device`, `duration`, `cache`, `manager_limit`,
+            `middleware`, `rate`, `extensions`.
 
     Raises:
         SunsetError: as `run`.
     """
+    check_progress(progress)
     with extended(options.get("extensions", ())):
         spec = _spec_of(scenario, manager, seed, options)
         return experiments.check_manager(spec, progress=progress)
@@ -190,6 +201,8 @@ def agree(
     scenarios: _Names = (),
     repetitions: int = 1,
     seed: int = 1,
+    jobs: int | None = None,
+    progress: Progress | None = None,
     **options: Unpack[Options],
 ) -> list[Agreement]:
     """Run the same seeds in the simulation and live, and return how well they agree, as `sunset agree` does.
@@ -201,28 +214,53 @@ def agree(
         scenarios: as of `bench`.
         repetitions: pairs a scenario.
         seed: of the first repetition.
-        **options: as `Options`; the rate is that of the live runs.
+        jobs: worker processes of the simulation; one a core if None. Live runs take place one at a time.
+        progress: called with (runs that are done, runs in all), those of the simulation first.
+        **options: as `sunset.Options`; the rate is that of the live runs.
 
     Raises:
         SunsetError: as `bench`.
     """
-    folder, rate = as_path(out, "folder of the results"), options.pop("rate", 1.0)
+    check_progress(progress)
+    folder = as_path(out, "folder of the results")
     if "middleware" in options:
         raise InvalidInputError("An agreement is of the simulation with live runs: leave the middleware out.")
     with extended(options.get("extensions", ())):
-        sim = BenchSpec(
-            suite=str(suite) if isinstance(suite, Path) else suite,
-            scenarios=names_of(scenarios, "scenarios"),
-            references=False,
-            managers=manager_names(managers),
+        options["middleware"] = LIVE
+        live = _campaign_of(
+            suite,
+            managers,
+            options,
+            scenarios=scenarios,
             repetitions=repetitions,
-            seed=seed_of(seed),
-            settings=settings_of(options),
+            seed=seed,
+            references=False,
         )
-        live = replace(sim, settings=replace(sim.settings, middleware=LIVE, speed=rate))
-        for name, spec in (("sim", sim), ("live", live)):
-            experiments.bench(spec, folder / name)
+        done = 0
+
+        def update(count: int, total: int) -> None:
+            if progress is not None:
+                progress(done + count, 2 * total)
+
+        for name, spec, workers in paired_campaigns(live, whole_of(jobs)):
+            experiments.bench(spec, folder / name, jobs=workers, progress=update)
+            done = len(experiments.plan(spec))
         return compare(folder / "sim", folder / "live")
+
+
+def paired_campaigns(
+    live: BenchSpec, jobs: int | None
+) -> tuple[tuple[str, BenchSpec, int | None], tuple[str, BenchSpec, int | None]]:
+    """Return the simulated and the live campaign of an agreement: its folder's name, what it is, and its processes.
+
+    Raises:
+        SunsetError: one of them cannot be run, which is said before either is.
+    """
+    live_middleware()
+    sim = replace(live, settings=replace(live.settings, middleware=SIMULATED, speed=1.0))
+    for spec in (live, sim):
+        experiments.plan(spec)
+    return ("sim", sim, jobs), ("live", live, 1)
 
 
 def make_scenario(*faults: str, name: str = "") -> Scenario:
@@ -235,9 +273,50 @@ def make_scenario(*faults: str, name: str = "") -> Scenario:
 
 
 def _spec_of(scenario: _Scenario, manager: Manager, seed: int, options: Options) -> RunSpec:
+    settings = settings_of(options)
+    _check_named(manager, settings)
     return RunSpec(
         scenario=scenario_of(scenario),
         manager=manager_name(manager),
-        seed=seed_of(seed),
-        settings=settings_of(options),
+        seed=whole_of(seed),
+        settings=settings,
     )
+
+
+def _campaign_of(
+    suite: str | Path,
+    managers: _Managers,
+    options: Options,
+    *,
+    scenarios: _Names,
+    repetitions: int,
+    seed: int,
+    references: bool,
+) -> BenchSpec:
+    settings = settings_of(options)
+    _check_named(managers, settings)
+    return BenchSpec(
+        suite=str(suite) if isinstance(suite, Path) else suite,
+        scenarios=chosen_scenarios(scenarios),
+        references=references,
+        managers=manager_names(managers),
+        repetitions=whole_of(repetitions),
+        seed=whole_of(seed),
+        settings=settings,
+    )
+
+
+def _check_named(managers: _Managers, settings: Settings) -> None:
+    """Check that managing systems of live runs are names, since each is a process that this one does not fork.
+
+    Raises:
+        ManagerError: one is a class or a function.
+    """
+    listed = managers.values() if isinstance(managers, Mapping) else managers
+    listed = listed if isinstance(listed, Collection) and not isinstance(listed, str) else [listed]
+    for manager in listed:
+        if settings.live and callable(manager):
+            raise ManagerError(
+                f"A class or function cannot manage a live run, got {shown(manager)}: live, name it FILE.py:Class or "
+                "module:Class."
+            )

@@ -4,10 +4,10 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-from sunset.api.options import as_path, seed_of
+from sunset.api.options import as_path, check_flags, check_progress, count_of, whole_of
 from sunset.errors import InvalidInputError, OutputError
 from sunset.perception import Model, load_model
-from sunset.texts import suggestion
+from sunset.texts import shown, suggestion
 from sunset.workers import processors
 
 
@@ -54,20 +54,21 @@ def train_model(
     """
     from sunset.training import CONFIGS, MODALITIES, FrameCounts, train  # noqa: PLC0415  takes long to import
 
-    if model not in CONFIGS or modality not in {"all", *MODALITIES}:
-        value, values = (modality, ("all", *MODALITIES)) if model in CONFIGS else (model, tuple(CONFIGS))
-        raise InvalidInputError(
-            f"There is nothing to train called {value!r}: {suggestion(str(value), values)}choose among "
-            f"{', '.join(values)}."
-        )
-    for what, number in (("steps", steps), ("frames", frames), ("batch", batch), ("jobs", jobs)):
-        if number is not None and (isinstance(number, bool) or not isinstance(number, int) or number < 1):
-            raise InvalidInputError(f"The number of {what} must be a whole one from 1 on, got {number!r}.")
+    check_progress(progress)
+    check_flags(resume=resume, compiled=compiled)
+    for value, values in ((model, tuple(CONFIGS)), (modality, ("all", *MODALITIES))):
+        if value not in values:
+            raise InvalidInputError(
+                f"There is nothing to train called {shown(value)}: {suggestion(value, values)}choose among "
+                f"{', '.join(values)}."
+            )
+    steps, frames = count_of(steps, "steps"), count_of(frames, "frames")
+    batch, jobs = count_of(batch, "batch"), count_of(jobs, "jobs")
     config = replace(
         CONFIGS[model](),
         name=name or model,
         modalities=MODALITIES if modality in {"all", "fusion"} else (modality,),
-        seed=seed_of(seed),
+        seed=whole_of(seed),
     )
     config = config if steps is None else config.with_steps(steps)
     return train(
@@ -109,9 +110,12 @@ def import_model(
     """
     from sunset.training import import_checkpoints  # noqa: PLC0415  takes long to import
 
+    check_progress(progress)
     folder = as_path(out, "model's folder")
     if folder.exists():
-        raise OutputError(f"The folder {folder} exists: name a new one for the model.")
+        raise OutputError(
+            f"The folder {folder} exists: name a new one for the model with --out, in Python with out."
+        )
     match size:
         case int(width), int(height):
             pass

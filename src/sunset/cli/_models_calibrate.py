@@ -1,15 +1,13 @@
 """`sunset models calibrate`: the temperatures, thresholds and card of a model."""
 
 import argparse
-import os
 import sys
 from pathlib import Path
 
+from sunset.api import calibrate_model
 from sunset.cli._options import add_count_option, add_device_option
 from sunset.cli._progress import stages_progress
 from sunset.experiments.resources import missing_networks
-from sunset.perception import find_device, load_model
-from sunset.training.recalibrate import calibrate_model, check_target, frames_of_bag, validation_flight
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -37,20 +35,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> None:
     """Calibrate a model."""
-    model = load_model(arguments.model)
-    check_target(model, arguments.out)
-    device = find_device(arguments.device)
-    size = (model.card.height, model.card.width)
     with stages_progress() as progress:
-        if arguments.bag is None:
-            source = "flights over town 7"
-            frames = validation_flight(size, jobs=arguments.jobs, progress=progress)
-        else:
-            name = os.fsencode(arguments.bag.resolve().name).decode("utf-8", "replace")  # for the card
-            source = f"the bag {name}"
-            frames = frames_of_bag(arguments.bag, size)
         calibrated = calibrate_model(
-            model, frames, arguments.out, source=source, jobs=arguments.jobs, device=device, progress=progress
+            arguments.model,
+            arguments.bag,
+            out=arguments.out,
+            jobs=arguments.jobs,
+            device=arguments.device,
+            progress=progress,
         )
     card = calibrated.card
     for modality, network in sorted(card.networks.items()):

@@ -3,17 +3,16 @@
 import argparse
 import json
 import sys
-from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
+from sunset.api import measure_curves
 from sunset.cli._options import add_count_option, add_device_option
 from sunset.cli._parser import at_least_one
-from sunset.cli._progress import progress_bar, rendering_progress
-from sunset.data import DEFAULT_FLIGHT, flight_bag
+from sunset.cli._progress import rendering_stages, stages_progress
 from sunset.errors import MissingExtraError
 from sunset.experiments.files import make_folder, write_text
-from sunset.perception import Model, find_device, load_model
-from sunset.training.curves import measure_curves
+from sunset.perception import load_model
 from sunset.training.curves_text import as_csv, as_json, as_text
 from sunset.training.plots import draw
 
@@ -61,19 +60,19 @@ def _strength(text: str) -> tuple[str, float]:
 
 def execute(arguments: argparse.Namespace) -> None:
     """Measure a model by fault and strength."""
-    model, device = load_model(arguments.model), find_device(arguments.device)
-    bag = arguments.bag or _default_flight(model, arguments.jobs)
+    model = load_model(arguments.model)
     if arguments.out is not None:
         make_folder(arguments.out)
-    with progress_bar("Measuring") as progress:
+    with stages_progress() as stage:
         measured = measure_curves(
             model,
-            bag,
+            arguments.bag,
             every=arguments.every,
             strengths=dict(arguments.at),
             jobs=arguments.jobs,
-            device=device,
-            progress=progress,
+            device=arguments.device,
+            progress=partial(stage, "Measuring"),
+            rendering=rendering_stages(stage),
         )
     print(
         json.dumps(as_json(measured), sort_keys=True) + "\n" if arguments.json else as_text(measured), end=""
@@ -85,9 +84,3 @@ def execute(arguments: argparse.Namespace) -> None:
             draw(measured, arguments.out)
         except MissingExtraError as error:
             print(error, file=sys.stderr)
-
-
-def _default_flight(model: Model, jobs: int | None) -> Path:
-    plan = replace(DEFAULT_FLIGHT, size=(model.card.height, model.card.width))
-    with rendering_progress() as progress:
-        return flight_bag(plan, progress=progress, jobs=jobs)

@@ -4,11 +4,10 @@ import argparse
 import sys
 from pathlib import Path
 
+from sunset.api import import_model
 from sunset.cli._progress import stages_progress
-from sunset.errors import OutputError
 from sunset.experiments.resources import missing_networks
 from sunset.perception.card import MAX_SIDE
-from sunset.training import import_checkpoints
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -43,17 +42,9 @@ def _size(text: str) -> tuple[int, int]:
 def execute(arguments: argparse.Namespace) -> None:
     """Make a model of checkpoints."""
     out = arguments.out or Path(f"{arguments.checkpoints.resolve().name}-model")
-    if out.exists():
-        raise OutputError(f"The folder {out} exists: name a new one for the model with --out.")
-    width, height = arguments.size
     with stages_progress() as progress:
-        model = import_checkpoints(
-            arguments.checkpoints,
-            out,
-            name=arguments.name or out.resolve().name,
-            height=height,
-            width=width,
-            progress=progress,
+        model = import_model(
+            arguments.checkpoints, out, name=arguments.name, size=arguments.size, progress=progress
         )
     print(
         f"The model is in {out}; its thresholds are not known yet: run 'sunset models calibrate {out}' next, with "

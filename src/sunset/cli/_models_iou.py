@@ -5,11 +5,12 @@ import json
 from functools import partial
 from pathlib import Path
 
+from sunset.api import measure_iou
 from sunset.cli._options import add_count_option, add_device_option
 from sunset.cli._progress import stages_progress
 from sunset.experiments.files import make_folder, write_text
-from sunset.perception import list_models, load_model
-from sunset.training.tables import VIEWS, measure_iou
+from sunset.perception import load_model
+from sunset.training.tables import VIEWS
 from sunset.training.tables_text import iou_csv, iou_json, iou_markdown
 
 
@@ -35,7 +36,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> None:
     """Measure models on held-out towns."""
-    models = [load_model(name) for name in dict.fromkeys(arguments.models or list_models())]
+    models = [load_model(name) for name in arguments.models]
     if arguments.out is not None:
         make_folder(arguments.out)
     with stages_progress() as stage:

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import cast
 
-from sunset.api.options import Options, names_of, settings_of
+from sunset.api.options import Options, chosen_scenarios, names_of, settings_of
 from sunset.cli._parser import at_least_one
 from sunset.experiments import BenchSpec, RunSpec, Settings
 from sunset.perception import DEVICES
@@ -31,7 +31,7 @@ def add_campaign_options(
         help=f"one of {', '.join(suite_names())}, or a folder of scenario files",
     )
     parser.add_argument(
-        "--scenarios", default="", metavar="A,B,…", help="some scenarios of the suite (default: all)"
+        "--scenarios", default=(), metavar="A,B,…", help="some scenarios of the suite (default: all)"
     )
     parser.add_argument(
         "--managers",
@@ -49,7 +49,7 @@ def campaign(arguments: argparse.Namespace, *, references: bool) -> BenchSpec:
     """Return the campaign that the options of `add_campaign_options` and those of its runs describe."""
     return BenchSpec(
         suite=arguments.suite,
-        scenarios=names_of(arguments.scenarios, "scenarios"),
+        scenarios=chosen_scenarios(arguments.scenarios),
         references=references,
         managers=names_of(arguments.managers, "managing systems"),
         repetitions=arguments.repetitions,

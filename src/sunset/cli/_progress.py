@@ -125,22 +125,27 @@ def _repeating(draw: Callable[[], float], pause_s: float) -> Iterator[None]:
 def rendering_progress() -> Iterator[Callable[[int, int], None]]:
     """Give the progress of loading what a run needs, and of rendering the default flight, which happens once."""
     with stages_progress() as stage:
-        stage("Preparing")
+        yield rendering_stages(stage)
 
-        def update(done: int, total: int) -> None:
-            if done == 0:
-                folder = cache_folder() / "flights"
-                print(
-                    f"The frames of the flight are rendered once, into {folder}; later runs read them there.",
-                    file=sys.stderr,
-                )
-                stage(BUILDING)  # which takes longer than many frames
-                return
-            stage("Rendering", done, total)
-            if done == total:
-                stage("Preparing")
 
-        yield update
+def rendering_stages(stage: Callable[..., None]) -> Callable[[int, int], None]:
+    """Return what `rendering_progress` gives, on a function that `stages_progress` gave."""
+    stage("Preparing")
+
+    def update(done: int, total: int) -> None:
+        if done == 0:
+            folder = cache_folder() / "flights"
+            print(
+                f"The frames of the flight are rendered once, into {folder}; later runs read them there.",
+                file=sys.stderr,
+            )
+            stage(BUILDING)  # which takes longer than many frames
+            return
+        stage("Rendering", done, total)
+        if done == total:
+            stage("Preparing")
+
+    return update
 
 
 @contextmanager

@@ -3,9 +3,9 @@
 import argparse
 import sys
 from contextlib import redirect_stdout
-from dataclasses import replace
 from pathlib import Path
 
+from sunset.api.running import paired_campaigns
 from sunset.cli._options import (
     add_campaign_options,
     add_count_option,
@@ -17,7 +17,7 @@ from sunset.cli._options import (
 from sunset.cli._progress import progress_bar, rendering_progress
 from sunset.evaluation import AGREEMENT_FORMATS, compare, format_agreement
 from sunset.experiments import bench, plan, prepare
-from sunset.rmw.backends import LIVE, SIMULATED, live_middleware
+from sunset.rmw.backends import LIVE
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -54,13 +54,11 @@ def execute(arguments: argparse.Namespace) -> None:
 
 
 def _run(arguments: argparse.Namespace) -> None:
-    live_middleware()  # that its extra is missing is said before anything is run
-    live = campaign(arguments, references=False)
-    sim = replace(live, settings=replace(live.settings, middleware=SIMULATED, speed=1.0))
-    runs = plan(live)  # what is wrong with either is said before anything is run
+    campaigns = paired_campaigns(campaign(arguments, references=False), arguments.jobs)
+    runs = plan(campaigns[0][1])
     with rendering_progress() as progress:
-        prepare(plan(sim)[0], progress=progress)
-    for name, spec, jobs in (("sim", sim, arguments.jobs), ("live", live, 1)):
+        prepare(runs[0], progress=progress)
+    for name, spec, jobs in campaigns:
         # what a managing system prints must not get into the report
         with progress_bar(f"Running, {name}") as progress, redirect_stdout(sys.stderr):
             done = bench(spec, arguments.out / name, jobs=jobs, progress=progress)

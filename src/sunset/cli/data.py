@@ -5,9 +5,11 @@ import json
 import re
 import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Final
 
+from sunset.api import render_flight
 from sunset.cli._options import add_count_option
 from sunset.cli._parser import Actions
 from sunset.cli._progress import BUILDING, progress_bar, rendering_progress, stages_progress
@@ -25,7 +27,6 @@ from sunset.data import (
     find_syndrone,
     is_syndrone,
     read_bag,
-    render_frames,
     survey_syndrone,
     write_bag,
 )
@@ -154,7 +155,10 @@ def render(arguments: argparse.Namespace) -> None:
         frames=arguments.frames,
         seed=arguments.seed,
     )
-    _write("Rendering", arguments.out, render_frames(plan), plan.stamps_ns(), first=BUILDING)
+    with stages_progress() as stage:
+        stage(BUILDING)  # before there is a frame
+        render_flight(arguments.out, plan, progress=partial(stage, "Rendering"))
+    _tell(plan.frames, arguments.out)
 
 
 def import_flight(arguments: argparse.Namespace) -> None:
@@ -170,7 +174,7 @@ def import_flight(arguments: argparse.Namespace) -> None:
                 file=sys.stderr,
             )
         stamps = [round((index + 1) * 1e9 / arguments.rate) for index in range(len(flight))]
-        _write("Importing", arguments.out, flight.frames(arguments.size, jobs=arguments.jobs), stamps)
+        _write(arguments.out, flight.frames(arguments.size, jobs=arguments.jobs), stamps)
         return
     with read_bag(arguments.bag, size=arguments.size) as reader:
         low, high = first or 0, len(reader) - 1 if last is None else last
@@ -183,7 +187,7 @@ def import_flight(arguments: argparse.Namespace) -> None:
             print(f"Images without a frame are left out: {_dropped(reader.dropped)}.", file=sys.stderr)
         chosen = range(low, high + 1)
         stamps = [reader.stamps_ns[index] for index in chosen]
-        _write("Importing", arguments.out, map(reader.frame, chosen), stamps)
+        _write(arguments.out, map(reader.frame, chosen), stamps)
 
 
 def _check_source(arguments: argparse.Namespace) -> None:
@@ -212,20 +216,21 @@ def _find_flight(
     )
 
 
-def _write(
-    doing: str, out: Path, frames: Iterable[Frame], stamps_ns: Sequence[int], *, first: str | None = None
-) -> None:
-    """Write a bag with a progress bar; `first` is what is done before there is a frame, if that is something else."""
-    with stages_progress() as stage:
-        stage(first or doing)
+def _write(out: Path, frames: Iterable[Frame], stamps_ns: Sequence[int]) -> None:
+    """Write a bag with a progress bar."""
+    with progress_bar("Importing") as progress:
 
         def counted() -> Iterator[Frame]:
             for done, frame in enumerate(frames, 1):
                 yield frame
-                stage(doing, done, len(stamps_ns))
+                progress(done, len(stamps_ns))
 
         write_bag(out, counted(), stamps_ns)
-    print(f"The flight of {len(stamps_ns)} frames is in {out}.", file=sys.stderr)
+    _tell(len(stamps_ns), out)
+
+
+def _tell(frames: int, out: Path) -> None:
+    print(f"The flight of {frames} frames is in {out}.", file=sys.stderr)
 
 
 def info(arguments: argparse.Namespace) -> None:

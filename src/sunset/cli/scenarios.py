@@ -33,7 +33,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def list_scenarios(arguments: argparse.Namespace) -> None:
     """Print the names."""
-    chosen = [arguments.suite] if arguments.suite else list(suite_names())
+    chosen = suite_names() if arguments.suite is None else [arguments.suite]
     suites = {name: [scenario.name for scenario in load_suite(name)] for name in chosen}
     if arguments.json:
         print(json.dumps(suites, sort_keys=True))

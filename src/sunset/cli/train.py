@@ -3,16 +3,14 @@
 import argparse
 import sys
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from time import monotonic
 
+from sunset.api import train_model
 from sunset.cli._options import add_count_option, add_device_option
 from sunset.cli._progress import stages_progress
 from sunset.experiments.resources import missing_networks
-from sunset.perception import load_model
-from sunset.training import CONFIGS, MODALITIES, FrameCounts, train
-from sunset.workers import processors
+from sunset.training import CONFIGS, MODALITIES
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -72,28 +70,22 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """Train."""
-    whole = arguments.modality in {"all", "fusion"}
-    config = replace(
-        CONFIGS[arguments.model](),
-        name=arguments.name or arguments.model,
-        modalities=MODALITIES if whole else (arguments.modality,),
-        seed=arguments.seed,
-    )
-    if arguments.steps:
-        config = config.with_steps(arguments.steps)
-    if arguments.batch:
-        config = config.with_batch(arguments.batch)
     try:
         with stages_progress() as progress:
             progress("Preparing")
-            model = train(
-                config,
+            model = train_model(
+                arguments.model,
                 arguments.out,
-                work=arguments.work,
-                counts=FrameCounts.of(arguments.frames) if arguments.frames else None,
-                start=load_model(arguments.start_from) if arguments.start_from else None,
+                name=arguments.name,
+                modality=arguments.modality,
+                seed=arguments.seed,
+                steps=arguments.steps,
+                frames=arguments.frames,
+                batch=arguments.batch,
+                start_from=arguments.start_from,
                 resume=arguments.resume,
-                jobs=arguments.jobs or processors(),
+                work=arguments.work,
+                jobs=arguments.jobs,
                 device=arguments.device,
                 compiled=arguments.compile,
                 progress=_until(arguments.minutes, progress) if arguments.minutes else progress,

@@ -106,9 +106,9 @@ def compare_managers(runs: Sequence[RunRow], first: str, second: str) -> PairedC
     known = sorted({run.manager for run in runs})
     for name in (first, second):
         if name not in known:
-            hint = suggestion(name, known) if isinstance(name, str) else ""
             raise InvalidInputError(
-                f"There are no runs of a managing system {name!r}: {hint}choose among {', '.join(known)}."
+                f"There are no runs of a managing system {name!r}: {suggestion(name, known)}choose among "
+                f"{', '.join(known)}."
             )
     if first == second:
         raise InvalidInputError(f"Two managing systems are compared, got {first!r} twice.")

@@ -10,8 +10,9 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
-from typing import Final
+from typing import Annotated, Final
 
+from msgspec import Meta
 from msgspec.structs import asdict
 
 from sunset.errors import InvalidInputError, ManagerError, OutputError, RecordError, SunsetError
@@ -47,7 +48,7 @@ class BenchSpec:
     repetition see the same stretch of the flight, so that differences are paired.
     """
 
-    suite: str = "paper"
+    suite: Annotated[str, Meta(description="the name of a suite or a folder of scenario files")] = "paper"
     """A suite's name, or the path of a folder with scenario files."""
     scenarios: tuple[str, ...] = ()
     """Those of the suite that are run, named with or without the suite; all if empty."""

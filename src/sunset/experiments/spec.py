@@ -34,7 +34,7 @@ DEFAULT_SCENARIO: Final = "paper/cuda_out_of_memory+image_shift+autofocus_needed
 class Timing:
     """The clockwork of an experiment; every duration in seconds, of virtual time in the simulation."""
 
-    duration_s: float = DURATION_S
+    duration_s: Annotated[float, Meta(title="duration")] = DURATION_S
     """How long is measured, from the injection on."""
     warm_up_s: Annotated[float, Meta(ge=0, le=3600)] = 3.0
     """Healthy operation before the injection; not counted."""

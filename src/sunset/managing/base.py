@@ -14,6 +14,7 @@ from sunset.managing.symptoms import DEFAULT_ENTROPY_THRESHOLD, Symptoms, read_p
 from sunset.names import base_name
 from sunset.ros.client import AnyClient
 from sunset.ros.context import Context
+from sunset.ros.exceptions import NotInitializedException
 from sunset.ros.node import Node
 from sunset.ros.parameter import Parameter
 from sunset.ros.task import Future
@@ -68,9 +69,16 @@ class ManagingSystem(Node):
         cli_args: list[str] | None = None,
         parameter_overrides: list[Parameter] | None = None,
     ) -> None:
-        super().__init__(
-            self.node_name, context=context, cli_args=cli_args, parameter_overrides=parameter_overrides
-        )
+        try:
+            super().__init__(
+                self.node_name, context=context, cli_args=cli_args, parameter_overrides=parameter_overrides
+            )
+        except NotInitializedException as error:
+            name = type(self).__name__
+            raise NotInitializedException(
+                f"{name}() makes a node, before which init() must be called; to run it, pass the class {name}, not an "
+                "instance."
+            ) from error
         self.declare_parameter(
             "entropy_threshold",
             DEFAULT_ENTROPY_THRESHOLD,

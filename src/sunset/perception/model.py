@@ -1,6 +1,7 @@
 """Checking and loading models."""
 
 import hashlib
+import os
 import threading
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +15,7 @@ from sunset.perception.card import CARD_NAME, ModelCard
 from sunset.perception.engine import open_session
 from sunset.perception.installed import find_model, missing_model_error
 from sunset.perception.modality import Modality
+from sunset.texts import shown
 
 _LARGEST: Final = 2**31
 """Bytes of a network's file; none of ONNX's is larger."""
@@ -67,8 +69,10 @@ def load_model(name_or_path: str | Path) -> Model:
         ModelError: there is no such model, a file is missing or not the one on the card, or the card is
             malformed.
     """
+    if not isinstance(name_or_path, str | Path):
+        raise ModelError(f"A model must be a name or a folder, got {shown(name_or_path)}.")
     folder = find_model(str(name_or_path)) or Path(name_or_path)
-    if not folder.is_dir():
+    if not os.path.isdir(folder):  # noqa: PTH112  Path.is_dir raises where a name is too long
         raise missing_model_error(str(name_or_path))
     card = ModelCard.read(folder / CARD_NAME)
     files: dict[str, str] = {}  # networks may share some

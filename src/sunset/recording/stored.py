@@ -1,7 +1,7 @@
 """A whole run from its record: what was run, what happened, and what was logged meanwhile."""
 
 import io
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import IO, TYPE_CHECKING
 
@@ -11,7 +11,7 @@ from sunset.metrics import Episode, ExecutedAdaptation, RunMetrics, Samples, Tim
 from sunset.recording.logs import ROSOUT, LogLine, log_of
 from sunset.recording.reader import check_extensions, read_messages, timeline_of
 from sunset.recording.schema import RUN_FILE, RunRecord, differing_figures, read_run, stored_figures
-from sunset.recording.story import print_story
+from sunset.recording.story import Event, events_of, print_story
 from sunset.recording.timelines import measured_topics
 from sunset.texts import shorten
 
@@ -29,6 +29,7 @@ class StoredRun:
         metrics: the figures, computed from that.
         log: what all nodes logged, in order of time.
         differing: the names of the metrics that are stored otherwise than they were computed.
+        events: what happened, in words and in order of time.
     """
 
     folder: Path
@@ -37,6 +38,11 @@ class StoredRun:
     metrics: RunMetrics
     log: tuple[LogLine, ...]
     differing: tuple[str, ...] = ()
+    events: tuple[Event, ...] = field(init=False)
+
+    def __post_init__(self) -> None:
+        """Put it in words now, as long as the managed system has the extensions of the run."""
+        object.__setattr__(self, "events", events_of(self.timeline, self.metrics, self.log))
 
     def __str__(self) -> str:
         """Return the time line that `sunset report` prints."""
@@ -54,7 +60,7 @@ class StoredRun:
 
     def print_story(self, file: IO[str] | None = None) -> None:
         """Print the time line on stdout, in colours on a terminal; or as plain text into a file."""
-        print_story(self.record, self.timeline, self.metrics, self.log, self.differing, file=file)
+        print_story(self.record, self.events, self.metrics, self.differing, file=file)
 
     @property
     def digest(self) -> str:

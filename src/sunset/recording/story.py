@@ -22,8 +22,8 @@ _STYLES = {
     "end": "dim",
 }
 
-_Event = tuple[float, str, str]
-"""When, what kind, and in words."""
+Event = tuple[float, str, str]
+"""When it happened, in seconds from the injection on; of what kind it is, such as `symptom`; and in words."""
 
 _REPEATING: Final = frozenset({"log", "adaptation"})
 
@@ -33,9 +33,8 @@ _UNBOUNDED: Final = 100_000
 
 def print_story(
     run: RunRecord,
-    timeline: Timeline,
+    events: Sequence[Event],
     metrics: RunMetrics,
-    log: Sequence[LogLine],
     differing: Sequence[str],
     *,
     file: IO[str] | None = None,
@@ -61,9 +60,9 @@ def print_story(
     table.add_column(justify="right")
     table.add_column()
     table.add_column()
-    events = _stated_once(sorted(_events(timeline, metrics, log), key=lambda event: event[0]))
-    early = sum(time < 0 for time, _, _ in events)
-    for number, (time, kind, text) in enumerate(events):
+    stated = _stated_once(events)
+    early = sum(time < 0 for time, _, _ in stated)
+    for number, (time, kind, text) in enumerate(stated):
         if early and number in {0, early}:
             heading = "from the injection on" if number else "before the injection"
             table.add_row("", "", Text(heading, style="bold"))
@@ -83,7 +82,7 @@ def print_story(
         console.print(f"\nThis run does not count: {shorten(run.reason)}.", style="bold red")
 
 
-def _stated_once(events: Iterable[_Event]) -> list[_Event]:
+def _stated_once(events: Iterable[Event]) -> list[Event]:
     """Return events of which those that repeat are stated once, with how often they came and until when.
 
     Only what was logged or done repeats. Between two of its repetitions there are other such events at most: no fault,
@@ -124,10 +123,16 @@ class _Console(Console):
         raise  # noqa: PLE0704  rich calls this while it handles the BrokenPipeError
 
 
-def _events(timeline: Timeline, metrics: RunMetrics, log: Sequence[LogLine]) -> Iterator[_Event]:
+def events_of(timeline: Timeline, metrics: RunMetrics, log: Sequence[LogLine]) -> tuple[Event, ...]:
+    """Return what happened in a run, in order of time."""
+    return tuple(sorted(_events(timeline, metrics, log), key=lambda event: event[0]))
+
+
+def _events(timeline: Timeline, metrics: RunMetrics, log: Sequence[LogLine]) -> Iterator[Event]:
     system = current_system()
     for injection in timeline.injections:
-        yield injection.time, "fault", f"{injection.fault}: {system.fault(injection.fault).description}"
+        known = system.faults.get(injection.fault)  # that of a record may be of another version
+        yield injection.time, "fault", f"{injection.fault}: {known.description}" if known else injection.fault
     for episode in metrics.failures:
         symptom = f"{episode.failure} {_cause(episode)}{system.failures[episode.failure].symptom}"
         # a time line of the experiment has no time before 0 for what began before

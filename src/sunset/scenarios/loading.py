@@ -1,5 +1,6 @@
 """Where scenarios come from: a suite's name, a YAML file, or faults joined by `+`."""
 
+import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
@@ -12,7 +13,7 @@ from sunset.scenarios._published import IGNORED_KEYS, REQUIRED_KEYS, translate
 from sunset.scenarios.schema import Scenario, ScenarioFault, parse_fault
 from sunset.scenarios.suites import scenario_names, suite, suite_names
 from sunset.system import current_system
-from sunset.texts import suggestion
+from sunset.texts import shown, suggestion
 
 _MAX_BYTES: Final = 1_000_000
 _SUFFIXES: Final = frozenset({".yaml", ".yml"})
@@ -31,11 +32,16 @@ def load_scenario(name: str | Path) -> Scenario:
     >>> [fault.value for fault in load_scenario("gpu_failure+image_shift").faults]
     [True, 10]
     """
+    if not isinstance(name, str | Path):
+        raise ScenarioError(
+            "A scenario must be a name, a file, faults joined by +, or what sunset.load_scenario returned, got "
+            f"{shown(name)}."
+        )
     text = str(name)
     if text in scenario_names():
         return next(one for one in suite(text.split("/", 1)[0]) if one.name == text)
     path = Path(name)
-    if path.suffix.lower() in _SUFFIXES or path.is_file():
+    if path.suffix.lower() in _SUFFIXES or os.path.isfile(path):  # noqa: PTH113  Path.is_file raises where a name is too long
         return _from_file(path)
     faults = text.split("+")
     if isinstance(name, str) and any(part.split("=", 1)[0] in current_system().faults for part in faults):
@@ -59,7 +65,8 @@ def load_suite(name: str | Path) -> tuple[Scenario, ...]:
         ScenarioError: there is no such suite or folder, or a file is not usable.
     """
     folder = Path(name)
-    if str(name) in suite_names() or not folder.is_dir():
+    # an empty name is not that of the current folder; Path.is_dir raises where a name is too long
+    if str(name) in suite_names() or not name or not os.path.isdir(folder):  # noqa: PTH112  see above
         return suite(str(name))
     try:
         files = sorted(path for path in folder.iterdir() if path.suffix.lower() in _SUFFIXES)

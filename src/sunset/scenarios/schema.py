@@ -1,12 +1,14 @@
 """What a scenario is: a name and the faults that are injected together, checked when it is made."""
 
 from dataclasses import dataclass, replace
+from numbers import Real
 
 import yaml
 
 from sunset.errors import MALFORMED_YAML, ScenarioError
 from sunset.scenarios._document import is_ambiguous
 from sunset.system import Adaptation, Fault, Value, current_system, get_fault
+from sunset.texts import shown
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,6 +31,10 @@ class ScenarioFault:
 
     def __post_init__(self) -> None:
         """Check the value, and put in the suite's where none is given."""
+        if not isinstance(self.name, str) or not isinstance(self.value, Real | str | None):
+            raise ScenarioError(
+                f"A fault of a scenario must be a name and a strength, got {shown(self.name)} and {shown(self.value)}."
+            )
         fault = get_fault(self.name)
         object.__setattr__(self, "value", fault.value if self.value is None else fault.checked(self.value))
 
@@ -66,8 +72,15 @@ class Scenario:
 
     def __post_init__(self) -> None:
         """Check that the faults can be there together."""
-        if not self.name.strip() or not self.name.isprintable():
-            raise ScenarioError(f"A scenario needs a name of printable characters, got {self.name!r}.")
+        if not isinstance(self.name, str) or not self.name.strip() or not self.name.isprintable():
+            raise ScenarioError(f"A scenario needs a name of printable characters, got {shown(self.name)}.")
+        if not isinstance(self.faults, tuple | list) or not all(
+            isinstance(fault, ScenarioFault) for fault in self.faults
+        ):
+            raise ScenarioError(
+                f"The faults of the scenario {self.name} must be a tuple of ScenarioFault, got {shown(self.faults)}; "
+                'sunset.make_scenario("gpu_failure") makes a scenario of names.'
+            )
         names = [fault.name for fault in self.faults]
         for index, name in enumerate(names):
             if name in names[:index]:

@@ -242,6 +242,18 @@ OTHERS: dict[str, tuple[Mistake, str]] = {
         lambda _: api.measure_curves("lite", every=0),
         "groups of frames must be a whole one",
     ),
+    "curves at no number": (
+        lambda _: api.measure_curves("lite", strengths={"image_shift": "wide"}),
+        "The strengths must be numbers by fault",
+    ),
+    "curves at a text": (
+        lambda _: api.measure_curves("lite", strengths="image_shift=8"),
+        "The strengths must be numbers by fault",
+    ),
+    "curves at no end": (
+        lambda _: api.measure_curves("lite", strengths={"image_shift": 10**5000}),
+        "image_shift",
+    ),
     "IoU of a number": (lambda _: api.measure_iou(3), "The models must be a list of names or folders, got 3"),
     "IoU of one unknown model": (lambda _: api.measure_iou("lit"), "There is no model 'lit'"),
     "IoU of no frames": (lambda _: api.measure_iou("lite", frames=0), "frames must be a whole one from 1 on"),

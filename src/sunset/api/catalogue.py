@@ -15,6 +15,7 @@ from sunset.api.options import (
     check_progress,
     count_of,
     extended,
+    number_of,
     settings_of,
     whole_of,
 )
@@ -250,7 +251,7 @@ def measure_curves(
             loaded,
             path,
             every=groups or 1,
-            strengths=strengths,
+            strengths=None if strengths is None else _strengths_of(strengths),
             jobs=jobs,
             device=device,
             progress=progress,
@@ -296,6 +297,15 @@ def measure_iou(
         progress=progress,
         rendering=rendering,
     )
+
+
+def _strengths_of(strengths: Mapping[str, float]) -> dict[str, float]:
+    numbers = isinstance(strengths, Mapping) and {name: number_of(one) for name, one in strengths.items()}
+    if not isinstance(numbers, dict) or not all(type(number) is float for number in numbers.values()):
+        raise InvalidInputError(
+            f"The strengths must be numbers by fault, such as {{'image_shift': 8}}, got {shown(strengths)}."
+        )
+    return numbers
 
 
 def _loaded(model: str | Path | Model) -> Model:

@@ -1,10 +1,8 @@
 """Finding a managing system by name, in a module, or in a file of one's own."""
 
-import ast
 import hashlib
 import importlib
 import inspect
-import linecache
 import re
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -19,7 +17,7 @@ from sunset.managing.base import ManagingSystem
 from sunset.managing.baseline import Baseline
 from sunset.managing.none import NoAdaptation
 from sunset.managing.symptoms import Symptoms
-from sunset.source_files import functions_of, import_file, import_from, is_edited
+from sunset.source_files import class_texts, functions_of, import_file, import_from, is_edited
 from sunset.texts import suggestion
 
 MANAGERS: Final[Mapping[str, type[ManagingSystem]]] = MappingProxyType(
@@ -277,7 +275,7 @@ def _passed_texts(manager: Callable[..., ManagingSystem]) -> list[bytes] | None:
         lineage = _lineage(origin)
         told = all(isinstance(one, type) and "<locals>" not in one.__qualname__ for one in lineage)
         try:
-            texts += [text for one in lineage if not _source_file(one) for text in _class_texts(one)]
+            texts += [text for one in lineage if not _source_file(one) for text in class_texts(one)]
         except (OSError, SyntaxError):
             told = False
     if not told or not _is_plain(values):
@@ -292,24 +290,6 @@ def _is_plain(value: object) -> bool:
     if type(value) in {list, tuple}:
         return all(map(_is_plain, cast("Iterable[object]", value)))
     return value is None or type(value) in {bool, int, float, str, bytes}
-
-
-def _class_texts(origin: object) -> list[bytes]:
-    """Return the source of a class that has no file, and that of its functions, which may be from elsewhere.
-
-    Raises:
-        OSError: Python does not have it.
-    """
-    functions = functions_of(origin)
-    texts = [inspect.getsource(function).encode() for function in functions]
-    for code in [function.__code__ for function in functions]:
-        lines = linecache.getlines(code.co_filename)
-        for node in ast.walk(ast.parse("".join(lines))):
-            if isinstance(node, ast.ClassDef) and node.name == getattr(origin, "__name__", ""):
-                first = min([node.lineno, *(decorator.lineno for decorator in node.decorator_list)])
-                if first < code.co_firstlineno <= (node.end_lineno or 0):
-                    return ["".join(lines[first - 1 : node.end_lineno]).encode(), *texts]
-    raise OSError("there is no class around the functions")
 
 
 def _beside(folder: Path) -> list[str]:

@@ -147,6 +147,55 @@ def test_a_call_that_returns_while_it_is_ended_has_passed_its_limit() -> None:
         call_isolated(be_late, limit_s=0.1)
 
 
+def _reap_all(*_: object) -> None:
+    with suppress(ChildProcessError):
+        while os.waitpid(-1, os.WNOHANG)[0]:
+            pass
+
+
+@pytest.mark.parametrize("handler", [signal.SIG_IGN, _reap_all])
+def test_a_caller_that_loses_the_ends_of_its_processes_gets_what_they_return(
+    handler: signal.Handlers | Callable[..., None],
+) -> None:
+    before = signal.signal(signal.SIGCHLD, handler)
+    try:
+        assert call_isolated(lambda _: "done", limit_s=5) == "done"
+        with pytest.raises(ProcessDeath, match=r"^ended its process$"):
+            call_isolated(lambda _: os._exit(3), limit_s=5)
+    finally:
+        signal.signal(signal.SIGCHLD, before)
+
+
+@pytest.mark.parametrize("stream", [None, object()])
+def test_a_caller_without_streams_gets_what_a_call_returns(
+    stream: object, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys, "stdout", stream)
+    monkeypatch.setattr(sys, "stderr", stream)
+
+    assert call_isolated(lambda _: "done", limit_s=5) == "done"
+
+
+def test_no_pipe_takes_the_place_of_a_stream_that_is_closed() -> None:
+    program = (
+        "import os; from sunset.isolation import call_isolated; os.closerange(0, 3);"
+        "os._exit(call_isolated(lambda _: 7, limit_s=5))"
+    )
+
+    assert subprocess.run([sys.executable, "-c", program], check=False).returncode == 7
+
+
+def test_it_is_told_whose_code_ended_the_process() -> None:
+    def end(watch: Watch) -> None:
+        watch.running = "a node"
+        os._exit(3)
+
+    with pytest.raises(ProcessDeath) as caught:
+        call_isolated(end, limit_s=5)
+
+    assert caught.value.running == "a node"
+
+
 def test_closed_streams_are_no_failure() -> None:
     assert call_isolated(lambda _: [sys.stdout.close(), sys.stderr.close()], limit_s=5) == [None, None]
 

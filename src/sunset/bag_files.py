@@ -5,10 +5,11 @@ that only as long as it is not more than `RATIO` times what it is packed in, whi
 """
 
 import sys
-from collections.abc import Iterable
-from contextlib import suppress
+from collections.abc import Iterable, Iterator
+from contextlib import ExitStack, closing, contextmanager, suppress
+from copy import copy
 from pathlib import Path
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import apsw
 from rosbags.rosbag2 import Reader, storage_mcap
@@ -22,6 +23,9 @@ if sys.version_info >= (3, 14):
     from compression import zstd
 else:
     from backports import zstd
+
+if TYPE_CHECKING:
+    from rosbags.rosbag2.reader import ReaderProtocol
 
 LARGEST: Final = 2**28
 """256 MiB: an image of 8192 x 8192 pixels in four channels."""
@@ -48,6 +52,8 @@ def open_bag(path: Path) -> Reader:
         if isinstance(bag, DirectoryReader) and bag.metadata.compression_mode == "message":
             bag.metadata = bag.metadata._replace(compression_mode=None)  # which would expand without bounds
         for file in bag.storages if isinstance(bag, DirectoryReader) else [bag]:
+            if isinstance(file, McapReader | Sqlite3Reader):
+                file.path = Path(str(file.path)).absolute()  # it is opened again, maybe from another folder
             if isinstance(file, McapReader):
                 _check(file.path.stat().st_size, (chunk.uncompressed_size for chunk in file.chunks))
             elif isinstance(file, Sqlite3Reader) and file.dbconn is not None:
@@ -56,6 +62,38 @@ def open_bag(path: Path) -> Reader:
         reader.close()
         raise
     return reader
+
+
+@contextmanager
+def reopened(bag: Reader) -> Iterator[Reader]:
+    """Give a reader of an open bag with files of its own, for as long as the context lasts.
+
+    Threads and forked processes share an open file, and would read on at each other's places.
+
+    Raises:
+        OSError: a file is not there any more.
+    """
+    own = copy(bag)
+    with ExitStack() as files:
+        if isinstance(bag.storage, DirectoryReader):
+            own.storage = copy(bag.storage)
+            own.storage.storages = [files.enter_context(_reopened(file)) for file in bag.storage.storages]
+        else:
+            own.storage = files.enter_context(_reopened(bag.storage))
+        yield own
+
+
+@contextmanager
+def _reopened(file: "ReaderProtocol") -> "Iterator[ReaderProtocol]":
+    own = copy(file)
+    if isinstance(own, McapReader):
+        with own.path.open("rb") as own.bio:
+            yield own
+    elif isinstance(own, Sqlite3Reader):
+        flags = apsw.SQLITE_OPEN_READONLY | apsw.SQLITE_OPEN_URI
+        with closing(apsw.Connection(f"file:{own.path}?immutable=1", flags=flags)) as own.dbconn:
+            own.dbconn.limit(apsw.SQLITE_LIMIT_LENGTH, LARGEST)
+            yield own
 
 
 def expand(packed: bytes | memoryview, most: int | None = None) -> bytes:

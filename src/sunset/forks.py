@@ -47,6 +47,13 @@ def signal_after_parent(number: int) -> None:
         ctypes.CDLL(None).prctl(_DEATH_SIGNAL, number)
 
 
+def fill_standard_streams() -> None:
+    """Open what is closed of stdin, stdout and stderr, so that no other file takes its descriptor and is written to."""
+    while (descriptor := os.open(os.devnull, os.O_RDWR)) <= 2:  # noqa: PLR2004  stderr's
+        os.set_inheritable(descriptor, True)
+    os.close(descriptor)
+
+
 class ForkedProcess:
     """A process that a fork server made: as much of `subprocess.Popen` as its user needs.
 

@@ -13,20 +13,25 @@ import resource
 import signal
 import stat
 import sys
+import threading
 import time
 import traceback
 import warnings
 from collections.abc import Callable
 from contextlib import closing, suppress
+from itertools import takewhile
 from pathlib import Path
 from typing import Final, NoReturn, TypeVar, cast
 
 from sunset import errors
 from sunset.errors import SunsetError
-from sunset.forks import signal_after_parent
+from sunset.forks import fill_standard_streams, signal_after_parent
 from sunset.texts import shorten
 
 T = TypeVar("T")
+
+FORKING: Final = threading.RLock()
+"""Held while a process is forked, and by a thread that uses libraries whose own locks its copy would find held."""
 
 _POLL_S: Final = 0.005
 _GRACE_S: Final = 1.0
@@ -39,6 +44,7 @@ _MEMORY: Final = 4 << 30
 
 _ENDING: Final = frozenset({signal.SIGINT, signal.SIGTERM, signal.SIGHUP})
 
+_NAME_END: Final = 256
 _CAPACITY: Final = 1 << 16
 _LONGEST: Final = 4000
 """Of a text in an answer, in characters; JSON may take twelve bytes for one."""
@@ -51,12 +57,14 @@ class ProcessDeath(Exception):  # noqa: N818  not every death is an error
 
     Attributes:
         reason: how, as the end of a sentence.
+        running: whose code ran, as `Watch.running`.
         frames: where it was, as (file, line, function), the innermost first; empty if that is not known.
     """
 
-    def __init__(self, reason: str, frames: tuple[tuple[str, int, str], ...] = ()) -> None:
+    def __init__(self, reason: str, running: str, frames: tuple[tuple[str, int, str], ...] = ()) -> None:
         super().__init__(reason)
         self.reason = reason
+        self.running = running
         self.frames = frames
 
 
@@ -65,11 +73,21 @@ class UnexpectedError(Exception):
 
 
 class Watch:
-    """What the process tells its caller's clock: since when code runs that may hang, and when it last did anything."""
+    """What the process tells its caller: since when code runs that may hang, whose, and when it last did anything."""
 
     def __init__(self) -> None:
-        self._times = memoryview(mmap.mmap(-1, mmap.PAGESIZE)).cast("q")
+        page = memoryview(mmap.mmap(-1, mmap.PAGESIZE))
+        self._times, self._running = page[:16].cast("q"), page[16:_NAME_END]
         self.tick()
+
+    @property
+    def running(self) -> str:
+        """Whose code runs, as it was told; whose raised, if it did not return. Empty if that is not known."""
+        return bytes(self._running).rstrip(b"\0").decode("utf-8", "replace")
+
+    @running.setter
+    def running(self, name: str) -> None:
+        self._running[:] = name.encode()[: len(self._running)].ljust(len(self._running), b"\0")
 
     def tick(self) -> None:
         """Show a sign of life."""
@@ -114,17 +132,17 @@ def call_isolated(function: Callable[[Watch], T], *, limit_s: float) -> T:
         UnexpectedError: the function raised anything else.
     """
     watch = Watch()
+    fill_standard_streams()
     answer, frames = _Pipe(), _Pipe()
-    sys.stdout.flush()
-    sys.stderr.flush()
-    pid = code = 0
-    with closing(answer), closing(frames), warnings.catch_warnings():
-        # of Python from 3.12 on; the other threads that there may be are not needed on the other side
-        warnings.simplefilter("ignore", DeprecationWarning)
-        # what a signal's handler raises in the middle of a fork is lost
-        held = signal.pthread_sigmask(signal.SIG_BLOCK, _ENDING)
+    pid, code = 0, None
+    _flush()
+    with closing(answer), closing(frames):
+        held = signal.pthread_sigmask(signal.SIG_BLOCK, ())
         try:
-            pid = os.fork()
+            with FORKING:
+                # what a signal's handler raises in the middle of a fork is lost
+                signal.pthread_sigmask(signal.SIG_BLOCK, _ENDING)
+                pid = _fork()
             if pid == 0:
                 _serve(function, watch, answer, frames)
             signal.pthread_sigmask(signal.SIG_SETMASK, held)
@@ -134,11 +152,24 @@ def call_isolated(function: Callable[[Watch], T], *, limit_s: float) -> T:
                 code = _reap(pid)
             signal.pthread_sigmask(signal.SIG_SETMASK, held)
         if hung:
-            raise ProcessDeath(hung, _find_frames(frames.read()))
+            raise ProcessDeath(hung, watch.running, _find_frames(frames.read()))
         told = answer.read()
         if code or not told:
-            raise ProcessDeath(_describe_end(code), _find_frames(frames.read()))
-        return cast("T", _result(told))
+            raise ProcessDeath(_describe_end(code), watch.running, _find_frames(frames.read()))
+        return cast("T", _result(told, watch))
+
+
+def _flush() -> None:
+    for stream in (sys.stdout, sys.stderr):
+        with suppress(AttributeError, ValueError):  # it is None or of a class of the user's, or closed
+            stream.flush()
+
+
+def _fork() -> int:
+    with warnings.catch_warnings():
+        # of Python from 3.12 on; the other threads that there may be are not needed on the other side
+        warnings.simplefilter("ignore", DeprecationWarning)
+        return os.fork()
 
 
 class _Pipe:
@@ -223,16 +254,18 @@ def _class_of_ours(name: str) -> type[SunsetError] | None:
     return found if isinstance(found, type) and issubclass(found, SunsetError) else None
 
 
-def _result(told: bytes) -> object:
+def _result(told: bytes, watch: Watch) -> object:
     """Return what a process answered, or raise it; it may have been tampered with."""
     try:
         outcome = dict(json.loads(told))
     except (TypeError, ValueError, RecursionError) as error:
-        raise ProcessDeath("ended its process without an answer that can be read") from error
+        raise ProcessDeath(
+            "ended its process without an answer that can be read", watch.running
+        ) from error
     if kind := _class_of_ours(str(outcome.get("error"))):
         raise kind(str(outcome.get("text")))
     if "death" in outcome:
-        raise ProcessDeath(str(outcome["death"]))
+        raise ProcessDeath(str(outcome["death"]), watch.running)
     if "result" not in outcome:
         raise UnexpectedError(str(outcome.get("bug")))
     return outcome["result"]
@@ -241,7 +274,7 @@ def _result(told: bytes) -> object:
 def _await_end(pid: int, watch: Watch, limit_s: float) -> str:
     """Wait for a process, and end it if it passes a limit; return which one, if so."""
     hung, grace_over = "", 0.0
-    while not os.waitid(os.P_PID, pid, os.WEXITED | os.WNOHANG | os.WNOWAIT):
+    while _runs(pid):
         if hung:
             if time.monotonic() > grace_over:
                 os.kill(pid, signal.SIGKILL)
@@ -252,16 +285,28 @@ def _await_end(pid: int, watch: Watch, limit_s: float) -> str:
     return hung
 
 
-def _reap(pid: int) -> int:
-    """End a process, if it has not ended, and the rest of its group; return its exit code."""
+def _runs(pid: int) -> bool:
+    try:
+        return os.waitid(os.P_PID, pid, os.WEXITED | os.WNOHANG | os.WNOWAIT) is None
+    except ChildProcessError:  # the caller ignores SIGCHLD, or its handler has reaped it
+        return False
+
+
+def _reap(pid: int) -> int | None:
+    """End a process, if it has not ended, and the rest of its group; return its exit code, None if it was lost."""
     for end in (os.killpg, os.kill):  # it may not have made a group yet
         with suppress(ProcessLookupError, PermissionError):
             end(pid, signal.SIGKILL)
-    _, status = os.waitpid(pid, 0)
+    try:
+        _, status = os.waitpid(pid, 0)
+    except ChildProcessError:
+        return None
     return os.waitstatus_to_exitcode(status)
 
 
-def _describe_end(code: int) -> str:
+def _describe_end(code: int | None) -> str:
+    if code is None:
+        return "ended its process"
     if code >= 0:
         return f"ended its process with exit code {code}"
     try:
@@ -272,4 +317,5 @@ def _describe_end(code: int) -> str:
 
 def _find_frames(told: bytes) -> tuple[tuple[str, int, str], ...]:
     text = told.decode("utf-8", "replace")
-    return tuple((at["file"], int(at["line"]), at["function"]) for at in _FRAME.finditer(text))
+    frames = ((at["file"], int(at["line"]), at["function"]) for at in _FRAME.finditer(text))
+    return tuple(takewhile(lambda frame: frame[2] != _outcome.__name__, frames))

@@ -4,6 +4,7 @@ import functools
 import importlib.util
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -52,6 +53,16 @@ def test_a_class_a_function_and_a_file_of_one_manager_leave_the_same_messages(tm
     assert late.digest != runs[0].digest
     assert [str(adaptation) for adaptation in runs[0].adaptations] == ["set camera.perform_autofocus to true"]
     assert all(run.record.manager_checksum for run in runs)
+
+
+def test_runs_in_threads_are_those_of_one_after_the_other() -> None:
+    def digest(seed: int) -> str:
+        return sunset.run("nofault", "none", seed=seed, duration=1).digest
+
+    alone = [digest(seed) for seed in range(4)]
+
+    with ThreadPoolExecutor(4) as pool:
+        assert list(pool.map(digest, [*range(4)] * 3)) == alone * 3
 
 
 def test_a_run_that_was_kept_is_opened_again(tmp_path: Path) -> None:

@@ -203,3 +203,19 @@ def test_what_a_managing_system_logs_reaches_a_terminal_as_text_only(
     out, _ = capsys.readouterr()
     assert r"logged \x1b[2J" in out
     assert "\x1b" not in out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code"), [(["run", "nofault", "--duration", "1"], 0), (["run", "nope"], 2)]
+)
+def test_closed_streams_change_no_exit_code_and_get_no_other_file(
+    arguments: list[str], code: int, tmp_path: Path
+) -> None:
+    command = [sys.executable, "-m", "sunset", *arguments]
+    with (tmp_path / "stderr").open("w+b") as stderr:
+        unseen = subprocess.run(["/bin/sh", "-c", '"$@" <&- >&-', "sh", *command], stderr=stderr, check=False)
+        stderr.write(b"the end")
+    silent = subprocess.run(["/bin/sh", "-c", '"$@" 2>&-', "sh", *command], capture_output=True, check=False)
+
+    assert (unseen.returncode, silent.returncode) == (code, code)
+    assert (tmp_path / "stderr").read_bytes().endswith(b".\nthe end")

@@ -1,5 +1,6 @@
 import contextlib
 import hashlib
+import os
 import shutil
 import sqlite3
 import subprocess
@@ -496,6 +497,35 @@ def test_an_image_that_was_damaged_after_the_bag_was_opened_is_named(tmp_path: P
         bag.path.write_bytes(data.replace(b"bgr8", b"bgr7"))
         with pytest.raises(DataError, match=r"image of frame 2 on /rgb_raw of the bag .* got 'bgr7'"):
             bag.frame(2)
+
+
+@pytest.mark.parametrize("name", ["bag", "bag.mcap", "bag.db3"])
+def test_processes_and_folders_share_no_place_in_an_open_bag(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    write_bag(Path(name), make_frames(3), STAMPS)
+    with read_bag(Path(name)) as bag:
+        place = [os.lseek(int(file), 0, os.SEEK_CUR) for file in _open_files(tmp_path)]
+        monkeypatch.chdir("/")
+        for index in (2, 0, 1):
+            assert bag.frame(index).rgb.shape == (*bag.size, 3)
+        assert [os.lseek(int(file), 0, os.SEEK_CUR) for file in _open_files(tmp_path)] == place
+
+
+def _open_files(folder: Path) -> list[str]:
+    return sorted(
+        link.name
+        for link in Path("/proc/self/fd").iterdir()
+        if link.exists() and link.readlink().is_relative_to(folder) and link.resolve().is_file()
+    )
+
+
+def test_a_bag_that_was_cut_off_after_it_was_opened_says_so(tmp_path: Path) -> None:
+    with read_bag(write_bag(tmp_path / "bag.mcap", make_frames(), STAMPS)) as bag:
+        bag.path.write_bytes(b"")
+        with pytest.raises(DataError, match=r"changed after it was opened: .*; open it again\.$"):
+            bag.frame(0)
 
 
 def test_a_closed_bag_says_so(tmp_path: Path) -> None:

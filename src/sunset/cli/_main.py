@@ -11,7 +11,7 @@ from types import FrameType
 from typing import Final, NoReturn
 
 from sunset.cli._parser import EXIT_BAD_INPUT, VERBS, Verb, make_parser, split_extensions
-from sunset.forks import started_ahead
+from sunset.forks import fill_standard_streams, started_ahead
 from sunset.shortage import complaint
 
 EXIT_INTERRUPTED: Final = 130
@@ -31,6 +31,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         The exit code: 0 done, 1 done and the answer is no (`managers check`, `ros`), 2 bad input (one sentence stands
         on stderr), 130 interrupted, 143 ended by SIGTERM.
     """
+    fill_standard_streams()
+    sys.stdout = sys.stdout or os.fdopen(1, "w", encoding="utf-8")
+    sys.stderr = sys.stderr or os.fdopen(2, "w", encoding="utf-8")
     arguments = sys.argv[1:] if arguments is None else arguments
     verb = next(iter(arguments), "")
     if isinstance(sys.stdout, TextIOWrapper):  # some terminals have no arrows

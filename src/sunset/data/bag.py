@@ -21,7 +21,7 @@ from rosbags.interfaces import Connection
 from rosbags.rosbag2 import Reader, StoragePlugin, Writer
 from rosbags.rosbag2.reader import DirectoryReader
 
-from sunset.bag_files import open_bag
+from sunset.bag_files import open_bag, reopened
 from sunset.data.bag_images import COMPRESSED_IMAGE, IMAGE, SENSORS, TOPICS, Recorded, decoded, serialized
 from sunset.data.bag_paths import STORAGES, check_bag_path, check_uri
 from sunset.data.frame import Frame
@@ -97,21 +97,28 @@ def _write(folder: Path, frames: Iterable[Frame], stamps_ns: Sequence[int], plug
 
 
 @contextmanager
-def _translated(path: Path) -> Iterator[None]:
-    """Turn whatever the bag library raises about a broken file into one `DataError`."""
+def _translated(path: Path, *, opened: bool = False) -> Iterator[None]:
+    """Turn whatever the bag library raises about a broken file into one `DataError`.
+
+    `opened` says whether the bag was read before, so that only a change since then can be what is wrong.
+    """
     try:
         yield
     except DataError:
         raise
-    except KeyError as error:
-        raise DataError(
-            f"The bag {path} cannot be read as a rosbag2: it lacks or has an unknown {error}; {REMEDY}, "
-            "without topics that are not CDR."
-        ) from error
     except Exception as error:  # the library raises a dozen kinds on broken files, none documented
         if lacking := shortage(error):
             raise DataError(f"The bag {path} cannot be read now: {lacking}.") from error
         what = str(error).splitlines()[0].rstrip(".") if str(error) else type(error).__name__
+        if opened:
+            raise DataError(
+                f"The bag {path} was closed, or changed after it was opened: {what}; open it again."
+            ) from error
+        if isinstance(error, KeyError):
+            raise DataError(
+                f"The bag {path} cannot be read as a rosbag2: it lacks or has an unknown {error}; {REMEDY}, "
+                "without topics that are not CDR."
+            ) from error
         raise DataError(f"The bag {path} cannot be read as a rosbag2: {what}; {REMEDY}.") from error
 
 
@@ -127,7 +134,8 @@ class _Entry:
 class BagReader:
     """A bag that was opened and checked; made by `read_bag`.
 
-    Frames are read when they are asked for, none is kept. Use it as a context manager, or `close` it.
+    Frames are read when they are asked for, none is kept, by as many threads and forked processes as like. Use it as a
+    context manager, or `close` it.
     """
 
     def __init__(self, path: Path, reader: Reader, survey: "_Survey", size: tuple[int, int] | None) -> None:
@@ -189,9 +197,9 @@ class BagReader:
             raise IndexError(f"The bag {self.path} has frames 0 to {len(self) - 1}, got {index}.")
         wanted = dict(zip(TOPICS, self._moments[index], strict=True))
         images: dict[str, Recorded] = {}
-        with _translated(self.path):
+        with _translated(self.path, opened=True), reopened(self._reader) as reader:
             for time in sorted({entry.logged_ns for entry in wanted.values()}):
-                for connection, _, raw in self._reader.messages(self._survey.wanted, time, time + 1):
+                for connection, _, raw in reader.messages(self._survey.wanted, time, time + 1):
                     topic = self._survey.sources[connection.topic]
                     place = f"of frame {index} on {connection.topic} of the bag {self.path}"
                     image = decoded(raw, connection.msgtype, topic, place)

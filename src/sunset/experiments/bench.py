@@ -16,7 +16,7 @@ from msgspec.structs import asdict
 from sunset.errors import InvalidInputError, ManagerError, OutputError, RecordError, SunsetError
 from sunset.experiments.files import make_folder, write_text
 from sunset.experiments.manager import manager_checksum
-from sunset.experiments.resources import Resources, close_bags, prepare
+from sunset.experiments.resources import Resources, prepare
 from sunset.experiments.run import record_failure, run, versions
 from sunset.experiments.spec import RunSpec, Settings
 from sunset.managing import MANAGERS, is_registered, split_label
@@ -192,8 +192,6 @@ def _run_all(todo: Sequence[tuple[RunSpec, Path, str | None]], jobs: int) -> Ite
             yield count
         return
     forked = any(is_registered(spec.manager) for spec, _, _ in todo)
-    if forked:
-        close_bags()
     with worker_pool(jobs, forked=forked) as pool:
         futures = [pool.submit(_run, *one) for one in todo]
         for count, future in enumerate(as_completed(futures), 1):

@@ -10,6 +10,7 @@ from sunset.data import BagReader, cache_folder, default_flight, read_bag
 from sunset.errors import DataError, ModelError
 from sunset.experiments.spec import RunSpec
 from sunset.input_files import file_digest
+from sunset.isolation import FORKING
 from sunset.managing import MANAGERS
 from sunset.perception import InferenceCache, Modality, Model, Segmenter, load_model
 from sunset.workers import Progress
@@ -48,6 +49,11 @@ def prepare(spec: RunSpec, *, progress: Progress | None = None) -> Resources:
         DataError: there is no such bag, it is corrupt, or too short.
         OutputError: the cache folder cannot be written.
     """
+    with FORKING:
+        return _prepare(spec, progress)
+
+
+def _prepare(spec: RunSpec, progress: Progress | None) -> Resources:
     model = load_model(spec.settings.model)
     if missing := missing_networks(model):
         raise ModelError(
@@ -129,11 +135,6 @@ def _opened(
 ) -> tuple[BagReader, str]:
     digests = b"".join(bytes.fromhex(file_digest(file)) for file, _, _ in state)
     return read_bag(path, size=size), hashlib.sha256(digests).hexdigest()
-
-
-def close_bags() -> None:
-    """Close the bags that this process keeps open: processes that it forks would read on at each other's places."""
-    _opened.cache_clear()
 
 
 @cache

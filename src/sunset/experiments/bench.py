@@ -27,7 +27,7 @@ from sunset.schemas import check_fields, document_text
 from sunset.seeding import check_seed
 from sunset.system import loaded_extensions
 from sunset.texts import suggestion
-from sunset.workers import Progress, check_jobs, processors, worker_pool
+from sunset.workers import Progress, check_jobs, end_if_imported, processors, worker_pool
 
 REFERENCE_SUITES: Final = ("nofault", "degraded")
 """The suites that, without a managing system, give the first two rows of the paper's table."""
@@ -142,6 +142,7 @@ def bench(spec: BenchSpec, out: Path, *, jobs: int | None = None, progress: Prog
         ManagerError: a managing system cannot be loaded or failed.
         OutputError: `out` cannot be written, or another process runs its campaign.
     """
+    end_if_imported()
     check_jobs(jobs)
     runs = plan(spec)
     # rendering a flight and loading a model are done once, before the workers need them

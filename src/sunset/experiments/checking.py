@@ -13,7 +13,7 @@ from sunset.experiments.resources import prepare
 from sunset.experiments.run import run
 from sunset.experiments.spec import RunSpec
 from sunset.managing import is_registered
-from sunset.workers import Progress, worker_pool
+from sunset.workers import Progress, end_if_imported, worker_pool
 
 _HASH_SEED: Final = "PYTHONHASHSEED"
 
@@ -64,6 +64,7 @@ def check_manager(spec: RunSpec, *, progress: Progress | None = None) -> Manager
     Raises:
         SunsetError: as `run`.
     """
+    end_if_imported()
     # what is wrong with it is said at once
     manager_checksum(spec.manager, limit_s=spec.settings.manager_limit_s)
     prepare(spec)

@@ -105,6 +105,13 @@ class Watch:
             self.tick()
             self._times[0] = outer
 
+    def call_named(self, name: str, function: Callable[[], T]) -> T:
+        """Call a function; `running` names whose it is until it returns, and still when it has raised."""
+        self.running = name
+        result = function()
+        self.running = ""
+        return result
+
     def passed(self, limit_s: float) -> str:
         """Return which limit the process has passed, as the end of a sentence; empty if it has passed none."""
         since, last = self._times[0], self._times[1]
@@ -259,9 +266,7 @@ def _result(told: bytes, watch: Watch) -> object:
     try:
         outcome = dict(json.loads(told))
     except (TypeError, ValueError, RecursionError) as error:
-        raise ProcessDeath(
-            "ended its process without an answer that can be read", watch.running
-        ) from error
+        raise ProcessDeath("ended its process without an answer that can be read", watch.running) from error
     if kind := _class_of_ours(str(outcome.get("error"))):
         raise kind(str(outcome.get("text")))
     if "death" in outcome:

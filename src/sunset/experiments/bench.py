@@ -13,7 +13,14 @@ from typing import Final
 
 from msgspec.structs import asdict
 
-from sunset.errors import InvalidInputError, ManagerError, OutputError, RecordError, SunsetError
+from sunset.errors import (
+    ExtensionError,
+    InvalidInputError,
+    ManagerError,
+    OutputError,
+    RecordError,
+    SunsetError,
+)
 from sunset.experiments.files import make_folder, write_text
 from sunset.experiments.manager import manager_checksum
 from sunset.experiments.resources import Resources, prepare
@@ -201,15 +208,17 @@ def _run_all(todo: Sequence[tuple[RunSpec, Path, str | None]], jobs: int) -> Ite
 
 
 def _run(spec: RunSpec, folder: Path, known: str | None) -> None:
-    """Do one run of a campaign; one whose managing system fails is recorded as such.
+    """Do one run of a campaign; one whose managing system, or an extension's node, fails is recorded as such.
 
     Raises:
-        SunsetError: the run failed, and no managing system of the user's can be the reason.
+        SunsetError: the run failed, and neither can be the reason.
     """
     spec.load_extensions()
     prepare(spec)  # no managing system has a part in what is wrong with these
     try:
         run(spec, folder, known=known)
+    except ExtensionError as error:
+        record_failure(spec, folder, manager_checksum=known or "", reason=str(error))
     except SunsetError as error:
         if spec.manager in MANAGERS or (spec.settings.live and not isinstance(error, ManagerError)):
             raise

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Iterator
 from contextlib import ExitStack, closing, contextmanager, suppress
 from copy import copy
 from pathlib import Path
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import apsw
 from rosbags.rosbag2 import Reader, storage_mcap
@@ -23,6 +23,9 @@ if sys.version_info >= (3, 14):
     from compression import zstd
 else:
     from backports import zstd
+
+if TYPE_CHECKING:
+    from rosbags.rosbag2.reader import ReaderProtocol
 
 LARGEST: Final = 2**28
 """256 MiB: an image of 8192 x 8192 pixels in four channels."""
@@ -49,7 +52,8 @@ def open_bag(path: Path) -> Reader:
         if isinstance(bag, DirectoryReader) and bag.metadata.compression_mode == "message":
             bag.metadata = bag.metadata._replace(compression_mode=None)  # which would expand without bounds
         for file in bag.storages if isinstance(bag, DirectoryReader) else [bag]:
-            file.path = file.path.absolute()  # it is opened again, maybe from another folder
+            if isinstance(file, McapReader | Sqlite3Reader):
+                file.path = Path(str(file.path)).absolute()  # it is opened again, maybe from another folder
             if isinstance(file, McapReader):
                 _check(file.path.stat().st_size, (chunk.uncompressed_size for chunk in file.chunks))
             elif isinstance(file, Sqlite3Reader) and file.dbconn is not None:
@@ -80,14 +84,14 @@ def reopened(bag: Reader) -> Iterator[Reader]:
 
 
 @contextmanager
-def _reopened(file: McapReader | Sqlite3Reader) -> Iterator[McapReader | Sqlite3Reader]:
+def _reopened(file: "ReaderProtocol") -> "Iterator[ReaderProtocol]":
     own = copy(file)
     if isinstance(own, McapReader):
-        with file.path.open("rb") as own.bio:
+        with own.path.open("rb") as own.bio:
             yield own
-    else:
+    elif isinstance(own, Sqlite3Reader):
         flags = apsw.SQLITE_OPEN_READONLY | apsw.SQLITE_OPEN_URI
-        with closing(apsw.Connection(f"file:{file.path}?immutable=1", flags=flags)) as own.dbconn:
+        with closing(apsw.Connection(f"file:{own.path}?immutable=1", flags=flags)) as own.dbconn:
             own.dbconn.limit(apsw.SQLITE_LIMIT_LENGTH, LARGEST)
             yield own
 

@@ -9,7 +9,7 @@ sentence on stderr and exit code 2::
     │   ├── ParameterError         a ROS parameter: unknown, wrong type, out of range
     │   ├── DataError              a bag, a frame, a data set: missing, truncated, of another kind
     │   ├── ModelError             weights or a model card: missing, corrupt, of another shape
-    │   ├── ExtensionError         a description of the managed system: not importable, contradicting itself
+    │   ├── ExtensionError         a description of the managed system: not importable, contradicting itself, failing
     │   └── RecordError            a record or a results folder: missing, corrupt, of another version
     ├── ManagerError               a managing system that cannot be loaded, raises, or hangs
     ├── MiddlewareError            misuse or failure of the middleware
@@ -50,7 +50,7 @@ class ModelError(InvalidInputError):
 
 
 class ExtensionError(InvalidInputError):
-    """An extension of the managed system cannot be imported, or contradicts itself or the system."""
+    """An extension of the managed system cannot be imported, contradicts itself or the system, or fails."""
 
 
 class RecordError(InvalidInputError):

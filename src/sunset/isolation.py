@@ -105,6 +105,13 @@ class Watch:
             self.tick()
             self._times[0] = outer
 
+    def call_named(self, name: str, function: Callable[[], T]) -> T:
+        """Call a function; `running` names whose it is until it returns, and still when it has raised."""
+        self.running = name
+        result = function()
+        self.running = ""
+        return result
+
     def passed(self, limit_s: float) -> str:
         """Return which limit the process has passed, as the end of a sentence; empty if it has passed none."""
         since, last = self._times[0], self._times[1]

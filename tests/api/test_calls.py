@@ -262,19 +262,19 @@ def test_a_run_is_printed_as_its_report_and_named_in_one_line(
 
 
 def test_a_comparison_is_printed_as_a_table() -> None:
-    rows = [("a", 0.6, 0.5), ("b", 0.8, 0.5)]
+    rows = [("a", 0.6, 0.5), ("b", 0.7, 0.5), ("c", 0.8, 0.5)]
     first, second, difference, one_sided = compare_means(rows)
     iou = Difference(figure="iou", first=first, second=second, difference=difference, one_sided=one_sided)
     downtime = Difference(figure="t_down_s", first=None, second=None, difference=None, one_sided=1)
     comparison = PairedComparison(
-        first="focus", second="none", pairs=2, left_out=0, differences=(iou, downtime)
+        first="focus", second="none", pairs=3, left_out=0, differences=(iou, downtime)
     )
 
     head, *lines = [re.split(r" {2,}", line) for line in str(comparison).splitlines()]
 
     assert head == ["figure", "focus", "none", "difference", "95 % interval", "pairs"]
-    # 0.2 ± t · s/√n, with t = 12.71 of one degree of freedom and s/√n = 0.1
+    # 0.2 ± t · s/√n, with t = 4.303 of two degrees of freedom and s/√n = 0.0577
     assert lines == [
-        ["iou", "0.70", "0.50", "0.20", "-1.07 to 1.47", "2"],
+        ["iou", "0.70", "0.50", "0.20", "-0.05 to 0.45", "3"],
         ["t_down_s", "N/A", "N/A", "N/A", "N/A", "0"],
     ]

@@ -1,5 +1,6 @@
 """Calls from Python take extensions of the managed system, which are gone when they return."""
 
+import json
 import re
 from pathlib import Path
 
@@ -8,7 +9,7 @@ from tests.docs.test_docs import blocks
 
 import sunset
 from sunset.data import read_bag, write_bag
-from sunset.errors import RecordError, SunsetError
+from sunset.errors import ExtensionError, RecordError, SunsetError
 from sunset.system import current_system, extended_system, loaded_extensions
 
 pytestmark = pytest.mark.usefixtures("flight")
@@ -71,6 +72,55 @@ def test_a_campaign_of_several_processes_has_them_too(page: Path) -> None:
 def test_a_manager_is_checked_against_an_extension(page: Path) -> None:
     check = sunset.check_manager(Level, "altimeter_drift", duration=3, extensions=page / "altimeter.py")
     assert check.passed
+
+
+LIGHT_METER = Path(__file__).parents[1] / "experiments" / "lightmeter.py"
+FAILED = r"^The node light_meter failed in nofault, seed 2: it "
+WHERE = r" \(lightmeter.py, line \d+, in fail\)\.$"
+
+
+@pytest.mark.parametrize("manager", ["none", Level])
+@pytest.mark.parametrize(
+    ("mistake", "sentence"),
+    [
+        ("set_up raises", r"^The node light_meter could not be started: ValueError: mine" + WHERE),
+        ("set_up ends its process", FAILED + r"ended its process with exit code 3\.$"),
+        ("on_timer raises", FAILED + "raised ValueError: mine" + WHERE),
+        ("on_timer exits", FAILED + "raised SystemExit: enough" + WHERE),
+        ("on_timer ends its process", FAILED + r"ended its process with exit code 3\.$"),
+        ("on_timer loops", FAILED + "did nothing for 0.5 s" + WHERE),
+    ],
+)
+def test_a_node_of_an_extension_that_fails_is_named(
+    manager: str | type[Level], mistake: str, sentence: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("LIGHT_METER", mistake)
+    monkeypatch.setattr("sunset.isolation._STILL_S", 0.5)
+
+    with pytest.raises(ExtensionError, match=sentence):
+        sunset.run("nofault", manager, seed=2, duration=1, manager_limit=0.5, extensions=LIGHT_METER)
+
+
+def test_a_campaign_goes_on_when_a_node_of_an_extension_fails(
+    page: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("LIGHT_METER", "set_up raises")
+
+    results = sunset.bench(
+        "nofault",
+        {"none": "none", "level": Level},
+        out=page / "results",
+        repetitions=2,
+        references=False,
+        duration=1,
+        jobs=1,
+        extensions=LIGHT_METER,
+    )
+
+    reasons = [json.loads(file.read_text())["reason"] for file in page.glob("results/runs/*/*/*/*/run.json")]
+    assert len(reasons) == 4
+    assert all(reason.startswith("The node light_meter could not be started") for reason in reasons)
+    assert "light_meter" in results.table()
 
 
 def test_curves_have_its_faults_and_so_has_a_list_in_its_context(page: Path, flight: Path) -> None:

@@ -1,6 +1,10 @@
 """What people get wrong in Python: every mistake is a `SunsetError` with one sentence that says what to do."""
 
+import functools
 import json
+import multiprocessing
+import subprocess
+import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -333,3 +337,41 @@ def test_an_instance_in_place_of_its_class_is_told() -> None:
 
 def test_fifty_mistakes_are_tried() -> None:
     assert sum(map(len, (RUNS, CAMPAIGNS, STORED, OTHERS))) >= 50
+
+
+CALLS = {
+    "bench": 'sunset.bench("nofault", ["none"], out="results", references=False, duration=1)',
+    "check_manager": 'sunset.check_manager("none", "nofault", duration=1)',
+}
+
+
+@pytest.mark.usefixtures("flight")
+@pytest.mark.parametrize("call", CALLS.values(), ids=CALLS)
+def test_a_script_that_cannot_be_imported_is_told_of_the_guard(call: str, tmp_path: Path) -> None:
+    script = tmp_path / "script.py"
+    script.write_text(f"import sunset\n\n{call}\n", encoding="utf-8")
+
+    run = functools.partial(subprocess.run, check=False, capture_output=True, text=True, cwd=tmp_path)
+    unguarded = run([sys.executable, script.name])
+    without_a_file = run([sys.executable], input=script.read_text(encoding="utf-8"))
+
+    assert unguarded.stderr.count("Traceback") == 1
+    assert "the call must stand below 'if __name__ == \"__main__\":'." in unguarded.stderr.splitlines()[-1]
+    assert without_a_file.stderr.count("Traceback") == 1
+    assert "<stdin> is not a file: save it as one" in without_a_file.stderr.splitlines()[-1]
+
+
+def _bench(out: Path) -> str:
+    with pytest.raises(SunsetError) as caught:
+        sunset.bench("nofault", ["none"], out=out, references=False, duration=1)
+    return str(caught.value)
+
+
+@pytest.mark.usefixtures("flight")
+def test_a_process_that_can_have_no_workers_is_told_what_can(tmp_path: Path) -> None:
+    with multiprocessing.get_context("spawn").Pool(1) as pool:
+        sentence = pool.apply(_bench, (tmp_path / "results",))
+
+    assert sentence.startswith(
+        "A daemonic process, such as one of multiprocessing.Pool, can have no worker processes"
+    )

@@ -112,9 +112,7 @@ def test_faults_without_a_name_are_refused(record: Path, faults: object, message
 
 def test_a_run_whose_managing_system_failed_has_no_time_line(record: Path) -> None:
     reason = "The managing system mine.py:Mine failed: it raised KeyError."
-    with pytest.raises(
-        RecordError, match=r"has no time line, since its managing system failed: The .* KeyError\."
-    ):
+    with pytest.raises(RecordError, match=r"has no time line, since it failed: The .* KeyError\."):
         read_stored_run(described(record, manager_failed=reason))
     with pytest.raises(RecordError) as found:
         read_stored_run(described(record, manager_failed="it raised " * 1000))

@@ -32,8 +32,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         on stderr), 130 interrupted, 143 ended by SIGTERM.
     """
     fill_standard_streams()
-    sys.stdout = sys.stdout or open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115  to the end of the process
-    sys.stderr = sys.stderr or open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115
+    sys.stdout = sys.stdout or os.fdopen(1, "w", encoding="utf-8")
+    sys.stderr = sys.stderr or os.fdopen(2, "w", encoding="utf-8")
     arguments = sys.argv[1:] if arguments is None else arguments
     verb = next(iter(arguments), "")
     if isinstance(sys.stdout, TextIOWrapper):  # some terminals have no arrows

@@ -15,7 +15,14 @@ from typing import Annotated, Final
 from msgspec import Meta
 from msgspec.structs import asdict
 
-from sunset.errors import InvalidInputError, ManagerError, OutputError, RecordError, SunsetError
+from sunset.errors import (
+    ExtensionError,
+    InvalidInputError,
+    ManagerError,
+    OutputError,
+    RecordError,
+    SunsetError,
+)
 from sunset.experiments.files import make_folder, write_text
 from sunset.experiments.manager import manager_checksum
 from sunset.experiments.resources import Resources, prepare
@@ -29,7 +36,7 @@ from sunset.schemas import check_fields, document_text
 from sunset.seeding import check_seed
 from sunset.system import loaded_extensions
 from sunset.texts import suggestion
-from sunset.workers import Progress, check_jobs, processors, worker_pool
+from sunset.workers import Progress, check_jobs, end_if_imported, processors, worker_pool
 
 REFERENCE_SUITES: Final = ("nofault", "degraded")
 """The suites that, without a managing system, give the first two rows of the paper's table."""
@@ -146,6 +153,7 @@ def bench(spec: BenchSpec, out: Path, *, jobs: int | None = None, progress: Prog
         ManagerError: a managing system cannot be loaded or failed.
         OutputError: `out` cannot be written, or another process runs its campaign.
     """
+    end_if_imported()
     check_jobs(jobs)
     runs = plan(spec)
     # rendering a flight and loading a model are done once, before the workers need them
@@ -204,15 +212,17 @@ def _run_all(todo: Sequence[tuple[RunSpec, Path, str | None]], jobs: int) -> Ite
 
 
 def _run(spec: RunSpec, folder: Path, known: str | None) -> None:
-    """Do one run of a campaign; one whose managing system fails is recorded as such.
+    """Do one run of a campaign; one whose managing system, or an extension's node, fails is recorded as such.
 
     Raises:
-        SunsetError: the run failed, and no managing system of the user's can be the reason.
+        SunsetError: the run failed, and neither can be the reason.
     """
     spec.load_extensions()
     prepare(spec)  # no managing system has a part in what is wrong with these
     try:
         run(spec, folder, known=known)
+    except ExtensionError as error:
+        record_failure(spec, folder, manager_checksum=known or "", reason=str(error))
     except SunsetError as error:
         if spec.manager in MANAGERS or (spec.settings.live and not isinstance(error, ManagerError)):
             raise

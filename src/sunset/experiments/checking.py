@@ -18,7 +18,7 @@ from sunset.managing import is_registered
 from sunset.recording import read_messages
 from sunset.system import COMMANDS_TOPIC
 from sunset.texts import counted, shorten
-from sunset.workers import Progress, worker_pool
+from sunset.workers import Progress, end_if_imported, worker_pool
 
 _HASH_SEED: Final = "PYTHONHASHSEED"
 _SHOWN: Final = 3
@@ -86,6 +86,7 @@ def check_manager(spec: RunSpec, *, progress: Progress | None = None) -> Manager
     Raises:
         SunsetError: as `run`.
     """
+    end_if_imported()
     # what is wrong with it is said at once
     manager_checksum(spec.manager, limit_s=spec.settings.manager_limit_s)
     prepare(spec)

@@ -1,19 +1,22 @@
-"""The managing system as part of an experiment: how it is made, and what is said if it fails."""
+"""The managing system as part of an experiment: how it is made, and what is said if it or a node fails."""
 
 import inspect
+import signal
 import traceback
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
-from sunset.errors import ManagerError, ScenarioError, SunsetError
+from sunset.errors import ExtensionError, ManagerError, ScenarioError, SunsetError
 from sunset.experiments.observer import Observer
 from sunset.experiments.spec import EXTERNAL, RunSpec
 from sunset.isolation import ProcessDeath, UnexpectedError, Watch, call_isolated
 from sunset.managing import MANAGERS, ManagingSystem, checksum, load_manager, manager_sources
 from sunset.ros import CallbackError, Context, Parameter
-from sunset.system import current_system
+from sunset.system import MANAGER_PROCESS, current_system
 from sunset.texts import shorten
+
+_PACKAGE: Final = Path(__file__).parents[1]
 
 
 def manager_factory(
@@ -60,20 +63,28 @@ def manager_checksum(manager: str, *, limit_s: float) -> str:
     return str(isolate(manager, "cannot be loaded", lambda watch: watch.call(load), limit_s=limit_s))
 
 
-def isolate(manager: str, what: str, function: Callable[[Watch], Any], *, limit_s: float) -> Any:
+def isolate(
+    manager: str,
+    what: str,
+    function: Callable[[Watch], Any],
+    *,
+    limit_s: float,
+    nodes: Collection[str] = (),
+) -> Any:
     """Call a function in which a managing system runs in a process of its own, and return what it returns.
 
     `what` says of the managing system what happened if the call fails, such as `cannot be loaded`; the function and the
-    limit are those of `call_isolated`.
+    limit are those of `call_isolated`; the nodes are those whose code is not SUNSET's own, or need not be.
 
     Raises:
         ManagerError: it raised, hung, or ended its process.
+        ExtensionError: one of the nodes did.
         SunsetError: what the function raised.
     """
     try:
         return call_isolated(function, limit_s=limit_s)
     except ProcessDeath as death:
-        raise _death_error(manager, what, death) from death
+        raise _death_error(manager, what, death, nodes) from death
     except UnexpectedError as error:
         if manager in MANAGERS:
             raise
@@ -81,12 +92,19 @@ def isolate(manager: str, what: str, function: Callable[[Watch], Any], *, limit_
         raise ManagerError(f"The managing system {manager} {what}: it ended in {shorten(last)}.") from error
 
 
-def _death_error(manager: str, what: str, death: ProcessDeath) -> SunsetError:
+def _death_error(manager: str, what: str, death: ProcessDeath, nodes: Collection[str]) -> SunsetError:
     """Return what a user is told when the process of a managing system ended; as `isolate`."""
-    if manager in MANAGERS:
+    if death.running in nodes:
+        return ExtensionError(
+            f"The node {death.running} {what}: it {death.reason}{_foreign_place(death.frames[::-1])}."
+        )
+    if manager in MANAGERS or (nodes and death.running != MANAGER_PROCESS):
+        killed = signal.SIGKILL.name in death.reason
+        cause = ": it was killed, for instance for want of memory" if killed else ""
+        remedy = ", with fewer --jobs if memory was short" if killed else ""
         return SunsetError(
-            f"The process of the run {death.reason}: it was killed, for instance for want of memory; what was finished "
-            "is kept: run the same command again, with fewer --jobs if memory was short."
+            f"The process of the run {death.reason}{cause}; what was finished is kept: run the same command "
+            f"again{remedy}."
         )
     source = Path(manager.rpartition(":")[0])
     places = [
@@ -153,6 +171,44 @@ def manager_error(spec: RunSpec, manager: ManagingSystem, error: BaseException) 
         f"The managing system {spec.manager} failed in {spec.scenario.name}, seed {spec.seed}: it raised "
         f"{_described(cause)}{_place(type(manager), cause)}."
     )
+
+
+def node_error(
+    spec: RunSpec, node: str, error: BaseException, *, starting: bool = False
+) -> ExtensionError | None:
+    """Return what a user is told when a node raised, in its constructor or a callback; None if SUNSET itself did.
+
+    Whatever code an extension adds, a class or the effect of a fault, runs in a managed node.
+    """
+    cause = error.__cause__ if isinstance(error, CallbackError) and error.__cause__ else error
+    if cause is not error and isinstance(cause, ExtensionError):  # a redeployed node could not be started
+        return cause
+    place = _foreign_place(
+        [
+            (frame.filename, frame.lineno or 0, frame.name)
+            for frame in traceback.extract_tb(cause.__traceback__)
+        ]
+    )
+    if (
+        not spec.extensions
+        or node not in current_system().nodes
+        or (isinstance(cause, SunsetError) and not place)
+    ):
+        return None
+    if starting:
+        return ExtensionError(f"The node {node} could not be started: {_described(cause)}{place}.")
+    return ExtensionError(
+        f"The node {node} failed in {spec.scenario.name}, seed {spec.seed}: it raised {_described(cause)}{place}."
+    )
+
+
+def _foreign_place(frames: Sequence[tuple[str, int, str]]) -> str:
+    """Return which line of the first file that is not SUNSET's was the last to run; the frames are outermost first."""
+    foreign = [frame for frame in frames if not Path(frame[0]).is_relative_to(_PACKAGE)]
+    if not foreign:
+        return ""
+    file, line, function = [frame for frame in foreign if frame[0] == foreign[0][0]][-1]
+    return f" ({Path(file).name}, line {line}, in {function})"
 
 
 def _described(error: BaseException) -> str:

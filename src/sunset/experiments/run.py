@@ -25,7 +25,7 @@ from sunset.metrics import RunMetrics, Timeline, score
 from sunset.recording import RecordWriter, RunRecord, StoredFault, StoredRun, log_of, told_topics
 from sunset.recording.reader import timeline_of
 from sunset.rmw.backends import live_middleware
-from sunset.system import current_system
+from sunset.system import MANAGER_PROCESS, current_system
 
 
 def run(spec: RunSpec, folder: Path, *, log: bool = False, known: str | None = None) -> StoredRun:
@@ -44,6 +44,7 @@ def run(spec: RunSpec, folder: Path, *, log: bool = False, known: str | None = N
     Raises:
         ManagerError: the managing system could not be loaded, raised, did not return, ended its process, or was
             changed meanwhile.
+        ExtensionError: a node of the extended system raised, hung, or ended its process, in the simulation.
         ModelError: the model cannot be used.
         DataError: the bag cannot be used.
         OutputError: the record cannot be written.
@@ -81,7 +82,9 @@ def _unseen(observed: Timeline) -> Iterator[str]:
 
 
 def record_failure(spec: RunSpec, folder: Path, *, manager_checksum: str, reason: str) -> None:
-    """Write what stands in the place of a run whose managing system failed: a record without messages or figures.
+    """Write what stands in the place of a run that failed: a record without messages or figures.
+
+    Its managing system or a node of an extension failed.
 
     Raises:
         OutputError: it cannot be written.
@@ -120,8 +123,10 @@ def _run_simulated(
     spec: RunSpec, resources: Resources, writer: RecordWriter, *, log: bool, known: str | None
 ) -> _Outcome:
     def run_isolated(watch: Watch) -> dict[str, object]:
+        watch.running = MANAGER_PROCESS
         made = watch.call(lambda: load_manager(spec.manager))
         sources = watch.call(lambda: manager_sources(spec.manager, made))
+        watch.running = ""
         with _unchanged(spec.manager, lambda: checksum(spec.manager, sources), known) as found:
             observer = Observer(writer)
             start_ns = run_simulated(spec, own_cache(resources, spec, found), watch, made, observer, log=log)
@@ -129,7 +134,13 @@ def _run_simulated(
         return {"start_ns": start_ns, "violations": list(observer.violations), "manager_checksum": found}
 
     what = f"failed in {spec.scenario.name}, seed {spec.seed}"
-    told = isolate(spec.manager, what, run_isolated, limit_s=spec.settings.manager_limit_s)
+    told = isolate(
+        spec.manager,
+        what,
+        run_isolated,
+        limit_s=spec.settings.manager_limit_s,
+        nodes=current_system().nodes if spec.extensions else (),
+    )
     writer.load()
     return _Outcome(int(told["start_ns"]), tuple(told["violations"]), str(told["manager_checksum"]))
 

@@ -2,10 +2,17 @@
 
 from collections.abc import Callable, Mapping
 from functools import partial
+from types import MappingProxyType
 from typing import TypeVar
 
 from sunset.errors import SunsetError
-from sunset.experiments.manager import bring_up_timeout_error, check_injection, manager_error, manager_factory
+from sunset.experiments.manager import (
+    bring_up_timeout_error,
+    check_injection,
+    manager_error,
+    manager_factory,
+    node_error,
+)
 from sunset.experiments.observer import Observer
 from sunset.experiments.parameters import node_parameters
 from sunset.experiments.resources import Resources
@@ -22,6 +29,8 @@ from sunset.seeding import generator
 from sunset.system import MANAGER_PROCESS, SURROUNDING, current_system
 
 NodeFactory = Callable[[Context], Node]
+Around = Callable[[Callable[[], None]], None]
+"""Calls a callback."""
 NodeT = TypeVar("NodeT", bound=Node)
 
 _S = 10**9
@@ -30,17 +39,29 @@ _LAUNCH_NS = _S
 
 
 class SimulatedProcesses:
-    """Processes of nodes in a simulated world; a `ProcessHost`."""
+    """Processes of nodes in a simulated world; a `ProcessHost`.
 
-    def __init__(self, simulation: Simulation, factories: Mapping[str, NodeFactory]) -> None:
+    Args:
+        simulation: the world.
+        factories: node → what makes it.
+        around: node → what calls its callbacks, where the simulation does not just call them.
+    """
+
+    def __init__(
+        self,
+        simulation: Simulation,
+        factories: Mapping[str, NodeFactory],
+        around: Mapping[str, Around] = MappingProxyType({}),
+    ) -> None:
         self._simulation = simulation
         self._factories = dict(factories)
+        self._around = around
         self._running: dict[str, SimProcess] = {}
         self._handlers: list[Callable[[str], None]] = []
 
     def start(self, node: str) -> None:
         """Start a new process for `node`."""
-        self._running[node] = process = self._simulation.create_process(node)
+        self._running[node] = process = self._simulation.create_process(node, around=self._around.get(node))
         self._simulation.on_exit(process, lambda _: self._ended(node))
         bring_up(process, self._factories[node])
 
@@ -102,15 +123,35 @@ def run_simulated(
 
     Raises:
         ManagerError: the managing system raised.
+        ExtensionError: a node of a system with extensions raised.
         SunsetError: the system did not come up, or the scenario could not be injected.
     """
+    try:
+        return _run(spec, resources, watch, made, observer, log=log)
+    except BaseException as error:
+        blame = node_error(spec, watch.running, error)
+        if blame is None:
+            raise
+        raise blame from error
+
+
+def _run(
+    spec: RunSpec,
+    resources: Resources,
+    watch: Watch,
+    made: type[ManagingSystem],
+    observer: Observer,
+    *,
+    log: bool,
+) -> int:
     timing, system = spec.settings.timing, current_system()
     simulation = Simulation(
         seed=spec.seed, compute=system.compute_s, jitter=timing.jitter, latency_s=timing.latency_s
     )
     simulation.add_tap(observer)
     simulation.add_tap(_SignOfLife(watch))
-    processes = SimulatedProcesses(simulation, _factories(spec, resources))
+    around = {name: partial(watch.call_named, name) for name in system.nodes} if spec.extensions else {}
+    processes = SimulatedProcesses(simulation, _factories(spec, resources, watch), around)
 
     def started(name: str, factory: Callable[[Context], NodeT]) -> NodeT:
         return bring_up(simulation.create_process(name), factory)
@@ -130,8 +171,11 @@ def run_simulated(
         simulation.run_until(launch_ns)
         processes.start(name)
     simulation.run_until(simulation.now + _launch_ns(spec.seed, MANAGER_PROCESS))
-    process = simulation.create_process(MANAGER_PROCESS, around=watch.call)
-    manager = bring_up(process, factory, log=log)
+    process = simulation.create_process(
+        MANAGER_PROCESS,
+        around=lambda callback: watch.call_named(MANAGER_PROCESS, lambda: watch.call(callback)),
+    )
+    manager = watch.call_named(MANAGER_PROCESS, lambda: bring_up(process, factory, log=log))
     try:
         start_ns = _conduct(simulation, supervisor, spec, observer)
     except SunsetError as error:
@@ -139,6 +183,8 @@ def run_simulated(
             raise
         raise manager_error(spec, manager, error) from error
     except BaseException as error:
+        if watch.running in system.nodes:
+            raise
         raise manager_error(spec, manager, error) from error
     observer.finish(simulation.now)
     return start_ns
@@ -167,7 +213,7 @@ def _conduct(simulation: Simulation, supervisor: Supervisor, spec: RunSpec, obse
     return supervisor.start_ns
 
 
-def _factories(spec: RunSpec, resources: Resources) -> dict[str, NodeFactory]:
+def _factories(spec: RunSpec, resources: Resources, watch: Watch) -> dict[str, NodeFactory]:
     """Return what makes the managed nodes, and the nodes that feed and watch them."""
     parameters = node_parameters(spec, resources)
     system = current_system()
@@ -176,10 +222,26 @@ def _factories(spec: RunSpec, resources: Resources) -> dict[str, NodeFactory]:
         "segmentation": partial(system.node_class("segmentation"), segmenter=resources.segmenter),
         "bag_player": partial(BagPlayer, reader=resources.bag),
     }
-    return {
+    factories = {
         name: _factory(given.get(name) or system.node_class(name), parameters.get(name, {}))
         for name in (*system.nodes, *SURROUNDING)
     }
+    if not spec.extensions:
+        return factories
+    return factories | {name: _watched(name, factories[name], watch, spec) for name in system.nodes}
+
+
+def _watched(name: str, factory: NodeFactory, watch: Watch, spec: RunSpec) -> NodeFactory:
+    def make(context: Context) -> Node:
+        try:
+            return watch.call_named(name, lambda: factory(context))
+        except BaseException as error:
+            blame = node_error(spec, name, error, starting=True)
+            if blame is None:
+                raise
+            raise blame from error
+
+    return make
 
 
 def _factory(node: Callable[..., Node], parameters: Mapping[str, bool | int | float | str]) -> NodeFactory:

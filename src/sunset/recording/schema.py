@@ -45,7 +45,8 @@ class RunRecord(msgspec.Struct, frozen=True, kw_only=True):
         suite: empty for a scenario of one's own.
         manager_spec: what the managing system was loaded as, where that is not its name.
         manager_checksum: of the files that it is written in; empty if it has none.
-        manager_failed: why the managing system failed, so that there is no message and no figure; None if it did not.
+        manager_failed: why the managing system, or an extension's node, failed, so that there are neither messages nor
+            figures; None if they did not.
         bag_size: height and width of the recorded images, in pixels.
         bag_dropped: how many images have no partner.
         frame_size: height and width of what the networks take, in pixels.

@@ -125,12 +125,12 @@ def read_stored_run(folder: Path) -> StoredRun:
 
     Raises:
         RecordError: as `read_timeline`; `run.json` has a metric that no run can have; or there is nothing to tell,
-            because the managing system failed.
+            because it failed.
     """
     run = read_run(folder)
     if run.manager_failed is not None:
         raise RecordError(
-            f"The run in {folder} has no time line, since its managing system failed: {shorten(run.manager_failed)}"
+            f"The run in {folder} has no time line, since it failed: {shorten(run.manager_failed)}"
         )
     check_extensions(run, folder)
     messages = read_messages(folder, told_topics())

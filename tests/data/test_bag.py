@@ -500,22 +500,23 @@ def test_an_image_that_was_damaged_after_the_bag_was_opened_is_named(tmp_path: P
 
 
 @pytest.mark.parametrize("name", ["bag", "bag.mcap", "bag.db3"])
-def test_processes_and_folders_share_no_place_in_an_open_bag(
+def test_an_open_bag_is_read_from_any_folder_and_moves_no_place_that_a_fork_shares(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    write_bag(Path(name), make_frames(3), STAMPS)
+    write_bag(Path(name), make_frames(3, (60, 100)), STAMPS)
     with read_bag(Path(name)) as bag:
-        place = [os.lseek(int(file), 0, os.SEEK_CUR) for file in _open_files(tmp_path)]
+        files = _open_files(tmp_path)
+        assert [os.lseek(file, 0, os.SEEK_SET) for file in files] == [0]
         monkeypatch.chdir("/")
         for index in (2, 0, 1):
             assert bag.frame(index).rgb.shape == (*bag.size, 3)
-        assert [os.lseek(int(file), 0, os.SEEK_CUR) for file in _open_files(tmp_path)] == place
+        assert [os.lseek(file, 0, os.SEEK_CUR) for file in files] == [0]
 
 
-def _open_files(folder: Path) -> list[str]:
+def _open_files(folder: Path) -> list[int]:
     return sorted(
-        link.name
+        int(link.name)
         for link in Path("/proc/self/fd").iterdir()
         if link.exists() and link.readlink().is_relative_to(folder) and link.resolve().is_file()
     )

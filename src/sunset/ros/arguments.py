@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from sunset.ros._parameter_files import Override, parse_value, read_parameter_file
+from sunset.ros._parameter_files import Override, matches, parse_value, read_parameter_file
 from sunset.ros.exceptions import NameValidationException, UnknownROSArgsError
 from sunset.ros.logging import LoggingSeverity
 from sunset.ros.names import RemapRule, validate_namespace, validate_node_name, validate_topic_name
@@ -124,3 +124,13 @@ _FLAGS: dict[str, tuple[str, bool]] = {
     "--enable-stdout-logs": ("log_to_stderr", True),
     "--disable-stdout-logs": ("log_to_stderr", False),
 }
+
+
+def find_overrides(arguments: Sequence[Arguments], node: str) -> list[Parameter]:
+    """Return the parameters that are set for a node of this full name; the last, of the first arguments, win."""
+    return [
+        override.parameter
+        for each in reversed(arguments)
+        for override in each.overrides
+        if matches(override.nodes, node)
+    ]

@@ -4,7 +4,7 @@ The rules are those of https://design.ros2.org/articles/topic_and_service_names.
 """
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -182,3 +182,20 @@ def _check_token(whole: str, token: str, start: int, kind: str, error: type[Name
     end = match.end() if match else 0
     if end < len(token):
         raise error(kind, whole, f"must not contain {token[end]!r}", start + end)
+
+
+def rename_node(node_name: str, namespace: str, rules: Sequence[RemapRule]) -> tuple[str, str]:
+    """Return a node's name and namespace as rules for `__node` and `__ns` make them.
+
+    Raises:
+        NameValidationException: a name breaks the rules.
+    """
+    validate_node_name(node_name)
+    namespace = namespace if namespace.startswith("/") else f"/{namespace}"
+    applying = [rule for rule in rules if rule.node in {None, node_name}]
+    node_name = next((rule.target for rule in applying if rule.source == "__node"), node_name)
+    applying = [rule for rule in rules if rule.node in {None, node_name}]
+    namespace = next((rule.target for rule in applying if rule.source == "__ns"), namespace)
+    validate_node_name(node_name)
+    validate_namespace(namespace)
+    return node_name, namespace

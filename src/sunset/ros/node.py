@@ -12,19 +12,18 @@ from sunset.rmw.core.qos import QoSProfile, incompatibility
 from sunset.ros._callbacks import callback_name, driven
 from sunset.ros._node_graph import NodeGraph
 from sunset.ros._node_parameters import Changes, NodeParameters
-from sunset.ros._parameter_files import matches
 from sunset.ros._parameter_services import ParameterServices
 from sunset.ros._rosout import NodeLogSink
 from sunset.ros._time_source import TimeSource
 from sunset.ros._type_descriptions import describe_type
-from sunset.ros.arguments import Arguments
+from sunset.ros.arguments import Arguments, find_overrides
 from sunset.ros.callback_groups import CallbackGroup
 from sunset.ros.client import AnyClient, Client
 from sunset.ros.clock import Clock, ROSClock
 from sunset.ros.context import Context, get_default_context
 from sunset.ros.exceptions import NodeNameNonExistentError
 from sunset.ros.logging import Logger, LoggingSeverity
-from sunset.ros.names import RemapRule, resolve_name, validate_namespace, validate_node_name
+from sunset.ros.names import rename_node, resolve_name
 from sunset.ros.parameter import Parameter
 from sunset.ros.publisher import AnyPublisher, Publisher
 from sunset.ros.qos import (
@@ -90,7 +89,7 @@ class Node(NodeParameters, NodeGraph):
         if use_global_arguments:
             arguments.append(self.context.arguments)
         self._rules = [rule for each in arguments for rule in each.remaps]
-        name, namespace = _renamed(node_name, namespace or "/", self._rules)
+        name, namespace = rename_node(node_name, namespace or "/", self._rules)
         self.handle = self._middleware.create_node(name, namespace)
         self._publishers: list[AnyPublisher] = []
         self._subscriptions: list[AnySubscription] = []
@@ -108,7 +107,13 @@ class Node(NodeParameters, NodeGraph):
         NodeParameters.__init__(
             self,
             self.get_fully_qualified_name(),
-            self._find_overrides(arguments, parameter_overrides or []),
+            {
+                parameter.name: parameter
+                for parameter in (
+                    *find_overrides(arguments, self.get_fully_qualified_name()),
+                    *(parameter_overrides or ()),
+                )
+            },
             allow_undeclared=allow_undeclared_parameters,
             on_change=self._on_parameters_changed,
         )
@@ -341,16 +346,6 @@ class Node(NodeParameters, NodeGraph):
                     f"On {topic}, {mine} and {theirs} do not match: incompatible {policy}."  # noqa: G004  as in ROS
                 )
 
-    def _find_overrides(self, arguments: list[Arguments], own: list[Parameter]) -> dict[str, Parameter]:
-        node = self.get_fully_qualified_name()
-        given = [
-            override.parameter
-            for each in reversed(arguments)
-            for override in each.overrides
-            if matches(override.nodes, node)
-        ]
-        return {parameter.name: parameter for parameter in [*given, *own]}
-
     def _declare_overrides(self) -> None:
         for parameter in self._parameter_overrides.values():
             if not self.has_parameter(parameter.name):
@@ -393,18 +388,6 @@ class Node(NodeParameters, NodeGraph):
                     deleted_parameters=[parameter.to_parameter_msg() for parameter in changes.deleted],
                 )
             )
-
-
-def _renamed(node_name: str, namespace: str, rules: Sequence[RemapRule]) -> tuple[str, str]:
-    validate_node_name(node_name)
-    namespace = namespace if namespace.startswith("/") else f"/{namespace}"
-    applying = [rule for rule in rules if rule.node in {None, node_name}]
-    node_name = next((rule.target for rule in applying if rule.source == "__node"), node_name)
-    applying = [rule for rule in rules if rule.node in {None, node_name}]
-    namespace = next((rule.target for rule in applying if rule.source == "__ns"), namespace)
-    validate_node_name(node_name)
-    validate_namespace(namespace)
-    return node_name, namespace
 
 
 def _destroy(part: PartT, parts: list[PartT]) -> bool:

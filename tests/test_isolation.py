@@ -299,3 +299,36 @@ def test_an_interrupted_caller_leaves_no_process_behind(tmp_path: Path) -> None:
     for file in tmp_path.iterdir():
         with pytest.raises(ChildProcessError):
             os.waitpid(int(file.name), os.WNOHANG)
+
+
+INTERRUPTED = """
+import os, signal, threading, time
+from sunset.isolation import call_isolated
+
+forked = threading.Event()
+
+def kill():
+    forked.wait()
+    os.kill(os.getpid(), signal.SIGINT)
+
+thread = threading.Thread(target=kill)  # which has the signal not blocked
+thread.start()
+
+def interrupt():
+    forked.set()
+    thread.join()
+
+os.register_at_fork(after_in_parent=interrupt)
+try:
+    call_isolated(lambda _: time.sleep(60), limit_s=90)
+except KeyboardInterrupt:
+    print("interrupted")
+"""
+
+
+def test_an_interrupt_that_another_thread_takes_during_a_fork_is_not_lost() -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", INTERRUPTED], capture_output=True, text=True, check=True, timeout=30
+    )
+
+    assert (done.stdout, done.stderr) == ("interrupted\n", "")

@@ -13,6 +13,25 @@ _SIGNALS: Final = tuple(
 
 
 @contextmanager
+def noted_signals() -> Iterator[list[int]]:
+    """Give the signals that ask this process to end and come meanwhile, which do nothing else.
+
+    Ignored ones stay so, and threads that are not the main one leave all alone.
+    """
+    came: list[int] = []
+    before = {}
+    if threading.current_thread() is threading.main_thread():
+        for number in _SIGNALS:
+            if signal.getsignal(number) not in {signal.SIG_IGN, None}:
+                before[number] = signal.signal(number, lambda number, _: came.append(number))
+    try:
+        yield came
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+@contextmanager
 def noted_interrupts() -> Iterator[list[int]]:
     """Give the interrupts that come, which do what they did before: others may raise a `KeyboardInterrupt`, too."""
     came: list[int] = []
@@ -41,20 +60,11 @@ def held_signals() -> Iterator[Callable[[], None]]:
     only when the function that this gives is called, and when the context ends: a `KeyboardInterrupt` with the number
     of the signal that came first.
     """
-    came: list[int] = []
+    with noted_signals() as came:
 
-    def check() -> None:
-        if came:
-            raise KeyboardInterrupt(came[0])
+        def check() -> None:
+            if came:
+                raise KeyboardInterrupt(came[0])
 
-    before = {}
-    if threading.current_thread() is threading.main_thread():
-        for number in _SIGNALS:
-            if signal.getsignal(number) is not signal.SIG_IGN:
-                before[number] = signal.signal(number, lambda number, _: came.append(number))
-    try:
         yield check
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
     check()

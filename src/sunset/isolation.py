@@ -26,6 +26,7 @@ from typing import Final, NoReturn, TypeVar, cast
 from sunset import errors
 from sunset.errors import SunsetError
 from sunset.forks import fill_standard_streams, signal_after_parent
+from sunset.interruption import noted_signals
 from sunset.texts import shorten
 
 T = TypeVar("T")
@@ -178,23 +179,12 @@ def _fork() -> int:
     Where another thread takes a signal, its handler runs in this one all the same, and what it raises is lost in one of
     the functions that Python calls at a fork.
     """
-    came: list[int] = []
-    is_main = threading.current_thread() is threading.main_thread()
-    handlers = {number: signal.getsignal(number) for number in _ENDING if is_main}
-    handlers = {number: handler for number, handler in handlers.items() if callable(handler)}
-    for number in handlers:
-        signal.signal(number, lambda number, _: came.append(number))
-    pid = -1
-    try:
-        with warnings.catch_warnings():
-            # of Python from 3.12 on; the other threads that there may be are not needed on the other side
-            warnings.simplefilter("ignore", DeprecationWarning)
-            pid = os.fork()
-    finally:
-        for number, handler in handlers.items() if pid else ():
-            signal.signal(number, handler)
-    for again in came if pid else ():
-        signal.raise_signal(again)
+    with noted_signals() as came, warnings.catch_warnings():
+        # of Python from 3.12 on; the other threads that there may be are not needed on the other side
+        warnings.simplefilter("ignore", DeprecationWarning)
+        pid = os.fork()
+    for number in came if pid else ():
+        signal.raise_signal(number)
     return pid
 
 

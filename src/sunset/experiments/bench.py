@@ -26,7 +26,7 @@ from sunset.errors import (
 from sunset.experiments.files import make_folder, write_text
 from sunset.experiments.manager import manager_checksum
 from sunset.experiments.resources import Resources, prepare
-from sunset.experiments.run import record_failure, run, versions
+from sunset.experiments.run import record_failure, run_prepared, versions
 from sunset.experiments.spec import RunSpec, Settings
 from sunset.managing import MANAGERS, is_registered, split_label
 from sunset.names import base_name
@@ -218,15 +218,14 @@ def _run(spec: RunSpec, folder: Path, known: str | None) -> None:
         SunsetError: the run failed, and neither can be the reason.
     """
     spec.load_extensions()
-    prepare(spec)  # no managing system has a part in what is wrong with these
+    resources = prepare(spec)  # no managing system has a part in what is wrong with these
     try:
-        run(spec, folder, known=known)
-    except ExtensionError as error:
-        record_failure(spec, folder, manager_checksum=known or "", reason=str(error))
+        run_prepared(spec, resources, folder, known=known)
     except SunsetError as error:
-        if spec.manager in MANAGERS or (spec.settings.live and not isinstance(error, ManagerError)):
+        ours = spec.manager in MANAGERS or (spec.settings.live and not isinstance(error, ManagerError))
+        if ours and not isinstance(error, ExtensionError):
             raise
-        record_failure(spec, folder, manager_checksum=known or "", reason=str(error))
+        record_failure(spec, resources, folder, manager_checksum=known or "", reason=str(error))
 
 
 def _claim(out: Path, plan: CampaignPlan) -> None:

@@ -28,7 +28,7 @@ from sunset.rmw.backends import live_middleware
 from sunset.system import MANAGER_PROCESS, current_system
 
 
-def run(spec: RunSpec, folder: Path, *, log: bool = False, known: str | None = None) -> StoredRun:
+def run(spec: RunSpec, folder: Path, *, log: bool = False) -> StoredRun:
     """Run one experiment, write its record to a new folder, and score it.
 
     The folder appears when the run is complete, under its final name. A simulated experiment takes place in a process
@@ -39,7 +39,6 @@ def run(spec: RunSpec, folder: Path, *, log: bool = False, known: str | None = N
         spec: what is run.
         folder: the record's folder, which must not exist, or be empty.
         log: whether what the managing system logs goes to stderr as well as to the record.
-        known: the checksum that the managing system's files must have; None for any.
 
     Raises:
         ManagerError: the managing system could not be loaded, raised, did not return, ended its process, or was
@@ -50,7 +49,16 @@ def run(spec: RunSpec, folder: Path, *, log: bool = False, known: str | None = N
         OutputError: the record cannot be written.
     """
     spec.load_extensions()
-    resources = prepare(spec)
+    return run_prepared(spec, prepare(spec), folder, log=log)
+
+
+def run_prepared(
+    spec: RunSpec, resources: Resources, folder: Path, *, log: bool = False, known: str | None = None
+) -> StoredRun:
+    """Run one experiment with what `prepare` has found, its extensions loaded; as `run`.
+
+    `known` is the checksum that the managing system's files must have; None for any.
+    """
     described = _describe(spec, resources)
     with RecordWriter(folder) as writer:
         conduct = _run_live if spec.settings.live else _run_simulated
@@ -81,7 +89,9 @@ def _unseen(observed: Timeline) -> Iterator[str]:
             yield f"{signal.node} never reported {signal.key}, so that {failure.name} could not be seen"
 
 
-def record_failure(spec: RunSpec, folder: Path, *, manager_checksum: str, reason: str) -> None:
+def record_failure(
+    spec: RunSpec, resources: Resources, folder: Path, *, manager_checksum: str, reason: str
+) -> None:
     """Write what stands in the place of a run that failed: a record without messages or figures.
 
     Its managing system or a node of an extension failed.
@@ -92,7 +102,7 @@ def record_failure(spec: RunSpec, folder: Path, *, manager_checksum: str, reason
     with RecordWriter(folder) as writer:
         writer.close(
             replace(
-                _describe(spec, prepare(spec)),
+                _describe(spec, resources),
                 manager_checksum=manager_checksum,
                 manager_failed=reason,
                 metrics=dict.fromkeys(RunMetrics.names()),

@@ -1,17 +1,14 @@
 """ROS parameters bound to attributes: declared in the class body, validated, read like attributes."""
 
 import math
-import re
 import sys
 from collections.abc import Callable
 from typing import Any, Final, Generic, Protocol, Self, TypeVar, overload
 
 from sunset.interfaces.rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 from sunset.ros.exceptions import NameValidationException
-from sunset.system import NAMESPACE, current_system, short_name
+from sunset.system import NAMESPACE, current_system, is_topic_name, short_name
 from sunset.texts import suggestion
-
-_TOPIC: Final = re.compile(r"/?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*")
 
 ValueT = TypeVar("ValueT", bound=bool | int | float | str)
 
@@ -149,7 +146,7 @@ class TopicParameter(NodeParameter[str]):
 
     def refusal(self, node: _Host, value: object) -> str:
         """Refuse what is not the name of a topic, and in the managed system one that none of its nodes publishes on."""
-        if not _TOPIC.fullmatch(str(value)):
+        if not is_topic_name(str(value)):
             return f"{self.name} must be a topic's name such as {self.default}, got {value!r}."
         try:
             topic = node.resolve_topic_name(str(value))

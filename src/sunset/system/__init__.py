@@ -41,7 +41,14 @@ from sunset.system.harness import (
     TRUTH_TOPIC,
     HarnessNode,
 )
-from sunset.system.names import NAMESPACE, frequency_entry, full_name, scenario_name, short_name
+from sunset.system.names import (
+    NAMESPACE,
+    frequency_entry,
+    full_name,
+    is_topic_name,
+    scenario_name,
+    short_name,
+)
 from sunset.system.paper import BLUR_SIGMA, DEPTH_DEGRADATION_RANGE, IMAGE_DEGRADATION_RANGE
 from sunset.system.system import Extension, System
 from sunset.system.window import DURATION_S, PERIOD_S, SILENCE_S, WINDOW, MovingMean, Rate, Window
@@ -95,6 +102,7 @@ __all__ = [
     "frequency_entry",
     "full_name",
     "get_fault",
+    "is_topic_name",
     "load_extension",
     "loaded_extensions",
     "scenario_name",

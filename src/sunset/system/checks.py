@@ -1,6 +1,5 @@
 """What the parts of a managed system must be, so that they fit each other; one sentence for each mistake."""
 
-import re
 from collections.abc import Collection, Iterable, Mapping
 from math import inf, isfinite
 from typing import Final, TypeVar, get_args
@@ -17,13 +16,12 @@ from sunset.system.description import (
     Signal,
 )
 from sunset.system.harness import RESERVED_NAMES, SENSOR_TOPICS
-from sunset.system.names import full_name
+from sunset.system.names import full_name, is_topic_name
 from sunset.texts import suggestion
 
 LONGEST_DELAY_S: Final = 3600.0
 """The longest time from a node's start until it activates itself [s]."""
 _PAIR: Final = 2
-_TOPIC: Final = re.compile(r"/?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*")
 
 
 def check_nodes(nodes: Mapping[str, NodeDescription], published: Collection[str]) -> None:
@@ -48,7 +46,7 @@ def check_nodes(nodes: Mapping[str, NodeDescription], published: Collection[str]
         if isinstance(node.node_class, type):
             _check_class(node.name, node.node_class)
         for topic in node.outputs:
-            if not _TOPIC.fullmatch(topic):
+            if not is_topic_name(topic):
                 raise ExtensionError(
                     f"The node {node.name} publishes on {topic!r}, which is not a topic's name such as rgb_camera."
                 )

@@ -1,6 +1,5 @@
 """The managed system of this process: the paper's, and what extensions add to it."""
 
-import hashlib
 import sys
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, redirect_stdout
@@ -10,6 +9,7 @@ from types import ModuleType
 from typing import Final
 
 from sunset.errors import ExtensionError
+from sunset.input_files import file_digest
 from sunset.interruption import noted_interrupts
 from sunset.source_files import compiled_checksum, import_file, is_edited
 from sunset.system.checks import check_added_signals, check_parameter, check_subclass
@@ -88,27 +88,31 @@ def load_extension(where: str | Path, *, checksum: str = "") -> None:
     is_file = str(where).endswith(".py") or Path(where).is_file()
     place = str(Path(where).resolve()) if is_file else str(where)
     loaded = next((one for one in _state.loaded if one.where == place), None)
+    added = None
     if loaded is None:
         if place in _state.loading:
             raise ExtensionError(f"The extension {where} loads itself.")
         _state.loading.add(place)
         try:
-            module, extension = _from_file(Path(place)) if is_file else _from_entry_point(place)
+            module, added = _from_file(Path(place)) if is_file else _from_entry_point(place)
         finally:
             _state.loading.remove(place)
         source = Path(str(module.__file__))
-        digest = compiled_checksum(source) or hashlib.sha256(source.read_bytes()).hexdigest()
+        digest = compiled_checksum(source) or file_digest(source)
         loaded = LoadedExtension(Path(place).name, place, digest)
         if loaded.name in {one.name for one in _state.loaded}:
             raise ExtensionError(f"The name of the extension {loaded.name} is taken: rename {where}.")
-        _check_same(where, loaded, checksum)
-        _state.system = _extended(where, extension)
-        _state.loaded = (*_state.loaded, loaded)
     elif is_file and not checksum and is_edited(Path(place)):
         raise ExtensionError(
             f"The extension {where} was edited after it was loaded: load it in a new process."
         )
-    _check_same(where, loaded, checksum)
+    if checksum not in {"", loaded.checksum}:
+        raise ExtensionError(
+            f"The extension {where} has changed since the run was planned; run it in a new folder."
+        )
+    if added is not None:
+        _state.system = _extended(where, added)
+        _state.loaded = (*_state.loaded, loaded)
 
 
 @contextmanager
@@ -125,13 +129,6 @@ def extended_system(wheres: Iterable[str | Path]) -> Iterator[System]:
         yield _state.system
     finally:
         _state.system, _state.loaded = before
-
-
-def _check_same(where: str | Path, loaded: LoadedExtension, checksum: str) -> None:
-    if checksum not in {"", loaded.checksum}:
-        raise ExtensionError(
-            f"The extension {where} has changed since the run was planned; run it in a new folder."
-        )
 
 
 def _extended(where: str | Path, extension: Extension) -> System:

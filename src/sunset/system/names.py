@@ -1,10 +1,22 @@
 """Full and short names of the managed system's nodes and topics, and names of scenarios."""
 
+import re
 from collections.abc import Sequence
 from typing import Final
 
 NAMESPACE: Final = "/managed_subsystem"
 """The namespace of the managed system."""
+
+_TOPIC: Final = re.compile(r"/?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*")
+
+
+def is_topic_name(name: str) -> bool:
+    """Return whether a text is the name of a topic, full or relative, without substitutions.
+
+    >>> is_topic_name("rgb_camera"), is_topic_name("/a/b_1"), is_topic_name("~/rgb"), is_topic_name("a b")
+    (True, True, False, False)
+    """
+    return _TOPIC.fullmatch(name) is not None
 
 
 def full_name(name: str) -> str:

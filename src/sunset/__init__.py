@@ -21,6 +21,7 @@ __all__ = [
     "agree",
     "bag_statistics",
     "bench",
+    "bundle",
     "calibrate_model",
     "check_manager",
     "fault_figure",
@@ -40,6 +41,7 @@ __all__ = [
     "report",
     "run",
     "train_model",
+    "verify",
 ]
 
 __version__ = "0.1.0"

@@ -3,6 +3,7 @@ from sunset.api import Results as Results
 from sunset.api import agree as agree
 from sunset.api import bag_statistics as bag_statistics
 from sunset.api import bench as bench
+from sunset.api import bundle as bundle
 from sunset.api import calibrate_model as calibrate_model
 from sunset.api import check_manager as check_manager
 from sunset.api import fault_figure as fault_figure
@@ -22,6 +23,7 @@ from sunset.api import render_flight as render_flight
 from sunset.api import report as report
 from sunset.api import run as run
 from sunset.api import train_model as train_model
+from sunset.api import verify as verify
 from sunset.data import FlightPlan as FlightPlan
 from sunset.errors import SunsetError as SunsetError
 from sunset.managing import ManagingSystem as ManagingSystem
@@ -40,6 +42,7 @@ __all__ = [
     "agree",
     "bag_statistics",
     "bench",
+    "bundle",
     "calibrate_model",
     "check_manager",
     "fault_figure",
@@ -59,6 +62,7 @@ __all__ = [
     "report",
     "run",
     "train_model",
+    "verify",
 ]
 
 __version__: str

@@ -14,6 +14,7 @@ from sunset.api.catalogue import (
     render_flight,
 )
 from sunset.api.options import Manager, Options
+from sunset.api.publishing import bundle, verify
 from sunset.api.results import Results
 from sunset.api.running import agree, bench, check_manager, load, make_scenario, report, run
 from sunset.api.training import import_model, train_model
@@ -27,6 +28,7 @@ __all__ = [
     "agree",
     "bag_statistics",
     "bench",
+    "bundle",
     "calibrate_model",
     "check_manager",
     "fault_figure",
@@ -46,4 +48,5 @@ __all__ = [
     "report",
     "run",
     "train_model",
+    "verify",
 ]

@@ -1,15 +1,25 @@
 """The composition root: (scenario, seed, managing system, middleware) → one record."""
 
 from sunset.experiments.again import run_again
-from sunset.experiments.bench import BenchSpec, bench, count_runs, plan, run_folder
+from sunset.experiments.bench import (
+    BenchSpec,
+    bench,
+    count_runs,
+    model_checksum,
+    plan,
+    run_folder,
+    scenarios_checksum,
+)
 from sunset.experiments.checking import ManagerCheck, check_manager
-from sunset.experiments.manager import manager_checksum
+from sunset.experiments.files import folder_name
+from sunset.experiments.manager import isolate, manager_checksum
 from sunset.experiments.resources import prepare
 from sunset.experiments.run import run
-from sunset.experiments.spec import DEFAULT_SCENARIO, MIDDLEWARES, RunSpec, Settings, Timing
+from sunset.experiments.spec import DEFAULT_SCENARIO, EXTERNAL, MIDDLEWARES, RunSpec, Settings, Timing
 
 __all__ = [
     "DEFAULT_SCENARIO",
+    "EXTERNAL",
     "MIDDLEWARES",
     "BenchSpec",
     "ManagerCheck",
@@ -19,10 +29,14 @@ __all__ = [
     "bench",
     "check_manager",
     "count_runs",
+    "folder_name",
+    "isolate",
     "manager_checksum",
+    "model_checksum",
     "plan",
     "prepare",
     "run",
     "run_again",
     "run_folder",
+    "scenarios_checksum",
 ]

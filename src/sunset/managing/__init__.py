@@ -9,7 +9,9 @@ from sunset.managing.loading import (
     load_manager,
     manager_sources,
     register_manager,
+    sources_digest,
     split_label,
+    unfiled_sources,
 )
 from sunset.managing.none import NoAdaptation
 from sunset.managing.symptoms import FloatOrNaN, Symptoms
@@ -26,5 +28,7 @@ __all__ = [
     "load_manager",
     "manager_sources",
     "register_manager",
+    "sources_digest",
     "split_label",
+    "unfiled_sources",
 ]

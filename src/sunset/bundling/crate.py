@@ -4,7 +4,7 @@ Source: the RO-Crate Metadata Specification 1.1, https://w3id.org/ro/crate/1.1.
 """
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Final
 from urllib.parse import quote
 
@@ -64,14 +64,12 @@ def crate_text(described: CampaignPlan, citation: Citation, sizes: Mapping[str, 
         sizes: of the bundle's other files in bytes, by name.
     """
     files = [_file(name, size) for name, size in sorted(sizes.items())]
-    records = [one for one in files if str(one["@id"]).startswith(f"{CAMPAIGN}/")]
     people: list[_Entity] = [
         {"@id": author.orcid or f"#author-{number}", "@type": "Person", "name": author.name}
         for number, author in enumerate(citation.authors, 1)
     ] or [{"@id": f"#{ANONYMOUS}", "@type": "Person", "name": ANONYMOUS}]
     licence: _Entity = {"@id": citation.licence_address, "@type": "CreativeWork", "name": citation.licence}
     licence["description"] = f"The bundle may be used under {citation.licence}."
-    campaign = {"@id": f"{CAMPAIGN}/"}
     graph: list[_Entity] = [
         {
             "@id": CRATE_FILE,
@@ -85,28 +83,21 @@ def crate_text(described: CampaignPlan, citation: Citation, sizes: Mapping[str, 
             "name": citation.title,
             "description": description_of(described),
             "datePublished": citation.published.isoformat(),
-            "license": _link(licence) if citation.licence else _NO_LICENCE,
-            "author": [_link(person) for person in people],
+            "license": _links([licence]) if citation.licence else _NO_LICENCE,
+            "author": _links(people),
             "citation": {"@id": _PAPER},
             "mentions": {"@id": _ACTION},
-            "hasPart": [campaign, *(_link(one) for one in files if one not in records)],
-        },
-        {
-            **campaign,
-            "@type": "Dataset",
-            "name": "The campaign",
-            "description": "What sunset bench wrote: the plan, and the record of each run.",
-            "hasPart": [_link(one) for one in records],
+            "hasPart": _links(files),
         },
         {
             "@id": _ACTION,
             "@type": "CreateAction",
             "name": "The runs of the campaign",
             "description": description_of(described),
-            "agent": [_link(person) for person in people],
+            "agent": _links(people),
             "instrument": {"@id": _SOFTWARE},
-            "object": [_link(one) for one in files if "programmingLanguage" in one],
-            "result": campaign,
+            "object": _links([one for one in files if "programmingLanguage" in one]),
+            "result": _links([one for one in files if str(one["@id"]).startswith(f"{CAMPAIGN}/")]),
         },
         {
             "@id": _SOFTWARE,
@@ -125,7 +116,7 @@ def crate_text(described: CampaignPlan, citation: Citation, sizes: Mapping[str, 
             "@type": "ScholarlyArticle",
             "name": PAPER,
             "datePublished": str(PAPER_YEAR),
-            "author": [_link(one) for one in _PAPER_AUTHORS],
+            "author": _links(_PAPER_AUTHORS),
         },
         *_PAPER_AUTHORS,
         *(person for person in people if person not in _PAPER_AUTHORS),
@@ -136,8 +127,10 @@ def crate_text(described: CampaignPlan, citation: Citation, sizes: Mapping[str, 
     return json.dumps(content, indent=2, ensure_ascii=False) + "\n"
 
 
-def _link(entity: Mapping[str, object]) -> _Entity:
-    return {"@id": entity["@id"]}
+def _links(entities: Sequence[_Entity]) -> object:
+    """Return references to entities; of one, not in a list."""
+    links = [{"@id": entity["@id"]} for entity in entities]
+    return links[0] if len(links) == 1 else links
 
 
 def _file(name: str, size: int) -> _Entity:

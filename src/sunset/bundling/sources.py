@@ -7,7 +7,7 @@ from pathlib import Path, PurePosixPath
 from typing import Final
 
 from sunset import __version__
-from sunset.bundling.layout import ManagerSources, Manifest
+from sunset.bundling.layout import CAMPAIGN, ManagerSources, Manifest
 from sunset.errors import ManagerError, RecordError
 from sunset.experiments import EXTERNAL, folder_name, isolate
 from sunset.input_files import file_digest
@@ -131,7 +131,7 @@ def differing_sources(folder: Path, described: CampaignPlan, manifest: Manifest)
         if manager in MANAGERS and described.versions.get("sunset") == __version__:
             made = load_manager(manager)
             if known != checksum(manager, manager_sources(manager, made)):
-                yield f"{PLAN_FILE}: its {name} is not the one of SUNSET {__version__}."
+                yield f"{CAMPAIGN}/{PLAN_FILE}: its {name} is not the one of SUNSET {__version__}."
     for name, known in described.extensions.items():
         file = manifest.extensions.get(name, "")
         if hashlib.sha256(_content(folder, file)).hexdigest() != known:

@@ -3,7 +3,7 @@
 import tempfile
 from collections.abc import Iterator
 from contextlib import nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from sunset import __version__
@@ -103,13 +103,17 @@ def verify(path: Path, rerun: Rerun, *, progress: Progress | None = None) -> Ver
         except InvalidInputError as error:
             sentence = str(error).replace(f"{root}/", "")
             raise RecordError(f"The bundle {path} cannot be verified: {sentence}") from error
+        problems = [*differing_files(root), *differing_sources(root, opened.described, opened.manifest)]
+        if problems:  # what is trusted is what the campaign was run with
+            rerun = replace(rerun, trust=False)
         with opened.extended() if rerun.trust else nullcontext():
-            return _verify(path, opened, rerun, Path(room), progress)
+            return _verify(path, opened, problems, rerun, Path(room), progress)
 
 
 def _verify(
-    path: Path, opened: OpenedBundle, rerun: Rerun, room: Path, progress: Progress | None
+    path: Path, opened: OpenedBundle, problems: list[str], rerun: Rerun, room: Path, progress: Progress | None
 ) -> Verification:
+    """Check the campaign of a bundle in whose files and sources these problems were found."""
     described = opened.described
     total = described.runs + rerun.number
 
@@ -119,8 +123,7 @@ def _verify(
 
     findings = check_campaign(opened.campaign, described, opened.card, opened.suite, update)
     problems = [
-        *differing_files(opened.root),
-        *differing_sources(opened.root, described, opened.manifest),
+        *problems,
         *(f"{CAMPAIGN}/{problem}" for problem in findings.problems),
         *_other_model(opened, findings),
         *_other_report(opened, findings),
@@ -153,7 +156,7 @@ def _checked(opened: OpenedBundle, findings: Findings, rerun: Rerun, again: int)
     )
     yield f"figures: {counted(findings.recomputed, 'run')}, computed from the messages, and the table"
     if again:
-        yield f"again: {counted(again, 'run')}, chosen by --seed {rerun.seed}, to the same digest"
+        yield f"again: {counted(again, 'run')}, chosen by --seed {rerun.seed}, compared by digest and figures"
 
 
 def _other_model(opened: OpenedBundle, findings: Findings) -> Iterator[str]:

@@ -107,13 +107,19 @@ def verify(path: Path, rerun: Rerun, *, progress: Progress | None = None) -> Ver
         if problems:  # what is trusted is what the campaign was run with
             rerun = replace(rerun, trust=False)
         with opened.extended() if rerun.trust else nullcontext():
-            return _verify(path, opened, problems, rerun, Path(room), progress)
+            return _verify(path, opened, rerun, problems=problems, room=Path(room), progress=progress)
 
 
 def _verify(
-    path: Path, opened: OpenedBundle, problems: list[str], rerun: Rerun, room: Path, progress: Progress | None
+    path: Path,
+    opened: OpenedBundle,
+    rerun: Rerun,
+    *,
+    problems: list[str],
+    room: Path,
+    progress: Progress | None,
 ) -> Verification:
-    """Check the campaign of a bundle in whose files and sources these problems were found."""
+    """Check the campaign of a bundle in whose files and sources these problems were found; `room` is for new runs."""
     described = opened.described
     total = described.runs + rerun.number
 

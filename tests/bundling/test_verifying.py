@@ -237,7 +237,6 @@ TOGETHER = (
     "source",
     "source beside it",
     "source of ours",
-    "table",
 )
 """Forgeries that do not hide each other."""
 

@@ -1,7 +1,7 @@
 """Show the images and symptoms of a run in Rerun: python open_in_rerun.py RUN [FILE.rrd].
 
-It needs `rerun-sdk` and `mcap-ros2-support`, in an environment of any kind. With a second argument, it writes what it would
-show to a file.
+It needs `rerun-sdk` and `mcap-ros2-support`, in an environment of any kind. With a second argument, it writes what it
+would show to a file.
 """
 
 import sys
@@ -11,15 +11,16 @@ import rerun
 from mcap_ros2.reader import read_ros2_messages
 from rerun.blueprint import Grid, Spatial2DView, TimeSeriesView, Vertical
 
-messages = list(read_ros2_messages(Path(sys.argv[1]) / "images.mcap"))
+run, *file = sys.argv[1:]
+messages = list(read_ros2_messages(Path(run) / "images.mcap"))
 topics = sorted({one.channel.topic for one in messages})
 pictures = [topic for topic in topics if topic.endswith("/compressed")]
 rates = [topic for topic in topics if topic.endswith("_freq")]
 signals = [topic for topic in topics if topic not in pictures + rates]
 
-rerun.init("sunset", spawn=len(sys.argv) < 3)
-if len(sys.argv) > 2:
-    rerun.save(sys.argv[2])
+rerun.init("sunset", spawn=not file)
+if file:
+    rerun.save(*file)
 views = [Spatial2DView(origin=topic, name=topic.removeprefix("/managed_subsystem/")) for topic in pictures]
 plots = [("messages per second", rates), ("signals", signals)]
 series = [TimeSeriesView(origin="/", contents=contents, name=name) for name, contents in plots]

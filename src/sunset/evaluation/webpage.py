@@ -24,7 +24,7 @@ td.runs, th.runs { text-align: right; }
 tr.confidence > *, tr.published > * { color: var(--soft); font-weight: 400; font-size: .875rem; }
 tr.published > * { background: var(--band); }
 tr.confidence th, tr.published th { padding-left: 2rem; }
-.listing tbody th { white-space: normal; overflow-wrap: anywhere; font-weight: 400; }
+.listing tbody th { min-width: 11rem; white-space: normal; overflow-wrap: anywhere; font-weight: 400; }
 a { color: inherit; }
 dt { font-weight: 600; } dd { margin: 0 0 .5rem 1.5rem; }
 li { margin-bottom: .35rem; overflow-wrap: anywhere; }

@@ -350,7 +350,9 @@ def test_an_extension_is_packed_and_runs_only_where_it_is_trusted(tmp_path: Path
     careful, trusting = verify(packed, ALL), verify(packed, Rerun(99, 1, trust=True))
 
     assert (careful.passed, careful.recomputed, careful.again) == (True, 0, ())
-    assert careful.unchecked[0].endswith("since that needs the code of the extensions darker.py.")
+    assert careful.unchecked[0].endswith(
+        "needs the campaign's extensions (darker.py), whose code --trust lets run."
+    )
     assert (trusting.passed, trusting.recomputed, len(trusting.again)) == (True, 1, 1)
     marker.unlink()
     forged = verify(forge(packed, appended("extensions/darker.py/darker.py")), Rerun(99, 1, trust=True))
@@ -360,3 +362,17 @@ def test_an_extension_is_packed_and_runs_only_where_it_is_trusted(tmp_path: Path
         "with."
     )
     assert not marker.exists()
+    shutil.rmtree(tmp_path / "opened")
+    run = "campaign/runs/dark/none/image_degradation-1.2-"
+    missing = verify(forge(packed, lambda folder: shutil.rmtree(folder / "campaign/runs")), NOTHING)
+    assert "campaign/bench.json: it has 1 run, and 0 are there." in missing.problems
+    shutil.rmtree(tmp_path / "opened")
+    moved = verify(forge(packed, renamed), NOTHING)
+    assert [
+        text for text in moved.problems if text.startswith(run) and "it says that it is seed 1 of" in text
+    ]
+
+
+def renamed(folder: Path) -> None:
+    (run,) = (folder / "campaign/runs").glob("*/*/*/seed-1")
+    run.rename(run.with_name("seed-7"))

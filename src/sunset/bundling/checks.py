@@ -1,6 +1,7 @@
 """What can be found out about a campaign from its files alone: nothing is run, and no code of theirs is executed."""
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
@@ -13,6 +14,7 @@ from sunset.experiments import (
     RunSpec,
     Settings,
     Timing,
+    folder_name,
     model_checksum,
     plan,
     run_folder,
@@ -128,11 +130,7 @@ def check_campaign(
     if model_checksum(card) != described.model_checksum:
         findings.problems.append(f"{PLAN_FILE}: its model is another one than the card that is there.")
     if {one.name: one.checksum for one in loaded_extensions()} != described.extensions:
-        names = ", ".join(described.extensions)
-        findings.unchecked.append(
-            f"The figures of {counted(len(found), 'run')} were not computed again, since that needs the code of the "
-            f"extensions {names}."
-        )
+        _check_unextended(findings, folder, described, found)
         return findings
     try:
         specs = planned_runs(described, suite)
@@ -147,24 +145,53 @@ def check_campaign(
     places = {run_folder(folder, spec): spec for spec in specs}
     for place in sorted(found - places.keys()):
         findings.problems.append(f"{_name(place, folder)}: the run is not part of the plan.")
-    first: RunRecord | None = None
     for done, (place, spec) in enumerate(places.items(), 1):
-        if place not in found:
+        if place in found:
+            with _noted(findings, folder, place) as problems:
+                run = read_run(place)
+                findings.runs.append((spec, place, run))
+                problems.extend(_misfits(run, spec, described, card, findings.runs[0][2]))
+                problems.extend(_recomputed(run, place))
+                findings.recomputed += run.manager_failed is None
+        else:
             findings.problems.append(f"{_name(place, folder)}: the run is missing.")
-            continue
-        try:
-            run = read_run(place)
-            findings.runs.append((spec, place, run))
-            first = first or run
-            problems = [*_misfits(run, spec, described, card, first), *_recomputed(run, place)]
-            findings.recomputed += run.manager_failed is None
-        except RecordError as error:
-            problems = [str(error).replace(f"{folder}/", "").removesuffix(".")]
-        findings.problems += [f"{_name(place, folder)}: {problem}." for problem in problems]
         if progress is not None:
             progress(done, len(places))
     _note_unchecked(findings)
     return findings
+
+
+def _check_unextended(
+    findings: Findings, folder: Path, described: CampaignPlan, found: Collection[Path]
+) -> None:
+    """Check what can be checked of runs of an extended system where its extensions are not to be executed."""
+    findings.unchecked.append(
+        f"The figures of {counted(len(found), 'run')} were not computed again, since that needs the campaign's "
+        f"extensions ({', '.join(described.extensions) or 'none'}), whose code --trust lets run."
+    )
+    if len(found) != described.runs:
+        findings.problems.append(
+            f"{PLAN_FILE}: it has {counted(described.runs, 'run')}, and {len(found)} are there."
+        )
+    for place in sorted(found):
+        with _noted(findings, folder, place) as problems:
+            run = read_run(place)
+            named = (run.suite or "own", run.manager, base_name(run.scenario))
+            if place != folder.joinpath("runs", *map(folder_name, named), f"seed-{run.seed}"):
+                problems.append(f"it says that it is seed {run.seed} of {run.scenario} with {run.manager}")
+            if run.manager_failed is None:
+                problems.extend(contradictions(run, read_messages(place, TELLING_TOPICS)))
+
+
+@contextmanager
+def _noted(findings: Findings, folder: Path, place: Path) -> Iterator[list[str]]:
+    """Give a list, and note what it has at the end, and why a run could not be read, as problems of the run."""
+    problems: list[str] = []
+    try:
+        yield problems
+    except RecordError as error:
+        problems.append(str(error).replace(f"{folder}/", "").removesuffix("."))
+    findings.problems += [f"{_name(place, folder)}: {problem}." for problem in problems]
 
 
 def _name(place: Path, folder: Path) -> str:

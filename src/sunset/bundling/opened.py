@@ -55,11 +55,12 @@ class OpenedBundle:
         Raises:
             ExtensionError: one cannot be loaded, which is found when the context is entered.
         """
-        files = {name: bundle_file(self.root, file) for name, file in self.manifest.extensions.items()}
-        # an installed one goes by another name than its file's
-        return extended_system(
-            [file if file is not None and file.name == name else name for name, file in files.items()]
-        )
+        wheres: list[str | Path] = []
+        for name in self.described.extensions:
+            file = bundle_file(self.root, self.manifest.extensions.get(name, ""))
+            # one that was installed goes by another name than its file's, and must be installed here
+            wheres.append(file if file is not None and name.endswith(".py") else name)
+        return extended_system(wheres)
 
     def text(self, error: object) -> str:
         """Return what a sentence says, without the temporary folder's name."""

@@ -82,7 +82,7 @@ def frames(frame: Frame, count: int) -> Iterator[Frame]:
 @pytest.mark.parametrize("name", list_models())
 def test_the_bits_of_an_answer_do_not_depend_on_what_came_before(name: str, frame: Frame) -> None:
     segmenter = Segmenter(load_model(name))
-    material = list(frames(frame, 4))
+    material = list(frames(frame, 3))
     first = [bits(segmenter, *one) for one in material]
     assert [bits(segmenter, *one) for one in reversed(material)] == first[::-1]
     assert len({answers[0] for answers in first}) == len(material)
@@ -91,7 +91,7 @@ def test_the_bits_of_an_answer_do_not_depend_on_what_came_before(name: str, fram
 @pytest.mark.parametrize("name", list_models())
 def test_the_bits_of_an_answer_do_not_depend_on_what_runs_beside(name: str, frame: Frame) -> None:
     segmenter = Segmenter(load_model(name))
-    material = list(frames(frame, 6))
+    material = list(frames(frame, 4))
     alone = [bits(segmenter, *one) for one in material]
     with ThreadPoolExecutor(4) as pool:
         assert list(pool.map(lambda one: bits(segmenter, *one), material)) == alone

@@ -191,7 +191,7 @@ def test_another_seed_gives_another_record(tmp_path: Path) -> None:
 @pytest.mark.thorough
 def test_another_process_another_hash_seed_and_a_busy_machine_give_the_same_bytes(tmp_path: Path) -> None:
     scenario = "paper/sync_issue+image_degradation+depth_degradation"
-    fly(tmp_path / "here", scenario, timing=Timing(), seed=5)
+    fly(tmp_path / "here", scenario, timing=Timing(duration_s=5.0), seed=5)
     busy = [
         subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range(2 * (os.cpu_count() or 1))
     ]
@@ -203,6 +203,8 @@ def test_another_process_another_hash_seed_and_a_busy_machine_give_the_same_byte
             "run",
             scenario,
             "--seed",
+            "5",
+            "--duration",
             "5",
             "--out",
             str(tmp_path / "there"),

@@ -255,16 +255,16 @@ def test_a_call_without_options_measures_what_its_command_measures(
     model: Path, flight: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     with read_bag(flight) as reader:
-        frames = [reader.frame(index) for index in range(10)]
-        ten = write_bag(tmp_path / "ten", frames, list(reader.stamps_ns[:10]))
+        frames = [reader.frame(index) for index in range(6)]
+        six = write_bag(tmp_path / "six", frames, list(reader.stamps_ns[:6]))
 
     assert (
-        main(["models", "curves", str(model), "--bag", str(ten), "--at", "depth_degradation=0.25", "--json"])
+        main(["models", "curves", str(model), "--bag", str(six), "--at", "depth_degradation=0.25", "--json"])
         == 0
     )
 
     printed = json.loads(capsys.readouterr().out)
-    curves = sunset.measure_curves(model, ten, strengths={"depth_degradation": 0.25})
-    assert curves.frames == 10
+    curves = sunset.measure_curves(model, six, strengths={"depth_degradation": 0.25})
+    assert curves.frames == 6
     assert json.loads(json.dumps(as_json(curves))) == printed
     assert signature(sunset.measure_iou).parameters["frames"].default is None  # as of the command

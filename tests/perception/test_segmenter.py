@@ -98,15 +98,15 @@ def test_the_bits_of_an_answer_do_not_depend_on_what_runs_beside(name: str, fram
 
 
 def test_the_bits_of_an_answer_do_not_depend_on_the_process(tmp_path: Path, frame: Frame) -> None:
-    bgr, depth = zip(*frames(frame, 3), strict=True)
+    bgr, depth = zip(*frames(frame, 2), strict=True)
     np.savez(tmp_path / "frames.npz", bgr=bgr, depth=depth)
     for name in list_models():
         command = [sys.executable, "-c", ANSWERS, name, str(tmp_path / "frames.npz")]
-        orders = (("0", "1", "2"), ("2", "0", "1"))
+        orders = (("0", "1"), ("1", "0"))
         runs = [subprocess.Popen([*command, *order], stdout=subprocess.PIPE, text=True) for order in orders]
         answers = [run.communicate()[0].splitlines() for run in runs]
         assert [run.returncode for run in runs] == [0, 0]
-        assert len(set(answers[0])) == 9
+        assert len(set(answers[0])) == 6
         assert sorted(answers[0]) == sorted(answers[1])
 
 

@@ -1,0 +1,19 @@
+"""A stored run as a page that replays it: pictures, labels and truth over time, and what happened meanwhile."""
+
+from sunset.viewing.page import (
+    Viewed,
+    check_comparable,
+    check_page_file,
+    light_page_text,
+    page_text,
+    write_page,
+)
+
+__all__ = [
+    "Viewed",
+    "check_comparable",
+    "check_page_file",
+    "light_page_text",
+    "page_text",
+    "write_page",
+]

@@ -165,7 +165,7 @@ class RunView(msgspec.Struct, frozen=True):
     """One run.
 
     Attributes:
-        described: what was run, in a line.
+        described: what was run, in a line, but the managing system.
         story: what happened, in some sentences.
         start: the time of the first frame.
         end: the duration.

@@ -128,7 +128,8 @@ class Lanes {
   fillLines() {
     const [first] = this.runs;
     const iou = this.runs.map((run) => [run.iou[0], run.iou[1], []]);
-    if (iou.some(([times]) => times.length)) this.lines("iou", "IoU", iou, { top: 1, gap: GAP_PERIODS * first.period });
+    const top = Math.min(1, Math.ceil(11 * Math.max(0.1, ...iou.flatMap(([, values]) => values))) / 10);
+    if (iou.some(([times]) => times.length)) this.lines("iou", "IoU", iou, { top, gap: GAP_PERIODS * first.period });
     for (const signal of first.signals) {
       const views = this.runs.map((run) => run.signals.find(({ name }) => name === signal.name));
       if (views.every((view) => !view?.times.length)) continue;

@@ -232,9 +232,11 @@ function timeOfAddress() {
 }
 
 function fillHead() {
-  document.querySelector("h1").textContent = page.title;
+  // a line may end after a sign between two names
+  for (const part of page.title.split(/(?<=[+/])/)) document.querySelector("h1").append(part, element("wbr"));
   byId("lead").querySelector("span").textContent = page.runs.length > 1 ? "two runs of the same faults" : "one run";
-  byId("described").textContent = page.runs.map(({ described }) => described).join("  —  ");
+  const managers = page.runs.map(({ manager }, number) => (page.runs.length > 1 ? `${"AB"[number]}: ${manager}` : manager));
+  byId("described").textContent = `managing system ${managers.join(", ")} · ${page.runs[0].described}`;
   byId("story").textContent = (page.comparison.length ? page.comparison : page.runs[0].story).join(" ");
   const remarks = page.runs.map(({ remark, manager }) => remark && (page.runs.length > 1 ? `${manager}: ${remark}` : remark));
   byId("remark").textContent = remarks.filter(Boolean).join(" ");

@@ -28,7 +28,7 @@ from sunset.workers import Progress
 _BYTES: Final = 5_000_000
 """What a page of one run of `_BYTES_S` may have."""
 _BYTES_S: Final = 20.0
-_OTHERS: Final = 500_000
+_OTHERS: Final = 280_000
 """What of it is for all but pictures."""
 _NO_PICTURES: Final = PicturesView(0, 0, "", None, [], [])
 
@@ -194,7 +194,7 @@ def _pictures(viewed: Sequence[Viewed], progress: Progress | None) -> tuple[Pict
     if not sources:
         return _NO_PICTURES, [[] for _ in viewed]
     shares = [max(one.run.record.duration_s / _BYTES_S, 1) for one in viewed if one.images is not None]
-    in_base64 = _BYTES * sum(shares) - _OTHERS
+    in_base64 = (_BYTES - _OTHERS) * sum(shares)
     pictures, found = make_pictures(sources, int(in_base64 * 3 / 4), progress)
     placed = iter(found)
     return pictures, [next(placed) if one.images is not None else [] for one in viewed]

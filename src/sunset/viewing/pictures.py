@@ -2,7 +2,7 @@
 
 import hashlib
 from base64 import b64encode
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from math import sqrt
@@ -22,16 +22,24 @@ from sunset.workers import Progress, processors
 
 _Pixels = npt.NDArray[Any]
 
-_QUALITIES: Final = {80: 1.0, 70: 0.82, 60: 0.74, 50: 0.66}
+_QUALITIES: Final = {80: 1.0, 70: 0.8, 60: 0.7, 50: 0.62}
 """Quality of WebP → about how large a picture is, compared with the first one."""
 _WIDEST: Final = 640
 """Pixels of a row that are enough for a page."""
 _BYTES_PER_PIXEL: Final = 0.6
 """Of all pictures of a frame together, about."""
+_LEAST: Final = 0.6
+"""Colour and depth keep at least this share of the labels' width and height."""
+_SAMPLED: Final = 10
+"""Of so many frames, one is looked at to see how large all pictures will be."""
+_SURPLUS: Final = 1.02
+"""By what they may be larger than that."""
 _WAITING: Final = 64
 """Pictures that wait to be encoded."""
-_MEASURED: Final = 20
-"""Of so many pictures of colour, the loss of one is measured."""
+_MEASURED: Final = 19
+"""Of so many pictures, the loss of one is measured if it is of colour; a prime, since kinds take turns."""
+_LABELS: Final = "8UC1"
+_DEPTH: Final = "16UC1"
 _RARE: Final = 0.0005
 _COLOURS: Final = 9
 """Of the depth's scale, that the legend shows."""
@@ -55,10 +63,16 @@ class Source(NamedTuple):
 
 
 class _Encoded(NamedTuple):
-    """A picture, and the number of pixels of every class index (256,), which are 0 but of labels."""
+    """A picture.
+
+    Attributes:
+        counts: of labels, the number of pixels of every class index (256,).
+        loss: of some pictures of colour, by how much its pixels differ from the original's on average, of 255.
+    """
 
     data: bytes
-    counts: npt.NDArray[np.int64]
+    counts: npt.NDArray[np.int64] | None = None
+    loss: float | None = None
 
 
 class Placed(NamedTuple):
@@ -71,17 +85,30 @@ class Placed(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class _Settings:
-    """How pictures are stored: in what share of their width and height, and in which quality."""
+    """How pictures are stored.
+
+    Attributes:
+        scale: the share of their width and height that labels keep.
+        shrink: of that, the share that colour and depth keep.
+        quality: of colour and depth.
+    """
 
     scale: float
-    quality: int
+    shrink: float = 1.0
+    quality: int = max(_QUALITIES)
 
     def reduced(self, plain: int, lossy: int, budget: int) -> "_Settings":
-        """Return settings with which pictures will fit that took so many bytes, without and with loss."""
-        share = max(budget - plain, 0) / max(lossy, 1) * _QUALITIES[self.quality]
+        """Return settings with which pictures will fit that took so many bytes, without and with loss.
+
+        Labels stay as they are as long as that is possible.
+        """
+        share = max(budget - plain, 0) / max(lossy, 1)
         for quality, size in _QUALITIES.items():
-            if quality < self.quality and size <= share:
+            if quality < self.quality and size / _QUALITIES[self.quality] <= share:
                 return replace(self, quality=quality)
+        shrink = self.shrink * min(sqrt(share), 0.95) * 0.97
+        if shrink >= _LEAST:
+            return replace(self, shrink=shrink)
         return replace(self, scale=self.scale * min(sqrt(budget / (plain + lossy)), 0.95) * 0.97)
 
 
@@ -93,17 +120,14 @@ class _Album:
         self._pool = pool
         self._places: dict[bytes, int] = {}
         self._encoded: list[Future[_Encoded]] = []
-        self._lossy: list[bool] = []
-        self._losses: list[Future[float]] = []
         self.original: tuple[int, int] | None = None
         self.depth: DepthScale | None = None
         self._shades = np.zeros(65536, np.uint8)
 
-    @property
-    def size(self) -> tuple[int, int]:
-        """Height and width of the pictures as they are stored."""
+    def size(self, shrink: float = 1.0) -> tuple[int, int]:
+        """Return height and width of the pictures as they are stored."""
         height, width = self.original or (1, 1)
-        scale = min(self._settings.scale, _WIDEST / width)
+        scale = min(self._settings.scale, _WIDEST / width) * shrink
         return max(round(height * scale), 1), max(round(width * scale), 1)
 
     def add(self, image: StoredImage) -> int:
@@ -114,78 +138,81 @@ class _Album:
             return self._places[key]
         if self.original is None:
             self.original = image.pixels.shape[:2]
-        if image.encoding == "16UC1" and self.depth is None:
+        if image.encoding == _DEPTH and self.depth is None:
             self.depth = _depth_scale(image.pixels)
             self._shades = _depth_shades(self.depth)
         place = self._places[key] = len(self._encoded)
-        is_label = image.encoding == "8UC1"
-        self._lossy.append(not is_label)
-        self._encoded.append(self._pool.submit(self._encode, image, self.size))
-        if image.encoding == "bgr8" and place % _MEASURED == 0:
-            self._losses.append(self._pool.submit(self._loss, image, self.size))
+        if image.encoding == _LABELS:
+            self._encoded.append(self._pool.submit(self._packed, image, self.size()))
+        else:
+            self._encoded.append(
+                self._pool.submit(
+                    self._compressed, image, self.size(self._settings.shrink), place % _MEASURED == 0
+                )
+            )
         if place >= _WAITING:
             self._encoded[place - _WAITING].result()
         return place
 
-    def _encode(self, image: StoredImage, size: tuple[int, int]) -> _Encoded:
-        if image.encoding == "8UC1":
-            classes = CLASS_OF_CARLA_ID[image.pixels] if image.topic == TRUTH_TOPIC else image.pixels
-            labels = _resized(classes, size, cv2.INTER_NEAREST)
-            return _Encoded(pack(labels), np.bincount(labels.reshape(-1), minlength=256))
-        return _Encoded(_webp(self._coloured(image, size), self._settings.quality), np.zeros(256, np.int64))
+    def _packed(self, image: StoredImage, size: tuple[int, int]) -> _Encoded:
+        classes = CLASS_OF_CARLA_ID[image.pixels] if image.topic == TRUTH_TOPIC else image.pixels
+        labels = _resized(classes, size, cv2.INTER_NEAREST)
+        return _Encoded(pack(labels), counts=np.bincount(labels.reshape(-1), minlength=256))
 
-    def _coloured(self, image: StoredImage, size: tuple[int, int]) -> _Pixels:
-        if image.encoding == "16UC1":
+    def _compressed(self, image: StoredImage, size: tuple[int, int], is_measured: bool) -> _Encoded:
+        if image.encoding == _DEPTH:
             depth = _resized(image.pixels, size, cv2.INTER_NEAREST)
-            coloured: _Pixels = cv2.applyColorMap(self._shades[depth], cv2.COLORMAP_VIRIDIS)
-            return coloured
-        return _resized(image.pixels, size, cv2.INTER_AREA)
-
-    def _loss(self, image: StoredImage, size: tuple[int, int]) -> float:
-        """Return by how much the pixels of a picture differ from what was encoded, on average."""
-        original = self._coloured(image, size)
-        encoded = np.frombuffer(_webp(original, self._settings.quality), np.uint8)
-        stored = np.asarray(cv2.imdecode(encoded, cv2.IMREAD_COLOR), np.int16)
-        return float(np.abs(original - stored).mean())
+            shown = cv2.applyColorMap(self._shades[depth], cv2.COLORMAP_VIRIDIS)
+            return _Encoded(_webp(shown, self._settings.quality))
+        original = _resized(image.pixels, size, cv2.INTER_AREA)
+        data = _webp(original, self._settings.quality)
+        if not is_measured:
+            return _Encoded(data)
+        stored = np.asarray(cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR), np.int16)
+        return _Encoded(data, loss=float(np.abs(original - stored).mean()))
 
     def sizes(self) -> tuple[int, int]:
         """Return how many bytes the pictures without loss take, and those with it."""
-        sizes = [len(one.result().data) for one in self._encoded]
-        lossy = sum(size for size, is_lossy in zip(sizes, self._lossy, strict=True) if is_lossy)
-        return sum(sizes) - lossy, lossy
+        encoded = [one.result() for one in self._encoded]
+        plain = sum(len(one.data) for one in encoded if one.counts is not None)
+        return plain, sum(len(one.data) for one in encoded) - plain
 
     def view(self) -> PicturesView:
         """Return the pictures as the page has them."""
-        height, width = self.size
+        encoded = [one.result() for one in self._encoded]
+        height, width = self.size()
         return PicturesView(
             width=width,
             height=height,
-            note=self._note(),
+            note=self._note([one.loss for one in encoded if one.loss is not None]),
             depth=self.depth,
-            classes=self._classes(),
-            data=[b64encode(one.result().data).decode() for one in self._encoded],
+            classes=_frequent([one.counts for one in encoded if one.counts is not None]),
+            data=[b64encode(one.data).decode() for one in encoded],
         )
 
-    def _classes(self) -> list[int]:
-        """Return the class indices that more than `_RARE` of the labels' pixels have, the frequent ones first."""
-        counts = np.sum([one.result().counts for one in self._encoded], axis=0)[: len(CLASSES)]
-        order = np.argsort(-counts, kind="stable")
-        return [int(index) for index in order if counts[index] > _RARE * counts.sum()]
+    def _note(self, losses: Sequence[float]) -> str:
+        """Return how pictures differ from the originals."""
+        original, size, shrunk = self.original or self.size(), self.size(), self.size(self._settings.shrink)
+        parts = [
+            "Labels and truth are exact"
+            if size == original
+            else f"Labels and truth are {_by(original, size)}"
+        ]
+        shown = "" if shrunk == original else f"{_by(original, shrunk)}, and "
+        loss = f": their pixels differ by {sum(losses) / len(losses):.1f} of 255 on average" if losses else ""
+        parts.append(f"colour and depth are {shown}WebP of quality {self._settings.quality}{loss}")
+        return "; ".join(parts) + "."
 
-    def _note(self) -> str:
-        losses = [one.result() for one in self._losses]
-        loss = f", by {sum(losses) / len(losses):.1f} of 255 on average" if losses else ""
-        height, width = self.original or self.size
-        scaled = (
-            ""
-            if (height, width) == self.size
-            else f"Pictures are scaled down from {width} × {height} to {self.size[1]} × {self.size[0]} pixels. "
-        )
-        exact = "Labels and truth are exact" + (" at that size" if scaled else "")
-        return (
-            f"{scaled}{exact}; colour and depth are WebP of quality {self._settings.quality}, whose pixels differ "
-            f"from the originals{loss}."
-        )
+
+def _by(original: tuple[int, int], size: tuple[int, int]) -> str:
+    return f"scaled down from {original[1]} × {original[0]} to {size[1]} × {size[0]} pixels"
+
+
+def _frequent(counts: Sequence[npt.NDArray[np.int64]]) -> list[int]:
+    """Return the class indices that more than `_RARE` of the labels' pixels have, the frequent ones first."""
+    total = np.sum([np.zeros(256, np.int64), *counts], axis=0)[: len(CLASSES)]
+    order = np.argsort(-total, kind="stable")
+    return [int(index) for index in order if total[index] > _RARE * total.sum()]
 
 
 def make_pictures(
@@ -197,41 +224,44 @@ def make_pictures(
         sources: the runs.
         budget: how many bytes all pictures together may have; if they have more, they are made again in a lower
             quality, and then smaller.
-        progress: called with (frames done, frames in all).
+        progress: called with (frames done, frames in all), for one run after the other.
 
     Raises:
         RecordError: images are missing or damaged.
     """
     frames = sum(source.frames for source in sources)
-    settings: _Settings | None = None
+    settings = _first_settings(sources, frames, budget)
     with ThreadPoolExecutor(processors()) as pool:
-        while True:
-            settings = settings or _first_settings(sources, frames, budget)
-            album = _Album(settings, pool)
-            placed: list[list[Placed]] = []
-            stamps: set[tuple[int, int]] = set()
-            for number, source in enumerate(sources):
-                placed.append([])
-                for image in source.images():
-                    if not source.wanted(image.topic):
-                        continue
-                    placed[-1].append(Placed(image.topic, image.stamp_ns, album.add(image)))
-                    stamps.add((number, image.stamp_ns))
-                    if progress is not None:
-                        progress(min(len(stamps), frames), frames)
-            plain, lossy = album.sizes()
-            if plain + lossy <= budget:
-                return album.view(), placed
-            settings = settings.reduced(plain, lossy, budget)
+        for every in (_SAMPLED, 1):
+            while True:
+                album = _Album(settings, pool)
+                told = None if every > 1 else progress
+                placed = [list(_placed(source, album, every, told)) for source in sources]
+                plain, lossy = (
+                    round(size * every * (_SURPLUS if every > 1 else 1)) for size in album.sizes()
+                )
+                if plain + lossy <= budget:
+                    break
+                settings = settings.reduced(plain, lossy, budget)
+        return album.view(), placed
 
 
 def _first_settings(sources: Sequence[Source], frames: int, budget: int) -> _Settings:
     """Return settings that may do, by the number of pixels."""
     first = next((image for source in sources for image in source.images()), None)
     pixels = first.pixels.shape[0] * first.pixels.shape[1] if first else 1
-    return _Settings(
-        min(1.0, 1.3 * sqrt(budget / (_BYTES_PER_PIXEL * pixels * max(frames, 1)))), max(_QUALITIES)
-    )
+    return _Settings(min(1.0, 1.5 * sqrt(budget / (_BYTES_PER_PIXEL * pixels * max(frames, 1)))))
+
+
+def _placed(source: Source, album: _Album, every: int, progress: Progress | None) -> Iterator[Placed]:
+    """Add the images of one of so many frames of a run to an album, and yield where they are."""
+    stamps: dict[int, int] = {}
+    for image in source.images():
+        if not source.wanted(image.topic) or stamps.setdefault(image.stamp_ns, len(stamps)) % every:
+            continue
+        yield Placed(image.topic, image.stamp_ns, album.add(image))
+        if progress is not None:
+            progress(min(len(stamps), source.frames), source.frames)
 
 
 def _resized(pixels: _Pixels, size: tuple[int, int], interpolation: int) -> _Pixels:

@@ -22,11 +22,8 @@ _NUMBERS: Final = ("No", "One", "Two", "Three", "Four", "Five", "Six", "Seven", 
 
 
 def described(run: RunRecord) -> str:
-    """Return what was run, in a line."""
-    return (
-        f"managing system {run.manager} · seed {run.seed} · model {run.model} · middleware {run.middleware} · "
-        f"{run.duration_s:g} s"
-    )
+    """Return what was run, in a line, but the managing system."""
+    return f"seed {run.seed} · model {run.model} · middleware {run.middleware} · {run.duration_s:g} s"
 
 
 def story(run: StoredRun) -> list[str]:

@@ -125,6 +125,7 @@ class Moment {
     const clamped = Math.min(Math.max(time, this.lanes.start), this.lanes.end);
     if (clamped === this.time || Number.isNaN(clamped)) return;
     this.time = clamped;
+    byId("stage").dataset.asked = String(clamped);
     this.lanes.show(clamped);
     for (const pane of this.panes) pane.tell(clamped);
     byId("scrubber").value = clamped;

@@ -96,7 +96,7 @@ MISTAKES: dict[str, tuple[Callable[[Path, Path], list[str]], str]] = {
     "a folder to write to": (lambda run, path: [str(run), "--out", str(path)], "which is a folder"),
     "a folder that cannot be": (
         lambda run, _: [str(run), "--out", "/dev/null/page.html"],
-        "The page /dev/null/page.html cannot be written: Not a directory",
+        "The page /dev/null/page.html cannot be written: ",
     ),
     "a file of others": (
         lambda run, _: [str(run), "--out", str(run / "run.json")],

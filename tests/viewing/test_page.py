@@ -3,6 +3,7 @@
 import re
 from collections.abc import Callable
 from dataclasses import replace
+from html import unescape
 from pathlib import Path
 
 import cv2
@@ -14,7 +15,7 @@ from tests.viewing.conftest import Both, Shown, data_of
 import sunset
 from sunset.errors import OutputError, RecordError
 from sunset.recording import StoredImage
-from sunset.viewing import Viewed, light_page_text, write_page
+from sunset.viewing import Viewed, write_page
 from sunset.viewing.document import Page
 from sunset.viewing.labels import unpack
 from sunset.viewing.pictures import Source, make_pictures
@@ -59,21 +60,31 @@ def test_a_run_without_images_is_run_again_for_them_and_two_share_their_pictures
     assert all(0 <= done <= total for _, done, total in both.told)
 
 
-def test_a_run_that_was_not_kept_is_shown_by_its_time_lines(flight: Path) -> None:
+def test_a_run_that_was_not_kept_is_shown_too(flight: Path, tmp_path: Path) -> None:
     assert flight.exists()
     run = sunset.run("gpu_failure", "baseline", duration=2)
+    assert not run.folder.exists()
 
-    page = msgspec.convert(data_of(light_page_text(run)), Page)
     html = run._repr_html_()
+    page = run.view(out=tmp_path / "page.html", show=False)
 
     assert html is not None
     assert html.startswith("<iframe srcdoc=")
     assert len(html) < 300_000
-    assert page.pictures.data == []
-    assert page.runs[0].faults[0].spans == [(run.timeline.injections[0].time,) * 2]
-    assert len(page.runs[0].iou[0]) == len(run.timeline.frames.times)
+    shown = data_of(unescape(html))
+    seen = data_of(page.read_text(encoding="utf-8"))
+    assert shown["pictures"]["data"] == []
+    assert len(seen["pictures"]["data"]) > 100
+    assert shown["runs"][0]["faults"] == seen["runs"][0]["faults"]
+    assert shown["runs"][0]["nodes"] == seen["runs"][0]["nodes"]
+
+
+def test_a_run_whose_record_is_gone_shows_as_text(pair: Pair, tmp_path: Path) -> None:
+    run = replace(pair[0], folder=tmp_path / "gone")
+
+    assert run._repr_html_() is None
     with pytest.raises(RecordError, match="is not a complete record"):
-        run.view(show=False)
+        run.view(out=tmp_path / "page.html", show=False)
 
 
 @pytest.mark.thorough

@@ -68,7 +68,7 @@ def run(
         if out is not None:
             return Run.of(experiments.run(spec, as_path(out, "folder of the record")))
         with tempfile.TemporaryDirectory(prefix="sunset-") as folder:
-            return Run.of(experiments.run(spec, Path(folder) / "run"))
+            return Run.of(experiments.run(spec, Path(folder) / "run"), is_kept=False)
 
 
 def bench(

@@ -4,9 +4,9 @@ import os
 import sys
 import tempfile
 import webbrowser
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
-from dataclasses import fields
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
+from dataclasses import fields, replace
 from functools import partial
 from html import escape
 from pathlib import Path
@@ -26,7 +26,7 @@ from sunset.experiments import run_again
 from sunset.recording import IMAGES_FILE, StoredRun, read_images, read_stored_run
 from sunset.rmw.backends import SIMULATED
 from sunset.texts import shown
-from sunset.viewing import Viewed, check_comparable, check_page_file, light_page_text, page_text, write_page
+from sunset.viewing import Viewed, check_comparable, check_page_file, page_text, write_page
 
 Stage: TypeAlias = Callable[[str, int, int], None]
 """Is called with (what is done, how much of it, how much in all)."""
@@ -35,14 +35,21 @@ _LIVE: Final = "It was run live and without --images, so that there are no pictu
 
 
 class Run(StoredRun):
-    """A run, as its record tells it, that can be looked at."""
+    """A run, as its record tells it, that can be looked at.
 
-    __slots__ = ()
+    Where its record is not kept, it has the record's files but images with it.
+    """
+
+    __slots__ = ("_files",)
+    _files: Mapping[str, bytes]
 
     @classmethod
-    def of(cls, run: StoredRun) -> Self:
+    def of(cls, run: StoredRun, *, is_kept: bool = True) -> Self:
         """Return a stored run as one that can be looked at."""
-        return cls(**{field.name: getattr(run, field.name) for field in fields(run) if field.init})
+        made = cls(**{field.name: getattr(run, field.name) for field in fields(run) if field.init})
+        files = [] if is_kept else [path for path in run.folder.iterdir() if path.name != IMAGES_FILE]
+        object.__setattr__(made, "_files", {path.name: path.read_bytes() for path in files})
+        return made
 
     def view(
         self, other: StoredRun | str | Path | None = None, *, out: str | Path | None = None, show: bool = True
@@ -53,19 +60,30 @@ class Run(StoredRun):
     def _repr_html_(self) -> str | None:
         """Return the run for a notebook: its time lines, and pictures if its record has them.
 
-        It is None, so that its text is shown, where the managed system has not the extensions of the run.
+        It is None, so that its text is shown, where the record is gone, or the managed system has not its extensions.
         """
+        has_images = (self.folder / IMAGES_FILE).is_file()
         try:
-            if (self.folder / IMAGES_FILE).is_file():
-                text, height = page_text([_viewed(self, self.folder)]), 940
-            else:
-                text, height = light_page_text(self), 640
+            with self.at_hand() as run:
+                text = page_text([Viewed(run, partial(read_images, run.folder) if has_images else None)])
         except SunsetError:
             return None
         return (
             f'<iframe srcdoc="{escape(text)}" sandbox="allow-scripts" title="{escape(repr(self))}" '
-            f'style="width: 100%; height: {height}px; border: 0"></iframe>'
+            f'style="width: 100%; height: {940 if has_images else 720}px; border: 0"></iframe>'
         )
+
+    @contextmanager
+    def at_hand(self) -> Iterator[StoredRun]:
+        """Give the run with a record in its folder, for as long as it is needed."""
+        files = getattr(self, "_files", None)
+        if not files:  # nor has it any where it was sent to another process
+            yield self
+            return
+        with tempfile.TemporaryDirectory(prefix="sunset-") as temporary:
+            for name, content in files.items():
+                (Path(temporary) / name).write_bytes(content)
+            yield replace(self, folder=Path(temporary))
 
 
 def view(
@@ -104,14 +122,15 @@ def view(
     check_progress(progress)
     check_flags(show=show)
     listed = [run] if other is None else [run, other]
-    with extended(extensions):
-        runs = [one if isinstance(one, StoredRun) else read_stored_run(_folder_of(one)) for one in listed]
-        file = default_page(runs) if out is None else as_path(out, "page's file")
+    with extended(extensions), ExitStack() as stack:
+        given = [one if isinstance(one, Run) else Run.of(_stored(one)) for one in listed]
+        file = default_page(given) if out is None else as_path(out, "page's file")
         check_page_file(file)
         if other is not None:
-            check_comparable(runs[0].record, runs[1].record)
+            check_comparable(given[0].record, given[1].record)
         named = [None if one is None else manager_name(one) for one in (manager, other_manager)]
         place = None if bag is None else as_path(bag, "bag")
+        runs = [stack.enter_context(one.at_hand()) for one in given]
         with _with_images(runs, named, None if model is None else str(model), place, progress) as viewed:
             making = None if progress is None else partial(progress, "Making pictures")
             write_page(viewed, file, progress=making)
@@ -120,13 +139,16 @@ def view(
     return file
 
 
-def _folder_of(folder: str | Path) -> Path:
-    path = as_path(folder, "folder of a run") if isinstance(folder, str | Path) else None
-    if path is None:
-        raise InvalidInputError(f"A run is shown by itself or by its folder, got {shown(folder)}.")
-    if path.is_file():
-        raise RecordError(f"A record is a folder, got the file {path}: name the folder that it is in.")
-    return path
+def _stored(run: StoredRun | str | Path) -> StoredRun:
+    """Return a run that was given as itself or by its folder."""
+    if isinstance(run, StoredRun):
+        return run
+    if not isinstance(run, str | Path):
+        raise InvalidInputError(f"A run is shown by itself or by its folder, got {shown(run)}.")
+    folder = as_path(run, "folder of a run")
+    if folder.is_file():
+        raise RecordError(f"A record is a folder, got the file {folder}: name the folder that it is in.")
+    return read_stored_run(folder)
 
 
 def default_page(runs: Sequence[StoredRun]) -> Path:

@@ -4,7 +4,6 @@ from sunset.viewing.page import (
     Viewed,
     check_comparable,
     check_page_file,
-    light_page_text,
     page_text,
     write_page,
 )
@@ -13,7 +12,6 @@ __all__ = [
     "Viewed",
     "check_comparable",
     "check_page_file",
-    "light_page_text",
     "page_text",
     "write_page",
 ]

@@ -27,7 +27,6 @@ from sunset.viewing.document import (
     FailureView,
     FaultView,
     Figure,
-    FramesView,
     Happening,
     NodeView,
     RunView,
@@ -44,14 +43,13 @@ _DIGITS = 6
 
 
 def run_view(
-    run: StoredRun, messages: Sequence[RecordedMessage] = (), placed: Sequence[Placed] = (), note: str = ""
+    run: StoredRun, messages: Sequence[RecordedMessage], placed: Sequence[Placed], note: str
 ) -> RunView:
     """Return what the page knows of a run.
 
     Args:
         run: what its record tells; the managed system of this process has its extensions.
-        messages: all of the record, in order of time; without them there are no frames, no lifecycles, no rates but of
-            the topics that can stop, and of a fault there is only its injection.
+        messages: all of the record, in order of time.
         placed: where the pictures of its images are.
         note: what else is remarked of it.
 
@@ -59,7 +57,7 @@ def run_view(
         RecordError: a message does not have the expected type.
     """
     record = run.record
-    start_ns = start_of([one for one in messages if one.topic == LOG_TOPIC]) if messages else 0
+    start_ns = start_of([one for one in messages if one.topic == LOG_TOPIC])
     first_ns = next((one.time_ns for one in messages if one.topic == TRUTH_TOPIC), None)
     warm_up = 0.0 if record.warm_up_s is UNSET else record.warm_up_s
     start = -warm_up if first_ns is None else min((first_ns - start_ns) / 1e9, 0.0)
@@ -78,14 +76,12 @@ def run_view(
         adaptations=_adaptations(run),
         log=[Happening(*event) for event in run.events if event[1] == "log"],
         signals=_signals(run),
-        topics=_topics(run, messages, start_ns),
-        nodes=[NodeView(name, states.lifecycle(name)) for name in current_system().nodes] if messages else [],
+        topics=_topics(messages, start_ns),
+        nodes=[NodeView(name, states.lifecycle(name)) for name in current_system().nodes],
         events=[Happening(*event) for event in run.events],
         figures=[Figure(*figure) for figure in figures_of(run.metrics)],
         iou=(_rounded(run.timeline.frames.times), _digits(run.timeline.frames.iou)),
-        frames=frames_view(messages, start_ns, end, placed, record.period_s)
-        if messages
-        else FramesView([], [], [], []),
+        frames=frames_view(messages, start_ns, end, placed, record.period_s),
     )
 
 
@@ -170,15 +166,12 @@ def _signal(signal: Signal, samples: Samples, thresholds: Mapping[str, float], f
     )
 
 
-def _topics(run: StoredRun, messages: Sequence[RecordedMessage], start_ns: int) -> list[TopicView]:
+def _topics(messages: Sequence[RecordedMessage], start_ns: int) -> list[TopicView]:
     system = current_system()
     times: dict[str, list[float]] = {full_name(name): [] for name in system.topics}
-    if messages:
-        for one in messages:
-            if one.topic in times:
-                times[one.topic].append(round((one.time_ns - start_ns) / 1e9, _DIGITS))
-    else:
-        times = {topic: _rounded(sent) for topic, sent in run.timeline.message_times.items()}
+    for one in messages:
+        if one.topic in times:
+            times[one.topic].append(round((one.time_ns - start_ns) / 1e9, _DIGITS))
     return [
         TopicView(topic, system.publishers.get(topic, "bag_player"), sent) for topic, sent in times.items()
     ]

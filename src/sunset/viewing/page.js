@@ -28,7 +28,7 @@ class RunPane {
     this.list = element("ol", { class: "events", "aria-label": "Events", tabindex: "0" }, ...this.items);
     this.element = element(
       "article",
-      { class: `run${isAlone ? " alone" : ""}` },
+      { class: `run${isAlone ? " alone" : ""}${this.panels.length ? "" : " bare"}` },
       element("div", { class: "seen" }, this.pictures, this.now),
       this.list,
     );
@@ -226,10 +226,10 @@ function setTheme(name) {
   moment.lanes.redraw();
 }
 
-/** The time that the address says, or a moment before the injection. */
-function timeOfAddress() {
+/** The time that the address says, or another. */
+function timeOfAddress(otherwise) {
   const found = /[#&]t=(-?[0-9.]+)/.exec(location.hash);
-  return found ? Number(found[1]) : 0;
+  return found ? Number(found[1]) : otherwise;
 }
 
 function fillHead() {
@@ -336,9 +336,14 @@ addEventListener("keydown", (event) => {
 });
 // in a notebook's frame, an address would lead elsewhere
 document.addEventListener("click", (event) => {
-  const link = event.target.closest("a[href^='#t=']");
+  const link = event.target.closest("a[href^='#']");
   if (!link) return;
   event.preventDefault();
+  if (link.hash === "#legend") {
+    byId("legend").open = true;
+    byId("legend").scrollIntoView();
+    return;
+  }
   moment.pause();
   moment.go(Number(link.hash.slice(3)));
   if (location.protocol !== "about:") history.replaceState(null, "", link.hash);
@@ -346,9 +351,9 @@ document.addEventListener("click", (event) => {
 if (window.parent !== window) byId("legend").open = false;
 addEventListener("hashchange", () => {
   moment.pause();
-  moment.go(timeOfAddress());
+  moment.go(timeOfAddress(moment.time));
 });
 const dark = matchMedia("(prefers-color-scheme: dark)");
 dark.addEventListener("change", () => setTheme(dark.matches ? "dark" : "light"));
 setTheme(dark.matches ? "dark" : "light");
-moment.go(timeOfAddress());
+moment.go(timeOfAddress(Math.max(0, ...page.runs.flatMap(({ faults }) => faults.map(({ spans }) => spans[0]?.[0] ?? 0)))));

@@ -161,24 +161,6 @@ def page_text(viewed: Sequence[Viewed], *, progress: Progress | None = None) -> 
     return _filled(page)
 
 
-def light_page_text(run: StoredRun) -> str:
-    """Return the page of a run whose record may be gone: what its time line has, without pictures.
-
-    Raises:
-        RecordError: it was made with another extension than this process has.
-    """
-    check_extensions(run.record, run.folder)
-    page = Page(
-        title=run.record.scenario,
-        comparison=[],
-        version=__version__,
-        runs=[run_view(run)],
-        classes=_classes(),
-        pictures=_NO_PICTURES,
-    )
-    return _filled(page)
-
-
 def _classes() -> list[LabelClass]:
     return [
         LabelClass(name, f"#{red:02x}{green:02x}{blue:02x}")

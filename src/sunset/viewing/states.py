@@ -96,12 +96,9 @@ class States:
     def fault(self, name: str, onset: float) -> list[Span]:
         """Return when a fault was there: as long as the parameter that injects it had the fault's value.
 
-        What lives outside of nodes outlasts a redeploy, so that the first value of a new process does not end it. Where
-        nothing is known of the parameter, it is the moment of the injection.
+        What lives outside of nodes outlasts a redeploy, so that the first value of a new process does not end it.
         """
-        injection = self._injections.get(name)
-        if injection is None:
-            return [(onset, onset)]
+        injection = self._injections[name]
         settings = [
             setting
             for setting in self._settings.get((injection.node, injection.parameter), [])

@@ -17,6 +17,7 @@ from sunset.api.options import Manager, Options
 from sunset.api.results import Results
 from sunset.api.running import agree, bench, check_manager, load, make_scenario, report, run
 from sunset.api.training import import_model, train_model
+from sunset.api.viewing import Run, view
 from sunset.perception import load_model
 from sunset.scenarios import load_scenario
 
@@ -24,6 +25,7 @@ __all__ = [
     "Manager",
     "Options",
     "Results",
+    "Run",
     "agree",
     "bag_statistics",
     "bench",
@@ -46,4 +48,5 @@ __all__ = [
     "report",
     "run",
     "train_model",
+    "view",
 ]

@@ -42,6 +42,7 @@ __all__ = [
     "run",
     "train_model",
     "verify",
+    "view",
 ]
 
 __version__ = "0.1.0"
@@ -54,7 +55,6 @@ _ELSEWHERE: Final = MappingProxyType(
     {
         "FlightPlan": ("sunset.data", "FlightPlan"),
         "ManagingSystem": ("sunset.managing", "ManagingSystem"),
-        "Run": ("sunset.recording", "StoredRun"),
         "SunsetError": ("sunset.errors", "SunsetError"),
         "Symptoms": ("sunset.managing", "Symptoms"),
     }

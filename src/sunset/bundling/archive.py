@@ -29,6 +29,16 @@ _RATIO: Final = 50
 _PIECE: Final = 2**20
 
 
+def check_new(out: Path) -> None:
+    """Check that there is no such file.
+
+    Raises:
+        OutputError: there is.
+    """
+    if out.exists():
+        raise OutputError(f"The file {out} exists already: remove it, or name another one with --out.")
+
+
 def write_archive(out: Path, files: Mapping[str, Path | bytes]) -> str:
     """Write files, and the list of their checksums, into a new zip file; return its SHA-256, in hexadecimal.
 
@@ -40,8 +50,7 @@ def write_archive(out: Path, files: Mapping[str, Path | bytes]) -> str:
         OutputError: it exists, or cannot be written.
         RecordError: a file cannot be read.
     """
-    if out.exists():
-        raise OutputError(f"The file {out} exists already: remove it, or name another one with --out.")
+    check_new(out)
     temporary = out.with_name(f".{out.name}.{os.getpid()}.part")
     sums = ""
     try:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from sunset.bundling.archive import write_archive
+from sunset.bundling.archive import check_new, write_archive
 from sunset.bundling.checks import check_campaign
 from sunset.bundling.citation import Citation, parse_author, parse_date, parse_licence
 from sunset.bundling.crate import crate_text, description_of
@@ -15,15 +15,16 @@ from sunset.bundling.layout import (
     CITATION_FILE,
     CRATE_FILE,
     MANIFEST_FILE,
+    README_FILE,
     REPORT_FILE,
     SCENARIOS,
     Manifest,
 )
 from sunset.bundling.sources import find_extension_sources, find_manager_sources
-from sunset.errors import InvalidInputError, OutputError, RecordError
+from sunset.errors import InvalidInputError, RecordError
 from sunset.evaluation import render_report
 from sunset.experiments import count_runs
-from sunset.perception import load_model
+from sunset.perception import list_models, load_model
 from sunset.recording import (
     BAG_FILES,
     IMAGES_FILE,
@@ -117,43 +118,36 @@ def bundle(
         raise InvalidInputError(
             f"The title must be one line of printable characters, got {citation.title!r}."
         )
-    if out.exists():
-        raise OutputError(f"The file {out} exists already: remove it, or name another one with --out.")
+    check_new(out)
     card = load_model(described.model).card
     findings = check_campaign(folder, described, card, described.suite, progress)
     if findings.problems:
-        more = (
-            f" (and {counted(len(findings.problems) - 1, 'other problem')})" if findings.problems[1:] else ""
-        )
-        raise RecordError(f"The campaign in {folder} cannot be packed{more}: {findings.problems[0]}")
-    managers, sources, lacking = find_manager_sources(described)
-    extensions, more_sources = find_extension_sources(described)
-    files: dict[str, Path | bytes] = {
-        f"{CAMPAIGN}/{(place / name).relative_to(folder).as_posix()}": place / name
-        for _, place, run in findings.runs
-        for name in (RUN_FILE, *BAG_FILES)
-    }
-    files |= sources | more_sources | _scenario_files(described)
+        first, *others = findings.problems
+        more = f" (and {counted(len(others), 'other problem')})" if others else ""
+        raise RecordError(f"The campaign in {folder} cannot be packed{more}: {first}")
+    managers, manager_files, lacking = find_manager_sources(described)
+    extensions, extension_files = find_extension_sources(described)
+    manifest = Manifest(managers=managers, extensions=extensions)
+    places = [place for _, place, _ in findings.runs]
+    files = manager_files | extension_files | _scenario_files(described) | _campaign_files(folder, places)
     files |= {
-        f"{CAMPAIGN}/{PLAN_FILE}": folder / PLAN_FILE,
         CARD_FILE: document_text(card.to_json()).encode(),
         REPORT_FILE: render_report(folder).encode(),
+        MANIFEST_FILE: document_text(manifest).encode(),
         CITATION_FILE: citation.to_cff().encode(),
-        "README.md": _README.format(title=citation.title, description=description_of(described)).encode(),
-        MANIFEST_FILE: document_text(Manifest(managers=managers, extensions=extensions)).encode(),
+        README_FILE: _README.format(title=citation.title, description=description_of(described)).encode(),
     }
     sizes = {
         name: len(content) if isinstance(content, bytes) else content.stat().st_size
         for name, content in files.items()
     }
     files[CRATE_FILE] = crate_text(described, citation, sizes).encode()
-    digest = write_archive(out, files)
     return Bundle(
         path=out,
-        sha256=digest,
+        sha256=write_archive(out, files),
         size=out.stat().st_size,
-        runs=len(findings.runs),
-        left_out=(*lacking, *_left_out(described, [place for _, place, _ in findings.runs])),
+        runs=len(places),
+        left_out=(*lacking, *_left_out(described, places)),
     )
 
 
@@ -180,6 +174,12 @@ def _read(folder: Path) -> CampaignPlan:
     return described
 
 
+def _campaign_files(folder: Path, places: Sequence[Path]) -> dict[str, Path | bytes]:
+    """Return the plan, and the files of the records, without images."""
+    files = [folder / PLAN_FILE, *(place / name for place in places for name in (RUN_FILE, *BAG_FILES))]
+    return {f"{CAMPAIGN}/{file.relative_to(folder).as_posix()}": file for file in files}
+
+
 def _scenario_files(described: CampaignPlan) -> dict[str, Path | bytes]:
     """Return the files of the suite, where it is a folder."""
     if described.suite in suite_names():
@@ -199,4 +199,6 @@ def _left_out(described: CampaignPlan, places: Sequence[Path]) -> list[str]:
             f"The flight {described.bag} is left out: who runs something again needs it (SHA-256 over its files: "
             f"{described.bag_checksum})."
         )
+    if described.model not in list_models():
+        left_out.append(f"The model {described.model} is left out: who runs something again needs it.")
     return left_out

@@ -1,7 +1,9 @@
 """The source of managing systems and extensions: found where a campaign is packed, compared where one is opened."""
 
 import hashlib
+import json
 import os
+import tempfile
 from collections.abc import Iterator, Sequence
 from pathlib import Path, PurePosixPath
 from typing import Final
@@ -75,15 +77,7 @@ def find_manager_sources(
 
 def _find(manager: str) -> tuple[dict[str, Path | bytes], str]:
     """Return the files and texts that a managing system's checksum is made of, by name, and as what they load."""
-    if is_registered(manager):
-        paths = list(map(str, manager_sources(manager, load_manager(manager))))
-    else:
-        paths = isolate(
-            manager,
-            "cannot be loaded",
-            lambda watch: watch.call(lambda: list(map(str, manager_sources(manager, load_manager(manager))))),
-            limit_s=_LIMIT_S,
-        )
+    paths = _paths(manager) if is_registered(manager) else _isolated_paths(manager)
     where, _, kind = manager.rpartition(":")
     root = _root(paths, "" if where.endswith(".py") else where.partition(".")[0])
     parts: dict[str, Path | bytes] = {Path(path).relative_to(root).as_posix(): Path(path) for path in paths}
@@ -94,6 +88,23 @@ def _find(manager: str) -> tuple[dict[str, Path | bytes], str]:
         return parts, manager
     main = Path(where).resolve().relative_to(root).as_posix() if where.endswith(".py") else where
     return parts, f"{main}:{kind}"
+
+
+def _paths(manager: str) -> list[str]:
+    return list(map(str, manager_sources(manager, load_manager(manager))))
+
+
+def _isolated_paths(manager: str) -> list[str]:
+    """Return the files of a managing system, which is loaded in a process of its own; they may be very many."""
+    with tempfile.TemporaryDirectory(prefix="sunset-") as room:
+        told = Path(room) / "paths.json"
+        isolate(
+            manager,
+            "cannot be loaded",
+            lambda watch: told.write_text(json.dumps(watch.call(lambda: _paths(manager))), encoding="utf-8"),
+            limit_s=_LIMIT_S,
+        )
+        return list(map(str, json.loads(told.read_text(encoding="utf-8"))))
 
 
 def _root(paths: list[str], package: str) -> Path:

@@ -211,6 +211,11 @@ MISTAKES: dict[str, tuple[Mistake, str]] = {
         lambda _, folder: api.verify(folder / "x.zip", run_again=-1),
         "The number of runs to run again must be at least 0, got -1",
     ),
+    "missing bag": (
+        lambda _, folder: api.verify(folder / "x.zip", bag=folder / "gone"),
+        "There is no bag .*gone: name the campaign's, or leave it out",
+    ),
+    "unknown model": (lambda _, folder: api.verify(folder / "x.zip", model="lit"), "did you mean 'lite'"),
     "trust as text": (
         lambda _, folder: api.verify(folder / "x.zip", trust="yes"),
         "The argument trust must be true or false, got 'yes'",

@@ -208,7 +208,7 @@ def _note_unchecked(findings: Findings) -> None:
         )
     if invalid:
         findings.unchecked.append(
-            f"{counted(invalid, 'run')} left out as invalid: the messages do not show all that the observer saw."
+            f"Why {counted(invalid, 'run')} should not count: the observer saw it, and the messages do not show it."
         )
 
 

@@ -71,7 +71,7 @@ def _obstacle(opened: OpenedBundle, one: _Run, rerun: Rerun) -> str:
     own = spec.manager not in MANAGERS
     obstacles = {
         "live runs take place in real time and never repeat to the byte": spec.settings.live,
-        "they failed, and left no messages to compare": run.manager_failed is not None,
+        "failed runs leave no messages to compare": run.manager_failed is not None,
         "the flight is not in the bundle; name it with --bag": described.bag is not None
         and rerun.bag is None,
         f"the model {described.model} is not installed; name its folder with --model": (

@@ -14,7 +14,7 @@ from sunset.bundling.layout import CAMPAIGN, CHECKSUMS_FILE, REPORT_FILE
 from sunset.bundling.opened import OpenedBundle
 from sunset.bundling.rerunning import Rerun, choose_runs, rerun_run
 from sunset.bundling.sources import differing_sources
-from sunset.errors import InvalidInputError, RecordError
+from sunset.errors import DataError, InvalidInputError, RecordError
 from sunset.evaluation import render_report
 from sunset.experiments import model_checksum
 from sunset.input_files import file_digest, read_text
@@ -92,8 +92,14 @@ def verify(path: Path, rerun: Rerun, *, progress: Progress | None = None) -> Ver
 
     Raises:
         RecordError: it is not a bundle, is of another version, or is not fit to be opened.
+        ModelError: the model to run with cannot be used.
+        DataError: there is no such bag.
         OutputError: there is no space to open it.
     """
+    if rerun.model is not None:
+        load_model(rerun.model)
+    if rerun.bag is not None and not rerun.bag.exists():
+        raise DataError(f"There is no bag {rerun.bag}: name the campaign's, or leave it out.")
     with tempfile.TemporaryDirectory(prefix="sunset-") as room:
         root = Path(room).resolve() / "bundle"
         root.mkdir()

@@ -5,9 +5,10 @@ from sunset.experiments.checking import ManagerCheck, check_manager
 from sunset.experiments.manager import manager_checksum
 from sunset.experiments.resources import prepare
 from sunset.experiments.run import run
-from sunset.experiments.spec import DEFAULT_SCENARIO, MIDDLEWARES, RunSpec, Settings, Timing
+from sunset.experiments.spec import CHECK_SCENARIO, DEFAULT_SCENARIO, MIDDLEWARES, RunSpec, Settings, Timing
 
 __all__ = [
+    "CHECK_SCENARIO",
     "DEFAULT_SCENARIO",
     "MIDDLEWARES",
     "BenchSpec",

@@ -5,6 +5,7 @@ open, `run.json` says what was run and what came out. It appears under its name 
 runs of the same specification leave the same bytes.
 """
 
+from sunset.recording.last import keep_last_run, last_run
 from sunset.recording.logs import LogLine, log_of, read_log
 from sunset.recording.reader import read_messages, read_timeline
 from sunset.recording.schema import (
@@ -38,6 +39,8 @@ __all__ = [
     "StoredFault",
     "StoredRun",
     "differing_figures",
+    "keep_last_run",
+    "last_run",
     "log_of",
     "read_log",
     "read_messages",

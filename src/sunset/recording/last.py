@@ -1,0 +1,45 @@
+"""The record of the last run that was given no folder of its own."""
+
+import shutil
+import tempfile
+from contextlib import suppress
+from itertools import count
+from pathlib import Path
+
+from sunset.data import cache_folder
+from sunset.errors import OutputError
+
+
+def last_run() -> Path:
+    """Return the folder of the last run that was given none, in the user's cache folder; it need not exist yet."""
+    return cache_folder() / "last-run"
+
+
+def keep_last_run(record: Path) -> Path:
+    """Move a record to `last_run`, in place of that of the run before, and return where it is.
+
+    Of two processes that do so at once, one comes second.
+
+    Raises:
+        OutputError: the cache folder cannot be written.
+    """
+    home = last_run()
+    try:
+        home.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(prefix=".last-run-", dir=home.parent) as folder:
+            draft = Path(folder) / "new"
+            shutil.move(record, draft)
+            for number in count():
+                with suppress(FileNotFoundError):
+                    home.rename(Path(folder) / f"old-{number}")
+                try:
+                    draft.rename(home)
+                except OSError:
+                    if not home.exists():  # no other process has put its record there meanwhile
+                        raise
+                else:
+                    break
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise OutputError(f"The record cannot be kept in {home}: {reason}; '--out DIR' keeps it.") from error
+    return home

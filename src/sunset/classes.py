@@ -49,6 +49,38 @@ CARLA_IDS: Final = MappingProxyType(
 CLASSES: Final = tuple(CARLA_IDS)
 """The class names; a name's position is its class index."""
 
+COLOURS: Final = (
+    (204, 121, 82),  # building
+    (133, 94, 66),  # fence
+    (150, 150, 150),  # other
+    (240, 228, 66),  # pole
+    (255, 255, 255),  # road line
+    (78, 78, 92),  # road
+    (200, 182, 214),  # sidewalk
+    (0, 128, 88),  # vegetation
+    (173, 132, 100),  # wall
+    (230, 159, 0),  # traffic sign
+    (178, 223, 250),  # sky
+    (214, 198, 150),  # ground
+    (120, 108, 140),  # bridge
+    (108, 76, 52),  # rail track
+    (186, 176, 172),  # guard rail
+    (255, 196, 60),  # traffic light
+    (112, 112, 112),  # static
+    (213, 94, 0),  # dynamic
+    (0, 72, 140),  # water
+    (158, 202, 90),  # terrain
+    (214, 40, 110),  # person
+    (250, 120, 180),  # rider
+    (40, 130, 230),  # car
+    (20, 60, 200),  # truck
+    (0, 200, 220),  # bus
+    (60, 30, 120),  # train
+    (170, 60, 170),  # motorcycle
+    (230, 130, 230),  # bicycle
+)
+"""Red, green and blue of each class where labels are shown, by class index; frequent ones differ in lightness, too."""
+
 
 def _lookup() -> npt.NDArray[np.uint8]:
     table = np.full(256, IGNORED, dtype=np.uint8)

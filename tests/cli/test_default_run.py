@@ -68,6 +68,7 @@ def test_a_run_for_a_script_and_one_with_a_folder_of_its_own_leave_nothing_else(
     assert cache.is_dir()
 
 
+@pytest.mark.thorough
 def test_a_record_that_cannot_be_kept_is_said_to_be_lost_and_the_run_counts(
     flight: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -34,6 +34,7 @@ class Options(TypedDict, total=False):
         device: what networks run on: `cpu`, `cuda` or `auto`.
         duration: seconds that are measured; 20 if left out.
         cache: whether results of inference are looked up and kept in the user's cache folder; True if left out.
+        images: whether the records keep images, as a file of their own.
         manager_limit: seconds of wall time that one callback of the managing system may take; in the simulation.
         middleware: `sim`, or the name of a live middleware.
         rate: seconds of `/clock` in a second; live.
@@ -46,6 +47,7 @@ class Options(TypedDict, total=False):
     device: str
     duration: float
     cache: bool
+    images: bool
     manager_limit: float
     middleware: str
     rate: float
@@ -72,6 +74,7 @@ def settings_of(options: Options) -> Settings:
         device=options.get("device", default.device),
         timing=Timing(duration_s=number_of(options.get("duration", default.timing.duration_s))),
         cache=options.get("cache", default.cache),
+        images=options.get("images", default.images),
         manager_limit_s=number_of(options.get("manager_limit", default.manager_limit_s)),
         middleware=options.get("middleware", default.middleware),
         speed=number_of(options.get("rate", default.speed)),

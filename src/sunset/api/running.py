@@ -54,8 +54,8 @@ def run(
             runs in a process of its own, which is forked from this one, so that a class of a notebook will do.
         seed: a whole number in [0, 2³² − 1]. The same seed gives the same record.
         out: keep the record in this new folder; it is not kept if None.
-        **options: those of `sunset.Options`: `model`, `bag`, `loop`, `device`, `duration`, `cache`, `manager_limit`,
-            `middleware`, `rate`, `extensions`.
+        **options: those of `sunset.Options`: `model`, `bag`, `loop`, `device`, `duration`, `cache`, `images`,
+            `manager_limit`, `middleware`, `rate`, `extensions`.
 
     Raises:
         InvalidInputError: an argument is not usable.
@@ -97,8 +97,8 @@ def bench(
         seed: of the first repetition.
         jobs: worker processes; one a core if None. They change no result of the simulation.
         progress: called with (runs that are done, runs in all).
-        **options: those of `sunset.Options`: `model`, `bag`, `loop`, `device`, `duration`, `cache`, `manager_limit`,
-            `middleware`, `rate`, `extensions`.
+        **options: those of `sunset.Options`: `model`, `bag`, `loop`, `device`, `duration`, `cache`, `images`,
+            `manager_limit`, `middleware`, `rate`, `extensions`.
 
     Raises:
         InvalidInputError: an argument is not usable, or `out` holds another campaign.
@@ -181,8 +181,8 @@ def check_manager(
         scenario: as of `run`.
         seed: of both runs.
         progress: called with (runs that are done, runs in all).
-        **options: those of `sunset.Options`: `model`, `bag`, `loop`, `device`, `duration`, `cache`, `manager_limit`,
-            `middleware`, `rate`, `extensions`.
+        **options: those of `sunset.Options`: `model`, `bag`, `loop`, `device`, `duration`, `cache`, `images`,
+            `manager_limit`, `middleware`, `rate`, `extensions`.
 
     Raises:
         SunsetError: as `run`.

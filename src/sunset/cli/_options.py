@@ -127,6 +127,15 @@ def add_run_options(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def add_images_option(parser: argparse.ArgumentParser) -> None:
+    """Add what says that images are kept."""
+    parser.add_argument(
+        "--images",
+        action="store_true",
+        help="keep all images in the record, losslessly: some 100 MB for 20 s",
+    )
+
+
 def add_middleware_options(parser: argparse.ArgumentParser) -> None:
     """Add what says where nodes run."""
     places = "; ".join(f"{backend.name} = {backend.description}" for backend in BACKENDS.values())

@@ -9,6 +9,7 @@ from sunset.cli._options import (
     add_campaign_options,
     add_count_option,
     add_format_options,
+    add_images_option,
     add_middleware_options,
     add_run_options,
     campaign,
@@ -42,6 +43,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_middleware_options(parser)
     add_count_option(parser, "--jobs", "worker processes (default: one a core; live: 1)")
     parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder of the results")
+    add_images_option(parser)
     add_format_options(parser, FORMATS, "how the table is printed")
 
 

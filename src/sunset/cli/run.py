@@ -7,7 +7,7 @@ import tempfile
 from contextlib import redirect_stdout
 from pathlib import Path
 
-from sunset.cli._options import add_middleware_options, add_run_options, run_spec
+from sunset.cli._options import add_images_option, add_middleware_options, add_run_options, run_spec
 from sunset.cli._progress import progress_bar, rendering_progress
 from sunset.errors import OutputError
 from sunset.experiments import DEFAULT_SCENARIO, prepare, run
@@ -41,6 +41,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="DIR",
         help="keep the record in this new folder, and not only until the next run",
     )
+    add_images_option(parser)
     parser.add_argument(
         "--json", action="store_true", help="print one JSON object on stdout and nothing else"
     )

@@ -1,5 +1,6 @@
 """The composition root: (scenario, seed, managing system, middleware) → one record."""
 
+from sunset.experiments.again import run_again
 from sunset.experiments.bench import BenchSpec, bench, count_runs, plan, run_folder
 from sunset.experiments.checking import ManagerCheck, check_manager
 from sunset.experiments.manager import manager_checksum
@@ -23,5 +24,6 @@ __all__ = [
     "plan",
     "prepare",
     "run",
+    "run_again",
     "run_folder",
 ]

@@ -60,7 +60,7 @@ def run_prepared(
     `known` is the checksum that the managing system's files must have; None for any.
     """
     described = _describe(spec, resources)
-    with RecordWriter(folder) as writer:
+    with RecordWriter(folder, images=spec.settings.images) as writer:
         conduct = _run_live if spec.settings.live else _run_simulated
         outcome = conduct(spec, resources, writer, log=log, known=known)
         messages = writer.messages(told_topics())

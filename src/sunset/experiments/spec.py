@@ -96,6 +96,8 @@ class Settings:
     """What networks run on: `cpu`, `cuda` or `auto`. Records of different devices may differ."""
     cache: bool = True
     """Whether results of inference are looked up and kept in the user's cache folder."""
+    images: bool = False
+    """Whether records keep images, which changes nothing else in them."""
     manager_limit_s: Annotated[
         float, Meta(gt=0, le=_LONGEST_LIMIT_S, title="managing system's time limit [s]")
     ] = 30.0

@@ -2,9 +2,10 @@
 
 A record is a folder with three files: `messages.mcap` and `metadata.yaml` are a rosbag2 that ROS 2 tools
 open, `run.json` says what was run and what came out. It appears under its name when it is complete, and two
-runs of the same specification leave the same bytes.
+runs of the same specification leave the same bytes. A run that keeps its images has a fourth, `images.mcap`.
 """
 
+from sunset.recording.images import IMAGES_FILE, StoredImage, read_images
 from sunset.recording.last import keep_last_run, last_run
 from sunset.recording.logs import LogLine, log_of, read_log
 from sunset.recording.reader import read_messages, read_timeline
@@ -27,6 +28,7 @@ from sunset.recording.values import RecordedMessage
 from sunset.recording.writer import RecordWriter
 
 __all__ = [
+    "IMAGES_FILE",
     "PLAN_FILE",
     "PLAN_VERSION",
     "RECORD_VERSION",
@@ -37,11 +39,13 @@ __all__ = [
     "RecordedMessage",
     "RunRecord",
     "StoredFault",
+    "StoredImage",
     "StoredRun",
     "differing_figures",
     "keep_last_run",
     "last_run",
     "log_of",
+    "read_images",
     "read_log",
     "read_messages",
     "read_plan",

@@ -1,7 +1,8 @@
 """Payloads to a rosbag2 and back; the only file here that writes with `rosbags`."""
 
+import shutil
 from collections.abc import Iterator, Sequence
-from contextlib import closing
+from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Final
 
@@ -15,57 +16,91 @@ from sunset.interfaces import get_message, message_definition, type_hash
 from sunset.recording.values import Payload
 from sunset.shortage import shortage
 
-_NAME: Final = "messages"
-_FILE: Final = f"{_NAME}.mcap"
+_FILE: Final = "messages.mcap"
+_METADATA: Final = "metadata.yaml"
 
-BAG_FILES: Final = (_FILE, "metadata.yaml")
+BAG_FILES: Final = (_FILE, _METADATA)
 """The files of the bag in a record's folder."""
+
+
+class BagWriter:
+    """Writes messages as they come into a bag's file, which stands in an existing folder when it is closed.
+
+    The bytes depend on the messages, and on the versions of `rosbags` and its compressor; on neither the
+    folder's name nor the clock.
+
+    Args:
+        folder: the folder.
+        files: the file's name, and that of the bag's metadata if it is wanted.
+
+    Raises:
+        OutputError: the file cannot be written.
+    """
+
+    def __init__(self, folder: Path, *files: str) -> None:
+        # the writer names its files after its folder, so it gets one whose name is always the same
+        self._folder, self._own, self._files = folder, folder / Path(files[0]).stem, files
+        self._connections: dict[tuple[str, str], Connection] = {}
+        with self._translated():
+            self._writer = Writer(self._own, version=9, storage_plugin=StoragePlugin.MCAP)
+            self._writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
+            self._writer.open()
+
+    def add_topic(self, topic: str, name: str) -> Connection:
+        """Make a topic's place in the bag, for messages of the type of a name."""
+        kind = get_message(name)
+        connection = self._writer.add_connection(
+            topic, name, msgdef=message_definition(kind), rihs01=type_hash(kind)
+        )
+        self._connections[topic, name] = connection
+        return connection
+
+    def write(self, payload: Payload) -> None:
+        """Write a message."""
+        with self._translated():
+            connection = self._connections.get((payload.topic, payload.type))
+            connection = connection or self.add_topic(payload.topic, payload.type)
+            self._writer.write(connection, payload.time_ns, payload.cdr)
+
+    def close(self) -> None:
+        """Complete the bag's file and give it its place."""
+        with self._translated():
+            self._writer.close()
+        for name in self._files:
+            (self._own / name).rename(self._folder / name)
+        shutil.rmtree(self._own)
+
+    @contextmanager
+    def _translated(self) -> Iterator[None]:
+        try:
+            yield
+        except WriterError as error:
+            raise OutputError(f"The record in {self._folder} cannot be written: {error}.") from error
 
 
 def write_bag(folder: Path, payloads: Sequence[Payload]) -> None:
     """Write messages, in order of time, as a rosbag2 into an existing folder.
 
-    The bytes depend on the messages, and on the versions of `rosbags` and its compressor; on neither the
-    folder's name nor the clock.
-
     Raises:
         OutputError: the files cannot be written.
     """
-    # the writer names its files after its folder, so it gets one whose name is always the same
-    own = folder / _NAME
-    try:
-        writer = Writer(own, version=9, storage_plugin=StoragePlugin.MCAP)
-        writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
-        with writer:
-            connections = _connections(writer, payloads)
-            for payload in payloads:
-                writer.write(connections[payload.topic, payload.type], payload.time_ns, payload.cdr)
-        for name in BAG_FILES:
-            (own / name).rename(folder / name)
-        own.rmdir()
-    except WriterError as error:
-        raise OutputError(f"The record in {folder} cannot be written: {error}.") from error
-
-
-def _connections(writer: Writer, payloads: Sequence[Payload]) -> dict[tuple[str, str], Connection]:
-    connections = {}
+    bag = BagWriter(folder, *BAG_FILES)
     for topic, name in sorted({(payload.topic, payload.type) for payload in payloads}):
-        kind = get_message(name)
-        connections[topic, name] = writer.add_connection(
-            topic, name, msgdef=message_definition(kind), rihs01=type_hash(kind)
-        )
-    return connections
+        bag.add_topic(topic, name)
+    for payload in payloads:
+        bag.write(payload)
+    bag.close()
 
 
-def read_bag(folder: Path) -> Iterator[Payload]:
-    """Return the messages in a record's folder in order of time.
+def read_bag(folder: Path, name: str = _FILE) -> Iterator[Payload]:
+    """Return the messages in a record's folder, or those in another file of it, in order of time.
 
     Raises:
         RecordError: the file is missing, truncated or damaged.
     """
-    file = folder / _FILE
+    file = folder / name
     if not file.exists():
-        raise RecordError(f"The record {folder} is incomplete: {_FILE} is missing.")
+        raise RecordError(f"The record {folder} is incomplete: {name} is missing.")
     try:
         with closing(open_bag(file)) as reader:
             for connection, time_ns, cdr in reader.messages():

@@ -28,9 +28,9 @@ class ImageDigester:
     def recorded(self, message: Message) -> Message:
         """Return what stands for `message` in a record: itself, unless it carries images."""
         if isinstance(message, Image):
-            return _digest_message(message, self._digest(message.data))
+            return _digest_message(message, self.digest(message.data))
         if isinstance(message, SensorFusion):
-            parts = self._digest(message.depth.data), self._digest(message.rgb.data)
+            parts = self.digest(message.depth.data), self.digest(message.rgb.data)
             modality = bytes([message.modality.fusion_type])
             digest = hashlib.blake2b(b"".join([*parts, modality]), digest_size=_BYTES).digest()
             fused = _digest_message(message.rgb, digest)
@@ -38,7 +38,8 @@ class ImageDigester:
             return fused
         return message
 
-    def _digest(self, pixels: npt.NDArray[np.uint8]) -> bytes:
+    def digest(self, pixels: npt.NDArray[np.uint8]) -> bytes:
+        """Return the digest of an image's pixels."""
         known = self._known.get(id(pixels))
         if known is not None and known[0] is pixels:
             return known[1]

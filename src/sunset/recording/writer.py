@@ -13,6 +13,7 @@ from sunset.errors import OutputError, RecordError
 from sunset.interfaces import Message, serialize, type_name
 from sunset.recording._bag import read_bag, write_bag
 from sunset.recording._images import ImageDigester
+from sunset.recording.images import ImageWriter
 from sunset.recording.schema import RUN_FILE, RunRecord
 from sunset.recording.values import Payload, RecordedMessage, digest_of
 from sunset.schemas import document_text
@@ -32,18 +33,21 @@ class RecordWriter:
 
     Args:
         folder: the record's folder, which must not exist, or be empty; its parents are made.
+        images: whether images are kept too, as of `ImageWriter`.
 
     Raises:
         OutputError: the folder holds something already, or cannot be made.
     """
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, *, images: bool = False) -> None:
         self._folder = Path(folder).absolute()
         if not self._folder.name:
             raise OutputError(f"A record needs a folder of its own, got {folder}.")
         self._partial = self._folder.with_name(f".{self._folder.name}{_SUFFIX}")
         self._payloads: list[Payload] = []
-        self._images = ImageDigester()
+        self._digester = ImageDigester()
+        self._keeps_images = images
+        self._images: ImageWriter | None = None  # made by the process that has something to write
         self._closed = False
         self._stored = False
         with _translated(self._folder):
@@ -52,7 +56,7 @@ class RecordWriter:
             self._lock = _take_folder(self._partial)
 
     def write(self, topic: str, time_ns: int, message: Message) -> None:
-        """Add a message that left its publisher at a time; of an image, only the digest.
+        """Add a message that left its publisher at a time; of an image, the digest.
 
         Args:
             topic: the full name of the topic.
@@ -66,7 +70,11 @@ class RecordWriter:
         if self._closed or time_ns < 0:
             reason = "the record is closed" if self._closed else f"its time is negative, {time_ns} ns"
             raise RecordError(f"A message on {topic} cannot be recorded: {reason}.")
-        recorded = self._images.recorded(message)
+        recorded = self._digester.recorded(message)
+        if self._keeps_images:
+            with _translated(self._folder):
+                self._images = self._images or ImageWriter(self._partial, self._digester)
+                self._images.write(topic, time_ns, message)
         self._payloads.append(Payload(topic, type_name(type(recorded)), time_ns, serialize(recorded)))
 
     @property
@@ -86,6 +94,8 @@ class RecordWriter:
         """
         with _translated(self._folder):
             write_bag(self._partial, self._in_order())
+            if self._images is not None:
+                self._images.close()
         self._stored = True
 
     def load(self) -> None:

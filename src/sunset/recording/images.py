@@ -1,0 +1,198 @@
+"""The images of a run, kept beside its record: a second bag, which viewers for robots open as it is.
+
+Beside the images it has each number of the blackboard on a topic of its own, which viewers plot. Neither is part of the
+record's digest: the record itself has every image as its digest.
+"""
+
+import struct
+import zlib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final, TypeAlias, cast
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from sunset.classes import CLASS_OF_CARLA_ID, COLOURS
+from sunset.errors import RecordError
+from sunset.interfaces import Message, serialize, type_name
+from sunset.interfaces.rcl_interfaces.msg import ParameterType
+from sunset.interfaces.sensor_msgs.msg import CompressedImage, Image
+from sunset.interfaces.stamps import ns_of
+from sunset.interfaces.std_msgs.msg import Float64
+from sunset.interfaces.system_interfaces.msg import SensorFusion, SetBlackboardGroup
+from sunset.recording._bag import BagWriter, read_bag
+from sunset.recording._images import ImageDigester
+from sunset.recording.values import Payload
+from sunset.system import RESULT_TOPIC, TRUTH_TOPIC
+
+IMAGES_FILE: Final = "images.mcap"
+"""The file of a record's folder that has the images, where they were kept."""
+
+_SUFFIX: Final = "/compressed"
+"""As image_transport names the topic of the compressed images of another."""
+_LAYOUTS: Final = {"bgr8": (np.uint8, 3), "16UC1": (np.uint16, 1), "8UC1": (np.uint8, 1)}
+"""Encoding → type and number of channels, of images that are compressed; others are kept as they are."""
+_KEPT: Final = 16
+"""How many PNG files are at hand for the same pixels on another topic."""
+
+# A PNG file: a signature, and chunks of length, type, data and checksum (PNG 3, sections 5 and 11.2)
+_SIGNATURE: Final = 8
+_BODY: Final = 33
+"""Where the first chunk, IHDR, ends."""
+_COLOUR_TYPE: Final = 25
+"""Where IHDR says how pixels are to be read."""
+_GRAY, _INDEXED = 0, 3
+
+_Pixels: TypeAlias = npt.NDArray[np.uint8] | npt.NDArray[np.uint16]
+
+
+@dataclass(frozen=True, slots=True)
+class StoredImage:
+    """An image that was kept.
+
+    Attributes:
+        topic: the full name of the topic; those that the sensor fusion publishes together are `rgb` and `depth` below
+            its topic.
+        time_ns: when it left its publisher, in nanoseconds on the experiment's clock.
+        stamp_ns: of its header.
+        encoding: as of `sensor_msgs/msg/Image`.
+        png: the file that it is kept as.
+    """
+
+    topic: str
+    time_ns: int
+    stamp_ns: int
+    encoding: str
+    png: bytes
+
+    @property
+    def pixels(self) -> _Pixels:
+        """The pixels as they were published: `bgr8` (H, W, 3) uint8, `16UC1` (H, W) uint16, `8UC1` (H, W) uint8.
+
+        Raises:
+            RecordError: the file is damaged.
+        """
+        decoded = cv2.imdecode(np.frombuffer(_without_palette(self.png), np.uint8), cv2.IMREAD_UNCHANGED)
+        if decoded is None:
+            raise RecordError(f"The image on {self.topic} at {self.time_ns} ns is damaged.")
+        return cast("_Pixels", decoded)
+
+
+class ImageWriter:
+    """Writes the images of a run, as they come, into a bag of their own in an existing folder."""
+
+    def __init__(self, folder: Path, digester: ImageDigester) -> None:
+        self._bag = BagWriter(folder, IMAGES_FILE)
+        self._digester = digester
+        self._pngs: dict[tuple[bytes, str, int], bytes] = {}
+
+    def write(self, topic: str, time_ns: int, message: Message) -> None:
+        """Keep what a message has to show: images, and the numbers of the blackboard."""
+        if isinstance(message, Image):
+            self._write_image(topic, time_ns, message)
+        elif isinstance(message, SensorFusion):
+            self._write_image(f"{topic}/rgb", time_ns, message.rgb)
+            self._write_image(f"{topic}/depth", time_ns, message.depth)
+        elif isinstance(message, SetBlackboardGroup):
+            for entry in message.bb_params:
+                kinds = {
+                    ParameterType.PARAMETER_BOOL: float(entry.value.bool_value),
+                    ParameterType.PARAMETER_INTEGER: float(entry.value.integer_value),
+                    ParameterType.PARAMETER_DOUBLE: entry.value.double_value,
+                }
+                if entry.value.type in kinds:
+                    self._put(f"/symptoms/{entry.name}", time_ns, Float64(data=kinds[entry.value.type]))
+
+    def _write_image(self, topic: str, time_ns: int, image: Image) -> None:
+        pixels = _pixels_of(image)
+        if pixels is None:
+            self._put(topic, time_ns, image)
+            return
+        key = self._digester.digest(image.data), image.encoding, image.width
+        if key not in self._pngs:
+            self._pngs[key] = cv2.imencode(".png", pixels, [cv2.IMWRITE_PNG_COMPRESSION, 1])[1].tobytes()
+            self._pngs = dict(list(self._pngs.items())[-_KEPT:])
+        png = self._pngs[key]
+        if topic in _PALETTES:
+            png = _with_palette(png, _PALETTES[topic])
+        kind, data = f"{image.encoding}; png compressed ", np.frombuffer(png, np.uint8)
+        self._put(topic + _SUFFIX, time_ns, CompressedImage(header=image.header, format=kind, data=data))
+
+    def _put(self, topic: str, time_ns: int, message: Message) -> None:
+        self._bag.write(Payload(topic, type_name(type(message)), time_ns, serialize(message)))
+
+    def close(self) -> None:
+        """Complete the bag."""
+        self._bag.close()
+
+
+def read_images(folder: Path) -> Iterator[StoredImage]:
+    """Return the images of a run in order of time.
+
+    Raises:
+        RecordError: they were not kept, or the file is damaged.
+    """
+    if not (folder / IMAGES_FILE).exists():
+        raise RecordError(f"The record {folder} has no images: run it with --images.")
+    for payload in read_bag(folder, IMAGES_FILE):
+        if payload.topic.endswith(_SUFFIX):
+            message = cast("CompressedImage", payload.decoded().message)
+            yield StoredImage(
+                topic=payload.topic.removesuffix(_SUFFIX),
+                time_ns=payload.time_ns,
+                stamp_ns=ns_of(message.header.stamp),
+                encoding=message.format.partition(";")[0],
+                png=message.data.tobytes(),
+            )
+
+
+def _pixels_of(image: Image) -> _Pixels | None:
+    """Return the pixels of an image (H, W, channels); None where PNG has no place for them."""
+    if image.encoding not in _LAYOUTS or image.is_bigendian:
+        return None
+    kind, channels = _LAYOUTS[image.encoding]
+    width = image.width * channels * np.dtype(kind).itemsize
+    step = image.step or width
+    if not 0 < width <= step or not 0 < image.height * step <= image.data.size:
+        return None
+    rows = image.data[: image.height * step].reshape(image.height, step)[:, :width]
+    return np.ascontiguousarray(rows).view(kind).reshape(image.height, image.width, channels)
+
+
+def _palette(indices: npt.NDArray[np.uint8]) -> bytes:
+    """Return the colours of 256 labels, whose class indices are given, as PNG has them; black where it is no class."""
+    colours = np.zeros((256, 3), np.uint8)
+    colours[: len(COLOURS)] = COLOURS
+    return colours[indices].tobytes()
+
+
+_PALETTES: Final = {
+    RESULT_TOPIC: _palette(np.arange(256, dtype=np.uint8)),
+    TRUTH_TOPIC: _palette(CLASS_OF_CARLA_ID),
+}
+
+
+def _with_palette(png: bytes, palette: bytes) -> bytes:
+    """Return a PNG file of gray values as one of indices into a palette."""
+    return _head(png, _INDEXED) + _chunk(b"PLTE" + palette) + png[_BODY:]
+
+
+def _without_palette(png: bytes) -> bytes:
+    """Return a PNG file of indices into a palette of 256 colours as one of gray values, and any other as it is."""
+    if png[_COLOUR_TYPE] != _INDEXED:
+        return png
+    return _head(png, _GRAY) + png[_BODY + len(_chunk(b"PLTE" + bytes(3 * 256))) :]
+
+
+def _head(png: bytes, colour_type: int) -> bytes:
+    """Return how a PNG file begins, with another colour type."""
+    header = png[_SIGNATURE + 4 : _COLOUR_TYPE] + bytes([colour_type]) + png[_COLOUR_TYPE + 1 : _BODY - 4]
+    return png[:_SIGNATURE] + _chunk(header)
+
+
+def _chunk(content: bytes) -> bytes:
+    """Return a chunk of a PNG file, of its type and data."""
+    return struct.pack(">I", len(content) - 4) + content + struct.pack(">I", zlib.crc32(content))

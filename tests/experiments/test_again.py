@@ -1,0 +1,107 @@
+from pathlib import Path
+
+import msgspec
+import pytest
+from msgspec.structs import replace
+
+from sunset.data import read_bag, write_bag
+from sunset.errors import RecordError
+from sunset.experiments import RunSpec, Settings, Timing, run, run_again
+from sunset.recording import RunRecord, read_images, read_run
+from sunset.scenarios import load_scenario
+
+TIMING = Timing(duration_s=2.0, warm_up_s=0.5)
+
+pytestmark = pytest.mark.usefixtures("flight")
+
+
+@pytest.fixture(scope="module")
+def stored(flight: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a run, with a managing system of its own under another name."""
+    assert flight.exists()
+    folder = tmp_path_factory.mktemp("again")
+    mine = folder / "mine.py"
+    mine.write_text(
+        "from sunset.managing import ManagingSystem\n\n"
+        "class Mine(ManagingSystem):\n"
+        "    def adapt(self, symptoms):\n"
+        "        self.get_logger().info('here', once=True)\n"
+    )
+    spec = RunSpec(
+        scenario=load_scenario("image_shift=7+gpu_failure"),
+        manager=f"own={mine}:Mine",
+        seed=5,
+        settings=Settings(timing=TIMING),
+    )
+    run(spec, folder / "run")
+    return folder / "run"
+
+
+def rewritten(stored: Path, folder: Path, **changed: object) -> Path:
+    """Return a copy of a record whose `run.json` says something else."""
+    folder.mkdir()
+    for file in stored.iterdir():
+        (folder / file.name).write_bytes(file.read_bytes())
+    record: RunRecord = replace(read_run(stored), **changed)
+    (folder / "run.json").write_bytes(msgspec.json.encode(record))
+    return folder
+
+
+def test_a_run_comes_out_the_same_and_shows_what_it_did_not_keep(stored: Path, tmp_path: Path) -> None:
+    again = run_again(stored, tmp_path / "again", images=True)
+
+    assert again.digest == read_run(stored).digest
+    for name in ("messages.mcap", "metadata.yaml", "run.json"):
+        assert (again.folder / name).read_bytes() == (stored / name).read_bytes()
+    topics = {image.topic for image in read_images(again.folder)}
+    assert {"/rgb_raw", "/gt_segmentation", "/managed_subsystem/segmentation"} <= topics
+
+
+def test_what_it_was_made_with_may_lie_elsewhere(stored: Path, tmp_path: Path) -> None:
+    source = stored.parent / "mine.py"
+    moved = source.rename(tmp_path / "mine.py")
+    try:
+        again = run_again(stored, tmp_path / "again", manager=f"{moved}:Mine", model="lite")
+    finally:
+        moved.rename(source)
+
+    assert again.digest == read_run(stored).digest
+
+
+def test_what_differs_is_named(stored: Path, tmp_path: Path) -> None:
+    versions = read_run(stored).versions | {"numpy": "0.1"}
+    folder = rewritten(stored, tmp_path / "other", seed=6, versions=versions)
+
+    with pytest.raises(RecordError, match=r"left other messages; what differs: numpy 0\.1 is [0-9.]+\. Name"):
+        run_again(folder, tmp_path / "again")
+    folder = rewritten(stored, tmp_path / "seed", seed=7)
+    with pytest.raises(RecordError, match="what differs: the record itself"):
+        run_again(folder, tmp_path / "again too")
+
+
+def test_another_flight_is_found_before_anything_is_run(stored: Path, flight: Path, tmp_path: Path) -> None:
+    reader = read_bag(flight)
+    frames = [reader.frame(number) for number in range(30)]
+    write_bag(tmp_path / "bag", frames, [number * 10**8 for number in range(30)])
+
+    with pytest.raises(
+        RecordError, match=r"other frames than the bag .*bag has; name its own bag with --bag"
+    ):
+        run_again(stored, tmp_path / "again", bag=tmp_path / "bag")
+
+
+@pytest.mark.parametrize(
+    ("changed", "expected"),
+    [
+        ({"middleware": "cyclonedds"}, "was live, on cyclonedds, and only runs of the simulation"),
+        ({"manager_failed": "it raised"}, "it failed, and left no messages"),
+        ({"extensions": {"rain.py": "0"}}, "made with the extension rain.py"),
+    ],
+)
+def test_what_cannot_be_run_again_is_refused(
+    changed: dict[str, object], expected: str, stored: Path, tmp_path: Path
+) -> None:
+    folder = rewritten(stored, tmp_path / "other", **changed)
+
+    with pytest.raises(RecordError, match=expected):
+        run_again(folder, tmp_path / "again")

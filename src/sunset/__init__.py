@@ -24,6 +24,7 @@ __all__ = [
     "calibrate_model",
     "check_manager",
     "fault_figure",
+    "fault_picture",
     "import_model",
     "list_faults",
     "list_managers",

@@ -6,6 +6,7 @@ from sunset.api import bench as bench
 from sunset.api import calibrate_model as calibrate_model
 from sunset.api import check_manager as check_manager
 from sunset.api import fault_figure as fault_figure
+from sunset.api import fault_picture as fault_picture
 from sunset.api import import_model as import_model
 from sunset.api import list_faults as list_faults
 from sunset.api import list_managers as list_managers
@@ -43,6 +44,7 @@ __all__ = [
     "calibrate_model",
     "check_manager",
     "fault_figure",
+    "fault_picture",
     "import_model",
     "list_faults",
     "list_managers",

@@ -5,7 +5,8 @@ from pathlib import Path
 import pytest
 
 from sunset.cli import main
-from sunset.recording import last_run, read_run
+from sunset.experiments import last_run
+from sunset.recording import read_run
 
 pytestmark = pytest.mark.usefixtures("flight")
 

@@ -14,6 +14,7 @@ from sunset.api.catalogue import (
     render_flight,
 )
 from sunset.api.options import Manager, Options
+from sunset.api.pictures import fault_picture
 from sunset.api.results import Results
 from sunset.api.running import agree, bench, check_manager, load, make_scenario, report, run
 from sunset.api.training import import_model, train_model
@@ -30,6 +31,7 @@ __all__ = [
     "calibrate_model",
     "check_manager",
     "fault_figure",
+    "fault_picture",
     "import_model",
     "list_faults",
     "list_managers",

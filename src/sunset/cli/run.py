@@ -10,8 +10,7 @@ from pathlib import Path
 from sunset.cli._options import add_images_option, add_middleware_options, add_run_options, run_spec
 from sunset.cli._progress import progress_bar, rendering_progress
 from sunset.errors import OutputError
-from sunset.experiments import DEFAULT_SCENARIO, prepare, run
-from sunset.recording import keep_last_run
+from sunset.experiments import DEFAULT_SCENARIO, keep_last_run, prepare, run
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

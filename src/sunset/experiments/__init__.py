@@ -3,6 +3,7 @@
 from sunset.experiments.again import run_again
 from sunset.experiments.bench import BenchSpec, bench, count_runs, plan, run_folder
 from sunset.experiments.checking import ManagerCheck, check_manager
+from sunset.experiments.last import keep_last_run, last_run
 from sunset.experiments.manager import manager_checksum
 from sunset.experiments.resources import prepare
 from sunset.experiments.run import run
@@ -20,6 +21,8 @@ __all__ = [
     "bench",
     "check_manager",
     "count_runs",
+    "keep_last_run",
+    "last_run",
     "manager_checksum",
     "plan",
     "prepare",

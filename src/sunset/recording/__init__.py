@@ -6,7 +6,6 @@ runs of the same specification leave the same bytes. A run that keeps its images
 """
 
 from sunset.recording.images import IMAGES_FILE, StoredImage, read_images
-from sunset.recording.last import keep_last_run, last_run
 from sunset.recording.logs import LogLine, log_of, read_log
 from sunset.recording.reader import read_messages, read_timeline
 from sunset.recording.schema import (
@@ -42,8 +41,6 @@ __all__ = [
     "StoredImage",
     "StoredRun",
     "differing_figures",
-    "keep_last_run",
-    "last_run",
     "log_of",
     "read_images",
     "read_log",

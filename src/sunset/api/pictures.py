@@ -59,7 +59,7 @@ def draw_fault_picture(name: str, file: Path, settings: Settings, frame: int | N
         spec = RunSpec(scenario=load_scenario(name), manager="reactive", settings=settings)
         with tempfile.TemporaryDirectory(prefix="sunset-") as folder:
             run = experiments.run(spec, Path(folder) / "run")
-        title = f"{fault.description}\nEach line is a message; the managing system is reactive."
+        title = f"{fault.description}\nEach line is a message, each bar a silence. The managing system is reactive."
         outage_figure(run.timeline, run.metrics.executed, file, title=title)
     else:
         raise InvalidInputError(

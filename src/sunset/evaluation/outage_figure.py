@@ -63,7 +63,7 @@ def _fill(axes: "Axes", timeline: Timeline, executed: Sequence[ExecutedAdaptatio
             if end - begin > _GAP_PERIODS * timeline.period_s and end > 0:
                 axes.plot([begin, end], [-row, -row], color=_SILENT, linewidth=4, solid_capstyle="butt")
                 axes.annotate(
-                    f"nothing for {end - begin:.1f} s",
+                    f"{end - begin:.1f} s",
                     ((begin + end) / 2, -row + 0.14),
                     ha="center",
                     color=_SILENT,

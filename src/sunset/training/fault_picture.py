@@ -96,7 +96,7 @@ def fault_views(fault: str, model: Model, bag: Path, frame: int | None = None) -
             image = _relief(seen.depth)
         else:
             image = np.ascontiguousarray(seen.bgr[:, :, ::-1])
-            if _joins_sensors(fault) and condition.modality is Modality.FUSION:
+            if effects()[fault].unit.startswith("pixels") and condition.modality is Modality.FUSION:
                 image = _with_edges(image, seen.depth)
         iou = image_iou(count_classes(found.labels, truth))
         views.append(View(title, image, found.labels, iou, found.entropy, seen.sharpness))
@@ -115,7 +115,7 @@ def views_figure(views: Sequence[View], fault: str, model: Model) -> "Figure":
     from matplotlib.figure import Figure  # noqa: PLC0415  an optional extra
 
     with rc_context({"font.size": 8}):
-        figure = Figure(figsize=(7.2, 3.55), dpi=140, layout="constrained")
+        figure = Figure(figsize=(7.2, 3.7), dpi=140, layout="constrained")
         _fill(figure, views, fault, model)
     return figure
 
@@ -135,7 +135,7 @@ def _fill(figure: "Figure", views: Sequence[View], fault: str, model: Model) -> 
             if blurs
             else _compared("entropy", view.entropy, model.card.entropy_threshold, below=False)
         )
-        below.set_xlabel(f"IoU {view.iou:.2f}   {signal}")
+        below.set_xlabel(f"IoU {view.iou:.2f}\n{signal}")
         for one in (above, below):
             one.set(xticks=[], yticks=[])
             for spine in one.spines.values():
@@ -164,14 +164,7 @@ def _compared(name: str, value: float, threshold: float, *, below: bool) -> str:
     """Return a signal's value, and what a threshold says of it."""
     beyond = value < threshold if below else value > threshold
     sign = "<" if value < threshold else ">"
-    return f"{name} {value:.3f} {sign} {threshold:.3f}{' (symptom)' if beyond else ''}"
-
-
-def _joins_sensors(fault: str) -> bool:
-    """Return whether a fault is in a node that gets images of more than one sensor."""
-    system = current_system()
-    node = next(node for node in system.nodes.values() if node.name == get_fault(fault).node)
-    return len(node.inputs) > 1
+    return f"{name} {value:.3f} {sign} {threshold:.3f}{' : symptom' if beyond else ''}"
 
 
 def _relief(depth: npt.NDArray[np.uint16]) -> npt.NDArray[np.uint8]:

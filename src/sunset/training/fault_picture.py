@@ -164,7 +164,7 @@ def _compared(name: str, value: float, threshold: float, *, below: bool) -> str:
     """Return a signal's value, and what a threshold says of it."""
     beyond = value < threshold if below else value > threshold
     sign = "<" if value < threshold else ">"
-    return f"{name} {value:.3f} {sign} {threshold:.3f}{' : symptom' if beyond else ''}"
+    return f"{name} {value:.3f} {sign} {threshold:.3f}{': symptom' if beyond else ''}"
 
 
 def _relief(depth: npt.NDArray[np.uint16]) -> npt.NDArray[np.uint8]:

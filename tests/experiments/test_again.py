@@ -72,7 +72,10 @@ def test_what_differs_is_named(stored: Path, tmp_path: Path) -> None:
     versions = read_run(stored).versions | {"numpy": "0.1"}
     folder = rewritten(stored, tmp_path / "other", seed=6, versions=versions)
 
-    with pytest.raises(RecordError, match=r"left other messages; what differs: numpy 0\.1 is [0-9.]+\. Name"):
+    with pytest.raises(
+        RecordError,
+        match=r"left other messages, first at -.* s on /.*; what differs: numpy 0\.1 is [0-9.]+\. Name",
+    ):
         run_again(folder, tmp_path / "again")
     folder = rewritten(stored, tmp_path / "seed", seed=7)
     with pytest.raises(RecordError, match="what differs: the record itself"):

@@ -8,9 +8,11 @@ from tests.recording.runs import RUN
 
 from sunset.errors import RecordError
 from sunset.interfaces import Message
+from sunset.interfaces.std_msgs.msg import String
 from sunset.interfaces.system_interfaces.msg import Command
 from sunset.metrics import score
 from sunset.recording import RecordWriter, read_messages, read_run, read_timeline, timeline
+from sunset.recording.reader import first_difference
 from sunset.recording.timelines import measured_topics
 
 Row = tuple[str, int, Message]
@@ -32,6 +34,26 @@ def test_messages_come_back_as_they_were_written(record: Path, rows: list[Row]) 
 def test_messages_may_be_limited_to_topics(record: Path) -> None:
     found = read_messages(record, ["/experiment/commands"])
     assert [type(one.message) for one in found] == [Command]
+
+
+def test_where_records_begin_to_differ_is_told(tmp_path: Path) -> None:
+    texts = {"a": "xyz", "same": "xyz", "changed": "xXz", "shorter": "xy", "none": ""}
+    for name, content in texts.items():
+        with RecordWriter(tmp_path / name) as writer:
+            for number, text in enumerate(content):
+                writer.write("/topic", 10**9 * (number + 3), String(data=text))
+            writer.close(replace(RUN, start_ns=4 * 10**9))
+
+    found = {name: first_difference(tmp_path / "a", tmp_path / name) for name in texts}
+
+    assert found == {
+        "a": "",
+        "same": "",
+        "changed": "first at 0.00 s on /topic",
+        "shorter": "first at 1.00 s on /topic",
+        "none": "first at -1.00 s on /topic",
+    }
+    assert first_difference(tmp_path / "shorter", tmp_path / "a") == found["shorter"]
 
 
 def test_the_timeline_of_a_record_is_that_of_its_writer(tmp_path: Path, rows: list[Row]) -> None:

@@ -24,13 +24,15 @@ td.runs, th.runs { text-align: right; }
 tr.confidence > *, tr.published > * { color: var(--soft); font-weight: 400; font-size: .875rem; }
 tr.published > * { background: var(--band); }
 tr.confidence th, tr.published th { padding-left: 2rem; }
+.listing tbody th { min-width: 11rem; white-space: normal; overflow-wrap: anywhere; font-weight: 400; }
+a { color: inherit; }
 dt { font-weight: 600; } dd { margin: 0 0 .5rem 1.5rem; }
 li { margin-bottom: .35rem; overflow-wrap: anywhere; }
 """
 
 
-def as_html(report: Report) -> str:
-    """Return a report as a page of HTML."""
+def as_html(report: Report, more: str = "") -> str:
+    """Return a report as a page of HTML, with `more` of it behind the tables."""
     blocks = [block for block in (report.main, report.more) if block.groups]
     tables = "\n".join(_table(block) for block in blocks)
     meanings = "\n".join(
@@ -50,6 +52,7 @@ def as_html(report: Report) -> str:
 <body>
 <h1>SUNSET: comparison of managing systems</h1>
 {tables}
+{more}
 <h2>Notes</h2>
 <ul>
 {notes}

@@ -12,7 +12,7 @@ from sunset.experiments.resources import prepare
 from sunset.experiments.run import run_prepared
 from sunset.experiments.spec import RunSpec, Settings, Timing
 from sunset.recording import RunRecord, StoredRun, read_run
-from sunset.recording.reader import check_extensions
+from sunset.recording.reader import check_extensions, first_difference
 from sunset.rmw.backends import BACKENDS, SIMULATED
 from sunset.scenarios import Scenario, ScenarioFault
 
@@ -70,9 +70,10 @@ def run_again(
     again = run_prepared(spec, resources, into)
     if again.digest != stored.digest:
         causes = ", ".join(_differences(stored, again.record)) or "the record itself"
+        where = first_difference(folder, into)
         raise RecordError(
-            f"The run in {folder} was run again, and left other messages; what differs: {causes}. Name what it was "
-            "made with, or make a new record."
+            f"The run in {folder} was run again, and left other messages, {where}; what differs: {causes}. Name what "
+            "it was made with, or make a new record."
         )
     return again
 

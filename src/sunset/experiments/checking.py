@@ -16,6 +16,7 @@ from sunset.experiments.spec import RunSpec
 from sunset.interfaces.system_interfaces.msg import Command
 from sunset.managing import is_registered
 from sunset.recording import read_messages
+from sunset.recording.reader import first_difference
 from sunset.system import COMMANDS_TOPIC
 from sunset.texts import counted, shorten
 from sunset.workers import Progress, end_if_imported, worker_pool
@@ -35,7 +36,7 @@ class ManagerCheck:
         adaptations: how many it executed.
         refusals: why requests were refused → how often, the most frequent first.
         reason: which rule it broke, so that its runs do not count; empty if none.
-        deterministic: whether both runs left the same messages.
+        difference: where they begin to differ, in words; empty if they do not.
         sets_reordered: whether sets of texts had another order in the second run. A class that only this process has,
             such as one of a notebook, cannot be run in another interpreter.
     """
@@ -45,8 +46,13 @@ class ManagerCheck:
     adaptations: int
     refusals: Mapping[str, int]
     reason: str
-    deterministic: bool
+    difference: str
     sets_reordered: bool
+
+    @property
+    def deterministic(self) -> bool:
+        """Whether both runs left the same messages."""
+        return not self.difference
 
     @property
     def passed(self) -> bool:
@@ -55,7 +61,7 @@ class ManagerCheck:
 
     def __str__(self) -> str:
         """Return the verdict as a table of text."""
-        same = "yes" if self.deterministic else "no: the same seed gave different records"
+        same = "yes" if self.deterministic else f"no: the same seed gave different records, {self.difference}"
         where = "" if self.sets_reordered else " (sets kept their order: the class is of this process only)"
         return "\n".join(
             (
@@ -96,28 +102,28 @@ def check_manager(spec: RunSpec, *, progress: Progress | None = None) -> Manager
             if progress is not None:
                 progress(number - 1, 2)
             results.append(_run(spec, Path(folder) / f"{number}", hash_seed=f"{number}", log=number == 1))
+        difference = first_difference(Path(folder) / "1", Path(folder) / "2")
         if progress is not None:
             progress(2, 2)
-    first, second = results
+    first = results[0]
     return ManagerCheck(
         manager=spec.manager_name,
         scenario=spec.scenario.name,
         adaptations=first.adaptations,
         refusals=first.refusals,
         reason=first.reason,
-        deterministic=first == second,
+        difference=difference,
         sets_reordered=not is_registered(spec.manager),
     )
 
 
 @dataclass(frozen=True, slots=True)
 class _Judged:
-    """What one run says of a managing system; the digest is of the record."""
+    """What one run says of a managing system."""
 
     adaptations: int
     refusals: Mapping[str, int]
     reason: str
-    digest: str
 
 
 def _run(spec: RunSpec, folder: Path, *, hash_seed: str, log: bool) -> _Judged:
@@ -146,4 +152,4 @@ def _judged(spec: RunSpec, folder: Path, *, log: bool) -> _Judged:
     refusals = Counter(
         command.reason for command in commands if isinstance(command, Command) and not command.successful
     )
-    return _Judged(result.metrics.adaptations, dict(refusals.most_common()), result.reason, result.digest)
+    return _Judged(result.metrics.adaptations, dict(refusals.most_common()), result.reason)

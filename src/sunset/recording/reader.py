@@ -1,6 +1,7 @@
 """Reading the messages of a record."""
 
 from collections.abc import Collection, Sequence
+from itertools import zip_longest
 from pathlib import Path
 
 from sunset.errors import RecordError
@@ -30,6 +31,20 @@ def read_messages(folder: Path, topics: Collection[str] | None = None) -> tuple[
             f"The record {folder} is damaged: {RUN_FILE} gives the digest {expected}, the messages {found}."
         )
     return tuple(payload.decoded() for payload in payloads if topics is None or payload.topic in topics)
+
+
+def first_difference(one: Path, other: Path) -> str:
+    """Return where the messages of two records begin to differ, in words; empty if they do not.
+
+    Raises:
+        RecordError: a record is missing, incomplete, damaged, or of another version.
+    """
+    start_ns = read_run(one).start_ns or 0
+    for ours, theirs in zip_longest(read_bag(one), read_bag(other)):
+        if ours != theirs:
+            first = min(filter(None, (ours, theirs)), key=lambda payload: payload.time_ns)
+            return f"first at {(first.time_ns - start_ns) / 1e9:.2f} s on {first.topic}"
+    return ""
 
 
 def check_extensions(run: RunRecord, folder: Path) -> None:

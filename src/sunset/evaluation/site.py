@@ -1,0 +1,68 @@
+"""The first page of a site of stored runs: the table, and each run a click away."""
+
+from collections.abc import Mapping, Sequence
+from html import escape
+from pathlib import Path
+
+from sunset.evaluation.layout import arrange
+from sunset.evaluation.results import RunRow
+from sunset.evaluation.summary import summarise
+from sunset.evaluation.webpage import as_html
+
+
+def index_page(runs: Sequence[RunRow], pages: Mapping[Path, str]) -> str:
+    """Return the first page: the report of runs, and below it a table of links to the pages of these runs.
+
+    Args:
+        runs: the runs.
+        pages: folder of a run → its page, relative to this one; those that failed have none.
+    """
+    return as_html(arrange(summarise(runs)), _listing(runs, pages))
+
+
+def _listing(runs: Sequence[RunRow], pages: Mapping[Path, str]) -> str:
+    """Return a table with a row for each scenario, and a column for each managing system."""
+    several = len({run.flight.bag for run in runs}) > 1
+    cells: dict[str, dict[str, list[RunRow]]] = {}
+    for run in runs:
+        cells.setdefault(run.scenario, {}).setdefault(_system(run, bag=several), []).append(run)
+    systems = list(dict.fromkeys(system for row in cells.values() for system in row))
+    heads = "".join(f'<th scope="col">{escape(system)}</th>' for system in systems)
+    rows = "\n".join(
+        f'<tr><th scope="row">{escape(scenario)}</th>'
+        + "".join(f"<td>{_links(found.get(system, []), pages)}</td>" for system in systems)
+        + "</tr>"
+        for scenario, found in cells.items()
+    )
+    return f"""<h2>The runs</h2>
+<p>By scenario and managing system, each run by its seed, with its IoU over all frames. A run's page replays it.</p>
+<div class="scroll">
+<table class="listing">
+<thead><tr><th scope="col">scenario</th>{heads}</tr></thead>
+<tbody>
+{rows}
+</tbody>
+</table>
+</div>"""
+
+
+def _system(run: RunRow, *, bag: bool) -> str:
+    """Return who managed a run, and on what; `bag` says whether that includes the flight."""
+    middleware = "" if run.middleware == "sim" else f" [{run.middleware}]"
+    return f"{run.manager}, {run.model}{run.flight.label(bag=bag)}{middleware}"
+
+
+def _links(runs: Sequence[RunRow], pages: Mapping[Path, str]) -> str:
+    """Return the runs of a cell: a link each, with what its page shows; of those that do not count, why."""
+    return ", ".join(_link(run, pages.get(run.folder)) for run in sorted(runs, key=lambda run: run.seed))
+
+
+def _link(run: RunRow, page: str | None) -> str:
+    iou = run.metrics["iou_all"]
+    figure = "N/A" if iou is None else f"{iou:.2f}"
+    what = "failed" if run.failed else figure if run.valid else f"{figure} (invalid)"
+    text = f"{run.seed}: {what}"
+    reason = f' title="{escape(run.reason)}"' if run.reason else ""
+    if page is None:
+        return f"<span{reason}>{escape(text)}</span>"
+    return f'<a href="{escape(page)}"{reason}>{escape(text)}</a>'

@@ -56,6 +56,7 @@ python_use_unqualified_type_names = True
 html_theme = "furo"
 html_title = f"SUNSET {release}"
 html_show_sourcelink = False
+html_show_copyright = False
 html_copy_source = False
 html_theme_options = {
     "sidebar_hide_name": False,

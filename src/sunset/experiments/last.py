@@ -1,13 +1,18 @@
 """The record of the last run that was given no folder of its own."""
 
+import errno
 import shutil
 import tempfile
 from contextlib import suppress
 from itertools import count
 from pathlib import Path
+from typing import Final
 
 from sunset.data import cache_folder
 from sunset.errors import OutputError
+
+_TAKEN: Final = frozenset({errno.ENOTEMPTY, errno.EEXIST})
+"""Why a folder does not take a name that another process has given to one meanwhile."""
 
 
 def last_run() -> Path:
@@ -34,8 +39,8 @@ def keep_last_run(record: Path) -> Path:
                     home.rename(Path(folder) / f"old-{number}")
                 try:
                     draft.rename(home)
-                except OSError:
-                    if not home.exists():  # no other process has put its record there meanwhile
+                except OSError as error:
+                    if error.errno not in _TAKEN:
                         raise
                 else:
                     break

@@ -15,7 +15,7 @@ import sunset
 STYLE: Final[Any] = Config(napoleon_attr_annotations=False)
 ROOT: Final = Path(__file__).parents[1]
 
-ORDER: Final = {
+order = {
     "First flight": ("docs/first_flight", "docs/faults", "docs/viewing", "docs/glossary"),
     "Your own manager": ("docs/managing-systems",),
     "Metrics": ("docs/metrics", "docs/results", "docs/publishing", "ARTIFACT"),
@@ -29,8 +29,12 @@ ORDER: Final = {
         "docs/api/sunset",
         "docs/api/managing",
         "docs/api/system",
+        "docs/api/nodes",
+        "docs/api/faults",
+        "docs/api/data",
         "docs/api/metrics",
         "docs/api/recording",
+        "docs/api/ros",
         "docs/api/errors",
     ),
 }
@@ -86,9 +90,8 @@ def read_docstring(app: Sphinx, *event: Any) -> None:
 
 def add_order(app: Sphinx, name: str, content: list[str]) -> None:
     """Put the order of the pages at the end of the README, where readers of the repository do not see it."""
-    del app
     if name == root_doc:
-        for caption, pages in ORDER.items():
+        for caption, pages in app.config.order.items():
             there = [page for page in pages if any(ROOT.glob(f"{page}.*"))]
             lines = ["", "```{toctree}", ":hidden:", f":caption: {caption}", "", *there, "```", ""]
             content[0] += "\n".join(lines)
@@ -103,6 +106,7 @@ def add_index(app: Sphinx, error: Exception | None) -> None:
 def setup(app: Sphinx) -> dict[str, Any]:
     """Connect what stands above."""
     app.add_source_parser(Notebook)
+    app.add_config_value("order", {}, "env", dict)
     app.connect("autodoc-process-docstring", read_docstring)
     app.connect("source-read", add_order)
     app.connect("build-finished", add_index)

@@ -41,6 +41,7 @@ __all__ = [
     "report",
     "run",
     "train_model",
+    "view",
 ]
 
 __version__ = "0.1.0"
@@ -53,7 +54,6 @@ _ELSEWHERE: Final = MappingProxyType(
     {
         "FlightPlan": ("sunset.data", "FlightPlan"),
         "ManagingSystem": ("sunset.managing", "ManagingSystem"),
-        "Run": ("sunset.recording", "StoredRun"),
         "SunsetError": ("sunset.errors", "SunsetError"),
         "Symptoms": ("sunset.managing", "Symptoms"),
     }

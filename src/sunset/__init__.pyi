@@ -1,5 +1,6 @@
 from sunset.api import Options as Options
 from sunset.api import Results as Results
+from sunset.api import Run as Run
 from sunset.api import agree as agree
 from sunset.api import bag_statistics as bag_statistics
 from sunset.api import bench as bench
@@ -23,11 +24,11 @@ from sunset.api import render_flight as render_flight
 from sunset.api import report as report
 from sunset.api import run as run
 from sunset.api import train_model as train_model
+from sunset.api import view as view
 from sunset.data import FlightPlan as FlightPlan
 from sunset.errors import SunsetError as SunsetError
 from sunset.managing import ManagingSystem as ManagingSystem
 from sunset.managing import Symptoms as Symptoms
-from sunset.recording import StoredRun as Run
 
 __all__ = [
     "FlightPlan",
@@ -61,6 +62,7 @@ __all__ = [
     "report",
     "run",
     "train_model",
+    "view",
 ]
 
 __version__: str

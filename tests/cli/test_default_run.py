@@ -43,7 +43,8 @@ def test_the_default_run_tells_of_causes_ripples_and_cures_and_says_what_is_next
     assert f"The record is in {cache / 'last-run'} until the next run" in told.err
     remarks = [" ".join(line.split()) for line in told.err.splitlines()]
     steps = remarks[remarks.index("Next:") + 1 :]
-    assert [step.split()[1] for step in steps] == ["view", "run", "faults"]
+    assert steps[0] == "sunset view look at this run, frame by frame"
+    assert steps[2].startswith("sunset faults list ")
     assert steps[1].startswith("sunset run --manager reactive the same faults")
 
     assert read_run(last_run()).manager == "baseline"
@@ -66,7 +67,8 @@ def test_a_run_for_a_script_and_one_with_a_folder_of_its_own_leave_nothing_else(
     assert f"The record is in {tmp_path / 'mine'}.\n" in told
     assert "Next:" not in told
     assert not last_run().exists()
-    assert cache.is_dir()
+    assert main(["view", "--no-open"]) == 2
+    assert f"{cache / 'last-run'} is not a complete record" in capsys.readouterr().err
 
 
 @pytest.mark.thorough

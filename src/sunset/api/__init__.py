@@ -18,6 +18,7 @@ from sunset.api.pictures import fault_picture
 from sunset.api.results import Results
 from sunset.api.running import agree, bench, check_manager, load, make_scenario, report, run
 from sunset.api.training import import_model, train_model
+from sunset.api.viewing import Run, view
 from sunset.perception import load_model
 from sunset.scenarios import load_scenario
 
@@ -25,6 +26,7 @@ __all__ = [
     "Manager",
     "Options",
     "Results",
+    "Run",
     "agree",
     "bag_statistics",
     "bench",
@@ -48,4 +50,5 @@ __all__ = [
     "report",
     "run",
     "train_model",
+    "view",
 ]

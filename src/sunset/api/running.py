@@ -24,10 +24,11 @@ from sunset.api.options import (
     whole_of,
 )
 from sunset.api.results import Results
+from sunset.api.viewing import Run
 from sunset.errors import InvalidInputError, ManagerError, RecordError
 from sunset.evaluation import Agreement, compare, load_results, render_report
 from sunset.experiments import CHECK_SCENARIO, DEFAULT_SCENARIO, BenchSpec, ManagerCheck, RunSpec, Settings
-from sunset.recording import RUN_FILE, StoredRun, read_stored_run
+from sunset.recording import RUN_FILE, read_stored_run
 from sunset.rmw.backends import LIVE, SIMULATED, live_middleware
 from sunset.scenarios import Scenario, generate
 from sunset.texts import shown
@@ -45,7 +46,7 @@ def run(
     seed: int = 1,
     out: str | Path | None = None,
     **options: Unpack[Options],
-) -> StoredRun:
+) -> Run:
     """Run one faulted mission and measure the adaptation, as `sunset run` does.
 
     Args:
@@ -65,9 +66,9 @@ def run(
     with extended(options.get("extensions", ())):
         spec = _spec_of(scenario, manager, seed, options)
         if out is not None:
-            return experiments.run(spec, as_path(out, "folder of the record"))
+            return Run.of(experiments.run(spec, as_path(out, "folder of the record")))
         with tempfile.TemporaryDirectory(prefix="sunset-") as folder:
-            return experiments.run(spec, Path(folder) / "run")
+            return Run.of(experiments.run(spec, Path(folder) / "run"), is_kept=False)
 
 
 def bench(
@@ -121,7 +122,7 @@ def bench(
         return Results(folder, load_results(folder))
 
 
-def load(path: str | Path, *, recompute: bool = False, extensions: Extensions = ()) -> StoredRun | Results:
+def load(path: str | Path, *, recompute: bool = False, extensions: Extensions = ()) -> Run | Results:
     """Open stored runs: of the folder of one run, that run; of one with several, their results.
 
     Args:
@@ -138,7 +139,7 @@ def load(path: str | Path, *, recompute: bool = False, extensions: Extensions = 
     check_flags(recompute=recompute)
     with extended(extensions):
         if (folder / RUN_FILE).exists():
-            return read_stored_run(folder)
+            return Run.of(read_stored_run(folder))
         return Results(folder, load_results(folder, again=recompute))
 
 

@@ -2,6 +2,7 @@
 
 import argparse
 import json
+import shlex
 import sys
 import tempfile
 from contextlib import redirect_stdout
@@ -61,28 +62,28 @@ def execute(arguments: argparse.Namespace) -> None:
             return
         result.print_story()
         if arguments.out is None:
-            record = _kept(folder)
+            view = _keep(folder)
         else:
-            record = folder
+            view = f"sunset view {shlex.quote(str(folder))}"
             print(f"The record is in {folder}.", file=sys.stderr)
     if arguments.scenario == DEFAULT_SCENARIO:
-        print(_next_steps(arguments, record), file=sys.stderr)
+        print(_next_steps(arguments, view), file=sys.stderr)
 
 
-def _kept(folder: Path) -> Path | None:
-    """Keep the record until the next run, and return where; None where the cache folder cannot be written."""
+def _keep(folder: Path) -> str:
+    """Keep the record until the next run, and return the command that shows it; empty where it cannot be kept."""
     try:
         record = keep_last_run(folder)
     except OutputError as error:  # what the run is for has been printed
         print(error, file=sys.stderr)
-        return None
+        return ""
     print(f"The record is in {record} until the next run; '--out DIR' keeps it.", file=sys.stderr)
-    return record
+    return "sunset view"
 
 
-def _next_steps(arguments: argparse.Namespace, record: Path | None) -> str:
+def _next_steps(arguments: argparse.Namespace, view: str) -> str:
     """Return what a newcomer may do after the default scenario."""
-    steps = [(f"sunset view {record}", "look at this run, frame by frame")] if record else []
+    steps = [(view, "look at this run, frame by frame")] if view else []
     if arguments.manager in {"none", "baseline"}:
         better = "sunset run --manager reactive" + (
             f" --seed {arguments.seed}" if arguments.seed != 1 else ""

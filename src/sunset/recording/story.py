@@ -74,7 +74,7 @@ def print_story(
     if causes:
         _print_causes(console, causes)
     figures = Table(box=None, padding=(0, 1), show_header=False)
-    for name, value, remark in _figures(metrics):
+    for name, value, remark in figures_of(metrics):
         figures.add_row(name, Text(value, style="bold"), Text(remark, style="dim"))
     console.print_table(figures)
     if differing:
@@ -188,7 +188,9 @@ def _ending(score: RunMetrics) -> str:
     )
 
 
-def _figures(score: RunMetrics) -> Iterator[tuple[str, str, str]]:
+def figures_of(score: RunMetrics) -> Iterator[tuple[str, str, str]]:
+    """Yield the figures that a time line ends with: what each is of, its value, and a remark."""
+
     def shown(value: float | None, unit: str = "") -> str:
         return "N/A" if value is None else f"{value:.2f}{unit}"
 

@@ -1,0 +1,197 @@
+"""Runs that can be looked at: as one page that replays them, and in a notebook."""
+
+import os
+import sys
+import tempfile
+import webbrowser
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
+from dataclasses import fields, replace
+from functools import partial
+from html import escape
+from pathlib import Path
+from typing import Final, Self, TypeAlias
+
+from sunset.api.options import (
+    Extensions,
+    Manager,
+    as_path,
+    check_flags,
+    check_progress,
+    extended,
+    manager_name,
+)
+from sunset.errors import InvalidInputError, RecordError, SunsetError
+from sunset.experiments import run_again
+from sunset.recording import IMAGES_FILE, StoredRun, read_images, read_stored_run
+from sunset.rmw.backends import SIMULATED
+from sunset.texts import shown
+from sunset.viewing import Viewed, check_comparable, check_page_file, page_text, write_page
+
+Stage: TypeAlias = Callable[[str, int, int], None]
+"""Is called with (what is done, how much of it, how much in all)."""
+
+_LIVE: Final = "It was run live and without --images, so that there are no pictures."
+
+
+class Run(StoredRun):
+    """A run, as its record tells it, that can be looked at.
+
+    Where its record is not kept, it has the record's files but images with it.
+    """
+
+    __slots__ = ("_files",)
+    _files: Mapping[str, bytes]
+
+    @classmethod
+    def of(cls, run: StoredRun, *, is_kept: bool = True) -> Self:
+        """Return a stored run as one that can be looked at."""
+        made = cls(**{field.name: getattr(run, field.name) for field in fields(run) if field.init})
+        files = [] if is_kept else [path for path in run.folder.iterdir() if path.name != IMAGES_FILE]
+        object.__setattr__(made, "_files", {path.name: path.read_bytes() for path in files})
+        return made
+
+    def view(
+        self, other: StoredRun | str | Path | None = None, *, out: str | Path | None = None, show: bool = True
+    ) -> Path:
+        """Write a page that replays the run, alone or beside another, and return its file; as `sunset.view`."""
+        return view(self, other, out=out, show=show)
+
+    def _repr_html_(self) -> str | None:
+        """Return the run for a notebook: its time lines, and pictures if its record has them.
+
+        It is None, so that its text is shown, where the record is gone, or the managed system has not its extensions.
+        """
+        has_images = (self.folder / IMAGES_FILE).is_file()
+        try:
+            with self.at_hand() as run:
+                text = page_text([Viewed(run, partial(read_images, run.folder) if has_images else None)])
+        except SunsetError:
+            return None
+        return (
+            f'<iframe srcdoc="{escape(text)}" sandbox="allow-scripts" title="{escape(repr(self))}" '
+            f'style="width: 100%; height: {940 if has_images else 720}px; border: 0"></iframe>'
+        )
+
+    @contextmanager
+    def at_hand(self) -> Iterator[StoredRun]:
+        """Give the run with a record in its folder, for as long as it is needed."""
+        files = getattr(self, "_files", None)
+        if not files:  # nor has it any where it was sent to another process
+            yield self
+            return
+        with tempfile.TemporaryDirectory(prefix="sunset-") as temporary:
+            for name, content in files.items():
+                (Path(temporary) / name).write_bytes(content)
+            yield replace(self, folder=Path(temporary))
+
+
+def view(
+    run: StoredRun | str | Path,
+    other: StoredRun | str | Path | None = None,
+    *,
+    out: str | Path | None = None,
+    show: bool = True,
+    manager: Manager | None = None,
+    other_manager: Manager | None = None,
+    model: str | Path | None = None,
+    bag: str | Path | None = None,
+    progress: Stage | None = None,
+    extensions: Extensions = (),
+) -> Path:
+    """Write a page that replays a run, or two side by side, as `sunset view` does, and return its file.
+
+    Where the record has no images, a simulated run is run again for them.
+
+    Args:
+        run: what `run` or `load` returned, or its folder.
+        other: one of another managing system on the same scenario, seed and flight.
+        out: the page's file; in the current folder, named after the runs' folders, if it is None.
+        show: whether it is opened in a browser, where there is a screen.
+        manager: the managing system of `run`, if it is not what the record calls it.
+        other_manager: likewise, of `other`.
+        model: the model, if it is not one of the record's name.
+        bag: the runs' flight, if that is not the default one.
+        progress: called with (what is done, how much of it, how much in all).
+        extensions: those of the managed system that the runs were made with.
+
+    Raises:
+        RecordError: there is no such run, it failed, it cannot be run again, or the two cannot be compared.
+        OutputError: the page cannot be written.
+    """
+    check_progress(progress)
+    check_flags(show=show)
+    listed = [run] if other is None else [run, other]
+    with extended(extensions), ExitStack() as stack:
+        given = [one if isinstance(one, Run) else Run.of(_stored(one)) for one in listed]
+        file = default_page(given) if out is None else as_path(out, "page's file")
+        check_page_file(file)
+        if other is not None:
+            check_comparable(given[0].record, given[1].record)
+        named = [None if one is None else manager_name(one) for one in (manager, other_manager)]
+        place = None if bag is None else as_path(bag, "bag")
+        runs = [stack.enter_context(one.at_hand()) for one in given]
+        with _with_images(runs, named, None if model is None else str(model), place, progress) as viewed:
+            making = None if progress is None else partial(progress, "Making pictures")
+            write_page(viewed, file, progress=making)
+    if show:
+        show_page(file)
+    return file
+
+
+def _stored(run: StoredRun | str | Path) -> StoredRun:
+    """Return a run that was given as itself or by its folder."""
+    if isinstance(run, StoredRun):
+        return run
+    if not isinstance(run, str | Path):
+        raise InvalidInputError(f"A run is shown by itself or by its folder, got {shown(run)}.")
+    folder = as_path(run, "folder of a run")
+    if folder.is_file():
+        raise RecordError(f"A record is a folder, got the file {folder}: name the folder that it is in.")
+    return read_stored_run(folder)
+
+
+def default_page(runs: Sequence[StoredRun]) -> Path:
+    """Return the page's file where none is named: in the current folder, with the names of the runs' folders."""
+    return Path("-".join(dict.fromkeys(run.folder.resolve().name for run in runs)) + ".html")
+
+
+def show_page(file: Path) -> None:
+    """Open a page in a browser, where there is a screen, or the environment names a browser."""
+    if sys.platform == "darwin" or any(map(os.environ.get, ("BROWSER", "DISPLAY", "WAYLAND_DISPLAY"))):
+        webbrowser.open(file.resolve().as_uri())
+
+
+@contextmanager
+def _with_images(
+    runs: Sequence[StoredRun],
+    managers: Sequence[str | None],
+    model: str | None,
+    bag: Path | None,
+    progress: Stage | None,
+) -> Iterator[list[Viewed]]:
+    """Give the runs with their images; simulated runs whose records have none are run again for them."""
+    without = [
+        run for run in runs if not (run.folder / IMAGES_FILE).is_file() and run.record.middleware == SIMULATED
+    ]
+    with tempfile.TemporaryDirectory(prefix="sunset-") as temporary:
+        viewed = []
+        done = 0
+        for number, (run, manager) in enumerate(zip(runs, managers, strict=False)):
+            folder = run.folder
+            if any(run is one for one in without):
+                if progress is not None:
+                    progress("Running again", done, len(without))
+                folder = Path(temporary) / str(number)
+                run_again(run.folder, folder, manager=manager, model=model, bag=bag, images=True)
+                done += 1
+            viewed.append(_viewed(run, folder))
+        if progress is not None and without:
+            progress("Running again", done, len(without))
+        yield viewed
+
+
+def _viewed(run: StoredRun, folder: Path) -> Viewed:
+    """Return a run with the images that a folder has, or with why there are none."""
+    has_images = (folder / IMAGES_FILE).is_file()
+    return Viewed(run, partial(read_images, folder)) if has_images else Viewed(run, None, _LIVE)

@@ -1,0 +1,62 @@
+"""`sunset view`: replay a stored run, or two side by side, in a page."""
+
+import argparse
+import sys
+from pathlib import Path
+
+from sunset.api.viewing import view
+from sunset.cli._progress import stages_progress
+from sunset.experiments import last_run
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Complete the verb's parser."""
+    parser.description = (
+        "Write one HTML file that replays a stored run: its pictures, labels and truth, faults, failures, adaptations "
+        "and figures over time; and open it. It loads nothing, so that it can be sent around. A record without images "
+        "is run again for them, in the simulation."
+    )
+    parser.add_argument(
+        "folder",
+        type=Path,
+        nargs="?",
+        metavar="RUN",
+        help="what 'sunset run --out' wrote (default: the last run that was given no folder)",
+    )
+    parser.add_argument(
+        "other",
+        type=Path,
+        nargs="?",
+        metavar="RUN",
+        help="one of another managing system, on the same scenario, seed and flight, which is shown beside it",
+    )
+    parser.add_argument(
+        "--out", type=Path, metavar="FILE", help="the page (default: in this folder, named after the run)"
+    )
+    parser.add_argument(
+        "--no-open", action="store_false", dest="show", help="do not open the page in a browser"
+    )
+    where = "[LABEL=]NAME|FILE.py:CLASS|MODULE:CLASS"
+    parser.add_argument("--manager", metavar=where, help="where the managing system is now")
+    parser.add_argument("--other-manager", metavar=where, help="likewise, that of the second run")
+    parser.add_argument("--model", metavar="NAME|DIR", help="where the model is now")
+    parser.add_argument(
+        "--bag", type=Path, metavar="PATH", help="where the flight is, if it is not the default one"
+    )
+
+
+def execute(arguments: argparse.Namespace) -> None:
+    """Write the page, and open it."""
+    with stages_progress() as stage:
+        file = view(
+            arguments.folder or last_run(),
+            arguments.other,
+            out=arguments.out,
+            show=arguments.show,
+            manager=arguments.manager,
+            other_manager=arguments.other_manager,
+            model=arguments.model,
+            bag=arguments.bag,
+            progress=stage,
+        )
+    print(f"The page is {file}.", file=sys.stderr)

@@ -1,0 +1,17 @@
+"""A stored run as a page that replays it: pictures, labels and truth over time, and what happened meanwhile."""
+
+from sunset.viewing.page import (
+    Viewed,
+    check_comparable,
+    check_page_file,
+    page_text,
+    write_page,
+)
+
+__all__ = [
+    "Viewed",
+    "check_comparable",
+    "check_page_file",
+    "page_text",
+    "write_page",
+]

@@ -1,0 +1,185 @@
+"""From the record of a run to what the page knows of it."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import numpy.typing as npt
+from msgspec import UNSET
+
+from sunset.metrics import Samples
+from sunset.metrics.downtime import TOLERANCE_S
+from sunset.recording import RecordedMessage, StoredRun
+from sunset.recording.story import figures_of
+from sunset.recording.timelines import start_of
+from sunset.system import (
+    LOG_TOPIC,
+    TRUTH_TOPIC,
+    WINDOW,
+    MovingMean,
+    Signal,
+    current_system,
+    full_name,
+    short_name,
+)
+from sunset.viewing.document import (
+    AdaptationView,
+    EpisodeView,
+    FailureView,
+    FaultView,
+    Figure,
+    Happening,
+    NodeView,
+    RunView,
+    SignalView,
+    TopicView,
+)
+from sunset.viewing.frames import frames_view
+from sunset.viewing.pictures import Placed
+from sunset.viewing.states import States
+from sunset.viewing.words import described, outcome_of, remark, story
+
+_DIGITS = 6
+"""Of times in seconds: to the microsecond."""
+
+
+def run_view(
+    run: StoredRun, messages: Sequence[RecordedMessage], placed: Sequence[Placed], note: str
+) -> RunView:
+    """Return what the page knows of a run.
+
+    Args:
+        run: what its record tells; the managed system of this process has its extensions.
+        messages: all of the record, in order of time.
+        placed: where the pictures of its images are.
+        note: what else is remarked of it.
+
+    Raises:
+        RecordError: a message does not have the expected type.
+    """
+    record = run.record
+    start_ns = start_of([one for one in messages if one.topic == LOG_TOPIC])
+    first_ns = next((one.time_ns for one in messages if one.topic == TRUTH_TOPIC), None)
+    warm_up = 0.0 if record.warm_up_s is UNSET else record.warm_up_s
+    start = -warm_up if first_ns is None else min((first_ns - start_ns) / 1e9, 0.0)
+    end = record.duration_s
+    states = States(messages, start_ns, (start, end))
+    return RunView(
+        manager=record.manager,
+        described=described(record),
+        story=story(run),
+        remark=" ".join(text for text in (remark(run), note) if text),
+        start=round(start, _DIGITS),
+        end=end,
+        period=record.period_s,
+        faults=_faults(run, states),
+        failures=_failures(run),
+        adaptations=_adaptations(run),
+        log=[Happening(*event) for event in run.events if event[1] == "log"],
+        signals=_signals(run),
+        topics=_topics(messages, start_ns),
+        nodes=[NodeView(name, states.lifecycle(name)) for name in current_system().nodes],
+        events=[Happening(*event) for event in run.events],
+        figures=[Figure(*figure) for figure in figures_of(run.metrics)],
+        iou=(_rounded(run.timeline.frames.times), _digits(run.timeline.frames.iou)),
+        frames=frames_view(messages, start_ns, end, placed, record.period_s),
+    )
+
+
+def _faults(run: StoredRun, states: States) -> list[FaultView]:
+    views = []
+    for injection in run.timeline.injections:
+        known = current_system().faults.get(injection.fault)  # that of a record may be of another version
+        spans = states.fault(injection.fault, injection.time)
+        views.append(
+            FaultView(
+                name=injection.fault,
+                description=known.description if known else "",
+                failure=injection.failure,
+                node=short_name(injection.node),
+                spans=spans,
+                around=states.around(injection.fault, spans),
+            )
+        )
+    return views
+
+
+def _failures(run: StoredRun) -> list[FailureView]:
+    causes = {(True, True): "injected", (True, False): "injected", (False, True): "ripple"}
+    outages = current_system().outages
+    return [
+        FailureView(
+            name=failure.name,
+            description=failure.description,
+            symptom=failure.symptom,
+            topic=full_name(failure.topic) if failure.topic else "",
+            episodes=[
+                EpisodeView(
+                    began=episode.began,
+                    holds=episode.holds,
+                    ended=episode.ended,
+                    cause=causes.get((episode.injected, failure.name in outages), "not injected"),
+                    outcome=outcome_of(episode),
+                )
+                for episode in run.episodes
+                if episode.failure == failure.name
+            ],
+        )
+        for failure in current_system().failures.values()
+    ]
+
+
+def _adaptations(run: StoredRun) -> list[AdaptationView]:
+    return [
+        AdaptationView(
+            time=adaptation.time,
+            text=str(adaptation),
+            node=adaptation.node,
+            resolved=[episode.failure for episode in run.episodes if episode.adaptation == adaptation],
+        )
+        for adaptation in run.adaptations
+    ]
+
+
+def _signals(run: StoredRun) -> list[SignalView]:
+    failures = {failure.signal: failure.name for failure in current_system().failures.values()}
+    return [
+        _signal(
+            signal, run.timeline.samples.get(name, Samples()), run.timeline.thresholds, failures.get(name, "")
+        )
+        for name, signal in current_system().signals.items()
+    ]
+
+
+def _signal(signal: Signal, samples: Samples, thresholds: Mapping[str, float], failure: str) -> SignalView:
+    moving = MovingMean(WINDOW.gap_s + TOLERANCE_S)
+    pairs = zip(samples.times.tolist(), samples.values.tolist(), strict=True)
+    means = [moving.add(*pair) for pair in pairs]
+    return SignalView(
+        name=signal.name,
+        unit=signal.unit,
+        threshold=thresholds.get(signal.threshold_name),
+        below=signal.below,
+        failure=failure,
+        times=_rounded(samples.times),
+        values=_digits(samples.values),
+        means=[None if mean is None else float(f"{mean:.5g}") for mean in means],
+    )
+
+
+def _topics(messages: Sequence[RecordedMessage], start_ns: int) -> list[TopicView]:
+    system = current_system()
+    times: dict[str, list[float]] = {full_name(name): [] for name in system.topics}
+    for one in messages:
+        if one.topic in times:
+            times[one.topic].append(round((one.time_ns - start_ns) / 1e9, _DIGITS))
+    return [
+        TopicView(topic, system.publishers.get(topic, "bag_player"), sent) for topic, sent in times.items()
+    ]
+
+
+def _rounded(times: npt.NDArray[np.float64]) -> list[float]:
+    return [round(time, _DIGITS) for time in times.tolist()]
+
+
+def _digits(values: npt.NDArray[np.float64]) -> list[float]:
+    return [float(f"{value:.5g}") for value in values.tolist()]

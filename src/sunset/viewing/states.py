@@ -1,0 +1,161 @@
+"""What the messages of a record say of how long something lasted: parameters' values, lifecycle states, faults."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+from sunset.interfaces.lifecycle_msgs.msg import TransitionEvent
+from sunset.interfaces.rcl_interfaces.msg import ParameterEvent, ParameterType, ParameterValue
+from sunset.interfaces.stamps import ns_of
+from sunset.interfaces.system_interfaces.msg import FaultInjection
+from sunset.names import ros_text
+from sunset.recording import RecordedMessage
+from sunset.recording.timelines import content_of
+from sunset.system import (
+    INJECTIONS_TOPIC,
+    PARAMETER_EVENTS_TOPIC,
+    Adaptation,
+    AdaptationKind,
+    FaultKind,
+    current_system,
+    full_name,
+)
+from sunset.viewing.document import Span, StateView
+
+_FIELDS: Final = {
+    ParameterType.PARAMETER_BOOL: "bool_value",
+    ParameterType.PARAMETER_INTEGER: "integer_value",
+    ParameterType.PARAMETER_DOUBLE: "double_value",
+    ParameterType.PARAMETER_STRING: "string_value",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class _Setting:
+    """A value that a parameter got; `declared` where a new process gave it its first one."""
+
+    time: float
+    value: str
+    declared: bool
+
+
+class States:
+    """What holds from when to when in a run.
+
+    Args:
+        messages: all of the record, in order of time.
+        start_ns: when faults were injected.
+        span: the times that are looked at.
+
+    Raises:
+        RecordError: a message does not have the expected type.
+    """
+
+    def __init__(self, messages: Iterable[RecordedMessage], start_ns: int, span: Span) -> None:
+        self._span = span
+        self._start_ns = start_ns
+        self._settings: dict[tuple[str, str], list[_Setting]] = {}
+        self._transitions: dict[str, list[tuple[float, TransitionEvent]]] = {}
+        self._injections: dict[str, FaultInjection] = {}
+        for one in messages:
+            if one.topic == PARAMETER_EVENTS_TOPIC:
+                self._note_parameters(self._seconds(one.time_ns), content_of(one, ParameterEvent))
+            elif one.topic == INJECTIONS_TOPIC:
+                injection = content_of(one, FaultInjection)
+                self._injections.setdefault(injection.fault, injection)
+            elif one.topic.endswith(_TRANSITIONS):
+                node = one.topic.removesuffix(_TRANSITIONS)
+                event = self._seconds(one.time_ns), content_of(one, TransitionEvent)
+                self._transitions.setdefault(node, []).append(event)
+
+    def _seconds(self, time_ns: int) -> float:
+        return (time_ns - self._start_ns) / 1e9
+
+    def _note_parameters(self, time: float, event: ParameterEvent) -> None:
+        for parameters, declared in ((event.new_parameters, True), (event.changed_parameters, False)):
+            for parameter in parameters:
+                setting = _Setting(time, _text(parameter.value), declared)
+                self._settings.setdefault((event.node, parameter.name), []).append(setting)
+
+    def lifecycle(self, node: str) -> list[StateView]:
+        """Return the lifecycle states of a managed node, one after the other; nothing of one that reports none."""
+        events = self._transitions.get(full_name(node), [])
+        start, end = self._span
+        states: list[StateView] = []
+        ends = [time for time, _ in events[1:]]
+        for (since, event), until in zip(events, [*ends, end], strict=True):
+            first, last = max(since, start), min(until, end)
+            state = event.goal_state.label
+            if first >= last:
+                continue
+            if states and states[-1].state == state:
+                first = states.pop().since
+            states.append(StateView(first, last, state))
+        return states
+
+    def fault(self, name: str, onset: float) -> list[Span]:
+        """Return when a fault was there: as long as the parameter that injects it had the fault's value.
+
+        What lives outside of nodes outlasts a redeploy, so that the first value of a new process does not end it.
+        """
+        injection = self._injections[name]
+        settings = [
+            setting
+            for setting in self._settings.get((injection.node, injection.parameter), [])
+            if setting.time >= self._seconds(ns_of(injection.stamp))
+            and (injection.internal or not setting.declared)
+        ]
+        return self._spans(
+            [(onset, True), *((max(one.time, onset), one.value == injection.value) for one in settings)]
+        )
+
+    def around(self, name: str, spans: Sequence[Span]) -> list[Span]:
+        """Return when a cure was in place of a fault that it cannot end, since it lives in the world."""
+        fault = current_system().faults.get(name)
+        if fault is None or fault.kind is not FaultKind.EXTERNAL:
+            return []
+        found: list[Span] = []
+        for cure in fault.cures:
+            common = list(spans)
+            for step in cure:
+                common = _intersected(common, self._in_place(step))
+            found += common
+        return sorted(found)
+
+    def _in_place(self, step: Adaptation) -> list[Span]:
+        """Return when a step of a cure was in place."""
+        states = {AdaptationKind.ACTIVATE: "active", AdaptationKind.DEACTIVATE: "inactive"}
+        if step.kind in states:
+            return [
+                (one.since, one.until) for one in self.lifecycle(step.node) if one.state == states[step.kind]
+            ]
+        settings = self._settings.get((full_name(step.node), step.parameter), [])
+        return self._spans([(one.time, one.value == ros_text(step.value)) for one in settings])
+
+    def _spans(self, changes: Sequence[tuple[float, bool]]) -> list[Span]:
+        """Return the times from which something held to those at which it stopped, or to the end."""
+        start, end = self._span
+        spans: list[Span] = []
+        since: float | None = None
+        for time, holds in changes:
+            if holds and since is None:
+                since = time
+            elif not holds and since is not None:
+                spans.append((since, time))
+                since = None
+        if since is not None:
+            spans.append((since, end))
+        return [(max(first, start), min(last, end)) for first, last in spans if first < end and last > start]
+
+
+_TRANSITIONS: Final = "/transition_event"
+
+
+def _text(value: ParameterValue) -> str:
+    """Return a parameter's value as ROS writes it; empty for a list, which no fault and no cure is."""
+    return ros_text(getattr(value, _FIELDS[value.type])) if value.type in _FIELDS else ""
+
+
+def _intersected(one: Sequence[Span], other: Sequence[Span]) -> list[Span]:
+    pairs = [(max(a[0], b[0]), min(a[1], b[1])) for a in one for b in other]
+    return [(first, last) for first, last in pairs if first < last]

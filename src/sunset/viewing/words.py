@@ -1,0 +1,156 @@
+"""What happened in a run, in sentences for somebody who sees SUNSET for the first time."""
+
+from collections.abc import Iterator, Sequence
+from typing import Final
+
+from sunset.metrics import Episode, ExecutedAdaptation, RunMetrics
+from sunset.recording import RunRecord, StoredRun
+from sunset.system import current_system
+from sunset.texts import counted, shorten
+
+_MOST: Final = 4
+"""Adaptations that are listed; of more, only the number is given."""
+_DONE: Final = {
+    "restart": "restarted",
+    "redeploy": "redeployed",
+    "activate": "activated",
+    "deactivate": "deactivated",
+    "configure": "configured",
+    "cleanup": "cleaned up",
+}
+_NUMBERS: Final = ("No", "One", "Two", "Three", "Four", "Five", "Six", "Seven", "Eight", "Nine", "Ten")
+
+
+def described(run: RunRecord) -> str:
+    """Return what was run, in a line, but the managing system."""
+    return f"seed {run.seed} · model {run.model} · middleware {run.middleware} · {run.duration_s:g} s"
+
+
+def story(run: StoredRun) -> list[str]:
+    """Return what happened, a sentence each: what was injected, what was done about it, and what came of it."""
+    return [*_injected(run), *_adapted(run), *_outcome(run)]
+
+
+def remark(run: StoredRun) -> str:
+    """Return why a run does not count, and which figures are stored otherwise; empty if all is well."""
+    parts = []
+    if not run.valid:
+        parts.append(f"This run does not count: {shorten(run.reason)}.")
+    if run.differing:
+        parts.append(
+            f"Stored otherwise than the messages give, and computed here: {', '.join(run.differing)}."
+        )
+    return " ".join(parts)
+
+
+def compared(one: StoredRun, other: StoredRun) -> list[str]:
+    """Return what differs between two runs of the same scenario and seed."""
+    first, second = f"A ({one.record.manager})", f"B ({other.record.manager})"
+    ours, theirs = one.metrics, other.metrics
+    sentences = [
+        f"The same faults, flight and seed, managed by {first} and by {second}.",
+        _difference(ours.iou_all, theirs.iou_all, first, second),
+        f"No segmentation came for {ours.t_down_s:.1f} s of A, and for {theirs.t_down_s:.1f} s of B.",
+        f"A resolved {_resolved(ours)}, B {_resolved(theirs)}.",
+    ]
+    if one.record.model != other.record.model:
+        sentences.append(f"The models differ, too: {one.record.model} and {other.record.model}.")
+    return sentences
+
+
+def _difference(ours: float, theirs: float, first: str, second: str) -> str:
+    meaning = "the IoU, which says how well labels agree with the truth and is 0 for a lost frame,"
+    if round(ours, 2) == round(theirs, 2):
+        return f"In both, {meaning} is {ours:.2f}."
+    better = first if ours > theirs else second
+    return f"With {better}, {meaning} is higher: {max(ours, theirs):.2f} against {min(ours, theirs):.2f}."
+
+
+def _resolved(metrics: RunMetrics) -> str:
+    episodes, adaptations = (
+        counted(metrics.episodes, "failure episode"),
+        counted(metrics.adaptations, "adaptation"),
+    )
+    return f"{metrics.episodes_resolved} of {episodes} with {adaptations}"
+
+
+def outcome_of(episode: Episode) -> str:
+    """Return what became of an episode."""
+    if episode.ended is None:
+        return "held to the end"
+    if episode.adaptation is None:
+        return f"ended by itself at {episode.ended:.2f} s"
+    return (
+        f"resolved by '{episode.adaptation}' at {episode.adaptation.time:.2f} s, "
+        f"{episode.ended - episode.began:.2f} s after it began"
+    )
+
+
+def _injected(run: StoredRun) -> Iterator[str]:
+    injections = run.timeline.injections
+    if not injections:
+        yield "No fault was injected."
+        return
+    number = _NUMBERS[len(injections)] if len(injections) < len(_NUMBERS) else str(len(injections))
+    names = _listed([f"{one.fault} ({one.failure})" for one in injections])
+    verb = "fault was" if len(injections) == 1 else "faults were"
+    yield f"{number} {verb} injected at {injections[0].time:.0f} s: {names}."
+
+
+def _adapted(run: StoredRun) -> Iterator[str]:
+    who = f"The managing system {run.record.manager}"
+    done: dict[str, list[float]] = {}
+    for adaptation in run.adaptations:
+        done.setdefault(_past(adaptation), []).append(adaptation.time)
+    if not done:
+        yield f"{who} did nothing."
+    elif len(done) <= _MOST:
+        yield f"{who} {_listed([f'{words} {_times(times)}' for words, times in done.items()])}."
+    else:
+        first, last = run.adaptations[0].time, run.adaptations[-1].time
+        count = counted(len(run.adaptations), "adaptation")
+        yield f"{who} carried out {count}, from {first:.2f} s to {last:.2f} s."
+
+
+def _past(adaptation: ExecutedAdaptation) -> str:
+    if not adaptation.parameters:
+        return f"{_DONE.get(adaptation.kind, adaptation.kind)} {adaptation.node}"
+    return str(adaptation)  # 'set' is its own past
+
+
+def _times(times: Sequence[float]) -> str:
+    if len(times) <= _MOST:
+        return f"at {_listed([f'{time:.2f}' for time in times])} s"
+    return f"{len(times)} times from {times[0]:.2f} s on"
+
+
+def _outcome(run: StoredRun) -> Iterator[str]:
+    metrics, duration = run.metrics, run.record.duration_s
+    if metrics.episodes:
+        yield f"{metrics.episodes_resolved} of {counted(metrics.episodes, 'failure episode')} {_was(metrics)} resolved."
+        failures = current_system().failures
+        still = sorted({one.failure for one in metrics.failures if one.ended is None})
+        if still:
+            names = _listed([f"{name} ({failures[name].description})" for name in still])
+            yield f"Still there at the end: {names}."
+    else:
+        yield "No failure was seen."
+    down = (
+        f"no segmentation came for {metrics.t_down_s:.1f} of {duration:g} s"
+        if metrics.t_down_s
+        else "segmentations came all the time"
+    )
+    yield f"{down[:1].upper()}{down[1:]}; the IoU was {metrics.iou_all:.2f}, if a lost frame counts as 0."
+
+
+def _was(metrics: RunMetrics) -> str:
+    return "was" if metrics.episodes == 1 else "were"
+
+
+def _listed(texts: Sequence[str]) -> str:
+    """Return texts as a sentence lists them.
+
+    >>> _listed(["a"]), _listed(["a", "b", "c"])
+    ('a', 'a, b and c')
+    """
+    return texts[0] if len(texts) == 1 else f"{', '.join(texts[:-1])} and {texts[-1]}"

@@ -1,0 +1,126 @@
+"""`sunset view`: a page of a stored run, or one sentence."""
+
+import shutil
+import stat
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from sunset.cli import main
+
+FAILING = """\
+from sunset.managing import ManagingSystem
+
+class Failing(ManagingSystem):
+    def adapt(self, symptoms):
+        raise ValueError("no plan")
+"""
+
+
+@pytest.fixture(scope="module")
+def run(flight: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of a short run, in a folder of its own."""
+    assert flight.exists()
+    folder = tmp_path_factory.mktemp("view") / "short"
+    assert main(["run", "gpu_failure", "--duration", "1", "--out", str(folder)]) == 0
+    return folder
+
+
+def test_the_page_is_named_after_the_run_and_opened(
+    run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    browser = tmp_path / "browser"
+    browser.write_text('#!/bin/sh\necho "$1" > "$(dirname "$0")/opened"\n', encoding="utf-8")
+    browser.chmod(browser.stat().st_mode | stat.S_IXUSR)
+    monkeypatch.setenv("BROWSER", f"{browser} %s")
+    before = {path: path.read_bytes() for path in run.iterdir()}
+
+    assert main(["view", str(run)]) == 0
+
+    told = capsys.readouterr()
+    page = tmp_path / "short.html"
+    assert told.out == ""
+    assert told.err.endswith("The page is short.html.\n")
+    assert (tmp_path / "opened").read_text(encoding="utf-8").strip() == page.as_uri()
+    assert {path: path.read_bytes() for path in run.iterdir()} == before
+    assert page.stat().st_size < 5_000_000
+
+
+def moved(_: Path, tmp_path: Path) -> list[str]:
+    """Return the run of a managing system whose file is gone."""
+    folder = tmp_path / "moved"
+    file = tmp_path / "mine.py"
+    file.write_text(FAILING.replace('raise ValueError("no plan")', "pass"), encoding="utf-8")
+    assert (
+        main(["run", "nofault", "--manager", f"{file}:Failing", "--duration", "1", "--out", str(folder)]) == 0
+    )
+    file.unlink()
+    return [str(folder)]
+
+
+def failed(_: Path, tmp_path: Path) -> list[str]:
+    """Return a run that failed, as a campaign keeps it."""
+    file = tmp_path / "mine.py"
+    file.write_text(FAILING, encoding="utf-8")
+    command = ["bench", "--suite", "nofault", "--managers", f"mine={file}:Failing", "--repetitions", "1"]
+    out = tmp_path / "campaign"
+    assert main([*command, "--no-references", "--duration", "1", "--jobs", "1", "--out", str(out)]) == 0
+    return [str(path.parent) for path in out.rglob("run.json")]
+
+
+def damaged(run: Path, tmp_path: Path) -> list[str]:
+    folder = tmp_path / "damaged"
+    shutil.copytree(run, folder)
+    (folder / "messages.mcap").write_bytes(b"nothing")
+    return [str(folder)]
+
+
+def other_seed(run: Path, tmp_path: Path) -> list[str]:
+    folder = tmp_path / "other"
+    assert main(["run", "gpu_failure", "--seed", "2", "--duration", "1", "--out", str(folder)]) == 0
+    return [str(run), str(folder)]
+
+
+MISTAKES: dict[str, tuple[Callable[[Path, Path], list[str]], str]] = {
+    "a folder without a run": (lambda _, path: [str(path)], "is not a complete record: run.json is missing"),
+    "no such folder": (lambda _, path: [str(path / "none")], "is not a complete record"),
+    "a file": (lambda run, _: [str(run / "run.json")], "A record is a folder, got the file"),
+    "a failed run": (failed, "has no time line, since it failed"),
+    "a damaged run": (damaged, "is damaged"),
+    "a manager that is gone": (moved, "mine.py"),
+    "a flight that is gone": (lambda run, path: [str(run), "--bag", str(path / "bag")], "There is no bag at"),
+    "another model": (lambda run, path: [str(run), "--model", str(path)], "model"),
+    "two seeds": (other_seed, "if their seed is the same, got 1 and 2"),
+    "a folder to write to": (lambda run, path: [str(run), "--out", str(path)], "which is a folder"),
+    "a folder that cannot be": (
+        lambda run, _: [str(run), "--out", "/dev/null/page.html"],
+        "The page /dev/null/page.html cannot be written: ",
+    ),
+    "a file of others": (
+        lambda run, _: [str(run), "--out", str(run / "run.json")],
+        "is not a page of 'sunset view'",
+    ),
+}
+
+
+@pytest.mark.parametrize("mistake", MISTAKES)
+def test_a_mistake_is_one_sentence(
+    run: Path,
+    mistake: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    arguments, words = MISTAKES[mistake]
+    command = ["view", "--no-open", *arguments(run, tmp_path)]
+    capsys.readouterr()
+
+    assert main(command) == 2
+
+    (line,) = [line for line in capsys.readouterr().err.splitlines() if line.startswith("sunset: ")]
+    assert words in line
+    assert line.endswith(".")
+    assert not list(tmp_path.glob("*.html"))

@@ -1,0 +1,152 @@
+"""The page in browsers, where they are installed: it shows each moment as it was, and does what is asked of it."""
+
+from collections.abc import Iterator
+from typing import Any
+
+import cv2
+import msgspec
+import numpy as np
+import pytest
+from tests.viewing.browsers import PROGRAMS, Browser, program_of, started
+from tests.viewing.conftest import Both, Shown
+
+from sunset.classes import CLASS_OF_CARLA_ID, COLOURS
+from sunset.recording import read_images
+from sunset.viewing.document import Page
+
+pytestmark = pytest.mark.thorough
+
+DRAWN = """
+const stage = document.getElementById("stage").dataset;
+while (!stage.asked || stage.time !== stage.asked) await new Promise(requestAnimationFrame);
+"""
+"""Wait until the moment that is asked for is drawn."""
+PIXELS = """
+const canvas = document.querySelector(`[data-panel="${NAME}"] canvas`);
+const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+return btoa(String.fromCharCode(...data.filter((_, index) => index % 4 < 3).slice(FROM, FROM + 30000)));
+"""
+
+
+@pytest.fixture(scope="module", params=sorted(PROGRAMS))
+def browser(request: pytest.FixtureRequest, ten: Shown) -> Iterator[Browser]:
+    if program_of(request.param) is None:
+        pytest.skip(f"needs {request.param}, which is not installed")
+    with started(request.param) as browser:
+        browser.resize(1400, 900)
+        browser.open(ten.page.as_uri())
+        yield browser
+
+
+def page_of(ten: Shown) -> Page:
+    return msgspec.convert(ten.data, Page)
+
+
+def go(browser: Browser, time: float) -> None:
+    browser.evaluate(f"location.hash = 't={time}'; await new Promise(done => setTimeout(done, 50)); {DRAWN}")
+
+
+def pixels(browser: Browser, panel: str) -> np.ndarray[Any, np.dtype[np.uint8]]:
+    """Return what a picture shows (144, 256, 3), red first."""
+    size = 144 * 256 * 3
+    texts = [
+        browser.evaluate(PIXELS.replace("${NAME}", panel).replace("FROM", str(start)))
+        for start in range(0, size, 30000)
+    ]
+    data = b"".join(msgspec.json.decode(f'"{text}"', type=bytes) for text in texts)
+    return np.frombuffer(data, np.uint8).reshape(144, 256, 3)
+
+
+def test_a_moment_of_the_address_is_the_frame_of_that_stamp(browser: Browser, ten: Shown) -> None:
+    frames = page_of(ten).runs[0].frames
+    images = {(one.topic, str(one.stamp_ns)): one for one in read_images(ten.run.folder)}
+    palette = np.zeros((256, 3), np.uint8)
+    palette[: len(COLOURS)] = COLOURS
+    segmented = ("/managed_subsystem/segmentation", "/managed_subsystem/rgb_camera")
+    for place in (3, len(frames.times) - 2):
+        stamp = frames.stamps[place]
+
+        go(browser, frames.times[place])
+
+        truth = images["/gt_segmentation", stamp].pixels
+        assert np.array_equal(pixels(browser, "truth"), palette[CLASS_OF_CARLA_ID[truth]])
+        assert np.array_equal(pixels(browser, "labels"), palette[images[segmented[0], stamp].pixels])
+        camera = cv2.cvtColor(images[segmented[1], stamp].pixels, cv2.COLOR_BGR2RGB)
+        assert np.abs(pixels(browser, "camera") - camera.astype(np.int16)).mean() < 6
+        wrong = pixels(browser, "difference").max(axis=2) == 255
+        differs = images[segmented[0], stamp].pixels != CLASS_OF_CARLA_ID[truth]
+        assert np.array_equal(wrong, differs & (CLASS_OF_CARLA_ID[truth] != 255))
+
+
+def test_what_did_not_come_is_seen_as_missing(browser: Browser) -> None:
+    script = "return [...document.querySelectorAll('.gone')].map(one => one.dataset.panel)"
+    said = "return document.querySelector('[data-panel=labels] .missing').textContent"
+
+    go(browser, -1.0)
+    assert browser.evaluate(script) == []
+    go(browser, 1.5)
+    assert browser.evaluate(script) == ["camera", "given", "labels", "difference"]
+    assert browser.evaluate(said) in {"no image for 1.4 s", "no image for 1.5 s"}
+    assert "F3 for 1.5 s: the segmentation sends no results" in browser.evaluate(
+        "return document.querySelector('.now').textContent"
+    )
+
+
+def test_keys_move_the_moment(browser: Browser, ten: Shown) -> None:
+    def press(key: str) -> float:
+        browser.evaluate(
+            f"document.body.dispatchEvent(new KeyboardEvent('keydown', {{key: '{key}', bubbles: true}}))"
+        )
+        time: float = browser.evaluate(f"{DRAWN} return Number(stage.time)")
+        return time
+
+    page = page_of(ten)
+    times = page.runs[0].frames.times
+    go(browser, times[10])
+
+    assert press("ArrowRight") == times[11]
+    assert press("ArrowLeft") == times[10]
+    assert press("End") == page.runs[0].end
+    assert press("Home") == page.runs[0].start
+    events = sorted({one.time for one in page.runs[0].events if one.kind != "log"})
+    assert press("n") == events[0]
+    assert press("n") == events[1]
+    assert press("p") == events[0]
+    press(" ")
+    browser.evaluate(
+        f"{DRAWN} while (Number(stage.time) < {events[0] + 0.2}) await new Promise(requestAnimationFrame)"
+    )
+    assert press(" ") > events[0]
+    assert browser.evaluate("return document.querySelectorAll('.playing').length") == 0
+
+
+@pytest.mark.parametrize("width", [400, 800, 1400])
+def test_nothing_is_wider_than_the_window(browser: Browser, width: int) -> None:
+    browser.resize(width, 900)
+
+    assert browser.evaluate("return document.documentElement.scrollWidth <= innerWidth")
+    browser.resize(1400, 900)
+
+
+def test_the_page_asks_for_nothing_complains_of_nothing_and_runs_nothing_of_others(browser: Browser) -> None:
+    browser.evaluate("document.getElementById('theme').click()")
+
+    assert browser.evaluate("return document.title").endswith(" · SUNSET")
+    assert browser.evaluate("return document.scripts.length") == 2
+    assert browser.requests() == []
+    assert browser.complaints() == []
+
+
+def test_two_runs_are_shown_in_step(browser: Browser, both: Both) -> None:
+    browser.open(f"{both.page.as_uri()}#t=1.25")
+    frames = browser.evaluate(f"{DRAWN} return stage.frames")
+
+    first, second = frames.split(",")
+    assert first == second
+    assert browser.evaluate(
+        "return [...document.querySelectorAll('article h2')].map(one => one.textContent)"
+    ) == [
+        "A: none",
+        "B: baseline",
+    ]
+    assert browser.complaints() == []

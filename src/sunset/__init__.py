@@ -41,6 +41,7 @@ __all__ = [
     "run",
     "train_model",
     "view",
+    "write_site",
 ]
 
 __version__ = "0.1.0"

@@ -42,6 +42,7 @@ __all__ = [
     "run",
     "train_model",
     "view",
+    "write_site",
 ]
 
 __version__ = "0.1.0"

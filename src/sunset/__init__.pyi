@@ -25,6 +25,7 @@ from sunset.api import report as report
 from sunset.api import run as run
 from sunset.api import train_model as train_model
 from sunset.api import view as view
+from sunset.api import write_site as write_site
 from sunset.data import FlightPlan as FlightPlan
 from sunset.errors import SunsetError as SunsetError
 from sunset.managing import ManagingSystem as ManagingSystem
@@ -63,6 +64,7 @@ __all__ = [
     "run",
     "train_model",
     "view",
+    "write_site",
 ]
 
 __version__: str

@@ -9,6 +9,7 @@ from sunset.evaluation.paired import Difference, PairedComparison, compare_manag
 from sunset.evaluation.report import FORMATS, format_report, render_report
 from sunset.evaluation.results import FIGURES, Flight, RunRow, load_results, recompute
 from sunset.evaluation.runs import RUNS_FORMATS, render_runs, run_fields
+from sunset.evaluation.site import index_page
 from sunset.evaluation.summary import PUBLISHED, PUBLISHED_SOURCE, SystemRow, summarise
 
 __all__ = [
@@ -36,6 +37,7 @@ __all__ = [
     "estimate",
     "format_agreement",
     "format_report",
+    "index_page",
     "load_results",
     "outage_figure",
     "recompute",

@@ -25,6 +25,7 @@ __all__ = [
     "calibrate_model",
     "check_manager",
     "fault_figure",
+    "fault_picture",
     "import_model",
     "list_faults",
     "list_managers",
@@ -43,6 +44,7 @@ __all__ = [
     "train_model",
     "verify",
     "view",
+    "write_site",
 ]
 
 __version__ = "0.1.0"

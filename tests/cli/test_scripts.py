@@ -17,6 +17,7 @@ SCRIPTS = Path(__file__).parents[2] / "scripts"
         ("count_episodes", ["."], "no folder with a run.json in it."),
         ("artifact", ["nothing"], "name some of run, same, table, workers, recompute, bundle, rules, live."),
         ("published_figures", ["nowhere"], "name the one that 'sunset bench --out' wrote."),
+        ("draw_pictures", ["fog"], "depth_degradation, autofocus_needed"),
     ],
 )
 def test_a_bad_argument(script: str, arguments: list[str], words: str, tmp_path: Path) -> None:

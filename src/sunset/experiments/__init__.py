@@ -12,12 +12,22 @@ from sunset.experiments.bench import (
 )
 from sunset.experiments.checking import ManagerCheck, check_manager
 from sunset.experiments.files import folder_name
+from sunset.experiments.last import keep_last_run, last_run
 from sunset.experiments.manager import isolate, manager_checksum
 from sunset.experiments.resources import prepare
 from sunset.experiments.run import run
-from sunset.experiments.spec import DEFAULT_SCENARIO, EXTERNAL, MIDDLEWARES, RunSpec, Settings, Timing
+from sunset.experiments.spec import (
+    CHECK_SCENARIO,
+    DEFAULT_SCENARIO,
+    EXTERNAL,
+    MIDDLEWARES,
+    RunSpec,
+    Settings,
+    Timing,
+)
 
 __all__ = [
+    "CHECK_SCENARIO",
     "DEFAULT_SCENARIO",
     "EXTERNAL",
     "MIDDLEWARES",
@@ -31,6 +41,8 @@ __all__ = [
     "count_runs",
     "folder_name",
     "isolate",
+    "keep_last_run",
+    "last_run",
     "manager_checksum",
     "model_checksum",
     "plan",

@@ -172,6 +172,6 @@ def test_a_run_file_without_a_number_for_the_timeline_is_refused(
     change_run(record, **{key: value})
     with pytest.raises(
         RecordError,
-        match=rf"The {key} in .* must be a (whole )?number above 0(\.001)? and at most 1e\+06, got .*; restore the file,",
+        match=rf"The {key} in .* must be a (whole )?number above 0(\.001)? and at most 1e\+06, got .*; restore the ",
     ):
         read_timeline(record)

@@ -1,7 +1,8 @@
+import os
 import re
 from html.parser import HTMLParser
 from pathlib import Path
-from urllib.parse import unquote
+from urllib.parse import unquote, unquote_to_bytes
 
 import pytest
 
@@ -98,3 +99,21 @@ def test_what_cannot_be_written_leaves_nothing(
     assert main(["report", str(campaign), "--site", str(tmp_path / "site"), "--runs"]) == 2
     assert "leave out --format, --json, --runs and --recompute" in capsys.readouterr().err
     assert sorted(path.name for path in tmp_path.iterdir()) == ["full"]
+
+
+def test_the_names_of_records_and_of_other_files_do_no_harm(tmp_path: Path) -> None:
+    names = ["index", os.fsdecode(b"\xff"), "#1 100%?", "l" * 240]
+    for seed, name in enumerate(names):
+        sunset.run("nofault", duration=1, seed=seed, out=tmp_path / "results" / name)
+    (tmp_path / ".site.partial").mkdir()
+    (tmp_path / ".site.partial" / "mine.txt").touch()
+
+    first = sunset.write_site(tmp_path / "results", tmp_path / "site")
+
+    assert "comparison of managing systems" in first.read_text(encoding="utf-8")
+    pages = [first.parent / os.fsdecode(unquote_to_bytes(link)) for link in links(first)]
+    assert {page.parent.name for page in pages} == set(names)
+    assert all('id="data"' in page.read_text(encoding="utf-8") for page in pages)
+    assert (tmp_path / ".site.partial" / "mine.txt").exists()
+    with pytest.raises(OutputError, match="The site / exists already"):
+        sunset.write_site(tmp_path / "results", "/")

@@ -153,3 +153,15 @@ def test_what_is_damaged_is_said_in_a_sentence(kept: Path, tmp_path: Path) -> No
         list(read_images(tmp_path))
     with pytest.raises(RecordError, match="The image on /a at 5 ns is damaged"):
         _ = StoredImage("/a", 5, 0, "bgr8", b"\x89PNG" + bytes(40)).pixels
+
+
+@pytest.mark.parametrize("png", [b"", b"\x89PNG\r\n", cv2.imencode(".png", LABELS)[1].tobytes()])
+def test_a_picture_of_another_kind_is_damaged(png: bytes) -> None:
+    with pytest.raises(RecordError, match="The image on /a at 5 ns is damaged"):
+        _ = StoredImage("/a", 5, 0, "bgr8", png).pixels
+
+
+def test_what_is_kept_as_it_is_may_have_any_name(tmp_path: Path) -> None:
+    messages = ("/a/compressed", image(DEPTH.view(np.float16), "16FC1")), ("/b", image(DEPTH, "16UC1"))
+
+    assert [one.topic for one in read_images(record(tmp_path / "named", *messages))] == ["/b"]

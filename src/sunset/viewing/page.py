@@ -16,6 +16,7 @@ import msgspec
 from sunset import __version__
 from sunset.classes import CLASSES, COLOURS
 from sunset.errors import OutputError, RecordError
+from sunset.input_files import open_regular
 from sunset.recording import RunRecord, StoredImage, StoredRun, read_messages
 from sunset.recording.reader import check_extensions
 from sunset.viewing.collecting import run_view
@@ -108,7 +109,7 @@ def check_page_file(file: Path) -> None:
 
 
 def _head(file: Path) -> bytes:
-    with file.open("rb") as opened:
+    with open_regular(file) as opened:
         return opened.read(_HEAD)
 
 
@@ -131,9 +132,10 @@ def write_page(viewed: Sequence[Viewed], file: Path, *, progress: Progress | Non
         temporary.write_text(text, encoding="utf-8")
         temporary.replace(file)
     except OSError as error:
+        raise _page_error(file, error) from error
+    finally:
         with suppress(OSError):
             temporary.unlink(missing_ok=True)
-        raise _page_error(file, error) from error
 
 
 def _page_error(file: Path, error: OSError) -> OutputError:

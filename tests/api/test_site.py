@@ -101,6 +101,7 @@ def test_what_cannot_be_written_leaves_nothing(
     assert sorted(path.name for path in tmp_path.iterdir()) == ["full"]
 
 
+@pytest.mark.thorough
 def test_the_names_of_records_and_of_other_files_do_no_harm(tmp_path: Path) -> None:
     names = ["index", os.fsdecode(b"\xff"), "#1 100%?", "l" * 240]
     for seed, name in enumerate(names):

@@ -27,6 +27,7 @@ ROOT = Path(__file__).parents[2]
 api: Any = sunset  # the mistakes are of types, too
 
 
+@pytest.mark.thorough
 def test_the_same_campaign_and_date_give_the_same_bytes(results: Path, packed: Path, tmp_path: Path) -> None:
     again = bundle(results, tmp_path / "again.zip", published=DATE)
     later = bundle(results, tmp_path / "later.zip", published="2026-03-15")

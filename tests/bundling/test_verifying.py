@@ -320,6 +320,7 @@ def test_what_is_trusted_is_run_again_from_the_source_in_the_bundle(results: Pat
     assert imported.exists()
 
 
+@pytest.mark.thorough
 def test_the_seed_chooses_which_runs_are_run_again(packed: Path) -> None:
     chosen = {verify(packed, Rerun(1, seed)).again for seed in range(4)}
 
@@ -337,6 +338,7 @@ EXTENSION = Extension(suites={{"dark": (("image_degradation=1.2",),)}})
 """
 
 
+@pytest.mark.thorough
 def test_an_extension_is_packed_and_runs_only_where_it_is_trusted(tmp_path: Path, forge: Forge) -> None:
     source, marker = tmp_path / "darker.py", tmp_path / "imported"
     source.write_text(EXTENSION.format(marker=marker))

@@ -60,6 +60,7 @@ def test_a_run_without_images_is_run_again_for_them_and_two_share_their_pictures
     assert all(0 <= done <= total for _, done, total in both.told)
 
 
+@pytest.mark.thorough
 def test_a_run_that_was_not_kept_is_shown_too(flight: Path, tmp_path: Path) -> None:
     assert flight.exists()
     run = sunset.run("gpu_failure", "baseline", duration=2)
@@ -102,6 +103,7 @@ def test_a_run_of_an_extension_that_is_not_there_shows_as_text(pair: Pair) -> No
     assert replace(run, record=record)._repr_html_() is None
 
 
+@pytest.mark.thorough
 def test_large_images_are_made_smaller_until_they_fit_and_the_page_says_so() -> None:
     generator = np.random.default_rng(1)
     noise = generator.integers(0, 256, (360, 640, 3), dtype=np.uint8)

@@ -38,7 +38,8 @@ _WAITING: Final = 64
 """Pictures that wait to be encoded."""
 _MEASURED: Final = 19
 """Of so many pictures, the loss of one is measured if it is of colour; a prime, since kinds take turns."""
-_LABELS: Final = "8UC1"
+LABELS: Final = "8UC1"
+"""The encoding of labels."""
 _DEPTH: Final = "16UC1"
 _RARE: Final = 0.0005
 _COLOURS: Final = 9
@@ -79,6 +80,7 @@ class Placed(NamedTuple):
     """An image of a run, and the place of its picture among all."""
 
     topic: str
+    encoding: str
     stamp_ns: int
     place: int
 
@@ -142,7 +144,7 @@ class _Album:
             self.depth = _depth_scale(image.pixels)
             self._shades = _depth_shades(self.depth)
         place = self._places[key] = len(self._encoded)
-        if image.encoding == _LABELS:
+        if image.encoding == LABELS:
             self._encoded.append(self._pool.submit(self._packed, image, self.size()))
         else:
             self._encoded.append(
@@ -259,7 +261,7 @@ def _placed(source: Source, album: _Album, every: int, progress: Progress | None
     for image in source.images():
         if not source.wanted(image.topic) or stamps.setdefault(image.stamp_ns, len(stamps)) % every:
             continue
-        yield Placed(image.topic, image.stamp_ns, album.add(image))
+        yield Placed(image.topic, image.encoding, image.stamp_ns, album.add(image))
         if progress is not None:
             progress(min(len(stamps), source.frames), source.frames)
 

@@ -8,6 +8,8 @@ import pytest
 from sunset.perception import Modality, Model
 from sunset.training import LiteShape, TrainingConfig
 
+pytestmark = pytest.mark.thorough
+
 torch = pytest.importorskip("torch")
 onnx = pytest.importorskip("onnx")
 

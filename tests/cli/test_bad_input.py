@@ -457,7 +457,8 @@ def test_a_cache_folder_that_cannot_be_made(
 @pytest.mark.thorough
 def test_a_full_disk_costs_the_run_that_did_not_fit_and_no_other(tmp_path: Path, flight: Path) -> None:
     del flight
-    assert main(["run", "nofault", "--manager", "none", "--out", str(tmp_path / "finished")]) == 0
+    command = ["run", "nofault", "--manager", "none", "--duration", "2"]
+    assert main([*command, "--out", str(tmp_path / "finished")]) == 0
     finished = tmp_path / "finished" / "run.json"
     before = finished.read_bytes()
 
@@ -465,7 +466,7 @@ def test_a_full_disk_costs_the_run_that_did_not_fit_and_no_other(tmp_path: Path,
         resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))
 
     full = subprocess.run(
-        [sys.executable, "-m", "sunset", "run", "--no-cache", "--out", str(tmp_path / "full")],
+        [sys.executable, "-m", "sunset", *command, "--no-cache", "--out", str(tmp_path / "full")],
         preexec_fn=limit,
         capture_output=True,
         text=True,

@@ -167,6 +167,7 @@ def test_iou_is_printed_and_written(
     assert f"{mean:.3f}" in text
 
 
+@pytest.mark.thorough
 def test_a_model_is_calibrated_on_a_bag(
     model: Path, bag: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -182,6 +183,7 @@ def test_a_model_is_calibrated_on_a_bag(
     assert "5 frames: the bag five\ufffd" in str(card.results["measured_on"])
 
 
+@pytest.mark.thorough
 def test_a_model_without_fusion_is_said_not_to_do_for_a_run(
     model: Path, bag: Path, complaint: Callable[[Sequence[str]], str], capfd: pytest.CaptureFixture[str]
 ) -> None:
@@ -206,6 +208,7 @@ def checkpoint(path: Path, **other: Any) -> None:
     torch.save(entries | {f"backbone.bn1.{name}": value for name, value in other.items()}, path)
 
 
+@pytest.mark.thorough
 def test_an_import_makes_a_folder_named_after_the_checkpoints(
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
@@ -226,6 +229,7 @@ def test_an_import_makes_a_folder_named_after_the_checkpoints(
     assert "lacks fusion and depth, which a run needs" in complaint(["run", "--model", "weights-model"])
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("number", "kind", "words"),
     [
@@ -251,16 +255,16 @@ def test_a_call_without_options_measures_what_its_command_measures(
     model: Path, flight: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     with read_bag(flight) as reader:
-        frames = [reader.frame(index) for index in range(10)]
-        ten = write_bag(tmp_path / "ten", frames, list(reader.stamps_ns[:10]))
+        frames = [reader.frame(index) for index in range(6)]
+        six = write_bag(tmp_path / "six", frames, list(reader.stamps_ns[:6]))
 
     assert (
-        main(["models", "curves", str(model), "--bag", str(ten), "--at", "depth_degradation=0.25", "--json"])
+        main(["models", "curves", str(model), "--bag", str(six), "--at", "depth_degradation=0.25", "--json"])
         == 0
     )
 
     printed = json.loads(capsys.readouterr().out)
-    curves = sunset.measure_curves(model, ten, strengths={"depth_degradation": 0.25})
-    assert curves.frames == 10
+    curves = sunset.measure_curves(model, six, strengths={"depth_degradation": 0.25})
+    assert curves.frames == 6
     assert json.loads(json.dumps(as_json(curves))) == printed
     assert signature(sunset.measure_iou).parameters["frames"].default is None  # as of the command

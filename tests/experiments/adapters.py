@@ -12,8 +12,8 @@ from sunset.system import Adaptation, AdaptationKind, current_system
 ADAPTATIONS = current_system().adaptations
 FAULTS = current_system().faults
 
-AFTER_S = 2.5
-"""When to adapt, counted from the first segmentation: 1 s of warm-up, then 1.5 s of symptoms."""
+AFTER_S = 1.5
+"""When to adapt, counted from the first segmentation: 0.5 s of warm-up, then 1 s of symptoms."""
 
 
 class _Adapter(ManagingSystem):

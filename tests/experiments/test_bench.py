@@ -21,7 +21,7 @@ from sunset.system import extended_system
 
 pytestmark = pytest.mark.usefixtures("flight")
 
-SHORT = Settings(timing=Timing(duration_s=2.0))
+SHORT = Settings(timing=Timing(duration_s=1.0))
 
 
 def test_the_papers_campaign() -> None:
@@ -213,7 +213,8 @@ def test_a_managing_system_that_is_changed_while_it_is_run_fails(tmp_path: Path)
 def test_a_campaign_is_not_continued_with_a_managing_system_that_was_rewritten(tmp_path: Path) -> None:
     file = tmp_path / "mine.py"
     file.write_text(MANAGER)
-    spec = BenchSpec(suite="nofault", managers=(f"{file}:Mine",), references=False, repetitions=1)
+    managers = (f"{file}:Mine",)
+    spec = BenchSpec(suite="nofault", managers=managers, references=False, repetitions=1, settings=SHORT)
     assert bench(spec, tmp_path / "out", jobs=1) == 1
     assert bench(spec, tmp_path / "out", jobs=1) == 0
 
@@ -259,7 +260,7 @@ def test_a_campaign_is_not_continued_with_another_bag(tmp_path: Path, flight: Pa
     bag = tmp_path / "bag"
     shutil.copytree(flight, bag)
     spec = BenchSpec(
-        suite="nofault", managers=("none",), references=False, repetitions=1, settings=Settings(bag=bag)
+        suite="nofault", managers=("none",), references=False, repetitions=1, settings=replace(SHORT, bag=bag)
     )
     bench(spec, tmp_path / "out", jobs=1)
 
@@ -313,7 +314,7 @@ def test_a_campaign_is_not_continued_with_another_clockwork(tmp_path: Path) -> N
     spec = BenchSpec(suite="nofault", managers=("none",), references=False, repetitions=1)
     bench(replace(spec, settings=SHORT), tmp_path / "out", jobs=1)
 
-    with pytest.raises(InvalidInputError, match=r"timing\.duration_s is 2\.0"):
+    with pytest.raises(InvalidInputError, match=r"timing\.duration_s is 1\.0"):
         bench(spec, tmp_path / "out", jobs=1)
 
 
@@ -341,7 +342,7 @@ TROUBLEMAKERS = {
     "RaisesInAdapt": r"it raised KeyboardInterrupt \(troublemakers.py, line \d+, in adapt\)",
     "Exits": r"it raised SystemExit: enough \(troublemakers.py, line \d+, in adapt\)",
     "EndsItsProcess": r"it ended its process with exit code 0",
-    "Hangs": r"it did not return within 1 s \(troublemakers.py, line \d+, in adapt\)",
+    "Hangs": r"it did not return within 2 s \(troublemakers.py, line \d+, in adapt\)",
 }
 
 
@@ -357,7 +358,7 @@ def test_nothing_that_a_managing_system_does_ends_a_campaign_or_shows_in_the_run
         managers=(*(f"{file}:{name}" for name in (*TROUBLEMAKERS, *HARMLESS)), "baseline"),
         references=False,
         repetitions=2,
-        settings=Settings(timing=Timing(duration_s=2.0), manager_limit_s=1.0),
+        settings=Settings(timing=Timing(duration_s=1.0), manager_limit_s=2.0),
     )
 
     assert bench(spec, tmp_path / "out", jobs=1) == 22
@@ -365,7 +366,7 @@ def test_nothing_that_a_managing_system_does_ends_a_campaign_or_shows_in_the_run
 
     rows = {row["system"]: row for row in json.loads(render_report(tmp_path / "out", "json"))["rows"]}
     for name, reason in TROUBLEMAKERS.items():
-        row = rows.pop(f"troublemakers.py:{name}, no faults [2 s]")
+        row = rows.pop(f"troublemakers.py:{name}, no faults [1 s]")
         assert (row["runs"], row["runs_invalid"], row["runs_failed"]) == (0, 2, 2)
         assert [run["seed"] for run in row["invalid"]] == [1, 2]
         for run in row["invalid"]:

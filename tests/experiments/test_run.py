@@ -23,7 +23,9 @@ from sunset.system import current_system, extended_system
 
 FAULTS = current_system().faults
 
-SHORT = Timing(duration_s=8.0, warm_up_s=1.0)
+SHORT = Timing(duration_s=4.0, warm_up_s=1.0)
+REDEPLOYED = Timing(duration_s=8.0, warm_up_s=1.0)
+"""Long enough for the longest redeploy, of 4 s."""
 OUTAGES = [fault.name for fault in FAULTS.values() if fault.failure in {"F1", "F2", "F3"}]
 CENSUS = Path(__file__).with_name("census.py")
 RULE_BREAKERS = Path(__file__).with_name("rule_breakers.py")
@@ -72,7 +74,8 @@ def test_the_metrics_are_those_of_the_stored_record(tmp_path: Path) -> None:
 
 
 def test_the_baseline_redeploys_what_is_silent_and_recalibrates_what_is_unsure(tmp_path: Path) -> None:
-    result = fly(tmp_path / "run", "hardware_disconnect+depth_degradation", timing=Timing())
+    timing = Timing(duration_s=12.0, warm_up_s=1.0)
+    result = fly(tmp_path / "run", "hardware_disconnect+depth_degradation", timing=timing)
 
     assert sorted(str(adaptation) for adaptation in result.metrics.executed) == [
         "redeploy camera",
@@ -87,10 +90,10 @@ def test_the_baseline_redeploys_what_is_silent_and_recalibrates_what_is_unsure(t
 @pytest.mark.thorough
 @pytest.mark.parametrize("fault", OUTAGES)
 def test_never_repairing_is_worst(fault: str, tmp_path: Path) -> None:
-    idle = fly(tmp_path / "idle", fault, "none").metrics
-    baseline = fly(tmp_path / "baseline", fault, "baseline").metrics
+    idle = fly(tmp_path / "idle", fault, "none", timing=REDEPLOYED).metrics
+    baseline = fly(tmp_path / "baseline", fault, "baseline", timing=REDEPLOYED).metrics
 
-    assert idle.t_down_s == pytest.approx(SHORT.duration_s, abs=0.2)
+    assert idle.t_down_s == pytest.approx(REDEPLOYED.duration_s, abs=0.2)
     assert idle.t_down_s > baseline.t_down_s + 1
     assert idle.episodes_unresolved == idle.episodes
     assert baseline.episodes_unresolved == 0
@@ -170,7 +173,7 @@ def test_a_forged_segmentation_does_not_end_the_downtime(tmp_path: Path) -> None
 
 @pytest.mark.parametrize("fault", FAULTS)
 def test_the_same_seed_gives_the_same_bytes(fault: str, tmp_path: Path) -> None:
-    timing = Timing(duration_s=3.0, warm_up_s=1.0)
+    timing = Timing(duration_s=2.0, warm_up_s=1.0)
     fly(tmp_path / "cached", fault, timing=timing, seed=7)
     fly(tmp_path / "computed", fault, timing=timing, seed=7, cache=False)
 
@@ -188,7 +191,7 @@ def test_another_seed_gives_another_record(tmp_path: Path) -> None:
 @pytest.mark.thorough
 def test_another_process_another_hash_seed_and_a_busy_machine_give_the_same_bytes(tmp_path: Path) -> None:
     scenario = "paper/sync_issue+image_degradation+depth_degradation"
-    fly(tmp_path / "here", scenario, timing=Timing(), seed=5)
+    fly(tmp_path / "here", scenario, timing=Timing(duration_s=5.0), seed=5)
     busy = [
         subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range(2 * (os.cpu_count() or 1))
     ]
@@ -200,6 +203,8 @@ def test_another_process_another_hash_seed_and_a_busy_machine_give_the_same_byte
             "run",
             scenario,
             "--seed",
+            "5",
+            "--duration",
             "5",
             "--out",
             str(tmp_path / "there"),
@@ -369,7 +374,7 @@ def test_a_node_that_is_wired_otherwise_than_described_does_not_come_up(
 ) -> None:
     file = tmp_path / "meter.py"
     file.write_text(METER.format(inputs=inputs, outputs=outputs, topics=topics))
-    timing = Timing(duration_s=1.0, warm_up_s=1.0, bring_up_limit_s=10.0)
+    timing = Timing(duration_s=1.0, warm_up_s=1.0, bring_up_limit_s=6.0)
     with extended_system([file]):
         if not words:
             assert fly(tmp_path / "run", "nofault", "none", timing=timing).valid

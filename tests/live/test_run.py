@@ -26,6 +26,7 @@ from sunset.errors import MiddlewareError
 from sunset.experiments import RunSpec, Settings, run
 from sunset.interfaces.lifecycle_msgs.msg import Transition
 from sunset.interfaces.lifecycle_msgs.srv import ChangeState
+from sunset.interfaces.std_srvs.srv import Trigger
 from sunset.interfaces.system_interfaces.msg import ExperimentLogging
 from sunset.interfaces.system_interfaces.srv import Redeploy
 from sunset.recording import read_run, read_timeline
@@ -38,7 +39,7 @@ pytestmark = pytest.mark.xdist_group("live")
 
 def test_a_managing_system_of_another_process_redeploys_a_node_that_was_killed(tmp_path: Path) -> None:
     out = tmp_path / "run"
-    with free_domain_id() as domain_id, flying("nofault", "external", 12.0, out, domain_id) as process:
+    with free_domain_id() as domain_id, flying("nofault", "external", 20.0, out, domain_id) as process:
         tool = Tool(domain_id)
         flow = Flow(tool)
         log: list[ExperimentLogging] = []
@@ -53,6 +54,8 @@ def test_a_managing_system_of_another_process_redeploys_a_node_that_was_killed(t
                 killed = children(process.pid)["segmentation"]
                 os.kill(killed, signal.SIGKILL)
                 assert eventually(lambda: children(process.pid).get("segmentation", killed) != killed)
+                assert flow.lasts()
+                assert tool.call(Trigger, "/experiment/end", Trigger.Request()).success
                 told, complaint = process.communicate(timeout=PATIENCE_S)
             finally:
                 manager.terminate()

@@ -148,6 +148,7 @@ def test_weights_that_a_network_names_in_a_longer_encoding_are_refused(
         load_model(with_network(longer)).session(Modality.RGB)
 
 
+@pytest.mark.thorough
 def test_weights_in_a_branch_are_refused(
     copied: Path, with_network: Callable[[bytes], Path], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -172,6 +173,7 @@ def test_weights_in_a_branch_are_refused(
         load_model(with_network(network.SerializeToString())).session(Modality.RGB)
 
 
+@pytest.mark.thorough
 def test_a_file_exchanged_after_the_model_was_loaded_is_told_from_the_card(
     with_network: Callable[[bytes], Path],
 ) -> None:
@@ -232,6 +234,7 @@ def test_a_card_of_another_size_than_the_network_is_refused(edit_card: Callable[
     assert model_card_size in str(caught.value)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("network", "words"),
     [
@@ -252,6 +255,7 @@ def test_a_network_with_outputs_of_another_kind_is_refused(
     assert words in str(caught.value)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("value", "words"), [("Log(below)", "got nan"), ("Exp(half)", "got 1.64")])
 def test_an_entropy_that_is_none_is_refused(
     value: str, words: str, with_network: Callable[[bytes], Path], frame: Frame

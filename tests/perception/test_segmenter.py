@@ -82,7 +82,7 @@ def frames(frame: Frame, count: int) -> Iterator[Frame]:
 @pytest.mark.parametrize("name", list_models())
 def test_the_bits_of_an_answer_do_not_depend_on_what_came_before(name: str, frame: Frame) -> None:
     segmenter = Segmenter(load_model(name))
-    material = list(frames(frame, 4))
+    material = list(frames(frame, 3))
     first = [bits(segmenter, *one) for one in material]
     assert [bits(segmenter, *one) for one in reversed(material)] == first[::-1]
     assert len({answers[0] for answers in first}) == len(material)
@@ -91,22 +91,22 @@ def test_the_bits_of_an_answer_do_not_depend_on_what_came_before(name: str, fram
 @pytest.mark.parametrize("name", list_models())
 def test_the_bits_of_an_answer_do_not_depend_on_what_runs_beside(name: str, frame: Frame) -> None:
     segmenter = Segmenter(load_model(name))
-    material = list(frames(frame, 6))
+    material = list(frames(frame, 4))
     alone = [bits(segmenter, *one) for one in material]
     with ThreadPoolExecutor(4) as pool:
         assert list(pool.map(lambda one: bits(segmenter, *one), material)) == alone
 
 
 def test_the_bits_of_an_answer_do_not_depend_on_the_process(tmp_path: Path, frame: Frame) -> None:
-    bgr, depth = zip(*frames(frame, 3), strict=True)
+    bgr, depth = zip(*frames(frame, 2), strict=True)
     np.savez(tmp_path / "frames.npz", bgr=bgr, depth=depth)
     for name in list_models():
         command = [sys.executable, "-c", ANSWERS, name, str(tmp_path / "frames.npz")]
-        orders = (("0", "1", "2"), ("2", "0", "1"))
+        orders = (("0", "1"), ("1", "0"))
         runs = [subprocess.Popen([*command, *order], stdout=subprocess.PIPE, text=True) for order in orders]
         answers = [run.communicate()[0].splitlines() for run in runs]
         assert [run.returncode for run in runs] == [0, 0]
-        assert len(set(answers[0])) == 9
+        assert len(set(answers[0])) == 6
         assert sorted(answers[0]) == sorted(answers[1])
 
 

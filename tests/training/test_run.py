@@ -69,11 +69,19 @@ def few(frames: FrameSet) -> FrameSet:
     return FrameSet(frames.bgr[:5], frames.depth[:5], frames.labels[:5])
 
 
-def test_a_run_writes_a_model_with_its_card_log_and_figure(sets: FrameSets, tmp_path: Path) -> None:
+@pytest.fixture(scope="module")
+def small(sets: FrameSets) -> FrameSets:
+    """As many frames to measure on as a calibration needs."""
+    return FrameSets(
+        sets.train, few(sets.validation), few(sets.validation_flight), few(sets.test), few(sets.test_flight)
+    )
+
+
+def test_a_run_writes_a_model_with_its_card_log_and_figure(small: FrameSets, tmp_path: Path) -> None:
     calls: list[tuple[str, int, int]] = []
     model = train_on(
         TINY,
-        sets,
+        small,
         tmp_path / "tiny",
         work=tmp_path / "work",
         progress=lambda what, done, total, _="": calls.append((what, done, total)),
@@ -91,7 +99,7 @@ def test_a_run_writes_a_model_with_its_card_log_and_figure(sets: FrameSets, tmp_
     assert set(lines[-1]["iou"]) == {"rgb", "depth", "fusion"}
     assert (tmp_path / "work" / "networks" / "log.png").read_bytes().startswith(b"\x89PNG")
     segmenter = Segmenter(model)
-    flight = sets.validation_flight
+    flight = small.validation_flight
     means = [
         np.mean([segmenter.segment(m, *pair).entropy for pair in zip(flight.bgr, flight.depth, strict=True)])
         for m in Modality
@@ -99,14 +107,7 @@ def test_a_run_writes_a_model_with_its_card_log_and_figure(sets: FrameSets, tmp_
     assert means == pytest.approx([means[0]] * 3, abs=2e-3)  # one threshold serves all networks
 
 
-def test_branches_learned_one_by_one_are_merged_as_they_are(sets: FrameSets, tmp_path: Path) -> None:
-    small = FrameSets(
-        sets.train,
-        few(sets.validation),
-        few(sets.validation_flight),
-        few(sets.test),
-        few(sets.test_flight),
-    )
+def test_branches_learned_one_by_one_are_merged_as_they_are(small: FrameSets, tmp_path: Path) -> None:
     work = tmp_path / "work"
     rgb = learn(replace(NARROW, modalities=("rgb",)), small.train, small.validation, work)
     begun: list[str] = []
@@ -141,13 +142,13 @@ def test_the_second_branch_begins_with_the_first_ones_weights(sets: FrameSets, t
 
 @pytest.mark.parametrize("config", [TINY, NARROW], ids=["lite", "reference"])
 def test_a_training_goes_on_where_a_model_was(
-    config: TrainingConfig, sets: FrameSets, tmp_path: Path
+    config: TrainingConfig, small: FrameSets, tmp_path: Path
 ) -> None:
-    start = train_on(config, sets, tmp_path / "start", work=tmp_path / "work")
+    start = train_on(config, small, tmp_path / "start", work=tmp_path / "work")
     still = Schedule(phases=(Phase(1, 2, momentum=1e-9),), learning_rate=0.0)
     unmoved = replace(config, schedule=still, merging=config.merging and still, seed=config.seed + 1)
-    model = train_on(unmoved, sets, tmp_path / "out", work=tmp_path / "on", start=start)
-    frame = sets.test.bgr[0], sets.test.depth[0]
+    model = train_on(unmoved, small, tmp_path / "out", work=tmp_path / "on", start=start)
+    frame = small.test.bgr[0], small.test.depth[0]
     for modality in Modality:
         before, after = (Segmenter(each).logits(modality, *frame) for each in (start, model))
         assert np.abs(after - before).max() < 0.1 * np.abs(before).max()  # rounded to 8 bits twice
@@ -159,9 +160,9 @@ def test_a_training_goes_on_where_a_model_was(
     assert set(origins.values()) == {f"{config.name}, version {start.card.version}"}
 
 
-def test_a_training_does_not_start_from_other_networks(sets: FrameSets, tmp_path: Path) -> None:
+def test_a_training_does_not_start_from_other_networks(small: FrameSets, tmp_path: Path) -> None:
     depth = replace(TINY, modalities=("depth",)).with_steps(1)
-    start = train_on(depth, sets, tmp_path / "start", work=tmp_path / "work")
+    start = train_on(depth, small, tmp_path / "start", work=tmp_path / "work")
     wide = replace(depth, shape=replace(TINY.shape, pyramid=32))
     for config, why in (
         (TINY, "it has no network 'rgb'"),
@@ -189,11 +190,11 @@ def test_a_training_does_not_start_from_a_file_that_is_no_network(tmp_path: Path
     assert not (tmp_path / "out").exists()
 
 
-def test_a_start_from_other_weights_is_another_training(sets: FrameSets, tmp_path: Path) -> None:
+def test_a_start_from_other_weights_is_another_training(small: FrameSets, tmp_path: Path) -> None:
     depth = replace(TINY, modalities=("depth",)).with_steps(1)
-    start = train_on(depth, sets, tmp_path / "start", work=tmp_path / "work")
+    start = train_on(depth, small, tmp_path / "start", work=tmp_path / "work")
     with pytest.raises(InvalidInputError, match="is of another training"):
-        train_on(depth, sets, tmp_path / "out", work=tmp_path / "work", start=start, resume=True)
+        train_on(depth, small, tmp_path / "out", work=tmp_path / "work", start=start, resume=True)
 
 
 def test_the_fusion_of_learned_branches_begins_as_about_their_sum() -> None:
@@ -226,21 +227,21 @@ def test_every_networks_logits_are_shifted_once(config: TrainingConfig) -> None:
 
 
 def test_the_adjustment_takes_a_share_of_the_class_weights_off_the_logits(
-    sets: FrameSets, tmp_path: Path
+    small: FrameSets, tmp_path: Path
 ) -> None:
     config = replace(TINY, modalities=("rgb",), logit_adjustment=0.5)
-    raw = learn(replace(config, logit_adjustment=0), sets.train, sets.validation, tmp_path)
-    adjusted = learn(config, sets.train, sets.validation, tmp_path, resume=True)
-    labels = np.asarray(sets.train.labels[:: max(1, len(sets.train) // 500)])
+    raw = learn(replace(config, logit_adjustment=0), small.train, small.validation, tmp_path)
+    adjusted = learn(config, small.train, small.validation, tmp_path, resume=True)
+    labels = np.asarray(small.train.labels[:: max(1, len(small.train) // 500)])
     expected = -0.5 * np.log(class_weights(labels, config.schedule.class_weight_range))
     bias = "rgb.classifier.conv.bias"
     difference = adjusted.state_dict()[bias] - raw.state_dict()[bias]
     assert difference.reshape(28, 4).numpy() == pytest.approx(np.repeat(expected, 4).reshape(28, 4), abs=1e-6)
 
 
-def test_one_branch_alone_makes_a_model(sets: FrameSets, tmp_path: Path) -> None:
+def test_one_branch_alone_makes_a_model(small: FrameSets, tmp_path: Path) -> None:
     config = replace(TINY, modalities=("depth",))
-    model = train_on(config, sets, tmp_path / "out", work=tmp_path / "work")
+    model = train_on(config, small, tmp_path / "out", work=tmp_path / "work")
     assert list(model.card.networks) == [Modality.DEPTH]
 
 
@@ -248,9 +249,9 @@ def test_one_branch_alone_makes_a_model(sets: FrameSets, tmp_path: Path) -> None
     "config", [TINY, replace(NARROW, modalities=("rgb",)), NARROW], ids=["lite", "reference", "merging"]
 )
 def test_a_resumed_run_learns_what_an_undisturbed_one_learns(
-    config: TrainingConfig, sets: FrameSets, tmp_path: Path
+    config: TrainingConfig, small: FrameSets, tmp_path: Path
 ) -> None:
-    whole = learn(config, sets.train, sets.validation, tmp_path / "whole")
+    whole = learn(config, small.train, small.validation, tmp_path / "whole")
     last = config.stages()[-1].name
 
     def stop(what: str, done: int, _: int, __: str = "") -> None:
@@ -258,8 +259,8 @@ def test_a_resumed_run_learns_what_an_undisturbed_one_learns(
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        learn(config, sets.train, sets.validation, tmp_path / "parts", progress=stop)
-    resumed = learn(config, sets.train, sets.validation, tmp_path / "parts", resume=True)
+        learn(config, small.train, small.validation, tmp_path / "parts", progress=stop)
+    resumed = learn(config, small.train, small.validation, tmp_path / "parts", resume=True)
     for name, value in whole.state_dict().items():
         assert torch.equal(value, resumed.state_dict()[name]), name
     logs = [log_of(tmp_path / run / last) for run in ("whole", "parts")]
@@ -270,35 +271,35 @@ def test_a_resumed_run_learns_what_an_undisturbed_one_learns(
     assert [line["step"] for line in logs[0]] == [2, 4, 6]
 
 
-def test_learning_lowers_the_loss(sets: FrameSets, tmp_path: Path) -> None:
-    learn(TINY.with_steps(30), sets.train, sets.validation, tmp_path)
+def test_learning_lowers_the_loss(small: FrameSets, tmp_path: Path) -> None:
+    learn(TINY.with_steps(30), small.train, small.validation, tmp_path)
     lines = log_of(tmp_path / "networks")
     for name in ("rgb", "depth", "fusion"):
         assert lines[-1][name] < 0.9 * lines[0][name]
 
 
-def test_the_checkpoint_of_another_run_is_refused(sets: FrameSets, tmp_path: Path) -> None:
-    learn(TINY.with_steps(1), sets.train, sets.validation, tmp_path)
+def test_the_checkpoint_of_another_run_is_refused(small: FrameSets, tmp_path: Path) -> None:
+    learn(TINY.with_steps(1), small.train, small.validation, tmp_path)
     with pytest.raises(
         InvalidInputError,
         match=r"is of another training: they differ in --steps \(begun with 1, asked for 6\); choose",
     ):
-        learn(TINY, sets.train, sets.validation, tmp_path, resume=True)
+        learn(TINY, small.train, small.validation, tmp_path, resume=True)
 
 
-def test_a_checkpoint_of_other_frames_is_refused(sets: FrameSets, tmp_path: Path) -> None:
+def test_a_checkpoint_of_other_frames_is_refused(small: FrameSets, tmp_path: Path) -> None:
     config = replace(TINY, modalities=("depth",)).with_steps(1)
-    learn(config, sets.train, sets.validation, tmp_path)
-    brighter = replace(sets.train, bgr=sets.train.bgr + np.uint8(1))
+    learn(config, small.train, small.validation, tmp_path)
+    brighter = replace(small.train, bgr=small.train.bgr + np.uint8(1))
     with pytest.raises(
         InvalidInputError, match=r"is of another training: they differ in --frames \(begun with"
     ):
-        learn(config, brighter, sets.validation, tmp_path, resume=True)
+        learn(config, brighter, small.validation, tmp_path, resume=True)
 
 
-def test_a_damaged_checkpoint_is_named(sets: FrameSets, tmp_path: Path) -> None:
+def test_a_damaged_checkpoint_is_named(small: FrameSets, tmp_path: Path) -> None:
     config = replace(TINY, modalities=("depth",)).with_steps(1)
-    learn(config, sets.train, sets.validation, tmp_path)
+    learn(config, small.train, small.validation, tmp_path)
     checkpoint = tmp_path / "networks" / "checkpoint.pt"
     whole = checkpoint.read_bytes()
     middle = len(whole) // 2
@@ -306,18 +307,18 @@ def test_a_damaged_checkpoint_is_named(sets: FrameSets, tmp_path: Path) -> None:
     for content in (b"", whole[:1000], whole[:-1000], b"PK" + whole[2:5000], flipped):
         checkpoint.write_bytes(content)
         with pytest.raises(DataError, match=r"checkpoint\.pt is damaged: delete it, and train anew\."):
-            learn(config, sets.train, sets.validation, tmp_path, resume=True)
+            learn(config, small.train, small.validation, tmp_path, resume=True)
     torch.save({"modules": {}}, checkpoint)
     with pytest.raises(DataError, match="'config'"):
-        learn(config, sets.train, sets.validation, tmp_path, resume=True)
+        learn(config, small.train, small.validation, tmp_path, resume=True)
 
 
-def test_a_training_is_not_begun_where_there_is_one(sets: FrameSets, tmp_path: Path) -> None:
+def test_a_training_is_not_begun_where_there_is_one(small: FrameSets, tmp_path: Path) -> None:
     config = replace(TINY, modalities=("depth",))
-    learn(config, sets.train, sets.validation, tmp_path)
+    learn(config, small.train, small.validation, tmp_path)
     log = (tmp_path / "networks" / "log.jsonl").read_text(encoding="utf-8")
     with pytest.raises(InvalidInputError, match="holds a training already: go on with it"):
-        learn(config, sets.train, sets.validation, tmp_path)
+        learn(config, small.train, small.validation, tmp_path)
     assert (tmp_path / "networks" / "log.jsonl").read_text(encoding="utf-8") == log
 
 
@@ -352,20 +353,20 @@ def test_a_training_that_diverges_ends(sets: FrameSets, tmp_path: Path) -> None:
         b'{"step": 1, "seconds": 1, "depth": 1, "more": 1}\n{"step": 1, "seconds": 1, "depth": 1}',
     ],
 )
-def test_a_damaged_log_is_named(line: bytes, sets: FrameSets, tmp_path: Path) -> None:
+def test_a_damaged_log_is_named(line: bytes, small: FrameSets, tmp_path: Path) -> None:
     config = replace(TINY, modalities=("depth",)).with_steps(1)
-    learn(config, sets.train, sets.validation, tmp_path)
+    learn(config, small.train, small.validation, tmp_path)
     (tmp_path / "networks" / "log.jsonl").write_bytes(line + b"\n")
     with pytest.raises(DataError, match=r"log\.jsonl is damaged"):
-        learn(config, sets.train, sets.validation, tmp_path, resume=True)
+        learn(config, small.train, small.validation, tmp_path, resume=True)
 
 
-def test_a_line_of_the_log_that_was_being_written_is_dropped(sets: FrameSets, tmp_path: Path) -> None:
-    learn(TINY, sets.train, sets.validation, tmp_path)
+def test_a_line_of_the_log_that_was_being_written_is_dropped(small: FrameSets, tmp_path: Path) -> None:
+    learn(TINY, small.train, small.validation, tmp_path)
     log = tmp_path / "networks" / "log.jsonl"
     whole = log.read_text(encoding="utf-8")
     log.write_text(f'{whole}{{"step": 7, "rgb', encoding="utf-8")
-    learn(TINY, sets.train, sets.validation, tmp_path, resume=True)
+    learn(TINY, small.train, small.validation, tmp_path, resume=True)
     assert log.read_text(encoding="utf-8") == whole
 
 

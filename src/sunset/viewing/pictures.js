@@ -157,7 +157,7 @@ class PanelView {
     }
     if (this.panel.kind === "given") {
       const only = this.panel.pictures[frame] >= 0 ? "colour only" : "depth only";
-      this.state.textContent = bitmaps.length > 1 ? "colour + depth" : only;
+      this.state.textContent = bitmaps.length > 1 ? "with depth" : only;
     }
   }
 

@@ -129,7 +129,7 @@ class _Album:
     def size(self, shrink: float = 1.0) -> tuple[int, int]:
         """Return height and width of the pictures as they are stored."""
         height, width = self.original or (1, 1)
-        scale = min(self._settings.scale, _WIDEST / width) * shrink
+        scale = self._settings.scale * shrink
         return max(round(height * scale), 1), max(round(width * scale), 1)
 
     def add(self, image: StoredImage) -> int:
@@ -234,25 +234,26 @@ def make_pictures(
     frames = sum(source.frames for source in sources)
     settings = _first_settings(sources, frames, budget)
     with ThreadPoolExecutor(processors()) as pool:
-        for every in (_SAMPLED, 1):
+        album = _Album(settings, pool)
+        for every in (_SAMPLED, 1):  # an album that will do keeps what was sampled
             while True:
-                album = _Album(settings, pool)
                 told = None if every > 1 else progress
                 placed = [list(_placed(source, album, every, told)) for source in sources]
-                plain, lossy = (
-                    round(size * every * (_SURPLUS if every > 1 else 1)) for size in album.sizes()
-                )
+                surplus = _SURPLUS if every > 1 else 1
+                plain, lossy = (round(size * every * surplus) for size in album.sizes())
                 if plain + lossy <= budget:
                     break
                 settings = settings.reduced(plain, lossy, budget)
+                album = _Album(settings, pool)
         return album.view(), placed
 
 
 def _first_settings(sources: Sequence[Source], frames: int, budget: int) -> _Settings:
     """Return settings that may do, by the number of pixels."""
     first = next((image for source in sources for image in source.images()), None)
-    pixels = first.pixels.shape[0] * first.pixels.shape[1] if first else 1
-    return _Settings(min(1.0, 1.5 * sqrt(budget / (_BYTES_PER_PIXEL * pixels * max(frames, 1)))))
+    height, width = first.pixels.shape[:2] if first else (1, 1)
+    in_all = _BYTES_PER_PIXEL * height * width * max(frames, 1)
+    return _Settings(min(1.0, _WIDEST / width, 1.5 * sqrt(budget / in_all)))
 
 
 def _placed(source: Source, album: _Album, every: int, progress: Progress | None) -> Iterator[Placed]:

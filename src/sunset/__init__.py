@@ -24,6 +24,7 @@ __all__ = [
     "calibrate_model",
     "check_manager",
     "fault_figure",
+    "fault_picture",
     "import_model",
     "list_faults",
     "list_managers",
@@ -41,6 +42,7 @@ __all__ = [
     "run",
     "train_model",
     "view",
+    "write_site",
 ]
 
 __version__ = "0.1.0"

@@ -7,6 +7,7 @@ from sunset.api import bench as bench
 from sunset.api import calibrate_model as calibrate_model
 from sunset.api import check_manager as check_manager
 from sunset.api import fault_figure as fault_figure
+from sunset.api import fault_picture as fault_picture
 from sunset.api import import_model as import_model
 from sunset.api import list_faults as list_faults
 from sunset.api import list_managers as list_managers
@@ -24,6 +25,7 @@ from sunset.api import report as report
 from sunset.api import run as run
 from sunset.api import train_model as train_model
 from sunset.api import view as view
+from sunset.api import write_site as write_site
 from sunset.data import FlightPlan as FlightPlan
 from sunset.errors import SunsetError as SunsetError
 from sunset.managing import ManagingSystem as ManagingSystem
@@ -44,6 +46,7 @@ __all__ = [
     "calibrate_model",
     "check_manager",
     "fault_figure",
+    "fault_picture",
     "import_model",
     "list_faults",
     "list_managers",
@@ -61,6 +64,7 @@ __all__ = [
     "run",
     "train_model",
     "view",
+    "write_site",
 ]
 
 __version__: str

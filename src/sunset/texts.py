@@ -4,7 +4,7 @@ import csv
 import difflib
 import io
 import reprlib
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 
 def printable(text: str) -> str:
@@ -55,6 +55,16 @@ def counted(number: int, noun: str) -> str:
     ('1 run', '2 runs')
     """
     return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
+
+
+def listed(names: Sequence[str]) -> str:
+    """Return at least one name, as a sentence lists them.
+
+    >>> listed(["F1"]), listed(["F1", "F2", "F3"])
+    ('F1', 'F1, F2 and F3')
+    """
+    *others, last = names
+    return f"{', '.join(others)} and {last}" if others else last
 
 
 def shown(value: object) -> str:

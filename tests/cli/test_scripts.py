@@ -15,6 +15,7 @@ SCRIPTS = Path(__file__).parents[2] / "scripts"
         ("count_episodes", ["nowhere"], "name the one that 'sunset bench --out' wrote."),
         ("count_episodes", ["."], "no folder with a run.json in it."),
         ("published_figures", ["nowhere"], "name the one that 'sunset bench --out' wrote."),
+        ("draw_pictures", ["fog"], "depth_degradation, autofocus_needed"),
     ],
 )
 def test_a_bad_argument(script: str, arguments: list[str], words: str, tmp_path: Path) -> None:

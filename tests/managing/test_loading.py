@@ -14,6 +14,7 @@ from sunset.managing import (
     Baseline,
     ManagingSystem,
     NoAdaptation,
+    Reactive,
     checksum,
     load_manager,
     manager_sources,
@@ -62,14 +63,14 @@ def test_a_label_that_is_none_is_refused(label: str) -> None:
         split_label(f"{label}=mine.py:Mine")
 
 
-@pytest.mark.parametrize("label", ["none", "baseline", "external"])
+@pytest.mark.parametrize("label", ["none", "baseline", "reactive", "external"])
 def test_nobody_goes_by_the_name_of_a_shipped_one(label: str) -> None:
     with pytest.raises(ManagerError, match=f"'{label}' is the name of a managing system that comes with"):
         split_label(f"{label}=mine.py:Mine")
 
 
 def test_the_registered_ones_are_found_by_name() -> None:
-    assert dict(MANAGERS) == {"none": NoAdaptation, "baseline": Baseline}
+    assert dict(MANAGERS) == {"none": NoAdaptation, "baseline": Baseline, "reactive": Reactive}
     assert load_manager("none") is NoAdaptation
     assert load_manager("baseline") is Baseline
 
@@ -199,7 +200,7 @@ def test_a_name_that_no_record_can_hold_is_refused(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("spec", ["basline", "", ":", "Mine:", ":Mine"])
 def test_an_unknown_name_is_answered_with_the_known_ones(spec: str) -> None:
-    with pytest.raises(ManagerError, match="name none, baseline, or your own as module:Class"):
+    with pytest.raises(ManagerError, match="name none, baseline, reactive, or your own as module:Class"):
         load_manager(spec)
 
 

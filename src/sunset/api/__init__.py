@@ -14,8 +14,10 @@ from sunset.api.catalogue import (
     render_flight,
 )
 from sunset.api.options import Manager, Options
+from sunset.api.pictures import fault_picture
 from sunset.api.results import Results
 from sunset.api.running import agree, bench, check_manager, load, make_scenario, report, run
+from sunset.api.site import write_site
 from sunset.api.training import import_model, train_model
 from sunset.api.viewing import Run, view
 from sunset.perception import load_model
@@ -32,6 +34,7 @@ __all__ = [
     "calibrate_model",
     "check_manager",
     "fault_figure",
+    "fault_picture",
     "import_model",
     "list_faults",
     "list_managers",
@@ -49,4 +52,5 @@ __all__ = [
     "run",
     "train_model",
     "view",
+    "write_site",
 ]

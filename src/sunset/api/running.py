@@ -27,7 +27,7 @@ from sunset.api.results import Results
 from sunset.api.viewing import Run
 from sunset.errors import InvalidInputError, ManagerError, RecordError
 from sunset.evaluation import Agreement, compare, load_results, render_report
-from sunset.experiments import DEFAULT_SCENARIO, BenchSpec, ManagerCheck, RunSpec, Settings
+from sunset.experiments import CHECK_SCENARIO, DEFAULT_SCENARIO, BenchSpec, ManagerCheck, RunSpec, Settings
 from sunset.recording import RUN_FILE, read_stored_run
 from sunset.rmw.backends import LIVE, SIMULATED, live_middleware
 from sunset.scenarios import Scenario, generate
@@ -169,7 +169,7 @@ def report(
 
 def check_manager(
     manager: Manager,
-    scenario: _Scenario = DEFAULT_SCENARIO,
+    scenario: _Scenario = CHECK_SCENARIO,
     *,
     seed: int = 1,
     progress: Progress | None = None,

@@ -6,7 +6,8 @@ import sys
 from pathlib import Path
 
 from sunset.api.catalogue import draw_fault_figure
-from sunset.cli._options import add_run_options, run_settings
+from sunset.api.pictures import OUTAGE_S, draw_fault_picture
+from sunset.cli._options import add_model_options, add_run_options, run_settings
 from sunset.cli._progress import progress_bar, rendering_progress
 from sunset.evaluation import check_figure
 from sunset.experiments import RunSpec, prepare
@@ -29,7 +30,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     showing = actions.add_parser("show", help="show one fault and what cures it")
     showing.add_argument("fault", help="its name")
     showing.add_argument("--json", action="store_true", help="print one JSON object")
-    showing.set_defaults(execute=show)
+    showing.add_argument(
+        "--figure",
+        type=Path,
+        metavar="FILE",
+        help="draw what it does and what its cure does into a .png, .pdf or .svg: on a frame, or an outage over time",
+    )
+    showing.add_argument(
+        "--frame",
+        type=int,
+        metavar="N",
+        help="of the figure: which frame of the flight, from 0 on (default: the one in its middle)",
+    )
+    add_model_options(showing)
+    showing.set_defaults(execute=show, duration=OUTAGE_S)
     drawing = actions.add_parser(
         "figure",
         help="draw the segmentation's entropy over time, with and without each fault that shows in it",
@@ -64,8 +78,19 @@ def list_faults(arguments: argparse.Namespace) -> None:
 
 
 def show(arguments: argparse.Namespace) -> None:
-    """Print one fault."""
+    """Print one fault, and draw it if that is wanted."""
     fault = get_fault(arguments.fault)
+    if arguments.figure is not None:
+        settings = run_settings(arguments)
+        check_figure(arguments.figure)
+        with rendering_progress() as progress:
+            prepare(
+                RunSpec(scenario=load_scenario(fault.name), manager="none", settings=settings),
+                progress=progress,
+            )
+        with progress_bar("Drawing"):
+            draw_fault_picture(fault.name, arguments.figure, settings, arguments.frame)
+        print(f"The figure is in {arguments.figure}.", file=sys.stderr)
     if arguments.json:
         print(json.dumps(_described(fault), sort_keys=True))
         return

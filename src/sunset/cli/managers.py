@@ -7,7 +7,7 @@ from contextlib import redirect_stdout
 
 from sunset.cli._options import add_run_options, run_spec
 from sunset.cli._progress import progress_bar, rendering_progress
-from sunset.experiments import DEFAULT_SCENARIO, check_manager, manager_checksum, prepare
+from sunset.experiments import CHECK_SCENARIO, check_manager, manager_checksum, prepare
 from sunset.managing import MANAGERS
 
 
@@ -25,7 +25,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "where sets have another order.",
     )
     checking.add_argument("manager", help="NAME, FILE.py:CLASS or MODULE:CLASS")
-    checking.add_argument("--scenario", default=DEFAULT_SCENARIO, help="what it is run in")
+    checking.add_argument("--scenario", default=CHECK_SCENARIO, help="what it is run in")
     checking.add_argument("--seed", type=int, default=1, metavar="N")
     add_run_options(checking)
     checking.set_defaults(execute=check)

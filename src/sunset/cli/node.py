@@ -15,7 +15,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     names = node_names()
     parser.add_argument("node", choices=names, metavar="NAME", help=f"one of {', '.join(names)}")
     parser.add_argument(
-        "--manager", metavar="SPEC", help=f"which managing system {MANAGER} is: none, baseline, or your own"
+        "--manager",
+        metavar="SPEC",
+        help=f"which managing system {MANAGER} is: none, baseline, reactive, or your own",
     )
     add_network_options(parser)
     parser.add_argument(

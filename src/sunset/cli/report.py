@@ -4,8 +4,10 @@ import argparse
 import sys
 from pathlib import Path
 
+from sunset.api.site import write_site
 from sunset.cli._options import add_format_options
 from sunset.cli._progress import progress_bar
+from sunset.errors import InvalidInputError
 from sunset.evaluation import FORMATS, RUNS_FORMATS, render_report, render_runs
 from sunset.experiments import count_runs
 from sunset.recording import RUN_FILE, read_stored_run
@@ -30,6 +32,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         f"(default: {RUNS_FORMATS[0]})",
     )
     parser.add_argument(
+        "--site",
+        type=Path,
+        metavar="DIR",
+        help="write a new folder to publish: the table, and a page for each run",
+    )
+    parser.add_argument(
         "--recompute",
         action="store_true",
         help="compute every metric from the recorded messages again instead of reading the stored ones",
@@ -39,7 +47,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def execute(arguments: argparse.Namespace) -> None:
     """Print the report."""
     folder, form, again = arguments.folder, arguments.format, arguments.recompute
-    if arguments.runs:
+    if arguments.site is not None:
+        if form or again or arguments.runs:
+            raise InvalidInputError(
+                "A site has a format of its own: leave out --format, --json, --runs and --recompute."
+            )
+        with progress_bar("Writing pages") as progress:
+            page = write_site(folder, arguments.site, progress=progress)
+        print(f"The site begins with {page}.", file=sys.stderr)
+    elif arguments.runs:
         with progress_bar("Reading runs") as progress:
             text = render_runs(
                 folder, form or RUNS_FORMATS[0], recompute=again, progress=progress if again else None

@@ -2,6 +2,7 @@
 
 import argparse
 import json
+import shlex
 import sys
 import tempfile
 from contextlib import redirect_stdout
@@ -9,7 +10,8 @@ from pathlib import Path
 
 from sunset.cli._options import add_images_option, add_middleware_options, add_run_options, run_spec
 from sunset.cli._progress import progress_bar, rendering_progress
-from sunset.experiments import DEFAULT_SCENARIO, prepare, run
+from sunset.errors import OutputError
+from sunset.experiments import DEFAULT_SCENARIO, keep_last_run, prepare, run
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -28,12 +30,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--manager",
         default="baseline",
         metavar="[LABEL=]NAME|FILE.py:CLASS|MODULE:CLASS",
-        help="the managing system: none, baseline, or your own; live, also external: one that you start yourself",
+        help="the managing system: none, baseline, reactive, or your own; live, also external, which you start",
     )
     parser.add_argument("--seed", type=int, default=1, metavar="N", help="a whole number from 0 on")
     add_run_options(parser)
     add_middleware_options(parser)
-    parser.add_argument("--out", type=Path, metavar="DIR", help="keep the record in this new folder")
+    parser.add_argument(
+        "--out",
+        type=Path,
+        metavar="DIR",
+        help="keep the record in this new folder, and not only until the next run",
+    )
     add_images_option(parser)
     parser.add_argument(
         "--json", action="store_true", help="print one JSON object on stdout and nothing else"
@@ -54,7 +61,34 @@ def execute(arguments: argparse.Namespace) -> None:
             print(json.dumps(result.summary(), sort_keys=True))
             return
         result.print_story()
-    if arguments.out is None:
-        print("The record was not kept; '--out DIR' keeps it.", file=sys.stderr)
-    else:
-        print(f"The record is in {arguments.out}.", file=sys.stderr)
+        if arguments.out is None:
+            view = _keep(folder)
+        else:
+            view = f"sunset view {shlex.quote(str(folder))}"
+            print(f"The record is in {folder}.", file=sys.stderr)
+    if arguments.scenario == DEFAULT_SCENARIO:
+        print(_next_steps(arguments, view), file=sys.stderr)
+
+
+def _keep(folder: Path) -> str:
+    """Keep the record until the next run, and return the command that shows it; empty where it cannot be kept."""
+    try:
+        record = keep_last_run(folder)
+    except OutputError as error:  # what the run is for has been printed
+        print(error, file=sys.stderr)
+        return ""
+    print(f"The record is in {record} until the next run; '--out DIR' keeps it.", file=sys.stderr)
+    return "sunset view"
+
+
+def _next_steps(arguments: argparse.Namespace, view: str) -> str:
+    """Return what a newcomer may do after the default scenario."""
+    steps = [(view, "look at this run, frame by frame")] if view else []
+    if arguments.manager in {"none", "baseline"}:
+        better = "sunset run --manager reactive" + (
+            f" --seed {arguments.seed}" if arguments.seed != 1 else ""
+        )
+        steps.append((better, "the same faults, and a managing system that looks for their causes"))
+    steps.append(("sunset faults list", "what else can go wrong, and what cures it"))
+    width = max(len(command) for command, _ in steps)
+    return "\n".join(["Next:", *(f"  {command:{width}}  {text}" for command, text in steps)])

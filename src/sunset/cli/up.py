@@ -35,7 +35,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--manager",
         default=EXTERNAL,
         metavar="NAME|FILE.py:CLASS|MODULE:CLASS",
-        help="the managing system: none, baseline, or your own (default: you start one yourself, or there is none)",
+        help="the managing system: none, baseline, reactive, or your own (default: one that you start, or none)",
     )
     add_rate_option(parser, "seconds of /clock in a second")
     parser.add_argument(

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from sunset.api.viewing import view
 from sunset.cli._progress import stages_progress
+from sunset.experiments import last_run
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -15,7 +16,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "and figures over time; and open it. It loads nothing, so that it can be sent around. A record without images "
         "is run again for them, in the simulation."
     )
-    parser.add_argument("folder", type=Path, metavar="RUN", help="what 'sunset run --out' wrote")
+    parser.add_argument(
+        "folder",
+        type=Path,
+        nargs="?",
+        metavar="RUN",
+        help="what 'sunset run --out' wrote (default: the last run that was given no folder)",
+    )
     parser.add_argument(
         "other",
         type=Path,
@@ -42,7 +49,7 @@ def execute(arguments: argparse.Namespace) -> None:
     """Write the page, and open it."""
     with stages_progress() as stage:
         file = view(
-            arguments.folder,
+            arguments.folder or last_run(),
             arguments.other,
             out=arguments.out,
             show=arguments.show,

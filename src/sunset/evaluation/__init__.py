@@ -3,11 +3,13 @@
 from sunset.evaluation.agreement import Agreement, Comparison, LeftOut, Pair, compare
 from sunset.evaluation.agreement_report import AGREEMENT_FORMATS, format_agreement
 from sunset.evaluation.estimates import METHOD, Estimate, estimate
-from sunset.evaluation.figures import check_figure, entropy_figure
+from sunset.evaluation.figures import check_figure, entropy_figure, save_figure
+from sunset.evaluation.outage_figure import outage_figure
 from sunset.evaluation.paired import Difference, PairedComparison, compare_managers
 from sunset.evaluation.report import FORMATS, format_report, render_report
 from sunset.evaluation.results import FIGURES, Flight, RunRow, load_results, recompute
 from sunset.evaluation.runs import RUNS_FORMATS, render_runs, run_fields
+from sunset.evaluation.site import index_page
 from sunset.evaluation.summary import PUBLISHED, PUBLISHED_SOURCE, SystemRow, summarise
 
 __all__ = [
@@ -35,10 +37,13 @@ __all__ = [
     "estimate",
     "format_agreement",
     "format_report",
+    "index_page",
     "load_results",
+    "outage_figure",
     "recompute",
     "render_report",
     "render_runs",
     "run_fields",
+    "save_figure",
     "summarise",
 ]

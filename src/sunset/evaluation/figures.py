@@ -2,6 +2,7 @@
 
 import importlib.util
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -14,6 +15,7 @@ from sunset.system import WINDOW, MovingMean
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 SUFFIXES: Final = (".pdf", ".png", ".svg")
 
@@ -39,8 +41,6 @@ _PRINT: Final = {
     "xtick.major.width": 0.6,
     "ytick.major.width": 0.6,
     "lines.linewidth": 1.2,
-    "svg.hashsalt": "sunset",
-    "pdf.fonttype": 42,
 }
 
 
@@ -117,15 +117,35 @@ def _draw(series: Mapping[str, Samples], threshold: float, path: Path, iou: Mapp
             frameon=False,
             handlelength=2.2,
         )
-        try:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            # without what would make two drawings of the same data differ
-            dates = {".pdf": {"CreationDate": None}, ".svg": {"Date": None}}
-            figure.savefig(path, metadata=dates.get(path.suffix.lower(), {}))
-        except OSError as error:
-            raise OutputError(
-                f"The figure {path} cannot be written: {error.strerror}; name another file."
-            ) from error
+        save_figure(figure, path)
+
+
+def save_figure(figure: "Figure", path: Path) -> None:
+    """Write a figure, all of it or nothing, and the same bytes for the same drawing; its folder is made.
+
+    Args:
+        figure: of matplotlib.
+        path: a `.pdf`, `.png` or `.svg`, which is replaced.
+
+    Raises:
+        OutputError: the file cannot be written.
+    """
+    from matplotlib import rc_context  # noqa: PLC0415  an optional extra
+
+    suffix = path.suffix.lower()
+    varying = {".pdf": "CreationDate", ".png": "Software", ".svg": "Date"}[suffix]
+    draft = path.with_name(f".{path.name}.part")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with rc_context({"svg.hashsalt": "sunset", "pdf.fonttype": 42}):
+            figure.savefig(draft, format=suffix[1:], metadata={varying: None})
+        draft.replace(path)
+    except OSError as error:
+        with suppress(OSError):
+            draft.unlink()
+        raise OutputError(
+            f"The figure {path} cannot be written: {error.strerror}; name another file."
+        ) from error
 
 
 def _panel(

@@ -3,12 +3,14 @@
 from sunset.experiments.again import run_again
 from sunset.experiments.bench import BenchSpec, bench, count_runs, plan, run_folder
 from sunset.experiments.checking import ManagerCheck, check_manager
+from sunset.experiments.last import keep_last_run, last_run
 from sunset.experiments.manager import manager_checksum
 from sunset.experiments.resources import prepare
 from sunset.experiments.run import run
-from sunset.experiments.spec import DEFAULT_SCENARIO, MIDDLEWARES, RunSpec, Settings, Timing
+from sunset.experiments.spec import CHECK_SCENARIO, DEFAULT_SCENARIO, MIDDLEWARES, RunSpec, Settings, Timing
 
 __all__ = [
+    "CHECK_SCENARIO",
     "DEFAULT_SCENARIO",
     "MIDDLEWARES",
     "BenchSpec",
@@ -19,6 +21,8 @@ __all__ = [
     "bench",
     "check_manager",
     "count_runs",
+    "keep_last_run",
+    "last_run",
     "manager_checksum",
     "plan",
     "prepare",

@@ -26,8 +26,14 @@ _LONGEST_LIMIT_S: Final = 1_000_000
 _DURATIONS_S: Final = (1, 3600)
 """From the second without messages that makes an outage, to what a record's messages fit in memory."""
 
-DEFAULT_SCENARIO: Final = "paper/cuda_out_of_memory+image_shift+autofocus_needed"
-"""What is run where no scenario is named: three failures at once, of which the baseline repairs two."""
+DEFAULT_SCENARIO: Final = "camera_driver_issue+image_degradation"
+"""What is run where no scenario is named: an outage with its ripples, and a degradation that looks like three others.
+
+The baseline repairs the one at a high price and guesses wrong about the other. `reactive` cures both.
+"""
+
+CHECK_SCENARIO: Final = "paper/cuda_out_of_memory+image_shift+autofocus_needed"
+"""What a managing system is checked in: an outage and two degradations, each with another symptom."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,4 +1,4 @@
-"""Managing systems: the base class to write one, what it sees, and the two that come with SUNSET."""
+"""Managing systems: the base class to write one, what it sees, and those that come with SUNSET."""
 
 from sunset.managing.base import ManagingSystem
 from sunset.managing.baseline import Baseline
@@ -12,6 +12,7 @@ from sunset.managing.loading import (
     split_label,
 )
 from sunset.managing.none import NoAdaptation
+from sunset.managing.reactive import Reactive
 from sunset.managing.symptoms import FloatOrNaN, Symptoms
 
 __all__ = [
@@ -20,6 +21,7 @@ __all__ = [
     "FloatOrNaN",
     "ManagingSystem",
     "NoAdaptation",
+    "Reactive",
     "Symptoms",
     "checksum",
     "is_registered",

@@ -16,12 +16,13 @@ from sunset.errors import ManagerError
 from sunset.managing.base import ManagingSystem
 from sunset.managing.baseline import Baseline
 from sunset.managing.none import NoAdaptation
+from sunset.managing.reactive import Reactive
 from sunset.managing.symptoms import Symptoms
 from sunset.source_files import class_texts, functions_of, import_file, import_from, is_edited
 from sunset.texts import suggestion
 
 MANAGERS: Final[Mapping[str, type[ManagingSystem]]] = MappingProxyType(
-    {"none": NoAdaptation, "baseline": Baseline}
+    {"none": NoAdaptation, "baseline": Baseline, "reactive": Reactive}
 )
 """The managing systems that come with SUNSET, by name."""
 

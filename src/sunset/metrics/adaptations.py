@@ -46,10 +46,16 @@ class ExecutedAdaptation:
 
     def __str__(self) -> str:
         """Return it in words, such as `set sensor_fusion.modality to 1` or `restart camera`."""
+        first, *others = self.steps
+        return " and ".join([first, *(step.removeprefix("set ") for step in others)])
+
+    @property
+    def steps(self) -> tuple[str, ...]:
+        """In words, each of the parameters that it sets at once; or all that it does."""
         if not self.parameters:
-            return f"{self.kind} {self.node}"
+            return (f"{self.kind} {self.node}",)
         pairs = zip(self.parameters, self.values, strict=True)
-        return "set " + " and ".join(f"{self.node}.{name} to {value}" for name, value in pairs)
+        return tuple(f"set {self.node}.{name} to {value}" for name, value in pairs)
 
 
 def affects(node: str, failure: str) -> bool:

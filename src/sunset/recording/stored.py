@@ -8,6 +8,7 @@ from typing import IO, TYPE_CHECKING
 from sunset.dataframes import data_frame
 from sunset.errors import RecordError
 from sunset.metrics import Episode, ExecutedAdaptation, RunMetrics, Samples, Timeline, score
+from sunset.recording.causes import Cause, causes_of
 from sunset.recording.logs import ROSOUT, LogLine, log_of
 from sunset.recording.reader import check_extensions, read_messages, timeline_of
 from sunset.recording.schema import RUN_FILE, RunRecord, differing_figures, read_run, stored_figures
@@ -30,6 +31,7 @@ class StoredRun:
         log: what all nodes logged, in order of time.
         differing: the names of the metrics that are stored otherwise than they were computed.
         events: what happened, in words and in order of time.
+        causes: the faults, with what they showed as and whether they were cured.
     """
 
     folder: Path
@@ -39,10 +41,12 @@ class StoredRun:
     log: tuple[LogLine, ...]
     differing: tuple[str, ...] = ()
     events: tuple[Event, ...] = field(init=False)
+    causes: tuple[Cause, ...] = field(init=False)
 
     def __post_init__(self) -> None:
         """Put it in words now, as long as the managed system has the extensions of the run."""
         object.__setattr__(self, "events", events_of(self.timeline, self.metrics, self.log))
+        object.__setattr__(self, "causes", causes_of(self.timeline.injections, self.metrics))
 
     def __str__(self) -> str:
         """Return the time line that `sunset report` prints."""
@@ -60,7 +64,7 @@ class StoredRun:
 
     def print_story(self, file: IO[str] | None = None) -> None:
         """Print the time line on stdout, in colours on a terminal; or as plain text into a file."""
-        print_story(self.record, self.events, self.metrics, self.differing, file=file)
+        print_story(self.record, self.events, self.causes, self.metrics, self.differing, file=file)
 
     @property
     def digest(self) -> str:

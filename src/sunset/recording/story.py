@@ -8,6 +8,7 @@ from rich.table import Table
 from rich.text import Text
 
 from sunset.metrics import Episode, RunMetrics, Timeline
+from sunset.recording.causes import Cause
 from sunset.recording.logs import LogLine
 from sunset.recording.schema import RunRecord
 from sunset.system import current_system
@@ -34,6 +35,7 @@ _UNBOUNDED: Final = 100_000
 def print_story(
     run: RunRecord,
     events: Sequence[Event],
+    causes: Sequence[Cause],
     metrics: RunMetrics,
     differing: Sequence[str],
     *,
@@ -69,6 +71,8 @@ def print_story(
         table.add_row(f"{time:6.2f} s", Text(kind, style=_STYLES[kind]), text)
     console.print_table(table)
     console.print()
+    if causes:
+        _print_causes(console, causes)
     figures = Table(box=None, padding=(0, 1), show_header=False)
     for name, value, remark in figures_of(metrics):
         figures.add_row(name, Text(value, style="bold"), Text(remark, style="dim"))
@@ -80,6 +84,19 @@ def print_story(
         )
     if not run.valid:
         console.print(f"\nThis run does not count: {shorten(run.reason)}.", style="bold red")
+
+
+def _print_causes(console: "_Console", causes: Sequence[Cause]) -> None:
+    """Print what the time line does not say: which fault a symptom came from, and what cures it."""
+    console.print(" what the managing system could not know", style="bold")
+    table = Table(box=None, padding=(0, 1), show_header=False)
+    for cause in causes:
+        table.add_row(Text(cause.fault, style=_STYLES["fault"]), "showed as", cause.showed_as)
+        if cause.looks_like:
+            table.add_row("", "looks like", cause.looks_like)
+        table.add_row("", "cured by", cause.cured_by)
+    console.print_table(table)
+    console.print()
 
 
 def _stated_once(events: Iterable[Event]) -> list[Event]:

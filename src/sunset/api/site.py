@@ -1,0 +1,84 @@
+"""A folder to publish: the table of stored runs, and a page that replays each."""
+
+import shutil
+from functools import partial
+from pathlib import Path
+from typing import Final
+from urllib.parse import quote
+
+from sunset.api.options import Extensions, as_path, check_progress, extended
+from sunset.errors import OutputError
+from sunset.evaluation import index_page, load_results
+from sunset.recording import IMAGES_FILE, read_images, read_stored_run
+from sunset.viewing import Viewed, write_page
+from sunset.workers import Progress
+
+_NO_IMAGES: Final = (
+    "The record has no images, so that there are no pictures; 'sunset view' of the record shows them, and runs that "
+    "are made with --images have them."
+)
+
+
+def write_site(
+    path: str | Path,
+    out: str | Path,
+    *,
+    progress: Progress | None = None,
+    extensions: Extensions = (),
+) -> Path:
+    """Write a folder with the report of stored runs and a page for each run, as `sunset report --site` does.
+
+    Nothing in it needs another file or the network, so that it can be published as it is. Pictures are in the pages of
+    runs whose records have images.
+
+    Args:
+        path: what `run` or `bench`, or the command line, has written.
+        out: the folder, which must not exist, or be empty.
+        progress: called with (pages that are written, pages in all).
+        extensions: those of the managed system that the runs were made with.
+
+    Returns:
+        The first page, `index.html` in the folder.
+
+    Raises:
+        RecordError: there is no such folder, no run in it, or one is damaged or of another version.
+        OutputError: the folder cannot be written, or is not empty.
+    """
+    check_progress(progress)
+    folder, site = as_path(path, "folder of stored runs"), as_path(out, "folder of the site").absolute()
+    with extended(extensions):
+        runs = load_results(folder)
+        pages = {run.folder: _page(run.folder, folder) for run in runs if not run.failed}
+        partial_site = site.with_name(f".{site.name}.partial")
+        try:
+            if site.exists() and (not site.is_dir() or any(site.iterdir())):
+                raise OutputError(f"The site {out} exists already; remove it or name another folder.")
+            shutil.rmtree(partial_site, ignore_errors=True)
+            partial_site.mkdir(parents=True)
+            for done, (place, page) in enumerate(pages.items()):
+                if progress is not None:
+                    progress(done, len(pages))
+                _write_run(place, partial_site / page)
+            links = {place: quote(page) for place, page in pages.items()}
+            (partial_site / "index.html").write_text(index_page(runs, links), encoding="utf-8")
+            partial_site.rename(site)
+        except OSError as error:
+            raise OutputError(
+                f"The site {out} cannot be written: {error.strerror}; free some space or name another folder."
+            ) from error
+        finally:
+            shutil.rmtree(partial_site, ignore_errors=True)
+    if progress is not None:
+        progress(len(pages), len(pages))
+    return Path(out) / "index.html"
+
+
+def _page(place: Path, folder: Path) -> str:
+    """Return the page of the run in a place below a folder, relative to the site."""
+    inside = place.relative_to(folder).as_posix()
+    return "run.html" if inside == "." else f"{inside}.html"
+
+
+def _write_run(place: Path, page: Path) -> None:
+    images = partial(read_images, place) if (place / IMAGES_FILE).is_file() else None
+    write_page([Viewed(read_stored_run(place), images, "" if images else _NO_IMAGES)], page)

@@ -1,0 +1,88 @@
+"""A figure of an outage: which topics fall silent, which only by ripple, and what brings them back."""
+
+from collections.abc import Sequence
+from itertools import pairwise
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from sunset.evaluation.figures import check_figure, save_figure
+from sunset.metrics import ExecutedAdaptation, Timeline
+from sunset.names import base_name
+from sunset.system import current_system, full_name
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+_SENT: Final = "#0072B2"  # Okabe and Ito's colours
+_SILENT: Final = "#D55E00"
+_DONE: Final = "#000000"
+_BEFORE_S: Final = 1.0
+_GAP_PERIODS: Final = 3
+"""A longer time between two messages is drawn as a silence, in periods of the flight."""
+_LINE: Final = 0.28
+"""Height of a line of text; 1 is from topic to topic."""
+
+
+def outage_figure(
+    timeline: Timeline, executed: Sequence[ExecutedAdaptation], path: Path, *, title: str = ""
+) -> None:
+    """Draw each message on the topics whose silence is a failure, and the adaptations, from 1 s before the injection.
+
+    Args:
+        timeline: of a run.
+        executed: its adaptations.
+        path: a `.pdf`, `.png` or `.svg`, which is replaced; its folder is made.
+        title: above the figure.
+
+    Raises:
+        MissingExtraError: matplotlib is not installed.
+        InvalidInputError: the path has another suffix.
+        OutputError: the file cannot be written.
+    """
+    check_figure(path)
+    from matplotlib import rc_context  # noqa: PLC0415  an optional extra
+    from matplotlib.figure import Figure  # noqa: PLC0415  an optional extra
+
+    with rc_context({"font.size": 8}):
+        figure = Figure(figsize=(7.2, 2.5), dpi=140, layout="constrained")
+        axes = figure.subplots()
+        _fill(axes, timeline, executed)
+        figure.suptitle(title, fontsize=8, x=0.01, ha="left")
+    save_figure(figure, path)
+
+
+def _fill(axes: "Axes", timeline: Timeline, executed: Sequence[ExecutedAdaptation]) -> None:
+    topics = [failure.topic for failure in current_system().failures.values() if failure.topic]
+    for row, topic in enumerate(topics):
+        sent = timeline.message_times[full_name(topic)]
+        axes.eventplot(
+            sent[sent > -_BEFORE_S], lineoffsets=-row, linelengths=0.5, linewidths=1.5, colors=_SENT
+        )
+        ends = [*sent, timeline.duration_s]
+        for begin, end in pairwise(ends):
+            if end - begin > _GAP_PERIODS * timeline.period_s and end > 0:
+                axes.plot([begin, end], [-row, -row], color=_SILENT, linewidth=4, solid_capstyle="butt")
+                axes.annotate(
+                    f"{end - begin:.1f} s",
+                    ((begin + end) / 2, -row + 0.14),
+                    ha="center",
+                    color=_SILENT,
+                )
+    injected = sorted({injection.time for injection in timeline.injections})
+    for time in injected:
+        axes.axvline(time, color=_SILENT, linestyle=":", linewidth=1)
+        axes.annotate("fault", (time, 0.62), ha="center", color=_SILENT)
+    for above, adaptation in enumerate(reversed(executed)):
+        text = (adaptation.time, 0.62 + _LINE * above)
+        axes.vlines(adaptation.time, 0.4 - len(topics), text[1] + _LINE / 2, _DONE, "--", linewidth=1)
+        axes.annotate(f" {adaptation}", text, color=_DONE)
+    axes.set_yticks([-row for row in range(len(topics))], [base_name(topic) for topic in topics])
+    height = 0.9 + _LINE * max(0, len(executed) - 1)
+    axes.set(
+        xlabel="time since injection [s]",
+        xlim=(-_BEFORE_S, timeline.duration_s),
+        ylim=(0.4 - len(topics), height),
+    )
+    for side in ("top", "right", "left"):
+        axes.spines[side].set_visible(False)
+    axes.tick_params(axis="y", length=0)

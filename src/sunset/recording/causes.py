@@ -1,0 +1,78 @@
+"""What was behind the symptoms of a run, in words: what the managing system was not told."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from sunset.metrics import ExecutedAdaptation, Injection, RunMetrics
+from sunset.system import Adaptation, Fault, current_system
+from sunset.texts import listed
+
+
+@dataclass(frozen=True, slots=True)
+class Cause:
+    """One fault of a run, in words.
+
+    Attributes:
+        fault: its name.
+        showed_as: its failure, and the ripples of that.
+        looks_like: the other faults that show as this failure; empty if there are none.
+        cured_by: what cures it, and when that was done.
+    """
+
+    fault: str
+    showed_as: str
+    looks_like: str
+    cured_by: str
+
+
+def causes_of(injections: Sequence[Injection], metrics: RunMetrics) -> tuple[Cause, ...]:
+    """Return the faults of a run in the order of their injection, less those that this version's catalogue lacks."""
+    faults = current_system().faults
+    return tuple(
+        Cause(
+            fault.name,
+            _showed_as(fault.failure, metrics),
+            ", ".join(
+                one.name for one in faults.values() if one.failure == fault.failure and one is not fault
+            ),
+            _cured_by(fault, injection.time, metrics.executed),
+        )
+        for injection in injections
+        if (fault := faults.get(injection.fault))
+    )
+
+
+def _showed_as(failure: str, metrics: RunMetrics) -> str:
+    system = current_system()
+    text = f"{failure} ({system.failures[failure].description})"
+    if not any(episode.injected and episode.failure == failure for episode in metrics.failures):
+        return f"nothing; it can show as {text}"
+    ripples = {
+        episode.failure
+        for episode in metrics.failures
+        if not episode.injected
+        and {failure, episode.failure} <= system.outages
+        and system.failing_nodes[failure] in system.upstream[system.failing_nodes[episode.failure]]
+    }
+    return f"{text}; {listed(sorted(ripples))} by ripple, for lack of input" if ripples else text
+
+
+def _cured_by(fault: Fault, injected_s: float, executed: Sequence[ExecutedAdaptation]) -> str:
+    if not fault.cures:
+        return "nothing"
+    cures = ", or ".join(" and ".join(str(step) for step in cure) for cure in fault.cures)
+    times = [_done(cure, injected_s, executed) for cure in fault.cures]
+    done = min((time for time in times if time is not None), default=None)
+    return f"{cures}; {'not done' if done is None else f'done at {done:.2f} s'}"
+
+
+def _done(
+    cure: Sequence[Adaptation], injected_s: float, executed: Sequence[ExecutedAdaptation]
+) -> float | None:
+    """Return when the last step of a cure was done for the first time since the injection; None if one was not."""
+    times = [
+        next((one.time for one in executed if one.time >= injected_s and str(step) in one.steps), None)
+        for step in cure
+    ]
+    known = [time for time in times if time is not None]
+    return max(known) if len(known) == len(times) else None

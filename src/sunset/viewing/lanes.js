@@ -164,7 +164,7 @@ class Lanes {
   fillLines() {
     const [first] = this.runs;
     const iou = this.runs.map((run) => [run.iou[0], run.iou[1], []]);
-    const top = Math.min(1, Math.ceil(11 * Math.max(0.1, ...iou.flatMap(([, values]) => values))) / 10);
+    const top = Math.min(1, Math.ceil(11 * most(0.1, iou.flatMap(([, values]) => values))) / 10);
     if (iou.some(([times]) => times.length))
       this.lines("iou", "IoU", iou, { top, gap: GAP_PERIODS * first.period });
     for (const signal of first.signals) {
@@ -190,7 +190,7 @@ class Lanes {
   lines(group, name, drawn, { top, threshold = null, unit = "", gap, title = "", note = "" }) {
     const track = this.row(group, name, { title, tall: true });
     const values = drawn.flatMap(([, line, dots]) => [...line, ...dots]).filter((value) => value !== null);
-    const range = [Math.min(0, ...values), top ?? 1.08 * Math.max(threshold ?? 0, ...values)];
+    const range = [-most(0, values.map((value) => -value)), top ?? 1.08 * most(threshold ?? 0, values)];
     const tables = drawn.map(([times, line, dots]) =>
       withGaps(times, dots.length ? [line, dots] : [line], gap),
     );
@@ -231,7 +231,8 @@ class Lanes {
 
   fillTopic({ name, node, times }, run) {
     const grid = [];
-    for (let time = this.start; time <= this.end; time += run.period) grid.push(time);
+    const step = Math.max(run.period, (this.end - this.start) / 5000);
+    for (let time = this.start; time <= this.end; time += step) grid.push(time);
     const sent = (time) => lastAtMost(times, time) - lastAtMost(times, time - 1);
     const rates = grid.map(sent);
     const track = this.row("topics", name.replace("/managed_subsystem/", ""), {
@@ -244,7 +245,7 @@ class Lanes {
       width: 1,
       points: { show: false },
     };
-    this.plot(track, [grid, rates], [{}, line], [0, 1.15 * Math.max(1, ...rates)]);
+    this.plot(track, [grid, rates], [{}, line], [0, 1.15 * most(1, rates)]);
     this.reading(track, this.runs.indexOf(run), (time) => `${sent(time)} Hz`);
   }
 
@@ -338,6 +339,11 @@ function css(name) {
 /** A number in few digits. */
 function short(value) {
   return String(Number(value.toPrecision(3)));
+}
+
+/** The largest of a number and others, which may be more than a function takes as arguments. */
+function most(first, others) {
+  return others.reduce((one, other) => Math.max(one, other), first);
 }
 
 function spanText(since, until) {

@@ -120,7 +120,7 @@ class ImageWriter:
             return
         key = self._digester.digest(image.data), image.encoding, image.width
         if key not in self._pngs:
-            self._pngs[key] = cv2.imencode(".png", pixels, [cv2.IMWRITE_PNG_COMPRESSION, 1])[1].tobytes()
+            self._pngs[key] = cv2.imencode(".png", pixels, [cv2.IMWRITE_PNG_COMPRESSION, 0])[1].tobytes()
             self._pngs = dict(list(self._pngs.items())[-_KEPT:])
         png = self._pngs[key]
         if topic in _PALETTES:

@@ -137,6 +137,18 @@ def test_an_image_that_is_not_one_is_kept_as_it_is(odd: Image, tmp_path: Path) -
         assert [connection.topic for connection, _, _ in reader.messages()] == ["/odd"]
 
 
+def test_the_same_bytes_in_rows_of_another_length_are_another_image(tmp_path: Path) -> None:
+    data = np.arange(48, dtype=np.uint8)
+    wide, padded = (
+        Image(header=HEADER, height=48 // step, width=6, encoding="8UC1", step=step, data=data)
+        for step in (6, 12)
+    )
+
+    found = read_images(record(tmp_path / "record", ("/wide", wide), ("/padded", padded)))
+
+    assert [one.pixels.shape for one in found] == [(8, 6), (4, 6)]
+
+
 def test_padded_rows_are_kept_without_their_padding(tmp_path: Path) -> None:
     rows = np.hstack([BGR.reshape(6, 24), np.full((6, 4), 99, np.uint8)])
     padded = Image(header=HEADER, height=6, width=8, encoding="bgr8", step=28, data=rows.reshape(-1))
@@ -151,5 +163,34 @@ def test_what_is_damaged_is_said_in_a_sentence(kept: Path, tmp_path: Path) -> No
 
     with pytest.raises(RecordError, match=r"images\.mcap is damaged"):
         list(read_images(tmp_path))
-    with pytest.raises(RecordError, match="The image on /a at 5 ns is damaged"):
-        _ = StoredImage("/a", 5, 0, "bgr8", b"\x89PNG" + bytes(40)).pixels
+    gray = cv2.imencode(".png", LABELS)[1].tobytes()
+    for encoding, png in (
+        ("bgr8", b"\x89PNG" + bytes(40)),
+        ("bgr8", b"\x89PNG"),
+        ("bgr8", gray),
+        ("odd", gray),
+    ):
+        with pytest.raises(RecordError, match="The image on /a at 5 ns is damaged"):
+            _ = StoredImage("/a", 5, 0, encoding, png).pixels
+    other = write_messages(tmp_path / "other", ("/a/compressed", Header()))
+    with pytest.raises(RecordError, match=r"on /a/compressed must be a sensor_msgs/msg/CompressedImage"):
+        list(read_images(other))
+
+
+def write_messages(folder: Path, *messages: tuple[str, Message]) -> Path:
+    """Return a folder whose file of images has any messages."""
+    record(folder, *messages, images=False)
+    (folder / "messages.mcap").rename(folder / "images.mcap")
+    return folder
+
+
+def test_a_record_that_is_given_up_leaves_no_open_file(tmp_path: Path) -> None:
+    def opened() -> list[str]:
+        return [str(file.readlink()) for file in Path("/proc/self/fd").iterdir() if file.is_symlink()]
+
+    with RecordWriter(tmp_path / "record", images=True) as writer:
+        writer.write("/a", 0, image(BGR, "bgr8"))
+        assert any("images.mcap" in file for file in opened())
+        writer.abort()
+        assert not any("images.mcap" in file for file in opened())
+    assert list(tmp_path.iterdir()) == []

@@ -25,6 +25,7 @@ from sunset.interfaces.std_msgs.msg import Float64
 from sunset.interfaces.system_interfaces.msg import SensorFusion, SetBlackboardGroup
 from sunset.recording._bag import BagWriter, read_bag
 from sunset.recording._images import ImageDigester
+from sunset.recording.timelines import content_of
 from sunset.recording.values import Payload
 from sunset.system import RESULT_TOPIC, TRUTH_TOPIC
 
@@ -73,10 +74,10 @@ class StoredImage:
         """The pixels as they were published: `bgr8` (H, W, 3) uint8, `16UC1` (H, W) uint16, `8UC1` (H, W) uint8.
 
         Raises:
-            RecordError: the file is damaged.
+            RecordError: the file is damaged, or of another encoding.
         """
         decoded = cv2.imdecode(np.frombuffer(_without_palette(self.png), np.uint8), cv2.IMREAD_UNCHANGED)
-        if decoded is None:
+        if decoded is None or _LAYOUTS.get(self.encoding) != (decoded.dtype.type, (*decoded.shape, 1)[2]):
             raise RecordError(f"The image on {self.topic} at {self.time_ns} ns is damaged.")
         return cast("_Pixels", decoded)
 
@@ -87,7 +88,7 @@ class ImageWriter:
     def __init__(self, folder: Path, digester: ImageDigester) -> None:
         self._bag = BagWriter(folder, IMAGES_FILE)
         self._digester = digester
-        self._pngs: dict[tuple[bytes, str, int], bytes] = {}
+        self._pngs: dict[tuple[object, ...], bytes] = {}
 
     def write(self, topic: str, time_ns: int, message: Message) -> None:
         """Keep what a message has to show: images, and the numbers of the blackboard."""
@@ -111,7 +112,7 @@ class ImageWriter:
         if pixels is None:
             self._put(topic, time_ns, image)
             return
-        key = self._digester.digest(image.data), image.encoding, image.width
+        key = self._digester.digest(image.data), image.encoding, *pixels.shape, image.step
         if key not in self._pngs:
             self._pngs[key] = cv2.imencode(".png", pixels, [cv2.IMWRITE_PNG_COMPRESSION, 1])[1].tobytes()
             self._pngs = dict(list(self._pngs.items())[-_KEPT:])
@@ -128,6 +129,10 @@ class ImageWriter:
         """Complete the bag."""
         self._bag.close()
 
+    def abort(self) -> None:
+        """Let go of the bag, which is not complete."""
+        self._bag.abort()
+
 
 def read_images(folder: Path) -> Iterator[StoredImage]:
     """Return the images of a run in order of time.
@@ -139,7 +144,7 @@ def read_images(folder: Path) -> Iterator[StoredImage]:
         raise RecordError(f"The record {folder} has no images: run it with --images.")
     for payload in read_bag(folder, IMAGES_FILE):
         if payload.topic.endswith(_SUFFIX):
-            message = cast("CompressedImage", payload.decoded().message)
+            message = content_of(payload.decoded(), CompressedImage)
             yield StoredImage(
                 topic=payload.topic.removesuffix(_SUFFIX),
                 time_ns=payload.time_ns,
@@ -182,7 +187,7 @@ def _with_palette(png: bytes, palette: bytes) -> bytes:
 
 def _without_palette(png: bytes) -> bytes:
     """Return a PNG file of indices into a palette of 256 colours as one of gray values, and any other as it is."""
-    if png[_COLOUR_TYPE] != _INDEXED:
+    if png[_COLOUR_TYPE : _COLOUR_TYPE + 1] != bytes([_INDEXED]):
         return png
     return _head(png, _GRAY) + png[_BODY + len(_chunk(b"PLTE" + bytes(3 * 256))) :]
 

@@ -9,8 +9,8 @@ from sunset.api.catalogue import draw_fault_figure
 from sunset.api.pictures import OUTAGE_S, draw_fault_picture
 from sunset.cli._options import add_model_options, add_run_options, run_settings
 from sunset.cli._progress import progress_bar, rendering_progress
-from sunset.evaluation import check_figure
 from sunset.experiments import RunSpec, prepare
+from sunset.figures import check_figure
 from sunset.scenarios import load_scenario
 from sunset.system import Fault, current_system, get_fault
 from sunset.tables import aligned

@@ -15,7 +15,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from sunset.classes import CLASS_OF_CARLA_ID, COLOURS
+from sunset.classes import CLASS_OF_CARLA_ID, PALETTE
 from sunset.errors import RecordError
 from sunset.interfaces import Message, serialize, type_name
 from sunset.interfaces.rcl_interfaces.msg import ParameterType
@@ -167,17 +167,8 @@ def _pixels_of(image: Image) -> _Pixels | None:
     return np.ascontiguousarray(rows).view(kind).reshape(image.height, image.width, channels)
 
 
-def _palette(indices: npt.NDArray[np.uint8]) -> bytes:
-    """Return the colours of 256 labels, whose class indices are given, as PNG has them; black where it is no class."""
-    colours = np.zeros((256, 3), np.uint8)
-    colours[: len(COLOURS)] = COLOURS
-    return colours[indices].tobytes()
-
-
-_PALETTES: Final = {
-    RESULT_TOPIC: _palette(np.arange(256, dtype=np.uint8)),
-    TRUTH_TOPIC: _palette(CLASS_OF_CARLA_ID),
-}
+_PALETTES: Final = {RESULT_TOPIC: PALETTE.tobytes(), TRUTH_TOPIC: PALETTE[CLASS_OF_CARLA_ID].tobytes()}
+"""Topic → the colours of 256 labels as PNG has them."""
 
 
 def _with_palette(png: bytes, palette: bytes) -> bytes:

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from sunset.classes import CLASS_OF_CARLA_ID, CLASSES, COLOURS
+from sunset.classes import CLASS_OF_CARLA_ID, CLASSES, COLOURS, PALETTE
 from sunset.data import read_bag
 from sunset.errors import InvalidInputError
 from sunset.metrics import count_classes, image_iou
@@ -53,11 +53,6 @@ class View:
     iou: float
     entropy: float
     sharpness: float
-
-
-def has_picture(fault: str) -> bool:
-    """Return whether it is known what a fault does to images."""
-    return fault in effects()
 
 
 def fault_views(fault: str, model: Model, bag: Path, frame: int | None = None) -> tuple[View, ...]:
@@ -129,7 +124,7 @@ def _fill(figure: "Figure", views: Sequence[View], fault: str, model: Model) -> 
         above, below = axes[0][column], axes[1][column]
         above.imshow(view.image, interpolation="nearest")
         above.set_title(view.title, fontweight="bold")
-        below.imshow(coloured(view.labels), interpolation="nearest")
+        below.imshow(PALETTE[view.labels], interpolation="nearest")
         signal = (
             _compared("sharpness", view.sharpness, model.card.sharpness_threshold, below=True)
             if blurs
@@ -147,17 +142,6 @@ def _fill(figure: "Figure", views: Sequence[View], fault: str, model: Model) -> 
     names = np.bincount(views[0].labels.ravel(), minlength=len(CLASSES)).argsort()[::-1][:_LEGEND]
     handles = [Patch(color=np.array(COLOURS[name]) / 255, label=CLASSES[name]) for name in names]
     figure.legend(handles=handles, loc="outside lower center", ncols=_LEGEND, frameon=False, fontsize=7)
-
-
-def coloured(labels: _Labels) -> npt.NDArray[np.uint8]:
-    """Return class indices (H, W) as their colours: (H, W, 3) uint8 of red, green and blue; black where there is none.
-
-    >>> coloured(np.array([[0, 255]], np.uint8)).tolist() == [[list(COLOURS[0]), [0, 0, 0]]]
-    True
-    """
-    palette = np.zeros((256, 3), np.uint8)
-    palette[: len(COLOURS)] = COLOURS
-    return palette[labels]
 
 
 def _compared(name: str, value: float, threshold: float, *, below: bool) -> str:

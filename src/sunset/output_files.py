@@ -1,0 +1,54 @@
+"""Writing files so that a reader never sees half of one."""
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from sunset.errors import OutputError
+
+
+def make_folder(folder: Path) -> None:
+    """Make a folder and its parents; it may exist.
+
+    Raises:
+        OutputError: it cannot be made.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise OutputError(
+            f"The folder {folder} cannot be made: {error.strerror}; name another one."
+        ) from error
+
+
+@contextmanager
+def draft_of(file: Path, what: str = "file") -> Iterator[Path]:
+    """Give a temporary name, under which a file is to be written, and rename it at the end, if nothing is raised.
+
+    Args:
+        file: is replaced; its folder must be there.
+        what: it is.
+
+    Raises:
+        OutputError: it cannot be written.
+    """
+    if not file.name:
+        raise OutputError(f"A {what} to write to must have a name, got {file}.")
+    draft = file.with_name(f".{file.name}.{os.getpid()}.part")
+    try:
+        yield draft
+        draft.replace(file)
+    except OSError as error:
+        raise OutputError(
+            f"The {what} {file} cannot be written: {error.strerror or error}; free some space or name another one."
+        ) from error
+    finally:
+        with suppress(OSError):
+            draft.unlink()
+
+
+def write_text(file: Path, text: str, what: str = "file") -> None:
+    """Write a text file, all of it or nothing; as `draft_of`."""
+    with draft_of(file, what) as draft:
+        draft.write_text(text, encoding="utf-8")

@@ -80,6 +80,5 @@ def _fill(axes: "Axes", timeline: Timeline, executed: Sequence[ExecutedAdaptatio
         xlim=(-_BEFORE_S, timeline.duration_s),
         ylim=(0.4 - len(topics), height),
     )
-    for side in ("top", "right", "left"):
-        axes.spines[side].set_visible(False)
+    axes.spines[["top", "right", "left"]].set_visible(False)
     axes.tick_params(axis="y", length=0)

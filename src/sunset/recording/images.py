@@ -18,7 +18,7 @@ import numpy.typing as npt
 from sunset.classes import CLASS_OF_CARLA_ID, PALETTE
 from sunset.errors import RecordError
 from sunset.interfaces import Message, serialize, type_name
-from sunset.interfaces.rcl_interfaces.msg import ParameterType
+from sunset.interfaces.parameters import scalar_of
 from sunset.interfaces.sensor_msgs.msg import CompressedImage, Image
 from sunset.interfaces.stamps import ns_of
 from sunset.interfaces.std_msgs.msg import Float64
@@ -99,13 +99,9 @@ class ImageWriter:
             self._write_image(f"{topic}/depth", time_ns, message.depth)
         elif isinstance(message, SetBlackboardGroup):
             for entry in message.bb_params:
-                kinds = {
-                    ParameterType.PARAMETER_BOOL: float(entry.value.bool_value),
-                    ParameterType.PARAMETER_INTEGER: float(entry.value.integer_value),
-                    ParameterType.PARAMETER_DOUBLE: entry.value.double_value,
-                }
-                if entry.value.type in kinds:
-                    self._put(f"/symptoms/{entry.name}", time_ns, Float64(data=kinds[entry.value.type]))
+                value = scalar_of(entry.value)
+                if isinstance(value, bool | int | float):
+                    self._put(f"/symptoms/{entry.name}", time_ns, Float64(data=float(value)))
 
     def _write_image(self, topic: str, time_ns: int, image: Image) -> None:
         pixels = _pixels_of(image)

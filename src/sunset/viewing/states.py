@@ -82,8 +82,10 @@ class States:
         events = self._transitions.get(full_name(node), [])
         start, end = self._span
         states: list[StateView] = []
-        ends = [time for time, _ in events[1:]]
-        for (since, event), until in zip(events, [*ends, end], strict=True):
+        ends = [*(time for time, _ in events[1:]), end]
+        for (since, event), until in zip(
+            events, ends, strict=False
+        ):  # without events, there is an end all the same
             first, last = max(since, start), min(until, end)
             state = event.goal_state.label
             if first >= last:

@@ -83,6 +83,17 @@ def without_last_clock(payloads: list[Payload]) -> list[Payload]:
     return payloads[:last] + payloads[last + 1 :]
 
 
+def without(topic: str, *, last: bool = False) -> Callable[[list[Payload]], list[Payload]]:
+    """Return what removes the messages on a topic, or the last one of them."""
+
+    def edit(payloads: list[Payload]) -> list[Payload]:
+        gone = [payload for payload in payloads if payload.topic == topic]
+        assert gone, sorted({payload.topic for payload in payloads})
+        return [payload for payload in payloads if payload not in (gone[-1:] if last else gone)]
+
+    return edit
+
+
 def flipped(folder: Path) -> None:
     file = folder / WET / "messages.mcap"
     content = bytearray(file.read_bytes())
@@ -220,6 +231,98 @@ FORGERIES: dict[str, tuple[Edit, str, str]] = {
         "managers",
         "the source of mine (/etc/passwd) is not what",
     ),
+    "file that no bundle has": (
+        lambda folder: (folder / "managers/mine/numpy.py").write_text("# in the place of another"),
+        "managers/mine/numpy.py",
+        "no bundle has such a file",
+    ),
+    "metadata of another bag": (
+        lambda folder: (folder / WET / "metadata.yaml").write_text("rosbag2_bagfile_information: {}"),
+        WET,
+        "its metadata.yaml is missing, or is not that of its messages",
+    ),
+    "key that no run has": (
+        changed(f"{WET}/run.json", iou=0.99),
+        WET,
+        "its run.json has what no run has, or a key twice",
+    ),
+    "figure that no run has": (
+        changed(f"{WET}/run.json", metrics__iou_best=0.99),
+        WET,
+        "its run.json has what no run has, or a key twice",
+    ),
+    "key twice": (
+        lambda folder: (folder / WET / "run.json").write_text(
+            '{"metrics": {"iou": 0.99},' + (folder / WET / "run.json").read_text()[1:]
+        ),
+        WET,
+        "its run.json has what no run has, or a key twice",
+    ),
+    "key that no plan has": (
+        changed("campaign/bench.json", note="the best"),
+        "campaign/bench.json",
+        "it has what none has, or a key twice",
+    ),
+    "key that no card has": (
+        changed("model/card.json", note="the best"),
+        "model/card.json",
+        "it has what none has, or a key twice",
+    ),
+    "version that only a run has": (
+        changed(f"{WET}/run.json", versions__gpu="large"),
+        WET,
+        "its versions are ",
+    ),
+    "messages without the seed": (
+        with_messages(without("/parameter_events"), digest=True),
+        WET,
+        "the messages do not say its seed",
+    ),
+    "messages without the end": (
+        with_messages(without("/experiment/log", last=True), digest=True),
+        WET,
+        "the messages do not say when its injection and its end were",
+    ),
+    "failure that counts": (
+        changed(f"{MINE}/run.json", manager_failed="It raised.", metrics__iou=0.99),
+        MINE,
+        "it is stored as failed, and as valid or with figures",
+    ),
+    "failure with messages": (
+        changed(f"{MINE}/run.json", manager_failed="It raised.", valid=False, reason="It raised"),
+        MINE,
+        "it is stored as failed, and has messages",
+    ),
+    "source without a checksum": (
+        changed("campaign/bench.json", manager_checksums__mine=""),
+        "campaign/bench.json",
+        "it has no checksum of mine, which is a file",
+    ),
+    "checksum of no managing system": (
+        changed("campaign/bench.json", manager_checksums__ghost="0"),
+        "campaign/bench.json",
+        "its checksums are not those of its managing systems",
+    ),
+    "source of no managing system": (
+        changed("bundle.json", managers__ghost={"files": [], "load": "", "folder": ""}),
+        "bundle.json",
+        "its managing systems and extensions are not those of the plan",
+    ),
+    "class that the plan does not name": (
+        changed("bundle.json", managers__mine__load="managers/mine/mine.py:Other"),
+        "bundle.json",
+        "the sources of mine and how it is loaded do not fit ",
+    ),
+    "class that lies elsewhere": (
+        changed("bundle.json", managers__mine__load="/elsewhere/mine.py:Mine"),
+        "bundle.json",
+        "the sources of mine and how it is loaded do not fit ",
+    ),
+    "folder that lies elsewhere": (
+        changed("bundle.json", managers__mine__folder="/elsewhere"),
+        "bundle.json",
+        "the sources of mine and how it is loaded do not fit ",
+    ),
     "table": (appended("report.txt"), "report.txt", "it is not the table of the figures"),
 }
 
@@ -237,12 +340,42 @@ TOGETHER = (
     "source",
     "source beside it",
     "source of ours",
+    "metadata of another bag",
+    "key that no plan has",
+    "key that no card has",
+    "checksum of no managing system",
+    "source of no managing system",
+    "class that the plan does not name",
 )
 """Forgeries that do not hide each other."""
 
+SLOW = (
+    "key that no run has",
+    "figure that no run has",
+    "key twice",
+    "version that only a run has",
+    "messages without the seed",
+    "messages without the end",
+    "failure that counts",
+    "failure with messages",
+    "source without a checksum",
+    "class that lies elsewhere",
+    "folder that lies elsewhere",
+)
+"""More forgeries of the same kinds."""
+
 
 @pytest.mark.parametrize(
-    "names", [TOGETHER, *((name,) for name in FORGERIES if name not in TOGETHER)], ids=lambda names: names[0]
+    "names",
+    [
+        TOGETHER,
+        *(
+            pytest.param((name,), marks=[pytest.mark.thorough] if name in SLOW else [])
+            for name in FORGERIES
+            if name not in TOGETHER
+        ),
+    ],
+    ids=lambda names: names[0],
 )
 def test_forgeries_are_found_although_the_checksums_fit(
     names: tuple[str, ...], packed: Path, forge: Forge
@@ -278,6 +411,30 @@ def test_forgeries_are_found_although_the_checksums_fit(
 )
 def test_the_checksums_are_compared(edit: Edit, expected: str, packed: Path, forge: Forge) -> None:
     assert verify(forge(packed, edit, sums=False), NOTHING).problems == (expected,)
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [("README.md", "900 runs"), ("CITATION.cff", "title: Mine"), ("ro-crate-metadata.json", "{}")],
+)
+def test_what_is_said_of_a_bundle_is_compared(name: str, text: str, packed: Path, forge: Forge) -> None:
+    forged = forge(packed, lambda folder: (folder / name).write_text(text), texts=False)
+
+    assert [problem.partition(":")[0] for problem in verify(forged, NOTHING).problems] == [name]
+
+
+@pytest.mark.thorough
+def test_a_citation_that_is_no_plain_yaml_is_not_loaded(packed: Path, forge: Forge, tmp_path: Path) -> None:
+    evil = f"!!python/object/apply:os.mkdir [{tmp_path / 'made'}]"
+    for text in (evil, "[" * 50_000, "x" * 200_000, "title: 2026-99-99\nauthors: [{name: 1}]"):
+        forged = forge(
+            packed, lambda folder, text=text: (folder / "CITATION.cff").write_text(text), texts=False
+        )
+        (problem,) = verify(forged, NOTHING).problems
+        assert problem == "CITATION.cff: it is missing, or is not a citation that 'sunset bundle' writes."
+        shutil.rmtree(tmp_path / "opened")
+    assert not (tmp_path / "made").exists()
 
 
 def test_what_fits_together_and_never_happened_is_found_by_running_it_again(

@@ -14,7 +14,7 @@ from typing import Final
 from sunset.bundling.layout import CHECKSUMS_FILE
 from sunset.errors import OutputError, RecordError
 from sunset.input_files import check_regular, file_digest, read_text
-from sunset.texts import counted, printable
+from sunset.texts import counted, printable, shorten
 
 _EPOCH: Final = (1980, 1, 1, 0, 0, 0)
 """The earliest time that a zip file can give: it says nothing, so that the same files give the same bytes."""
@@ -26,6 +26,12 @@ _SMALL: Final = 2**28
 """256 MiB: so much may any bundle expand to."""
 _RATIO: Final = 50
 """A larger one may expand to so many times its size; records are compressed already."""
+_MOST: Final = 100_000
+"""So many files has no bundle: three for each of ten thousand runs, and sources."""
+_LONGEST: Final = 255
+"""Bytes that a part of a name may have."""
+_PATH: Final = 2048
+"""Characters that a name may have."""
 _PIECE: Final = 2**20
 
 
@@ -132,11 +138,16 @@ def _translated(path: Path) -> Iterator[None]:
 
 def _check(path: Path, infos: list[zipfile.ZipInfo]) -> None:
     """Check what a zip file says of its files before any of them is unpacked."""
+    if len(infos) > _MOST:
+        raise RecordError(
+            f"The bundle {path} has {len(infos)} files, and none has more than {_MOST}: it is not opened."
+        )
     for info in infos:
         name = info.filename
-        shown = printable(name)
+        shown = shorten(printable(name))
         parts = PurePosixPath(name).parts
-        if name.startswith("/") or "\\" in name or ".." in parts or not name.isprintable():
+        long = len(name) > _PATH or any(len(part.encode()) > _LONGEST for part in parts)
+        if long or name.startswith("/") or "\\" in name or ".." in parts or not name.isprintable():
             raise RecordError(
                 f"The bundle {path} has a file that does not belong below its folder, {shown!r}: it is not opened."
             )

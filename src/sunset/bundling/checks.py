@@ -1,6 +1,6 @@
 """What can be found out about a campaign from its files alone: nothing is run, and no code of theirs is executed."""
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -8,6 +8,7 @@ from typing import Final
 
 from msgspec import UNSET
 
+from sunset.bundling.layout import is_exact
 from sunset.errors import InvalidInputError, RecordError
 from sunset.experiments import (
     BenchSpec,
@@ -19,8 +20,8 @@ from sunset.experiments import (
     run_folder,
     scenarios_checksum,
 )
-from sunset.managing import MANAGERS
-from sunset.metrics import score
+from sunset.managing import MANAGERS, split_label
+from sunset.metrics import RunMetrics, score
 from sunset.names import base_name
 from sunset.output_files import folder_name
 from sunset.perception import ModelCard
@@ -33,6 +34,7 @@ from sunset.recording import (
     StoredFault,
     check_extensions,
     contradictions,
+    describes_bag,
     differing_figures,
     measured_topics,
     read_messages,
@@ -59,12 +61,14 @@ class Findings:
         unchecked: a sentence for each thing that could not be checked.
         recomputed: how many runs' figures were computed from their messages.
         runs: those that the plan has, with their folders, as far as they can be read.
+        extended: whether the managed system has the campaign's extensions.
     """
 
     problems: list[str] = field(default_factory=list)
     unchecked: list[str] = field(default_factory=list)
     recomputed: int = 0
     runs: list[tuple[RunSpec, Path, RunRecord]] = field(default_factory=list)
+    extended: bool = True
 
 
 def planned_runs(described: CampaignPlan, suite: str) -> tuple[RunSpec, ...]:
@@ -82,20 +86,6 @@ def planned_runs(described: CampaignPlan, suite: str) -> tuple[RunSpec, ...]:
             f"No campaign has {counted(len(described.managers), 'managing system')} and {described.repetitions} "
             "repetitions."
         )
-    try:
-        timing = Timing(**described.timing)
-    except TypeError as error:
-        raise RecordError(
-            f"There is a timing that no campaign has: {', '.join(described.timing)}."
-        ) from error
-    settings = Settings(
-        model=described.model,
-        loop=described.loop,
-        timing=timing,
-        device=described.device,
-        middleware=described.middleware,
-        speed=described.speed,
-    )
     return plan(
         BenchSpec(
             suite=suite,
@@ -104,8 +94,30 @@ def planned_runs(described: CampaignPlan, suite: str) -> tuple[RunSpec, ...]:
             managers=described.managers,
             repetitions=described.repetitions,
             seed=described.seed,
-            settings=settings,
+            settings=_settings(described),
         )
+    )
+
+
+def _settings(described: CampaignPlan) -> Settings:
+    """Return the settings that all runs of a campaign have.
+
+    Raises:
+        InvalidInputError: no campaign has such.
+    """
+    try:
+        timing = Timing(**described.timing)
+    except TypeError as error:
+        raise RecordError(
+            f"There is a timing that no campaign has: {', '.join(described.timing)}."
+        ) from error
+    return Settings(
+        model=described.model,
+        loop=described.loop,
+        timing=timing,
+        device=described.device,
+        middleware=described.middleware,
+        speed=described.speed,
     )
 
 
@@ -130,7 +142,10 @@ def check_campaign(
     if model_checksum(card) != described.model_checksum:
         findings.problems.append(f"{PLAN_FILE}: its model is another one than the card that is there.")
     if {one.name: one.checksum for one in loaded_extensions()} != described.extensions:
-        _check_unextended(findings, folder, described, found)
+        try:
+            _check_unextended(findings, folder, described, card, found)
+        except InvalidInputError as error:
+            findings.problems.append(f"{PLAN_FILE}: it describes no campaign: {error}")
         return findings
     try:
         specs = planned_runs(described, suite)
@@ -150,7 +165,10 @@ def check_campaign(
             with _noted(findings, folder, place) as problems:
                 run = read_run(place)
                 findings.runs.append((spec, place, run))
-                problems.extend(_misfits(run, spec, described, card, findings.runs[0][2]))
+                expected = _expected(spec, described, card)
+                problems.extend(
+                    _misfits(run, place, expected, described, manager=spec.manager, first=findings.runs[0][2])
+                )
                 problems.extend(_recomputed(run, place))
                 findings.recomputed += run.manager_failed is None
         else:
@@ -162,25 +180,66 @@ def check_campaign(
 
 
 def _check_unextended(
-    findings: Findings, folder: Path, described: CampaignPlan, found: Collection[Path]
+    findings: Findings, folder: Path, described: CampaignPlan, card: ModelCard, found: Collection[Path]
 ) -> None:
-    """Check what can be checked of runs of an extended system where its extensions are not to be executed."""
+    """Check what can be checked of runs of an extended system where its extensions are not to be executed.
+
+    Raises:
+        InvalidInputError: the plan describes no campaign.
+    """
+    findings.extended = False
     findings.unchecked.append(
-        f"The figures of {counted(len(found), 'run')} were not computed again, since that needs the campaign's "
-        f"extensions ({', '.join(described.extensions) or 'none'}), whose code --trust lets run."
+        f"The figures of {counted(len(found), 'run')} were not computed again, and none was run again, since that "
+        f"needs the campaign's extensions ({', '.join(described.extensions) or 'none'}), whose code --trust lets run."
     )
     if len(found) != described.runs:
         findings.problems.append(
             f"{PLAN_FILE}: it has {counted(described.runs, 'run')}, and {len(found)} are there."
         )
+    settings = _settings(described)
+    managers = {label or manager: (label, manager) for label, manager in map(split_label, described.managers)}
+    managers |= {"none": ("", "none")} if described.references else {}
+    every = range(described.seed, described.seed + described.repetitions)
+    seeds: dict[Path, set[int]] = {}
+    first: RunRecord | None = None
     for place in sorted(found):
         with _noted(findings, folder, place) as problems:
             run = read_run(place)
+            first = first or run
+            seeds.setdefault(place.parent, set()).add(run.seed)
             named = (run.suite or "own", run.manager, base_name(run.scenario))
             if place != folder.joinpath("runs", *map(folder_name, named), f"seed-{run.seed}"):
                 problems.append(f"it says that it is seed {run.seed} of {run.scenario} with {run.manager}")
-            if run.manager_failed is None:
-                problems.extend(contradictions(run, read_messages(place, TELLING_TOPICS)))
+            label, manager = managers.get(run.manager, ("", ""))
+            if not manager or run.seed not in every:
+                problems.append(f"no run of {run.manager} with seed {run.seed} is part of the plan")
+            expected = _expected_of_all(run.manager, settings, described, card)
+            expected["manager_spec"] = manager if label else UNSET
+            problems.extend(_misfits(run, place, expected, described, manager=manager, first=first))
+            messages = read_messages(place)
+            problems.extend(contradictions(run, messages))
+    for scenario, there in seeds.items():
+        if there != set(every):
+            findings.problems.append(f"{_name(scenario, folder)}: its seeds are not those of the plan.")
+    _check_scenarios(findings, described, seeds)
+    _note_unchecked(findings)
+
+
+def _check_scenarios(findings: Findings, described: CampaignPlan, scenarios: Collection[Path]) -> None:
+    """Note managing systems that were not run over the same scenarios as the others."""
+    of_suite = {folder_name(described.suite)} & {place.parts[-3] for place in scenarios} or {"own"}
+    wanted = {folder_name(base_name(name)) for name in described.scenarios}
+    ran = {
+        manager: {
+            place.name
+            for place in scenarios
+            if place.parts[-3] in of_suite and place.parts[-2] == folder_name(manager)
+        }
+        for manager in (label or manager for label, manager in map(split_label, described.managers))
+    }
+    wanted = wanted or set().union(*ran.values())
+    for manager in sorted(name for name, names in ran.items() if names != wanted):
+        findings.problems.append(f"{PLAN_FILE}: the scenarios of {manager} are not those of the others.")
 
 
 @contextmanager
@@ -215,6 +274,8 @@ def _note_unchecked(findings: Findings) -> None:
 def _recomputed(run: RunRecord, place: Path) -> Iterator[str]:
     """Yield in what a run's messages contradict its `run.json`."""
     if run.manager_failed is not None:
+        if read_messages(place):
+            yield "it is stored as failed, and has messages"
         return
     check_extensions(run, place)
     messages = read_messages(place, measured_topics() | TELLING_TOPICS)
@@ -229,35 +290,56 @@ def _number(value: float | None) -> str:
 
 
 def _misfits(
-    run: RunRecord, spec: RunSpec, described: CampaignPlan, card: ModelCard, first: RunRecord
+    run: RunRecord,
+    place: Path,
+    expected: Mapping[str, object],
+    described: CampaignPlan,
+    *,
+    manager: str,
+    first: RunRecord,
 ) -> Iterator[str]:
-    """Yield in what the `run.json` of a run is not that of a run of the plan."""
-    expected = _expected(spec, described, card) | {name: getattr(first, name) for name in _COMMON}
-    for name, value in expected.items():
+    """Yield in what the `run.json` of a run is not that of a run of the plan, nor like that of the first run."""
+    for name, value in (*expected.items(), *((name, getattr(first, name)) for name in _COMMON)):
         stored = getattr(run, name)
         if stored != value:
             yield f"its {name} is {_shown(stored)}, and that of the plan {_shown(value)}"
+    # live, a run has those of the middleware, too
     versions = {name: run.versions.get(name) for name in described.versions}
-    if versions != described.versions:
-        yield f"its versions are {_shown(versions)}, and those of the plan {_shown(described.versions)}"
+    if (versions if run.speed is not UNSET else run.versions) != described.versions:
+        yield f"its versions are {_shown(run.versions)}, and those of the plan {_shown(described.versions)}"
     if run.valid != (not run.reason):
         yield f"it is stored as {'' if run.valid else 'in'}valid, with the reason {_shown(run.reason)}"
-    if run.manager_failed is not None and spec.manager in MANAGERS and not described.extensions:
-        yield f"it is stored as failed, which a run of {spec.manager} never is"
+    if run.manager_failed is not None and manager in MANAGERS and not described.extensions:
+        yield f"it is stored as failed, which a run of {manager} never is"
+    if run.manager_failed is not None and (run.valid or set(run.metrics.values()) != {None}):
+        yield "it is stored as failed, and as valid or with figures"
+    if not describes_bag(place):
+        yield "its metadata.yaml is missing, or is not that of its messages"
+    if not is_exact(place / RUN_FILE, run, described.versions) or run.metrics.keys() - RunMetrics.names():
+        yield f"its {RUN_FILE} has what no run has, or a key twice"
 
 
 def _expected(spec: RunSpec, described: CampaignPlan, card: ModelCard) -> dict[str, object]:
     """Return what a run's `run.json` must say, by the plan and the model's card."""
-    timing, live = spec.settings.timing, spec.settings.live
-    known = described.manager_checksums.get(spec.manager_name)
     return {
         "scenario": spec.scenario.name,
         "faults": [StoredFault(fault.name, fault.value) for fault in spec.scenario.faults],
         "suite": spec.suite,
         "manager": spec.manager_name,
         "manager_spec": spec.manager if spec.label else UNSET,
-        **({} if known is None else {"manager_checksum": known}),
         "seed": spec.seed,
+        **_expected_of_all(spec.manager_name, spec.settings, described, card),
+    }
+
+
+def _expected_of_all(
+    name: str, settings: Settings, described: CampaignPlan, card: ModelCard
+) -> dict[str, object]:
+    """Return what the `run.json` of every run of a managing system must say, whatever the scenario and the seed."""
+    timing, live = settings.timing, settings.live
+    known = described.manager_checksums.get(name)
+    return {
+        **({} if known is None else {"manager_checksum": known}),
         "model": card.name,
         "model_checksums": {str(modality): one.digest for modality, one in card.networks.items()},
         "entropy_threshold": card.entropy_threshold,

@@ -3,19 +3,15 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
 
 from sunset.bundling.archive import check_new, write_archive
 from sunset.bundling.checks import check_campaign
-from sunset.bundling.citation import Citation, parse_author, parse_date, parse_licence
-from sunset.bundling.crate import crate_text, description_of
+from sunset.bundling.citation import ANONYMOUS, Author, Citation, parse_author, parse_date, parse_licence
+from sunset.bundling.descriptions import describe_files
 from sunset.bundling.layout import (
     CAMPAIGN,
     CARD_FILE,
-    CITATION_FILE,
-    CRATE_FILE,
     MANIFEST_FILE,
-    README_FILE,
     REPORT_FILE,
     SCENARIOS,
     Manifest,
@@ -39,16 +35,6 @@ from sunset.scenarios import suite_names
 from sunset.schemas import document_text
 from sunset.texts import counted
 from sunset.workers import Progress
-
-_README: Final = """# {title}
-
-{description}
-
-`campaign/bench.json` says what was run, `report.txt` is the table, and `CITATION.cff` says what to cite. With SUNSET
-installed, `sunset verify` of the zip file computes every figure from the recorded messages, runs some runs again, and
-says what differs. `sunset report` of the folder `campaign` prints the table, and of the folder of a run what happened
-in it.
-"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,7 +96,7 @@ def bundle(
     described = _read(folder)
     citation = Citation(
         title=title or f"SUNSET campaign: {', '.join(described.managers)} over {described.suite}",
-        authors=tuple(map(parse_author, authors)),
+        authors=tuple(one for one in map(parse_author, authors) if one != Author(ANONYMOUS)),
         licence=parse_licence(licence),
         published=parse_date(published),
     )
@@ -134,14 +120,12 @@ def bundle(
         CARD_FILE: document_text(card.to_json()).encode(),
         REPORT_FILE: render_report(folder).encode(),
         MANIFEST_FILE: document_text(manifest).encode(),
-        CITATION_FILE: citation.to_cff().encode(),
-        README_FILE: _README.format(title=citation.title, description=description_of(described)).encode(),
     }
     sizes = {
         name: len(content) if isinstance(content, bytes) else content.stat().st_size
         for name, content in files.items()
     }
-    files[CRATE_FILE] = crate_text(described, citation, sizes).encode()
+    files |= {name: text.encode() for name, text in describe_files(described, citation, sizes).items()}
     return Bundle(
         path=out,
         sha256=write_archive(out, files),

@@ -3,13 +3,14 @@
 import hashlib
 import json
 import os
+import re
 import tempfile
 from collections.abc import Iterator, Sequence
 from pathlib import Path, PurePosixPath
 from typing import Final
 
 from sunset import __version__
-from sunset.bundling.layout import CAMPAIGN, ManagerSources, Manifest
+from sunset.bundling.layout import CAMPAIGN, MANIFEST_FILE, ManagerSources, Manifest
 from sunset.errors import ManagerError, RecordError
 from sunset.experiments import EXTERNAL, isolate
 from sunset.input_files import file_digest
@@ -28,6 +29,8 @@ from sunset.recording import PLAN_FILE, CampaignPlan
 from sunset.system import loaded_extensions
 from sunset.texts import printable
 
+_UNFILED: Final = re.compile(r"unfiled-[0-9]+\.py")
+"""What a class that has no file is packed as, behind the files."""
 _LIMIT_S: Final = 30.0
 """Wall time that loading a managing system may take."""
 
@@ -134,9 +137,20 @@ def find_extension_sources(described: CampaignPlan) -> tuple[dict[str, str], dic
 
 def differing_sources(folder: Path, described: CampaignPlan, manifest: Manifest) -> Iterator[str]:
     """Yield a sentence for each managing system and extension whose source in an opened bundle is not the plan's."""
-    for name, manager in campaign_managers(described).items():
+    managers = campaign_managers(described)
+    if described.manager_checksums.keys() != managers.keys():
+        yield f"{CAMPAIGN}/{PLAN_FILE}: its checksums are not those of its managing systems."
+    listed = {name for name in managers if described.manager_checksums.get(name)}
+    if manifest.managers.keys() != listed or manifest.extensions.keys() != described.extensions.keys():
+        yield f"{MANIFEST_FILE}: its managing systems and extensions are not those of the plan."
+    for name, manager in managers.items():
         known = described.manager_checksums.get(name, "")
-        files = manifest.managers[name].files if name in manifest.managers else ()
+        place = manifest.managers.get(name, ManagerSources(files=()))
+        files = place.files
+        if not known and manager.rpartition(":")[0].endswith(".py"):
+            yield f"{CAMPAIGN}/{PLAN_FILE}: it has no checksum of {name}, which is a file."
+        if known and not _fits(name, manager, place):
+            yield f"{MANIFEST_FILE}: the sources of {name} and how it is loaded do not fit {manager}."
         contents = [_content(folder, file) for file in files]
         if known and sources_digest(contents) != known:
             yield f"managers: the source of {name} ({_listed(files)}) is not what the plan says it was run with."
@@ -144,10 +158,34 @@ def differing_sources(folder: Path, described: CampaignPlan, manifest: Manifest)
             made = load_manager(manager)
             if known != checksum(manager, manager_sources(manager, made)):
                 yield f"{CAMPAIGN}/{PLAN_FILE}: its {name} is not the one of SUNSET {__version__}."
+    yield from _differing_extensions(folder, described, manifest)
+
+
+def _differing_extensions(folder: Path, described: CampaignPlan, manifest: Manifest) -> Iterator[str]:
     for name, known in described.extensions.items():
         file = manifest.extensions.get(name, "")
+        if PurePosixPath(file).parent.as_posix() != f"extensions/{folder_name(name)}":
+            yield f"{MANIFEST_FILE}: the source of {name} lies in the place of something else."
         if hashlib.sha256(_content(folder, file)).hexdigest() != known:
             yield f"extensions: the source of {name} ({_listed([file])}) is not what the plan says it was run with."
+
+
+def _fits(name: str, manager: str, place: ManagerSources) -> bool:
+    """Return whether the files of a managing system lie where they are packed, and give the class that the plan names.
+
+    What was passed as a class is loaded as nothing. The order of the files is that of which the checksum is made.
+    """
+    folder = f"managers/{folder_name(name)}"
+    parts = [PurePosixPath(file) for file in place.files if not _UNFILED.fullmatch(PurePosixPath(file).name)]
+    inside = all(file.startswith(f"{folder}/") for file in place.files) and place.folder == folder
+    ordered = parts == sorted(set(parts))
+    where, _, kind = manager.rpartition(":")
+    loaded, _, loaded_kind = place.load.rpartition(":")
+    if where.endswith(".py"):
+        fits = loaded in place.files and (PurePosixPath(loaded).name, loaded_kind) == (Path(where).name, kind)
+    else:
+        fits = place.load in {"", manager}
+    return inside and ordered and fits
 
 
 def _listed(files: Sequence[str]) -> str:

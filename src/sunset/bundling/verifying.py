@@ -10,7 +10,9 @@ from sunset import __version__
 from sunset.bundling.archive import count_files, differing_files, extract_archive
 from sunset.bundling.checks import Findings, check_campaign
 from sunset.bundling.crate import description_of
-from sunset.bundling.layout import CAMPAIGN, CHECKSUMS_FILE, REPORT_FILE
+from sunset.bundling.descriptions import differing_descriptions
+from sunset.bundling.inventory import added_files
+from sunset.bundling.layout import CAMPAIGN, CARD_FILE, CHECKSUMS_FILE, MANIFEST_FILE, REPORT_FILE, is_exact
 from sunset.bundling.opened import OpenedBundle
 from sunset.bundling.rerunning import Rerun, choose_runs, rerun_run
 from sunset.bundling.sources import differing_sources
@@ -109,7 +111,13 @@ def verify(path: Path, rerun: Rerun, *, progress: Progress | None = None) -> Ver
         except InvalidInputError as error:
             sentence = str(error).replace(f"{root}/", "")
             raise RecordError(f"The bundle {path} cannot be verified: {sentence}") from error
-        problems = [*differing_files(root), *differing_sources(root, opened.described, opened.manifest)]
+        changed = list(differing_files(root))
+        problems = [
+            *changed,
+            *([] if changed else _other_files(opened)),
+            *_inexact_files(opened),
+            *differing_sources(root, opened.described, opened.manifest),
+        ]
         if problems:  # what is trusted is what the campaign was run with
             rerun = replace(rerun, trust=False)
         with opened.extended() if rerun.trust else nullcontext():
@@ -138,7 +146,7 @@ def _verify(
         *problems,
         *(f"{CAMPAIGN}/{problem}" for problem in findings.problems),
         *_other_model(opened, findings),
-        *_other_report(opened, findings),
+        *_other_texts(opened, findings),
     ]
     chosen = choose_runs(opened, findings, rerun)
     for done, one in enumerate(chosen, 1):
@@ -171,6 +179,26 @@ def _checked(opened: OpenedBundle, findings: Findings, rerun: Rerun, again: int)
         yield f"again: {counted(again, 'run')}, chosen by --seed {rerun.seed}, compared by digest and figures"
 
 
+def _other_files(opened: OpenedBundle) -> Iterator[str]:
+    """Yield a sentence for each file that no bundle has; if there is none, for each that tells of others than these."""
+    added = list(added_files(opened))
+    yield from added
+    if not added and opened.described.versions.get("sunset") == __version__:
+        yield from differing_descriptions(opened.root, opened.described)
+
+
+def _inexact_files(opened: OpenedBundle) -> Iterator[str]:
+    """Yield a sentence for each file that says what a bundle is and has what `sunset bundle` never writes there."""
+    values = {
+        MANIFEST_FILE: opened.manifest,
+        CARD_FILE: opened.card.to_json(),
+        f"{CAMPAIGN}/{PLAN_FILE}": opened.described,
+    }
+    for name, value in values.items():
+        if not is_exact(opened.root / name, value, opened.described.versions):
+            yield f"{name}: it has what none has, or a key twice."
+
+
 def _other_model(opened: OpenedBundle, findings: Findings) -> Iterator[str]:
     """Yield a sentence if the model is not the one of its name that is installed."""
     described = opened.described
@@ -186,18 +214,32 @@ def _other_model(opened: OpenedBundle, findings: Findings) -> Iterator[str]:
         )
 
 
-def _other_report(opened: OpenedBundle, findings: Findings) -> Iterator[str]:
-    """Yield a sentence if the table in the bundle is not that of its runs."""
+def _other_texts(opened: OpenedBundle, findings: Findings) -> Iterator[str]:
+    """Yield a sentence for each text in the bundle that is not that of its runs, its plan and its citation."""
     version = opened.described.versions.get("sunset")
     if version != __version__:
         findings.unchecked.append(
-            f"The bundle was made with SUNSET {version}, and this is {__version__}: suites and tables may differ."
+            f"The bundle was made with SUNSET {version}, and this is {__version__}: suites and tables may differ, and "
+            "the citation, the description and the sources of SUNSET's own managing systems were not compared."
         )
-        return
     try:
-        if read_text(opened.root / REPORT_FILE) != render_report(opened.campaign):
-            yield f"{REPORT_FILE}: it is not the table of the figures that the runs have."
+        same = read_text(opened.root / REPORT_FILE) == render_report(opened.campaign)
     except (OSError, UnicodeDecodeError):
         yield f"{REPORT_FILE}: it is missing, or not a text."
+        return
     except RecordError as error:
         yield f"{REPORT_FILE}: it could not be compared: {error}"
+        return
+    if same:
+        return
+    if version != __version__:
+        findings.unchecked.append(
+            f"The table in {REPORT_FILE} is not the one that SUNSET {__version__} prints of the runs: read that with "
+            "'sunset report'."
+        )
+    elif findings.extended:
+        yield f"{REPORT_FILE}: it is not the table of the figures that the runs have."
+    else:
+        findings.unchecked.append(
+            f"The table in {REPORT_FILE} was not compared, since that needs the campaign's extensions, too."
+        )

@@ -6,6 +6,7 @@ runs of the same specification leave the same bytes. A run that keeps its images
 """
 
 from sunset.recording._bag import BAG_FILES
+from sunset.recording.bag_metadata import describes_bag
 from sunset.recording.contradictions import TELLING_TOPICS, contradictions
 from sunset.recording.images import IMAGES_FILE, StoredImage, read_images
 from sunset.recording.logs import LogLine, log_of, read_log
@@ -46,6 +47,7 @@ __all__ = [
     "StoredRun",
     "check_extensions",
     "contradictions",
+    "describes_bag",
     "differing_figures",
     "log_of",
     "measured_topics",

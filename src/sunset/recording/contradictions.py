@@ -1,6 +1,6 @@
 """What a run's messages say of the run itself, against what `run.json` says."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from math import isclose
 from typing import Final
 
@@ -43,6 +43,8 @@ def contradictions(run: RunRecord, messages: Iterable[RecordedMessage]) -> Itera
         _SHARPNESS: run.sharpness_threshold,
         **seeds,
     }
+    if run.valid and run.speed is UNSET:  # live, a recorder may come too late
+        yield from _untold({name for _, name in expected} - {name for _, name in declared}, moments.keys())
     for key, stored in expected.items():
         for value in declared.get(key, ()):
             if value != stored:
@@ -61,6 +63,14 @@ def contradictions(run: RunRecord, messages: Iterable[RecordedMessage]) -> Itera
         duration_s = (end - start) / 1e9
         if not isclose(duration_s, run.duration_s, abs_tol=1e-6):
             yield f"its duration is stored as {run.duration_s:g} s, and the messages say {duration_s:g} s"
+
+
+def _untold(names: Iterable[str], moments: Collection[str]) -> Iterator[str]:
+    """Yield what the messages of a run leave out: parameters by name, and moments of the experiment."""
+    for name in sorted(names):
+        yield f"the messages do not say its {name.replace('_', ' ')}"
+    if not {"start", "end"} <= set(moments):
+        yield "the messages do not say when its injection and its end were"
 
 
 def _declared(events: Iterable[ParameterEvent]) -> Iterator[tuple[tuple[str, str], list[object]]]:

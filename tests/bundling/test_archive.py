@@ -63,6 +63,7 @@ MISTAKES: dict[str, tuple[Make, str]] = {
         "is not a zip file, or a damaged one: File is not a zip",
     ),
     "truncated": (truncated, "is not a zip file, or a damaged one"),
+    "long name": (with_file("x" * 300), "has a file that does not belong below its folder"),
     "other zip": (with_file("notes.txt"), "It is not a bundle: bundle.json is missing; name a file"),
     "another version": (
         with_file("bundle.json", OF_ANOTHER_VERSION),

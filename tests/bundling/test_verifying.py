@@ -491,7 +491,7 @@ from pathlib import Path
 from sunset.system import Extension
 
 Path(r"{marker}").touch()
-EXTENSION = Extension(suites={{"dark": (("image_degradation=1.2",),)}})
+EXTENSION = Extension(suites={{"dark": (("image_degradation=1.2",), ("image_degradation=1.4",))}})
 """
 
 
@@ -501,7 +501,14 @@ def test_an_extension_is_packed_and_runs_only_where_it_is_trusted(tmp_path: Path
     source.write_text(EXTENSION.format(marker=marker))
     packed = tmp_path / "dark.zip"
     with extended_system([source]):
-        spec = BenchSpec(suite="dark", managers=("none",), references=False, repetitions=1, settings=SETTINGS)
+        spec = BenchSpec(
+            suite="dark",
+            scenarios=("image_degradation=1.2",),
+            managers=("none",),
+            references=False,
+            repetitions=1,
+            settings=SETTINGS,
+        )
         bench(spec, tmp_path / "results", jobs=1)
         bundle(tmp_path / "results", packed, published=DATE)
     marker.unlink()
@@ -511,6 +518,9 @@ def test_an_extension_is_packed_and_runs_only_where_it_is_trusted(tmp_path: Path
     assert (careful.passed, careful.recomputed, careful.again) == (True, 0, ())
     assert careful.unchecked[0].endswith(
         "needs the campaign's extensions (darker.py), whose code --trust lets run."
+    )
+    assert careful.unchecked[1] == (
+        "The table in report.txt was not compared, since that needs the campaign's extensions, too."
     )
     assert (trusting.passed, trusting.recomputed, len(trusting.again)) == (True, 1, 1)
     marker.unlink()
@@ -530,8 +540,18 @@ def test_an_extension_is_packed_and_runs_only_where_it_is_trusted(tmp_path: Path
     assert [
         text for text in moved.problems if text.startswith(run) and "it says that it is seed 1 of" in text
     ]
+    shutil.rmtree(tmp_path / "opened")
+    chosen = verify(forge(packed, of_seed_7), NOTHING)
+    assert [text for text in chosen.problems if "no run of none with seed 7 is part of the plan" in text]
+    assert [text for text in chosen.problems if text.endswith(": its seeds are not those of the plan.")]
 
 
 def renamed(folder: Path) -> None:
     (run,) = (folder / "campaign/runs").glob("*/*/*/seed-1")
     run.rename(run.with_name("seed-7"))
+
+
+def of_seed_7(folder: Path) -> None:
+    renamed(folder)
+    (file,) = (folder / "campaign/runs").glob("*/*/*/seed-7/run.json")
+    changed(str(file.relative_to(folder)), seed=7)(folder)

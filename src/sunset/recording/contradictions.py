@@ -43,8 +43,7 @@ def contradictions(run: RunRecord, messages: Iterable[RecordedMessage]) -> Itera
         _SHARPNESS: run.sharpness_threshold,
         **seeds,
     }
-    if run.valid and run.speed is UNSET:  # live, a recorder may come too late
-        yield from _untold({name for _, name in expected} - {name for _, name in declared}, moments.keys())
+    yield from _untold(run, {name for _, name in expected} - {name for _, name in declared}, moments.keys())
     for key, stored in expected.items():
         for value in declared.get(key, ()):
             if value != stored:
@@ -65,8 +64,10 @@ def contradictions(run: RunRecord, messages: Iterable[RecordedMessage]) -> Itera
             yield f"its duration is stored as {run.duration_s:g} s, and the messages say {duration_s:g} s"
 
 
-def _untold(names: Iterable[str], moments: Collection[str]) -> Iterator[str]:
-    """Yield what the messages of a run leave out: parameters by name, and moments of the experiment."""
+def _untold(run: RunRecord, names: Iterable[str], moments: Collection[str]) -> Iterator[str]:
+    """Yield what the messages of a run leave out: these parameters, and moments of the experiment."""
+    if not run.valid or run.speed is not UNSET:  # live, a recorder may come too late
+        return
     for name in sorted(names):
         yield f"the messages do not say its {name.replace('_', ' ')}"
     if not {"start", "end"} <= set(moments):

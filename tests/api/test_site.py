@@ -70,7 +70,7 @@ def test_each_run_is_a_link_away_and_failed_ones_are_named(campaign: Path, tmp_p
 
 
 def test_one_run_and_its_pictures(tmp_path: Path) -> None:
-    sunset.run("gpu_failure", duration=2, images=True, out=tmp_path / "run")
+    run = sunset.run("gpu_failure", duration=2, images=True, out=tmp_path / "run")
 
     with_pictures = sunset.write_site(tmp_path / "run", tmp_path / "site")
     (tmp_path / "run" / "images.mcap").unlink()
@@ -80,6 +80,12 @@ def test_one_run_and_its_pictures(tmp_path: Path) -> None:
     pages = [page.with_name("run.html").read_text(encoding="utf-8") for page in (with_pictures, without)]
     assert len(pages[0]) > len(pages[1]) + 100_000
     assert "The record has no images" in pages[1]
+
+    run.folder.rename(tmp_path / "site" / "index")  # a run that is called like the first page
+    first = sunset.write_site(tmp_path / "site", tmp_path / "third")
+    assert links(first) == ["index/index.html"]
+    assert "The runs" in first.read_text(encoding="utf-8")
+    assert "gpu_failure · SUNSET" in (first.parent / "index" / "index.html").read_text(encoding="utf-8")
 
 
 def test_what_cannot_be_written_leaves_nothing(
@@ -93,6 +99,8 @@ def test_what_cannot_be_written_leaves_nothing(
         sunset.write_site(campaign, tmp_path / "full")
     with pytest.raises(OutputError, match=r"cannot be written: Not a directory"):
         sunset.write_site(campaign, tmp_path / "full" / "mine.txt" / "site")
+    with pytest.raises(OutputError, match=r"The site / exists already"):
+        sunset.write_site(campaign, "/")
     with pytest.raises(RecordError, match="There is no folder"):
         sunset.write_site(tmp_path / "nothing", tmp_path / "site")
     assert main(["report", str(campaign), "--site", str(tmp_path / "site"), "--runs"]) == 2

@@ -49,7 +49,7 @@ def write_site(
     with extended(extensions):
         runs = load_results(folder)
         pages = {run.folder: _page(run.folder, folder) for run in runs if not run.failed}
-        partial_site = site.with_name(f".{site.name}.partial")
+        partial_site = site.parent / f".{site.name}.partial"
         try:
             if site.exists() and (not site.is_dir() or any(site.iterdir())):
                 raise OutputError(f"The site {out} exists already; remove it or name another folder.")
@@ -75,8 +75,7 @@ def write_site(
 
 def _page(place: Path, folder: Path) -> str:
     """Return the page of the run in a place below a folder, relative to the site."""
-    inside = place.relative_to(folder).as_posix()
-    return "run.html" if inside == "." else f"{inside}.html"
+    return "run.html" if place == folder else (place.relative_to(folder) / "index.html").as_posix()
 
 
 def _write_run(place: Path, page: Path) -> None:

@@ -31,7 +31,7 @@ from sunset.viewing import Viewed, check_comparable, check_page_file, page_text,
 Stage: TypeAlias = Callable[[str, int, int], None]
 """Is called with (what is done, how much of it, how much in all)."""
 
-_LIVE: Final = "It was run live and without --images, so that there are no pictures."
+_LIVE: Final = "It was run live, and its images were not kept, so that there are no pictures."
 
 
 class Run(StoredRun):

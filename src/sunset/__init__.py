@@ -21,6 +21,7 @@ __all__ = [
     "agree",
     "bag_statistics",
     "bench",
+    "bundle",
     "calibrate_model",
     "check_manager",
     "fault_figure",
@@ -41,6 +42,7 @@ __all__ = [
     "report",
     "run",
     "train_model",
+    "verify",
     "view",
     "write_site",
 ]

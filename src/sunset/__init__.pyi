@@ -4,6 +4,7 @@ from sunset.api import Run as Run
 from sunset.api import agree as agree
 from sunset.api import bag_statistics as bag_statistics
 from sunset.api import bench as bench
+from sunset.api import bundle as bundle
 from sunset.api import calibrate_model as calibrate_model
 from sunset.api import check_manager as check_manager
 from sunset.api import fault_figure as fault_figure
@@ -24,6 +25,7 @@ from sunset.api import render_flight as render_flight
 from sunset.api import report as report
 from sunset.api import run as run
 from sunset.api import train_model as train_model
+from sunset.api import verify as verify
 from sunset.api import view as view
 from sunset.api import write_site as write_site
 from sunset.data import FlightPlan as FlightPlan
@@ -43,6 +45,7 @@ __all__ = [
     "agree",
     "bag_statistics",
     "bench",
+    "bundle",
     "calibrate_model",
     "check_manager",
     "fault_figure",
@@ -63,6 +66,7 @@ __all__ = [
     "report",
     "run",
     "train_model",
+    "verify",
     "view",
     "write_site",
 ]

@@ -1,11 +1,22 @@
 """Writing files so that a reader never sees half of one."""
 
+import hashlib
 import os
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import Final
 
 from sunset.errors import OutputError
+
+_LONGEST: Final = 100
+
+
+def folder_name(text: str) -> str:
+    """Return a text as a folder's name; distinct texts have distinct names."""
+    slug = re.sub(r"[^A-Za-z0-9_+.-]+", "-", text).strip("-.")[:_LONGEST]
+    return slug if slug == text else f"{slug}-{hashlib.sha256(text.encode()).hexdigest()[:8]}"
 
 
 def make_folder(folder: Path) -> None:

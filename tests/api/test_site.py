@@ -1,7 +1,8 @@
+import os
 import re
 from html.parser import HTMLParser
 from pathlib import Path
-from urllib.parse import unquote
+from urllib.parse import unquote, unquote_to_bytes
 
 import pytest
 
@@ -70,7 +71,7 @@ def test_each_run_is_a_link_away_and_failed_ones_are_named(campaign: Path, tmp_p
 
 
 def test_one_run_and_its_pictures(tmp_path: Path) -> None:
-    run = sunset.run("gpu_failure", duration=2, images=True, out=tmp_path / "run")
+    sunset.run("gpu_failure", duration=2, images=True, out=tmp_path / "run")
 
     with_pictures = sunset.write_site(tmp_path / "run", tmp_path / "site")
     (tmp_path / "run" / "images.mcap").unlink()
@@ -80,12 +81,6 @@ def test_one_run_and_its_pictures(tmp_path: Path) -> None:
     pages = [page.with_name("run.html").read_text(encoding="utf-8") for page in (with_pictures, without)]
     assert len(pages[0]) > len(pages[1]) + 100_000
     assert "The record has no images" in pages[1]
-
-    run.folder.rename(tmp_path / "site" / "index")  # a run that is called like the first page
-    first = sunset.write_site(tmp_path / "site", tmp_path / "third")
-    assert links(first) == ["index/index.html"]
-    assert "The runs" in first.read_text(encoding="utf-8")
-    assert "gpu_failure · SUNSET" in (first.parent / "index" / "index.html").read_text(encoding="utf-8")
 
 
 def test_what_cannot_be_written_leaves_nothing(
@@ -99,10 +94,27 @@ def test_what_cannot_be_written_leaves_nothing(
         sunset.write_site(campaign, tmp_path / "full")
     with pytest.raises(OutputError, match=r"cannot be written: Not a directory"):
         sunset.write_site(campaign, tmp_path / "full" / "mine.txt" / "site")
-    with pytest.raises(OutputError, match=r"The site / exists already"):
-        sunset.write_site(campaign, "/")
     with pytest.raises(RecordError, match="There is no folder"):
         sunset.write_site(tmp_path / "nothing", tmp_path / "site")
     assert main(["report", str(campaign), "--site", str(tmp_path / "site"), "--runs"]) == 2
     assert "leave out --format, --json, --runs and --recompute" in capsys.readouterr().err
     assert sorted(path.name for path in tmp_path.iterdir()) == ["full"]
+
+
+@pytest.mark.thorough
+def test_the_names_of_records_and_of_other_files_do_no_harm(tmp_path: Path) -> None:
+    names = ["index", os.fsdecode(b"\xff"), "#1 100%?", "l" * 240]
+    for seed, name in enumerate(names):
+        sunset.run("nofault", duration=1, seed=seed, out=tmp_path / "results" / name)
+    (tmp_path / ".site.partial").mkdir()
+    (tmp_path / ".site.partial" / "mine.txt").touch()
+
+    first = sunset.write_site(tmp_path / "results", tmp_path / "site")
+
+    assert "comparison of managing systems" in first.read_text(encoding="utf-8")
+    pages = [first.parent / os.fsdecode(unquote_to_bytes(link)) for link in links(first)]
+    assert {page.parent.name for page in pages} == set(names)
+    assert all('id="data"' in page.read_text(encoding="utf-8") for page in pages)
+    assert (tmp_path / ".site.partial" / "mine.txt").exists()
+    with pytest.raises(OutputError, match="The site / exists already"):
+        sunset.write_site(tmp_path / "results", "/")

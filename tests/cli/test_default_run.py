@@ -57,6 +57,7 @@ def test_the_default_run_tells_of_causes_ripples_and_cures_and_says_what_is_next
     assert [path.name for path in cache.iterdir() if "last-run" in path.name] == ["last-run"]
 
 
+@pytest.mark.thorough
 def test_a_run_for_a_script_and_one_with_a_folder_of_its_own_leave_nothing_else(
     cache: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

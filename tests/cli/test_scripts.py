@@ -1,5 +1,6 @@
 """The scripts that measure: what a user gets wrong with them."""
 
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -14,6 +15,7 @@ SCRIPTS = Path(__file__).parents[2] / "scripts"
     [
         ("count_episodes", ["nowhere"], "name the one that 'sunset bench --out' wrote."),
         ("count_episodes", ["."], "no folder with a run.json in it."),
+        ("artifact", ["nothing"], "name some of run, same, table, workers, recompute, bundle, rules, live."),
         ("published_figures", ["nowhere"], "name the one that 'sunset bench --out' wrote."),
         ("draw_pictures", ["fog"], "depth_degradation, autofocus_needed"),
     ],
@@ -23,6 +25,31 @@ def test_a_bad_argument(script: str, arguments: list[str], words: str, tmp_path:
     done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=tmp_path)
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr.strip().endswith(words)
+
+
+def run_artifact(*words: str) -> str:
+    command = [sys.executable, str(SCRIPTS / "artifact"), *words]
+    return subprocess.run(command, capture_output=True, text=True, check=True).stdout
+
+
+def test_the_page_for_reviewers_has_the_claims_of_the_script() -> None:
+    page = (SCRIPTS.parent / "ARTIFACT.md").read_text(encoding="utf-8")
+
+    assert re.findall(r"^\| `(\w+)`: ", page, re.MULTILINE) == [
+        line.split()[0] for line in run_artifact("--list").splitlines()
+    ]
+
+
+@pytest.mark.thorough
+def test_a_claim_is_checked_and_told_in_a_line(flight: Path) -> None:
+    assert flight.exists()
+    claim, end = run_artifact("rules").splitlines()
+
+    assert re.fullmatch(
+        r"pass +\d+ s  rules: who looks at the truth is found out; the run counts: expected False, got False",
+        claim,
+    )
+    assert re.fullmatch(r"\d+ s in all, none failed\.", end)
 
 
 @pytest.mark.thorough

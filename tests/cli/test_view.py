@@ -1,5 +1,6 @@
 """`sunset view`: a page of a stored run, or one sentence."""
 
+import os
 import shutil
 import stat
 from collections.abc import Callable
@@ -83,6 +84,11 @@ def other_seed(run: Path, tmp_path: Path) -> list[str]:
     return [str(run), str(folder)]
 
 
+def to_pipe(run: Path, tmp_path: Path) -> list[str]:
+    os.mkfifo(tmp_path / "pipe")
+    return [str(run), "--out", str(tmp_path / "pipe")]
+
+
 MISTAKES: dict[str, tuple[Callable[[Path, Path], list[str]], str]] = {
     "a folder without a run": (lambda _, path: [str(path)], "is not a complete record: run.json is missing"),
     "no such folder": (lambda _, path: [str(path / "none")], "is not a complete record"),
@@ -98,6 +104,7 @@ MISTAKES: dict[str, tuple[Callable[[Path, Path], list[str]], str]] = {
         lambda run, _: [str(run), "--out", "/dev/null/page.html"],
         "The page /dev/null/page.html cannot be written: ",
     ),
+    "a pipe to write to": (to_pipe, "not a regular file"),
     "a file of others": (
         lambda run, _: [str(run), "--out", str(run / "run.json")],
         "is not a page of 'sunset view'",

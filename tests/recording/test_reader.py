@@ -163,6 +163,7 @@ def test_messages_of_another_record_are_refused(record: Path) -> None:
         ("expected_frames", []),
         ("duration_s", 0),
         ("expected_frames", 2.5),
+        ("period_s", 5e-324),
     ],
 )
 def test_a_run_file_without_a_number_for_the_timeline_is_refused(
@@ -171,6 +172,6 @@ def test_a_run_file_without_a_number_for_the_timeline_is_refused(
     change_run(record, **{key: value})
     with pytest.raises(
         RecordError,
-        match=rf"The {key} in .* must be a (whole )?number above 0 and at most 1e\+06, got .*; restore the file, or",
+        match=rf"The {key} in .* must be a (whole )?number above 0(\.001)? and at most 1e\+06, got .*; restore the ",
     ):
         read_timeline(record)

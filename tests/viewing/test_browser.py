@@ -150,3 +150,11 @@ def test_two_runs_are_shown_in_step(browser: Browser, both: Both) -> None:
         "B: baseline",
     ]
     assert browser.complaints() == []
+
+
+def test_an_address_without_a_moment_and_many_samples_stop_nothing(browser: Browser, ten: Shown) -> None:
+    for address in ("t=1.2.3", "t=-", "t=."):
+        browser.open("about:blank")
+        browser.open(f"{ten.page.as_uri()}#{address}")
+        browser.evaluate(DRAWN)
+    assert browser.evaluate("return most(1, new Array(1_000_000).fill(2))") == 2

@@ -15,7 +15,7 @@ from tests.viewing.conftest import Both, Shown, data_of
 import sunset
 from sunset.errors import OutputError, RecordError
 from sunset.recording import StoredImage
-from sunset.viewing import Viewed, write_page
+from sunset.viewing import Viewed, page_text, write_page
 from sunset.viewing.document import Page
 from sunset.viewing.labels import unpack
 from sunset.viewing.pictures import Source, make_pictures
@@ -42,6 +42,18 @@ def test_what_others_wrote_stays_text(ten: Shown) -> None:
     assert "</script><script>document.title = 'hurt'</script>" in str(ten.data["runs"][0]["log"])
 
 
+def test_names_of_managers_and_scenarios_stay_text(pair: Pair) -> None:
+    name = "<script>alert(1)</script><!--"
+    record = msgspec.structs.replace(pair[0].record, manager=name, scenario=name)
+
+    text = page_text([Viewed(replace(pair[0], record=record), None)])
+
+    assert text.count("<script") == text.count("</script>") == 2
+    assert "<!--" not in text
+    assert data_of(text)["title"] == data_of(text)["runs"][0]["manager"] == name
+    assert "<title>&lt;script&gt;alert(1)" in text
+
+
 @pytest.mark.thorough
 def test_the_same_run_gives_the_same_page(ten: Shown, tmp_path: Path) -> None:
     again = sunset.view(ten.run.folder, out=tmp_path / "again.html", show=False)
@@ -60,6 +72,7 @@ def test_a_run_without_images_is_run_again_for_them_and_two_share_their_pictures
     assert all(0 <= done <= total for _, done, total in both.told)
 
 
+@pytest.mark.thorough
 def test_a_run_that_was_not_kept_is_shown_too(flight: Path, tmp_path: Path) -> None:
     assert flight.exists()
     run = sunset.run("gpu_failure", "baseline", duration=2)
@@ -102,6 +115,7 @@ def test_a_run_of_an_extension_that_is_not_there_shows_as_text(pair: Pair) -> No
     assert replace(run, record=record)._repr_html_() is None
 
 
+@pytest.mark.thorough
 def test_large_images_are_made_smaller_until_they_fit_and_the_page_says_so() -> None:
     generator = np.random.default_rng(1)
     noise = generator.integers(0, 256, (360, 640, 3), dtype=np.uint8)

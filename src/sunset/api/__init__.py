@@ -15,6 +15,7 @@ from sunset.api.catalogue import (
 )
 from sunset.api.options import Manager, Options
 from sunset.api.pictures import fault_picture
+from sunset.api.publishing import bundle, verify
 from sunset.api.results import Results
 from sunset.api.running import agree, bench, check_manager, load, make_scenario, report, run
 from sunset.api.site import write_site
@@ -31,6 +32,7 @@ __all__ = [
     "agree",
     "bag_statistics",
     "bench",
+    "bundle",
     "calibrate_model",
     "check_manager",
     "fault_figure",
@@ -51,6 +53,7 @@ __all__ = [
     "report",
     "run",
     "train_model",
+    "verify",
     "view",
     "write_site",
 ]

@@ -1,6 +1,9 @@
 """A folder to publish: the table of stored runs, and a page that replays each."""
 
+import os
 import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 from typing import Final
@@ -13,6 +16,8 @@ from sunset.recording import IMAGES_FILE, read_images, read_stored_run
 from sunset.viewing import Viewed, write_page
 from sunset.workers import Progress
 
+_PAGE: Final = "run.html"
+"""The page of a run, in a folder of its own, whose place is that of the record below the folder of stored runs."""
 _NO_IMAGES: Final = (
     "The record has no images, so that there are no pictures; 'sunset view' of the record shows them, and runs that "
     "are made with --images have them."
@@ -48,34 +53,36 @@ def write_site(
     folder, site = as_path(path, "folder of stored runs"), as_path(out, "folder of the site").absolute()
     with extended(extensions):
         runs = load_results(folder)
-        pages = {run.folder: _page(run.folder, folder) for run in runs if not run.failed}
-        partial_site = site.parent / f".{site.name}.partial"
+        pages = {run.folder: run.folder.relative_to(folder) / _PAGE for run in runs if not run.failed}
         try:
             if site.exists() and (not site.is_dir() or any(site.iterdir())):
                 raise OutputError(f"The site {out} exists already; remove it or name another folder.")
-            shutil.rmtree(partial_site, ignore_errors=True)
-            partial_site.mkdir(parents=True)
-            for done, (place, page) in enumerate(pages.items()):
-                if progress is not None:
-                    progress(done, len(pages))
-                _write_run(place, partial_site / page)
-            links = {place: quote(page) for place, page in pages.items()}
-            (partial_site / "index.html").write_text(index_page(runs, links), encoding="utf-8")
-            partial_site.rename(site)
+            with _partial(site) as partial_site:
+                for done, (place, page) in enumerate(pages.items()):
+                    if progress is not None:
+                        progress(done, len(pages))
+                    _write_run(place, partial_site / page)
+                links = {place: quote(os.fsencode(page)) for place, page in pages.items()}
+                (partial_site / "index.html").write_text(index_page(runs, links), encoding="utf-8")
+                partial_site.rename(site)
         except OSError as error:
             raise OutputError(
                 f"The site {out} cannot be written: {error.strerror}; free some space or name another folder."
             ) from error
-        finally:
-            shutil.rmtree(partial_site, ignore_errors=True)
     if progress is not None:
         progress(len(pages), len(pages))
     return Path(out) / "index.html"
 
 
-def _page(place: Path, folder: Path) -> str:
-    """Return the page of the run in a place below a folder, relative to the site."""
-    return "run.html" if place == folder else (place.relative_to(folder) / "index.html").as_posix()
+@contextmanager
+def _partial(site: Path) -> Iterator[Path]:
+    """Make a folder beside a site, which is gone at the end, unless it was renamed."""
+    folder = site.with_name(f".{site.name}.{os.getpid()}.part")
+    folder.mkdir(parents=True)
+    try:
+        yield folder
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
 
 
 def _write_run(place: Path, page: Path) -> None:

@@ -1,17 +1,34 @@
 """The composition root: (scenario, seed, managing system, middleware) → one record."""
 
 from sunset.experiments.again import run_again
-from sunset.experiments.bench import BenchSpec, bench, count_runs, plan, run_folder
+from sunset.experiments.bench import (
+    BenchSpec,
+    bench,
+    count_runs,
+    model_checksum,
+    plan,
+    run_folder,
+    scenarios_checksum,
+)
 from sunset.experiments.checking import ManagerCheck, check_manager
 from sunset.experiments.last import keep_last_run, last_run
-from sunset.experiments.manager import manager_checksum
+from sunset.experiments.manager import isolate, manager_checksum
 from sunset.experiments.resources import prepare
 from sunset.experiments.run import run
-from sunset.experiments.spec import CHECK_SCENARIO, DEFAULT_SCENARIO, MIDDLEWARES, RunSpec, Settings, Timing
+from sunset.experiments.spec import (
+    CHECK_SCENARIO,
+    DEFAULT_SCENARIO,
+    EXTERNAL,
+    MIDDLEWARES,
+    RunSpec,
+    Settings,
+    Timing,
+)
 
 __all__ = [
     "CHECK_SCENARIO",
     "DEFAULT_SCENARIO",
+    "EXTERNAL",
     "MIDDLEWARES",
     "BenchSpec",
     "ManagerCheck",
@@ -21,12 +38,15 @@ __all__ = [
     "bench",
     "check_manager",
     "count_runs",
+    "isolate",
     "keep_last_run",
     "last_run",
     "manager_checksum",
+    "model_checksum",
     "plan",
     "prepare",
     "run",
     "run_again",
     "run_folder",
+    "scenarios_checksum",
 ]

@@ -3,7 +3,6 @@
 import dataclasses
 import hashlib
 import json
-import re
 from collections.abc import Iterator, Sequence
 from concurrent.futures import as_completed
 from contextlib import contextmanager
@@ -29,7 +28,8 @@ from sunset.experiments.run import record_failure, run_prepared, versions
 from sunset.experiments.spec import RunSpec, Settings
 from sunset.managing import MANAGERS, is_registered, split_label
 from sunset.names import base_name
-from sunset.output_files import make_folder, write_text
+from sunset.output_files import folder_name, make_folder, write_text
+from sunset.perception import ModelCard
 from sunset.recording import PLAN_FILE, PLAN_VERSION, RUN_FILE, CampaignPlan, read_plan
 from sunset.scenarios import Scenario, load_suite, suite
 from sunset.schemas import check_fields, document_text
@@ -44,7 +44,6 @@ REFERENCE_SUITES: Final = ("nofault", "degraded")
 _CHANGING: Final = MappingProxyType({"manager_checksums": "managing system", "extensions": "extension"})
 """Key of a campaign's plan that holds checksums by name → what they are of, where that is the user's own."""
 _LOCK_FILE: Final = ".lock"
-_LONGEST_SLUG: Final = 100
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -128,7 +127,7 @@ def count_runs(out: Path) -> tuple[int, int] | None:
 def run_folder(out: Path, spec: RunSpec) -> Path:
     """Return where a campaign in `out` keeps this run."""
     parts = (spec.suite or "own", spec.manager_name, base_name(spec.scenario.name))
-    return out.joinpath("runs", *(_slug(part) for part in parts), f"seed-{spec.seed}")
+    return out.joinpath("runs", *(folder_name(part) for part in parts), f"seed-{spec.seed}")
 
 
 def bench(spec: BenchSpec, out: Path, *, jobs: int | None = None, progress: Progress | None = None) -> int:
@@ -288,7 +287,7 @@ def _describe(spec: BenchSpec, runs: Sequence[RunSpec], resources: Resources) ->
         plan_version=PLAN_VERSION,
         suite=spec.suite,
         scenarios=tuple(one.name for one in _chosen(spec)) if spec.scenarios else (),
-        scenarios_checksum=_checksum(repr([one.scenario for one in runs])),
+        scenarios_checksum=scenarios_checksum(runs),
         references=spec.references,
         managers=spec.managers,
         manager_checksums={
@@ -299,7 +298,7 @@ def _describe(spec: BenchSpec, runs: Sequence[RunSpec], resources: Resources) ->
         seed=spec.seed,
         runs=len(runs),
         model=spec.settings.model,
-        model_checksum=_checksum(json.dumps(resources.model.card.to_json(), sort_keys=True)),
+        model_checksum=model_checksum(resources.model.card),
         bag=str(spec.settings.bag) if spec.settings.bag else None,
         bag_checksum=resources.bag_checksum,
         loop=spec.settings.loop,
@@ -312,11 +311,15 @@ def _describe(spec: BenchSpec, runs: Sequence[RunSpec], resources: Resources) ->
     )
 
 
+def scenarios_checksum(runs: Sequence[RunSpec]) -> str:
+    """Return the SHA-256 of the scenarios of a campaign's runs, in hexadecimal."""
+    return _checksum(repr([one.scenario for one in runs]))
+
+
+def model_checksum(card: ModelCard) -> str:
+    """Return the SHA-256 of what a model's card says, in hexadecimal."""
+    return _checksum(json.dumps(card.to_json(), sort_keys=True))
+
+
 def _checksum(text: str) -> str:
     return hashlib.sha256(text.encode()).hexdigest()
-
-
-def _slug(text: str) -> str:
-    """Return `text` as a folder's name; distinct texts have distinct names."""
-    slug = re.sub(r"[^A-Za-z0-9_+.-]+", "-", text).strip("-.")[:_LONGEST_SLUG]
-    return slug if slug == text else f"{slug}-{hashlib.sha256(text.encode()).hexdigest()[:8]}"

@@ -9,7 +9,9 @@ from sunset.managing.loading import (
     load_manager,
     manager_sources,
     register_manager,
+    sources_digest,
     split_label,
+    unfiled_sources,
 )
 from sunset.managing.none import NoAdaptation
 from sunset.managing.reactive import Reactive
@@ -28,5 +30,7 @@ __all__ = [
     "load_manager",
     "manager_sources",
     "register_manager",
+    "sources_digest",
     "split_label",
+    "unfiled_sources",
 ]

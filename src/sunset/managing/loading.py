@@ -126,7 +126,7 @@ def register_manager(manager: Callable[..., ManagingSystem], name: str = "") -> 
     name = name or f"{origin.__module__}:{getattr(origin, '__qualname__', type(origin).__name__)}"
     made = manager if isinstance(manager, type) else _class_of_factory(name, manager)
     _registered[name], _passed[name] = _checked_class(name, made), manager
-    digest = _digest(source.read_bytes() for source in manager_sources(name, made))
+    digest = sources_digest(source.read_bytes() for source in manager_sources(name, made))
     if _first.get(name, (None,))[0] is not origin:
         _first[name] = origin, digest
     if _first[name][1] != digest:
@@ -251,12 +251,17 @@ def checksum(spec: str, sources: Iterable[Path]) -> str:
     Of one that was passed as a class, the source of classes that have no file, as in a notebook, is part of it, and so
     are the arguments of a `functools.partial`. It is an empty text where these do not say what is run.
     """
-    files = [source.read_bytes() for source in sources]
-    others = _passed_texts(_passed[spec]) if spec in _passed else []
-    return "" if others is None else _digest([*files, *others])
+    others = unfiled_sources(spec)
+    return "" if others is None else sources_digest([*(source.read_bytes() for source in sources), *others])
 
 
-def _digest(texts: Iterable[bytes]) -> str:
+def unfiled_sources(spec: str) -> list[bytes] | None:
+    """Return what `checksum` is made of besides files; None where it does not say what is run."""
+    return _passed_texts(_passed[spec]) if spec in _passed else []
+
+
+def sources_digest(texts: Iterable[bytes]) -> str:
+    """Return the SHA-256 that `checksum` returns of these contents, in their order; empty if there is none."""
     digests = b"".join(hashlib.sha256(text).digest() for text in texts)
     return hashlib.sha256(digests).hexdigest() if digests else ""
 

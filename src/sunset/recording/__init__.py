@@ -5,9 +5,11 @@ open, `run.json` says what was run and what came out. It appears under its name 
 runs of the same specification leave the same bytes. A run that keeps its images has a fourth, `images.mcap`.
 """
 
+from sunset.recording._bag import BAG_FILES
+from sunset.recording.contradictions import TELLING_TOPICS, contradictions
 from sunset.recording.images import IMAGES_FILE, StoredImage, read_images
 from sunset.recording.logs import LogLine, log_of, read_log
-from sunset.recording.reader import read_messages, read_timeline
+from sunset.recording.reader import check_extensions, read_messages, read_timeline, timeline_of
 from sunset.recording.schema import (
     PLAN_FILE,
     PLAN_VERSION,
@@ -22,16 +24,18 @@ from sunset.recording.schema import (
     stored_figures,
 )
 from sunset.recording.stored import StoredRun, read_stored_run, told_topics
-from sunset.recording.timelines import timeline
+from sunset.recording.timelines import measured_topics, timeline
 from sunset.recording.values import RecordedMessage
 from sunset.recording.writer import RecordWriter
 
 __all__ = [
+    "BAG_FILES",
     "IMAGES_FILE",
     "PLAN_FILE",
     "PLAN_VERSION",
     "RECORD_VERSION",
     "RUN_FILE",
+    "TELLING_TOPICS",
     "CampaignPlan",
     "LogLine",
     "RecordWriter",
@@ -40,8 +44,11 @@ __all__ = [
     "StoredFault",
     "StoredImage",
     "StoredRun",
+    "check_extensions",
+    "contradictions",
     "differing_figures",
     "log_of",
+    "measured_topics",
     "read_images",
     "read_log",
     "read_messages",
@@ -51,5 +58,6 @@ __all__ = [
     "read_timeline",
     "stored_figures",
     "timeline",
+    "timeline_of",
     "told_topics",
 ]

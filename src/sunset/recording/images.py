@@ -25,7 +25,6 @@ from sunset.interfaces.std_msgs.msg import Float64
 from sunset.interfaces.system_interfaces.msg import SensorFusion, SetBlackboardGroup
 from sunset.recording._bag import BagWriter, read_bag
 from sunset.recording._images import ImageDigester
-from sunset.recording.timelines import content_of
 from sunset.recording.values import Payload
 from sunset.system import RESULT_TOPIC, TRUTH_TOPIC
 
@@ -34,8 +33,14 @@ IMAGES_FILE: Final = "images.mcap"
 
 _SUFFIX: Final = "/compressed"
 """As image_transport names the topic of the compressed images of another."""
+_TYPE: Final = type_name(CompressedImage)
 _LAYOUTS: Final = {"bgr8": (np.uint8, 3), "16UC1": (np.uint16, 1), "8UC1": (np.uint8, 1)}
 """Encoding → type and number of channels, of images that are compressed; others are kept as they are."""
+_KINDS: Final = {
+    encoding: (np.dtype(kind), (channels,) if channels > 1 else ())
+    for encoding, (kind, channels) in _LAYOUTS.items()
+}
+"""Encoding → type and last dimensions of the pixels that are read again."""
 _KEPT: Final = 16
 """How many PNG files are at hand for the same pixels on another topic."""
 
@@ -74,10 +79,11 @@ class StoredImage:
         """The pixels as they were published: `bgr8` (H, W, 3) uint8, `16UC1` (H, W) uint16, `8UC1` (H, W) uint8.
 
         Raises:
-            RecordError: the file is damaged, or of another encoding.
+            RecordError: the file is damaged, or is not of its encoding.
         """
-        decoded = cv2.imdecode(np.frombuffer(_without_palette(self.png), np.uint8), cv2.IMREAD_UNCHANGED)
-        if decoded is None or _LAYOUTS.get(self.encoding) != (decoded.dtype.type, (*decoded.shape, 1)[2]):
+        is_whole = len(self.png) > _BODY
+        decoded = _decoded(_without_palette(self.png)) if is_whole else None
+        if decoded is None or (decoded.dtype, decoded.shape[2:]) != _KINDS.get(self.encoding):
             raise RecordError(f"The image on {self.topic} at {self.time_ns} ns is damaged.")
         return cast("_Pixels", decoded)
 
@@ -110,7 +116,7 @@ class ImageWriter:
             return
         key = self._digester.digest(image.data), image.encoding, *pixels.shape, image.step
         if key not in self._pngs:
-            self._pngs[key] = cv2.imencode(".png", pixels, [cv2.IMWRITE_PNG_COMPRESSION, 1])[1].tobytes()
+            self._pngs[key] = cv2.imencode(".png", pixels, [cv2.IMWRITE_PNG_COMPRESSION, 0])[1].tobytes()
             self._pngs = dict(list(self._pngs.items())[-_KEPT:])
         png = self._pngs[key]
         if topic in _PALETTES:
@@ -139,8 +145,8 @@ def read_images(folder: Path) -> Iterator[StoredImage]:
     if not (folder / IMAGES_FILE).exists():
         raise RecordError(f"The record {folder} has no images: run it with --images.")
     for payload in read_bag(folder, IMAGES_FILE):
-        if payload.topic.endswith(_SUFFIX):
-            message = content_of(payload.decoded(), CompressedImage)
+        if payload.type == _TYPE:  # an image that is kept as it is may be on a topic of such a name
+            message = cast("CompressedImage", payload.decoded().message)
             yield StoredImage(
                 topic=payload.topic.removesuffix(_SUFFIX),
                 time_ns=payload.time_ns,
@@ -148,6 +154,14 @@ def read_images(folder: Path) -> Iterator[StoredImage]:
                 encoding=message.format.partition(";")[0],
                 png=message.data.tobytes(),
             )
+
+
+def _decoded(png: bytes) -> npt.NDArray[np.generic] | None:
+    """Return the pixels of a PNG file; None if it is damaged, or says that it has more than any image."""
+    try:
+        return cv2.imdecode(np.frombuffer(png, np.uint8), cv2.IMREAD_UNCHANGED)
+    except cv2.error:
+        return None
 
 
 def _pixels_of(image: Image) -> _Pixels | None:

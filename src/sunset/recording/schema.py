@@ -29,6 +29,8 @@ PLAN_FILE: Final = "bench.json"
 _MOST: Final = 10**6
 """No number of a run is larger; twelve days, of those that are times."""
 _Positive = Annotated[float, Meta(gt=0, le=_MOST)]
+_Period = Annotated[float, Meta(gt=0.001, le=_MOST)]
+_WarmUp = Annotated[float, Meta(ge=0, le=_MOST)]
 
 
 class StoredFault(msgspec.Struct, frozen=True):
@@ -92,9 +94,9 @@ class RunRecord(msgspec.Struct, frozen=True, kw_only=True):
     jitter: float | UnsetType = UNSET
     latency_s: float | UnsetType = UNSET
     speed: float | UnsetType = UNSET
-    warm_up_s: float | UnsetType = UNSET
+    warm_up_s: _WarmUp | UnsetType = UNSET
     duration_s: _Positive
-    period_s: _Positive
+    period_s: _Period
     expected_frames: Annotated[int, Meta(gt=0, le=_MOST)]
     entropy_threshold: _Positive
     sharpness_threshold: _Positive

@@ -32,11 +32,13 @@ class LoadedExtension:
         name: the file's name, or that of the entry point.
         where: the file's absolute path, or the name of the entry point.
         checksum: the SHA-256 of the file that it is written in, in hexadecimal.
+        source: that file's path.
     """
 
     name: str
     where: str
     checksum: str
+    source: str
 
 
 @dataclass
@@ -99,7 +101,7 @@ def load_extension(where: str | Path, *, checksum: str = "") -> None:
             _state.loading.remove(place)
         source = Path(str(module.__file__))
         digest = compiled_checksum(source) or file_digest(source)
-        loaded = LoadedExtension(Path(place).name, place, digest)
+        loaded = LoadedExtension(Path(place).name, place, digest, str(source))
         if loaded.name in {one.name for one in _state.loaded}:
             raise ExtensionError(f"The name of the extension {loaded.name} is taken: rename {where}.")
     elif is_file and not checksum and is_edited(Path(place)):

@@ -16,6 +16,7 @@ import msgspec
 from sunset import __version__
 from sunset.classes import CLASSES, COLOURS
 from sunset.errors import OutputError, RecordError
+from sunset.input_files import open_regular
 from sunset.recording import RunRecord, StoredImage, StoredRun, read_messages
 from sunset.recording.reader import check_extensions
 from sunset.viewing.collecting import run_view
@@ -33,7 +34,15 @@ _OTHERS: Final = 280_000
 _NO_PICTURES: Final = PicturesView(0, 0, "", None, [], [])
 
 _STYLES: Final = ("uplot/uPlot.min.css", "page.css")
-_SCRIPTS: Final = ("uplot/uPlot.iife.min.js", "pictures.js", "lanes.js", "page.js")
+_SCRIPTS: Final = (
+    "uplot/uPlot.iife.min.js",
+    "pictures.js",
+    "lanes.js",
+    "runs.js",
+    "moment.js",
+    "words.js",
+    "page.js",
+)
 _MARK: Final = '<meta name="generator" content="sunset view">'
 """By which a page is known that may be written over."""
 _HEAD: Final = 1000
@@ -108,7 +117,7 @@ def check_page_file(file: Path) -> None:
 
 
 def _head(file: Path) -> bytes:
-    with file.open("rb") as opened:
+    with open_regular(file) as opened:
         return opened.read(_HEAD)
 
 
@@ -131,9 +140,10 @@ def write_page(viewed: Sequence[Viewed], file: Path, *, progress: Progress | Non
         temporary.write_text(text, encoding="utf-8")
         temporary.replace(file)
     except OSError as error:
+        raise _page_error(file, error) from error
+    finally:
         with suppress(OSError):
             temporary.unlink(missing_ok=True)
-        raise _page_error(file, error) from error
 
 
 def _page_error(file: Path, error: OSError) -> OutputError:
@@ -190,7 +200,7 @@ def _frames(run: RunRecord) -> int:
 def _filled(page: Page) -> str:
     """Return the page as HTML. Nothing in it is of the template's kind: what is said of runs stands as data."""
     style = "\n".join(_asset(name) for name in _STYLES)
-    script = "\n".join(_asset(name) for name in _SCRIPTS)
+    script = "\n".join(['"use strict";', *(_asset(name) for name in _SCRIPTS)])
     # a text of a run must not end the element that it stands in
     data = msgspec.json.encode(page).decode().replace("<", "\\u003c")
     parts = {

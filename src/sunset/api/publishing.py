@@ -1,0 +1,111 @@
+"""Campaigns for others: packed into one file, and checked."""
+
+import secrets
+from collections.abc import Sequence
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Final
+
+from sunset import bundling
+from sunset.api.options import Extensions, as_path, check_flags, check_progress, extended, whole_of
+from sunset.bundling import Bundle, Rerun, Verification
+from sunset.errors import InvalidInputError
+from sunset.seeding import check_seed
+from sunset.texts import shown
+from sunset.workers import Progress
+
+_SEEDS: Final = 2**32
+
+
+def bundle(
+    folder: str | Path,
+    out: str | Path,
+    *,
+    title: str = "",
+    authors: Sequence[str] = (),
+    licence: str = "",
+    date: str | None = None,
+    extensions: Extensions = (),
+    progress: Progress | None = None,
+) -> Bundle:
+    """Pack a finished campaign into one zip file that others can check, as `sunset bundle` does.
+
+    The same campaign, arguments and date give the same bytes.
+
+    Args:
+        folder: what `bench` has written.
+        out: the file, which must not exist.
+        title: of the bundle; one made of the campaign's plan if empty.
+        authors: a name each, with an ORCID behind it if there is one; anonymous if there are none.
+        licence: under which others may use it, as SPDX calls it, such as `CC-BY-4.0`, or its address; none if empty.
+        date: the day of publication, as `2026-03-14`; today if None.
+        extensions: those of the managed system that the campaign was run with.
+        progress: called with (runs that are checked, runs in all).
+
+    Raises:
+        RecordError: the folder holds no campaign, an unfinished one, or one that was changed.
+        InvalidInputError: another argument is not usable.
+        ManagerError: a managing system, whose source is needed, cannot be loaded.
+        OutputError: the file exists, or cannot be written.
+    """
+    check_progress(progress)
+    for name, text in (("title", title), ("licence", licence)):
+        if not isinstance(text, str):
+            raise InvalidInputError(f"The {name} must be a text, got {shown(text)}.")
+    if not isinstance(authors, list | tuple):
+        raise InvalidInputError(f"The authors must be a list of names, got {shown(authors)}.")
+    today = datetime.now(tz=UTC).date().isoformat()  # noqa: TID251  the day of publication is no result
+    with extended(extensions):
+        return bundling.bundle(
+            as_path(folder, "folder of the campaign"),
+            as_path(out, "bundle"),
+            published=today if date is None else date,
+            title=title,
+            authors=authors,
+            licence=licence,
+            progress=progress,
+        )
+
+
+def verify(
+    path: str | Path,
+    *,
+    run_again: int = 3,
+    seed: int | None = None,
+    trust: bool = False,
+    model: str | Path | None = None,
+    bag: str | Path | None = None,
+    progress: Progress | None = None,
+) -> Verification:
+    """Check what `bundle` has written, as `sunset verify` does: every figure, and some runs by running them again.
+
+    Nothing in the bundle is executed, unless it is trusted.
+
+    Args:
+        path: of the file.
+        run_again: how many runs are run again, chosen at random among those that can be.
+        seed: of the choice; another one each time if None, so that nobody knows beforehand which ones it will be.
+        trust: whether the bundle's own managing systems and extensions, which are programs, may run.
+        model: the folder of the campaign's model, where it is not one that is installed.
+        bag: the campaign's bag, where it is not the default flight.
+        progress: called with (runs that are computed or run again, such runs in all).
+
+    Raises:
+        RecordError: it is not a bundle, is of another version, or is not fit to be opened.
+        InvalidInputError: another argument is not usable.
+    """
+    check_progress(progress)
+    check_flags(trust=trust)
+    number = whole_of(run_again)
+    if isinstance(number, bool) or not isinstance(number, int) or number < 0:
+        raise InvalidInputError(
+            f"The number of runs to run again must be at least 0, got {shown(run_again)}."
+        )
+    rerun = Rerun(
+        number=number,
+        seed=secrets.randbelow(_SEEDS) if seed is None else check_seed(whole_of(seed)),
+        trust=trust,
+        model=None if model is None else str(as_path(model, "model")),
+        bag=None if bag is None else as_path(bag, "bag"),
+    )
+    return bundling.verify(as_path(path, "bundle"), rerun, progress=progress)

@@ -1,0 +1,184 @@
+"""Writing zip files whose bytes depend on their content only, and opening those of strangers."""
+
+import hashlib
+import os
+import shutil
+import stat
+import zipfile
+import zlib
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path, PurePosixPath
+from typing import Final
+
+from sunset.bundling.layout import CHECKSUMS_FILE
+from sunset.errors import OutputError, RecordError
+from sunset.input_files import check_regular, file_digest, read_text
+from sunset.texts import counted, printable
+
+_EPOCH: Final = (1980, 1, 1, 0, 0, 0)
+"""The earliest time that a zip file can give: it says nothing, so that the same files give the same bytes."""
+_PERMISSIONS: Final = (stat.S_IFREG | 0o644) << 16
+_UNIX: Final = 3
+_METHODS: Final = frozenset({zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED})
+_ENCRYPTED: Final = 0x1
+_SMALL: Final = 2**28
+"""256 MiB: so much may any bundle expand to."""
+_RATIO: Final = 50
+"""A larger one may expand to so many times its size; records are compressed already."""
+_PIECE: Final = 2**20
+
+
+def check_new(out: Path) -> None:
+    """Check that there is no such file.
+
+    Raises:
+        OutputError: there is.
+    """
+    if out.exists():
+        raise OutputError(f"The file {out} exists already: remove it, or name another one with --out.")
+
+
+def write_archive(out: Path, files: Mapping[str, Path | bytes]) -> str:
+    """Write files, and the list of their checksums, into a new zip file; return its SHA-256, in hexadecimal.
+
+    Args:
+        out: the file, which appears when it is complete.
+        files: name in it → a file, or its content.
+
+    Raises:
+        OutputError: it exists, or cannot be written.
+        RecordError: a file cannot be read.
+    """
+    check_new(out)
+    temporary = out.with_name(f".{out.name}.{os.getpid()}.part")
+    sums = ""
+    try:
+        with zipfile.ZipFile(temporary, "w") as archive:
+            for name in sorted(files):
+                content = _content(files[name])
+                sums += f"{hashlib.sha256(content).hexdigest()}  {name}\n"
+                _add(archive, name, content)
+            _add(archive, CHECKSUMS_FILE, sums.encode())
+        digest = file_digest(temporary)
+        temporary.replace(out)
+    except OSError as error:
+        raise OutputError(
+            f"The bundle {out} cannot be written: {error.strerror}; name another file with --out."
+        ) from error
+    finally:
+        temporary.unlink(missing_ok=True)
+    return digest
+
+
+def _content(source: Path | bytes) -> bytes:
+    try:
+        return source if isinstance(source, bytes) else source.read_bytes()
+    except OSError as error:
+        raise RecordError(f"The file {source!s} cannot be read: {error.strerror}.") from error
+
+
+def _add(archive: zipfile.ZipFile, name: str, content: bytes) -> None:
+    info = zipfile.ZipInfo(name, _EPOCH)
+    info.create_system, info.external_attr = _UNIX, _PERMISSIONS
+    archive.writestr(info, content, zipfile.ZIP_DEFLATED, 9)
+
+
+def extract_archive(path: Path, into: Path) -> None:
+    """Write the files of a zip file into an empty folder, and nothing outside of it.
+
+    Raises:
+        RecordError: there is no such file, it is not a zip file, is damaged or encrypted, has a file that does not
+            belong below the folder, or expands to more than it says or than a bundle does.
+    """
+    try:
+        check_regular(path)
+    except FileNotFoundError as error:
+        raise RecordError(f"There is no bundle {path}: name a file that 'sunset bundle' wrote.") from error
+    except OSError as error:
+        raise RecordError(f"The bundle {path} cannot be read: {error.strerror}.") from error
+    with _translated(path), zipfile.ZipFile(path) as archive:
+        infos = [info for info in archive.infolist() if not info.is_dir()]
+        _check(path, infos)
+        for info in infos:
+            file = into / info.filename
+            file.parent.mkdir(parents=True, exist_ok=True)
+            with archive.open(info) as packed, file.open("xb") as unpacked:
+                shutil.copyfileobj(
+                    packed, unpacked, _PIECE
+                )  # not more than the announced size: zipfile sees to it
+
+
+@contextmanager
+def _translated(path: Path) -> Iterator[None]:
+    """Turn what reading a damaged zip file raises into one sentence."""
+    try:
+        yield
+    except zipfile.BadZipFile as error:
+        reason = printable(str(error)).rstrip(".")
+        raise RecordError(f"The bundle {path} is not a zip file, or a damaged one: {reason}.") from error
+    except (zlib.error, EOFError, NotImplementedError, UnicodeDecodeError, ValueError) as error:
+        raise RecordError(f"The bundle {path} is damaged: {printable(str(error)).rstrip('.')}.") from error
+    except (FileExistsError, NotADirectoryError, IsADirectoryError) as error:
+        raise RecordError(
+            f"The bundle {path} has two files of one name: take the bundle as it was published."
+        ) from error
+    except OSError as error:
+        raise OutputError(
+            f"The bundle {path} cannot be opened into a temporary folder: {error.strerror or error}; free some space, "
+            "or name another folder with TMPDIR."
+        ) from error
+
+
+def _check(path: Path, infos: list[zipfile.ZipInfo]) -> None:
+    """Check what a zip file says of its files before any of them is unpacked."""
+    for info in infos:
+        name = info.filename
+        shown = printable(name)
+        parts = PurePosixPath(name).parts
+        if name.startswith("/") or "\\" in name or ".." in parts or not name.isprintable():
+            raise RecordError(
+                f"The bundle {path} has a file that does not belong below its folder, {shown!r}: it is not opened."
+            )
+        if stat.S_ISLNK(info.external_attr >> 16):
+            raise RecordError(
+                f"The bundle {path} has a link, {shown!r}, and not only files: it is not opened."
+            )
+        if info.flag_bits & _ENCRYPTED:
+            raise RecordError(
+                f"The bundle {path} is encrypted: name one that can be read without a password."
+            )
+        if info.compress_type not in _METHODS:
+            raise RecordError(
+                f"The bundle {path} is packed in a way that bundles are not, {shown!r} with method "
+                f"{info.compress_type}: take the bundle as it was published."
+            )
+    size, limit = sum(info.file_size for info in infos), max(_SMALL, _RATIO * path.stat().st_size)
+    if size > limit:
+        raise RecordError(
+            f"The bundle {path} would expand to {size} bytes, and one of its size has at most {limit}: it is not "
+            "opened."
+        )
+
+
+def differing_files(folder: Path) -> Iterator[str]:
+    """Yield a sentence for each file of an opened bundle that is not as the list of checksums says."""
+    try:
+        lines = read_text(folder / CHECKSUMS_FILE, _SMALL).splitlines()
+    except (OSError, UnicodeDecodeError):
+        yield f"{CHECKSUMS_FILE}: it is missing, or not a text, so that nothing says what the files were."
+        return
+    listed = {name: digest for digest, _, name in (line.partition("  ") for line in lines)}
+    found = {file.relative_to(folder).as_posix() for file in folder.rglob("*") if file.is_file()}
+    for name in sorted(listed.keys() - found):
+        yield f"{printable(name)}: it is missing, and stands in {CHECKSUMS_FILE}."
+    for name in sorted(found - listed.keys() - {CHECKSUMS_FILE}):
+        yield f"{name}: it does not stand in {CHECKSUMS_FILE}."
+    for name in sorted(found & listed.keys()):
+        if file_digest(folder / name) != listed[name]:
+            yield f"{name}: it was changed, since its checksum is not that in {CHECKSUMS_FILE}."
+
+
+def count_files(folder: Path) -> str:
+    """Return how many files an opened bundle has, in words."""
+    return counted(sum(1 for file in folder.rglob("*") if file.is_file()), "file")

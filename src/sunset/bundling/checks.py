@@ -1,0 +1,281 @@
+"""What can be found out about a campaign from its files alone: nothing is run, and no code of theirs is executed."""
+
+from collections.abc import Collection, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Final
+
+from msgspec import UNSET
+
+from sunset.errors import InvalidInputError, RecordError
+from sunset.experiments import (
+    BenchSpec,
+    RunSpec,
+    Settings,
+    Timing,
+    model_checksum,
+    plan,
+    run_folder,
+    scenarios_checksum,
+)
+from sunset.managing import MANAGERS
+from sunset.metrics import score
+from sunset.names import base_name
+from sunset.output_files import folder_name
+from sunset.perception import ModelCard
+from sunset.recording import (
+    PLAN_FILE,
+    RUN_FILE,
+    TELLING_TOPICS,
+    CampaignPlan,
+    RunRecord,
+    StoredFault,
+    check_extensions,
+    contradictions,
+    differing_figures,
+    measured_topics,
+    read_messages,
+    read_run,
+    stored_figures,
+    timeline_of,
+)
+from sunset.system import loaded_extensions
+from sunset.texts import counted, shown
+from sunset.workers import Progress
+
+_MOST: Final = 10_000
+"""No campaign has more managing systems times repetitions."""
+_COMMON: Final = ("bag_frames", "bag_size", "bag_dropped", "frame_size", "compute_s")
+"""What is the same in all runs of a campaign, and stands in no plan."""
+
+
+@dataclass
+class Findings:
+    """What was found.
+
+    Attributes:
+        problems: a sentence for each thing that is not as it should be, with the file or run that it is about.
+        unchecked: a sentence for each thing that could not be checked.
+        recomputed: how many runs' figures were computed from their messages.
+        runs: those that the plan has, with their folders, as far as they can be read.
+    """
+
+    problems: list[str] = field(default_factory=list)
+    unchecked: list[str] = field(default_factory=list)
+    recomputed: int = 0
+    runs: list[tuple[RunSpec, Path, RunRecord]] = field(default_factory=list)
+
+
+def planned_runs(described: CampaignPlan, suite: str) -> tuple[RunSpec, ...]:
+    """Return all runs of a campaign that a plan describes.
+
+    Args:
+        described: the plan.
+        suite: the suite's name, or the folder of its scenarios.
+
+    Raises:
+        InvalidInputError: it describes none.
+    """
+    if len(described.managers) * described.repetitions > _MOST:
+        raise RecordError(
+            f"No campaign has {counted(len(described.managers), 'managing system')} and {described.repetitions} "
+            "repetitions."
+        )
+    try:
+        timing = Timing(**described.timing)
+    except TypeError as error:
+        raise RecordError(
+            f"There is a timing that no campaign has: {', '.join(described.timing)}."
+        ) from error
+    settings = Settings(
+        model=described.model,
+        loop=described.loop,
+        timing=timing,
+        device=described.device,
+        middleware=described.middleware,
+        speed=described.speed,
+    )
+    return plan(
+        BenchSpec(
+            suite=suite,
+            scenarios=tuple(map(base_name, described.scenarios)),
+            references=described.references,
+            managers=described.managers,
+            repetitions=described.repetitions,
+            seed=described.seed,
+            settings=settings,
+        )
+    )
+
+
+def check_campaign(
+    folder: Path,
+    described: CampaignPlan,
+    card: ModelCard,
+    suite: str,
+    progress: Progress | None = None,
+) -> Findings:
+    """Check that the runs in a campaign's folder are those of its plan, and that their figures follow from them.
+
+    Args:
+        folder: of the campaign.
+        described: its plan.
+        card: of its model.
+        suite: the suite's name, or the folder of its scenarios.
+        progress: called with (runs that are checked, runs in all).
+    """
+    findings = Findings()
+    found = {file.parent for file in folder.glob(f"runs/*/*/*/*/{RUN_FILE}")}
+    if model_checksum(card) != described.model_checksum:
+        findings.problems.append(f"{PLAN_FILE}: its model is another one than the card that is there.")
+    if {one.name: one.checksum for one in loaded_extensions()} != described.extensions:
+        _check_unextended(findings, folder, described, found)
+        return findings
+    try:
+        specs = planned_runs(described, suite)
+    except InvalidInputError as error:
+        findings.problems.append(f"{PLAN_FILE}: it describes no campaign: {error}")
+        return findings
+    if scenarios_checksum(specs) != described.scenarios_checksum or len(specs) != described.runs:
+        findings.problems.append(
+            f"{PLAN_FILE}: it was changed, or is of another version's suite: its scenarios or number of runs are not "
+            "those that it describes."
+        )
+    places = {run_folder(folder, spec): spec for spec in specs}
+    for place in sorted(found - places.keys()):
+        findings.problems.append(f"{_name(place, folder)}: the run is not part of the plan.")
+    for done, (place, spec) in enumerate(places.items(), 1):
+        if place in found:
+            with _noted(findings, folder, place) as problems:
+                run = read_run(place)
+                findings.runs.append((spec, place, run))
+                problems.extend(_misfits(run, spec, described, card, findings.runs[0][2]))
+                problems.extend(_recomputed(run, place))
+                findings.recomputed += run.manager_failed is None
+        else:
+            findings.problems.append(f"{_name(place, folder)}: the run is missing.")
+        if progress is not None:
+            progress(done, len(places))
+    _note_unchecked(findings)
+    return findings
+
+
+def _check_unextended(
+    findings: Findings, folder: Path, described: CampaignPlan, found: Collection[Path]
+) -> None:
+    """Check what can be checked of runs of an extended system where its extensions are not to be executed."""
+    findings.unchecked.append(
+        f"The figures of {counted(len(found), 'run')} were not computed again, since that needs the campaign's "
+        f"extensions ({', '.join(described.extensions) or 'none'}), whose code --trust lets run."
+    )
+    if len(found) != described.runs:
+        findings.problems.append(
+            f"{PLAN_FILE}: it has {counted(described.runs, 'run')}, and {len(found)} are there."
+        )
+    for place in sorted(found):
+        with _noted(findings, folder, place) as problems:
+            run = read_run(place)
+            named = (run.suite or "own", run.manager, base_name(run.scenario))
+            if place != folder.joinpath("runs", *map(folder_name, named), f"seed-{run.seed}"):
+                problems.append(f"it says that it is seed {run.seed} of {run.scenario} with {run.manager}")
+            if run.manager_failed is None:
+                problems.extend(contradictions(run, read_messages(place, TELLING_TOPICS)))
+
+
+@contextmanager
+def _noted(findings: Findings, folder: Path, place: Path) -> Iterator[list[str]]:
+    """Give a list, and note what it has at the end, and why a run could not be read, as problems of the run."""
+    problems: list[str] = []
+    try:
+        yield problems
+    except RecordError as error:
+        problems.append(str(error).replace(f"{folder}/", "").removesuffix("."))
+    findings.problems += [f"{_name(place, folder)}: {problem}." for problem in problems]
+
+
+def _name(place: Path, folder: Path) -> str:
+    return place.relative_to(folder).as_posix()
+
+
+def _note_unchecked(findings: Findings) -> None:
+    """Say which runs have no figures, and which are left out for reasons that messages do not show."""
+    failed = sum(1 for _, _, run in findings.runs if run.manager_failed is not None)
+    invalid = sum(1 for _, _, run in findings.runs if not run.valid) - failed
+    if failed:
+        findings.unchecked.append(
+            f"{counted(failed, 'run')} failed, and left no messages to compute figures from."
+        )
+    if invalid:
+        findings.unchecked.append(
+            f"Why {counted(invalid, 'run')} should not count: the observer saw it, and the messages do not show it."
+        )
+
+
+def _recomputed(run: RunRecord, place: Path) -> Iterator[str]:
+    """Yield in what a run's messages contradict its `run.json`."""
+    if run.manager_failed is not None:
+        return
+    check_extensions(run, place)
+    messages = read_messages(place, measured_topics() | TELLING_TOPICS)
+    yield from contradictions(run, messages)
+    stored, computed = stored_figures(run, place / RUN_FILE), score(timeline_of(run, messages)).to_json()
+    for name in differing_figures(stored, computed):
+        yield f"its {name} is stored as {_number(stored[name])}, and the messages give {_number(computed[name])}"
+
+
+def _number(value: float | None) -> str:
+    return "N/A" if value is None else f"{value:.6g}"
+
+
+def _misfits(
+    run: RunRecord, spec: RunSpec, described: CampaignPlan, card: ModelCard, first: RunRecord
+) -> Iterator[str]:
+    """Yield in what the `run.json` of a run is not that of a run of the plan."""
+    expected = _expected(spec, described, card) | {name: getattr(first, name) for name in _COMMON}
+    for name, value in expected.items():
+        stored = getattr(run, name)
+        if stored != value:
+            yield f"its {name} is {_shown(stored)}, and that of the plan {_shown(value)}"
+    versions = {name: run.versions.get(name) for name in described.versions}
+    if versions != described.versions:
+        yield f"its versions are {_shown(versions)}, and those of the plan {_shown(described.versions)}"
+    if run.valid != (not run.reason):
+        yield f"it is stored as {'' if run.valid else 'in'}valid, with the reason {_shown(run.reason)}"
+    if run.manager_failed is not None and spec.manager in MANAGERS and not described.extensions:
+        yield f"it is stored as failed, which a run of {spec.manager} never is"
+
+
+def _expected(spec: RunSpec, described: CampaignPlan, card: ModelCard) -> dict[str, object]:
+    """Return what a run's `run.json` must say, by the plan and the model's card."""
+    timing, live = spec.settings.timing, spec.settings.live
+    known = described.manager_checksums.get(spec.manager_name)
+    return {
+        "scenario": spec.scenario.name,
+        "faults": [StoredFault(fault.name, fault.value) for fault in spec.scenario.faults],
+        "suite": spec.suite,
+        "manager": spec.manager_name,
+        "manager_spec": spec.manager if spec.label else UNSET,
+        **({} if known is None else {"manager_checksum": known}),
+        "seed": spec.seed,
+        "model": card.name,
+        "model_checksums": {str(modality): one.digest for modality, one in card.networks.items()},
+        "entropy_threshold": card.entropy_threshold,
+        "sharpness_threshold": card.sharpness_threshold,
+        "device": described.device,
+        "middleware": described.middleware,
+        "bag_checksum": described.bag_checksum,
+        "bag_looped": described.loop,
+        "jitter": UNSET if live else timing.jitter,
+        "latency_s": UNSET if live else timing.latency_s,
+        "speed": described.speed if live else UNSET,
+        "warm_up_s": timing.warm_up_s,
+        "duration_s": timing.duration_s,
+        "period_s": timing.period_s,
+        "expected_frames": timing.expected_frames,
+        "extensions": described.extensions or UNSET,
+    }
+
+
+def _shown(value: object) -> str:
+    return "nothing" if value is UNSET or value == "" else shown(value)

@@ -1,0 +1,169 @@
+"""Who is to be cited for a bundle: its authors, SUNSET, and the paper."""
+
+import re
+from dataclasses import dataclass
+from datetime import date
+from typing import Final
+
+import yaml
+
+from sunset import __version__
+from sunset.errors import InvalidInputError
+from sunset.texts import shown
+
+SOFTWARE: Final = "SUNSET: a ROS 2 exemplar for self-adaptation"
+DEVELOPERS: Final = "The SUNSET developers"
+PAPER: Final = "SUNSET - A Sensor-fUsioN based semantic SegmEnTation exemplar for ROS-based self-adaptation"
+PAPER_YEAR: Final = 2026
+VENUE: Final = "RoSE'26: International Workshop on Robotics Software Engineering"
+PAPER_AUTHORS: Final[tuple[tuple[str, str, str], ...]] = (
+    ("Wiedholz", "Andreas", "https://orcid.org/0000-0003-0118-8765"),
+    ("Paintner", "Rafael", ""),
+    ("Hoffmann", "Alwin", ""),
+    ("Hernandez", "Carlos", ""),
+    ("Huber", "Tobias", ""),
+)
+"""Family name, given name, ORCID where it is known."""
+
+ANONYMOUS: Final = "anonymous"
+
+_ORCID: Final = re.compile(r"^(?P<name>.*?)[ ,;(]*(https://orcid\.org/)?(?P<id>(\d{4}-){3}\d{3}[\dX])\)?$")
+_LICENCE_NAME: Final = re.compile(r"[A-Za-z0-9][A-Za-z0-9.+-]*")
+_LICENCE_ADDRESS: Final = re.compile(r"https?://\S+")
+
+
+@dataclass(frozen=True)
+class Author:
+    """Who made a campaign.
+
+    Attributes:
+        name: as it is to be cited.
+        orcid: the address of their ORCID; empty if they gave none.
+    """
+
+    name: str
+    orcid: str = ""
+
+
+@dataclass(frozen=True)
+class Citation:
+    """What a bundle is to be cited by.
+
+    Attributes:
+        title: its title.
+        authors: who made it; nobody where it is anonymous.
+        licence: the name of a licence as SPDX has it, or its address; empty if there is none.
+        published: the day.
+    """
+
+    title: str
+    authors: tuple[Author, ...]
+    licence: str
+    published: date
+
+    @property
+    def licence_address(self) -> str:
+        """The address of the licence; empty if there is none."""
+        named = self.licence and not _LICENCE_ADDRESS.fullmatch(self.licence)
+        return f"https://spdx.org/licenses/{self.licence}" if named else self.licence
+
+    def to_cff(self) -> str:
+        """Return it in the Citation File Format, version 1.2.0."""
+        key = "license-url" if self.licence_address == self.licence else "license"
+        content = {
+            "cff-version": "1.2.0",
+            "message": "If you use these results, please cite them, SUNSET, and its paper.",
+            "type": "dataset",
+            "title": self.title,
+            "authors": [
+                {"name": author.name} | ({"orcid": author.orcid} if author.orcid else {})
+                for author in self.authors or (Author(ANONYMOUS),)
+            ],
+            "date-released": self.published.isoformat(),
+            **({key: self.licence} if self.licence else {}),
+            "references": references(),
+        }
+        return str(yaml.safe_dump(content, sort_keys=False, allow_unicode=True, width=100))
+
+
+def references() -> list[dict[str, object]]:
+    """Return what any bundle cites, as the Citation File Format has it: SUNSET, and the paper."""
+    return [
+        {
+            "type": "software",
+            "title": SOFTWARE,
+            "version": __version__,
+            "license": "MIT",
+            "authors": [{"name": DEVELOPERS}],
+        },
+        {
+            "type": "conference-paper",
+            "title": PAPER,
+            "year": PAPER_YEAR,
+            "authors": [
+                {"family-names": family, "given-names": given} | ({"orcid": orcid} if orcid else {})
+                for family, given, orcid in PAPER_AUTHORS
+            ],
+            "conference": {"name": VENUE},
+        },
+    ]
+
+
+def parse_author(text: str) -> Author:
+    """Return the author that a text names: a name, with an ORCID behind it if they have one.
+
+    Raises:
+        InvalidInputError: it has no name, or the ORCID's check digit is wrong.
+
+    >>> parse_author("Ada Lovelace 0000-0002-1825-0097")
+    Author(name='Ada Lovelace', orcid='https://orcid.org/0000-0002-1825-0097')
+    """
+    match = _ORCID.match(text.strip()) if isinstance(text, str) and text.isprintable() else None
+    name = match["name"] if match else text
+    if not isinstance(name, str) or not name.strip() or not name.isprintable():
+        raise InvalidInputError(
+            f"An author must be a name, with an ORCID behind it if there is one, got {shown(text)}."
+        )
+    if match is None:
+        return Author(name.strip())
+    if not _is_orcid(match["id"]):
+        raise InvalidInputError(
+            f"The ORCID {match['id']} of {name} is mistyped: its last digit does not fit the others."
+        )
+    return Author(name.strip(), f"https://orcid.org/{match['id']}")
+
+
+def _is_orcid(text: str) -> bool:
+    """Return whether the last digit is the check digit of the others (ISO 7064, MOD 11-2)."""
+    digits = text.replace("-", "")
+    total = 0
+    for digit in digits[:-1]:
+        total = (total + int(digit)) * 2
+    return digits[-1] == "0123456789X"[(12 - total % 11) % 11]
+
+
+def parse_licence(text: str) -> str:
+    """Return a licence that was given by its name or address.
+
+    Raises:
+        InvalidInputError: it is neither.
+    """
+    if text and not (_LICENCE_NAME.fullmatch(text) or _LICENCE_ADDRESS.fullmatch(text)):
+        raise InvalidInputError(
+            f"The licence must be a name of SPDX's, such as CC-BY-4.0, or an address, got {shown(text)}."
+        )
+    return text
+
+
+def parse_date(text: str) -> date:
+    """Return a day that was given as text.
+
+    Raises:
+        InvalidInputError: it is not written as 2026-03-14.
+    """
+    try:
+        return date.fromisoformat(text)
+    except (TypeError, ValueError) as error:
+        raise InvalidInputError(
+            f"The date must be a day, written as 2026-03-14, got {shown(text)}."
+        ) from error

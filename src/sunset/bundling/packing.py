@@ -1,0 +1,204 @@
+"""A campaign as one file that others can check: records, plan, sources, checksums, metadata, citation."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from sunset.bundling.archive import check_new, write_archive
+from sunset.bundling.checks import check_campaign
+from sunset.bundling.citation import Citation, parse_author, parse_date, parse_licence
+from sunset.bundling.crate import crate_text, description_of
+from sunset.bundling.layout import (
+    CAMPAIGN,
+    CARD_FILE,
+    CITATION_FILE,
+    CRATE_FILE,
+    MANIFEST_FILE,
+    README_FILE,
+    REPORT_FILE,
+    SCENARIOS,
+    Manifest,
+)
+from sunset.bundling.sources import find_extension_sources, find_manager_sources
+from sunset.errors import InvalidInputError, RecordError
+from sunset.evaluation import render_report
+from sunset.experiments import count_runs
+from sunset.perception import list_models, load_model
+from sunset.recording import (
+    BAG_FILES,
+    IMAGES_FILE,
+    PLAN_FILE,
+    RUN_FILE,
+    CampaignPlan,
+    check_extensions,
+    read_plan,
+    read_run,
+)
+from sunset.scenarios import suite_names
+from sunset.schemas import document_text
+from sunset.texts import counted
+from sunset.workers import Progress
+
+_README: Final = """# {title}
+
+{description}
+
+`campaign/bench.json` says what was run, `report.txt` is the table, and `CITATION.cff` says what to cite. With SUNSET
+installed, `sunset verify` of the zip file computes every figure from the recorded messages, runs some runs again, and
+says what differs. `sunset report` of the folder `campaign` prints the table, and of the folder of a run what happened
+in it.
+"""
+
+
+@dataclass(frozen=True, slots=True)
+class Bundle:
+    """A bundle that was written.
+
+    Attributes:
+        path: of the file.
+        sha256: of the file, in hexadecimal.
+        size: in bytes.
+        runs: how many runs are in it.
+        left_out: a sentence for each thing that is not in it.
+    """
+
+    path: Path
+    sha256: str
+    size: int
+    runs: int
+    left_out: tuple[str, ...]
+
+    def __str__(self) -> str:
+        """Return what was written, in lines."""
+        size = f"{self.size / 1e6:.1f} MB"
+        return "\n".join(
+            (f"{self.path}: {counted(self.runs, 'run')}, {size}", f"SHA-256 {self.sha256}", *self.left_out)
+        )
+
+
+def bundle(
+    folder: Path,
+    out: Path,
+    *,
+    published: str,
+    title: str = "",
+    authors: Sequence[str] = (),
+    licence: str = "",
+    progress: Progress | None = None,
+) -> Bundle:
+    """Pack a finished campaign into one zip file.
+
+    The same campaign, citation and day give the same bytes. What `verify` would find is found before anything is
+    written. The managed system of this process has the extensions of the campaign.
+
+    Args:
+        folder: what `bench` has written.
+        out: the file, which must not exist.
+        published: the day of publication, as 2026-03-14.
+        title: of the bundle; one made of the campaign's plan if empty.
+        authors: a name each, with an ORCID behind it if there is one; anonymous if there are none.
+        licence: under which others may use it, as SPDX calls it, or its address; none if empty.
+        progress: called with (runs that are checked, runs in all).
+
+    Raises:
+        RecordError: the folder holds no campaign, an unfinished one, or one that was changed.
+        InvalidInputError: what the bundle is to be cited by is not usable.
+        ManagerError: a managing system, whose source is needed, cannot be loaded.
+        OutputError: the file exists, or cannot be written.
+    """
+    described = _read(folder)
+    citation = Citation(
+        title=title or f"SUNSET campaign: {', '.join(described.managers)} over {described.suite}",
+        authors=tuple(map(parse_author, authors)),
+        licence=parse_licence(licence),
+        published=parse_date(published),
+    )
+    if not citation.title.isprintable():
+        raise InvalidInputError(
+            f"The title must be one line of printable characters, got {citation.title!r}."
+        )
+    check_new(out)
+    card = load_model(described.model).card
+    findings = check_campaign(folder, described, card, described.suite, progress)
+    if findings.problems:
+        first, *others = findings.problems
+        more = f" (and {counted(len(others), 'other problem')})" if others else ""
+        raise RecordError(f"The campaign in {folder} cannot be packed{more}: {first}")
+    managers, manager_files, lacking = find_manager_sources(described)
+    extensions, extension_files = find_extension_sources(described)
+    manifest = Manifest(managers=managers, extensions=extensions)
+    places = [place for _, place, _ in findings.runs]
+    files = manager_files | extension_files | _scenario_files(described) | _campaign_files(folder, places)
+    files |= {
+        CARD_FILE: document_text(card.to_json()).encode(),
+        REPORT_FILE: render_report(folder).encode(),
+        MANIFEST_FILE: document_text(manifest).encode(),
+        CITATION_FILE: citation.to_cff().encode(),
+        README_FILE: _README.format(title=citation.title, description=description_of(described)).encode(),
+    }
+    sizes = {
+        name: len(content) if isinstance(content, bytes) else content.stat().st_size
+        for name, content in files.items()
+    }
+    files[CRATE_FILE] = crate_text(described, citation, sizes).encode()
+    return Bundle(
+        path=out,
+        sha256=write_archive(out, files),
+        size=out.stat().st_size,
+        runs=len(places),
+        left_out=(*lacking, *_left_out(described, places)),
+    )
+
+
+def _read(folder: Path) -> CampaignPlan:
+    """Return the plan of a finished campaign, whose extensions are loaded.
+
+    Raises:
+        RecordError: it is none.
+    """
+    if not (folder / PLAN_FILE).is_file():
+        raise RecordError(
+            f"There is no campaign in {folder}, since {PLAN_FILE} is missing: name the folder that 'sunset bench "
+            "--out' wrote."
+        )
+    described = read_plan(folder)
+    done, planned = count_runs(folder) or (0, 0)
+    if done < planned:
+        raise RecordError(
+            f"The campaign in {folder} is not finished: {done} of {planned} runs are there; the command that began it "
+            "continues it."
+        )
+    for file in sorted(folder.glob(f"runs/*/*/*/*/{RUN_FILE}"))[:1]:
+        check_extensions(read_run(file.parent), file.parent)
+    return described
+
+
+def _campaign_files(folder: Path, places: Sequence[Path]) -> dict[str, Path | bytes]:
+    """Return the plan, and the files of the records, without images."""
+    files = [folder / PLAN_FILE, *(place / name for place in places for name in (RUN_FILE, *BAG_FILES))]
+    return {f"{CAMPAIGN}/{file.relative_to(folder).as_posix()}": file for file in files}
+
+
+def _scenario_files(described: CampaignPlan) -> dict[str, Path | bytes]:
+    """Return the files of the suite, where it is a folder."""
+    if described.suite in suite_names():
+        return {}
+    files = sorted(
+        file for file in Path(described.suite).iterdir() if file.suffix.lower() in {".yaml", ".yml"}
+    )
+    return {f"{SCENARIOS}/{file.name}": file for file in files}
+
+
+def _left_out(described: CampaignPlan, places: Sequence[Path]) -> list[str]:
+    """Return what of a campaign a bundle does not have, in sentences."""
+    kept = sum(1 for place in places if (place / IMAGES_FILE).exists())
+    left_out = [f"The images of {counted(kept, 'run')} are left out: they can be made again."] if kept else []
+    if described.bag is not None:
+        left_out.append(
+            f"The flight {described.bag} is left out: who runs something again needs it (SHA-256 over its files: "
+            f"{described.bag_checksum})."
+        )
+    if described.model not in list_models():
+        left_out.append(f"The model {described.model} is left out: who runs something again needs it.")
+    return left_out

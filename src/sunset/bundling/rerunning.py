@@ -1,0 +1,122 @@
+"""Runs of a bundle, run again: which ones can be, which ones are, and what differs."""
+
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from msgspec.structs import asdict
+
+from sunset.bundling.checks import Findings
+from sunset.bundling.opened import OpenedBundle
+from sunset.bundling.sources import bundle_file
+from sunset.errors import InvalidInputError, ManagerError
+from sunset.experiments import RunSpec, run_again
+from sunset.managing import MANAGERS
+from sunset.perception import list_models
+from sunset.recording import RunRecord
+from sunset.seeding import generator
+from sunset.source_files import import_from
+from sunset.texts import counted
+
+
+@dataclass(frozen=True)
+class Rerun:
+    """Which runs are run again, and with what.
+
+    Attributes:
+        number: how many, at most.
+        seed: of the choice among those that can be.
+        trust: whether code of the bundle may run.
+        model: the model's folder or name; that of the plan if None.
+        bag: the campaign's bag; the default flight if None.
+    """
+
+    number: int
+    seed: int
+    trust: bool = False
+    model: str | None = None
+    bag: Path | None = None
+
+
+_Run = tuple[RunSpec, Path, RunRecord]
+
+
+def choose_runs(opened: OpenedBundle, findings: Findings, rerun: Rerun) -> list[_Run]:
+    """Return the runs that are run again, chosen at random among those that can be; note why others cannot."""
+    if not rerun.number:
+        findings.unchecked.append("No run was run again, as was asked for.")
+        return []
+    refused: dict[str, int] = {}
+    able = []
+    for one in findings.runs:
+        reason = _obstacle(opened, one, rerun)
+        if reason:
+            refused[reason] = refused.get(reason, 0) + 1
+        else:
+            able.append(one)
+    findings.unchecked += [
+        f"{counted(number, 'run')} could not be run again: {reason}." for reason, number in refused.items()
+    ]
+    picked = generator(rerun.seed, "verify").permutation(len(able))[: rerun.number]
+    return [able[place] for place in sorted(map(int, picked))]
+
+
+def _obstacle(opened: OpenedBundle, one: _Run, rerun: Rerun) -> str:
+    """Return why a run cannot be run again; empty if it can."""
+    spec, _, run = one
+    described = opened.described
+    place = opened.manifest.managers.get(spec.manager_name)
+    own = spec.manager not in MANAGERS
+    obstacles = {
+        "live runs take place in real time and never repeat to the byte": spec.settings.live,
+        "failed runs leave no messages to compare": run.manager_failed is not None,
+        "the flight is not in the bundle; name it with --bag": described.bag is not None
+        and rerun.bag is None,
+        f"the model {described.model} is not installed; name its folder with --model": (
+            rerun.model is None and described.model not in list_models()
+        ),
+        f"that runs the code of {spec.manager_name}, which the bundle has; read it, and let it run with --trust": (
+            own and not rerun.trust
+        ),
+        f"{spec.manager_name} was a class of a program or notebook, which only its process can load": (
+            own and (place is None or not place.load)
+        ),
+    }
+    return next((reason for reason, stands in obstacles.items() if stands), "")
+
+
+def rerun_run(opened: OpenedBundle, one: _Run, rerun: Rerun, into: Path) -> Iterator[str]:
+    """Run a run again, into a new folder; yield what differs, each as a sentence."""
+    spec, place, run = one
+    try:
+        with _importing(opened, spec) as manager:
+            again = run_again(
+                place, into, manager=manager, model=rerun.model or opened.described.model, bag=rerun.bag
+            )
+    except (InvalidInputError, ManagerError) as error:
+        yield opened.text(error)
+        return
+    stored, now = asdict(run), asdict(again.record)
+    for name in sorted(stored.keys() - {"versions", "manager_spec"}):  # where it lies is not what it is
+        if stored[name] != now[name]:
+            yield f"Its {name} is stored as {stored[name]!r}, and running it again gave {now[name]!r}."
+
+
+@contextmanager
+def _importing(opened: OpenedBundle, spec: RunSpec) -> Iterator[str]:
+    """Give the name by which a managing system is loaded, as long as what it is in can be imported."""
+    if spec.manager in MANAGERS:
+        yield spec.manager
+        return
+    place = opened.manifest.managers[spec.manager_name]
+    where, _, kind = place.load.rpartition(":")
+    file = bundle_file(opened.root, where)
+    path = list(sys.path)
+    try:
+        if file is None:  # a module, of the folder that the bundle has of its package
+            import_from(opened.root / place.folder)
+        yield f"{file}:{kind}" if file is not None else place.load
+    finally:
+        sys.path[:] = path

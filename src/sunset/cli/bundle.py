@@ -1,0 +1,52 @@
+"""`sunset bundle`: a campaign as one file that others can check."""
+
+import argparse
+from pathlib import Path
+
+from sunset.api import bundle
+from sunset.cli._progress import progress_bar
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Complete the verb's parser."""
+    parser.description = (
+        "Pack a finished campaign into one zip file: the records, the plan, the table, the sources of its managing "
+        "systems and extensions, checksums, metadata as an RO-Crate, and what to cite. The same campaign, options and "
+        "date give the same bytes. 'sunset verify' checks the file."
+    )
+    parser.add_argument("folder", type=Path, metavar="DIR", help="what 'sunset bench --out' wrote")
+    parser.add_argument("--out", type=Path, required=True, metavar="FILE.zip", help="the file to write")
+    parser.add_argument(
+        "--title", default="", help="of the bundle (default: one made of the campaign's plan)"
+    )
+    parser.add_argument(
+        "--author",
+        action="append",
+        default=[],
+        dest="authors",
+        metavar="'NAME [ORCID]'",
+        help="may be repeated (default: anonymous)",
+    )
+    parser.add_argument(
+        "--licence",
+        "--license",
+        default="",
+        metavar="NAME|URL",
+        help="of the bundle, as SPDX calls it, such as CC-BY-4.0 (default: none, and it says so)",
+    )
+    parser.add_argument("--date", metavar="YYYY-MM-DD", help="day of publication (default: today)")
+
+
+def execute(arguments: argparse.Namespace) -> None:
+    """Write the file, and print what is in it."""
+    with progress_bar("Checking the campaign") as progress:
+        written = bundle(
+            arguments.folder,
+            arguments.out,
+            title=arguments.title,
+            authors=arguments.authors,
+            licence=arguments.licence,
+            date=arguments.date,
+            progress=progress,
+        )
+    print(written)

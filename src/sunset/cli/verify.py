@@ -1,0 +1,54 @@
+"""`sunset verify`: whether what a bundle says is so."""
+
+import argparse
+import json
+from pathlib import Path
+
+from sunset.api import verify
+from sunset.cli._progress import progress_bar
+
+EXIT_DIFFERS = 1
+"""Something in the bundle is not as it should be."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Complete the verb's parser."""
+    parser.description = (
+        "Check what 'sunset bundle' wrote: every file against the checksums, the runs against the plan, the sources "
+        "against what the plan says was run, every figure against the recorded messages, and some runs by running them "
+        "again. Each difference is named. Nothing in the bundle is executed without --trust. Exit code 1 says that "
+        "something differs, 2 that the file cannot be checked."
+    )
+    parser.add_argument("bundle", type=Path, metavar="FILE.zip", help="what 'sunset bundle' wrote")
+    parser.add_argument(
+        "--run-again", type=int, default=3, metavar="K", help="runs, chosen at random, that are run again"
+    )
+    parser.add_argument(
+        "--seed", type=int, metavar="N", help="of that choice (default: another one each time)"
+    )
+    parser.add_argument(
+        "--trust",
+        action="store_true",
+        help="run the bundle's own managing systems and extensions, which are programs and may do what you may",
+    )
+    parser.add_argument("--model", metavar="DIR", help="the campaign's model, where it is not installed")
+    parser.add_argument(
+        "--bag", type=Path, metavar="PATH", help="the campaign's flight, where it has one of its own"
+    )
+    parser.add_argument("--json", action="store_true", help="print a JSON object")
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """Print what was checked and what differs."""
+    with progress_bar("Verifying") as progress:
+        found = verify(
+            arguments.bundle,
+            run_again=arguments.run_again,
+            seed=arguments.seed,
+            trust=arguments.trust,
+            model=arguments.model,
+            bag=arguments.bag,
+            progress=progress,
+        )
+    print(json.dumps(found.to_json(), ensure_ascii=False) if arguments.json else found)
+    return 0 if found.passed else EXIT_DIFFERS

@@ -1,0 +1,82 @@
+"""What a run's messages say of the run itself, against what `run.json` says."""
+
+from collections.abc import Iterable, Iterator
+from math import isclose
+from typing import Final
+
+from msgspec import UNSET
+
+from sunset.interfaces.rcl_interfaces.msg import ParameterEvent, ParameterType
+from sunset.interfaces.system_interfaces.msg import ExperimentLogging, FaultInjection
+from sunset.names import ros_text
+from sunset.recording.schema import RunRecord
+from sunset.recording.values import RecordedMessage
+from sunset.system import INJECTIONS_TOPIC, LOG_TOPIC, PARAMETER_EVENTS_TOPIC, current_system, full_name
+
+TELLING_TOPICS: Final = frozenset({INJECTIONS_TOPIC, LOG_TOPIC, PARAMETER_EVENTS_TOPIC})
+"""The full names of the topics whose messages say which run they are of."""
+
+_MODEL: Final = full_name("segmentation"), "model"
+_SHARPNESS: Final = full_name("camera"), "sharpness_threshold"
+
+
+def contradictions(run: RunRecord, messages: Iterable[RecordedMessage]) -> Iterator[str]:
+    """Yield in what the messages of a run contradict what is stored of it, each as a part of a sentence.
+
+    They tell the scenario, the faults, the seed, the model, and when the experiment began and ended. So the messages of
+    another run do not pass for this one's.
+
+    Args:
+        run: what is stored.
+        messages: in order of time; those on topics that are not among `TELLING_TOPICS` do not matter.
+    """
+    told = [recorded.message for recorded in messages if recorded.topic in TELLING_TOPICS]
+    log = [one for one in told if isinstance(one, ExperimentLogging) and one.source == "experiment"]
+    moments = {one.rule_name: one.timestamp for one in log}
+    declared = dict(_declared([one for one in told if isinstance(one, ParameterEvent)]))
+    injected = sorted(
+        (one.fault, one.value) for one in told if isinstance(one, FaultInjection) and one.confirmed
+    )
+    seeds = {(full_name(node), "seed"): run.seed for node in current_system().nodes}
+    expected: dict[tuple[str, str], object] = {
+        _MODEL: run.model,
+        _SHARPNESS: run.sharpness_threshold,
+        **seeds,
+    }
+    for key, stored in expected.items():
+        for value in declared.get(key, ()):
+            if value != stored:
+                yield f"its {key[1].replace('_', ' ')} is stored as {stored}, and the messages say {value}"
+                break
+    for scenario in dict.fromkeys(one.scenario for one in log):
+        if scenario != run.scenario:
+            yield f"its scenario is stored as {run.scenario}, and the messages say {scenario}"
+    stored_faults = sorted((fault.name, ros_text(fault.value)) for fault in run.faults)
+    if run.valid and injected != stored_faults:
+        yield f"its faults are stored as {_words(stored_faults)}, and the messages say {_words(injected)}"
+    start, end = moments.get("start"), moments.get("end")
+    if start is not None and run.start_ns not in {start, UNSET}:
+        yield f"its injection is stored as {run.start_ns} ns, and the messages say {start} ns"
+    if run.speed is UNSET and start is not None and end is not None:
+        duration_s = (end - start) / 1e9
+        if not isclose(duration_s, run.duration_s, abs_tol=1e-6):
+            yield f"its duration is stored as {run.duration_s:g} s, and the messages say {duration_s:g} s"
+
+
+def _declared(events: Iterable[ParameterEvent]) -> Iterator[tuple[tuple[str, str], list[object]]]:
+    """Yield node and parameter with the values with which it was declared, by each process that the node had."""
+    values: dict[tuple[str, str], list[object]] = {}
+    for event in events:
+        for parameter in event.new_parameters:
+            kinds: dict[int, object] = {
+                ParameterType.PARAMETER_INTEGER: parameter.value.integer_value,
+                ParameterType.PARAMETER_DOUBLE: parameter.value.double_value,
+                ParameterType.PARAMETER_STRING: parameter.value.string_value,
+            }
+            if parameter.value.type in kinds:
+                values.setdefault((event.node, parameter.name), []).append(kinds[parameter.value.type])
+    yield from values.items()
+
+
+def _words(faults: list[tuple[str, str]]) -> str:
+    return " and ".join(f"{name} ({value})" for name, value in faults) or "none"

@@ -1,0 +1,380 @@
+"""What was changed in a bundle is found and named, even where the list of checksums was changed along."""
+
+import json
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from tests.bundling.conftest import DATE, SETTINGS, Forge
+
+from sunset.bundling import Rerun, bundle, verify
+from sunset.experiments import BenchSpec, bench
+from sunset.recording._bag import read_bag, write_bag
+from sunset.recording.values import Payload, digest_of
+from sunset.system import extended_system
+
+pytestmark = pytest.mark.xdist_group("bundling")
+
+NOTHING = Rerun(0, 1)
+ALL = Rerun(99, 1)
+WET = "campaign/runs/own/none/wet/seed-1"
+OTHER_SEED = "campaign/runs/own/none/wet/seed-2"
+MINE = "campaign/runs/own/mine/wet/seed-1"
+
+Edit = Callable[[Path], object]
+
+
+def changed(file: str, **values: object) -> Edit:
+    """Return what changes keys of a JSON file; those of dictionaries in it by `outer__inner`."""
+
+    def edit(folder: Path) -> None:
+        content = json.loads((folder / file).read_text())
+        for name, value in values.items():
+            inner: Any = content
+            *outer, last = name.split("__")
+            for key in outer:
+                inner = inner[key]
+            inner[last] = value
+        (folder / file).write_text(json.dumps(content))
+
+    return edit
+
+
+def replaced(run: str, by: str) -> Edit:
+    """Return what puts the record of one run in the place of another's."""
+
+    def edit(folder: Path) -> None:
+        shutil.rmtree(folder / run)
+        shutil.copytree(folder / by, folder / run)
+
+    return edit
+
+
+def swapped(folder: Path) -> None:
+    (folder / WET).rename(folder / "aside")
+    (folder / OTHER_SEED).rename(folder / WET)
+    (folder / "aside").rename(folder / OTHER_SEED)
+
+
+def disguised(folder: Path) -> None:
+    """Give the run of one seed the messages of the other, and let its file say that it is of its own."""
+    replaced(WET, OTHER_SEED)(folder)
+    changed(f"{WET}/run.json", seed=1)(folder)
+
+
+def with_messages(edit: Callable[[list[Payload]], list[Payload]], *, digest: bool) -> Edit:
+    """Return what changes the messages of a run, and its digest too if that is asked for."""
+
+    def apply(folder: Path) -> None:
+        payloads = edit(list(read_bag(folder / WET)))
+        for name in ("messages.mcap", "metadata.yaml"):
+            (folder / WET / name).unlink()
+        write_bag(folder / WET, payloads)
+        if digest:
+            changed(f"{WET}/run.json", digest=digest_of(payloads))(folder)
+
+    return apply
+
+
+def without_last_clock(payloads: list[Payload]) -> list[Payload]:
+    last = max(place for place, payload in enumerate(payloads) if payload.topic == "/clock")
+    return payloads[:last] + payloads[last + 1 :]
+
+
+def flipped(folder: Path) -> None:
+    file = folder / WET / "messages.mcap"
+    content = bytearray(file.read_bytes())
+    content[len(content) // 3] ^= 0xFF
+    file.write_bytes(content)
+
+
+def longer(folder: Path) -> None:
+    """Let the plan and all runs say that more was measured than was."""
+    changed("campaign/bench.json", timing__duration_s=4.0)(folder)
+    for file in (folder / "campaign").glob("runs/*/*/*/*/run.json"):
+        changed(str(file.relative_to(folder)), duration_s=4.0, expected_frames=40)(folder)
+
+
+def appended(name: str, text: str = "# changed\n") -> Edit:
+    def edit(folder: Path) -> None:
+        with (folder / name).open("a") as file:
+            file.write(text)
+
+    return edit
+
+
+FORGERIES: dict[str, tuple[Edit, str, str]] = {
+    "figure": (
+        changed(f"{WET}/run.json", metrics__t_down_s=0.5),
+        WET,
+        "its t_down_s is stored as 0.5, and the messages give 2",
+    ),
+    "figure that is not applicable": (
+        changed(f"{WET}/run.json", metrics__t_react_s=1.0),
+        WET,
+        "its t_react_s is stored as 1, and the messages give N/A",
+    ),
+    "figure that is missing": (changed(f"{WET}/run.json", metrics={}), WET, "must be"),
+    "damaged messages": (flipped, WET, "is damaged: "),
+    "message": (with_messages(without_last_clock, digest=False), WET, "gives the digest"),
+    "digest": (changed(f"{WET}/run.json", digest="0" * 64), WET, "gives the digest 000"),
+    "record of another run": (
+        replaced(WET, OTHER_SEED),
+        WET,
+        "its seed is 2, and that of the plan 1",
+    ),
+    "record of another managing system": (
+        replaced(WET, MINE),
+        WET,
+        "its manager is 'mine', and that of the plan 'none'",
+    ),
+    "record of another run with its seed": (
+        disguised,
+        WET,
+        "its seed is stored as 1, and the messages say 2",
+    ),
+    "swapped runs": (swapped, OTHER_SEED, "its seed is 1, and that of the plan 2"),
+    "scenario": (
+        changed(f"{WET}/run.json", faults=[{"name": "image_shift", "value": 7}]),
+        WET,
+        "its faults are stored as image_shift (7), and the messages say gpu_failure (true)",
+    ),
+    "missing run": (lambda folder: shutil.rmtree(folder / MINE), MINE, "the run is missing"),
+    "run too many": (
+        lambda folder: shutil.copytree(folder / WET, folder / WET.replace("seed-1", "seed-3")),
+        WET.replace("seed-1", "seed-3"),
+        "the run is not part of the plan",
+    ),
+    "plan of fewer runs": (
+        changed("campaign/bench.json", repetitions=1, runs=2),
+        OTHER_SEED,
+        "the run is not part of the plan",
+    ),
+    "plan of another number": (
+        changed("campaign/bench.json", runs=3),
+        "campaign/bench.json",
+        "it was changed, or is of another version's suite",
+    ),
+    "plan of other scenarios": (
+        appended("scenarios/wet.yaml", "description: dry\n"),
+        "campaign/bench.json",
+        "it was changed, or is of another version's suite",
+    ),
+    "plan of no campaign": (
+        changed("campaign/bench.json", repetitions=10**9),
+        "campaign/bench.json",
+        "it describes no campaign: No campaign has 2 managing systems and 1000000000 repetitions.",
+    ),
+    "plan of another flight": (
+        changed("campaign/bench.json", bag_checksum="0" * 64),
+        WET,
+        "its bag_checksum is ",
+    ),
+    "duration": (longer, WET, "its duration is stored as 4 s, and the messages say 2 s"),
+    "injection": (
+        changed(f"{WET}/run.json", start_ns=1),
+        WET,
+        "its injection is stored as 1 ns, and the messages say ",
+    ),
+    "threshold": (
+        changed(f"{WET}/run.json", entropy_threshold=0.9),
+        WET,
+        "its entropy_threshold is 0.9, and that of the plan 0.2",
+    ),
+    "model": (
+        changed("model/card.json", entropy_threshold=0.9),
+        "campaign/bench.json",
+        "its model is another one than the card that is there",
+    ),
+    "versions": (
+        changed(f"{WET}/run.json", versions={"sunset": "0.1.0"}),
+        WET,
+        "its versions are ",
+    ),
+    "verdict": (
+        changed(f"{WET}/run.json", valid=False),
+        WET,
+        "it is stored as invalid, with the reason nothing",
+    ),
+    "failure": (
+        changed(f"{WET}/run.json", manager_failed="It raised.", valid=False, reason="It raised"),
+        WET,
+        "it is stored as failed, which a run of none never is",
+    ),
+    "source": (appended("managers/mine/mine.py"), "managers", "the source of mine (managers/mine/"),
+    "source beside it": (
+        appended("managers/mine/helper.py"),
+        "managers",
+        "the source of mine (managers/mine/",
+    ),
+    "source of ours": (appended("managers/none/none.py"), "managers", "the source of none (managers/none/"),
+    "source of ours in the plan": (
+        changed("campaign/bench.json", manager_checksums__none="0" * 64),
+        "campaign/bench.json",
+        "its none is not the one of SUNSET",
+    ),
+    "source elsewhere": (
+        changed("bundle.json", managers__mine__files=["/etc/passwd"]),
+        "managers",
+        "the source of mine (/etc/passwd) is not what",
+    ),
+    "table": (appended("report.txt"), "report.txt", "it is not the table of the figures"),
+}
+
+
+TOGETHER = (
+    "figure",
+    "figure that is not applicable",
+    "missing run",
+    "run too many",
+    "plan of another flight",
+    "injection",
+    "model",
+    "versions",
+    "verdict",
+    "source",
+    "source beside it",
+    "source of ours",
+)
+"""Forgeries that do not hide each other."""
+
+
+@pytest.mark.parametrize(
+    "names", [TOGETHER, *((name,) for name in FORGERIES if name not in TOGETHER)], ids=lambda names: names[0]
+)
+def test_forgeries_are_found_although_the_checksums_fit(
+    names: tuple[str, ...], packed: Path, forge: Forge
+) -> None:
+    def edit(folder: Path) -> None:
+        for name in names:
+            FORGERIES[name][0](folder)
+
+    found = verify(forge(packed, edit), NOTHING)
+
+    for name in names:
+        _, where, what = FORGERIES[name]
+        hits = [text for text in found.problems if text.startswith(f"{where}: ") and what in text]
+        assert hits, (name, found.problems)
+    problems = f"{len(found.problems)} problem{'s' * (len(found.problems) > 1)}"
+    assert str(found).endswith(f"\nNot verified: {problems}.")
+
+
+@pytest.mark.parametrize(
+    ("edit", "expected"),
+    [
+        (appended("README.md"), "README.md: it was changed, since its checksum is not that in SHA256SUMS."),
+        (
+            lambda folder: (folder / "README.md").unlink(),
+            "README.md: it is missing, and stands in SHA256SUMS.",
+        ),
+        (lambda folder: (folder / "more").write_text(""), "more: it does not stand in SHA256SUMS."),
+        (
+            lambda folder: (folder / "SHA256SUMS").unlink(),
+            "SHA256SUMS: it is missing, or not a text, so that nothing says what the files were.",
+        ),
+    ],
+)
+def test_the_checksums_are_compared(edit: Edit, expected: str, packed: Path, forge: Forge) -> None:
+    assert verify(forge(packed, edit, sums=False), NOTHING).problems == (expected,)
+
+
+def test_what_fits_together_and_never_happened_is_found_by_running_it_again(
+    packed: Path, forge: Forge
+) -> None:
+    forged = forge(packed, with_messages(without_last_clock, digest=True))
+
+    assert verify(forged, NOTHING).passed
+    (problem,) = verify(forged, ALL).problems
+    assert problem.startswith(f"{WET}: The run in {WET} was run again, and left other messages")
+
+
+def test_an_untouched_bundle_verifies_and_runs_none_of_its_code(results: Path, packed: Path) -> None:
+    imported = results.parent / "imported"
+    imported.unlink(missing_ok=True)
+
+    found = verify(packed, ALL)
+
+    assert found.passed
+    assert str(found).endswith("\nVerified.")
+    assert (found.recomputed, len(found.again)) == (4, 2)
+    (unchecked,) = found.unchecked
+    assert unchecked == (
+        "2 runs could not be run again: that runs the code of mine, which the bundle has; read it, and let it run with "
+        "--trust."
+    )
+    assert not imported.exists()
+
+
+def test_what_is_trusted_is_run_again_from_the_source_in_the_bundle(results: Path, packed: Path) -> None:
+    imported = results.parent / "imported"
+    imported.unlink(missing_ok=True)
+    (results.parent / "helper.py").rename(results.parent / "gone.py")
+    try:
+        found = verify(packed, Rerun(99, 1, trust=True))
+    finally:
+        (results.parent / "gone.py").rename(results.parent / "helper.py")
+
+    assert (found.problems, found.unchecked, len(found.again)) == ((), (), 4)
+    assert imported.exists()
+
+
+@pytest.mark.thorough
+def test_the_seed_chooses_which_runs_are_run_again(packed: Path) -> None:
+    chosen = {verify(packed, Rerun(1, seed)).again for seed in range(4)}
+
+    assert chosen == {(WET.removeprefix("campaign/"),), (OTHER_SEED.removeprefix("campaign/"),)}
+    assert verify(packed, Rerun(1, 3)).again in chosen
+
+
+EXTENSION = """
+from pathlib import Path
+
+from sunset.system import Extension
+
+Path(r"{marker}").touch()
+EXTENSION = Extension(suites={{"dark": (("image_degradation=1.2",),)}})
+"""
+
+
+@pytest.mark.thorough
+def test_an_extension_is_packed_and_runs_only_where_it_is_trusted(tmp_path: Path, forge: Forge) -> None:
+    source, marker = tmp_path / "darker.py", tmp_path / "imported"
+    source.write_text(EXTENSION.format(marker=marker))
+    packed = tmp_path / "dark.zip"
+    with extended_system([source]):
+        spec = BenchSpec(suite="dark", managers=("none",), references=False, repetitions=1, settings=SETTINGS)
+        bench(spec, tmp_path / "results", jobs=1)
+        bundle(tmp_path / "results", packed, published=DATE)
+    marker.unlink()
+
+    careful, trusting = verify(packed, ALL), verify(packed, Rerun(99, 1, trust=True))
+
+    assert (careful.passed, careful.recomputed, careful.again) == (True, 0, ())
+    assert careful.unchecked[0].endswith(
+        "needs the campaign's extensions (darker.py), whose code --trust lets run."
+    )
+    assert (trusting.passed, trusting.recomputed, len(trusting.again)) == (True, 1, 1)
+    marker.unlink()
+    forged = verify(forge(packed, appended("extensions/darker.py/darker.py")), Rerun(99, 1, trust=True))
+    (problem,) = forged.problems
+    assert problem == (
+        "extensions: the source of darker.py (extensions/darker.py/darker.py) is not what the plan says it was run "
+        "with."
+    )
+    assert not marker.exists()
+    shutil.rmtree(tmp_path / "opened")
+    run = "campaign/runs/dark/none/image_degradation-1.2-"
+    missing = verify(forge(packed, lambda folder: shutil.rmtree(folder / "campaign/runs")), NOTHING)
+    assert "campaign/bench.json: it has 1 run, and 0 are there." in missing.problems
+    shutil.rmtree(tmp_path / "opened")
+    moved = verify(forge(packed, renamed), NOTHING)
+    assert [
+        text for text in moved.problems if text.startswith(run) and "it says that it is seed 1 of" in text
+    ]
+
+
+def renamed(folder: Path) -> None:
+    (run,) = (folder / "campaign/runs").glob("*/*/*/seed-1")
+    run.rename(run.with_name("seed-7"))

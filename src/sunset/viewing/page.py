@@ -5,7 +5,6 @@ import os
 import re
 from base64 import b64encode
 from collections.abc import Callable, Iterable, Sequence
-from contextlib import suppress
 from html import escape
 from importlib.resources import files
 from pathlib import Path
@@ -17,6 +16,7 @@ from sunset import __version__
 from sunset.classes import CLASSES, COLOURS
 from sunset.errors import OutputError, RecordError
 from sunset.input_files import open_regular
+from sunset.output_files import write_text
 from sunset.recording import RunRecord, StoredImage, StoredRun, read_messages
 from sunset.recording.reader import check_extensions
 from sunset.viewing.collecting import run_view
@@ -113,7 +113,9 @@ def check_page_file(file: Path) -> None:
                 "with out."
             )
     except OSError as error:
-        raise _page_error(file, error) from error
+        raise OutputError(
+            f"The page {file} cannot be written: {error.strerror}; name another file."
+        ) from error
 
 
 def _head(file: Path) -> bytes:
@@ -134,20 +136,7 @@ def write_page(viewed: Sequence[Viewed], file: Path, *, progress: Progress | Non
         OutputError: the file cannot be written, or is something else than such a page.
     """
     check_page_file(file)
-    text = page_text(viewed, progress=progress)
-    temporary = file.with_name(f".{file.name}.{os.getpid()}.part")
-    try:
-        temporary.write_text(text, encoding="utf-8")
-        temporary.replace(file)
-    except OSError as error:
-        raise _page_error(file, error) from error
-    finally:
-        with suppress(OSError):
-            temporary.unlink(missing_ok=True)
-
-
-def _page_error(file: Path, error: OSError) -> OutputError:
-    return OutputError(f"The page {file} cannot be written: {error.strerror}; name another file.")
+    write_text(file, page_text(viewed, progress=progress), "page")
 
 
 def page_text(viewed: Sequence[Viewed], *, progress: Progress | None = None) -> str:

@@ -5,6 +5,7 @@ import os
 import re
 from base64 import b64encode
 from collections.abc import Callable, Iterable, Sequence
+from functools import partial
 from html import escape
 from importlib.resources import files
 from pathlib import Path
@@ -17,7 +18,7 @@ from sunset.classes import CLASSES, COLOURS
 from sunset.errors import OutputError, RecordError
 from sunset.input_files import open_regular
 from sunset.output_files import write_text
-from sunset.recording import RunRecord, StoredImage, StoredRun, read_messages
+from sunset.recording import IMAGES_FILE, RunRecord, StoredImage, StoredRun, read_images, read_messages
 from sunset.recording.reader import check_extensions
 from sunset.viewing.collecting import run_view
 from sunset.viewing.document import LabelClass, Page, PicturesView
@@ -61,6 +62,12 @@ class Viewed(NamedTuple):
     run: StoredRun
     images: Callable[[], Iterable[StoredImage]] | None
     note: str = ""
+
+    @classmethod
+    def of(cls, run: StoredRun, folder: Path, note: str = "") -> "Viewed":
+        """Return a run with the images that a folder has, or with a note if it has none."""
+        has_images = (folder / IMAGES_FILE).is_file()
+        return cls(run, partial(read_images, folder)) if has_images else cls(run, None, note)
 
 
 def check_comparable(one: RunRecord, other: RunRecord) -> None:

@@ -110,6 +110,8 @@ def test_keys_move_the_moment(browser: Browser, ten: Shown) -> None:
     assert press("Home") == page.runs[0].start
     events = sorted({one.time for one in page.runs[0].events if one.kind != "log"})
     assert press("n") == events[0]
+    current = browser.evaluate("return document.querySelector('[aria-current] time').textContent")
+    assert current == f"{events[0]:.2f} s"
     assert press("n") == events[1]
     assert press("p") == events[0]
     press(" ")
@@ -128,11 +130,15 @@ def test_nothing_is_wider_than_the_window(browser: Browser, width: int) -> None:
     browser.resize(1400, 900)
 
 
-def test_the_page_asks_for_nothing_complains_of_nothing_and_runs_nothing_of_others(browser: Browser) -> None:
+def test_the_page_asks_for_nothing_complains_of_nothing_and_runs_nothing_of_others(
+    browser: Browser, ten: Shown
+) -> None:
     browser.evaluate("document.getElementById('theme').click()")
 
     assert browser.evaluate("return document.title").endswith(" · SUNSET")
     assert browser.evaluate("return document.scripts.length") == 2
+    names = "return [...document.querySelectorAll('.picture canvas')].map(one => one.ariaLabel)"
+    assert browser.evaluate(names) == [panel.title for panel in page_of(ten).runs[0].frames.panels]
     assert browser.requests() == []
     assert browser.complaints() == []
 

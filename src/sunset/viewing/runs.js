@@ -67,8 +67,8 @@ class RunPane {
     this.now.replaceChildren(...chips);
     const current = lastAtMost(this.times, time + 1e-6);
     if (current === this.current) return;
-    this.items[this.current]?.classList.remove("current");
-    this.items[current]?.classList.add("current");
+    this.items[this.current]?.removeAttribute("aria-current");
+    this.items[current]?.setAttribute("aria-current", "true");
     this.items.forEach((item, place) => item.classList.toggle("later", place > current));
     this.current = current;
     const item = this.items[Math.max(current, 0)];

@@ -15,7 +15,7 @@ from tests.viewing.conftest import Both, Shown, data_of
 import sunset
 from sunset.errors import OutputError, RecordError
 from sunset.recording import StoredImage
-from sunset.viewing import Viewed, write_page
+from sunset.viewing import Viewed, page_text, write_page
 from sunset.viewing.document import Page
 from sunset.viewing.labels import unpack
 from sunset.viewing.pictures import Source, make_pictures
@@ -40,6 +40,18 @@ def test_what_others_wrote_stays_text(ten: Shown) -> None:
 
     assert text.count("<script") == text.count("</script>") == 2  # the data, and the page's own
     assert "</script><script>document.title = 'hurt'</script>" in str(ten.data["runs"][0]["log"])
+
+
+def test_names_of_managers_and_scenarios_stay_text(pair: Pair) -> None:
+    name = "<script>alert(1)</script><!--"
+    record = msgspec.structs.replace(pair[0].record, manager=name, scenario=name)
+
+    text = page_text([Viewed(replace(pair[0], record=record), None)])
+
+    assert text.count("<script") == text.count("</script>") == 2
+    assert "<!--" not in text
+    assert data_of(text)["title"] == data_of(text)["runs"][0]["manager"] == name
+    assert "<title>&lt;script&gt;alert(1)" in text
 
 
 @pytest.mark.thorough

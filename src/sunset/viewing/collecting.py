@@ -9,7 +9,7 @@ from msgspec import UNSET
 from sunset.metrics import Samples
 from sunset.metrics.downtime import TOLERANCE_S
 from sunset.recording import RecordedMessage, StoredRun
-from sunset.recording.story import figures_of
+from sunset.recording.story import Event, figures_of
 from sunset.recording.timelines import start_of
 from sunset.system import (
     LOG_TOPIC,
@@ -21,6 +21,7 @@ from sunset.system import (
     full_name,
     short_name,
 )
+from sunset.texts import printable, shorten
 from sunset.viewing.document import (
     AdaptationView,
     EpisodeView,
@@ -74,15 +75,21 @@ def run_view(
         faults=_faults(run, states),
         failures=_failures(run),
         adaptations=_adaptations(run),
-        log=[Happening(*event) for event in run.events if event[1] == "log"],
+        log=[_happening(event) for event in run.events if event[1] == "log"],
         signals=_signals(run),
         topics=_topics(messages, start_ns),
         nodes=[NodeView(name, states.lifecycle(name)) for name in current_system().nodes],
-        events=[Happening(*event) for event in run.events],
+        events=[_happening(event) for event in run.events],
         figures=[Figure(*figure) for figure in figures_of(run.metrics)],
         iou=(_rounded(run.timeline.frames.times), _digits(run.timeline.frames.iou)),
         frames=frames_view(messages, start_ns, end, placed, record.period_s),
     )
+
+
+def _happening(event: Event) -> Happening:
+    """Return an event, in which others may have written anything."""
+    time, kind, text = event
+    return Happening(time, kind, printable(shorten(text)))
 
 
 def _faults(run: StoredRun, states: States) -> list[FaultView]:

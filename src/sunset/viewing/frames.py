@@ -1,6 +1,6 @@
 """The frames of a run, and which pictures belong to each."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from types import MappingProxyType
 from typing import Final, NamedTuple
 
@@ -20,7 +20,7 @@ from sunset.system import (
     short_name,
 )
 from sunset.viewing.document import FramesView, Panel
-from sunset.viewing.pictures import Placed
+from sunset.viewing.pictures import LABELS, Placed
 
 _FUSED: Final = full_name("sensors_fused")
 _GIVEN: Final = (f"{_FUSED}/rgb", f"{_FUSED}/depth")
@@ -114,7 +114,11 @@ def frames_view(
         times=[round((taken[stamp] - start_ns) / 1e9, 6) for stamp in stamps],
         stamps=[str(stamp) for stamp in stamps],
         iou=[round(iou[stamp], 5) if stamp in iou else None for stamp in stamps],
-        panels=_panels(_by_topic(placed, stamps, period)) if placed else [],
+        panels=_panels(
+            _by_topic(placed, stamps, period), {one.topic for one in placed if one.encoding == LABELS}
+        )
+        if placed
+        else [],
     )
 
 
@@ -123,7 +127,7 @@ def _by_topic(placed: Sequence[Placed], stamps: Sequence[int], period: float) ->
     order = np.argsort(stamps)
     known = np.array(stamps, dtype=np.int64)[order]
     found: dict[str, list[int]] = {}
-    for topic, stamp, place in placed:
+    for topic, _, stamp, place in placed:
         after = int(np.searchsorted(known, stamp))
         near = min(
             (one for one in (after - 1, after) if 0 <= one < len(known)),
@@ -135,8 +139,8 @@ def _by_topic(placed: Sequence[Placed], stamps: Sequence[int], period: float) ->
     return found
 
 
-def _panels(places: Mapping[str, list[int]]) -> list[Panel]:
-    """Return the pictures of every frame: those of `_WORDS`, then those of other topics."""
+def _panels(places: Mapping[str, list[int]], labels: Collection[str]) -> list[Panel]:
+    """Return the pictures of every frame: those of `_WORDS`, then those of other topics, some of which have labels."""
     panels = []
     for name, words in _WORDS.items():
         first, *others = (places.get(topic, []) for topic in words.topics or ("",))
@@ -147,7 +151,7 @@ def _panels(places: Mapping[str, list[int]]) -> list[Panel]:
     for topic, pictures in places.items():
         if topic not in ours:
             node = current_system().publishers.get(topic, "")
-            kind = "labels" if "segmentation" in topic else "colour"
+            kind = "labels" if topic in labels else "colour"
             text = f"What {f'the node {node}' if node else 'a node'} sends on {topic}."
             panels.append(Panel(topic, short_name(topic), text, kind, pictures))
     return panels

@@ -1,13 +1,23 @@
-"use strict";
-
 // Lanes: what happened, one below the other on one axis of time.
 
 const GROUPS = {
-  faults: ["Faults", "What the experiment broke, from its injection to its end. Hatched: it is there, but made up for."],
-  failures: ["Failures", "What is seen of it. Pale: it has begun; full: the symptom holds. A tick: it was resolved."],
+  faults: [
+    "Faults",
+    "What the experiment broke, from its injection to its end. Hatched: it is there, but made up for.",
+  ],
+  failures: [
+    "Failures",
+    "What is seen of it. Pale: it has begun; full: the symptom holds. A tick: it was resolved.",
+  ],
   adaptations: ["Adaptations", "What the managing system did, and what it logged."],
-  iou: ["IoU", "How well the labels of each frame agree with the truth: 1 is perfect. A gap: no labels came."],
-  signals: ["Symptoms", "What nodes report: dots. Line: the mean of five, which the dashed threshold is for."],
+  iou: [
+    "IoU",
+    "How well the labels of each frame agree with the truth: 1 is perfect. A gap: no labels came.",
+  ],
+  signals: [
+    "Symptoms",
+    "What nodes report: dots. Line: the mean of five, which the dashed threshold is for.",
+  ],
   topics: ["Rates", "Messages of the last second on every topic. 0 for a second is an outage."],
   nodes: ["Lifecycles", "The state of every node: only an active one does its work."],
 };
@@ -21,7 +31,12 @@ class Lanes {
     this.end = Math.max(...runs.map((run) => run.end));
     this.head = element("div", { class: "head" });
     this.bodies = {};
-    container.append(this.axis(), ...Object.keys(GROUPS).map((name) => this.group(name)), this.axis(), this.head);
+    container.append(
+      this.axis(),
+      ...Object.keys(GROUPS).map((name) => this.group(name)),
+      this.axis(),
+      this.head,
+    );
     this.fill();
     container.addEventListener("pointerdown", (event) => this.drag(event));
     new ResizeObserver(() => this.resize()).observe(container);
@@ -43,15 +58,20 @@ class Lanes {
   row(group, name, { run, title = "", tall = false } = {}) {
     const track = element("div", { class: `track${tall ? " tall" : ""}` });
     const label = element("div", { class: "name", title }, element("span", {}, name));
-    if (run && this.runs.length > 1) label.append(element("small", { class: `of${this.runs.indexOf(run)}` }, run.manager));
+    if (run && this.runs.length > 1)
+      label.append(element("small", { class: `of${this.runs.indexOf(run)}` }, run.manager));
     this.bodies[group].append(element("div", { class: "lane" }, label, track));
-    if (this.start < 0) track.append(element("i", { class: "warm", style: { width: `${this.percent(0)}%` } }));
+    if (this.start < 0)
+      track.append(element("i", { class: "warm", style: { width: `${this.percent(0)}%` } }));
     return track;
   }
 
   /** Add a bar to a track, with a text, or the shorter one that fits. */
   bar(track, kind, since, until, [text = "", shorter = ""], title) {
-    const [left, right] = [this.percent(Math.max(since, this.start)), this.percent(Math.min(until, this.end))];
+    const [left, right] = [
+      this.percent(Math.max(since, this.start)),
+      this.percent(Math.min(until, this.end)),
+    ];
     const style = { left: `${left}%`, width: `${Math.max(right - left, 0)}%` };
     track.append(element("div", { class: `bar ${kind}`, title, style }, right - left > 9 ? text : shorter));
   }
@@ -60,8 +80,17 @@ class Lanes {
   marks(track, kind, items) {
     items.forEach(({ time, text, title }, number) => {
       const until = items[number + 1]?.time ?? this.end;
-      const style = { left: `${this.percent(time)}%`, width: `calc(${this.percent(until) - this.percent(time)}% - .5rem)` };
-      track.append(element("div", { class: `mark ${kind}`, title: `${time.toFixed(2)} s: ${title ?? text}`, style }, text));
+      const style = {
+        left: `${this.percent(time)}%`,
+        width: `calc(${this.percent(until) - this.percent(time)}% - .5rem)`,
+      };
+      track.append(
+        element(
+          "div",
+          { class: `mark ${kind}`, title: `${time.toFixed(2)} s: ${title ?? text}`, style },
+          text,
+        ),
+      );
     });
   }
 
@@ -111,7 +140,14 @@ class Lanes {
   fillNode({ name, states }, run) {
     const track = this.row("nodes", name, { run });
     for (const { since, until, state } of states) {
-      this.bar(track, `state ${state}`, since, until, [state], `${name} is ${state} ${spanText(since, until)}`);
+      this.bar(
+        track,
+        `state ${state}`,
+        since,
+        until,
+        [state],
+        `${name} is ${state} ${spanText(since, until)}`,
+      );
     }
   }
 
@@ -129,18 +165,23 @@ class Lanes {
     const [first] = this.runs;
     const iou = this.runs.map((run) => [run.iou[0], run.iou[1], []]);
     const top = Math.min(1, Math.ceil(11 * most(0.1, iou.flatMap(([, values]) => values))) / 10);
-    if (iou.some(([times]) => times.length)) this.lines("iou", "IoU", iou, { top, gap: GAP_PERIODS * first.period });
+    if (iou.some(([times]) => times.length))
+      this.lines("iou", "IoU", iou, { top, gap: GAP_PERIODS * first.period });
     for (const signal of first.signals) {
       const views = this.runs.map((run) => run.signals.find(({ name }) => name === signal.name));
       if (views.every((view) => !view?.times.length)) continue;
       const drawn = views.map((view) => [view?.times ?? [], view?.means ?? [], view?.values ?? []]);
-      const failure = signal.failure ? ` (${signal.failure} ${signal.below ? "below" : "above"} the threshold)` : "";
+      const failure = signal.failure
+        ? ` (${signal.failure} ${signal.below ? "below" : "above"} the threshold)`
+        : "";
       this.lines("signals", signal.name, drawn, {
         threshold: signal.threshold,
         unit: signal.unit,
         gap: 1,
         title: `${signal.name}${failure}`,
-        note: signal.failure && `${signal.failure} ${signal.below ? "below" : "above"} ${short(signal.threshold)}`,
+        note:
+          signal.failure &&
+          `${signal.failure} ${signal.below ? "below" : "above"} ${short(signal.threshold)}`,
       });
     }
   }
@@ -150,21 +191,34 @@ class Lanes {
     const track = this.row(group, name, { title, tall: true });
     const values = drawn.flatMap(([, line, dots]) => [...line, ...dots]).filter((value) => value !== null);
     const range = [-most(0, values.map((value) => -value)), top ?? 1.08 * most(threshold ?? 0, values)];
-    const tables = drawn.map(([times, line, dots]) => withGaps(times, dots.length ? [line, dots] : [line], gap));
+    const tables = drawn.map(([times, line, dots]) =>
+      withGaps(times, dots.length ? [line, dots] : [line], gap),
+    );
     const series = [{}];
     tables.forEach((table, number) => {
-      series.push({ stroke: () => css(`--line${number}`), width: 1.6, points: { show: false }, dash: number ? [6, 3] : undefined });
+      series.push({
+        stroke: () => css(`--line${number}`),
+        width: 1.6,
+        points: { show: false },
+        dash: number ? [6, 3] : undefined,
+      });
       if (table.length > 2) {
         const points = { show: true, size: 2.5, width: 0, fill: () => css(`--line${number}`) };
         series.push({ stroke: () => css(`--line${number}`), paths: () => null, points, alpha: 0.45 });
       }
     });
     if (threshold !== null) {
-      tables.push([[this.start, this.end], [threshold, threshold]]);
+      tables.push([
+        [this.start, this.end],
+        [threshold, threshold],
+      ]);
       series.push({ stroke: () => css("--fault"), width: 1.2, dash: [3, 3], points: { show: false } });
     }
     this.plot(track, uPlot.join(tables), series, range);
-    track.append(element("small", { class: "top" }, `${short(range[1])} ${unit}`), element("small", { class: "bottom" }, short(range[0])));
+    track.append(
+      element("small", { class: "top" }, `${short(range[1])} ${unit}`),
+      element("small", { class: "bottom" }, short(range[0])),
+    );
     if (note) track.append(element("small", { class: "note" }, note));
     drawn.forEach(([times, line], number) => {
       this.reading(track, number, (time) => {
@@ -181,8 +235,16 @@ class Lanes {
     for (let time = this.start; time <= this.end; time += step) grid.push(time);
     const sent = (time) => lastAtMost(times, time) - lastAtMost(times, time - 1);
     const rates = grid.map(sent);
-    const track = this.row("topics", name.replace("/managed_subsystem/", ""), { run, title: `${name}, from ${node}` });
-    const line = { stroke: () => css("--rate"), fill: () => css("--rate-fill"), width: 1, points: { show: false } };
+    const track = this.row("topics", name.replace("/managed_subsystem/", ""), {
+      run,
+      title: `${name}, from ${node}`,
+    });
+    const line = {
+      stroke: () => css("--rate"),
+      fill: () => css("--rate-fill"),
+      width: 1,
+      points: { show: false },
+    };
     this.plot(track, [grid, rates], [{}, line], [0, 1.15 * most(1, rates)]);
     this.reading(track, this.runs.indexOf(run), (time) => `${sent(time)} Hz`);
   }
@@ -219,7 +281,12 @@ class Lanes {
     for (let time = Math.ceil(this.start / step) * step; time <= this.end; time += step) {
       track.append(element("span", { style: { left: `${this.percent(time)}%` } }, time ? `${time}` : "0 s"));
     }
-    return element("div", { class: "lane axis" }, element("div", { class: "name" }, "seconds from the injection"), track);
+    return element(
+      "div",
+      { class: "lane axis" },
+      element("div", { class: "name" }, "seconds from the injection"),
+      track,
+    );
   }
 
   /** Where tracks begin and how wide they are, in pixels of the container. */
@@ -230,7 +297,8 @@ class Lanes {
 
   resize() {
     this.place = this.measure();
-    for (const [plot, track] of this.plots) plot.setSize({ width: track.clientWidth, height: track.clientHeight });
+    for (const [plot, track] of this.plots)
+      plot.setSize({ width: track.clientWidth, height: track.clientHeight });
     this.show(this.time ?? 0);
   }
 
@@ -257,7 +325,8 @@ class Lanes {
     };
     const stop = new AbortController();
     addEventListener("pointermove", seekTo, { signal: stop.signal });
-    for (const name of ["pointerup", "pointercancel"]) addEventListener(name, () => stop.abort(), { signal: stop.signal });
+    for (const name of ["pointerup", "pointercancel"])
+      addEventListener(name, () => stop.abort(), { signal: stop.signal });
     seekTo(event);
   }
 }

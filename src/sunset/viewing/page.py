@@ -34,7 +34,15 @@ _OTHERS: Final = 280_000
 _NO_PICTURES: Final = PicturesView(0, 0, "", None, [], [])
 
 _STYLES: Final = ("uplot/uPlot.min.css", "page.css")
-_SCRIPTS: Final = ("uplot/uPlot.iife.min.js", "pictures.js", "lanes.js", "page.js")
+_SCRIPTS: Final = (
+    "uplot/uPlot.iife.min.js",
+    "pictures.js",
+    "lanes.js",
+    "runs.js",
+    "moment.js",
+    "words.js",
+    "page.js",
+)
 _MARK: Final = '<meta name="generator" content="sunset view">'
 """By which a page is known that may be written over."""
 _HEAD: Final = 1000
@@ -192,7 +200,7 @@ def _frames(run: RunRecord) -> int:
 def _filled(page: Page) -> str:
     """Return the page as HTML. Nothing in it is of the template's kind: what is said of runs stands as data."""
     style = "\n".join(_asset(name) for name in _STYLES)
-    script = "\n".join(_asset(name) for name in _SCRIPTS)
+    script = "\n".join(['"use strict";', *(_asset(name) for name in _SCRIPTS)])
     # a text of a run must not end the element that it stands in
     data = msgspec.json.encode(page).decode().replace("<", "\\u003c")
     parts = {

@@ -1,5 +1,3 @@
-"use strict";
-
 // Pictures: unpacked when they are needed, kept for a while, and drawn on canvases.
 
 /** Make an element with attributes and children; a text among them stays a text, whatever it says. */
@@ -120,7 +118,9 @@ class PanelView {
       return () => this.drawLabels((index) => this.palette[labels[index]]);
     }
     if (kind === "difference") {
-      const [labels, truth] = await Promise.all(this.pair.map((places) => this.pictures.labels(places[frame])));
+      const [labels, truth] = await Promise.all(
+        this.pair.map((places) => this.pictures.labels(places[frame])),
+      );
       return () => this.drawDifference(labels, truth, frame);
     }
     const places = [pictures[frame] ?? -1, beside[frame] ?? -1].filter((place) => place >= 0);
@@ -131,9 +131,9 @@ class PanelView {
   clear(frame) {
     const { width, height } = this.canvas;
     this.context.clearRect(0, 0, width, height);
+    const { times } = this.run.frames;
     let last = frame;
     while (last >= 0 && !this.isThere(last)) last--;
-    const { times } = this.run.frames;
     const lasted = last >= 0 ? ` for ${(times[frame] - times[last]).toFixed(1)} s` : "";
     this.missing.textContent = `no image${lasted}`;
     this.figure.classList.add("gone");
@@ -157,7 +157,7 @@ class PanelView {
     }
     if (this.panel.kind === "given") {
       const only = this.panel.pictures[frame] >= 0 ? "colour only" : "depth only";
-      this.state.textContent = bitmaps.length > 1 ? "colour + depth" : only;
+      this.state.textContent = bitmaps.length > 1 ? "with depth" : only;
     }
   }
 

@@ -38,7 +38,8 @@ _WAITING: Final = 64
 """Pictures that wait to be encoded."""
 _MEASURED: Final = 19
 """Of so many pictures, the loss of one is measured if it is of colour; a prime, since kinds take turns."""
-_LABELS: Final = "8UC1"
+LABELS: Final = "8UC1"
+"""The encoding of labels."""
 _DEPTH: Final = "16UC1"
 _RARE: Final = 0.0005
 _COLOURS: Final = 9
@@ -79,6 +80,7 @@ class Placed(NamedTuple):
     """An image of a run, and the place of its picture among all."""
 
     topic: str
+    encoding: str
     stamp_ns: int
     place: int
 
@@ -127,7 +129,7 @@ class _Album:
     def size(self, shrink: float = 1.0) -> tuple[int, int]:
         """Return height and width of the pictures as they are stored."""
         height, width = self.original or (1, 1)
-        scale = min(self._settings.scale, _WIDEST / width) * shrink
+        scale = self._settings.scale * shrink
         return max(round(height * scale), 1), max(round(width * scale), 1)
 
     def add(self, image: StoredImage) -> int:
@@ -142,7 +144,7 @@ class _Album:
             self.depth = _depth_scale(image.pixels)
             self._shades = _depth_shades(self.depth)
         place = self._places[key] = len(self._encoded)
-        if image.encoding == _LABELS:
+        if image.encoding == LABELS:
             self._encoded.append(self._pool.submit(self._packed, image, self.size()))
         else:
             self._encoded.append(
@@ -232,25 +234,26 @@ def make_pictures(
     frames = sum(source.frames for source in sources)
     settings = _first_settings(sources, frames, budget)
     with ThreadPoolExecutor(processors()) as pool:
-        for every in (_SAMPLED, 1):
+        album = _Album(settings, pool)
+        for every in (_SAMPLED, 1):  # an album that will do keeps what was sampled
             while True:
-                album = _Album(settings, pool)
                 told = None if every > 1 else progress
                 placed = [list(_placed(source, album, every, told)) for source in sources]
-                plain, lossy = (
-                    round(size * every * (_SURPLUS if every > 1 else 1)) for size in album.sizes()
-                )
+                surplus = _SURPLUS if every > 1 else 1
+                plain, lossy = (round(size * every * surplus) for size in album.sizes())
                 if plain + lossy <= budget:
                     break
                 settings = settings.reduced(plain, lossy, budget)
+                album = _Album(settings, pool)
         return album.view(), placed
 
 
 def _first_settings(sources: Sequence[Source], frames: int, budget: int) -> _Settings:
     """Return settings that may do, by the number of pixels."""
     first = next((image for source in sources for image in source.images()), None)
-    pixels = first.pixels.shape[0] * first.pixels.shape[1] if first else 1
-    return _Settings(min(1.0, 1.5 * sqrt(budget / (_BYTES_PER_PIXEL * pixels * max(frames, 1)))))
+    height, width = first.pixels.shape[:2] if first else (1, 1)
+    in_all = _BYTES_PER_PIXEL * height * width * max(frames, 1)
+    return _Settings(min(1.0, _WIDEST / width, 1.5 * sqrt(budget / in_all)))
 
 
 def _placed(source: Source, album: _Album, every: int, progress: Progress | None) -> Iterator[Placed]:
@@ -259,7 +262,7 @@ def _placed(source: Source, album: _Album, every: int, progress: Progress | None
     for image in source.images():
         if not source.wanted(image.topic) or stamps.setdefault(image.stamp_ns, len(stamps)) % every:
             continue
-        yield Placed(image.topic, image.stamp_ns, album.add(image))
+        yield Placed(image.topic, image.encoding, image.stamp_ns, album.add(image))
         if progress is not None:
             progress(min(len(stamps), source.frames), source.frames)
 

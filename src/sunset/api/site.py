@@ -13,7 +13,7 @@ from sunset.api.options import Extensions, as_path, check_progress, extended
 from sunset.errors import OutputError
 from sunset.evaluation import index_page, load_results
 from sunset.recording import IMAGES_FILE, read_images, read_stored_run
-from sunset.viewing import Viewed, write_page
+from sunset.viewing import Viewed, page_text
 from sunset.workers import Progress
 
 _PAGE: Final = "run.html"
@@ -87,4 +87,6 @@ def _partial(site: Path) -> Iterator[Path]:
 
 def _write_run(place: Path, page: Path) -> None:
     images = partial(read_images, place) if (place / IMAGES_FILE).is_file() else None
-    write_page([Viewed(read_stored_run(place), images, "" if images else _NO_IMAGES)], page)
+    text = page_text([Viewed(read_stored_run(place), images, "" if images else _NO_IMAGES)])
+    page.parent.mkdir(parents=True, exist_ok=True)
+    page.write_text(text, encoding="utf-8")

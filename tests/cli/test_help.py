@@ -52,6 +52,12 @@ def test_what_was_mistyped_gets_a_suggestion(words: str, meant: str, complaint: 
     assert f"did you mean '{meant}', or " in complaint(words.split())
 
 
+def test_the_help_of_an_action_has_the_extensions(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main(["managers", "check", "--help"])
+    assert "--extension FILE.py|NAME" in capsys.readouterr().out
+
+
 def test_what_is_like_nothing_gets_no_suggestion(complaint: Complaint) -> None:
     assert "did you mean" not in complaint(["faults", "show", "xyzzy"])
 

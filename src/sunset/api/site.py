@@ -12,7 +12,7 @@ from sunset.api.options import Extensions, as_path, check_progress, extended
 from sunset.errors import OutputError
 from sunset.evaluation import index_page, load_results
 from sunset.recording import read_stored_run
-from sunset.viewing import Viewed, write_page
+from sunset.viewing import Viewed, page_text
 from sunset.workers import Progress
 
 _PAGE: Final = "run.html"
@@ -85,4 +85,5 @@ def _partial(site: Path) -> Iterator[Path]:
 
 
 def _write_run(place: Path, page: Path) -> None:
-    write_page([Viewed.of(read_stored_run(place), place, _NO_IMAGES)], page)
+    page.parent.mkdir(parents=True, exist_ok=True)
+    page.write_text(page_text([Viewed.of(read_stored_run(place), place, _NO_IMAGES)]), encoding="utf-8")

@@ -76,4 +76,8 @@ def execute(arguments: argparse.Namespace) -> None:
 def _title(spec: BenchSpec) -> str:
     """Return what is done while a campaign runs, and how many runs of it nobody asked for by name."""
     references = len(plan(spec)) - len(plan(replace(spec, references=False)))
-    return f"Running the campaign with {counted(references, 'reference run')}" if references else "Running the campaign"
+    return (
+        f"Running the campaign with {counted(references, 'reference run')}"
+        if references
+        else "Running the campaign"
+    )

@@ -37,4 +37,6 @@ def _fault(fault: Fault) -> Iterator[str]:
     yield f"### {fault.name}\n"
     yield f"{fault.description} It is {fault.kind}, in the node `{fault.node}`.\n"
     yield f"Cured by {cures}.\n"
-    yield f"![{fault.name}: without it, with it, and cured](pictures/{fault.name}.webp)\n"
+    of_frames = "a frame without it, with it and cured"
+    seen = of_frames if fault.effect else "messages over time, with its ripples and its repair"
+    yield f"![{fault.name}: {seen}](pictures/{fault.name}.webp)\n"

@@ -90,5 +90,15 @@ def _lookup() -> npt.NDArray[np.uint8]:
     return table
 
 
+def _palette() -> npt.NDArray[np.uint8]:
+    table = np.zeros((256, 3), dtype=np.uint8)
+    table[: len(COLOURS)] = COLOURS
+    table.flags.writeable = False
+    return table
+
+
+PALETTE: Final = _palette()
+"""Array (256, 3) uint8: class index → red, green and blue, as of `COLOURS`; black for what is not a class."""
+
 CLASS_OF_CARLA_ID: Final = _lookup()
 """Array (256,) uint8: recorded CARLA id → class index, `IGNORED` for an id that is not a class."""

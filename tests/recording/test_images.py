@@ -137,6 +137,18 @@ def test_an_image_that_is_not_one_is_kept_as_it_is(odd: Image, tmp_path: Path) -
         assert [connection.topic for connection, _, _ in reader.messages()] == ["/odd"]
 
 
+def test_the_same_bytes_in_rows_of_another_length_are_another_image(tmp_path: Path) -> None:
+    data = np.arange(48, dtype=np.uint8)
+    wide, padded = (
+        Image(header=HEADER, height=48 // step, width=6, encoding="8UC1", step=step, data=data)
+        for step in (6, 12)
+    )
+
+    found = read_images(record(tmp_path / "record", ("/wide", wide), ("/padded", padded)))
+
+    assert [one.pixels.shape for one in found] == [(8, 6), (4, 6)]
+
+
 def test_padded_rows_are_kept_without_their_padding(tmp_path: Path) -> None:
     rows = np.hstack([BGR.reshape(6, 24), np.full((6, 4), 99, np.uint8)])
     padded = Image(header=HEADER, height=6, width=8, encoding="bgr8", step=28, data=rows.reshape(-1))
@@ -165,3 +177,15 @@ def test_what_is_kept_as_it_is_may_have_any_name(tmp_path: Path) -> None:
     messages = ("/a/compressed", image(DEPTH.view(np.float16), "16FC1")), ("/b", image(DEPTH, "16UC1"))
 
     assert [one.topic for one in read_images(record(tmp_path / "named", *messages))] == ["/b"]
+
+
+def test_a_record_that_is_given_up_leaves_no_open_file(tmp_path: Path) -> None:
+    def opened() -> list[str]:
+        return [str(file.readlink()) for file in Path("/proc/self/fd").iterdir() if file.is_symlink()]
+
+    with RecordWriter(tmp_path / "record", images=True) as writer:
+        writer.write("/a", 0, image(BGR, "bgr8"))
+        assert any("images.mcap" in file for file in opened())
+        writer.abort()
+        assert not any("images.mcap" in file for file in opened())
+    assert list(tmp_path.iterdir()) == []

@@ -158,3 +158,12 @@ def test_an_address_without_a_moment_and_many_samples_stop_nothing(browser: Brow
         browser.open(f"{ten.page.as_uri()}#{address}")
         browser.evaluate(DRAWN)
     assert browser.evaluate("return most(1, new Array(1_000_000).fill(2))") == 2
+
+
+def test_what_holds_to_the_end_is_said_of_the_end(browser: Browser, ten: Shown) -> None:
+    view = page_of(ten).runs[0]
+    (lasting, *_) = (one.name for one in view.faults if one.spans and one.spans[-1][1] == view.end)
+
+    go(browser, view.end)
+
+    assert lasting in browser.evaluate("return document.querySelector('.now').textContent")

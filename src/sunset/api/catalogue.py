@@ -30,8 +30,9 @@ from sunset.data import (
     write_bag,
 )
 from sunset.errors import InvalidInputError
-from sunset.evaluation import check_figure, entropy_figure
+from sunset.evaluation import entropy_figure
 from sunset.experiments import RunSpec, Settings
+from sunset.figures import check_figure
 from sunset.managing import MANAGERS, ManagingSystem
 from sunset.metrics import Samples
 from sunset.perception import Model, find_device, load_model

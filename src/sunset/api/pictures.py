@@ -8,8 +8,9 @@ from sunset import experiments
 from sunset.api.options import Options, as_path, extended, settings_of
 from sunset.data import default_flight
 from sunset.errors import InvalidInputError
-from sunset.evaluation import check_figure, outage_figure, save_figure
+from sunset.evaluation import outage_figure
 from sunset.experiments import RunSpec, Settings
+from sunset.figures import check_figure, save_figure
 from sunset.perception import load_model
 from sunset.scenarios import load_scenario
 from sunset.system import current_system, get_fault

@@ -14,7 +14,6 @@ from sunset.experiments import (
     RunSpec,
     Settings,
     Timing,
-    folder_name,
     model_checksum,
     plan,
     run_folder,
@@ -23,6 +22,7 @@ from sunset.experiments import (
 from sunset.managing import MANAGERS
 from sunset.metrics import score
 from sunset.names import base_name
+from sunset.output_files import folder_name
 from sunset.perception import ModelCard
 from sunset.recording import (
     PLAN_FILE,

@@ -11,7 +11,7 @@ from typing import Final
 from sunset import __version__
 from sunset.bundling.layout import CAMPAIGN, ManagerSources, Manifest
 from sunset.errors import ManagerError, RecordError
-from sunset.experiments import EXTERNAL, folder_name, isolate
+from sunset.experiments import EXTERNAL, isolate
 from sunset.input_files import file_digest
 from sunset.managing import (
     MANAGERS,
@@ -23,6 +23,7 @@ from sunset.managing import (
     split_label,
     unfiled_sources,
 )
+from sunset.output_files import folder_name
 from sunset.recording import PLAN_FILE, CampaignPlan
 from sunset.system import loaded_extensions
 from sunset.texts import printable

@@ -11,7 +11,7 @@ from sunset.cli._options import add_count_option, add_device_option
 from sunset.cli._parser import at_least_one
 from sunset.cli._progress import rendering_stages, stages_progress
 from sunset.errors import MissingExtraError
-from sunset.experiments.files import make_folder, write_text
+from sunset.output_files import make_folder, write_text
 from sunset.perception import load_model
 from sunset.training.curves_text import as_csv, as_json, as_text
 from sunset.training.plots import draw

@@ -8,7 +8,7 @@ from pathlib import Path
 from sunset.api import measure_iou
 from sunset.cli._options import add_count_option, add_device_option
 from sunset.cli._progress import stages_progress
-from sunset.experiments.files import make_folder, write_text
+from sunset.output_files import make_folder, write_text
 from sunset.perception import load_model
 from sunset.training.tables import VIEWS
 from sunset.training.tables_text import iou_csv, iou_json, iou_markdown

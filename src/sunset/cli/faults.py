@@ -9,8 +9,8 @@ from sunset.api.catalogue import draw_fault_figure
 from sunset.api.pictures import OUTAGE_S, draw_fault_picture
 from sunset.cli._options import add_model_options, add_run_options, run_settings
 from sunset.cli._progress import progress_bar, rendering_progress
-from sunset.evaluation import check_figure
 from sunset.experiments import RunSpec, prepare
+from sunset.figures import check_figure
 from sunset.scenarios import load_scenario
 from sunset.system import Fault, current_system, get_fault
 from sunset.tables import aligned
@@ -70,7 +70,7 @@ def list_faults(arguments: argparse.Namespace) -> None:
             fault.kind,
             "-" if fault.limits is None else f"{fault.value}, at most {fault.limits[1]:g}",
             _failure_text(fault),
-            _cures_text(fault),
+            fault.cured_by,
         )
         for fault in current_system().faults.values()
     )
@@ -102,7 +102,7 @@ def show(arguments: argparse.Namespace) -> None:
         print(
             f"  strength   {fault.value} in the suites; above {fault.limits[0]:g} and at most {fault.limits[1]:g}"
         )
-    print(f"  cured by   {_cures_text(fault)}{'; by nothing else' if fault.cures else ''}")
+    print(f"  cured by   {fault.cured_by}{'; by nothing else' if fault.cures else ''}")
 
 
 def draw(arguments: argparse.Namespace) -> None:
@@ -123,14 +123,6 @@ def _failure_text(fault: Fault) -> str:
     return f"{fault.failure}: {current_system().failures[fault.failure].description}"
 
 
-def _cures(fault: Fault) -> list[str]:
-    return [" and ".join(str(step) for step in cure) for cure in fault.cures]
-
-
-def _cures_text(fault: Fault) -> str:
-    return ", or ".join(_cures(fault)) or "nothing"
-
-
 def _described(fault: Fault) -> dict[str, object]:
     return {
         "name": fault.name,
@@ -139,6 +131,6 @@ def _described(fault: Fault) -> dict[str, object]:
         "parameter": fault.parameter,
         "value": fault.value,
         "kind": str(fault.kind),
-        "cures": _cures(fault),
+        "cures": fault.cure_texts,
         "description": fault.description,
     }

@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 
 from sunset.errors import OutputError
-from sunset.experiments.files import write_text
+from sunset.output_files import write_text
 from sunset.scenarios import generate, load_scenario, load_suite, suite_names
 
 

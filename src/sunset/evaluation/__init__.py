@@ -3,7 +3,7 @@
 from sunset.evaluation.agreement import Agreement, Comparison, LeftOut, Pair, compare
 from sunset.evaluation.agreement_report import AGREEMENT_FORMATS, format_agreement
 from sunset.evaluation.estimates import METHOD, Estimate, estimate
-from sunset.evaluation.figures import check_figure, entropy_figure, save_figure
+from sunset.evaluation.figures import entropy_figure
 from sunset.evaluation.outage_figure import outage_figure
 from sunset.evaluation.paired import Difference, PairedComparison, compare_managers
 from sunset.evaluation.report import FORMATS, format_report, render_report
@@ -30,7 +30,6 @@ __all__ = [
     "PairedComparison",
     "RunRow",
     "SystemRow",
-    "check_figure",
     "compare",
     "compare_managers",
     "entropy_figure",
@@ -44,6 +43,5 @@ __all__ = [
     "render_report",
     "render_runs",
     "run_fields",
-    "save_figure",
     "summarise",
 ]

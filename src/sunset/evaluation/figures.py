@@ -1,29 +1,25 @@
 """The paper's figure: what faults do to the segmentation's entropy, over time."""
 
-import importlib.util
 from collections.abc import Mapping
-from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 import numpy.typing as npt
 
-from sunset.errors import InvalidInputError, MissingExtraError, OutputError
+from sunset.errors import InvalidInputError
+from sunset.figures import BLUE, GREY, ORANGE, check_figure, save_figure
 from sunset.metrics import Samples
 from sunset.system import WINDOW, MovingMean
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
-SUFFIXES: Final = (".pdf", ".png", ".svg")
-
-# Okabe and Ito's colours, without the yellow, which is too light for lines; told apart by dashes as well
+# told apart by dashes as well; without the yellow, which is too light for lines
 _STYLES: Final[tuple[tuple[str, object], ...]] = (
     ("#000000", "-"),
-    ("#0072B2", "-"),
-    ("#D55E00", "-"),
+    (BLUE, "-"),
+    (ORANGE, "-"),
     ("#009E73", (0, (5, 1.5))),
     ("#CC79A7", (0, (5, 1.5))),
     ("#E69F00", (0, (3, 1.2, 1, 1.2))),
@@ -42,21 +38,6 @@ _PRINT: Final = {
     "ytick.major.width": 0.6,
     "lines.linewidth": 1.2,
 }
-
-
-def check_figure(path: Path) -> None:
-    """Check what can be checked before there is anything to draw.
-
-    Raises:
-        MissingExtraError: matplotlib is not installed.
-        InvalidInputError: the path has none of the suffixes `.pdf`, `.png`, `.svg`.
-    """
-    if importlib.util.find_spec("matplotlib") is None:
-        raise MissingExtraError(
-            'Figures need matplotlib, which is not installed; run: pip install "sunset-exemplar[plots]".'
-        )
-    if path.suffix.lower() not in SUFFIXES:
-        raise InvalidInputError(f"A figure's file must end in {', '.join(SUFFIXES)}, got {path}.")
 
 
 def entropy_figure(
@@ -101,7 +82,7 @@ def _draw(series: Mapping[str, Samples], threshold: float, path: Path, iou: Mapp
         _panel(panels[0], series, styles, "entropy")
         panels[0].axhline(
             threshold,
-            color="#555555",
+            color=GREY,
             linewidth=0.9,
             linestyle=(0, (1, 1)),
             label=f"threshold {threshold:.2g}",
@@ -118,34 +99,6 @@ def _draw(series: Mapping[str, Samples], threshold: float, path: Path, iou: Mapp
             handlelength=2.2,
         )
         save_figure(figure, path)
-
-
-def save_figure(figure: "Figure", path: Path) -> None:
-    """Write a figure, all of it or nothing, and the same bytes for the same drawing; its folder is made.
-
-    Args:
-        figure: of matplotlib.
-        path: a `.pdf`, `.png` or `.svg`, which is replaced.
-
-    Raises:
-        OutputError: the file cannot be written.
-    """
-    from matplotlib import rc_context  # noqa: PLC0415  an optional extra
-
-    suffix = path.suffix.lower()
-    varying = {".pdf": "CreationDate", ".png": "Software", ".svg": "Date"}[suffix]
-    draft = path.with_name(f".{path.name}.part")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with rc_context({"svg.hashsalt": "sunset", "pdf.fonttype": 42}):
-            figure.savefig(draft, format=suffix[1:], metadata={varying: None})
-        draft.replace(path)
-    except OSError as error:
-        with suppress(OSError):
-            draft.unlink()
-        raise OutputError(
-            f"The figure {path} cannot be written: {error.strerror}; name another file."
-        ) from error
 
 
 def _panel(

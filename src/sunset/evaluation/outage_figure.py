@@ -5,7 +5,9 @@ from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from sunset.evaluation.figures import check_figure, save_figure
+import numpy as np
+
+from sunset.figures import BLUE, ORANGE, check_figure, save_figure
 from sunset.metrics import ExecutedAdaptation, Timeline
 from sunset.names import base_name
 from sunset.system import current_system, full_name
@@ -13,9 +15,6 @@ from sunset.system import current_system, full_name
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-_SENT: Final = "#0072B2"  # Okabe and Ito's colours
-_SILENT: Final = "#D55E00"
-_DONE: Final = "#000000"
 _BEFORE_S: Final = 1.0
 _GAP_PERIODS: Final = 3
 """A longer time between two messages is drawn as a silence, in periods of the flight."""
@@ -54,28 +53,28 @@ def outage_figure(
 def _fill(axes: "Axes", timeline: Timeline, executed: Sequence[ExecutedAdaptation]) -> None:
     topics = [failure.topic for failure in current_system().failures.values() if failure.topic]
     for row, topic in enumerate(topics):
-        sent = timeline.message_times[full_name(topic)]
+        sent = timeline.message_times.get(full_name(topic), np.empty(0))
         axes.eventplot(
-            sent[sent > -_BEFORE_S], lineoffsets=-row, linelengths=0.5, linewidths=1.5, colors=_SENT
+            sent[sent > -_BEFORE_S], lineoffsets=-row, linelengths=0.5, linewidths=1.5, colors=BLUE
         )
-        ends = [*sent, timeline.duration_s]
+        ends = [*(sent if sent.size else [-_BEFORE_S]), timeline.duration_s]
         for begin, end in pairwise(ends):
             if end - begin > _GAP_PERIODS * timeline.period_s and end > 0:
-                axes.plot([begin, end], [-row, -row], color=_SILENT, linewidth=4, solid_capstyle="butt")
+                axes.plot([begin, end], [-row, -row], color=ORANGE, linewidth=4, solid_capstyle="butt")
                 axes.annotate(
                     f"{end - begin:.1f} s",
                     ((begin + end) / 2, -row + 0.14),
                     ha="center",
-                    color=_SILENT,
+                    color=ORANGE,
                 )
     injected = sorted({injection.time for injection in timeline.injections})
     for time in injected:
-        axes.axvline(time, color=_SILENT, linestyle=":", linewidth=1)
-        axes.annotate("fault", (time, 0.62), ha="center", color=_SILENT)
+        axes.axvline(time, color=ORANGE, linestyle=":", linewidth=1)
+        axes.annotate("fault", (time, 0.62), ha="center", color=ORANGE)
     for above, adaptation in enumerate(reversed(executed)):
         text = (adaptation.time, 0.62 + _LINE * above)
-        axes.vlines(adaptation.time, 0.4 - len(topics), text[1] + _LINE / 2, _DONE, "--", linewidth=1)
-        axes.annotate(f" {adaptation}", text, color=_DONE)
+        axes.vlines(adaptation.time, 0.4 - len(topics), text[1] + _LINE / 2, "black", "--", linewidth=1)
+        axes.annotate(f" {adaptation}", text, color="black")
     axes.set_yticks([-row for row in range(len(topics))], [base_name(topic) for topic in topics])
     height = 0.9 + _LINE * max(0, len(executed) - 1)
     axes.set(
@@ -83,6 +82,5 @@ def _fill(axes: "Axes", timeline: Timeline, executed: Sequence[ExecutedAdaptatio
         xlim=(-_BEFORE_S, timeline.duration_s),
         ylim=(0.4 - len(topics), height),
     )
-    for side in ("top", "right", "left"):
-        axes.spines[side].set_visible(False)
+    axes.spines[["top", "right", "left"]].set_visible(False)
     axes.tick_params(axis="y", length=0)

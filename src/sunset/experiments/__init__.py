@@ -11,7 +11,6 @@ from sunset.experiments.bench import (
     scenarios_checksum,
 )
 from sunset.experiments.checking import ManagerCheck, check_manager
-from sunset.experiments.files import folder_name
 from sunset.experiments.last import keep_last_run, last_run
 from sunset.experiments.manager import isolate, manager_checksum
 from sunset.experiments.resources import prepare
@@ -39,7 +38,6 @@ __all__ = [
     "bench",
     "check_manager",
     "count_runs",
-    "folder_name",
     "isolate",
     "keep_last_run",
     "last_run",

@@ -22,13 +22,13 @@ from sunset.errors import (
     RecordError,
     SunsetError,
 )
-from sunset.experiments.files import folder_name, make_folder, write_text
 from sunset.experiments.manager import manager_checksum
 from sunset.experiments.resources import Resources, prepare
 from sunset.experiments.run import record_failure, run_prepared, versions
 from sunset.experiments.spec import RunSpec, Settings
 from sunset.managing import MANAGERS, is_registered, split_label
 from sunset.names import base_name
+from sunset.output_files import folder_name, make_folder, write_text
 from sunset.perception import ModelCard
 from sunset.recording import PLAN_FILE, PLAN_VERSION, RUN_FILE, CampaignPlan, read_plan
 from sunset.scenarios import Scenario, load_suite, suite

@@ -1,7 +1,6 @@
 """What a run needs besides its specification: the model, the bag, the cache of inferences."""
 
 import hashlib
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cache, lru_cache
 from pathlib import Path
@@ -13,6 +12,7 @@ from sunset.input_files import file_digest
 from sunset.isolation import FORKING
 from sunset.managing import MANAGERS
 from sunset.perception import InferenceCache, Modality, Model, Segmenter, load_model
+from sunset.texts import listed
 from sunset.workers import Progress
 
 
@@ -58,7 +58,7 @@ def _prepare(spec: RunSpec, progress: Progress | None) -> Resources:
     if missing := missing_networks(model):
         raise ModelError(
             f"The model {model.card.name!r} lacks {missing}, which a run needs, since the sensor fusion switches "
-            f"between {_words(list(Modality))}: train or import a model with all three networks."
+            f"between {listed([one.key for one in Modality])}: train or import a model with all three networks."
         )
     if model.card.sharpness_threshold <= 0:
         raise ModelError(
@@ -100,12 +100,8 @@ def own_cache(resources: Resources, spec: RunSpec, checksum: str) -> Resources:
 
 def missing_networks(model: Model) -> str:
     """Return which networks a run needs and a model has not, in words; empty if it has all three."""
-    return _words([modality for modality in Modality if modality not in model.card.networks])
-
-
-def _words(modalities: Sequence[Modality]) -> str:
-    """Return the networks' names as part of a sentence."""
-    return " and ".join(", ".join(modality.key for modality in modalities).rsplit(", ", 1))
+    lacking = [modality.key for modality in Modality if modality not in model.card.networks]
+    return listed(lacking) if lacking else ""
 
 
 _found_flights: dict[Path, Path] = {}

@@ -4,7 +4,8 @@ import math
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Annotated, Final
 
-from sunset.interfaces.rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
+from sunset.interfaces.parameters import scalar_of
+from sunset.interfaces.rcl_interfaces.msg import Parameter
 from sunset.names import base_name
 from sunset.system.vocabulary import (
     RESULT_TOPIC,
@@ -156,22 +157,8 @@ class Symptoms(Mapping[str, Value]):
 
 def read_parameters(parameters: Iterable[Parameter]) -> dict[str, Value]:
     """Return the values of a message's parameters; those of types that a blackboard has not are left out."""
-    values = ((parameter.name, _value(parameter.value)) for parameter in parameters)
+    values = ((parameter.name, scalar_of(parameter.value)) for parameter in parameters)
     return {name: value for name, value in values if value is not None}
-
-
-def _value(value: ParameterValue) -> Value | None:
-    match value.type:
-        case ParameterType.PARAMETER_DOUBLE:
-            return value.double_value
-        case ParameterType.PARAMETER_BOOL:
-            return value.bool_value
-        case ParameterType.PARAMETER_STRING:
-            return value.string_value
-        case ParameterType.PARAMETER_INTEGER:
-            return value.integer_value
-        case _:
-            return None
 
 
 def _missing_text(key: object, values: Iterable[str]) -> str:

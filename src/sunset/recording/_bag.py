@@ -2,7 +2,7 @@
 
 import shutil
 from collections.abc import Iterator, Sequence
-from contextlib import closing, contextmanager
+from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 from typing import Final
 
@@ -70,6 +70,11 @@ class BagWriter:
             (self._own / name).rename(self._folder / name)
         shutil.rmtree(self._own)
 
+    def abort(self) -> None:
+        """Let go of the file, which is not complete; after `close` there is nothing to do."""
+        with suppress(OSError):
+            self._writer.abort()
+
     @contextmanager
     def _translated(self) -> Iterator[None]:
         try:
@@ -85,11 +90,14 @@ def write_bag(folder: Path, payloads: Sequence[Payload]) -> None:
         OutputError: the files cannot be written.
     """
     bag = BagWriter(folder, *BAG_FILES)
-    for topic, name in sorted({(payload.topic, payload.type) for payload in payloads}):
-        bag.add_topic(topic, name)
-    for payload in payloads:
-        bag.write(payload)
-    bag.close()
+    try:
+        for topic, name in sorted({(payload.topic, payload.type) for payload in payloads}):
+            bag.add_topic(topic, name)
+        for payload in payloads:
+            bag.write(payload)
+        bag.close()
+    finally:
+        bag.abort()
 
 
 def read_bag(folder: Path, name: str = _FILE) -> Iterator[Payload]:

@@ -59,11 +59,10 @@ def _showed_as(failure: str, metrics: RunMetrics) -> str:
 
 def _cured_by(fault: Fault, injected_s: float, executed: Sequence[ExecutedAdaptation]) -> str:
     if not fault.cures:
-        return "nothing"
-    cures = ", or ".join(" and ".join(str(step) for step in cure) for cure in fault.cures)
+        return fault.cured_by
     times = [_done(cure, injected_s, executed) for cure in fault.cures]
     done = min((time for time in times if time is not None), default=None)
-    return f"{cures}; {'not done' if done is None else f'done at {done:.2f} s'}"
+    return f"{fault.cured_by}; {'not done' if done is None else f'done at {done:.2f} s'}"
 
 
 def _done(

@@ -15,10 +15,10 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from sunset.classes import CLASS_OF_CARLA_ID, COLOURS
+from sunset.classes import CLASS_OF_CARLA_ID, PALETTE
 from sunset.errors import RecordError
 from sunset.interfaces import Message, serialize, type_name
-from sunset.interfaces.rcl_interfaces.msg import ParameterType
+from sunset.interfaces.parameters import scalar_of
 from sunset.interfaces.sensor_msgs.msg import CompressedImage, Image
 from sunset.interfaces.stamps import ns_of
 from sunset.interfaces.std_msgs.msg import Float64
@@ -94,7 +94,7 @@ class ImageWriter:
     def __init__(self, folder: Path, digester: ImageDigester) -> None:
         self._bag = BagWriter(folder, IMAGES_FILE)
         self._digester = digester
-        self._pngs: dict[tuple[bytes, str, int], bytes] = {}
+        self._pngs: dict[tuple[object, ...], bytes] = {}
 
     def write(self, topic: str, time_ns: int, message: Message) -> None:
         """Keep what a message has to show: images, and the numbers of the blackboard."""
@@ -105,20 +105,16 @@ class ImageWriter:
             self._write_image(f"{topic}/depth", time_ns, message.depth)
         elif isinstance(message, SetBlackboardGroup):
             for entry in message.bb_params:
-                kinds = {
-                    ParameterType.PARAMETER_BOOL: float(entry.value.bool_value),
-                    ParameterType.PARAMETER_INTEGER: float(entry.value.integer_value),
-                    ParameterType.PARAMETER_DOUBLE: entry.value.double_value,
-                }
-                if entry.value.type in kinds:
-                    self._put(f"/symptoms/{entry.name}", time_ns, Float64(data=kinds[entry.value.type]))
+                value = scalar_of(entry.value)
+                if isinstance(value, bool | int | float):
+                    self._put(f"/symptoms/{entry.name}", time_ns, Float64(data=float(value)))
 
     def _write_image(self, topic: str, time_ns: int, image: Image) -> None:
         pixels = _pixels_of(image)
         if pixels is None:
             self._put(topic, time_ns, image)
             return
-        key = self._digester.digest(image.data), image.encoding, image.width
+        key = self._digester.digest(image.data), image.encoding, *pixels.shape, image.step
         if key not in self._pngs:
             self._pngs[key] = cv2.imencode(".png", pixels, [cv2.IMWRITE_PNG_COMPRESSION, 0])[1].tobytes()
             self._pngs = dict(list(self._pngs.items())[-_KEPT:])
@@ -134,6 +130,10 @@ class ImageWriter:
     def close(self) -> None:
         """Complete the bag."""
         self._bag.close()
+
+    def abort(self) -> None:
+        """Let go of the bag, which is not complete."""
+        self._bag.abort()
 
 
 def read_images(folder: Path) -> Iterator[StoredImage]:
@@ -177,17 +177,8 @@ def _pixels_of(image: Image) -> _Pixels | None:
     return np.ascontiguousarray(rows).view(kind).reshape(image.height, image.width, channels)
 
 
-def _palette(indices: npt.NDArray[np.uint8]) -> bytes:
-    """Return the colours of 256 labels, whose class indices are given, as PNG has them; black where it is no class."""
-    colours = np.zeros((256, 3), np.uint8)
-    colours[: len(COLOURS)] = COLOURS
-    return colours[indices].tobytes()
-
-
-_PALETTES: Final = {
-    RESULT_TOPIC: _palette(np.arange(256, dtype=np.uint8)),
-    TRUTH_TOPIC: _palette(CLASS_OF_CARLA_ID),
-}
+_PALETTES: Final = {RESULT_TOPIC: PALETTE.tobytes(), TRUTH_TOPIC: PALETTE[CLASS_OF_CARLA_ID].tobytes()}
+"""Topic → the colours of 256 labels as PNG has them."""
 
 
 def _with_palette(png: bytes, palette: bytes) -> bytes:
@@ -197,7 +188,7 @@ def _with_palette(png: bytes, palette: bytes) -> bytes:
 
 def _without_palette(png: bytes) -> bytes:
     """Return a PNG file of indices into a palette of 256 colours as one of gray values, and any other as it is."""
-    if png[_COLOUR_TYPE] != _INDEXED:
+    if png[_COLOUR_TYPE : _COLOUR_TYPE + 1] != bytes([_INDEXED]):
         return png
     return _head(png, _GRAY) + png[_BODY + len(_chunk(b"PLTE" + bytes(3 * 256))) :]
 

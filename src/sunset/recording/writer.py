@@ -135,6 +135,8 @@ class RecordWriter:
     def abort(self) -> None:
         """Remove what was written so far; after `close` there is nothing to remove."""
         if not self._closed:
+            if self._images is not None:
+                self._images.abort()
             shutil.rmtree(self._partial, ignore_errors=True)
             self._release()
 

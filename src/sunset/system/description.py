@@ -265,6 +265,16 @@ class Fault:
         if self.healthy is None:
             object.__setattr__(self, "healthy", type(self.value)())
 
+    @property
+    def cure_texts(self) -> tuple[str, ...]:
+        """Its cures in words, the cheapest first."""
+        return tuple(" and ".join(str(step) for step in cure) for cure in self.cures)
+
+    @property
+    def cured_by(self) -> str:
+        """What cures it, in words, such as `restart camera, or redeploy camera`."""
+        return ", or ".join(self.cure_texts) or "nothing"
+
     def checked(self, value: Value) -> Value:
         """Return a value that injects it, in the type of the parameter.
 

@@ -4,9 +4,10 @@ from collections.abc import Iterator
 from dataclasses import asdict, fields
 from typing import Final
 
+from sunset.system import get_fault
 from sunset.tables import aligned
 from sunset.texts import csv_text
-from sunset.training.conditions import cure_of, effects
+from sunset.training.conditions import effects
 from sunset.training.curves import AUC, BAND, CURED, DROP, SHARPNESS_AUC, Case, Curves, Figures
 
 _HEAD: Final = ("IoU", "of nom.", "entropy", "AUC", "over", "sharpness", "AUC", "under")
@@ -53,7 +54,7 @@ def _figures(curves: Curves, figures: Figures) -> tuple[str, ...]:
 def _cures(curves: Curves) -> Iterator[str]:
     for fault in effects():
         if any(case.after is not None for case in curves.of(fault)):
-            yield f"cure of {fault}: {' and '.join(map(str, cure_of(fault)))}"
+            yield f"cure of {fault}: {get_fault(fault).cure_texts[0]}"
 
 
 def _advice(curves: Curves) -> Iterator[str]:

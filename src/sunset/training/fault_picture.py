@@ -9,14 +9,14 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from sunset.classes import CLASS_OF_CARLA_ID, CLASSES, COLOURS
+from sunset.classes import CLASS_OF_CARLA_ID, CLASSES, COLOURS, PALETTE
 from sunset.data import read_bag
 from sunset.errors import InvalidInputError
 from sunset.metrics import count_classes, image_iou
 from sunset.perception import Modality, Model, Segmenter
 from sunset.seeding import generator
 from sunset.system import current_system, get_fault
-from sunset.training.conditions import Condition, cure_of, effects, suite_strengths
+from sunset.training.conditions import Condition, effects, suite_strengths
 from sunset.training.inputs import FAR_PLANE_M
 
 if TYPE_CHECKING:
@@ -53,11 +53,6 @@ class View:
     iou: float
     entropy: float
     sharpness: float
-
-
-def has_picture(fault: str) -> bool:
-    """Return whether it is known what a fault does to images."""
-    return fault in effects()
 
 
 def fault_views(fault: str, model: Model, bag: Path, frame: int | None = None) -> tuple[View, ...]:
@@ -120,16 +115,17 @@ def views_figure(views: Sequence[View], fault: str, model: Model) -> "Figure":
     return figure
 
 
-def _fill(figure: "Figure", views: Sequence[View], fault: str, model: Model) -> None:
+def _fill(figure: "Figure", views: Sequence[View], name: str, model: Model) -> None:
     from matplotlib.patches import Patch  # noqa: PLC0415  an optional extra
 
-    blurs = current_system().failures[get_fault(fault).failure].signal == "camera_sharpness"
+    fault = get_fault(name)
+    blurs = current_system().failures[fault.failure].signal == "camera_sharpness"
     axes = figure.subplots(2, len(views))
     for column, view in enumerate(views):
         above, below = axes[0][column], axes[1][column]
         above.imshow(view.image, interpolation="nearest")
         above.set_title(view.title, fontweight="bold")
-        below.imshow(coloured(view.labels), interpolation="nearest")
+        below.imshow(PALETTE[view.labels], interpolation="nearest")
         signal = (
             _compared("sharpness", view.sharpness, model.card.sharpness_threshold, below=True)
             if blurs
@@ -138,26 +134,13 @@ def _fill(figure: "Figure", views: Sequence[View], fault: str, model: Model) -> 
         below.set_xlabel(f"IoU {view.iou:.2f}\n{signal}")
         for one in (above, below):
             one.set(xticks=[], yticks=[])
-            for spine in one.spines.values():
-                spine.set_visible(False)
+            one.spines[:].set_visible(False)
     axes[0][0].set_ylabel("what the network gets")
     axes[1][0].set_ylabel("what it sees in that")
-    cure = " and ".join(str(step) for step in cure_of(fault))
-    figure.suptitle(f"{get_fault(fault).description}\nCure: {cure}", fontsize=8, x=0.01, ha="left")
-    names = np.bincount(views[0].labels.ravel(), minlength=len(CLASSES)).argsort()[::-1][:_LEGEND]
-    handles = [Patch(color=np.array(COLOURS[name]) / 255, label=CLASSES[name]) for name in names]
+    figure.suptitle(f"{fault.description}\nCure: {fault.cure_texts[0]}", fontsize=8, x=0.01, ha="left")
+    frequent = np.bincount(views[0].labels.ravel(), minlength=len(CLASSES)).argsort()[::-1][:_LEGEND]
+    handles = [Patch(color=np.array(COLOURS[index]) / 255, label=CLASSES[index]) for index in frequent]
     figure.legend(handles=handles, loc="outside lower center", ncols=_LEGEND, frameon=False, fontsize=7)
-
-
-def coloured(labels: _Labels) -> npt.NDArray[np.uint8]:
-    """Return class indices (H, W) as their colours: (H, W, 3) uint8 of red, green and blue; black where there is none.
-
-    >>> coloured(np.array([[0, 255]], np.uint8)).tolist() == [[list(COLOURS[0]), [0, 0, 0]]]
-    True
-    """
-    palette = np.zeros((256, 3), np.uint8)
-    palette[: len(COLOURS)] = COLOURS
-    return palette[labels]
 
 
 def _compared(name: str, value: float, threshold: float, *, below: bool) -> str:

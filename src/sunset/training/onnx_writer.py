@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 from onnx import NodeProto, TensorProto, ValueInfoProto, checker, external_data_helper, helper, numpy_helper
 
+from sunset.output_files import draft_of
 from sunset.training.inputs import upsampling
 
 _LARGE: Final = 16384
@@ -37,7 +38,8 @@ class Store:
     def write(self) -> None:
         """Write the files."""
         for name, content in self._files.items():
-            _write(self._folder / name, content)
+            with draft_of(self._folder / name) as draft:
+                draft.write_bytes(content)
 
 
 class Graph:
@@ -93,16 +95,11 @@ class Graph:
         body = helper.make_graph(self._nodes, self._name, self.inputs, self.outputs, self._constants)
         opset = helper.make_opsetid("", 18)
         model = helper.make_model(body, opset_imports=[opset], ir_version=9, producer_name="sunset")
-        _write(path, model.SerializeToString(deterministic=True))
+        with draft_of(path) as draft:
+            draft.write_bytes(model.SerializeToString(deterministic=True))
         checker.check_model(os.fspath(path))
 
 
 def tensor_info(name: str, dtype: int, shape: Sequence[int]) -> ValueInfoProto:
     """Return the description of an input or output."""
     return helper.make_tensor_value_info(name, dtype, list(shape))
-
-
-def _write(path: Path, data: bytes | bytearray) -> None:
-    temporary = path.with_name(f"{path.name}.tmp")
-    temporary.write_bytes(data)
-    temporary.replace(path)

@@ -6,17 +6,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from sunset.errors import MissingExtraError
+from sunset.figures import BLUE, GREY, ORANGE, save_figure
 from sunset.training.conditions import SHARPNESS, effects, signal_of
 from sunset.training.curves import BAND, Case, Curves, Figures
-from sunset.training.training_log import save_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_FAULTY: Final = "#D55E00"  # Okabe and Ito's colours, told apart by dashes and hatching as well
-_CURED: Final = "#0072B2"
-_GREY: Final = "#555555"
+_FAULTY: Final = ORANGE  # told apart by dashes and hatching as well
+_CURED: Final = BLUE
 _STYLE: Final = {
     "font.size": 7,
     "axes.titlesize": 7,
@@ -51,7 +50,7 @@ def draw(curves: Curves, folder: Path) -> tuple[Path, ...]:
             figure = Figure(dpi=200, layout="constrained")
             if fill(figure, curves):
                 drawn.append(folder / f"{name}.png")
-                save_figure(figure, drawn[-1], metadata={"Software": None})  # the same data, the same bytes
+                save_figure(figure, drawn[-1], make_folder=False)
     return tuple(drawn)
 
 
@@ -67,7 +66,7 @@ def _by_strength(figure: "Figure", curves: Curves) -> bool:
         _lines(upper, curves.of(fault), fault, lambda figures: figures.iou)
         _lines(lower, curves.of(fault), fault, lambda figures: figures.entropy)
         _band(upper, curves)
-        lower.axhline(curves.entropy_threshold, color=_GREY, linewidth=0.8, linestyle=":")
+        lower.axhline(curves.entropy_threshold, color=GREY, linewidth=0.8, linestyle=":")
         upper.set_title(fault.replace("_", " "))
         lower.set_xlabel(effects()[fault].unit)
     rows[0][0].set(ylabel="IoU", ylim=(0, None))
@@ -86,7 +85,7 @@ def _lines(axes: "Axes", cases: Sequence[Case], fault: str, value: Callable[[Fig
     for case in cases:
         if case.suite:
             strength = case.strengths[fault]
-            axes.axvline(strength, color=_GREY, linewidth=0.8, linestyle="-.", label="suite strength")
+            axes.axvline(strength, color=GREY, linewidth=0.8, linestyle="-.", label="suite strength")
     if strengths[-1] > 10 * strengths[0]:
         axes.set_xscale("log")
         axes.xaxis.set_major_formatter("{x:g}")
@@ -108,7 +107,7 @@ def _sharpness(figure: "Figure", curves: Curves) -> bool:
         _lines(axes, curves.of(fault), fault, lambda figures: figures.sharpness)
         axes.set(yscale="log", xlabel=effects()[fault].unit, ylabel="sharpness (dotted: threshold)")
         if curves.sharpness_threshold > 0:
-            axes.axhline(curves.sharpness_threshold, color=_GREY, linewidth=0.8, linestyle=":")
+            axes.axhline(curves.sharpness_threshold, color=GREY, linewidth=0.8, linestyle=":")
         axes.legend(frameon=False)
     return True
 
@@ -131,7 +130,7 @@ def _cures(figure: "Figure", curves: Curves) -> bool:
         axes.axvline(getattr(curves.main, name), color="black", linewidth=0.8, label="nominal")
         axes.set(xlabel=name.replace("iou", "IoU"))
         _name_bars(axes, [case.name if axes is first else "" for case in cases])
-    second.axvline(curves.entropy_threshold, color=_GREY, linewidth=0.8, linestyle=":", label="threshold")
+    second.axvline(curves.entropy_threshold, color=GREY, linewidth=0.8, linestyle=":", label="threshold")
     pairs = curves.pairs
     third.barh(range(len(pairs)), [case.before.iou for case in pairs], color=_FAULTY, hatch="///")
     third.axvline(curves.main.iou, color="black", linewidth=0.8)

@@ -1,7 +1,6 @@
 """Work over frames, spread over processes; how many there are changes no result."""
 
 import hashlib
-import os
 import zipfile
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import nullcontext, suppress
@@ -12,6 +11,7 @@ from typing import Any, TypeAlias, TypeVar
 import numpy as np
 import numpy.typing as npt
 
+from sunset.output_files import draft_of
 from sunset.workers import Progress, check_jobs, processors, worker_pool
 
 Arrays: TypeAlias = tuple[npt.NDArray[Any], ...]
@@ -66,8 +66,6 @@ def _kept(work: Callable[[int], Arrays], folder: Path, index: int) -> Arrays:
     with suppress(EOFError, OSError, ValueError, zipfile.BadZipFile), np.load(path) as arrays:
         return tuple(arrays.values())
     result = work(index)
-    temporary = path.with_suffix(f".{os.getpid()}.tmp")
-    with temporary.open("wb") as file:
+    with draft_of(path) as draft, draft.open("wb") as file:
         np.savez(file, *result)
-    temporary.replace(path)
     return result

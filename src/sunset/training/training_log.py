@@ -3,19 +3,16 @@
 import json
 import math
 from collections.abc import Sequence
-from importlib.util import find_spec
 from itertools import cycle
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
-from sunset.errors import DataError, MissingExtraError, OutputError
+from sunset.errors import DataError
+from sunset.figures import BLUE, ORANGE, check_figure, save_figure
 from sunset.input_files import read_text
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
 _NO_LOSSES: Final = frozenset({"step", "learning_rate", "seconds", "iou"})
-_COLOURS: Final = ("#0072B2", "#D55E00", "#009E73", "#CC79A7")  # Okabe and Ito's
+_COLOURS: Final = (BLUE, ORANGE, "#009E73", "#CC79A7")
 
 
 def draw_log(log: Path, png: Path) -> None:
@@ -28,14 +25,11 @@ def draw_log(log: Path, png: Path) -> None:
         DataError: there is no such log, or the file is not one.
         OutputError: the figure cannot be written.
     """
-    if find_spec("matplotlib") is None:
-        raise MissingExtraError(
-            "The curves of a training need matplotlib, not installed: pip install 'sunset-exemplar[plots]'."
-        )
+    check_figure(png)
     from matplotlib.figure import Figure  # noqa: PLC0415  an optional extra
 
     lines = _read(log)
-    figure = Figure(figsize=(8, 3), layout="constrained")
+    figure = Figure(figsize=(8, 3), dpi=120, layout="constrained")
     losses, ious = figure.subplots(1, 2)
     names = [name for name in lines[0] if name not in _NO_LOSSES]
     measured = [line for line in lines if "iou" in line]
@@ -53,22 +47,7 @@ def draw_log(log: Path, png: Path) -> None:
         axes.grid(linewidth=0.4, alpha=0.5)
         axes.spines[["top", "right"]].set_visible(False)
     losses.legend(frameon=False)
-    save_figure(figure, png, dpi=120)
-
-
-def save_figure(figure: "Figure", path: Path, **options: Any) -> None:
-    """Write a figure as PNG, all of it or nothing; `options` are of matplotlib's `savefig`.
-
-    Raises:
-        OutputError: the file cannot be written.
-    """
-    draft = path.with_name(f".{path.name}.part")
-    try:
-        figure.savefig(draft, format="png", **options)
-        draft.replace(path)
-    except OSError as error:
-        draft.unlink(missing_ok=True)
-        raise OutputError(f"The figure {path} cannot be written: {error.strerror}.") from error
+    save_figure(figure, png, make_folder=False)
 
 
 def _read(log: Path) -> list[dict[str, Any]]:

@@ -3,6 +3,8 @@
 import hashlib
 import os
 import re
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Final
 
@@ -31,20 +33,33 @@ def make_folder(folder: Path) -> None:
         ) from error
 
 
-def write_text(file: Path, text: str) -> None:
-    """Write a text file under a temporary name, then rename it.
+@contextmanager
+def draft_of(file: Path, what: str = "file") -> Iterator[Path]:
+    """Give a temporary name, under which a file is to be written, and rename it at the end, if nothing is raised.
+
+    Args:
+        file: is replaced; its folder must be there.
+        what: it is.
 
     Raises:
         OutputError: it cannot be written.
     """
     if not file.name:
-        raise OutputError(f"A file to write to must have a name, got {file}.")
-    temporary = file.with_name(f".{file.name}.{os.getpid()}.part")
+        raise OutputError(f"A {what} to write to must have a name, got {file}.")
+    draft = file.with_name(f".{file.name}.{os.getpid()}.part")
     try:
-        temporary.write_text(text, encoding="utf-8")
-        temporary.replace(file)
+        yield draft
+        draft.replace(file)
     except OSError as error:
-        temporary.unlink(missing_ok=True)
         raise OutputError(
-            f"The file {file} cannot be written: {error.strerror}; free some space or write elsewhere."
+            f"The {what} {file} cannot be written: {error.strerror or error}; free some space or name another one."
         ) from error
+    finally:
+        with suppress(OSError):
+            draft.unlink()
+
+
+def write_text(file: Path, text: str, what: str = "file") -> None:
+    """Write a text file, all of it or nothing; as `draft_of`."""
+    with draft_of(file, what) as draft:
+        draft.write_text(text, encoding="utf-8")

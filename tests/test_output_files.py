@@ -1,0 +1,35 @@
+"""A file is written whole, or not at all."""
+
+from pathlib import Path
+
+import pytest
+
+from sunset.errors import OutputError
+from sunset.output_files import draft_of, write_text
+
+
+def begin(file: Path) -> None:
+    with draft_of(file) as draft:
+        draft.write_text("half", encoding="utf-8")
+        raise ZeroDivisionError
+
+
+def test_what_goes_wrong_leaves_the_file_as_it_was_and_no_other(tmp_path: Path) -> None:
+    file = tmp_path / "table.csv"
+    write_text(file, "before")
+
+    with pytest.raises(ZeroDivisionError):
+        begin(file)
+    assert file.read_text(encoding="utf-8") == "before"
+    with pytest.raises(OutputError, match=r"The table .* cannot be written: No such file"):
+        write_text(tmp_path / "none" / "table.csv", "after", "table")
+    with pytest.raises(
+        OutputError, match="cannot be written: Not a directory; free some space or name another"
+    ):
+        write_text(file / "table.csv", "after")
+    with pytest.raises(OutputError, match="A file to write to must have a name, got /"):
+        write_text(Path("/"), "after")
+
+    assert [path.name for path in tmp_path.iterdir()] == ["table.csv"]
+    write_text(file, "after")
+    assert file.read_text(encoding="utf-8") == "after"

@@ -68,7 +68,7 @@ def test_the_faults_are_listed_with_strength_failure_and_cures(capsys: pytest.Ca
     header, *rows = (re.split(r"\s{2,}", line) for line in capsys.readouterr().out.splitlines())
     assert header == ["FAULT", "NODE", "KIND", "STRENGTH", "FAILURE", "CURED BY"]
     (shift,) = [dict(zip(header, row, strict=True)) for row in rows if row[0] == "image_shift"]
-    assert shift["STRENGTH"].startswith("10 of ")
+    assert shift["STRENGTH"].startswith("10, at most ")
     assert shift["FAILURE"].startswith("F4: ")
     assert shift["CURED BY"].endswith("redeploy sensor_fusion")
 

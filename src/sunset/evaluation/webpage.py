@@ -46,6 +46,7 @@ def as_html(report: Report, more: str = "") -> str:
 <head>
 <meta charset="utf-8">
 <meta name="viewport" content="width=device-width, initial-scale=1">
+<meta http-equiv="Content-Security-Policy" content="default-src 'none'; style-src 'unsafe-inline'">
 <title>SUNSET: comparison of managing systems</title>
 <style>{_STYLE}</style>
 </head>

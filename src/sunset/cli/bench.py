@@ -63,12 +63,14 @@ def execute(arguments: argparse.Namespace) -> None:
     print(f"{done} runs done, {len(runs) - done} were there already.", file=sys.stderr)
     print_report(arguments.out, arguments.format)
     if arguments.format == "table":
-        report = f"sunset report {shlex.quote(str(arguments.out))}"
+        out = shlex.quote(str(arguments.out))
+        report = f"sunset report {out}"
         print_next_steps(
             [
                 (f"{report} --site site", "a folder of pages: the table, and each run to look at"),
                 (f"{report} --format latex", "the table for a paper"),
                 (f"{report} --runs", "the runs, one a row, for your own statistics"),
+                (f"sunset bundle {out} --out results.zip", "one file that others can check"),
             ]
         )
 

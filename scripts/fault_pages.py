@@ -14,7 +14,7 @@ page; `sunset faults show NAME --figure FILE` draws one.
 
 On a picture with frames, the upper row is what the network gets, and the lower row what it makes of that. *IoU* says
 how right that is, *entropy* how unsure the network is. On a picture over time, every line is a message, and every
-bar a silence.
+bar a silence. Orange lines are the edges of the depth image: where both images fit, they lie on the edges of things.
 """
 
 

@@ -7,9 +7,10 @@ from contextlib import contextmanager
 from types import FrameType
 from typing import Final
 
-_SIGNALS: Final = tuple(
+ENDING: Final = tuple(
     getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)
 )
+"""Signals that ask a process to end; not every system has all."""
 
 
 @contextmanager
@@ -21,7 +22,7 @@ def noted_signals() -> Iterator[list[int]]:
     came: list[int] = []
     before = {}
     if threading.current_thread() is threading.main_thread():
-        for number in _SIGNALS:
+        for number in ENDING:
             if signal.getsignal(number) not in {signal.SIG_IGN, None}:
                 before[number] = signal.signal(number, lambda number, _: came.append(number))
     try:

@@ -26,7 +26,7 @@ from typing import Final, NoReturn, TypeVar, cast
 from sunset import errors
 from sunset.errors import SunsetError
 from sunset.forks import fill_standard_streams, signal_after_parent
-from sunset.interruption import noted_signals
+from sunset.interruption import ENDING, noted_signals
 from sunset.texts import shorten
 
 T = TypeVar("T")
@@ -42,8 +42,6 @@ _STILL_S: Final = 60.0
 
 _MEMORY: Final = 4 << 30
 """How much memory the process may take beyond its caller's, in bytes."""
-
-_ENDING: Final = frozenset({signal.SIGINT, signal.SIGTERM, signal.SIGHUP})
 
 _NAME_END: Final = 256
 _CAPACITY: Final = 1 << 16
@@ -149,7 +147,7 @@ def call_isolated(function: Callable[[Watch], T], *, limit_s: float) -> T:
         try:
             with FORKING:
                 # what a signal's handler raises in the middle of a fork is lost
-                signal.pthread_sigmask(signal.SIG_BLOCK, _ENDING)
+                signal.pthread_sigmask(signal.SIG_BLOCK, ENDING)
                 pid = _fork()
             if pid == 0:
                 _serve(function, watch, answer, frames)
@@ -231,7 +229,7 @@ def _set_up(kept: set[int], frames: int) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     for number in (signal.SIGTERM, signal.SIGHUP, signal.SIGALRM):
         signal.signal(number, signal.SIG_DFL)
-    signal.pthread_sigmask(signal.SIG_UNBLOCK, _ENDING)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, ENDING)
     os.dup2(2, 1)
     for name in list(Path("/dev/fd").iterdir()):
         opened = int(name.name)

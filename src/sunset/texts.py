@@ -79,14 +79,16 @@ def shown(value: object) -> str:
         return "a whole number of thousands of digits"
 
 
-def suggestion(name: object, known: Iterable[str]) -> str:
+def suggestion(name: object, known: Iterable[str], prefix: str = "") -> str:
     """Return the part of a sentence that asks whether a known name was meant; empty if none is like it.
+
+    Both are compared without their `prefix`, which stands before the suggested name.
 
     >>> f"There is no fault 'gpu_failur': {suggestion('gpu_failur', ['gpu_failure'])}choose another one."
     "There is no fault 'gpu_failur': did you mean 'gpu_failure', or choose another one."
     """
     near = difflib.get_close_matches(str(name), list(known), n=1)
-    return f"did you mean {near[0]!r}, or " if near else ""
+    return f"did you mean {prefix + near[0]!r}, or " if near else ""
 
 
 def csv_text(rows: Iterable[Iterable[object]]) -> str:

@@ -1,5 +1,6 @@
 import os
 import re
+import resource
 from html.parser import HTMLParser
 from pathlib import Path
 from urllib.parse import unquote, unquote_to_bytes
@@ -118,3 +119,16 @@ def test_the_names_of_records_and_of_other_files_do_no_harm(tmp_path: Path) -> N
     assert (tmp_path / ".site.partial" / "mine.txt").exists()
     with pytest.raises(OutputError, match="The site / exists already"):
         sunset.write_site(tmp_path / "results", "/")
+
+
+def test_a_disk_that_is_full_is_said_of_the_site(campaign: Path, tmp_path: Path) -> None:
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (50_000, limits[1]))
+    try:
+        with pytest.raises(
+            OutputError, match=r"^The site .*/site cannot be written: File too large; free some"
+        ):
+            sunset.write_site(campaign, tmp_path / "site")
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    assert not list(tmp_path.iterdir())

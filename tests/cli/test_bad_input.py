@@ -215,6 +215,14 @@ ARGUMENTS: dict[str, tuple[Sequence[str], str]] = {
         ["run", "--manger", "none"],
         "sunset run: There is no argument '--manger' here: did you mean '--manager', or leave it out; 'sunset run ",
     ),
+    "an option that is like none": (
+        ["run", "--fault", "gpu_failure"],
+        "There is no argument '--fault' here: leave it out;",
+    ),
+    "a second fault that is not joined": (
+        ["run", "gpu_failure", "image_shift"],
+        "There is no argument 'image_shift' here: leave it out;",
+    ),
     "a word too many": (
         ["scenarios", "list", "paper"],
         "sunset scenarios list: There is no argument 'paper' here: leave it out;",

@@ -52,6 +52,12 @@ def test_what_was_mistyped_gets_a_suggestion(words: str, meant: str, complaint: 
     assert f"did you mean '{meant}', or " in complaint(words.split())
 
 
+def test_the_help_of_an_action_has_the_extensions(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main(["managers", "check", "--help"])
+    assert "--extension FILE.py|NAME" in capsys.readouterr().out
+
+
 def test_what_is_like_nothing_gets_no_suggestion(complaint: Complaint) -> None:
     assert "did you mean" not in complaint(["faults", "show", "xyzzy"])
 
@@ -62,7 +68,7 @@ def test_the_faults_are_listed_with_strength_failure_and_cures(capsys: pytest.Ca
     header, *rows = (re.split(r"\s{2,}", line) for line in capsys.readouterr().out.splitlines())
     assert header == ["FAULT", "NODE", "KIND", "STRENGTH", "FAILURE", "CURED BY"]
     (shift,) = [dict(zip(header, row, strict=True)) for row in rows if row[0] == "image_shift"]
-    assert shift["STRENGTH"].startswith("10 of ")
+    assert shift["STRENGTH"].startswith("10, at most ")
     assert shift["FAILURE"].startswith("F4: ")
     assert shift["CURED BY"].endswith("redeploy sensor_fusion")
 

@@ -97,12 +97,16 @@ def test_a_source_in_another_encoding_is_run(mine: Callable[[str], str], tmp_pat
 
 
 @pytest.mark.thorough
-def test_a_report_says_that_a_campaign_is_not_finished(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+def test_a_campaign_says_what_it_consists_of_and_a_report_that_it_is_not_finished(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setattr("sunset.cli._progress._QUICK_S", 0.0)
     out = tmp_path / "out"
     command = ["bench", "--suite", "nofault", "--managers", "none", "--repetitions", "1", "--duration", "1"]
     assert main([*command, "--out", str(out)]) == 0
+    errors = capsys.readouterr().err
+    assert "Running the campaign with 9 reference runs: 10 of 10" in errors
+    assert f"Next:\n  sunset report {out} --site site" in errors
     assert main(["report", str(out)]) == 0
     assert "is not finished" not in capsys.readouterr().err
 

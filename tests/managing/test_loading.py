@@ -262,6 +262,7 @@ def test_what_a_module_raises_is_told(
         ("1 / 0\n", "raised ZeroDivisionError: division by zero"),
         ("\x00", "not valid Python|raised"),
         (MINE.replace("(ManagingSystem)", ""), "must be a subclass of ManagingSystem"),
+        (MINE.replace("class Mine", "class Other"), r"There is no class Mine in .*mine\.py: name Other\.$"),
         (MINE.replace("adapt", "adopt"), "has no method adapt"),
         (MINE.replace("pass", "yield self.redeploy('camera')"), "adapt of .* contains yield"),
         (MINE.replace(", symptoms: Symptoms", ""), "must accept one argument, symptoms"),

@@ -75,8 +75,13 @@ def test_the_timeline_of_a_record_is_that_of_its_writer(tmp_path: Path, rows: li
 
 @pytest.mark.parametrize("read", [read_run, *READERS])
 def test_a_folder_that_is_no_record_is_refused(tmp_path: Path, read: Callable[[Path], object]) -> None:
-    with pytest.raises(RecordError, match=r"is not a complete record: run\.json is missing"):
+    with pytest.raises(RecordError, match=r"is not a complete record: there is no such folder"):
         read(tmp_path / "nothing")
+    with pytest.raises(RecordError, match=r"is not a complete record: run\.json is missing"):
+        read(tmp_path)
+    (tmp_path / "bench.json").touch()
+    with pytest.raises(RecordError, match="it is a campaign; name the folder of one of its runs"):
+        read(tmp_path)
 
 
 @pytest.mark.parametrize("read", [read_run, *READERS])

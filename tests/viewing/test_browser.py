@@ -110,6 +110,8 @@ def test_keys_move_the_moment(browser: Browser, ten: Shown) -> None:
     assert press("Home") == page.runs[0].start
     events = sorted({one.time for one in page.runs[0].events if one.kind != "log"})
     assert press("n") == events[0]
+    current = browser.evaluate("return document.querySelector('[aria-current] time').textContent")
+    assert current == f"{events[0]:.2f} s"
     assert press("n") == events[1]
     assert press("p") == events[0]
     press(" ")
@@ -128,11 +130,15 @@ def test_nothing_is_wider_than_the_window(browser: Browser, width: int) -> None:
     browser.resize(1400, 900)
 
 
-def test_the_page_asks_for_nothing_complains_of_nothing_and_runs_nothing_of_others(browser: Browser) -> None:
+def test_the_page_asks_for_nothing_complains_of_nothing_and_runs_nothing_of_others(
+    browser: Browser, ten: Shown
+) -> None:
     browser.evaluate("document.getElementById('theme').click()")
 
     assert browser.evaluate("return document.title").endswith(" · SUNSET")
     assert browser.evaluate("return document.scripts.length") == 2
+    names = "return [...document.querySelectorAll('.picture canvas')].map(one => one.ariaLabel)"
+    assert browser.evaluate(names) == [panel.title for panel in page_of(ten).runs[0].frames.panels]
     assert browser.requests() == []
     assert browser.complaints() == []
 
@@ -158,3 +164,12 @@ def test_an_address_without_a_moment_and_many_samples_stop_nothing(browser: Brow
         browser.open(f"{ten.page.as_uri()}#{address}")
         browser.evaluate(DRAWN)
     assert browser.evaluate("return most(1, new Array(1_000_000).fill(2))") == 2
+
+
+def test_what_holds_to_the_end_is_said_of_the_end(browser: Browser, ten: Shown) -> None:
+    view = page_of(ten).runs[0]
+    (lasting, *_) = (one.name for one in view.faults if one.spans and one.spans[-1][1] == view.end)
+
+    go(browser, view.end)
+
+    assert lasting in browser.evaluate("return document.querySelector('.now').textContent")

@@ -144,6 +144,13 @@ def test_large_images_are_made_smaller_until_they_fit_and_the_page_says_so() -> 
     assert set(np.unique(shown)) <= set(range(28))
 
 
+def test_images_that_no_size_makes_fit_are_refused() -> None:
+    images = [_stored("/a", number, "8UC1", np.full((2, 2), number, np.uint8)) for number in range(20)]
+
+    with pytest.raises(RecordError, match="The images of 20 frames have no room in a page"):
+        make_pictures([Source(lambda: images, 20, lambda _: True)], 20)
+
+
 def _stored(topic: str, number: int, encoding: str, pixels: np.ndarray) -> StoredImage:
     png = cv2.imencode(".png", pixels)[1].tobytes()
     return StoredImage(topic, number * 10**8, number * 10**8, encoding, png)

@@ -4,7 +4,6 @@ import os
 import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
-from functools import partial
 from pathlib import Path
 from typing import Final
 from urllib.parse import quote
@@ -12,8 +11,8 @@ from urllib.parse import quote
 from sunset.api.options import Extensions, as_path, check_progress, extended
 from sunset.errors import OutputError
 from sunset.evaluation import index_page, load_results
-from sunset.recording import IMAGES_FILE, read_images, read_stored_run
-from sunset.viewing import Viewed, write_page
+from sunset.recording import read_stored_run
+from sunset.viewing import Viewed, page_text
 from sunset.workers import Progress
 
 _PAGE: Final = "run.html"
@@ -86,5 +85,5 @@ def _partial(site: Path) -> Iterator[Path]:
 
 
 def _write_run(place: Path, page: Path) -> None:
-    images = partial(read_images, place) if (place / IMAGES_FILE).is_file() else None
-    write_page([Viewed(read_stored_run(place), images, "" if images else _NO_IMAGES)], page)
+    page.parent.mkdir(parents=True, exist_ok=True)
+    page.write_text(page_text([Viewed.of(read_stored_run(place), place, _NO_IMAGES)]), encoding="utf-8")

@@ -23,7 +23,7 @@ from sunset.api.options import (
 )
 from sunset.errors import InvalidInputError, RecordError, SunsetError
 from sunset.experiments import run_again
-from sunset.recording import IMAGES_FILE, StoredRun, read_images, read_stored_run
+from sunset.recording import IMAGES_FILE, StoredRun, read_stored_run
 from sunset.rmw.backends import SIMULATED
 from sunset.texts import shown
 from sunset.viewing import Viewed, check_comparable, check_page_file, page_text, write_page
@@ -31,7 +31,7 @@ from sunset.viewing import Viewed, check_comparable, check_page_file, page_text,
 Stage: TypeAlias = Callable[[str, int, int], None]
 """Is called with (what is done, how much of it, how much in all)."""
 
-_LIVE: Final = "It was run live and without --images, so that there are no pictures."
+_LIVE: Final = "It was run live, and its images were not kept, so that there are no pictures."
 
 
 class Run(StoredRun):
@@ -62,15 +62,15 @@ class Run(StoredRun):
 
         It is None, so that its text is shown, where the record is gone, or the managed system has not its extensions.
         """
-        has_images = (self.folder / IMAGES_FILE).is_file()
         try:
             with self.at_hand() as run:
-                text = page_text([Viewed(run, partial(read_images, run.folder) if has_images else None)])
+                viewed = Viewed.of(run, run.folder)
+                text = page_text([viewed])
         except SunsetError:
             return None
         return (
             f'<iframe srcdoc="{escape(text)}" sandbox="allow-scripts" title="{escape(repr(self))}" '
-            f'style="width: 100%; height: {940 if has_images else 720}px; border: 0"></iframe>'
+            f'style="width: 100%; height: {940 if viewed.images else 720}px; border: 0"></iframe>'
         )
 
     @contextmanager
@@ -124,7 +124,7 @@ def view(
     listed = [run] if other is None else [run, other]
     with extended(extensions), ExitStack() as stack:
         given = [one if isinstance(one, Run) else Run.of(_stored(one)) for one in listed]
-        file = default_page(given) if out is None else as_path(out, "page's file")
+        file = _default_page(given) if out is None else as_path(out, "page's file")
         check_page_file(file)
         if other is not None:
             check_comparable(given[0].record, given[1].record)
@@ -135,7 +135,7 @@ def view(
             making = None if progress is None else partial(progress, "Making pictures")
             write_page(viewed, file, progress=making)
     if show:
-        show_page(file)
+        _show_page(file)
     return file
 
 
@@ -151,12 +151,12 @@ def _stored(run: StoredRun | str | Path) -> StoredRun:
     return read_stored_run(folder)
 
 
-def default_page(runs: Sequence[StoredRun]) -> Path:
+def _default_page(runs: Sequence[StoredRun]) -> Path:
     """Return the page's file where none is named: in the current folder, with the names of the runs' folders."""
     return Path("-".join(dict.fromkeys(run.folder.resolve().name for run in runs)) + ".html")
 
 
-def show_page(file: Path) -> None:
+def _show_page(file: Path) -> None:
     """Open a page in a browser, where there is a screen, or the environment names a browser."""
     if sys.platform == "darwin" or any(map(os.environ.get, ("BROWSER", "DISPLAY", "WAYLAND_DISPLAY"))):
         webbrowser.open(file.resolve().as_uri())
@@ -171,27 +171,19 @@ def _with_images(
     progress: Stage | None,
 ) -> Iterator[list[Viewed]]:
     """Give the runs with their images; simulated runs whose records have none are run again for them."""
+    viewed = [Viewed.of(run, run.folder, _LIVE) for run in runs]
     without = [
-        run for run in runs if not (run.folder / IMAGES_FILE).is_file() and run.record.middleware == SIMULATED
+        number
+        for number, one in enumerate(viewed)
+        if one.images is None and one.run.record.middleware == SIMULATED
     ]
     with tempfile.TemporaryDirectory(prefix="sunset-") as temporary:
-        viewed = []
-        done = 0
-        for number, (run, manager) in enumerate(zip(runs, managers, strict=False)):
-            folder = run.folder
-            if any(run is one for one in without):
-                if progress is not None:
-                    progress("Running again", done, len(without))
-                folder = Path(temporary) / str(number)
-                run_again(run.folder, folder, manager=manager, model=model, bag=bag, images=True)
-                done += 1
-            viewed.append(_viewed(run, folder))
+        for done, number in enumerate(without):
+            if progress is not None:
+                progress("Running again", done, len(without))
+            run, folder = runs[number], Path(temporary) / str(number)
+            run_again(run.folder, folder, manager=managers[number], model=model, bag=bag, images=True)
+            viewed[number] = Viewed.of(run, folder)
         if progress is not None and without:
-            progress("Running again", done, len(without))
+            progress("Running again", len(without), len(without))
         yield viewed
-
-
-def _viewed(run: StoredRun, folder: Path) -> Viewed:
-    """Return a run with the images that a folder has, or with why there are none."""
-    has_images = (folder / IMAGES_FILE).is_file()
-    return Viewed(run, partial(read_images, folder)) if has_images else Viewed(run, None, _LIVE)

@@ -1,7 +1,6 @@
 """Writing zip files whose bytes depend on their content only, and opening those of strangers."""
 
 import hashlib
-import os
 import shutil
 import stat
 import zipfile
@@ -14,6 +13,7 @@ from typing import Final
 from sunset.bundling.layout import CHECKSUMS_FILE
 from sunset.errors import OutputError, RecordError
 from sunset.input_files import check_regular, file_digest, read_text
+from sunset.output_files import draft_of
 from sunset.texts import counted, printable, shorten
 
 _EPOCH: Final = (1980, 1, 1, 0, 0, 0)
@@ -57,24 +57,15 @@ def write_archive(out: Path, files: Mapping[str, Path | bytes]) -> str:
         RecordError: a file cannot be read.
     """
     check_new(out)
-    temporary = out.with_name(f".{out.name}.{os.getpid()}.part")
     sums = ""
-    try:
-        with zipfile.ZipFile(temporary, "w") as archive:
+    with draft_of(out, "bundle") as draft:
+        with zipfile.ZipFile(draft, "w") as archive:
             for name in sorted(files):
                 content = _content(files[name])
                 sums += f"{hashlib.sha256(content).hexdigest()}  {name}\n"
                 _add(archive, name, content)
             _add(archive, CHECKSUMS_FILE, sums.encode())
-        digest = file_digest(temporary)
-        temporary.replace(out)
-    except OSError as error:
-        raise OutputError(
-            f"The bundle {out} cannot be written: {error.strerror}; name another file with --out."
-        ) from error
-    finally:
-        temporary.unlink(missing_ok=True)
-    return digest
+        return file_digest(draft)
 
 
 def _content(source: Path | bytes) -> bytes:

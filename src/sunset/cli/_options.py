@@ -31,7 +31,10 @@ def add_campaign_options(
         help=f"one of {', '.join(suite_names())}, or a folder of scenario files",
     )
     parser.add_argument(
-        "--scenarios", default=(), metavar="A,B,…", help="some scenarios of the suite (default: all)"
+        "--scenarios",
+        default=(),
+        metavar="A,B,…",
+        help="names of some scenarios of the suite ('sunset scenarios list --suite NAME'; default: all)",
     )
     parser.add_argument(
         "--managers",

@@ -104,12 +104,18 @@ class Parser(argparse.ArgumentParser):
             loaded.add_arguments(self)
             if VERBS.get(module, Verb("")).is_extensible:
                 # `main` has taken them out of the command line already
-                self.add_argument("--extension", **_EXTENSION)
+                for parser in (self, *self._below()):
+                    parser.add_argument("--extension", **_EXTENSION)
         for action in self._actions:
             value, text = action.default, action.help
             has_default = type(value) in {str, int, float} and value not in {"", argparse.SUPPRESS}
             if has_default and text and "(default: " not in text:
                 action.help = f"{text} (default: %(default)s)"
+
+    def _below(self) -> list[argparse.ArgumentParser]:
+        """Return the parsers of the actions."""
+        groups = [action for action in self._actions if isinstance(action, argparse._SubParsersAction)]  # noqa: SLF001  see Actions
+        return [parser for group in groups for parser in group.choices.values()]
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
         """Suggest an option for a mistyped one, in the name of the verb; argparse complains in that of the program."""
@@ -117,7 +123,10 @@ class Parser(argparse.ArgumentParser):
         parsed, unknown = super().parse_known_args(args, namespace)
         if unknown:
             option = unknown[0].partition("=")[0]
-            hint = suggestion(option, self._option_string_actions)
+            # without the dashes, which would make all options alike
+            options = [known.removeprefix("--") for known in self._option_string_actions]
+            mistyped = option.startswith("--")
+            hint = suggestion(option.removeprefix("--"), options, prefix="--") if mistyped else ""
             self.error(f"there is no argument {option!r} here: {hint}leave it out")
         return parsed, unknown
 

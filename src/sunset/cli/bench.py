@@ -1,8 +1,10 @@
 """`sunset bench`: a campaign over a suite, and the table of the paper."""
 
 import argparse
+import shlex
 import sys
 from contextlib import redirect_stdout
+from dataclasses import replace
 from pathlib import Path
 
 from sunset.cli._options import (
@@ -15,9 +17,11 @@ from sunset.cli._options import (
     campaign,
 )
 from sunset.cli._progress import progress_bar, rendering_progress
+from sunset.cli._steps import print_next_steps
 from sunset.cli.report import print_report
 from sunset.evaluation import FORMATS
-from sunset.experiments import bench, plan, prepare
+from sunset.experiments import BenchSpec, bench, plan, prepare
+from sunset.texts import counted
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -54,7 +58,28 @@ def execute(arguments: argparse.Namespace) -> None:
     with rendering_progress() as progress:
         prepare(runs[0], progress=progress)
     # what a managing system prints must not get into the table
-    with progress_bar("Running the campaign") as progress, redirect_stdout(sys.stderr):
+    with progress_bar(_title(spec)) as progress, redirect_stdout(sys.stderr):
         done = bench(spec, arguments.out, jobs=arguments.jobs, progress=progress)
     print(f"{done} runs done, {len(runs) - done} were there already.", file=sys.stderr)
     print_report(arguments.out, arguments.format)
+    if arguments.format == "table":
+        out = shlex.quote(str(arguments.out))
+        report = f"sunset report {out}"
+        print_next_steps(
+            [
+                (f"{report} --site site", "a folder of pages: the table, and each run to look at"),
+                (f"{report} --format latex", "the table for a paper"),
+                (f"{report} --runs", "the runs, one a row, for your own statistics"),
+                (f"sunset bundle {out} --out results.zip", "one file that others can check"),
+            ]
+        )
+
+
+def _title(spec: BenchSpec) -> str:
+    """Return what is done while a campaign runs, and how many runs of it nobody asked for by name."""
+    references = len(plan(spec)) - len(plan(replace(spec, references=False)))
+    return (
+        f"Running the campaign with {counted(references, 'reference run')}"
+        if references
+        else "Running the campaign"
+    )

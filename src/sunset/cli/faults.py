@@ -68,7 +68,7 @@ def list_faults(arguments: argparse.Namespace) -> None:
             fault.name,
             fault.node,
             fault.kind,
-            "-" if fault.limits is None else f"{fault.value} of {fault.limits[1]:g}",
+            "-" if fault.limits is None else f"{fault.value}, at most {fault.limits[1]:g}",
             _failure_text(fault),
             fault.cured_by,
         )

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from sunset.cli._options import add_images_option, add_middleware_options, add_run_options, run_spec
 from sunset.cli._progress import progress_bar, rendering_progress
+from sunset.cli._steps import print_next_steps
 from sunset.errors import OutputError
 from sunset.experiments import DEFAULT_SCENARIO, keep_last_run, prepare, run
 
@@ -67,7 +68,7 @@ def execute(arguments: argparse.Namespace) -> None:
             view = f"sunset view {shlex.quote(str(folder))}"
             print(f"The record is in {folder}.", file=sys.stderr)
     if arguments.scenario == DEFAULT_SCENARIO:
-        print(_next_steps(arguments, view), file=sys.stderr)
+        print_next_steps(_next_steps(arguments, view))
 
 
 def _keep(folder: Path) -> str:
@@ -81,7 +82,7 @@ def _keep(folder: Path) -> str:
     return "sunset view"
 
 
-def _next_steps(arguments: argparse.Namespace, view: str) -> str:
+def _next_steps(arguments: argparse.Namespace, view: str) -> list[tuple[str, str]]:
     """Return what a newcomer may do after the default scenario."""
     steps = [(view, "look at this run, frame by frame")] if view else []
     if arguments.manager in {"none", "baseline"}:
@@ -90,5 +91,4 @@ def _next_steps(arguments: argparse.Namespace, view: str) -> str:
         )
         steps.append((better, "the same faults, and a managing system that looks for their causes"))
     steps.append(("sunset faults list", "what else can go wrong, and what cures it"))
-    width = max(len(command) for command, _ in steps)
-    return "\n".join(["Next:", *(f"  {command:{width}}  {text}" for command, text in steps)])
+    return steps

@@ -72,11 +72,11 @@ def _cell(cell: Cell) -> str:
         case None:
             return "N/A"
         case Quantity(mean, None):
-            return f"${mean:.2f}$"
+            return f"${mean:z.2f}$"
         case Quantity(mean, std):
-            return rf"${mean:.2f} \pm {std:.2f}$"
+            return rf"${mean:z.2f} \pm {std:.2f}$"
         case Interval(low, high):
-            return rf"$[{low:.2f},\,{high:.2f}]$"
+            return rf"$[{low:z.2f},\,{high:z.2f}]$"
     return escape_latex(cell)
 
 

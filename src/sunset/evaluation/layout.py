@@ -37,18 +37,18 @@ Cell = Quantity | Interval | str | None
 def plain(cell: Cell) -> str:
     """Return a cell as text.
 
-    >>> plain(Quantity(0.4712, 0.02)), plain(Interval(0.1, 1.234)), plain(None)
-    ('0.47 ± 0.02', '[0.10, 1.23]', 'N/A')
+    >>> plain(Quantity(-0.0012, 0.02)), plain(Interval(0.1, 1.234)), plain(None)
+    ('0.00 ± 0.02', '[0.10, 1.23]', 'N/A')
     """
     match cell:
         case None:
             return "N/A"
         case Quantity(mean, None):
-            return f"{mean:.2f}"
+            return f"{mean:z.2f}"
         case Quantity(mean, std):
-            return f"{mean:.2f} ± {std:.2f}"
+            return f"{mean:z.2f} ± {std:.2f}"
         case Interval(low, high):
-            return f"[{low:.2f}, {high:.2f}]"
+            return f"[{low:z.2f}, {high:z.2f}]"
     return cell
 
 

@@ -5,6 +5,8 @@ from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
+import numpy as np
+
 from sunset.figures import BLUE, ORANGE, check_figure, save_figure
 from sunset.metrics import ExecutedAdaptation, Timeline
 from sunset.names import base_name
@@ -51,11 +53,11 @@ def outage_figure(
 def _fill(axes: "Axes", timeline: Timeline, executed: Sequence[ExecutedAdaptation]) -> None:
     topics = [failure.topic for failure in current_system().failures.values() if failure.topic]
     for row, topic in enumerate(topics):
-        sent = timeline.message_times[full_name(topic)]
+        sent = timeline.message_times.get(full_name(topic), np.empty(0))
         axes.eventplot(
             sent[sent > -_BEFORE_S], lineoffsets=-row, linelengths=0.5, linewidths=1.5, colors=BLUE
         )
-        ends = [*sent, timeline.duration_s]
+        ends = [*(sent if sent.size else [-_BEFORE_S]), timeline.duration_s]
         for begin, end in pairwise(ends):
             if end - begin > _GAP_PERIODS * timeline.period_s and end > 0:
                 axes.plot([begin, end], [-row, -row], color=ORANGE, linewidth=4, solid_capstyle="butt")

@@ -66,13 +66,13 @@ class PairedComparison:
         """Return a table: both means, the mean difference, and its confidence interval."""
 
         def shown(value: float | None) -> str:
-            return "N/A" if value is None else f"{value:.2f}"
+            return "N/A" if value is None else f"{value:z.2f}"
 
         head = ("figure", self.first, self.second, "difference", "95 % interval", "pairs")
         rows = [head]
         for one in self.differences:
             found = one.difference
-            sure = "N/A" if found is None or found.low is None else f"{found.low:.2f} to {found.high:.2f}"
+            sure = "N/A" if found is None or found.low is None else f"{found.low:z.2f} to {found.high:z.2f}"
             mean, pairs = (None, 0) if found is None else (found.mean, found.runs)
             rows.append((one.figure, shown(one.first), shown(one.second), shown(mean), sure, str(pairs)))
         return "\n".join(aligned(rows))

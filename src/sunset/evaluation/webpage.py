@@ -19,12 +19,12 @@ table { border-collapse: collapse; width: 100%; font-variant-numeric: tabular-nu
 th, td { padding: .35rem .75rem; text-align: left; white-space: nowrap; }
 thead th { border-bottom: 2px solid var(--ink); vertical-align: bottom; }
 tbody { border-bottom: 1px solid var(--line); }
-tbody th { font-weight: 600; }
+tbody th { font-weight: 600; min-width: 11rem; white-space: normal; overflow-wrap: anywhere; }
 td.runs, th.runs { text-align: right; }
 tr.confidence > *, tr.published > * { color: var(--soft); font-weight: 400; font-size: .875rem; }
 tr.published > * { background: var(--band); }
 tr.confidence th, tr.published th { padding-left: 2rem; }
-.listing tbody th { min-width: 11rem; white-space: normal; overflow-wrap: anywhere; font-weight: 400; }
+.listing tbody th { font-weight: 400; }
 a { color: inherit; }
 dt { font-weight: 600; } dd { margin: 0 0 .5rem 1.5rem; }
 li { margin-bottom: .35rem; overflow-wrap: anywhere; }
@@ -46,6 +46,7 @@ def as_html(report: Report, more: str = "") -> str:
 <head>
 <meta charset="utf-8">
 <meta name="viewport" content="width=device-width, initial-scale=1">
+<meta http-equiv="Content-Security-Policy" content="default-src 'none'; style-src 'unsafe-inline'">
 <title>SUNSET: comparison of managing systems</title>
 <style>{_STYLE}</style>
 </head>

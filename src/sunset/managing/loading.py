@@ -362,7 +362,13 @@ def _checked(spec: str, where: str, module: ModuleType, name: str) -> type[Manag
             for other, value in vars(module).items()
             if isinstance(value, type) and issubclass(value, ManagingSystem) and value is not ManagingSystem
         ]
-        hint = f": {suggestion(name, classes)}name one of {', '.join(classes)}" if classes else ""
+        match classes:
+            case []:
+                hint = ""
+            case [only]:
+                hint = f": name {only}"
+            case _:
+                hint = f": {suggestion(name, classes)}name one of {', '.join(classes)}"
         raise ManagerError(f"There is no class {name} in {where}{hint}.")
     return _checked_class(spec, found)
 

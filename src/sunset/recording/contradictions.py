@@ -6,7 +6,8 @@ from typing import Final
 
 from msgspec import UNSET
 
-from sunset.interfaces.rcl_interfaces.msg import ParameterEvent, ParameterType
+from sunset.interfaces.parameters import scalar_of
+from sunset.interfaces.rcl_interfaces.msg import ParameterEvent
 from sunset.interfaces.system_interfaces.msg import ExperimentLogging, FaultInjection
 from sunset.names import ros_text
 from sunset.recording.schema import RunRecord
@@ -79,13 +80,9 @@ def _declared(events: Iterable[ParameterEvent]) -> Iterator[tuple[tuple[str, str
     values: dict[tuple[str, str], list[object]] = {}
     for event in events:
         for parameter in event.new_parameters:
-            kinds: dict[int, object] = {
-                ParameterType.PARAMETER_INTEGER: parameter.value.integer_value,
-                ParameterType.PARAMETER_DOUBLE: parameter.value.double_value,
-                ParameterType.PARAMETER_STRING: parameter.value.string_value,
-            }
-            if parameter.value.type in kinds:
-                values.setdefault((event.node, parameter.name), []).append(kinds[parameter.value.type])
+            value = scalar_of(parameter.value)
+            if value is not None:
+                values.setdefault((event.node, parameter.name), []).append(value)
     yield from values.items()
 
 

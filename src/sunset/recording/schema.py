@@ -128,12 +128,21 @@ def read_run(folder: Path) -> RunRecord:
             another version.
     """
     file = Path(folder) / RUN_FILE
-    missing = f"{folder} is not a complete record: {RUN_FILE} is missing."
-    content = read_json(file, "The file", RecordError, missing=missing)
+    content = read_json(file, "The file", RecordError, missing=_missing_text(Path(folder)))
     version = content.get("record_version") if isinstance(content, dict) else None
     if version != RECORD_VERSION:
         raise _version_error(f"The record {folder}", version, RECORD_VERSION, "run it again")
     return convert(content, RunRecord, str(file), RecordError, remedy="restore the file, or run it again")
+
+
+def _missing_text(folder: Path) -> str:
+    """Return why a folder without `run.json` is not a record, and what was perhaps meant."""
+    reason = f"{RUN_FILE} is missing"
+    if not folder.exists():
+        reason = "there is no such folder"
+    elif (folder / PLAN_FILE).is_file():
+        reason = "it is a campaign; name the folder of one of its runs, which are in its folder runs"
+    return f"{folder} is not a complete record: {reason}."
 
 
 def stored_figures(run: RunRecord, file: Path) -> dict[str, float | None]:

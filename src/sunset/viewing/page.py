@@ -5,7 +5,7 @@ import os
 import re
 from base64 import b64encode
 from collections.abc import Callable, Iterable, Sequence
-from contextlib import suppress
+from functools import partial
 from html import escape
 from importlib.resources import files
 from pathlib import Path
@@ -17,7 +17,8 @@ from sunset import __version__
 from sunset.classes import CLASSES, COLOURS
 from sunset.errors import OutputError, RecordError
 from sunset.input_files import open_regular
-from sunset.recording import RunRecord, StoredImage, StoredRun, read_messages
+from sunset.output_files import write_text
+from sunset.recording import IMAGES_FILE, RunRecord, StoredImage, StoredRun, read_images, read_messages
 from sunset.recording.reader import check_extensions
 from sunset.viewing.collecting import run_view
 from sunset.viewing.document import LabelClass, Page, PicturesView
@@ -61,6 +62,12 @@ class Viewed(NamedTuple):
     run: StoredRun
     images: Callable[[], Iterable[StoredImage]] | None
     note: str = ""
+
+    @classmethod
+    def of(cls, run: StoredRun, folder: Path, note: str = "") -> "Viewed":
+        """Return a run with the images that a folder has, or with a note if it has none."""
+        has_images = (folder / IMAGES_FILE).is_file()
+        return cls(run, partial(read_images, folder)) if has_images else cls(run, None, note)
 
 
 def check_comparable(one: RunRecord, other: RunRecord) -> None:
@@ -113,7 +120,9 @@ def check_page_file(file: Path) -> None:
                 "with out."
             )
     except OSError as error:
-        raise _page_error(file, error) from error
+        raise OutputError(
+            f"The page {file} cannot be written: {error.strerror}; name another file."
+        ) from error
 
 
 def _head(file: Path) -> bytes:
@@ -134,20 +143,7 @@ def write_page(viewed: Sequence[Viewed], file: Path, *, progress: Progress | Non
         OutputError: the file cannot be written, or is something else than such a page.
     """
     check_page_file(file)
-    text = page_text(viewed, progress=progress)
-    temporary = file.with_name(f".{file.name}.{os.getpid()}.part")
-    try:
-        temporary.write_text(text, encoding="utf-8")
-        temporary.replace(file)
-    except OSError as error:
-        raise _page_error(file, error) from error
-    finally:
-        with suppress(OSError):
-            temporary.unlink(missing_ok=True)
-
-
-def _page_error(file: Path, error: OSError) -> OutputError:
-    return OutputError(f"The page {file} cannot be written: {error.strerror}; name another file.")
+    write_text(file, page_text(viewed, progress=progress), "page")
 
 
 def page_text(viewed: Sequence[Viewed], *, progress: Progress | None = None) -> str:

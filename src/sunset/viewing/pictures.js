@@ -83,7 +83,8 @@ class PanelView {
   constructor(panel, run, page, pictures) {
     Object.assign(this, { panel, run, page, pictures });
     this.palette = paletteOf(page.classes);
-    this.canvas = element("canvas", { width: pictures.view.width, height: pictures.view.height });
+    const { width, height } = pictures.view;
+    this.canvas = element("canvas", { width, height, role: "img", "aria-label": panel.title });
     this.context = this.canvas.getContext("2d");
     this.cross = element("i", { class: "cross" });
     this.missing = element("span", { class: "missing" });

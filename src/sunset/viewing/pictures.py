@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from sunset.classes import CLASS_OF_CARLA_ID, CLASSES
+from sunset.errors import RecordError
 from sunset.faults import DEPTH_COUNTS_PER_METRE
 from sunset.recording import StoredImage
 from sunset.system import TRUTH_TOPIC
@@ -229,7 +230,7 @@ def make_pictures(
         progress: called with (frames done, frames in all), for one run after the other.
 
     Raises:
-        RecordError: images are missing or damaged.
+        RecordError: images are missing or damaged, or are too many.
     """
     frames = sum(source.frames for source in sources)
     settings = _first_settings(sources, frames, budget)
@@ -243,6 +244,10 @@ def make_pictures(
                 plain, lossy = (round(size * every * surplus) for size in album.sizes())
                 if plain + lossy <= budget:
                     break
+                if album.size() == (1, 1):
+                    raise RecordError(
+                        f"The images of {frames} frames have no room in a page: show a shorter run."
+                    )
                 settings = settings.reduced(plain, lossy, budget)
                 album = _Album(settings, pool)
         return album.view(), placed

@@ -67,8 +67,8 @@ class RunPane {
     this.now.replaceChildren(...chips);
     const current = lastAtMost(this.times, time + 1e-6);
     if (current === this.current) return;
-    this.items[this.current]?.classList.remove("current");
-    this.items[current]?.classList.add("current");
+    this.items[this.current]?.removeAttribute("aria-current");
+    this.items[current]?.setAttribute("aria-current", "true");
     this.items.forEach((item, place) => item.classList.toggle("later", place > current));
     this.current = current;
     const item = this.items[Math.max(current, 0)];
@@ -99,7 +99,7 @@ class RunPane {
 /** What holds in a run at a time, as [kind, text]: faults, failures, states of nodes, what was just done or logged. */
 function holding(run, time) {
   const told = [];
-  const within = (since, until) => since <= time && time < (until ?? Infinity);
+  const within = (since, until) => since <= time && (time < (until ?? Infinity) || until === run.end);
   for (const { name, spans, around } of run.faults) {
     if (!spans.some(([since, until]) => within(since, until))) continue;
     const isAround = around.some(([since, until]) => within(since, until));
@@ -111,7 +111,7 @@ function holding(run, time) {
   }
   for (const { name, states } of run.nodes) {
     const state = states.find(({ since, until }) => within(since, until))?.state ?? "not there";
-    if (states.length && state !== states[0].state && time < run.end)
+    if (states.length && state !== states[0].state)
       told.push(["state", `${name} is ${state}`]);
   }
   const lately = ({ time: then }) => then <= time + 1e-6 && time - then < 1;

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 from typing import Final
 
 from sunset.interfaces.lifecycle_msgs.msg import TransitionEvent
-from sunset.interfaces.rcl_interfaces.msg import ParameterEvent, ParameterType, ParameterValue
+from sunset.interfaces.parameters import scalar_of
+from sunset.interfaces.rcl_interfaces.msg import ParameterEvent, ParameterValue
 from sunset.interfaces.stamps import ns_of
 from sunset.interfaces.system_interfaces.msg import FaultInjection
 from sunset.names import ros_text
@@ -21,13 +22,6 @@ from sunset.system import (
     full_name,
 )
 from sunset.viewing.document import Span, StateView
-
-_FIELDS: Final = {
-    ParameterType.PARAMETER_BOOL: "bool_value",
-    ParameterType.PARAMETER_INTEGER: "integer_value",
-    ParameterType.PARAMETER_DOUBLE: "double_value",
-    ParameterType.PARAMETER_STRING: "string_value",
-}
 
 
 @dataclass(frozen=True, slots=True)
@@ -155,7 +149,8 @@ _TRANSITIONS: Final = "/transition_event"
 
 def _text(value: ParameterValue) -> str:
     """Return a parameter's value as ROS writes it; empty for a list, which no fault and no cure is."""
-    return ros_text(getattr(value, _FIELDS[value.type])) if value.type in _FIELDS else ""
+    scalar = scalar_of(value)
+    return "" if scalar is None else ros_text(scalar)
 
 
 def _intersected(one: Sequence[Span], other: Sequence[Span]) -> list[Span]:

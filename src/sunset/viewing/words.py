@@ -6,7 +6,7 @@ from typing import Final
 from sunset.metrics import Episode, ExecutedAdaptation, RunMetrics
 from sunset.recording import RunRecord, StoredRun
 from sunset.system import current_system
-from sunset.texts import counted, shorten
+from sunset.texts import counted, listed, shorten
 
 _MOST: Final = 4
 """Adaptations that are listed; of more, only the number is given."""
@@ -92,7 +92,7 @@ def _injected(run: StoredRun) -> Iterator[str]:
         yield "No fault was injected."
         return
     number = _NUMBERS[len(injections)] if len(injections) < len(_NUMBERS) else str(len(injections))
-    names = _listed([f"{one.fault} ({one.failure})" for one in injections])
+    names = listed([f"{one.fault} ({one.failure})" for one in injections])
     verb = "fault was" if len(injections) == 1 else "faults were"
     yield f"{number} {verb} injected at {injections[0].time:.0f} s: {names}."
 
@@ -105,7 +105,7 @@ def _adapted(run: StoredRun) -> Iterator[str]:
     if not done:
         yield f"{who} did nothing."
     elif len(done) <= _MOST:
-        yield f"{who} {_listed([f'{words} {_times(times)}' for words, times in done.items()])}."
+        yield f"{who} {listed([f'{words} {_times(times)}' for words, times in done.items()])}."
     else:
         first, last = run.adaptations[0].time, run.adaptations[-1].time
         count = counted(len(run.adaptations), "adaptation")
@@ -120,7 +120,7 @@ def _past(adaptation: ExecutedAdaptation) -> str:
 
 def _times(times: Sequence[float]) -> str:
     if len(times) <= _MOST:
-        return f"at {_listed([f'{time:.2f}' for time in times])} s"
+        return f"at {listed([f'{time:.2f}' for time in times])} s"
     return f"{len(times)} times from {times[0]:.2f} s on"
 
 
@@ -131,7 +131,7 @@ def _outcome(run: StoredRun) -> Iterator[str]:
         failures = current_system().failures
         still = sorted({one.failure for one in metrics.failures if one.ended is None})
         if still:
-            names = _listed([f"{name} ({failures[name].description})" for name in still])
+            names = listed([f"{name} ({failures[name].description})" for name in still])
             yield f"Still there at the end: {names}."
     else:
         yield "No failure was seen."
@@ -145,12 +145,3 @@ def _outcome(run: StoredRun) -> Iterator[str]:
 
 def _was(metrics: RunMetrics) -> str:
     return "was" if metrics.episodes == 1 else "were"
-
-
-def _listed(texts: Sequence[str]) -> str:
-    """Return texts as a sentence lists them.
-
-    >>> _listed(["a"]), _listed(["a", "b", "c"])
-    ('a', 'a, b and c')
-    """
-    return texts[0] if len(texts) == 1 else f"{', '.join(texts[:-1])} and {texts[-1]}"

@@ -37,6 +37,7 @@ class Focus(ManagingSystem):
                 self.set_parameter("camera", "perform_autofocus", True)
 
 
+@pytest.mark.thorough
 def test_a_class_a_function_and_a_file_of_one_manager_leave_the_same_messages(tmp_path: Path) -> None:
     file = tmp_path / "focus.py"
     file.write_text(

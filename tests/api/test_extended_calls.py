@@ -47,6 +47,7 @@ def test_a_run_has_the_faults_of_several_extensions(page: Path) -> None:
         sunset.run("altimeter_drift", "none")
 
 
+@pytest.mark.thorough
 def test_a_campaign_of_several_processes_has_them_too(page: Path) -> None:
     results = sunset.bench(
         "heights",
@@ -123,6 +124,7 @@ def test_a_campaign_goes_on_when_a_node_of_an_extension_fails(
     assert "light_meter" in results.table()
 
 
+@pytest.mark.thorough
 def test_curves_have_its_faults_and_so_has_a_list_in_its_context(page: Path, flight: Path) -> None:
     with read_bag(flight) as reader:
         five = write_bag(

@@ -38,6 +38,7 @@ def test_the_same_campaign_and_date_give_the_same_bytes(results: Path, packed: P
     assert str(again).startswith(f"{again.path}: 4 runs, 0.")
 
 
+@pytest.mark.thorough
 def test_the_metadata_describe_every_file(packed: Path) -> None:
     with zipfile.ZipFile(packed) as archive:
         names = set(archive.namelist())

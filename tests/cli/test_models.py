@@ -146,6 +146,7 @@ def test_curves_need_no_matplotlib(
     assert {path.name for path in (tmp_path / "o").iterdir()} == {"curves.csv", "curves.json"}
 
 
+@pytest.mark.thorough
 def test_iou_is_printed_and_written(
     model: Path, flight: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -251,6 +252,7 @@ def test_a_checkpoint_with_impossible_numbers(
     assert words in complaint(["models", "import", "weights"])
 
 
+@pytest.mark.thorough
 def test_a_call_without_options_measures_what_its_command_measures(
     model: Path, flight: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

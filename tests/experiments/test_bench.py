@@ -349,6 +349,7 @@ TROUBLEMAKERS = {
 HARMLESS = ("Forks", "Moves", "Patches", "Poisons")
 
 
+@pytest.mark.thorough
 def test_nothing_that_a_managing_system_does_ends_a_campaign_or_shows_in_the_runs_of_others(
     tmp_path: Path,
 ) -> None:

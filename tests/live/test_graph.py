@@ -10,6 +10,7 @@ from sunset.scenarios import Scenario, suite
 pytestmark = pytest.mark.xdist_group("live")
 
 
+@pytest.mark.thorough
 def test_the_graph_tells_nothing_of_the_scenario() -> None:
     found = []
     with free_domain_id() as domain:

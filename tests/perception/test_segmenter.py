@@ -97,6 +97,7 @@ def test_the_bits_of_an_answer_do_not_depend_on_what_runs_beside(name: str, fram
         assert list(pool.map(lambda one: bits(segmenter, *one), material)) == alone
 
 
+@pytest.mark.thorough
 def test_the_bits_of_an_answer_do_not_depend_on_the_process(tmp_path: Path, frame: Frame) -> None:
     bgr, depth = zip(*frames(frame, 2), strict=True)
     np.savez(tmp_path / "frames.npz", bgr=bgr, depth=depth)

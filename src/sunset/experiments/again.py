@@ -1,7 +1,6 @@
 """Stored runs, run again: whoever doubts a record, or wants to see what it does not keep, makes it anew."""
 
 from collections.abc import Iterator
-from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
@@ -13,7 +12,7 @@ from sunset.experiments.run import run_prepared
 from sunset.experiments.spec import RunSpec, Settings, Timing
 from sunset.recording import RunRecord, StoredRun, read_run
 from sunset.recording.reader import check_extensions, first_difference
-from sunset.rmw.backends import BACKENDS, SIMULATED
+from sunset.rmw.backends import SIMULATED
 from sunset.scenarios import Scenario, ScenarioFault
 
 _CAUSES: Final = {
@@ -51,7 +50,7 @@ def run_again(
         SunsetError: as of `run`.
     """
     stored = read_run(folder)
-    if (backend := BACKENDS.get(stored.middleware)) is None or backend.load is not None:
+    if stored.middleware != SIMULATED:
         raise RecordError(
             f"The run in {folder} cannot be run again: it was live, on {stored.middleware}, and only runs of the "
             f"simulation ({SIMULATED}) repeat to the byte."
@@ -82,7 +81,6 @@ def _spec_of(
     stored: RunRecord, manager: str | None, model: str | None, bag: Path | None, *, images: bool
 ) -> RunSpec:
     """Return the specification of a stored run."""
-    defaults = Timing()
     timing = {
         name: getattr(stored, name)
         for name in ("duration_s", "warm_up_s", "period_s", "jitter", "latency_s")
@@ -99,7 +97,7 @@ def _spec_of(
             model=model or stored.model,
             bag=bag,
             loop=stored.bag_looped,
-            timing=replace(defaults, **timing),
+            timing=Timing(**timing),
             device=stored.device,
             images=images,
         ),

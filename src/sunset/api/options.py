@@ -36,6 +36,7 @@ class Options(TypedDict, total=False):
         cache: whether results of inference are looked up and kept in the user's cache folder; True if left out.
         images: whether the records keep images, as a file of their own.
         manager_limit: seconds of wall time that one callback of the managing system may take; in the simulation.
+        thinking: seconds of the experiment that every decision of the managing system takes; 0 if left out.
         middleware: `sim`, or the name of a live middleware.
         rate: seconds of `/clock` in a second; live.
         extensions: what the managed system is extended by, until the call returns.
@@ -49,6 +50,7 @@ class Options(TypedDict, total=False):
     cache: bool
     images: bool
     manager_limit: float
+    thinking: float
     middleware: str
     rate: float
     extensions: Extensions
@@ -76,6 +78,7 @@ def settings_of(options: Options) -> Settings:
         cache=options.get("cache", default.cache),
         images=options.get("images", default.images),
         manager_limit_s=number_of(options.get("manager_limit", default.manager_limit_s)),
+        thinking_s=number_of(options.get("thinking", default.thinking_s)),
         middleware=options.get("middleware", default.middleware),
         speed=number_of(options.get("rate", default.speed)),
     )

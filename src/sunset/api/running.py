@@ -56,7 +56,7 @@ def run(
         seed: a whole number in [0, 2³² − 1]. The same seed gives the same record.
         out: keep the record in this new folder; it is not kept if None.
         **options: those of `sunset.Options`: `model`, `bag`, `loop`, `device`, `duration`, `cache`, `images`,
-            `manager_limit`, `middleware`, `rate`, `extensions`.
+            `manager_limit`, `thinking`, `middleware`, `rate`, `extensions`.
 
     Raises:
         InvalidInputError: an argument is not usable.
@@ -99,7 +99,7 @@ def bench(
         jobs: worker processes; one a core if None. They change no result of the simulation.
         progress: called with (runs that are done, runs in all).
         **options: those of `sunset.Options`: `model`, `bag`, `loop`, `device`, `duration`, `cache`, `images`,
-            `manager_limit`, `middleware`, `rate`, `extensions`.
+            `manager_limit`, `thinking`, `middleware`, `rate`, `extensions`.
 
     Raises:
         InvalidInputError: an argument is not usable, or `out` holds another campaign.
@@ -183,7 +183,7 @@ def check_manager(
         seed: of both runs.
         progress: called with (runs that are done, runs in all).
         **options: those of `sunset.Options`: `model`, `bag`, `loop`, `device`, `duration`, `cache`, `images`,
-            `manager_limit`, `middleware`, `rate`, `extensions`.
+            `manager_limit`, `thinking`, `middleware`, `rate`, `extensions`.
 
     Raises:
         SunsetError: as `run`.

@@ -123,6 +123,13 @@ def add_run_options(parser: argparse.ArgumentParser) -> None:
         help="simulation: wall time that one callback of the managing system may take",
     )
     parser.add_argument(
+        "--thinking",
+        type=float,
+        default="0",
+        metavar="S",
+        help="seconds of the experiment that every decision of the managing system takes",
+    )
+    parser.add_argument(
         "--no-cache",
         action="store_false",
         dest="cache",

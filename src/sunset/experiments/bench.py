@@ -306,6 +306,7 @@ def _describe(spec: BenchSpec, runs: Sequence[RunSpec], resources: Resources) ->
         timing=dataclasses.asdict(spec.settings.timing),
         middleware=spec.settings.middleware,
         speed=spec.settings.speed,
+        thinking_s=spec.settings.thinking_s,
         versions=versions(),
         extensions={one.name: one.checksum for one in loaded_extensions()},
     )

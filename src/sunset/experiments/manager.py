@@ -9,6 +9,7 @@ from typing import Any, Final
 
 from sunset.errors import ExtensionError, ManagerError, ScenarioError, SunsetError
 from sunset.experiments.observer import Observer
+from sunset.experiments.parameters import Parameters
 from sunset.experiments.spec import EXTERNAL, RunSpec
 from sunset.isolation import ProcessDeath, UnexpectedError, Watch, call_isolated
 from sunset.managing import MANAGERS, ManagingSystem, checksum, load_manager, manager_sources
@@ -20,10 +21,10 @@ _PACKAGE: Final = Path(__file__).parents[1]
 
 
 def manager_factory(
-    spec: RunSpec, made: type[ManagingSystem], entropy_threshold: float, watch: Watch
+    spec: RunSpec, made: type[ManagingSystem], parameters: Parameters, watch: Watch
 ) -> Callable[[Context], ManagingSystem]:
     """Return what makes the managing system; whatever goes wrong in its constructor is its own error."""
-    overrides = [Parameter("entropy_threshold", value=entropy_threshold)]
+    overrides = [Parameter(name, value=value) for name, value in parameters.items()]
 
     def make(context: Context) -> ManagingSystem:
         try:
@@ -167,9 +168,13 @@ def check_injection(problem: str, observer: Observer) -> None:
 def manager_error(spec: RunSpec, manager: ManagingSystem, error: BaseException) -> ManagerError:
     """Return what a user is told when a callback of the managing system raised."""
     cause = error.__cause__ if isinstance(error, CallbackError) and error.__cause__ else error
+    if isinstance(cause, ManagerError):  # a program's own words
+        told = str(cause).removesuffix(".")
+        told = f"{told[:1].lower()}{told[1:]}"
+    else:
+        told = f"it raised {_described(cause)}{_place(type(manager), cause)}"
     return ManagerError(
-        f"The managing system {spec.manager} failed in {spec.scenario.name}, seed {spec.seed}: it raised "
-        f"{_described(cause)}{_place(type(manager), cause)}."
+        f"The managing system {spec.manager} failed in {spec.scenario.name}, seed {spec.seed}: {told}."
     )
 
 

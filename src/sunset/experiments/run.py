@@ -221,6 +221,7 @@ def _describe(spec: RunSpec, resources: Resources) -> RunRecord:
         warm_up_s=timing.warm_up_s,
         duration_s=timing.duration_s,
         period_s=timing.period_s,
+        thinking_s=settings.thinking_s or UNSET,
         expected_frames=timing.expected_frames,
         entropy_threshold=card.entropy_threshold,
         sharpness_threshold=card.sharpness_threshold,

@@ -14,7 +14,7 @@ from sunset.experiments.manager import (
     node_error,
 )
 from sunset.experiments.observer import Observer
-from sunset.experiments.parameters import node_parameters
+from sunset.experiments.parameters import manager_parameters, node_parameters
 from sunset.experiments.resources import Resources
 from sunset.experiments.spec import RunSpec
 from sunset.harness.bag_player import BagPlayer
@@ -164,7 +164,7 @@ def _run(
             spec.scenario.name, warm_up_s=timing.warm_up_s, duration_s=timing.duration_s, context=context
         ),
     )
-    factory = manager_factory(spec, made, resources.model.card.entropy_threshold, watch)
+    factory = manager_factory(spec, made, manager_parameters(spec, resources), watch)
     for launch_ns, name in sorted(
         (_launch_ns(spec.seed, name), name) for name in (*system.nodes, *SURROUNDING)
     ):

@@ -14,11 +14,13 @@ from sunset.managing.loading import (
     unfiled_sources,
 )
 from sunset.managing.none import NoAdaptation
+from sunset.managing.program import PROTOCOL
 from sunset.managing.reactive import Reactive
 from sunset.managing.symptoms import FloatOrNaN, Symptoms
 
 __all__ = [
     "MANAGERS",
+    "PROTOCOL",
     "Baseline",
     "FloatOrNaN",
     "ManagingSystem",

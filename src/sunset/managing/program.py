@@ -19,6 +19,7 @@ from sunset.managing.command import Command, parse_command
 from sunset.managing.symptoms import Symptoms
 from sunset.ros.task import Future
 from sunset.system.vocabulary import (
+    AdaptationKind,
     Value,
     described_nodes,
     described_signals,
@@ -222,12 +223,11 @@ class Program(ManagingSystem):
         try:
             answer = _ANSWERS.decode(line)
         except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
-            expected = (
-                'expected one JSON object such as {"adaptations": [{"kind": "redeploy", "node": "camera"}]}'
-            )
-            reason = str(error).rstrip(".")
+            reason = str(error).removesuffix(".")
+            kinds = f"; a kind is one of {', '.join(AdaptationKind)}" if reason.endswith(".kind`") else ""
             raise self.__error(
-                f"is not an answer ({reason[:1].lower()}{reason[1:]}): {expected}, got {_quoted(line)}"
+                f"is {_quoted(line)}, which is not an answer ({reason}): expected one JSON object such as "
+                f'{{"adaptations": [{{"kind": "redeploy", "node": "camera"}}]}}{kinds}'
             ) from error
         nodes = node_names()
         for node in [one.node for one in answer.adaptations if one.node not in nodes]:
@@ -281,9 +281,7 @@ class Program(ManagingSystem):
         return f"{how} in the middle of {_quoted(bytes(self.__output))}" if self.__output else how
 
     def __error(self, what: str) -> ManagerError:
-        return ManagerError(
-            f"The program of {self.spec} broke the protocol: line {self.__lines} of its output {what}."
-        )
+        return ManagerError(f"Its program broke the protocol: line {self.__lines} of its output {what}.")
 
 
 def load_program(spec: str) -> type[Program]:

@@ -4,7 +4,7 @@ What can go wrong and what cures it is in other modules, which managing systems 
 """
 
 from sunset.system.current import current_system
-from sunset.system.description import Adaptation, NodeDescription, Signal, Value
+from sunset.system.description import Adaptation, AdaptationKind, NodeDescription, Signal, Value
 from sunset.system.harness import BLACKBOARD_TOPIC, DIAGNOSIS_TOPIC, RESULT_TOPIC
 from sunset.system.names import frequency_entry, full_name
 
@@ -12,6 +12,7 @@ __all__ = [
     "BLACKBOARD_TOPIC",
     "DIAGNOSIS_TOPIC",
     "RESULT_TOPIC",
+    "AdaptationKind",
     "Value",
     "described_nodes",
     "described_signals",

@@ -1,19 +1,28 @@
 """Programs as managing systems: what they answer, and what is said of those that answer badly."""
 
+import json
 import shlex
+import shutil
+import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from sunset.errors import ManagerError
 from sunset.experiments import RunSpec, Settings, Timing, run
-from sunset.recording import StoredRun
+from sunset.interfaces.system_interfaces.msg import Diagnosis
+from sunset.perception import load_model
+from sunset.recording import StoredRun, read_messages, read_run
 from sunset.scenarios import load_scenario
+from sunset.system import COMMANDS_TOPIC, current_system
 
 pytestmark = pytest.mark.usefixtures("flight")
 
-ECHO = "import sys\nfor line in sys.stdin: pass\n"
+PROGRAMS = Path(__file__).parents[2] / "docs" / "programs"
+TWINS = Path(__file__).with_name("twins.py")
+SHORT = Timing(duration_s=2.0, warm_up_s=0.5)
 ANSWERING = """
 import json, sys
 first = sys.stdin.readline()
@@ -28,17 +37,39 @@ def answering(answer: str) -> str:
     return ANSWERING.format(answer=answer)
 
 
-def fly(folder: Path, source: str, scenario: str = "nofault", **settings: object) -> StoredRun:
-    program = folder / "program.py"
-    program.write_text(source, encoding="utf-8")
-    given = {"timing": Timing(duration_s=2.0, warm_up_s=0.5)} | settings
-    manager = f"exec:{shlex.join([sys.executable, '-S', str(program)])}"
-    spec = RunSpec(
-        scenario=load_scenario(scenario),
-        manager=manager,
-        settings=Settings(**given),  # type: ignore[arg-type]
-    )
-    return run(spec, folder / "run")
+def command(folder: Path, source: str) -> str:
+    """Return how a program in Python is named that has this source."""
+    (folder / "program.py").write_text(source, encoding="utf-8")
+    return f"exec:{shlex.join([sys.executable, '-S', str(folder / 'program.py')])}"
+
+
+def fly(folder: Path, manager: str, scenario: str = "nofault", **settings: object) -> StoredRun:
+    given: dict[str, Any] = {"timing": SHORT} | settings
+    spec = RunSpec(scenario=load_scenario(scenario), manager=manager, settings=Settings(**given))
+    return run(spec, folder)
+
+
+@pytest.mark.parametrize(
+    ("program", "twin", "scenario"),
+    [
+        (f"exec:python3 {PROGRAMS}/baseline.py", "baseline", "gpu_failure+image_shift"),
+        (f"exec:{PROGRAMS}/focus.sh", f"{TWINS}:Focus", "autofocus_needed"),
+        ("exec:{folder}/upstream", f"{TWINS}:Upstream", "gpu_failure"),
+    ],
+    ids=["Python", "sh", "C++"],
+)
+def test_a_program_flies_as_its_twin_does(program: str, twin: str, scenario: str, tmp_path: Path) -> None:
+    if "upstream" in program:
+        compiler = shutil.which("c++") or shutil.which("g++") or shutil.which("clang++")
+        if compiler is None:
+            pytest.skip("there is no compiler for C++")
+        source = [str(PROGRAMS / "upstream.cpp"), "-o", str(tmp_path / "upstream")]
+        subprocess.run([compiler, "-std=c++17", *source], check=True)
+
+    flown = fly(tmp_path / "program", program.format(folder=tmp_path), scenario)
+
+    assert flown.metrics.adaptations
+    assert flown.digest == fly(tmp_path / "twin", twin, scenario).digest
 
 
 BAD = {
@@ -114,10 +145,94 @@ def test_a_bad_program_is_told_in_one_sentence(name: str, tmp_path: Path) -> Non
     limit_s = 0.6 if name == "silence" else 30.0
 
     with pytest.raises(ManagerError, match=expected) as failure:
-        fly(tmp_path, source, manager_limit_s=limit_s)
+        fly(tmp_path / "run", command(tmp_path, source), manager_limit_s=limit_s)
 
     text = str(failure.value)
     assert text.startswith("The managing system exec:")
     assert text.count(" failed in nofault, seed 1: it") == 1
     assert "\n" not in text
     assert len(text) < 1200
+
+
+LATE = """
+import json, sys
+first = json.loads(sys.stdin.readline())
+(redeploy,) = [one for one in first["system"]["adaptations"] if one["id"] == "redeploy segmentation"]
+done = False
+for line in sys.stdin:
+    if json.loads(line)["symptoms"].get("managed_subsystem_segmentation_freq") == 0 and not done:
+        done = True
+        print(json.dumps({"think_s": 0.25, "diagnosis": {"gpu_failure": 0.75}, "adaptations": [redeploy]}))
+    else:
+        print("{}")
+    sys.stdout.flush()
+"""
+
+
+def test_a_program_thinks_and_says_what_is_wrong_as_its_twin_does(tmp_path: Path) -> None:
+    flown = fly(tmp_path / "program", command(tmp_path, LATE), "gpu_failure")
+
+    (diagnosis,) = read_messages(tmp_path / "program", ["/managing_system/diagnosis"])
+    (redeploy,) = read_messages(tmp_path / "program", [COMMANDS_TOPIC])
+    assert isinstance(diagnosis.message, Diagnosis)
+    assert diagnosis.message.faults == ["gpu_failure"]
+    assert 0.25 < (redeploy.time_ns - diagnosis.time_ns) / 1e9 < 0.26
+    assert flown.digest == fly(tmp_path / "twin", f"{TWINS}:Late", "gpu_failure").digest
+
+
+def test_every_decision_can_be_charged(tmp_path: Path) -> None:
+    def decided(folder: str, **settings: object) -> int:
+        fly(tmp_path / folder, "baseline", "gpu_failure", **settings)
+        (redeploy,) = read_messages(tmp_path / folder, [COMMANDS_TOPIC])
+        return redeploy.time_ns
+
+    at_once, later = decided("at_once"), decided("later", thinking_s=0.3)
+
+    assert (later - at_once) / 1e9 == pytest.approx(0.3, abs=0.001)
+    assert "thinking_s" not in json.loads((tmp_path / "at_once" / "run.json").read_text())
+    assert read_run(tmp_path / "later").thinking_s == 0.3
+
+
+KEEPING = """
+import sys
+kept = open(sys.argv[1], "w")
+print("to be seen", file=sys.stderr)
+for number, line in enumerate(sys.stdin):
+    kept.write(line)
+    kept.flush()
+    if number == 1:
+        print('{"adaptations": [{"kind": "activate", "node": "image_enhancement"}, '
+              '{"id": "mine", "kind": "set_parameter", "node": "sensor_fusion", "name": "modality", "value": 9}]}')
+    elif number:
+        print("{}")
+    sys.stdout.flush()
+"""
+
+
+def test_a_program_is_told_what_it_can_do_and_what_came_of_it(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    kept = tmp_path / "kept.jsonl"
+
+    fly(tmp_path / "run", f"{command(tmp_path, KEEPING)} {kept}")
+
+    assert "to be seen" in capfd.readouterr().err
+    first, *lines = [json.loads(line) for line in kept.read_text().splitlines()]
+    assert (first["protocol"], first["period"], type(first["seed"])) == (1, 0.2, int)
+    system = first["system"]
+    assert [node["name"] for node in system["nodes"]] == [*current_system().nodes]
+    signals = {signal["name"]: signal for signal in system["signals"]}
+    card = load_model("lite").card
+    assert signals["segmentation_entropy"]["threshold"] == card.entropy_threshold
+    assert signals["camera_sharpness"]["threshold"] == card.sharpness_threshold
+    assert {"id": "restart camera", "kind": "restart", "node": "camera"} in system["adaptations"]
+    names = [one["id"] for one in system["adaptations"]]
+    assert names == sorted(names)
+    assert not any(fault in json.dumps(first) for fault in current_system().faults)
+    assert lines[0]["symptoms"]["managed_subsystem_segmentation_freq"] > 0
+    assert [result for line in lines for result in line["results"]] == [
+        {"id": 1, "accepted": True},
+        {"id": "mine", "accepted": False},
+    ]
+    times = [line["time"] for line in lines]
+    assert times == pytest.approx([times[0] + 0.2 * number for number in range(len(lines))], abs=0.001)

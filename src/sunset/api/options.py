@@ -1,13 +1,14 @@
 """What every call that runs experiments takes: the command line's options, by the same names."""
 
 import operator
+import re
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from decimal import Decimal
 from math import inf
 from numbers import Real
 from pathlib import Path
-from typing import Any, TypeAlias, TypedDict
+from typing import Any, Final, TypeAlias, TypedDict
 
 from sunset.errors import InvalidInputError, ManagerError
 from sunset.experiments import Settings, Timing
@@ -22,6 +23,10 @@ Manager: TypeAlias = str | type[ManagingSystem] | Callable[..., ManagingSystem]
 
 Extensions: TypeAlias = str | Path | Sequence[str | Path]
 """Extensions of the managed system, one or several: Python files, or names of installed ones."""
+
+
+_ITEMS: Final = re.compile(r"""(?:[^,'"\\]|\\.|'[^']*'|"(?:\\.|[^"\\])*"|['"\\])+""")
+"""What commas separate, but for those in quotes or behind a backslash, as in the command of a program."""
 
 
 class Options(TypedDict, total=False):
@@ -189,12 +194,12 @@ def chosen_scenarios(names: str | tuple[str, ...] | list[str]) -> tuple[str, ...
 
 
 def names_of(names: str | tuple[str, ...] | list[str], what: str) -> tuple[str, ...]:
-    """Return names that were given as a list, or as one text in which commas separate them.
+    """Return names that were given as a list, or as one text in which commas separate them, but for those in quotes.
 
     Raises:
         InvalidInputError: they are anything else; `what` says what they are of.
     """
-    listed = names.split(",") if isinstance(names, str) else names
+    listed = _ITEMS.findall(names) if isinstance(names, str) else names
     if not isinstance(listed, list | tuple) or not all(isinstance(name, str) for name in listed):
         raise InvalidInputError(f"The {what} must be a list of names, got {shown(names)}.")
     return tuple(name.strip() for name in listed if name.strip())

@@ -1,10 +1,13 @@
 """Programs as managing systems: what they answer, and what is said of those that answer badly."""
 
+import contextlib
 import json
 import shlex
 import shutil
+import socket
 import subprocess
 import sys
+import threading
 from pathlib import Path
 from typing import Any
 
@@ -236,3 +239,46 @@ def test_a_program_is_told_what_it_can_do_and_what_came_of_it(
     ]
     times = [line["time"] for line in lines]
     assert times == pytest.approx([times[0] + 0.2 * number for number in range(len(lines))], abs=0.001)
+
+
+FAKE_MODEL = "import sys; print('redeploy segmentation' if '\"managed_subsystem_segmentation_freq\": 0.0' in input() else '')"
+
+
+def test_recorded_answers_take_the_place_of_a_language_model(tmp_path: Path) -> None:
+    answers, program = tmp_path / "answers.jsonl", f"exec:python3 {PROGRAMS}/language_model.py"
+    with socket.create_server(("localhost", 0)) as free:
+        port = free.getsockname()[1]
+    recorder = subprocess.Popen(
+        [
+            sys.executable,
+            PROGRAMS / "recorder.py",
+            answers,
+            str(port),
+            sys.executable,
+            "-S",
+            "-c",
+            FAKE_MODEL,
+        ],
+        stderr=subprocess.DEVNULL,
+    )
+    try:
+        _await_door(port)
+        asked = fly(tmp_path / "asked", f"{program} http://localhost:{port}", "gpu_failure")
+    finally:
+        recorder.kill()
+        recorder.wait()
+
+    assert {str(one) for one in asked.metrics.executed} == {"redeploy segmentation"}
+    recorded = [json.loads(line) for line in answers.read_text().splitlines()]
+    assert all(answer["seconds"] > 0 for answer in recorded)
+    replayed = fly(tmp_path / "replayed", f"{program} {answers}", "gpu_failure")
+    assert replayed.digest == asked.digest
+    assert replayed.record.manager_checksum != asked.record.manager_checksum
+
+
+def _await_door(port: int) -> None:
+    for _ in range(100):
+        with contextlib.suppress(OSError), socket.create_connection(("localhost", port)):
+            return
+        threading.Event().wait(0.05)
+    raise AssertionError("nobody listens")

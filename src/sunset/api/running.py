@@ -51,8 +51,9 @@ def run(
 
     Args:
         scenario: a scenario's name, a YAML file, faults joined by `+`, or what `load_scenario` returned.
-        manager: the managing system: a name, `FILE.py:CLASS`, `MODULE:CLASS`, a class, or a function that makes one. It
-            runs in a process of its own, which is forked from this one, so that a class of a notebook will do.
+        manager: the managing system: a name, `FILE.py:CLASS`, `MODULE:CLASS`, `exec:COMMAND`, a class, or a function
+            that makes one. It runs in a process of its own, which is forked from this one, so that a class of a
+            notebook will do.
         seed: a whole number in [0, 2³² − 1]. The same seed gives the same record.
         out: keep the record in this new folder; it is not kept if None.
         **options: those of `sunset.Options`: `model`, `bag`, `loop`, `device`, `duration`, `cache`, `images`,

@@ -40,7 +40,8 @@ def add_campaign_options(
         "--managers",
         default=managers,
         metavar="A,B,…",
-        help=f"managing systems, separated by commas, each as LABEL=… under a name of your own; a comma in a command 'exec:…' stands in quotes{more}",
+        help="managing systems, separated by commas that are not in quotes, each as LABEL=… under a name of your own"
+        f"{more}",
     )
     parser.add_argument(
         "--repetitions", type=int, default=repetitions, metavar="N", help=f"{what} a scenario"

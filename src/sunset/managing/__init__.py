@@ -2,6 +2,7 @@
 
 from sunset.managing.base import ManagingSystem
 from sunset.managing.baseline import Baseline
+from sunset.managing.command import PREFIX, parse_command, resolved_spec
 from sunset.managing.loading import (
     MANAGERS,
     checksum,
@@ -20,6 +21,7 @@ from sunset.managing.symptoms import FloatOrNaN, Symptoms
 
 __all__ = [
     "MANAGERS",
+    "PREFIX",
     "PROTOCOL",
     "Baseline",
     "FloatOrNaN",
@@ -31,7 +33,9 @@ __all__ = [
     "is_registered",
     "load_manager",
     "manager_sources",
+    "parse_command",
     "register_manager",
+    "resolved_spec",
     "sources_digest",
     "split_label",
     "unfiled_sources",

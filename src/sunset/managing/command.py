@@ -12,6 +12,8 @@ from sunset.errors import ManagerError
 PREFIX: Final = "exec:"
 """Begins the name of a managing system that is a program; its command follows."""
 
+_INSTALLED: Final = frozenset({"bin", "sbin"})
+"""Folders of programs that are not a managing system's own."""
 _MOST_FILES: Final = 1000
 
 
@@ -22,7 +24,7 @@ class Command:
     Attributes:
         words: the program and its arguments; paths of what exists are absolute.
         files: those that the command names, and those below folders that it names, sorted; without a program that is
-            found on PATH.
+            installed: found on PATH, or in a folder that is called bin.
     """
 
     words: tuple[str, ...]
@@ -43,10 +45,22 @@ def parse_command(spec: str) -> Command:
             f"The managing system {spec!r} cannot be started: {reason}; name it as exec:PROGRAM ARGUMENTS, with words "
             "that have spaces in quotes."
         ) from error
-    paths = [Path(word) for word in ([program] if "/" in program else []) + arguments]
-    files = sorted({file.absolute() for path in paths if path.exists() for file in _files(spec, path)})
+    found = _found(spec, program)
+    own = "/" in program and found.parent.name not in _INSTALLED
+    named = [*([found] if own else []), *(Path(word).absolute() for word in arguments if Path(word).exists())]
     words = [str(Path(word).absolute()) if Path(word).exists() else word for word in arguments]
-    return Command((_found(spec, program), *words), tuple(files))
+    return Command(
+        (str(found), *words), tuple(sorted({file for path in named for file in _files(spec, path)}))
+    )
+
+
+def resolved_spec(spec: str) -> str:
+    """Return `exec:COMMAND` such that it is the same in another working directory, and with another PATH.
+
+    Raises:
+        ManagerError: as `parse_command`.
+    """
+    return PREFIX + shlex.join(parse_command(spec).words)
 
 
 def _files(spec: str, path: Path) -> Iterator[Path]:
@@ -64,10 +78,10 @@ def _files(spec: str, path: Path) -> Iterator[Path]:
         yield file
 
 
-def _found(spec: str, program: str) -> str:
+def _found(spec: str, program: str) -> Path:
     """Return the absolute path of a program."""
     if found := shutil.which(program):
-        return str(Path(found).absolute())
+        return Path(found).absolute()
     if Path(program).is_file():
         remedy = f"let it be run (chmod +x {program}), or name what runs it, as exec:python3 {program}"
         if "/" not in program:

@@ -2,6 +2,7 @@
 
 import contextlib
 import json
+import re
 import shlex
 import shutil
 import socket
@@ -11,11 +12,13 @@ import threading
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import pytest
 
 from sunset.errors import ManagerError
 from sunset.experiments import RunSpec, Settings, Timing, run
 from sunset.interfaces.system_interfaces.msg import Diagnosis
+from sunset.managing.program import Answer
 from sunset.perception import load_model
 from sunset.recording import StoredRun, read_messages, read_run
 from sunset.scenarios import load_scenario
@@ -212,6 +215,13 @@ for number, line in enumerate(sys.stdin):
 """
 
 
+def shape(value: object) -> object:
+    """Return the keys of a JSON value, those of a list's first item for all."""
+    if isinstance(value, dict):
+        return {key: shape(item) for key, item in value.items()}
+    return [shape(item) for item in value[:1]] if isinstance(value, list) else None
+
+
 def test_a_program_is_told_what_it_can_do_and_what_came_of_it(
     tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
@@ -237,11 +247,21 @@ def test_a_program_is_told_what_it_can_do_and_what_came_of_it(
         {"id": 1, "accepted": True},
         {"id": "mine", "accepted": False},
     ]
+    page = (PROGRAMS.parent / "managing-systems.md").read_text(encoding="utf-8")
+    shown_first, shown_line, shown_answer = map(
+        json.loads, re.findall(r"^```json\n(.*?)^```$", page, re.MULTILINE | re.DOTALL)
+    )
+    assert shape(shown_first) == shape(first)
+    assert shown_line.keys() == lines[0].keys()
+    assert len(msgspec.convert(shown_answer, Answer).adaptations) == 2
     times = [line["time"] for line in lines]
     assert times == pytest.approx([times[0] + 0.2 * number for number in range(len(lines))], abs=0.001)
 
 
-FAKE_MODEL = "import sys; print('redeploy segmentation' if '\"managed_subsystem_segmentation_freq\": 0.0' in input() else '')"
+FAKE_MODEL = """
+silent = '"managed_subsystem_segmentation_freq": 0.0' in input()
+print("redeploy segmentation" if silent else "nothing")
+"""
 
 
 def test_recorded_answers_take_the_place_of_a_language_model(tmp_path: Path) -> None:

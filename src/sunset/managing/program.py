@@ -86,7 +86,7 @@ class _Redeploy(_Adaptation, frozen=True, tag="redeploy"):
         return manager.redeploy(self.node)
 
 
-class _Answer(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+class Answer(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """A line of a program's output."""
 
     adaptations: list[_SetParameter | _ChangeTopic | _Activate | _Deactivate | _Restart | _Redeploy] = []
@@ -94,7 +94,7 @@ class _Answer(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     think_s: Annotated[float, Meta(ge=0, le=LONGEST_THOUGHT_S)] = 0.0
 
 
-_ANSWERS: Final = msgspec.json.Decoder(_Answer)
+_ANSWERS: Final = msgspec.json.Decoder(Answer)
 
 
 class Program(ManagingSystem):
@@ -201,7 +201,7 @@ class Program(ManagingSystem):
             "seed": given.get("manager_seed", 0),
         }
 
-    def __ask(self, question: object) -> _Answer:
+    def __ask(self, question: object) -> Answer:
         self.__lines += 1
         if self.__is_readable() and (piece := self.__read()):
             raise self.__error(
@@ -218,7 +218,7 @@ class Program(ManagingSystem):
             )
         return self.__understood(line)
 
-    def __understood(self, line: bytes) -> _Answer:
+    def __understood(self, line: bytes) -> Answer:
         """Return what a line says."""
         try:
             answer = _ANSWERS.decode(line)

@@ -10,6 +10,7 @@ import stat
 import sys
 from collections.abc import Iterable
 from contextlib import suppress
+from functools import cache
 from pathlib import Path
 from typing import Final
 
@@ -104,10 +105,14 @@ def _allow(rules: int, path: Path, allowed: int) -> None:
         os.close(beneath)
 
 
+@cache
+def _library() -> ctypes.CDLL:
+    return ctypes.CDLL(None, use_errno=True)
+
+
 def _call(number: int, *arguments: object) -> int:
-    library = ctypes.CDLL(None, use_errno=True)
     words = [ctypes.c_long(argument) if isinstance(argument, int) else argument for argument in arguments]
-    result: int = library.syscall(ctypes.c_long(number), *words)
+    result: int = _library().syscall(ctypes.c_long(number), *words)
     if result < 0:
         problem = ctypes.get_errno()
         raise OSError(problem, os.strerror(problem))

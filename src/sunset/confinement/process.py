@@ -243,16 +243,16 @@ class Confinement:
     Args:
         entry: `module:function`, which each process calls with its socket and its task. The module is imported by the
             server, once.
+        folder: where that module is looked up besides where Python does.
     """
 
-    def __init__(self, entry: str) -> None:
+    def __init__(self, entry: str, folder: Path = _PACKAGE) -> None:
         self._door, theirs = socket.socketpair()
         with theirs:
             self._process = subprocess.Popen(  # noqa: S603  it is this interpreter
-                [sys.executable, "-P", "-c", _PROGRAM, entry, str(_PACKAGE)],
+                [sys.executable, "-P", "-c", _PROGRAM, entry, str(folder.absolute())],
                 stdin=theirs.fileno(),
                 stdout=subprocess.DEVNULL,
-                stderr=subprocess.DEVNULL,
                 cwd="/",
                 env=ONE_THREAD | dict(environment()),
                 start_new_session=True,

@@ -11,6 +11,7 @@ import platform
 import struct
 import sys
 from collections.abc import Iterable, Iterator
+from functools import cache
 from typing import Final
 
 _ARCHITECTURES: Final = {"x86_64": 0xC000003E, "aarch64": 0xC00000B7}
@@ -162,6 +163,7 @@ _X32: Final = 0x40000000
 
 _GET_SECCOMP, _SET_SECCOMP, _FILTER, _NO_NEW_PRIVILEGES = 21, 22, 2, 38
 
+_INSTRUCTION: Final = struct.Struct("=HBBI")
 Instruction = tuple[int, int, int, int]
 """Code, instructions to skip if true, if false, value."""
 
@@ -200,10 +202,8 @@ def filter_calls(*, network: bool, signals: bool) -> None:
     """
     if not can_filter_calls():
         return
-    code = b"".join(
-        struct.pack("=HBBI", *instruction) for instruction in filter_program(network=network, signals=signals)
-    )
-    program = _Program(len(code) // 8, code)
+    code = filter_program(network=network, signals=signals)
+    program = _Program(len(code) // _INSTRUCTION.size, code)
     _control(_SET_SECCOMP, _FILTER, ctypes.byref(program), 0, 0)
 
 
@@ -213,8 +213,9 @@ def _control(*arguments: object) -> None:
         raise OSError(problem, os.strerror(problem))
 
 
-def filter_program(*, network: bool, signals: bool) -> list[Instruction]:
-    """Return the filter of this machine's architecture for this process; as `filter_calls`."""
+@cache
+def filter_program(*, network: bool, signals: bool) -> bytes:
+    """Return the filter of this machine's architecture, without `signals` for this process only; as `filter_calls`."""
     machine = platform.machine()
     column = [*_ARCHITECTURES].index(machine)
     program: list[Instruction] = [
@@ -228,7 +229,7 @@ def filter_program(*, network: bool, signals: bool) -> list[Instruction]:
     for calls, test in _tests(network=network, signals=signals):
         if calls[column] >= 0:
             program += [(_EQUAL, 0, len(test), calls[column]), *test]
-    return [*program, (_RETURN, 0, 0, _ALLOW)]
+    return b"".join(_INSTRUCTION.pack(*instruction) for instruction in [*program, _allow()])
 
 
 def _tests(*, network: bool, signals: bool) -> Iterator[tuple[tuple[int, int], list[Instruction]]]:

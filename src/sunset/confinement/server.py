@@ -22,7 +22,7 @@ from pathlib import Path
 from select import select
 from typing import Any, Final, NoReturn
 
-from sunset.confinement.walls import View, put_up
+from sunset.confinement.walls import View, prepare, put_up
 from sunset.forks import signal_after_parent
 from sunset.source_files import find_modules
 
@@ -55,6 +55,7 @@ def serve(entry: str) -> None:
     function: Entry = getattr(importlib.import_module(module), name)
     signal_after_parent(signal.SIGCONT)  # to see that its user is gone, even if it was stopped
     signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # keepers are nobody's concern
+    prepare()
     gc.collect()
     gc.freeze()  # the garbage collector would write to pages that all forked processes share
     with socket.socket(fileno=os.dup(0)) as door:

@@ -5,14 +5,15 @@ import resource
 import site
 import sys
 import sysconfig
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import asdict, dataclass
+from functools import cache
 from pathlib import Path
 from typing import Final, Self
 
 from sunset.confinement.landlock import SCOPES_SINCE, landlock_version, restrict_files
 from sunset.confinement.privileges import drop_root
-from sunset.confinement.seccomp import can_filter_calls, filter_calls, forgo_privileges
+from sunset.confinement.seccomp import can_filter_calls, filter_calls, filter_program, forgo_privileges
 
 MEMORY: Final = 4 << 30
 """How much memory a process may take, in bytes: a learned managing system brings its framework."""
@@ -101,6 +102,12 @@ def put_up(view: View, folder: Path) -> None:
     filter_calls(network=view.network, signals=landlock_version() >= SCOPES_SINCE)
 
 
+def prepare() -> None:
+    """Find out ahead, for all processes that are forked from this one, what the walls are made of."""
+    _needed()
+    filter_program(network=True, signals=landlock_version() >= SCOPES_SINCE)
+
+
 def _limit() -> None:
     for what, most in (
         (resource.RLIMIT_DATA, MEMORY),
@@ -129,12 +136,12 @@ def _tasks() -> int:
     return int(Path("/proc/loadavg").read_text(encoding="ascii").split()[3].partition("/")[2])
 
 
-def _needed() -> Iterator[Path]:
-    """Yield what Python needs of the file system, and what programs do."""
-    yield from map(Path, _SYSTEM)
-    yield from Path(_PROGRAMS[0]).glob(_PROGRAMS[1])
-    yield _PACKAGE
-    yield from _python()
+@cache
+def _needed() -> tuple[Path, ...]:
+    """Return what Python needs of the file system, and what programs do."""
+    programs = Path(_PROGRAMS[0]).glob(_PROGRAMS[1])
+    places = dict.fromkeys([*map(Path, _SYSTEM), *programs, _PACKAGE, *_python()])
+    return tuple(place for place in places if place.exists())
 
 
 def _python() -> Iterable[Path]:
@@ -144,4 +151,4 @@ def _python() -> Iterable[Path]:
     places += [Path(path) for path in sysconfig.get_paths().values()]
     places += [Path(sys.executable), Path(sys.executable).resolve()]
     places += [Path(path) for path in (*site.getsitepackages(), site.getusersitepackages())]
-    return dict.fromkeys(places)
+    return places

@@ -158,10 +158,10 @@ def call_isolated(function: Callable[[Watch], T], *, limit_s: float) -> T:
                 code = _reap(pid)
             signal.pthread_sigmask(signal.SIG_SETMASK, held)
         if hung:
-            raise ProcessDeath(hung, watch.running, _find_frames(frames.read()))
+            raise ProcessDeath(hung, watch.running, find_frames(frames.read()))
         told = answer.read()
         if code or not told:
-            raise ProcessDeath(_describe_end(code), watch.running, _find_frames(frames.read()))
+            raise ProcessDeath(describe_end(code), watch.running, find_frames(frames.read()))
         return cast("T", _result(told, watch))
 
 
@@ -316,7 +316,8 @@ def _reap(pid: int) -> int | None:
     return os.waitstatus_to_exitcode(status)
 
 
-def _describe_end(code: int | None) -> str:
+def describe_end(code: int | None) -> str:
+    """Return how a process ended, as the end of a sentence; `code` is its exit code, None if it was lost."""
     if code is None:
         return "ended its process"
     if code >= 0:
@@ -327,7 +328,8 @@ def _describe_end(code: int | None) -> str:
         return f"ended its process by signal {-code}"
 
 
-def _find_frames(told: bytes) -> tuple[tuple[str, int, str], ...]:
+def find_frames(told: bytes) -> tuple[tuple[str, int, str], ...]:
+    """Return where a process was, as (file, line, function), the innermost first, as its faulthandler told."""
     text = told.decode("utf-8", "replace")
     frames = ((at["file"], int(at["line"]), at["function"]) for at in _FRAME.finditer(text))
     return tuple(takewhile(lambda frame: frame[2] != _outcome.__name__, frames))

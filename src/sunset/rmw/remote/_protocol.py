@@ -266,10 +266,16 @@ class SilenceError(PipeError):
 
 
 class Pipe:
-    """One end of the pipe."""
+    """One end of the pipe.
 
-    def __init__(self, door: socket.socket) -> None:
+    Args:
+        door: a connected stream.
+        wait: waits for so many seconds until something comes on it, and returns whether it does; None to just wait.
+    """
+
+    def __init__(self, door: socket.socket, wait: Callable[[float | None], bool] | None = None) -> None:
         self._door = door
+        self._wait = wait
         self._rest = bytearray()
 
     def close(self) -> None:
@@ -316,6 +322,9 @@ class Pipe:
 
     def _fill(self, size: int, end_s: float | None) -> None:
         while len(self._rest) < size:
+            if self._wait is not None and not self._wait(None if end_s is None else end_s - time.monotonic()):
+                late = end_s is not None and time.monotonic() >= end_s
+                raise SilenceError("did not answer") if late else EndError("is gone")
             self._limit(end_s)
             try:
                 chunk = self._door.recv(max(_CHUNK, size - len(self._rest)))

@@ -154,16 +154,21 @@ def _run(
         processes.start(name)
     simulation.run_until(simulation.now + _launch_ns(spec.seed, MANAGER_PROCESS))
     process = simulation.create_process(MANAGER_PROCESS)
-    gateway = Gateway(process, manager.pipe, limit_s=spec.settings.manager_limit_s)
-    gateway.start()
+    failed: list[str] = []
     what = "could not be constructed"
-    if gateway.failure is None:
-        what = f"failed in {spec.scenario.name}, seed {spec.seed}"
-        for node in list(process.nodes_here)[:1]:
-            check_name(node.fully_qualified_name, spec.manager)
+    gateway = Gateway(
+        process,
+        manager.pipe,
+        limit_s=spec.settings.manager_limit_s,
+        on_failure=lambda failure: failed.append(manager.describe(failure, what)),
+    )
+    gateway.start()
+    what = f"failed in {spec.scenario.name}, seed {spec.seed}"
+    for node in list(process.nodes_here)[:1]:
+        check_name(node.fully_qualified_name, spec.manager)
     start_ns = _conduct(simulation, supervisor, spec, observer)
     observer.finish(simulation.now)
-    return start_ns, "" if gateway.failure is None else manager.describe(gateway.failure, what)
+    return start_ns, "".join(failed)
 
 
 def _launch_ns(seed: int, process: str) -> int:

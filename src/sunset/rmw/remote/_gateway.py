@@ -1,6 +1,7 @@
 """What stands for a process behind a pipe in a simulation, and takes turns with it."""
 
 import time
+from collections.abc import Callable
 from typing import Final
 
 from sunset.errors import MiddlewareError
@@ -43,13 +44,22 @@ class Gateway:
         process: the process in the simulation.
         pipe: the other side is at its other end.
         limit_s: how long the other side may take for a callback, in seconds of wall time.
+        on_failure: called when the process has failed, with how.
 
     Attributes:
         failure: how the process has failed, as the end of a sentence; None as long as it has not.
     """
 
-    def __init__(self, process: SimProcess, pipe: Pipe, *, limit_s: float) -> None:
+    def __init__(
+        self,
+        process: SimProcess,
+        pipe: Pipe,
+        *,
+        limit_s: float,
+        on_failure: Callable[[PipeError], object] = lambda _: None,
+    ) -> None:
         self.failure: PipeError | None = None
+        self._on_failure = on_failure
         self._process = process
         self._pipe = pipe
         self._limit_s = limit_s
@@ -89,6 +99,7 @@ class Gateway:
         except PipeError as error:
             self.failure = error
             self._process.end()
+            self._on_failure(error)
         finally:
             self._depth -= 1
         return True

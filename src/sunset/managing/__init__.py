@@ -2,7 +2,7 @@
 
 from sunset.managing.base import ManagingSystem
 from sunset.managing.baseline import Baseline
-from sunset.managing.command import PREFIX, parse_command, resolved_spec
+from sunset.managing.command import PREFIX, parse_command
 from sunset.managing.loading import (
     MANAGERS,
     checksum,
@@ -15,7 +15,7 @@ from sunset.managing.loading import (
     unfiled_sources,
 )
 from sunset.managing.none import NoAdaptation
-from sunset.managing.program import PROTOCOL
+from sunset.managing.program import PROTOCOL, Program
 from sunset.managing.reactive import Reactive
 from sunset.managing.symptoms import FloatOrNaN, Symptoms
 
@@ -27,6 +27,7 @@ __all__ = [
     "FloatOrNaN",
     "ManagingSystem",
     "NoAdaptation",
+    "Program",
     "Reactive",
     "Symptoms",
     "checksum",
@@ -35,7 +36,6 @@ __all__ = [
     "manager_sources",
     "parse_command",
     "register_manager",
-    "resolved_spec",
     "sources_digest",
     "split_label",
     "unfiled_sources",

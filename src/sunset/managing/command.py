@@ -1,5 +1,6 @@
 """The command that starts a program: its words, and the files that it names."""
 
+import os
 import shlex
 import shutil
 from collections.abc import Iterator
@@ -19,20 +20,36 @@ _MOST_FILES: Final = 1000
 
 @dataclass(frozen=True, slots=True)
 class Command:
-    """How a program is started.
+    """How a program is started; as a text, `exec:COMMAND` that is the same in every folder and with any PATH.
 
     Attributes:
         words: the program and its arguments; paths of what exists are absolute.
         files: those that the command names, and those below folders that it names, sorted; without a program that is
-            installed: found on PATH, or in a folder that is called bin.
+            installed, in a folder called bin.
     """
 
     words: tuple[str, ...]
     files: tuple[Path, ...]
 
+    def __str__(self) -> str:
+        return PREFIX + shlex.join(self.words)
 
-def parse_command(spec: str) -> Command:
+    @property
+    def places(self) -> tuple[Path, ...]:
+        """What it needs to be read: its files, the folders that it names, and what is installed with its program."""
+        program, *arguments = map(Path, self.words)
+        named = [path for path in arguments if path.is_absolute() and path.exists()]
+        installed = [path for path in (program, program.resolve()) if path.parent.name in _INSTALLED]
+        beside = [path.parents[1] / part for path in installed for part in ("bin", "lib", "pyvenv.cfg")]
+        return (program, *named, *beside)
+
+
+def parse_command(spec: str, folder: Path = Path()) -> Command:
     """Return the command of `exec:COMMAND`, whose words are as in a shell; no shell runs it.
+
+    Args:
+        spec: the managing system's name.
+        folder: where paths in it begin that are not absolute.
 
     Raises:
         ManagerError: it is empty, its quotes do not match, or its program cannot be found or run.
@@ -45,22 +62,13 @@ def parse_command(spec: str) -> Command:
             f"The managing system {spec!r} cannot be started: {reason}; name it as exec:PROGRAM ARGUMENTS, with words "
             "that have spaces in quotes."
         ) from error
-    found = _found(spec, program)
-    own = "/" in program and found.parent.name not in _INSTALLED
-    named = [*([found] if own else []), *(Path(word).absolute() for word in arguments if Path(word).exists())]
-    words = [str(Path(word).absolute()) if Path(word).exists() else word for word in arguments]
+    found = _found(spec, program, folder)
+    paths = {word: (folder / word).absolute() for word in arguments if word and (folder / word).exists()}
+    named = [*paths.values(), *([] if found.parent.name in _INSTALLED else [found])]
     return Command(
-        (str(found), *words), tuple(sorted({file for path in named for file in _files(spec, path)}))
+        (str(found), *(str(paths.get(word, word)) for word in arguments)),
+        tuple(sorted({file for path in named for file in _files(spec, path)})),
     )
-
-
-def resolved_spec(spec: str) -> str:
-    """Return `exec:COMMAND` such that it is the same in another working directory, and with another PATH.
-
-    Raises:
-        ManagerError: as `parse_command`.
-    """
-    return PREFIX + shlex.join(parse_command(spec).words)
 
 
 def _files(spec: str, path: Path) -> Iterator[Path]:
@@ -78,11 +86,13 @@ def _files(spec: str, path: Path) -> Iterator[Path]:
         yield file
 
 
-def _found(spec: str, program: str) -> Path:
+def _found(spec: str, program: str, folder: Path) -> Path:
     """Return the absolute path of a program."""
-    if found := shutil.which(program):
-        return Path(found).absolute()
-    if Path(program).is_file():
+    path = folder / program if "/" in program else Path(shutil.which(program) or "")
+    # not by shutil.which, which asks for the real user: that of a confined process can do less than its effective one
+    if path.is_file() and os.access(path, os.X_OK, effective_ids=os.access in os.supports_effective_ids):
+        return path.absolute()
+    if (folder / program).is_file():
         remedy = f"let it be run (chmod +x {program}), or name what runs it, as exec:python3 {program}"
         if "/" not in program:
             remedy = f"a program that is not on PATH is named by its path, exec:./{program}"

@@ -8,6 +8,7 @@ import select
 import subprocess
 import termios
 from contextlib import suppress
+from pathlib import Path
 from typing import Annotated, ClassVar, Final, cast
 
 import msgspec
@@ -101,11 +102,9 @@ class Program(ManagingSystem):
     """Runs a program, which decides: `adapt` writes one line to it and reads one line.
 
     Attributes:
-        spec: how it was named.
         command: how it is started.
     """
 
-    spec: ClassVar[str]
     command: ClassVar[Command]
 
     def on_start(self) -> None:
@@ -125,8 +124,8 @@ class Program(ManagingSystem):
         except OSError as error:
             reason = error.strerror or str(error)
             raise ManagerError(
-                f"The managing system {self.spec} cannot be started: {reason[:1].lower()}{reason[1:]}; a script begins "
-                "with #! and the program that runs it."
+                f"Its program cannot be started: {reason[:1].lower()}{reason[1:]}; a script begins with #! and the "
+                "program that runs it."
             ) from error
         assert self.__process.stdin is not None  # noqa: S101  pipes were asked for
         assert self.__process.stdout is not None  # noqa: S101  likewise
@@ -284,13 +283,13 @@ class Program(ManagingSystem):
         return ManagerError(f"Its program broke the protocol: line {self.__lines} of its output {what}.")
 
 
-def load_program(spec: str) -> type[Program]:
-    """Return the class of `exec:COMMAND`.
+def load_program(spec: str, folder: Path = Path()) -> type[Program]:
+    """Return the class of `exec:COMMAND`, of which relative paths begin in a folder.
 
     Raises:
         ManagerError: as `parse_command`.
     """
-    return type("Program", (Program,), {"spec": spec, "command": parse_command(spec), "__module__": __name__})
+    return type("Program", (Program,), {"command": parse_command(spec, folder), "__module__": __name__})
 
 
 def _is_absent(value: Value) -> bool:

@@ -17,6 +17,7 @@ import numpy.typing as npt
 
 from sunset.classes import CLASS_OF_CARLA_ID, PALETTE
 from sunset.errors import RecordError
+from sunset.image_digests import image_digest
 from sunset.interfaces import Message, serialize, type_name
 from sunset.interfaces.parameters import scalar_of
 from sunset.interfaces.sensor_msgs.msg import CompressedImage, Image
@@ -24,7 +25,6 @@ from sunset.interfaces.stamps import ns_of
 from sunset.interfaces.std_msgs.msg import Float64
 from sunset.interfaces.system_interfaces.msg import SensorFusion, SetBlackboardGroup
 from sunset.recording._bag import BagWriter, read_bag
-from sunset.recording._images import ImageDigester
 from sunset.recording.values import Payload
 from sunset.system import RESULT_TOPIC, TRUTH_TOPIC
 
@@ -97,9 +97,8 @@ class StoredImage:
 class ImageWriter:
     """Writes the images of a run, as they come, into a bag of their own in an existing folder."""
 
-    def __init__(self, folder: Path, digester: ImageDigester) -> None:
+    def __init__(self, folder: Path) -> None:
         self._bag = BagWriter(folder, IMAGES_FILE)
-        self._digester = digester
         self._pngs: dict[tuple[object, ...], bytes] = {}
 
     def write(self, topic: str, time_ns: int, message: Message) -> None:
@@ -120,7 +119,7 @@ class ImageWriter:
         if pixels is None:
             self._put(topic, time_ns, image)
             return
-        key = self._digester.digest(image.data), image.encoding, *pixels.shape, image.step
+        key = image_digest(image.data), image.encoding, *pixels.shape, image.step
         if key not in self._pngs:
             self._pngs[key] = cv2.imencode(".png", pixels, _PNG)[1].tobytes()
             self._pngs = dict(list(self._pngs.items())[-_KEPT:])

@@ -95,8 +95,10 @@ def test_a_scenario_without_times_is_written_as_before() -> None:
             "line 3: The fault gpu_failure comes after sync_issue, which is not in the scenario",
         ),
         (
-            "{name: sync_issue, after: {fault: gpu_failure, delay: 2}}\n"
-            + "- {name: gpu_failure, after: {fault: sync_issue, delay: 2}}",
+            (
+                "{name: sync_issue, after: {fault: gpu_failure, delay: 2}}\n"
+                "- {name: gpu_failure, after: {fault: sync_issue, delay: 2}}"
+            ),
             "line 3: The fault sync_issue comes after itself, by way of gpu_failure",
         ),
         (

@@ -19,10 +19,11 @@ from sunset.experiments.observer import Observer
 from sunset.experiments.resources import Resources, own_cache, prepare
 from sunset.experiments.simulated import run_simulated
 from sunset.experiments.spec import RunSpec
+from sunset.experiments.stored_faults import stored_faults
 from sunset.isolation import Watch
 from sunset.managing import checksum, load_manager, manager_sources
 from sunset.metrics import RunMetrics, Timeline, score
-from sunset.recording import RecordWriter, RunRecord, StoredFault, StoredRun, log_of, told_topics
+from sunset.recording import RecordWriter, RunRecord, StoredRun, log_of, told_topics
 from sunset.recording.reader import timeline_of
 from sunset.rmw.backends import live_middleware
 from sunset.system import MANAGER_PROCESS, current_system
@@ -169,7 +170,7 @@ def _run_live(
         start_ns,
         tuple(observer.violations),
         found,
-        lambda timeline: frames.shortfall(start_ns, timeline, spec.settings.timing),
+        lambda timeline: frames.shortfall(start_ns, timeline, spec.timing),
     )
 
 
@@ -196,10 +197,10 @@ def _check_same(manager: str, found: str, known: str) -> None:
 def _describe(spec: RunSpec, resources: Resources) -> RunRecord:
     """Return the full specification of a run as it is stored, before it has a result: no paths, no wall clock."""
     settings, card, bag = spec.settings, resources.model.card, resources.bag
-    timing = settings.timing
+    timing = spec.timing
     return RunRecord(
         scenario=spec.scenario.name,
-        faults=[StoredFault(fault.name, fault.value) for fault in spec.scenario.faults],
+        faults=stored_faults(resources.scenario, spec.scenario),
         suite=spec.suite,
         manager=spec.manager_name,
         manager_spec=spec.manager if spec.label else UNSET,

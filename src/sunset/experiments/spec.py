@@ -1,7 +1,7 @@
 """What is run: the full specification of one experiment, as it is stored with its result."""
 
 from dataclasses import dataclass, field, fields
-from math import floor, isclose
+from math import ceil, floor, isclose
 from pathlib import Path
 from typing import Annotated, Final
 
@@ -12,7 +12,7 @@ from sunset.managing import split_label
 from sunset.rmw.backends import BACKENDS, LIVE, SIMULATED
 from sunset.scenarios import Scenario, problems, suite_of
 from sunset.schemas import check_fields
-from sunset.seeding import check_seed
+from sunset.seeding import check_seed, generator
 from sunset.system import PERIOD_S, LoadedExtension, load_extension, loaded_extensions
 
 EXTERNAL: Final = "external"
@@ -36,7 +36,8 @@ CHECK_SCENARIO: Final = "paper/cuda_out_of_memory+image_shift+autofocus_needed"
 """What a managing system is checked in: an outage and two degradations, each with another symptom."""
 
 
-_WARM_UP_S: Final = 3.0
+_WARM_UP_S: Final = (3.0, 6.0)
+"""Least and greatest length of the warm-up that a seed draws."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,7 +47,7 @@ class Timing:
     duration_s: Annotated[float, Meta(title="duration")] | None = None
     """How long is measured; as long as the scenario says if it is None."""
     warm_up_s: Annotated[float, Meta(ge=0, le=3600)] | None = None
-    """Healthy operation before the measured time, not counted; 3 s if it is None."""
+    """Healthy operation before the measured time, not counted; drawn from the seed if it is None."""
     period_s: Annotated[float, Meta(gt=0, le=10)] = PERIOD_S
     """Time between two frames of the bag."""
     latency_s: Annotated[float, Meta(ge=0, le=10)] = 0.0005
@@ -78,15 +79,17 @@ class Timing:
     def of_run(self, scenario: Scenario, seed: int) -> "RunTiming":
         """Return the clockwork of a run, in which the scenario and the seed say what is open here.
 
+        The length of the warm-up is drawn uniformly and independent of the frames, so that nobody can act on time
+        instead of on symptoms.
+
         Raises:
             InvalidInputError: the scenario's duration is no whole number of frames.
         """
-        del seed
         given = {field.name: getattr(self, field.name) for field in fields(self)}
         if self.duration_s is None:
             given["duration_s"] = scenario.duration_s
         if self.warm_up_s is None:
-            given["warm_up_s"] = _WARM_UP_S
+            given["warm_up_s"] = float(generator(seed, "onset").uniform(*_WARM_UP_S))
         return RunTiming(**given)
 
 
@@ -99,8 +102,9 @@ class RunTiming(Timing):
 
     @property
     def frames(self) -> int:
-        """How many frames the bag player publishes: warm-up and measured time."""
-        return round(self.warm_up_s / self.period_s) + self.expected_frames
+        """How many frames the bag player can publish: enough for the longest warm-up, whichever the seed has drawn."""
+        longest_s = max(self.warm_up_s, _WARM_UP_S[1])
+        return ceil(round(longest_s / self.period_s, 6)) + self.expected_frames
 
     @property
     def least_frames(self) -> int:

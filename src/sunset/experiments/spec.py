@@ -102,8 +102,10 @@ class RunTiming(Timing):
 
     @property
     def frames(self) -> int:
-        """How many frames the bag player can publish: enough for the longest warm-up, whichever the seed has drawn."""
-        longest_s = max(self.warm_up_s, _WARM_UP_S[1])
+        """How many frames the bag player can publish; where a seed may have drawn the warm-up, they do not tell it."""
+        shortest_s, longest_s = _WARM_UP_S
+        if not shortest_s <= self.warm_up_s <= longest_s:
+            longest_s = self.warm_up_s
         return ceil(round(longest_s / self.period_s, 6)) + self.expected_frames
 
     @property

@@ -7,16 +7,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sunset.experiments import RunSpec, RunTiming, Settings, run
+from sunset.experiments import RunSpec, Settings, Timing, run
 from sunset.recording import StoredRun
 from sunset.scenarios import Scenario, ScenarioFault
-from sunset.system import Adaptation, current_system, full_name
+from sunset.system import PERIOD_S, Adaptation, current_system, full_name
 
 ADAPTATIONS = current_system().adaptations
 FAULTS = current_system().faults
 
 ADAPTERS = Path(__file__).with_name("adapters.py")
-SHORT = RunTiming(duration_s=6.5, warm_up_s=0.5)
+DURATION_S = 6.5
 """Long enough for the longest redeploy (4 s) and for what follows it to settle."""
 
 SETTLED_S = 5.5
@@ -30,20 +30,28 @@ def fly(folder: Path, manager: str, *faults: str) -> StoredRun:
     scenario = Scenario(
         name="+".join(faults) or "nofault", faults=tuple(ScenarioFault(name) for name in faults)
     )
-    return run(RunSpec(scenario=scenario, manager=manager, seed=3, settings=Settings(timing=SHORT)), folder)
+    return run(
+        RunSpec(
+            scenario=scenario,
+            manager=manager,
+            seed=3,
+            settings=Settings(timing=Timing(duration_s=DURATION_S, warm_up_s=0.5)),
+        ),
+        folder,
+    )
 
 
 def settled_iou(result: StoredRun) -> float:
     frames = result.timeline.frames
-    late = frames.iou[(frames.times >= SETTLED_S) & (frames.times < SHORT.duration_s)]
+    late = frames.iou[(frames.times >= SETTLED_S) & (frames.times < DURATION_S)]
     return float(late.mean()) if late.size else 0.0
 
 
 def keeps_sending(result: StoredRun) -> bool:
     """Whether camera, fusion and segmentation send at the expected rate to the end."""
-    expected = (SHORT.duration_s - SETTLED_S) / SHORT.period_s
+    expected = (DURATION_S - SETTLED_S) / PERIOD_S
     counts = [
-        np.count_nonzero((times >= SETTLED_S) & (times < SHORT.duration_s))
+        np.count_nonzero((times >= SETTLED_S) & (times < DURATION_S))
         for topic in ("rgb_camera", "sensors_fused", "segmentation")
         for times in [result.timeline.message_times.get(full_name(topic), np.empty(0))]
     ]

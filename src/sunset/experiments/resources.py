@@ -78,7 +78,7 @@ def _prepare(spec: RunSpec, progress: Progress | None) -> Resources:
         lacking = f" ({dropped} images have no partner)" if dropped else ""
         raise DataError(
             f"The bag {bag.path} holds {len(bag)} frames{lacking}; an experiment needs {timing.frames} "
-            f"({timing.frames * timing.period_s - timing.duration_s:g} s of warm-up at most and {timing.duration_s:g} s "
+            f"({timing.frames * timing.period_s - timing.duration_s:g} s of warm-up and {timing.duration_s:g} s "
             "that are measured): take a longer one, a shorter --duration, or --loop."
         )
     cache = _inference_cache(cache_folder()) if spec.settings.cache else None

@@ -157,11 +157,6 @@ class Settings:
         if self.middleware not in MIDDLEWARES:
             known = " or ".join(MIDDLEWARES)
             raise InvalidInputError(f"The middleware must be {known}, got {self.middleware!r}.")
-        if self.thinking_s > self.timing.duration_s:
-            raise InvalidInputError(
-                f"The time to think must be at most the duration that is measured, {self.timing.duration_s:g} s, got "
-                f"{self.thinking_s:g} s."
-            )
         if self.speed != 1 and not self.live:
             raise InvalidInputError(
                 f"The rate applies to live runs only, --middleware {LIVE}; simulated ones are as fast as can be."
@@ -210,6 +205,11 @@ class RunSpec:
         if self.manager == EXTERNAL and not self.settings.live:
             raise InvalidInputError(
                 f"A managing system of another process can manage a live run only: --middleware {LIVE}."
+            )
+        if self.settings.thinking_s > self.timing.duration_s:
+            raise InvalidInputError(
+                f"The time to think must be at most the duration that is measured, {self.timing.duration_s:g} s, got "
+                f"{self.settings.thinking_s:g} s."
             )
         for _, problem in problems(self.scenario.faults, self.timing.duration_s):
             raise ScenarioError(problem)

@@ -172,7 +172,7 @@ def check_campaign(
                     _misfits(run, place, expected, described, manager=spec.manager, first=findings.runs[0][2])
                 )
                 problems.extend(_recomputed(run, place))
-                findings.recomputed += run.manager_failed is None
+                findings.recomputed += not run.is_empty
         else:
             findings.problems.append(f"{_name(place, folder)}: the run is missing.")
         if progress is not None:
@@ -263,7 +263,7 @@ def _name(place: Path, folder: Path) -> str:
 
 def _note_unchecked(findings: Findings) -> None:
     """Say which runs have no figures, and which are left out for reasons that messages do not show."""
-    failed = sum(1 for _, _, run in findings.runs if run.manager_failed is not None)
+    failed = sum(1 for _, _, run in findings.runs if run.is_empty)
     invalid = sum(1 for _, _, run in findings.runs if not run.valid) - failed
     if failed:
         findings.unchecked.append(
@@ -277,7 +277,7 @@ def _note_unchecked(findings: Findings) -> None:
 
 def _recomputed(run: RunRecord, place: Path) -> Iterator[str]:
     """Yield in what a run's messages contradict its `run.json`."""
-    if run.manager_failed is not None:
+    if run.is_empty:
         if read_messages(place):
             yield "it is stored as failed, and has messages"
         return
@@ -315,7 +315,7 @@ def _misfits(
         yield f"it is stored as {'' if run.valid else 'in'}valid, with the reason {_shown(run.reason)}"
     if run.manager_failed is not None and manager in MANAGERS and not described.extensions:
         yield f"it is stored as failed, which a run of {manager} never is"
-    if run.manager_failed is not None and (run.valid or set(run.metrics.values()) != {None}):
+    if run.is_empty and (run.valid or set(run.metrics.values()) != {None}):
         yield "it is stored as failed, and as valid or with figures"
     if not describes_bag(place):
         yield "its metadata.yaml is missing, or is not that of its messages"

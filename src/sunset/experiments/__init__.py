@@ -12,7 +12,7 @@ from sunset.experiments.bench import (
 )
 from sunset.experiments.checking import ManagerCheck, check_manager
 from sunset.experiments.last import keep_last_run, last_run
-from sunset.experiments.manager import isolate, manager_checksum
+from sunset.experiments.manager import manager_checksum, manager_files
 from sunset.experiments.resources import prepare
 from sunset.experiments.run import run
 from sunset.experiments.spec import (
@@ -41,10 +41,10 @@ __all__ = [
     "bench",
     "check_manager",
     "count_runs",
-    "isolate",
     "keep_last_run",
     "last_run",
     "manager_checksum",
+    "manager_files",
     "model_checksum",
     "plan",
     "prepare",

@@ -55,7 +55,7 @@ def run_again(
             f"The run in {folder} cannot be run again: it was live, on {stored.middleware}, and only runs of the "
             f"simulation ({SIMULATED}) repeat to the byte."
         )
-    if stored.manager_failed is not None:
+    if stored.is_empty:
         raise RecordError(f"The run in {folder} cannot be run again: it failed, and left no messages.")
     check_extensions(stored, folder)
     spec = _spec_of(stored, manager, model, bag, images=images)

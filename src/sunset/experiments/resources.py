@@ -1,7 +1,7 @@
 """What a run needs besides its specification: the model, the bag, the cache of inferences."""
 
 import hashlib
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache, lru_cache
 from pathlib import Path
 
@@ -10,7 +10,6 @@ from sunset.errors import DataError, ModelError
 from sunset.experiments.spec import RunSpec
 from sunset.input_files import file_digest
 from sunset.isolation import FORKING
-from sunset.managing import MANAGERS
 from sunset.perception import InferenceCache, Modality, Model, Segmenter, load_model
 from sunset.scenarios import Scenario, with_strengths
 from sunset.texts import listed
@@ -87,20 +86,6 @@ def _prepare(spec: RunSpec, progress: Progress | None) -> Resources:
     for modality in Modality:  # what is wrong with a network is found before the sensor fusion turns to it
         segmenter.segment(modality, frame.rgb, frame.depth)
     return Resources(model, segmenter, bag, checksum, scenario)
-
-
-def own_cache(resources: Resources, spec: RunSpec, checksum: str) -> Resources:
-    """Return what a run of a managing system is made with, such that it leaves nothing that others look up.
-
-    Those that come with SUNSET write answers of networks where all runs find them. One of the user's, which may do
-    anything to the process that it shares with the networks, reads there too, but writes into a file of its own.
-    `checksum` is that of its files.
-    """
-    if not spec.settings.cache or spec.manager in MANAGERS:
-        return resources
-    folder = cache_folder()
-    cache = InferenceCache(folder / f"inference-{checksum[:16]}.sqlite", base=_inference_cache(folder))
-    return replace(resources, segmenter=Segmenter(resources.model, device=spec.settings.device, cache=cache))
 
 
 def missing_networks(model: Model) -> str:

@@ -78,8 +78,8 @@ class RunRecord(msgspec.Struct, frozen=True, kw_only=True):
         suite: empty for a scenario of one's own.
         manager_spec: what the managing system was loaded as, where that is not its name.
         manager_checksum: of the files that it is written in; empty if it has none.
-        manager_failed: why the managing system, or an extension's node, failed, so that there are neither messages nor
-            figures; None if they did not.
+        manager_failed: how the managing system failed, after which the run went on without one; or why a run has
+            neither messages nor figures: `is_empty`. None if neither is so.
         bag_size: height and width of the recorded images, in pixels.
         bag_dropped: how many images have no partner.
         frame_size: height and width of what the networks take, in pixels.
@@ -139,6 +139,11 @@ class RunRecord(msgspec.Struct, frozen=True, kw_only=True):
     reason: str
     digest: str = ""
     record_version: int = RECORD_VERSION
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether it stands in the place of a run that failed as a whole, with neither messages nor figures."""
+        return self.manager_failed is not None and self.start_ns is UNSET
 
     @property
     def thresholds(self) -> dict[str, float]:

@@ -82,6 +82,8 @@ def print_story(
             f"\nStored otherwise than the messages give, and computed here: {', '.join(differing)}.",
             style="bold red",
         )
+    if run.manager_failed is not None:
+        console.print(f"\n{shorten(run.manager_failed)} The run went on without it.", style="bold red")
     if not run.valid:
         console.print(f"\nThis run does not count: {shorten(run.reason)}.", style="bold red")
 

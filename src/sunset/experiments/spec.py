@@ -143,6 +143,8 @@ class Settings:
         float, Meta(gt=0, le=_LONGEST_LIMIT_S, title="managing system's time limit [s]")
     ] = 30.0
     """Wall time that one callback of the managing system may take before the run is given up; in the simulation."""
+    thinking_s: Annotated[float, Meta(ge=0, le=_DURATIONS_S[1], title="time to think [s]")] = 0.0
+    """Time of the experiment that passes between a decision of the managing system and its adaptations."""
     middleware: str = SIMULATED
     """One of `BACKENDS`."""
     speed: Annotated[float, Meta(ge=0.01, le=100, title="rate of a live run")] = 1.0
@@ -158,6 +160,11 @@ class Settings:
         if self.middleware not in MIDDLEWARES:
             known = " or ".join(MIDDLEWARES)
             raise InvalidInputError(f"The middleware must be {known}, got {self.middleware!r}.")
+        if self.thinking_s > self.timing.duration_s:
+            raise InvalidInputError(
+                f"The time to think must be at most the duration that is measured, {self.timing.duration_s:g} s, got "
+                f"{self.thinking_s:g} s."
+            )
         if self.speed != 1 and not self.live:
             raise InvalidInputError(
                 f"The rate applies to live runs only, --middleware {LIVE}; simulated ones are as fast as can be."
@@ -179,7 +186,7 @@ class RunSpec:
 
     scenario: Scenario
     manager: str = "baseline"
-    """`none`, `baseline`, `module:Class` or `path/to/file.py:Class`; live, `external` too.
+    """`none`, `baseline`, `module:Class`, `path/to/file.py:Class` or `exec:COMMAND`; live, `external` too.
 
     With `LABEL=` before it, the label is kept in `label`.
     """

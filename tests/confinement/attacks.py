@@ -326,6 +326,19 @@ def large_file(size: int) -> object:
     return None
 
 
+@attack
+def uncounted_memory() -> object:
+    """Take memory that is not counted as this process's own."""
+    return _first(
+        [
+            lambda: len(mmap.mmap(-1, 5 << 30)),
+            lambda: os.memfd_create("mine") and 1,
+            lambda: _call((447, 447), 0) + 1,
+            lambda: len(mmap.mmap(-1, 5 << 30, flags=mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS)),
+        ]
+    )
+
+
 # other processes
 
 

@@ -140,6 +140,11 @@ def test_it_fills_neither_the_disk_with_one_file_nor_makes_devices(confinement: 
     assert confined(confinement, "making_devices")["got"] == []
 
 
+def test_it_takes_no_memory_that_is_not_counted(confinement: Confinement) -> None:
+    assert len(unconfined("uncounted_memory")) > 2  # type: ignore[arg-type]
+    assert confined(confinement, "uncounted_memory")["got"] == []
+
+
 @pytest.mark.parametrize("name", ["tracing", "signalling", "hindering"])
 def test_it_does_nothing_to_other_processes(confinement: Confinement, bystander: int, name: str) -> None:
     assert confined(confinement, name, pid=bystander)["got"] == []

@@ -147,8 +147,10 @@ def _needed() -> tuple[Path, ...]:
 def _python() -> Iterable[Path]:
     """Return where this interpreter is, and what is installed for it; never a folder that holds other things too."""
     prefixes = {sys.prefix, sys.base_prefix, sys.exec_prefix, sys.base_exec_prefix}
-    places = [Path(prefix, part) for prefix in prefixes for part in ("bin", "lib", "lib64", "pyvenv.cfg")]
-    places += [Path(path) for path in sysconfig.get_paths().values()]
+    parts = ("bin", "lib", "lib64", "share", "ssl", "pyvenv.cfg")
+    places = [Path(prefix, part) for prefix in prefixes for part in parts]
+    installed = sysconfig.get_paths()
+    places += [Path(installed[name]) for name in ("stdlib", "platstdlib", "purelib", "platlib")]
     places += [Path(sys.executable), Path(sys.executable).resolve()]
     places += [Path(path) for path in (*site.getsitepackages(), site.getusersitepackages())]
     return places

@@ -17,7 +17,7 @@ import pytest
 from tests.confinement import attacks
 
 import sunset.metrics  # of which it could know
-from sunset.confinement import Confinement, View
+from sunset.confinement import Confinement, View, walls
 from sunset.confinement.landlock import landlock_version
 from sunset.confinement.seccomp import can_filter_calls
 
@@ -117,6 +117,16 @@ def test_it_reads_no_file_of_its_user(confinement: Confinement, tmp_path: Path, 
         assert confined(confinement, name, view, folder=str(folder))["got"] == []
     assert len(unconfined("reading", file=str(folder / "secret.py"))) > 5  # type: ignore[arg-type]
     assert confined(confinement, "reading", view, file=str(folder / "secret.py"))["got"] == []
+
+
+@pytest.mark.skipif(not walls.enclosing(), reason="this system lets this user have no file system of its own")
+def test_what_it_does_not_see_is_not_there(confinement: Confinement, tmp_path: Path) -> None:
+    for path in (tmp_path, Path(__file__)):
+        assert len(unconfined("guessing", file=str(path))) > 3  # type: ignore[arg-type]
+        assert confined(confinement, "guessing", file=str(path))["got"] == []
+    for path in (Path("/proc/1/comm"), Path("/sys/kernel"), Path("/tmp/x")):  # noqa: S108  looked at only
+        assert confined(confinement, "guessing", file=str(path))["got"] in ([], None)
+    assert 100 < confined(confinement, "many_files")["got"] < 300
 
 
 def test_it_writes_nothing_outside_of_its_folder(confinement: Confinement, tmp_path: Path) -> None:

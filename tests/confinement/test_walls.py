@@ -115,6 +115,7 @@ def test_older_versions_of_landlock_keep_what_they_can(
 ) -> None:
     for module in (landlock, walls):
         monkeypatch.setattr(module, "landlock_version", lambda: version)
+    monkeypatch.setattr(walls, "enclosing", lambda: False)
     (tmp_path / "file").write_text("text", "utf-8")
     folder = Path(mkdtemp(dir=tmp_path))
     answers = multiprocessing.get_context("fork").SimpleQueue()
@@ -156,8 +157,10 @@ def test_the_report_says_what_is_open(monkeypatch: pytest.MonkeyPatch) -> None:
     )
     monkeypatch.setattr(walls, "landlock_version", lambda: 0)
     monkeypatch.setattr(walls, "can_filter_calls", lambda: False)
+    monkeypatch.setattr(walls, "enclosing", lambda: False)
     assert confinement_report().startswith(
-        "no Landlock: the user's files can be read and written, no seccomp: what it starts may outlive its run, limits"
+        "no Landlock: the user's files can be read and written, no seccomp: what it starts may outlive its run, limits "
+        "of memory, files and processes, no file system of its own: stat tells whether a path exists"
     )
 
 

@@ -13,12 +13,14 @@ from sunset.errors import InvalidInputError, RecordError
 from sunset.experiments import (
     BenchSpec,
     RunSpec,
+    RunTiming,
     Settings,
     Timing,
     model_checksum,
     plan,
     run_folder,
     scenarios_checksum,
+    stored_faults,
 )
 from sunset.managing import MANAGERS, split_label
 from sunset.metrics import RunMetrics, score
@@ -31,7 +33,6 @@ from sunset.recording import (
     TELLING_TOPICS,
     CampaignPlan,
     RunRecord,
-    StoredFault,
     check_extensions,
     contradictions,
     describes_bag,
@@ -42,6 +43,7 @@ from sunset.recording import (
     stored_figures,
     timeline_of,
 )
+from sunset.scenarios import Scenario, with_strengths
 from sunset.system import loaded_extensions
 from sunset.texts import counted, shown
 from sunset.workers import Progress
@@ -170,7 +172,7 @@ def check_campaign(
                     _misfits(run, place, expected, described, manager=spec.manager, first=findings.runs[0][2])
                 )
                 problems.extend(_recomputed(run, place))
-                findings.recomputed += run.manager_failed is None
+                findings.recomputed += not run.is_empty
         else:
             findings.problems.append(f"{_name(place, folder)}: the run is missing.")
         if progress is not None:
@@ -213,7 +215,9 @@ def _check_unextended(
             label, manager = managers.get(run.manager, ("", ""))
             if not manager or run.seed not in every:
                 problems.append(f"no run of {run.manager} with seed {run.seed} is part of the plan")
-            expected = _expected_of_all(run.manager, settings, described, card)
+            # the scenario, which may be of an extension, is not looked at
+            timing = settings.timing.of_run(Scenario(run.scenario, duration=run.duration_s), run.seed)
+            expected = _expected_of_all(run.manager, settings, timing, described, card)
             expected["manager_spec"] = manager if label else UNSET
             problems.extend(_misfits(run, place, expected, described, manager=manager, first=first))
             messages = read_messages(place)
@@ -259,7 +263,7 @@ def _name(place: Path, folder: Path) -> str:
 
 def _note_unchecked(findings: Findings) -> None:
     """Say which runs have no figures, and which are left out for reasons that messages do not show."""
-    failed = sum(1 for _, _, run in findings.runs if run.manager_failed is not None)
+    failed = sum(1 for _, _, run in findings.runs if run.is_empty)
     invalid = sum(1 for _, _, run in findings.runs if not run.valid) - failed
     if failed:
         findings.unchecked.append(
@@ -273,7 +277,7 @@ def _note_unchecked(findings: Findings) -> None:
 
 def _recomputed(run: RunRecord, place: Path) -> Iterator[str]:
     """Yield in what a run's messages contradict its `run.json`."""
-    if run.manager_failed is not None:
+    if run.is_empty:
         if read_messages(place):
             yield "it is stored as failed, and has messages"
         return
@@ -311,7 +315,7 @@ def _misfits(
         yield f"it is stored as {'' if run.valid else 'in'}valid, with the reason {_shown(run.reason)}"
     if run.manager_failed is not None and manager in MANAGERS and not described.extensions:
         yield f"it is stored as failed, which a run of {manager} never is"
-    if run.manager_failed is not None and (run.valid or set(run.metrics.values()) != {None}):
+    if run.is_empty and (run.valid or set(run.metrics.values()) != {None}):
         yield "it is stored as failed, and as valid or with figures"
     if not describes_bag(place):
         yield "its metadata.yaml is missing, or is not that of its messages"
@@ -323,20 +327,20 @@ def _expected(spec: RunSpec, described: CampaignPlan, card: ModelCard) -> dict[s
     """Return what a run's `run.json` must say, by the plan and the model's card."""
     return {
         "scenario": spec.scenario.name,
-        "faults": [StoredFault(fault.name, fault.value) for fault in spec.scenario.faults],
+        "faults": stored_faults(with_strengths(spec.scenario, card.severities, card.name), spec.scenario),
         "suite": spec.suite,
         "manager": spec.manager_name,
         "manager_spec": spec.manager if spec.label else UNSET,
         "seed": spec.seed,
-        **_expected_of_all(spec.manager_name, spec.settings, described, card),
+        **_expected_of_all(spec.manager_name, spec.settings, spec.timing, described, card),
     }
 
 
 def _expected_of_all(
-    name: str, settings: Settings, described: CampaignPlan, card: ModelCard
+    name: str, settings: Settings, timing: RunTiming, described: CampaignPlan, card: ModelCard
 ) -> dict[str, object]:
-    """Return what the `run.json` of every run of a managing system must say, whatever the scenario and the seed."""
-    timing, live = settings.timing, settings.live
+    """Return what the `run.json` of every run of a managing system with this timing must say."""
+    live = settings.live
     known = described.manager_checksums.get(name)
     return {
         **({} if known is None else {"manager_checksum": known}),

@@ -5,7 +5,7 @@ is an interpreter of its own that has never seen what its user knows. A copy of 
 its arguments, environment or open files. What a process can do is restricted before it runs anything: `walls.py`.
 """
 
-from sunset.confinement.process import ConfinedProcess, Confinement
+from sunset.confinement.process import ConfinedProcess, Confinement, copy_process
 from sunset.confinement.walls import View, confinement_report
 
-__all__ = ["ConfinedProcess", "Confinement", "View", "confinement_report"]
+__all__ = ["ConfinedProcess", "Confinement", "View", "confinement_report", "copy_process"]

@@ -24,12 +24,15 @@ from sunset.confinement.server import (
     NOT_CONFINED,
     OUT_OF_MEMORY,
     STATUS,
+    Entry,
     environment,
+    keep,
+    limit_copy,
 )
 from sunset.confinement.walls import MEMORY, View
 from sunset.errors import SunsetError
 from sunset.forks import ONE_THREAD
-from sunset.isolation import ProcessDeath, describe_end, find_frames
+from sunset.isolation import FORKING, ProcessDeath, describe_end, find_frames, flush_streams, fork
 
 _PROGRAM: Final = (
     "import sys; sys.path += sys.argv[2:]\nfrom sunset.confinement.server import serve; serve(sys.argv[1])"
@@ -236,6 +239,59 @@ def _remove(folder: Path) -> None:
             subprocess.run([*command, "--", str(folder)], check=False, capture_output=True)  # noqa: S603  ours
 
 
+def _open(on_text: Callable[[str], object]) -> tuple[ConfinedProcess, list[int]]:
+    """Return a process that is yet to be, and the files that it and its keeper get."""
+    folder = Path(tempfile.mkdtemp(prefix="sunset-")).resolve()
+    ours, theirs = socket.socketpair()
+    keeper, keepers = socket.socketpair()
+    printed, prints = os.pipe()
+    dying, dies = os.pipe()
+    for end in (printed, dying, dies):
+        os.set_blocking(end, False)
+    process = ConfinedProcess(
+        connection=ours, keeper=keeper, printed=printed, dying=dying, folder=folder, on_text=on_text
+    )
+    return process, [keepers.detach(), theirs.detach(), prints, dies]
+
+
+def copy_process(
+    function: Entry, task: object, *, on_text: Callable[[str], object] = show
+) -> ConfinedProcess:
+    """Start a process that has what this one has, and sees what it sees: one for what only this one can make.
+
+    There are no walls around it, but it ends as a confined one does, with all that it has started.
+
+    Args:
+        function: gets its socket and its task.
+        task: anything.
+        on_text: as of `Confinement.start`.
+
+    Raises:
+        OSError: no process can be made.
+    """
+    process, files = _open(on_text)
+    try:
+        with FORKING:
+            flush_streams()
+            pid = fork()
+        if pid == 0:
+            try:
+                os.setsid()
+                if os.fork() == 0:
+                    keep(function, files, lambda _, parent: limit_copy(task, parent))
+            finally:
+                os._exit(0)
+        with suppress(ChildProcessError):  # somebody else has waited for it
+            os.waitpid(pid, 0)
+    except OSError:
+        process.close()
+        raise
+    finally:
+        for file in files:
+            os.close(file)
+    return process
+
+
 class Confinement:
     """A server of confined processes; it ends when its user's process does, or closes it.
 
@@ -269,21 +325,12 @@ class Confinement:
             SunsetError: the server has ended.
             OSError: no folder can be made for it.
         """
-        folder = Path(tempfile.mkdtemp(prefix="sunset-")).resolve()
-        ours, theirs = socket.socketpair()
-        keeper, keepers = socket.socketpair()
-        printed, prints = os.pipe()
-        dying, dies = os.pipe()
-        for end in (printed, dying, dies):
-            os.set_blocking(end, False)
-        process = ConfinedProcess(
-            connection=ours, keeper=keeper, printed=printed, dying=dying, folder=folder, on_text=on_text
-        )
+        process, files = _open(on_text)
         try:
-            with theirs, keepers:
-                socket.send_fds(self._door, [b"f"], [keepers.fileno(), theirs.fileno(), prints, dies])
-            document = json.dumps({"folder": str(folder), "view": view.to_json(), "task": task}).encode()
-            ours.sendall(LENGTH.pack(len(document)) + document)
+            socket.send_fds(self._door, [b"f"], files)
+            folder = str(process.folder)
+            document = json.dumps({"folder": folder, "view": view.to_json(), "task": task}).encode()
+            process.socket.sendall(LENGTH.pack(len(document)) + document)
         except OSError as error:
             process.close()
             raise SunsetError(
@@ -291,9 +338,14 @@ class Confinement:
                 "run the same command again."
             ) from error
         finally:
-            os.close(prints)
-            os.close(dies)
+            for file in files:
+                os.close(file)
         return process
+
+    @property
+    def is_running(self) -> bool:
+        """Whether it has not ended."""
+        return self._process.poll() is None
 
     def close(self) -> None:
         """End the server; what it has forked goes on until its user closes it or ends."""

@@ -24,6 +24,8 @@ from typing import Any, Final, NoReturn
 
 from sunset.confinement.walls import View, prepare, put_up
 from sunset.forks import signal_after_parent
+from sunset.interruption import ENDING
+from sunset.isolation import limit_memory
 from sunset.source_files import find_modules
 
 STATUS: Final = struct.Struct("<q")
@@ -66,13 +68,19 @@ def serve(entry: str) -> None:
                 return
             if len(files) == FILES and os.fork() == 0:
                 door.detach()
-                _keep(function, files)
+                keep(function, files, _confine)
             for file in files:
                 os.close(file)
 
 
-def _keep(function: Entry, files: list[int]) -> NoReturn:
-    """Fork a process, and end it in time."""
+def keep(function: Entry, files: list[int], become: Callable[[socket.socket, int], object]) -> NoReturn:
+    """Fork a process, and end it in time.
+
+    Args:
+        function: what the process runs.
+        files: what an order has.
+        become: makes the process what it is to be, from its socket and the number of this one; returns its task.
+    """
     code = 1
     try:
         keeper, theirs, printed, dying = files
@@ -85,7 +93,7 @@ def _keep(function: Entry, files: list[int]) -> NoReturn:
         signal.signal(signal.SIGCHLD, lambda *_: None)
         pid = os.fork()
         if pid == 0:
-            _run(function, theirs, printed, dying, parent=os.getppid())
+            _run(function, theirs, printed, dying, become)
         for file in (theirs, printed, dying):
             os.close(file)
         with socket.socket(fileno=keeper) as user:
@@ -150,9 +158,15 @@ def _close_others(kept: set[int]) -> None:
     os.closerange(first, os.sysconf("SC_OPEN_MAX"))
 
 
-def _run(function: Entry, theirs: int, printed: int, dying: int, parent: int) -> NoReturn:
-    """Make this process a confined one, and run what it is for."""
-    code = 1
+def _run(
+    function: Entry,
+    theirs: int,
+    printed: int,
+    dying: int,
+    become: Callable[[socket.socket, int], object],
+) -> NoReturn:
+    """Make this process what it is to be, and run what it is for."""
+    code, parent = 1, os.getppid()
     try:
         os.setsid()
         signal.set_wakeup_fd(-1)
@@ -171,7 +185,7 @@ def _run(function: Entry, theirs: int, printed: int, dying: int, parent: int) ->
             setattr(sys, f"__{name}__", stream)
         task_socket = socket.socket(fileno=theirs)
         try:
-            task = _confine(task_socket, parent)
+            task = become(task_socket, parent)
         except BaseException as error:
             os.write(dying, f"{NOT_CONFINED}{type(error).__name__}: {error}".encode()[:4000])
             raise
@@ -191,10 +205,28 @@ def _confine(task_socket: socket.socket, parent: int) -> object:
     sys.argv[:] = [""]
     find_modules(view.search, view.modules)
     put_up(view, folder)
-    signal_after_parent(signal.SIGKILL)  # after the user has changed, which undoes it
+    _end_with(parent)  # after the user has changed, which undoes it
+    return document["task"]
+
+
+def _end_with(parent: int) -> None:
+    signal_after_parent(signal.SIGKILL)
     if os.getppid() != parent:
         raise ConnectionError("its keeper has ended")
-    return document["task"]
+
+
+def limit_copy(task: object, parent: int) -> object:
+    """Make this process, a copy of its user's, one that ends in time; it sees what its user does. Return its task.
+
+    It may take as much memory as a confined one beyond what its user has.
+    """
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    for number in (signal.SIGTERM, signal.SIGHUP, signal.SIGALRM):
+        signal.signal(number, signal.SIG_DFL)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, ENDING)
+    limit_memory()
+    _end_with(parent)
+    return task
 
 
 def _receive(task_socket: socket.socket, size: int) -> bytes:

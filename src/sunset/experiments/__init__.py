@@ -12,7 +12,7 @@ from sunset.experiments.bench import (
 )
 from sunset.experiments.checking import ManagerCheck, check_manager
 from sunset.experiments.last import keep_last_run, last_run
-from sunset.experiments.manager import isolate, manager_checksum
+from sunset.experiments.manager import manager_checksum, manager_files
 from sunset.experiments.resources import prepare
 from sunset.experiments.run import run
 from sunset.experiments.spec import (
@@ -21,9 +21,11 @@ from sunset.experiments.spec import (
     EXTERNAL,
     MIDDLEWARES,
     RunSpec,
+    RunTiming,
     Settings,
     Timing,
 )
+from sunset.experiments.stored_faults import stored_faults
 
 __all__ = [
     "CHECK_SCENARIO",
@@ -33,15 +35,16 @@ __all__ = [
     "BenchSpec",
     "ManagerCheck",
     "RunSpec",
+    "RunTiming",
     "Settings",
     "Timing",
     "bench",
     "check_manager",
     "count_runs",
-    "isolate",
     "keep_last_run",
     "last_run",
     "manager_checksum",
+    "manager_files",
     "model_checksum",
     "plan",
     "prepare",
@@ -49,4 +52,5 @@ __all__ = [
     "run_again",
     "run_folder",
     "scenarios_checksum",
+    "stored_faults",
 ]

@@ -4,11 +4,11 @@ from collections.abc import Iterator
 from dataclasses import asdict, fields
 from typing import Final
 
-from sunset.calibration import effects
+from sunset.calibration import AUC, effects
 from sunset.system import get_fault
 from sunset.tables import aligned
 from sunset.texts import csv_text
-from sunset.training.curves import AUC, BAND, CURED, DROP, SHARPNESS_AUC, Case, Curves, Figures
+from sunset.training.curves import BAND, CURED, DROP, SHARPNESS_AUC, Case, Curves, Figures
 
 _HEAD: Final = ("IoU", "of nom.", "entropy", "AUC", "over", "sharpness", "AUC", "under")
 _CURED: Final = ("cured: IoU", "entropy")

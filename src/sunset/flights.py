@@ -4,7 +4,7 @@ What is said of a flight stands here, apart from what renders and reads frames, 
 """
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Annotated, Any, Final
@@ -112,11 +112,44 @@ class FlightSpec:
         if self.label:
             return self.label
         if self.bag is not None:
-            return self.bag.resolve().stem
+            return self.bag.stem or self.bag.resolve().stem
         if not self.conditions():
             return "default"
         seed = f"-seed{self.seed}" if self.seed else ""
         return f"town{self.town}-{self.height:g}m-{self.angle:g}deg-{self.time}-{self.weather}{seed}"
+
+
+def parse_flights(texts: Sequence[str]) -> tuple[FlightSpec, ...]:
+    """Return the flights that texts name: `default`, `panel` for all of it, one of the panel, or a bag's path.
+
+    `LABEL=` before a path is what the flight is called then.
+
+    Raises:
+        InvalidInputError: there is no such flight, or two have the same name.
+
+    >>> [flight.name for flight in parse_flights(["default", "night=over/town.mcap"])]
+    ['default', 'night']
+    """
+    known = {"default": (FlightSpec(),), "panel": PANEL} | {flight.name: (flight,) for flight in PANEL}
+    flights = tuple(flight for text in texts for flight in known.get(text) or (_parse_bag(text, known),))
+    names = [flight.name for flight in flights]
+    if len(set(names)) < len(names):
+        raise InvalidInputError(
+            f"Each flight must be named once, got {', '.join(names)}; LABEL=PATH gives a bag another name."
+        )
+    return flights
+
+
+def _parse_bag(text: str, known: Iterable[str]) -> FlightSpec:
+    label, separator, path = text.partition("=")
+    if not separator or "/" in label:
+        label, path = "", text
+    if not path or "\0" in path or not ("/" in path or Path(path).suffix or Path(path).exists()):
+        raise InvalidInputError(
+            f"There is no flight {shown(text)}: {suggestion(text, known)}name default, panel, one of the panel "
+            f"({', '.join(flight.name for flight in PANEL)}), or the path of a bag."
+        )
+    return FlightSpec(bag=Path(path), label=label)
 
 
 KEYS: Final = tuple(field.name for field in fields(FlightSpec) if field.name != "label")
@@ -124,3 +157,20 @@ KEYS: Final = tuple(field.name for field in fields(FlightSpec) if field.name != 
 _DEFAULTS: Final = {
     field.name: field.default for field in fields(FlightSpec) if field.name not in {"bag", "label"}
 }
+
+HELD_OUT: Final = (
+    FlightSpec(town=8, height=35, angle=45, time="noon", weather="clear"),
+    FlightSpec(town=8, height=65, angle=75, time="evening", weather="overcast"),
+    FlightSpec(town=1, height=110, angle=75, time="morning", weather="hazy"),
+    FlightSpec(town=1, height=65, angle=45, time="evening", weather="clear"),
+)
+"""Flights over towns, at heights and with angles that no training and no calibration of a shipped model has seen."""
+
+PANEL: Final = (
+    FlightSpec(town=2, height=20, angle=30, time="morning", weather="clear"),
+    FlightSpec(town=3, height=50, angle=60, time="noon", weather="overcast"),
+    FlightSpec(town=5, height=80, angle=90, time="noon", weather="hazy"),
+    FlightSpec(town=6, height=50, angle=60, time="evening", weather="hazy"),
+    *HELD_OUT,
+)
+"""The flights over which managing systems are compared: towns, heights and angles, times of day, weathers."""

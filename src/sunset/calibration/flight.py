@@ -77,15 +77,14 @@ class FlightThresholds(msgspec.Struct, frozen=True, kw_only=True):
     cured: dict[str, _Share]
     made_of: dict[str, str]
 
-    def warning(self, model: str, flight: str) -> str:
+    def warning(self, model: str) -> str:
         """Return what a reader of runs must know, in one sentence; empty if healthy frames can be told from others."""
         overlapping = [f"{value:.2f} of {fault}" for fault, value in self.auc.items() if value < AUC]
         if not overlapping:
             return ""
         return (
-            f"On the flight {flight}, the model {model} cannot tell healthy frames from faulty ones by the entropy, "
-            f"whose AUC should be {AUC} or more, and is {listed(overlapping)}: F4 comes there without a fault, or "
-            "stays away."
+            f"The model {model} cannot tell healthy frames of this flight from faulty ones by the entropy, whose AUC "
+            f"should be {AUC} or more, and is {listed(overlapping)}: F4 comes without a fault, or stays away with one."
         )
 
 

@@ -3,7 +3,7 @@
 import sys
 
 from sunset.cli._progress import rendering_progress
-from sunset.experiments import Resources, RunSpec, prepare_all
+from sunset.experiments import Resources, RunSpec, flight_name, prepare_all
 
 
 def prepare_flight(spec: RunSpec) -> Resources:
@@ -15,6 +15,7 @@ def prepare_flights(specs: list[RunSpec]) -> list[Resources]:
     """Prepare runs with progress on stderr, and print there what must be known of their flights, once for each."""
     with rendering_progress() as progress:
         prepared = prepare_all(specs, progress=progress)
-    for warning in dict.fromkeys(resources.warning for resources in prepared if resources.warning):
-        print(warning, file=sys.stderr)
+    for spec, resources in zip(specs, prepared, strict=True):
+        if resources.warning:
+            print(f"{flight_name(spec)}: {resources.warning}", file=sys.stderr)
     return prepared

@@ -14,7 +14,7 @@ from sunset.experiments.bench import (
 from sunset.experiments.checking import ManagerCheck, check_manager
 from sunset.experiments.last import keep_last_run, last_run
 from sunset.experiments.manager import isolate, manager_checksum
-from sunset.experiments.resources import Resources, prepare, prepare_all
+from sunset.experiments.resources import Resources, flight_name, prepare, prepare_all
 from sunset.experiments.run import run
 from sunset.experiments.spec import (
     CHECK_SCENARIO,
@@ -40,6 +40,7 @@ __all__ = [
     "bench",
     "check_manager",
     "count_runs",
+    "flight_name",
     "flights_of",
     "isolate",
     "keep_last_run",

@@ -9,6 +9,7 @@ from typing import Final, cast
 
 from sunset.calibration import fit_to_flight
 from sunset.data import (
+    DEFAULT_FLIGHT,
     RENDERING,
     BagReader,
     FlightPlan,
@@ -46,6 +47,7 @@ class Resources:
         segmenter: runs it.
         bag: the frames.
         bag_checksum: SHA-256 over the bag's files, in hexadecimal.
+        of_flight: whether the thresholds were found on the flight; they are the model's own if not.
         warning: what a reader of the run must know of the flight, in one sentence; empty if nothing.
     """
 
@@ -53,6 +55,7 @@ class Resources:
     segmenter: Segmenter
     bag: BagReader
     bag_checksum: str
+    of_flight: bool = False
     warning: str = ""
 
 
@@ -143,8 +146,8 @@ def _with_thresholds(spec: RunSpec, resources: Resources, progress: Progress | N
         cache=_cache_file(cache_folder()) if spec.settings.cache else None,
         progress=progress,
     )
-    warning = "" if found is None else found.warning(model.card.name, spec.flight.name)
-    return replace(resources, model=model, warning=warning)
+    warning = "" if found is None else found.warning(model.card.name)
+    return replace(resources, model=model, of_flight=found is not None, warning=warning)
 
 
 def own_cache(resources: Resources, spec: RunSpec, checksum: str) -> Resources:
@@ -186,6 +189,13 @@ def flight_plan(spec: RunSpec) -> FlightPlan | None:
             f"and {timing.duration_s:g} s that are measured): take a shorter --duration, or --loop."
         )
     return FlightPlan.of(spec.flight, frames_for(needed))
+
+
+def flight_name(spec: RunSpec) -> str:
+    """Return what a run's flight is called, with its length where that is not the default flight's."""
+    plan = flight_plan(spec)
+    length = "" if plan is None or plan.frames == DEFAULT_FLIGHT.frames else f"-{plan.frames}frames"
+    return f"{spec.flight.name}{length}"
 
 
 _found_flights: set[Path] = set()

@@ -16,7 +16,7 @@ from sunset import __version__
 from sunset.errors import ManagerError
 from sunset.experiments.manager import isolate, manager_checksum
 from sunset.experiments.observer import Observer
-from sunset.experiments.resources import Resources, own_cache, prepare
+from sunset.experiments.resources import Resources, flight_name, own_cache, prepare
 from sunset.experiments.simulated import run_simulated
 from sunset.experiments.spec import RunSpec
 from sunset.isolation import Watch
@@ -208,7 +208,7 @@ def _describe(spec: RunSpec, resources: Resources) -> RunRecord:
         model_checksums={str(modality): network.digest for modality, network in card.networks.items()},
         device=resources.segmenter.device,
         middleware=settings.middleware,
-        flight=spec.flight.name,
+        flight=flight_name(spec),
         flight_conditions=(not spec.flight.bag and spec.flight.conditions()) or UNSET,
         flight_warning=resources.warning or UNSET,
         bag_frames=len(bag),

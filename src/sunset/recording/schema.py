@@ -182,6 +182,23 @@ def _same(one: object, other: object) -> bool:
     return one == other
 
 
+class StoredFlight(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
+    """What a campaign's results depend on of a flight.
+
+    Attributes:
+        conditions: under which it was rendered; none for a bag.
+        entropy_threshold: F4 holds above it there.
+        sharpness_threshold: F5 holds below it there.
+        warning: what a reader must know of it, in one sentence; empty if nothing.
+    """
+
+    bag_checksum: str
+    conditions: dict[str, int | float | str] | UnsetType = UNSET
+    entropy_threshold: _Positive
+    sharpness_threshold: _Positive
+    warning: str = ""
+
+
 class CampaignPlan(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
     """What `bench.json` says: whatever a campaign's results may depend on, by name and by content.
 
@@ -195,6 +212,8 @@ class CampaignPlan(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True
         runs: how many there are in all.
         model_checksum: of the model's card.
         bag: the bag's path; None for the default flight.
+        flights: those that every scenario is run on, as they were named; each on its own if there is none.
+        flight_facts: what results depend on of each flight but the default one, by its name.
         speed: seconds of `/clock` in a second; live.
         versions: of everything that a record's bytes may depend on.
         extensions: of the system's description: name → checksum.
@@ -214,6 +233,8 @@ class CampaignPlan(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True
     model_checksum: str
     bag: str | None
     bag_checksum: str
+    flights: tuple[str, ...] = ()
+    flight_facts: dict[str, StoredFlight] = {}
     loop: bool = False
     device: str
     timing: dict[str, float]

@@ -4,6 +4,7 @@ import os
 import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, Unpack
 
@@ -13,25 +14,30 @@ from sunset.api.options import (
     Options,
     as_path,
     check_progress,
+    chosen_flights,
     count_of,
     extended,
     number_of,
     settings_of,
     whole_of,
 )
+from sunset.calibration import FlightThresholds, flight_thresholds
 from sunset.data import (
     DEFAULT_FLIGHT,
+    RENDERING,
     BagStatistics,
     FlightPlan,
     default_flight,
     flight_bag,
+    flight_bags,
     read_bag,
     write_bag,
 )
 from sunset.errors import InvalidInputError
 from sunset.evaluation import entropy_figure
-from sunset.experiments import RunSpec, Settings
+from sunset.experiments import RunSpec, Settings, inference_file
 from sunset.figures import check_figure
+from sunset.flights import parse_flights
 from sunset.managing import MANAGERS, ManagingSystem
 from sunset.metrics import Samples
 from sunset.perception import Model, find_device, load_model
@@ -39,7 +45,7 @@ from sunset.perception import list_models as installed_models
 from sunset.scenarios import load_scenario, load_suite, suite_names
 from sunset.system import Fault, current_system
 from sunset.texts import shown
-from sunset.workers import Progress
+from sunset.workers import Progress, Stages
 
 if TYPE_CHECKING:
     from sunset.training.curves import Curves
@@ -263,6 +269,57 @@ def measure_curves(
             device=device,
             progress=progress,
         )
+
+
+def measure_flights(
+    model: str | Path | Model = "lite",
+    flights: str | Path | list[str | Path] | tuple[str | Path, ...] = "panel",
+    *,
+    jobs: int | None = None,
+    device: str = "cpu",
+    progress: Stages | None = None,
+    extensions: Extensions = (),
+) -> dict[str, FlightThresholds]:
+    """Return the thresholds of a model on flights and how well they do, as `sunset models flights` prints them.
+
+    They are found when a flight is first used with the model, and kept in the user's cache folder.
+
+    Args:
+        model: its name or folder, or what `load_model` returned.
+        flights: as of `bench`.
+        jobs: worker processes; one a core if None.
+        device: what networks run on: `cpu`, `cuda` or `auto`.
+        progress: called with (what is done, frames done, frames in all).
+        extensions: whose faults are looked at, too.
+
+    Returns:
+        The flights' names → the thresholds found there. A run on the default flight has the model's own instead.
+
+    Raises:
+        SunsetError: the model or a flight is not usable.
+    """
+    check_progress(progress)
+    loaded, device, jobs = _loaded(model), find_device(device), count_of(jobs, "jobs")
+    chosen = parse_flights(chosen_flights(flights))
+    with extended(extensions):
+        plans = [FlightPlan.of(one, DEFAULT_FLIGHT.frames) for one in chosen if one.bag is None]
+        rendering = None if progress is None else partial(progress, RENDERING)
+        kept = iter(flight_bags(plans, progress=rendering, jobs=jobs))
+        paths = [next(kept) if one.bag is None else one.bag for one in chosen]
+        size = (loaded.card.height, loaded.card.width)
+        found = {}
+        for number, (flight, path) in enumerate(zip(chosen, paths, strict=True), 1):
+            what = f"Measuring the flight {flight.name} ({number} of {len(chosen)})"
+            with read_bag(path, size=size) as bag:
+                found[flight.name] = flight_thresholds(
+                    loaded,
+                    bag,
+                    device=device,
+                    cache=inference_file() if device == "cpu" else None,
+                    jobs=jobs,
+                    progress=None if progress is None else partial(progress, what),
+                )
+        return found
 
 
 def measure_iou(

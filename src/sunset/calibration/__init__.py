@@ -14,7 +14,8 @@ from sunset.calibration.conditions import (
     signal_of,
     suite_strengths,
 )
-from sunset.calibration.flight import AUC, OVER, FlightThresholds, fit_to_flight
+from sunset.calibration.flight import AUC, OVER, FlightThresholds, fit_to_flight, flight_thresholds
+from sunset.calibration.flight_text import as_text as flights_text
 from sunset.calibration.separation import (
     SAMPLES,
     Separation,
@@ -47,6 +48,8 @@ __all__ = [
     "cure_of",
     "effects",
     "fit_to_flight",
+    "flight_thresholds",
+    "flights_text",
     "healthy_conditions",
     "is_seen",
     "part_entropy",

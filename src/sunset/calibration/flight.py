@@ -48,6 +48,8 @@ AUC: Final = 0.95
 """The least AUC of the entropy at which a fault is told from healthy operation."""
 OVER: Final = 0.02
 """The largest share of healthy windows, of each network, that the threshold lets lie over it."""
+CURED: Final = 0.95
+"""The least share of the windows after a fault's cure that should not lie over the threshold."""
 
 _METHOD: Final = 1
 """Grows whenever a threshold would be another one."""
@@ -76,6 +78,18 @@ class FlightThresholds(msgspec.Struct, frozen=True, kw_only=True):
     missed: dict[str, _Share]
     cured: dict[str, _Share]
     made_of: dict[str, str]
+
+    def shortfalls(self) -> tuple[str, ...]:
+        """Return in words what should be otherwise; nothing if all is as it should be."""
+        return (
+            *(
+                f"{value:.1%} of {network} over the threshold"
+                for network, value in self.over.items()
+                if value > OVER
+            ),
+            *(f"AUC {value:.3f} of {fault}" for fault, value in self.auc.items() if value < AUC),
+            *(f"{value:.1%} cured of {fault}" for fault, value in self.cured.items() if value < CURED),
+        )
 
     def warning(self, model: str) -> str:
         """Return what a reader of runs must know, in one sentence; empty if healthy frames can be told from others."""

@@ -14,7 +14,7 @@ from sunset.experiments.bench import (
 from sunset.experiments.checking import ManagerCheck, check_manager
 from sunset.experiments.last import keep_last_run, last_run
 from sunset.experiments.manager import isolate, manager_checksum
-from sunset.experiments.resources import Resources, flight_name, prepare, prepare_all
+from sunset.experiments.resources import Resources, flight_name, inference_file, prepare, prepare_all
 from sunset.experiments.run import run
 from sunset.experiments.spec import (
     CHECK_SCENARIO,
@@ -42,6 +42,7 @@ __all__ = [
     "count_runs",
     "flight_name",
     "flights_of",
+    "inference_file",
     "isolate",
     "keep_last_run",
     "last_run",

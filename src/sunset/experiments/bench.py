@@ -261,7 +261,7 @@ def _claim(out: Path, plan: CampaignPlan) -> None:
     differing = sorted(key for key in ours | theirs if theirs.get(key) != ours.get(key))
     if differing:
         # a name that differs says more than the checksum or the number that differs with it
-        key = min(differing, key=lambda name: (name == "runs", "checksum" in name))
+        key = min(differing, key=lambda name: (name == "runs", "checksum" in name or "flight_facts" in name))
         kind, _, name = key.partition(".")
         changed = _CHANGING.get(kind)
         if changed and key in ours and key in theirs:
@@ -294,6 +294,10 @@ def _flat(plan: CampaignPlan) -> dict[str, object]:
     flat: dict[str, object] = {}
     for key, value in asdict(plan).items():
         inner = {f"{key}.{name}": one for name, one in value.items()} if isinstance(value, dict) else {}
+        if key == "flight_facts":
+            inner = {
+                f"{name}.{part}": fact for name, one in inner.items() for part, fact in asdict(one).items()
+            }
         if not isinstance(value, dict):
             inner = {key: list(value) if isinstance(value, tuple) else value}
         flat |= inner

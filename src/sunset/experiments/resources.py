@@ -143,7 +143,7 @@ def _with_thresholds(spec: RunSpec, resources: Resources, progress: Progress | N
         resources.model,
         resources.bag,
         device=resources.segmenter.device,
-        cache=_cache_file(cache_folder()) if spec.settings.cache else None,
+        cache=inference_file() if spec.settings.cache else None,
         progress=progress,
     )
     warning = "" if found is None else found.warning(model.card.name)
@@ -234,8 +234,9 @@ def _opened(path: Path, size: tuple[int, int], _: str) -> BagReader:
 
 @cache
 def _inference_cache(folder: Path) -> InferenceCache:
-    return InferenceCache(_cache_file(folder))
+    return InferenceCache(folder / inference_file().name)
 
 
-def _cache_file(folder: Path) -> Path:
-    return folder / "inference.sqlite"
+def inference_file() -> Path:
+    """Return the file of the inference cache; it need not exist yet."""
+    return cache_folder() / "inference.sqlite"

@@ -17,6 +17,7 @@ from sunset.errors import InvalidInputError, OutputError
 from sunset.evaluation import render_report
 from sunset.experiments import BenchSpec, Settings, Timing, bench, plan, run_folder
 from sunset.recording import read_run
+from sunset.scenarios import Scenario
 from sunset.system import extended_system
 
 pytestmark = pytest.mark.usefixtures("flight")
@@ -179,7 +180,6 @@ EDITED = """
 from pathlib import Path
 
 from sunset.managing import NoAdaptation
-from sunset.scenarios import Scenario
 
 
 class Mine(NoAdaptation):

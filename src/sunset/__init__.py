@@ -37,6 +37,7 @@ __all__ = [
     "load_scenario",
     "make_scenario",
     "measure_curves",
+    "measure_flights",
     "measure_iou",
     "render_flight",
     "report",

@@ -20,6 +20,7 @@ from sunset.api import load_model as load_model
 from sunset.api import load_scenario as load_scenario
 from sunset.api import make_scenario as make_scenario
 from sunset.api import measure_curves as measure_curves
+from sunset.api import measure_flights as measure_flights
 from sunset.api import measure_iou as measure_iou
 from sunset.api import render_flight as render_flight
 from sunset.api import report as report
@@ -61,6 +62,7 @@ __all__ = [
     "load_scenario",
     "make_scenario",
     "measure_curves",
+    "measure_flights",
     "measure_iou",
     "render_flight",
     "report",

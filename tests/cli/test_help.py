@@ -11,7 +11,7 @@ ACTIONS = {
     "faults": {"list", "show", "figure"},
     "scenarios": {"list", "show", "generate"},
     "managers": {"list", "check"},
-    "models": {"list", "show", "import", "calibrate", "curves", "iou"},
+    "models": {"list", "show", "import", "calibrate", "curves", "flights", "iou"},
     "data": {"render", "import", "info"},
 }
 

@@ -10,6 +10,7 @@ from sunset.api.catalogue import (
     list_scenarios,
     list_suites,
     measure_curves,
+    measure_flights,
     measure_iou,
     render_flight,
 )
@@ -48,6 +49,7 @@ __all__ = [
     "load_scenario",
     "make_scenario",
     "measure_curves",
+    "measure_flights",
     "measure_iou",
     "render_flight",
     "report",

@@ -8,12 +8,14 @@ from typing import Annotated, Final
 from msgspec import Meta
 
 from sunset.errors import InvalidInputError, ScenarioError
+from sunset.flights import FlightSpec
 from sunset.managing import split_label
 from sunset.rmw.backends import BACKENDS, LIVE, SIMULATED
 from sunset.scenarios import Scenario, problems, suite_of
 from sunset.schemas import check_fields
 from sunset.seeding import check_seed, generator
 from sunset.system import PERIOD_S, LoadedExtension, load_extension, loaded_extensions
+from sunset.texts import shown
 
 EXTERNAL: Final = "external"
 """The managing system's name where it is another process on the graph, which is started by hand."""
@@ -44,7 +46,7 @@ _WARM_UP_S: Final = (3.0, 6.0)
 class Timing:
     """The clockwork of experiments; every duration in seconds, of virtual time in the simulation."""
 
-    duration_s: Annotated[float, Meta(title="duration")] | None = None
+    duration_s: float | None = None
     """How long is measured; as long as the scenario says if it is None."""
     warm_up_s: Annotated[float, Meta(ge=0, le=3600)] | None = None
     """Healthy operation before the measured time, not counted; drawn from the seed if it is None."""
@@ -63,6 +65,8 @@ class Timing:
         Raises:
             InvalidInputError: it is out of range, or no whole number of frames; or another value is out of range.
         """
+        if self.duration_s is not None and type(self.duration_s) not in {int, float}:
+            raise InvalidInputError(f"The duration must be a number, got {shown(self.duration_s)}.")
         check_fields(self)
         if self.duration_s is None:
             return
@@ -97,7 +101,7 @@ class Timing:
 class RunTiming(Timing):
     """The clockwork of one run; nothing of it is open."""
 
-    duration_s: Annotated[float, Meta(title="duration")]
+    duration_s: float
     warm_up_s: Annotated[float, Meta(ge=0, le=3600)]
 
     @property
@@ -126,7 +130,9 @@ class Settings:
     model: Annotated[str, Meta(min_length=1)] = "lite"
     """A shipped model's name, or the folder of one's own."""
     bag: Path | None = None
-    """A rosbag2 folder or file; the default flight if it is None."""
+    """A rosbag2 folder or file; if it is None, `flight`."""
+    flight: FlightSpec | None = None
+    """What is flown whatever the scenario says; if it is None, the scenario's flight, or else the default one."""
     loop: bool = False
     """Whether a bag that is too short begins again at its first frame after its last."""
     timing: Timing = field(default_factory=Timing)
@@ -157,6 +163,10 @@ class Settings:
         if self.middleware not in MIDDLEWARES:
             known = " or ".join(MIDDLEWARES)
             raise InvalidInputError(f"The middleware must be {known}, got {self.middleware!r}.")
+        if self.bag is not None and self.flight is not None:
+            raise InvalidInputError(
+                f"A run has one flight, got the bag {self.bag} and the flight {self.flight.name}: leave one out."
+            )
         if self.speed != 1 and not self.live:
             raise InvalidInputError(
                 f"The rate applies to live runs only, --middleware {LIVE}; simulated ones are as fast as can be."
@@ -206,12 +216,13 @@ class RunSpec:
             raise InvalidInputError(
                 f"A managing system of another process can manage a live run only: --middleware {LIVE}."
             )
-        if self.settings.thinking_s > self.timing.duration_s:
+        thinking_s, duration_s = self.settings.thinking_s, self.timing.duration_s
+        if thinking_s > duration_s:
             raise InvalidInputError(
-                f"The time to think must be at most the duration that is measured, {self.timing.duration_s:g} s, got "
-                f"{self.settings.thinking_s:g} s."
+                f"The time to think must be at most the duration that is measured, {duration_s:g} s, got "
+                f"{thinking_s:g} s."
             )
-        for _, problem in problems(self.scenario.faults, self.timing.duration_s):
+        for _, problem in problems(self.scenario.faults, duration_s):
             raise ScenarioError(problem)
 
     @property
@@ -227,6 +238,13 @@ class RunSpec:
         """
         for extension in self.extensions:
             load_extension(extension.where, checksum=extension.checksum)
+
+    @property
+    def flight(self) -> FlightSpec:
+        """What is flown: what the settings say, or the scenario, or else the default flight."""
+        if self.settings.bag is not None:
+            return FlightSpec(bag=self.settings.bag)
+        return self.settings.flight or self.scenario.flight or FlightSpec()
 
     @property
     def manager_name(self) -> str:

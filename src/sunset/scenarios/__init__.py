@@ -1,7 +1,6 @@
 """Scenarios: which faults a run injects, and the suites."""
 
 from sunset.scenarios.courses import onsets, problems
-from sunset.scenarios.flight import ScenarioFlight
 from sunset.scenarios.loading import generate, load_scenario, load_suite, parse_scenario
 from sunset.scenarios.schema import Scenario, ScenarioFault
 from sunset.scenarios.severity import with_strengths
@@ -13,7 +12,6 @@ __all__ = [
     "Profile",
     "Scenario",
     "ScenarioFault",
-    "ScenarioFlight",
     "generate",
     "load_scenario",
     "load_suite",

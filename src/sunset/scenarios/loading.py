@@ -5,14 +5,14 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Final
 
-from sunset.errors import ScenarioError
+from sunset.errors import InvalidInputError, ScenarioError
+from sunset.flights import KEYS, FlightSpec
 from sunset.input_files import read_bytes
 from sunset.names import base_name
 from sunset.scenarios._document import Item, parse_yaml
 from sunset.scenarios._published import IGNORED_KEYS, REQUIRED_KEYS, translate
 from sunset.scenarios.courses import problems
 from sunset.scenarios.fault import ScenarioFault, parse_fault
-from sunset.scenarios.flight import FLIGHT_KEYS, ScenarioFlight
 from sunset.scenarios.schema import Scenario
 from sunset.scenarios.suites import scenario_names, suite, suite_names
 from sunset.scenarios.timing import After, Profile
@@ -187,13 +187,17 @@ def _after(item: Item) -> After:
         return After(fault=fault, delay=delay)
 
 
-def _flight(item: Item | None) -> ScenarioFlight | None:
+def _flight(item: Item | None) -> FlightSpec | None:
     if item is None:
         return None
-    fields = item.mapping(required=(), optional=FLIGHT_KEYS)
+    fields = item.mapping(required=(), optional=KEYS)
     values: dict[str, Any] = {key: one.value() for key, one in fields.items()}
-    with item.located():
-        return ScenarioFlight(**values)
+    if "bag" in fields:
+        values["bag"] = str(Path(item.source).parent / fields["bag"].text())
+    try:
+        return FlightSpec.of(values)
+    except InvalidInputError as error:
+        raise item.error(str(error)) from error
 
 
 def _published(root: Item, source: str) -> Scenario:

@@ -5,10 +5,10 @@ from sunset.data.bag_statistics import BagStatistics, bag_statistics
 from sunset.data.cache import cache_folder, default_flight, flight_bag, kept_bag, render_parallel
 from sunset.data.flight import DEFAULT_FLIGHT, FlightPlan, render_frames
 from sunset.data.frame import DEPTH_RANGE_M, FRAME_SIZE, Frame
-from sunset.data.light import TIMES, WEATHERS
 from sunset.data.picture_folder import PictureFolder, find_pictures
 from sunset.data.syndrone import SynDroneFlight, find_syndrone, is_syndrone, survey_syndrone
 from sunset.data.views import HEIGHTS_M, PITCHES_DEG, TrainingView, render_views, training_views
+from sunset.flights import TIMES, WEATHERS
 
 __all__ = [
     "DEFAULT_FLIGHT",

@@ -3,16 +3,20 @@
 import os
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
-from sunset.errors import ScenarioError
+from sunset.errors import InvalidInputError, ScenarioError
+from sunset.flights import KEYS, FlightSpec
 from sunset.input_files import read_bytes
 from sunset.names import base_name
 from sunset.scenarios._document import Item, parse_yaml
 from sunset.scenarios._published import IGNORED_KEYS, REQUIRED_KEYS, translate
-from sunset.scenarios.schema import Scenario, ScenarioFault, parse_fault
+from sunset.scenarios.courses import problems
+from sunset.scenarios.fault import ScenarioFault, parse_fault
+from sunset.scenarios.schema import Scenario
 from sunset.scenarios.suites import scenario_names, suite, suite_names
-from sunset.system import current_system
+from sunset.scenarios.timing import After, Profile
+from sunset.system import DURATION_S, current_system
 from sunset.texts import shown, suggestion
 
 _MAX_BYTES: Final = 1_000_000
@@ -131,20 +135,69 @@ def _from_file(path: Path) -> Scenario:
 
 
 def _ours(root: Item) -> Scenario:
-    fields = root.mapping(required=("name", "faults"), optional=("description",))
-    faults = tuple(_fault(item) for item in fields["faults"].items())
+    fields = root.mapping(required=("name", "faults"), optional=("description", "duration", "flight"))
+    items = fields["faults"].items()
+    faults = tuple(map(_fault, items))
     name = fields["name"].text()
     description = fields["description"].text() if "description" in fields else ""
+    duration = None
+    if "duration" in fields:
+        seconds = fields["duration"].number()
+        with fields["duration"].located():
+            duration = Scenario("duration", duration=seconds).duration
+    for number, problem in problems(faults, DURATION_S if duration is None else duration):
+        raise items[number].error(problem)
+    flight = _flight(fields.get("flight"))
     with root.located():
-        return Scenario(name=name, faults=faults, description=description)
+        return Scenario(name, faults, description, duration, flight)
 
 
 def _fault(item: Item) -> ScenarioFault:
-    fields = {"name": item} if item.is_scalar else item.mapping(required=("name",), optional=("value",))
+    if item.is_scalar:
+        name = item.text()
+        with item.located():
+            return ScenarioFault(name)
+    fields = item.mapping(
+        required=("name",), optional=("value", "at", "until", "profile", "after", "severity")
+    )
     name = fields["name"].text()
     value = fields["value"].value() if "value" in fields else None
+    severity: Any = fields["severity"].value() if "severity" in fields else None
+    times = {key: fields[key].number() for key in ("at", "until") if key in fields}
+    profile = _profile(fields["profile"]) if "profile" in fields else Profile()
+    after = _after(fields["after"]) if "after" in fields else None
     with item.located():
-        return ScenarioFault(name, value)
+        return ScenarioFault(name, value, profile=profile, after=after, severity=severity, **times)
+
+
+def _profile(item: Item) -> Profile:
+    fields = (
+        {"kind": item} if item.is_scalar else item.mapping(required=("kind",), optional=("rise", "on", "off"))
+    )
+    kind = fields.pop("kind").text()
+    times = {key: one.number() for key, one in fields.items()}
+    with item.located():
+        return Profile(kind=kind, **times)
+
+
+def _after(item: Item) -> After:
+    fields = item.mapping(required=("fault", "delay"), optional=())
+    fault, delay = fields["fault"].text(), fields["delay"].number()
+    with item.located():
+        return After(fault=fault, delay=delay)
+
+
+def _flight(item: Item | None) -> FlightSpec | None:
+    if item is None:
+        return None
+    fields = item.mapping(required=(), optional=KEYS)
+    values: dict[str, Any] = {key: one.value() for key, one in fields.items()}
+    if "bag" in fields:
+        values["bag"] = str(Path(item.source).parent / fields["bag"].text())
+    try:
+        return FlightSpec.of(values)
+    except InvalidInputError as error:
+        raise item.error(str(error)) from error
 
 
 def _published(root: Item, source: str) -> Scenario:

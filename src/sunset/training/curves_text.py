@@ -4,10 +4,10 @@ from collections.abc import Iterator
 from dataclasses import asdict, fields
 from typing import Final
 
+from sunset.calibration import effects
 from sunset.system import get_fault
 from sunset.tables import aligned
 from sunset.texts import csv_text
-from sunset.training.conditions import effects
 from sunset.training.curves import AUC, BAND, CURED, DROP, SHARPNESS_AUC, Case, Curves, Figures
 
 _HEAD: Final = ("IoU", "of nom.", "entropy", "AUC", "over", "sharpness", "AUC", "under")

@@ -1,7 +1,8 @@
 """Scenarios: which faults a run injects, and the suites."""
 
 from sunset.scenarios.courses import onsets
-from sunset.scenarios.loading import generate, load_scenario, load_suite, parse_scenario
+from sunset.scenarios.loading import generate, load_scenario, load_suite
+from sunset.scenarios.reading import parse_scenario
 from sunset.scenarios.schema import Scenario, ScenarioFault
 from sunset.scenarios.suites import scenario_names, suite, suite_names, suite_of
 from sunset.scenarios.timing import After, Profile

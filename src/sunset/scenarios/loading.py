@@ -11,12 +11,12 @@ from sunset.names import base_name
 from sunset.scenarios.fault import parse_fault
 from sunset.scenarios.reading import parse_scenario
 from sunset.scenarios.schema import Scenario
+from sunset.scenarios.split_files import is_scenario_file, read_split, scenario_files
 from sunset.scenarios.suites import scenario_names, suite, suite_names
 from sunset.system import current_system
 from sunset.texts import shown, suggestion
 
 _MAX_BYTES: Final = 1_000_000
-_SUFFIXES: Final = frozenset({".yaml", ".yml"})
 
 
 def load_scenario(name: str | Path) -> Scenario:
@@ -43,7 +43,7 @@ def load_scenario(name: str | Path) -> Scenario:
         if named is not None:
             return named
     path = Path(name)
-    if path.suffix.lower() in _SUFFIXES or os.path.isfile(path):  # noqa: PTH113  Path.is_file raises where a name is too long
+    if is_scenario_file(path) or os.path.isfile(path):  # noqa: PTH113  Path.is_file raises where a name is too long
         return _from_file(path)
     faults = text.split("+")
     if isinstance(name, str) and any(part.split("=", 1)[0] in current_system().faults for part in faults):
@@ -64,18 +64,19 @@ def load_suite(name: str | Path) -> tuple[Scenario, ...]:
     """Return the scenarios of a suite, by its name; or those of a folder's YAML files, in the files' order.
 
     Raises:
-        ScenarioError: there is no such suite or folder, or a file is not usable.
+        ScenarioError: there is no such suite or folder, or a file is not usable or not that of the folder's split.
     """
     folder = Path(name)
     # an empty name is not that of the current folder; Path.is_dir raises where a name is too long
     if str(name) in suite_names() or not name or not os.path.isdir(folder):  # noqa: PTH112  see above
         return suite(str(name))
     try:
-        files = sorted(path for path in folder.iterdir() if path.suffix.lower() in _SUFFIXES)
+        files = scenario_files(folder)
     except OSError as error:
         raise ScenarioError(f"The suite {folder} cannot be read: {error.strerror}.") from error
     if not files:
         raise ScenarioError(f"The suite {folder} must have scenarios: there is no YAML file in this folder.")
+    read_split(folder)  # a split whose files were changed is not the split any more
     known: dict[str, Path] = {}
     scenarios = []
     for file in files:
@@ -88,6 +89,16 @@ def load_suite(name: str | Path) -> tuple[Scenario, ...]:
         known[short] = file
         scenarios.append(scenario)
     return tuple(scenarios)
+
+
+def split_hash(name: str | Path) -> str:
+    """Return the hash that pins the split in a suite's folder; empty if the suite is not a split.
+
+    Raises:
+        ScenarioError: as `load_suite`.
+    """
+    described = None if str(name) in suite_names() else read_split(Path(name))
+    return described.sha256 if described else ""
 
 
 def generate(faults: Sequence[str], *, name: str = "") -> Scenario:

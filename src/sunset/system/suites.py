@@ -11,7 +11,7 @@ from sunset.input_files import read_text
 from sunset.system.names import scenario_name
 
 Suite: TypeAlias = tuple[tuple[str, ...], ...] | str
-"""Scenarios, each its faults as `fault` or `fault=value`, which are injected together; or a list of scenarios in YAML."""
+"""Scenarios, each the faults that are injected together, as `fault` or `fault=value`; or a YAML text, a list."""
 
 _FOLDER: Final = Path(__file__).parent / "suite_files"
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sunset.experiments import RunSpec, Settings, Timing, run
+from sunset.experiments import RunSpec, RunTiming, Settings, run
 from sunset.recording import StoredRun
 from sunset.scenarios import Scenario, ScenarioFault
 from sunset.system import Adaptation, current_system, full_name
@@ -16,7 +16,7 @@ ADAPTATIONS = current_system().adaptations
 FAULTS = current_system().faults
 
 ADAPTERS = Path(__file__).with_name("adapters.py")
-SHORT = Timing(duration_s=6.5, warm_up_s=0.5)
+SHORT = RunTiming(duration_s=6.5, warm_up_s=0.5)
 """Long enough for the longest redeploy (4 s) and for what follows it to settle."""
 
 SETTLED_S = 5.5

@@ -14,7 +14,7 @@ import pytest
 
 from sunset.data import read_bag, write_bag
 from sunset.errors import DataError, ManagerError, SunsetError
-from sunset.experiments import RunSpec, Settings, Timing, run
+from sunset.experiments import RunSpec, RunTiming, Settings, Timing, run
 from sunset.metrics import score
 from sunset.perception import Segmenter
 from sunset.recording import StoredRun, read_messages, read_run, read_stored_run, read_timeline
@@ -23,7 +23,7 @@ from sunset.system import current_system, extended_system
 
 FAULTS = current_system().faults
 
-SHORT = Timing(duration_s=4.0, warm_up_s=1.0)
+SHORT = RunTiming(duration_s=4.0, warm_up_s=1.0)
 REDEPLOYED = Timing(duration_s=8.0, warm_up_s=1.0)
 """Long enough for the longest redeploy, of 4 s."""
 OUTAGES = [fault.name for fault in FAULTS.values() if fault.failure in {"F1", "F2", "F3"}]

@@ -24,7 +24,7 @@ def test_a_scenario_says_when_its_faults_come_and_go() -> None:
 
     assert scenario.duration_s == 60
     assert scenario.flight is not None
-    assert scenario.flight.to_mapping()["town"] == 8
+    assert scenario.flight.conditions()["town"] == 8
     growing, first, again, flickering, _, following = scenario.faults
     assert (growing.value, growing.severity, growing.profile) == (None, 3, Profile(kind="ramp", rise=5.0))
     assert (first.at, first.until, again.at, again.until) == (12.0, 18.5, 30.0, None)

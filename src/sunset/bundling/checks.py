@@ -13,12 +13,14 @@ from sunset.errors import InvalidInputError, RecordError
 from sunset.experiments import (
     BenchSpec,
     RunSpec,
+    RunTiming,
     Settings,
     Timing,
     model_checksum,
     plan,
     run_folder,
     scenarios_checksum,
+    stored_faults,
 )
 from sunset.managing import MANAGERS, split_label
 from sunset.metrics import RunMetrics, score
@@ -31,7 +33,6 @@ from sunset.recording import (
     TELLING_TOPICS,
     CampaignPlan,
     RunRecord,
-    StoredFault,
     check_extensions,
     contradictions,
     describes_bag,
@@ -42,7 +43,7 @@ from sunset.recording import (
     stored_figures,
     timeline_of,
 )
-from sunset.scenarios import split_hash
+from sunset.scenarios import Scenario, split_hash, with_strengths
 from sunset.system import loaded_extensions
 from sunset.texts import counted, shown
 from sunset.workers import Progress
@@ -215,7 +216,9 @@ def _check_unextended(
             label, manager = managers.get(run.manager, ("", ""))
             if not manager or run.seed not in every:
                 problems.append(f"no run of {run.manager} with seed {run.seed} is part of the plan")
-            expected = _expected_of_all(run.manager, settings, described, card)
+            # the scenario, which may be of an extension, is not looked at
+            timing = settings.timing.of_run(Scenario(run.scenario, duration=run.duration_s), run.seed)
+            expected = _expected_of_all(run.manager, settings, timing, described, card)
             expected["manager_spec"] = manager if label else UNSET
             problems.extend(_misfits(run, place, expected, described, manager=manager, first=first))
             messages = read_messages(place)
@@ -325,20 +328,20 @@ def _expected(spec: RunSpec, described: CampaignPlan, card: ModelCard) -> dict[s
     """Return what a run's `run.json` must say, by the plan and the model's card."""
     return {
         "scenario": spec.scenario.name,
-        "faults": [StoredFault(fault.name, fault.value) for fault in spec.scenario.faults],
+        "faults": stored_faults(with_strengths(spec.scenario, card.severities, card.name), spec.scenario),
         "suite": spec.suite,
         "manager": spec.manager_name,
         "manager_spec": spec.manager if spec.label else UNSET,
         "seed": spec.seed,
-        **_expected_of_all(spec.manager_name, spec.settings, described, card),
+        **_expected_of_all(spec.manager_name, spec.settings, spec.timing, described, card),
     }
 
 
 def _expected_of_all(
-    name: str, settings: Settings, described: CampaignPlan, card: ModelCard
+    name: str, settings: Settings, timing: RunTiming, described: CampaignPlan, card: ModelCard
 ) -> dict[str, object]:
-    """Return what the `run.json` of every run of a managing system must say, whatever the scenario and the seed."""
-    timing, live = settings.timing, settings.live
+    """Return what the `run.json` of every run of a managing system with this timing must say."""
+    live = settings.live
     known = described.manager_checksums.get(name)
     return {
         **({} if known is None else {"manager_checksum": known}),

@@ -41,7 +41,7 @@ def added_files(opened: OpenedBundle) -> Iterator[str]:
     if opened.described.suite not in suite_names():
         known |= {f"{SCENARIOS}/{file.name}" for file in (opened.root / SCENARIOS).glob("*.y*ml")}
     if opened.described.split:
-        known.add(f"{SCENARIOS}/{SPLIT_FILE}")
+        known |= {f"{SCENARIOS}/{SPLIT_FILE}"}
     runs = opened.campaign.glob(f"runs/*/*/*/*/{RUN_FILE}")
     known |= {
         (run.parent / name).relative_to(opened.root).as_posix()

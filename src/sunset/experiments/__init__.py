@@ -21,9 +21,11 @@ from sunset.experiments.spec import (
     EXTERNAL,
     MIDDLEWARES,
     RunSpec,
+    RunTiming,
     Settings,
     Timing,
 )
+from sunset.experiments.stored_faults import stored_faults
 
 __all__ = [
     "CHECK_SCENARIO",
@@ -33,6 +35,7 @@ __all__ = [
     "BenchSpec",
     "ManagerCheck",
     "RunSpec",
+    "RunTiming",
     "Settings",
     "Timing",
     "bench",
@@ -49,4 +52,5 @@ __all__ = [
     "run_again",
     "run_folder",
     "scenarios_checksum",
+    "stored_faults",
 ]

@@ -304,7 +304,11 @@ def _describe(spec: BenchSpec, runs: Sequence[RunSpec], resources: Resources) ->
         bag_checksum=resources.bag_checksum,
         loop=spec.settings.loop,
         device=resources.segmenter.device,
-        timing=dataclasses.asdict(spec.settings.timing),
+        timing={
+            name: value
+            for name, value in dataclasses.asdict(spec.settings.timing).items()
+            if value is not None
+        },
         middleware=spec.settings.middleware,
         speed=spec.settings.speed,
         versions=versions(),

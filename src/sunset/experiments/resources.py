@@ -12,6 +12,7 @@ from sunset.input_files import file_digest
 from sunset.isolation import FORKING
 from sunset.managing import MANAGERS
 from sunset.perception import InferenceCache, Modality, Model, Segmenter, load_model
+from sunset.scenarios import Scenario, with_strengths
 from sunset.texts import listed
 from sunset.workers import Progress
 
@@ -25,12 +26,14 @@ class Resources:
         segmenter: runs it.
         bag: the frames.
         bag_checksum: SHA-256 over the bag's files, in hexadecimal.
+        scenario: that of the run, with the model's strengths in place of severities.
     """
 
     model: Model
     segmenter: Segmenter
     bag: BagReader
     bag_checksum: str
+    scenario: Scenario
 
 
 def prepare(spec: RunSpec, *, progress: Progress | None = None) -> Resources:
@@ -47,6 +50,7 @@ def prepare(spec: RunSpec, *, progress: Progress | None = None) -> Resources:
         InvalidInputError: there is no such device.
         MissingExtraError: the device needs a package that is not installed.
         DataError: there is no such bag, it is corrupt, or too short.
+        ScenarioError: no strength of a fault is as severe for the model as the scenario says.
         OutputError: the cache folder cannot be written.
     """
     with FORKING:
@@ -65,23 +69,24 @@ def _prepare(spec: RunSpec, progress: Progress | None) -> Resources:
             f"The model {model.card.name!r} has no thresholds yet, without which F4 and F5 have no symptoms: "
             f"'sunset models calibrate {spec.settings.model}' gives it some."
         )
+    scenario = with_strengths(spec.scenario, model.card.severities, model.card.name)
     path = spec.settings.bag if spec.settings.bag is not None else _default_flight(progress)
     bag, checksum = _reader(path, (model.card.height, model.card.width))
-    timing = spec.settings.timing
+    timing = spec.timing
     if len(bag) < timing.frames and not spec.settings.loop:
         dropped = sum(bag.dropped.values())
         lacking = f" ({dropped} images have no partner)" if dropped else ""
         raise DataError(
             f"The bag {bag.path} holds {len(bag)} frames{lacking}; an experiment needs {timing.frames} "
-            f"({timing.warm_up_s:g} s of warm-up and {timing.duration_s:g} s that are measured): take a "
-            "longer one, a shorter --duration, or --loop."
+            f"({timing.frames * timing.period_s - timing.duration_s:g} s of warm-up at most and {timing.duration_s:g} s "
+            "that are measured): take a longer one, a shorter --duration, or --loop."
         )
     cache = _inference_cache(cache_folder()) if spec.settings.cache else None
     segmenter = Segmenter(model, device=spec.settings.device, cache=cache)
     frame = bag.frame(0)
     for modality in Modality:  # what is wrong with a network is found before the sensor fusion turns to it
         segmenter.segment(modality, frame.rgb, frame.depth)
-    return Resources(model, segmenter, bag, checksum)
+    return Resources(model, segmenter, bag, checksum, scenario)
 
 
 def own_cache(resources: Resources, spec: RunSpec, checksum: str) -> Resources:

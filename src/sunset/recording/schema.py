@@ -33,11 +33,42 @@ _Period = Annotated[float, Meta(gt=0.001, le=_MOST)]
 _WarmUp = Annotated[float, Meta(ge=0, le=_MOST)]
 
 
-class StoredFault(msgspec.Struct, frozen=True):
-    """A fault of a scenario, and its strength; True where it has none."""
+class StoredFault(msgspec.Struct, frozen=True, omit_defaults=True):
+    """A fault of a scenario.
+
+    Attributes:
+        name: its name.
+        value: its strength; True where it has none.
+        at: seconds after the measured time began at which it was to come.
+        until: likewise, at which it was to heal.
+        profile: how its strength went on.
+        after: which fault it was to follow, and how much later.
+        severity: what the strength was to cost, from 1 to 5.
+    """
 
     name: str
     value: bool | int | float | str | None = None
+    at: float = 0.0
+    until: float | None = None
+    profile: dict[str, str | float] | None = None
+    after: dict[str, str | float] | None = None
+    severity: int | None = None
+
+    @property
+    def is_certain(self) -> bool:
+        """Whether it was injected once, when the measured time began: no adaptation can prevent that."""
+        return not self.at and self.after is None and (self.profile or {}).get("kind") != "intermittent"
+
+    def __str__(self) -> str:
+        """Return it in words, such as `sync_issue (4 to 6 s)`."""
+        begin = f"{self.after['delay']:g} s after {self.after['fault']}" if self.after else f"{self.at:g}"
+        if self.until is not None:
+            when = f"{begin}, until {self.until:g} s" if self.after else f"{begin} to {self.until:g} s"
+        else:
+            when = begin if self.after else (f"from {begin} s on" if self.at else "")
+        kind = str((self.profile or {}).get("kind", ""))
+        said = ", ".join(filter(None, (when, kind)))
+        return f"{self.name} ({said})" if said else self.name
 
 
 class RunRecord(msgspec.Struct, frozen=True, kw_only=True):

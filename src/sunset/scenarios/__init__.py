@@ -1,9 +1,10 @@
 """Scenarios: which faults a run injects, and the suites."""
 
-from sunset.scenarios.courses import onsets
+from sunset.scenarios.courses import onsets, problems
 from sunset.scenarios.loading import generate, load_scenario, load_suite, split_hash
 from sunset.scenarios.reading import parse_scenario
 from sunset.scenarios.schema import Scenario, ScenarioFault
+from sunset.scenarios.severity import with_strengths
 from sunset.scenarios.split_files import (
     SPLIT_FILE,
     SplitDescription,
@@ -33,6 +34,7 @@ __all__ = [
     "load_suite",
     "onsets",
     "parse_scenario",
+    "problems",
     "read_salt",
     "read_split",
     "scenario_files",
@@ -41,5 +43,6 @@ __all__ = [
     "suite",
     "suite_names",
     "suite_of",
+    "with_strengths",
     "write_split",
 ]

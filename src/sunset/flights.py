@@ -98,7 +98,7 @@ class FlightSpec:
             values["bag"] = Path(bag)
         return cls(**values)
 
-    def conditions(self) -> dict[str, object]:
+    def conditions(self) -> dict[str, int | float | str]:
         """Return what `of` takes, without what is as in the default flight; a path as a text."""
         if self.bag is not None:
             return {"bag": str(self.bag)}

@@ -24,6 +24,9 @@ _Result = TypeVar("_Result")
 Progress = Callable[[int, int], None]
 """Called with how much is done and how much there is."""
 
+Stages = Callable[[str, int, int], None]
+"""Called with what is being done, how much of it is done, and how much there is."""
+
 
 def processors() -> int:
     """Return how many processors this process may use."""

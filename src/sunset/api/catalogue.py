@@ -26,7 +26,6 @@ from sunset.data import (
     default_flight,
     flight_bag,
     read_bag,
-    render_frames,
     write_bag,
 )
 from sunset.errors import InvalidInputError
@@ -82,32 +81,39 @@ def list_models() -> tuple[str, ...]:
 
 
 def render_flight(
-    out: str | Path, plan: FlightPlan | None = None, *, progress: Progress | None = None
+    out: str | Path | None = None,
+    plan: FlightPlan | None = None,
+    *,
+    jobs: int | None = None,
+    progress: Progress | None = None,
 ) -> Path:
-    """Render a flight over a made-up town into a new bag, as `sunset data render` does, and return the bag's folder.
+    """Render a flight over a made-up town, as `sunset data render` does, and return the bag's folder.
+
+    It is kept in the user's cache folder, so that it is rendered once.
 
     Args:
-        out: the bag's folder.
+        out: the folder of a new bag, which is a copy; None for the one that is kept.
         plan: of the flight; the default one if it is None.
+        jobs: processes that render; as many as there are processors, at most 8, if None.
         progress: called with (frames done, frames in all).
 
     Raises:
         InvalidInputError: nothing can be flown as planned.
-        OutputError: the bag cannot be written.
+        OutputError: the bag cannot be written, or not kept.
     """
     check_progress(progress)
-    chosen, folder = FlightPlan() if plan is None else plan, as_path(out, "bag's folder")
+    chosen = FlightPlan() if plan is None else plan
     if not isinstance(chosen, FlightPlan):
         raise InvalidInputError(f"The plan of a flight must be a FlightPlan, got {chosen!r}.")
+    workers = count_of(jobs, "jobs")
+    if out is None:
+        return flight_bag(chosen, progress=progress, jobs=workers)
 
-    def frames() -> Iterator[data.Frame]:
-        for done, frame in enumerate(render_frames(chosen), 1):
-            yield frame
-            if progress is not None:
-                progress(done, chosen.frames)
+    def frames() -> Iterator[data.Frame]:  # when it is sure that there can be a new bag
+        with read_bag(flight_bag(chosen, progress=progress, jobs=workers)) as reader:
+            yield from map(reader.frame, range(len(reader)))
 
-    write_bag(folder, frames(), chosen.stamps_ns())
-    return folder
+    return write_bag(as_path(out, "bag's folder"), frames(), chosen.stamps_ns())
 
 
 def bag_statistics(bag: str | Path | None = None, *, progress: Progress | None = None) -> BagStatistics:

@@ -14,6 +14,7 @@ from sunset.calibration.conditions import (
     signal_of,
     suite_strengths,
 )
+from sunset.calibration.flight import AUC, OVER, FlightThresholds, fit_to_flight
 from sunset.calibration.separation import (
     SAMPLES,
     Separation,
@@ -31,17 +32,21 @@ from sunset.calibration.thresholds import (
 )
 
 __all__ = [
+    "AUC",
     "ENTROPY",
+    "OVER",
     "SAMPLES",
     "SHARPNESS",
     "Condition",
     "CurvesPlan",
+    "FlightThresholds",
     "Seen",
     "Separation",
     "Values",
     "chosen_frames",
     "cure_of",
     "effects",
+    "fit_to_flight",
     "healthy_conditions",
     "is_seen",
     "part_entropy",

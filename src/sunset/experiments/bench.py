@@ -23,7 +23,7 @@ from sunset.errors import (
     SunsetError,
 )
 from sunset.experiments.manager import manager_checksum
-from sunset.experiments.resources import Resources, prepare
+from sunset.experiments.resources import Resources, flight_plan, prepare
 from sunset.experiments.run import record_failure, run_prepared, versions
 from sunset.experiments.spec import RunSpec, Settings
 from sunset.managing import MANAGERS, is_registered, split_label
@@ -101,6 +101,11 @@ def plan(spec: BenchSpec) -> tuple[RunSpec, ...]:
         for scenario in scenarios
     )
     return tuple({run_folder(Path(), one): one for one in runs}.values())  # each is run once
+
+
+def flights_of(runs: Sequence[RunSpec]) -> list[RunSpec]:
+    """Return the first run on each flight."""
+    return list({(one.flight, flight_plan(one)): one for one in reversed(runs)}.values())[::-1]
 
 
 def _chosen(spec: BenchSpec) -> tuple[Scenario, ...]:

@@ -80,6 +80,9 @@ class RunRecord(msgspec.Struct, frozen=True, kw_only=True):
         manager_checksum: of the files that it is written in; empty if it has none.
         manager_failed: why the managing system, or an extension's node, failed, so that there are neither messages nor
             figures; None if they did not.
+        flight: what the flight is called.
+        flight_conditions: under which it was rendered, where they are not those of the default flight.
+        flight_warning: what a reader must know of it, in one sentence; where there is something.
         bag_size: height and width of the recorded images, in pixels.
         bag_dropped: how many images have no partner.
         frame_size: height and width of what the networks take, in pixels.
@@ -115,6 +118,9 @@ class RunRecord(msgspec.Struct, frozen=True, kw_only=True):
     model_checksums: dict[str, str]
     device: str = "cpu"
     middleware: str
+    flight: str = ""
+    flight_conditions: dict[str, int | float | str] | UnsetType = UNSET
+    flight_warning: str | UnsetType = UNSET
     bag_frames: int | UnsetType = UNSET
     bag_checksum: str = ""
     bag_looped: bool = False

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from sunset.calibration import (
+    AUC,
     SAMPLES,
     SHARPNESS,
     Condition,
@@ -35,9 +36,6 @@ BAND: Final = (0.5, 0.75)
 
 DROP: Final = 0.03
 """The least that the IoU should fall by."""
-
-AUC: Final = 0.95
-"""The least AUC of the entropy."""
 
 SHARPNESS_AUC: Final = 0.99
 """The least AUC of the sharpness, of a fault that blurs."""

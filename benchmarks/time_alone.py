@@ -2,7 +2,7 @@
 
 Each action is done once in a run: at a fixed moment since the managing system first saw the managed system up, for
 several such moments; or at a moment that is drawn anew for every run, uniformly from the span of these. Who acts so
-does nothing else (`alone`), or answers symptoms as the baseline does (`with baseline`).
+does nothing else (`alone`), or answers symptoms as the baseline does (`with-baseline`).
 
 Prints, for each, the downtime and the IoU over all frames, and the paired differences to the same action at random
 moments, with 95 % intervals, a scenario as a cluster. A moment that is worth knowing would show as less downtime and
@@ -75,11 +75,11 @@ class ByTheClock(Baseline):
 
 def managers(actions: Sequence[str], moments: Sequence[float]) -> dict[str, Callable[..., ManagingSystem]]:
     """Return the managing systems by name: those of fixed moments, and the one of random moments."""
-    spans = {f"{moment:g} s": (moment,) for moment in moments} | {"random": (moments[0], moments[-1])}
+    spans = {f"{moment:g}": (moment,) for moment in moments} | {"random": (moments[0], moments[-1])}
     return {
-        f"{action} {how}, {when}": partial(ByTheClock, action=action, moments=span, repairs=repairs)
+        f"{action}-{how}-{when}": partial(ByTheClock, action=action, moments=span, repairs=repairs)
         for action in actions
-        for how, repairs in (("alone", False), ("with baseline", True))
+        for how, repairs in (("alone", False), ("with-baseline", True))
         for when, span in spans.items()
     }
 
@@ -135,8 +135,8 @@ def main() -> None:
             progress=progress,
         )
     for action in actions:
-        for how in ("alone", "with baseline"):
-            names = [name for name in made if name.startswith(f"{action} {how},")]
+        for how in ("alone", "with-baseline"):
+            names = [name for name in made if name.startswith(f"{action}-{how}-")]
             print_table(results.runs, [*names, "none", "baseline"], names[-1])
 
 

@@ -10,10 +10,11 @@ from sunset.errors import RecordError
 from sunset.experiments.resources import prepare
 from sunset.experiments.run import run_prepared
 from sunset.experiments.spec import RunSpec, Settings, Timing
+from sunset.experiments.stored_faults import scenario_of
+from sunset.flights import FlightSpec
 from sunset.recording import RunRecord, StoredRun, read_run
 from sunset.recording.reader import check_extensions, first_difference
 from sunset.rmw.backends import SIMULATED
-from sunset.scenarios import Scenario, ScenarioFault
 
 _CAUSES: Final = {
     "model_checksums": "the model",
@@ -87,19 +88,19 @@ def _spec_of(
         if getattr(stored, name) is not UNSET
     }
     return RunSpec(
-        scenario=Scenario(
-            stored.scenario, tuple(ScenarioFault(fault.name, fault.value) for fault in stored.faults)
-        ),
+        scenario=scenario_of(stored),
         manager=manager or stored.manager_spec or stored.manager,
         label=stored.manager,
         seed=stored.seed,
         settings=Settings(
             model=model or stored.model,
             bag=bag,
+            flight=FlightSpec.of(stored.flight_conditions) if stored.flight_conditions else None,
             loop=stored.bag_looped,
             timing=Timing(**timing),
             device=stored.device,
             images=images,
+            thinking_s=stored.thinking_s or 0.0,
         ),
     )
 

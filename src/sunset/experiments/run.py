@@ -1,12 +1,13 @@
 """One experiment: from its specification to its record and its metrics."""
 
 import platform
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
 from importlib.metadata import version
 from pathlib import Path
+from typing import Final
 
 import onnxruntime
 from msgspec import UNSET
@@ -17,15 +18,22 @@ from sunset.errors import ManagerError
 from sunset.experiments.manager import check_name, isolate, manager_checksum
 from sunset.experiments.manager_process import manager_process
 from sunset.experiments.observer import Observer
-from sunset.experiments.resources import Resources, prepare
+from sunset.experiments.parameters import manager_parameters
+from sunset.experiments.resources import Resources, flight_name, prepare
 from sunset.experiments.simulated import run_simulated
 from sunset.experiments.spec import RunSpec
+from sunset.experiments.stored_faults import stored_faults
+from sunset.interfaces.stamps import NS_PER_S, ns_of
+from sunset.interfaces.system_interfaces.msg import FaultInjection
 from sunset.isolation import Watch
 from sunset.metrics import RunMetrics, Timeline, score
-from sunset.recording import RecordWriter, RunRecord, StoredFault, StoredRun, log_of, told_topics
+from sunset.recording import RecordedMessage, RecordWriter, RunRecord, StoredRun, log_of, told_topics
 from sunset.recording.reader import timeline_of
 from sunset.rmw.backends import live_middleware
-from sunset.system import current_system
+from sunset.system import current_system, short_name
+
+_AT_ONCE_S: Final = 0.1
+"""Faults that are due when the measured time begins were injected by then."""
 
 
 def run(spec: RunSpec, folder: Path, *, log: bool = False) -> StoredRun:
@@ -65,7 +73,12 @@ def run_prepared(
         messages = writer.messages(told_topics())
         observed = timeline_of(described, messages)
         figures = score(observed)
-        reasons = [*outcome.violations, *_unseen(observed), *filter(None, [outcome.shortfall(observed)])]
+        reasons = [
+            *outcome.violations,
+            *_unconfirmed(messages, outcome.start_ns),
+            *_unseen(observed),
+            *filter(None, [outcome.shortfall(observed)]),
+        ]
         stored = writer.close(
             replace(
                 described,
@@ -78,6 +91,16 @@ def run_prepared(
             )
         )
     return StoredRun(folder, stored, observed, figures, log_of(messages))
+
+
+def _unconfirmed(messages: Sequence[RecordedMessage], start_ns: int) -> Iterator[str]:
+    """Yield which faults were refused after the measured time began; the scenario executor answers for those before."""
+    for recorded in messages:
+        one = recorded.message
+        if isinstance(one, FaultInjection) and not one.confirmed:
+            time_s = (ns_of(one.stamp) - start_ns) / NS_PER_S
+            if time_s > _AT_ONCE_S:
+                yield f"{short_name(one.node)} did not confirm {one.fault} at {time_s:.2f} s"
 
 
 def _unseen(observed: Timeline) -> Iterator[str]:
@@ -134,9 +157,9 @@ class _Outcome:
 def _run_simulated(
     spec: RunSpec, resources: Resources, writer: RecordWriter, *, log: bool, known: str | None
 ) -> _Outcome:
-    threshold = resources.model.card.entropy_threshold
+    parameters = manager_parameters(spec, resources)
     limit_s = spec.settings.manager_limit_s
-    with manager_process(spec.manager, limit_s=limit_s, entropy_threshold=threshold, log=log) as manager:
+    with manager_process(spec.manager, limit_s=limit_s, parameters=parameters, log=log) as manager:
         check_name(f"/{manager.loaded.node_name}", spec.manager)
 
         def run_isolated(watch: Watch) -> dict[str, object]:
@@ -167,7 +190,7 @@ def _run_live(
         start_ns,
         tuple(observer.violations),
         found,
-        lambda timeline: frames.shortfall(start_ns, timeline, spec.settings.timing),
+        lambda timeline: frames.shortfall(start_ns, timeline, spec.timing),
     )
 
 
@@ -194,10 +217,10 @@ def _check_same(manager: str, found: str, known: str) -> None:
 def _describe(spec: RunSpec, resources: Resources) -> RunRecord:
     """Return the full specification of a run as it is stored, before it has a result: no paths, no wall clock."""
     settings, card, bag = spec.settings, resources.model.card, resources.bag
-    timing = settings.timing
+    timing = spec.timing
     return RunRecord(
         scenario=spec.scenario.name,
-        faults=[StoredFault(fault.name, fault.value) for fault in spec.scenario.faults],
+        faults=stored_faults(resources.scenario, spec.scenario),
         suite=spec.suite,
         manager=spec.manager_name,
         manager_spec=spec.manager if spec.label else UNSET,
@@ -206,6 +229,9 @@ def _describe(spec: RunSpec, resources: Resources) -> RunRecord:
         model_checksums={str(modality): network.digest for modality, network in card.networks.items()},
         device=resources.segmenter.device,
         middleware=settings.middleware,
+        flight=flight_name(spec),
+        flight_conditions=(not spec.flight.bag and spec.flight.conditions()) or UNSET,
+        flight_warning=resources.warning or UNSET,
         bag_frames=len(bag),
         bag_checksum=resources.bag_checksum,
         bag_looped=settings.loop,
@@ -219,6 +245,7 @@ def _describe(spec: RunSpec, resources: Resources) -> RunRecord:
         warm_up_s=timing.warm_up_s,
         duration_s=timing.duration_s,
         period_s=timing.period_s,
+        thinking_s=settings.thinking_s or UNSET,
         expected_frames=timing.expected_frames,
         entropy_threshold=card.entropy_threshold,
         sharpness_threshold=card.sharpness_threshold,

@@ -127,7 +127,7 @@ def run_simulated(
 def _run(
     spec: RunSpec, resources: Resources, watch: Watch, manager: ManagerProcess, observer: Observer
 ) -> tuple[int, str]:
-    timing, system = spec.settings.timing, current_system()
+    timing, system = spec.timing, current_system()
     simulation = Simulation(
         seed=spec.seed, compute=system.compute_s, jitter=timing.jitter, latency_s=timing.latency_s
     )
@@ -140,7 +140,7 @@ def _run(
         return bring_up(simulation.create_process(name), factory)
 
     started("launcher", lambda context: Launcher(processes, tuple(system.nodes), context=context))
-    started("scenario_executor", lambda context: ScenarioExecutor(spec.scenario, context=context))
+    started("scenario_executor", lambda context: ScenarioExecutor(resources.scenario, context=context))
     supervisor = started(
         "experiment",
         lambda context: Supervisor(
@@ -182,7 +182,7 @@ def _conduct(simulation: Simulation, supervisor: Supervisor, spec: RunSpec, obse
     simulation.run_while(lambda: supervisor.phase is Phase.BRING_UP, round(limit_s * _S))
     if supervisor.phase is Phase.BRING_UP:
         raise bring_up_timeout_error(spec, limit_s, supervisor.missing, observer.commands)
-    duration_ns = round((spec.settings.timing.warm_up_s + spec.settings.timing.duration_s) * _S)
+    duration_ns = round((spec.timing.warm_up_s + spec.timing.duration_s) * _S)
     simulation.run_while(lambda: supervisor.phase is not Phase.OVER, simulation.now + duration_ns + _S)
     if supervisor.start_ns is None or supervisor.phase is not Phase.OVER:
         raise SunsetError(

@@ -35,7 +35,7 @@ def causes_of(injections: Sequence[Injection], metrics: RunMetrics) -> tuple[Cau
             ", ".join(
                 one.name for one in faults.values() if one.failure == fault.failure and one is not fault
             ),
-            _cured_by(fault, injection.time, metrics.executed),
+            _cured_by(fault, injection, metrics.executed),
         )
         for injection in injections
         if (fault := faults.get(injection.fault))
@@ -57,12 +57,15 @@ def _showed_as(failure: str, metrics: RunMetrics) -> str:
     return f"{text}; {listed(sorted(ripples))} by ripple, for lack of input" if ripples else text
 
 
-def _cured_by(fault: Fault, injected_s: float, executed: Sequence[ExecutedAdaptation]) -> str:
+def _cured_by(fault: Fault, injection: Injection, executed: Sequence[ExecutedAdaptation]) -> str:
+    healed = "" if injection.healed is None else f"it healed by itself at {injection.healed:.2f} s"
     if not fault.cures:
-        return fault.cured_by
-    times = [_done(cure, injected_s, executed) for cure in fault.cures]
+        return "; ".join(filter(None, (fault.cured_by, healed)))
+    # what was done after it had healed did not cure it
+    meanwhile = [one for one in executed if injection.healed is None or one.time < injection.healed]
+    times = [_done(cure, injection.time, meanwhile) for cure in fault.cures]
     done = min((time for time in times if time is not None), default=None)
-    return f"{fault.cured_by}; {'not done' if done is None else f'done at {done:.2f} s'}"
+    return f"{fault.cured_by}; {(healed or 'not done') if done is None else f'done at {done:.2f} s'}"
 
 
 def _done(

@@ -6,8 +6,9 @@ import pytest
 
 from sunset.errors import ScenarioError
 from sunset.experiments import RunSpec, RunTiming, Settings, Timing, run, run_again
-from sunset.recording import StoredRun
+from sunset.recording import StoredRun, read_stored_run
 from sunset.scenarios import Scenario, ScenarioFault, parse_scenario
+from sunset.system import extended_system
 
 SHORT = Timing(warm_up_s=0.5)
 TRANSIENT = """\
@@ -88,3 +89,22 @@ def test_the_seed_draws_the_warm_up_and_the_scenario_says_the_duration() -> None
     assert timing(1, Scenario("plain")).duration_s == 20.0
     with pytest.raises(ScenarioError, match="gpu_failure comes at 30 s, and the run ends at 20 s"):
         timing(1, long, duration_s=20.0)
+
+
+def test_a_fault_of_an_extension_grows_and_heals(tmp_path: Path) -> None:
+    page = (Path(__file__).parents[2] / "docs" / "extending.md").read_text(encoding="utf-8")
+    extension = tmp_path / "altimeter.py"
+    extension.write_text(page.split("```python\n")[1].split("```")[0], encoding="utf-8")
+    fault = "{name: altimeter_drift, at: 0.5, until: 2.5, profile: {kind: ramp, rise: 1}}"
+    text = f"name: drift\nduration: 4\nfaults:\n- {fault}\n"
+
+    with extended_system([str(extension)]):
+        drifted = fly(tmp_path / "run", text, "none")
+        assert read_stored_run(tmp_path / "run").timeline.injections == drifted.timeline.injections
+
+    (drift,) = drifted.timeline.injections
+    (episode,) = drifted.episodes
+    assert (drift.time, drift.healed) == pytest.approx((0.5, 2.5), abs=0.01)
+    assert (episode.failure, episode.began, episode.adaptation) == ("F6", drift.time, None)
+    assert 0.5 < episode.t_detect < 1.5
+    assert episode.ended == pytest.approx(2.9, abs=0.3)

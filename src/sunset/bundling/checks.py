@@ -120,6 +120,7 @@ def _settings(described: CampaignPlan) -> Settings:
         device=described.device,
         middleware=described.middleware,
         speed=described.speed,
+        thinking_s=described.thinking_s,
     )
 
 
@@ -359,6 +360,7 @@ def _expected_of_all(
         "duration_s": timing.duration_s,
         "period_s": timing.period_s,
         "expected_frames": timing.expected_frames,
+        "thinking_s": settings.thinking_s or UNSET,
         "extensions": described.extensions or UNSET,
     }
 

@@ -310,6 +310,7 @@ def _describe(spec: BenchSpec, runs: Sequence[RunSpec], resources: Resources) ->
         },
         middleware=spec.settings.middleware,
         speed=spec.settings.speed,
+        thinking_s=spec.settings.thinking_s,
         versions=versions(),
         extensions={one.name: one.checksum for one in loaded_extensions()},
     )

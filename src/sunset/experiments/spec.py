@@ -14,6 +14,7 @@ from sunset.scenarios import Scenario, problems, suite_of
 from sunset.schemas import check_fields
 from sunset.seeding import check_seed, generator
 from sunset.system import PERIOD_S, LoadedExtension, load_extension, loaded_extensions
+from sunset.texts import shown
 
 EXTERNAL: Final = "external"
 """The managing system's name where it is another process on the graph, which is started by hand."""
@@ -44,7 +45,7 @@ _WARM_UP_S: Final = (3.0, 6.0)
 class Timing:
     """The clockwork of experiments; every duration in seconds, of virtual time in the simulation."""
 
-    duration_s: Annotated[float, Meta(title="duration")] | None = None
+    duration_s: float | None = None
     """How long is measured; as long as the scenario says if it is None."""
     warm_up_s: Annotated[float, Meta(ge=0, le=3600)] | None = None
     """Healthy operation before the measured time, not counted; drawn from the seed if it is None."""
@@ -63,6 +64,8 @@ class Timing:
         Raises:
             InvalidInputError: it is out of range, or no whole number of frames; or another value is out of range.
         """
+        if self.duration_s is not None and type(self.duration_s) not in {int, float}:
+            raise InvalidInputError(f"The duration must be a number, got {shown(self.duration_s)}.")
         check_fields(self)
         if self.duration_s is None:
             return
@@ -97,7 +100,7 @@ class Timing:
 class RunTiming(Timing):
     """The clockwork of one run; nothing of it is open."""
 
-    duration_s: Annotated[float, Meta(title="duration")]
+    duration_s: float
     warm_up_s: Annotated[float, Meta(ge=0, le=3600)]
 
     @property
@@ -140,6 +143,8 @@ class Settings:
         float, Meta(gt=0, le=_LONGEST_LIMIT_S, title="managing system's time limit [s]")
     ] = 30.0
     """Wall time that one callback of the managing system may take before the run is given up; in the simulation."""
+    thinking_s: Annotated[float, Meta(ge=0, le=_DURATIONS_S[1], title="time to think [s]")] = 0.0
+    """Time of the experiment that passes between a decision of the managing system and its adaptations."""
     middleware: str = SIMULATED
     """One of `BACKENDS`."""
     speed: Annotated[float, Meta(ge=0.01, le=100, title="rate of a live run")] = 1.0
@@ -155,6 +160,11 @@ class Settings:
         if self.middleware not in MIDDLEWARES:
             known = " or ".join(MIDDLEWARES)
             raise InvalidInputError(f"The middleware must be {known}, got {self.middleware!r}.")
+        if self.thinking_s > self.timing.duration_s:
+            raise InvalidInputError(
+                f"The time to think must be at most the duration that is measured, {self.timing.duration_s:g} s, got "
+                f"{self.thinking_s:g} s."
+            )
         if self.speed != 1 and not self.live:
             raise InvalidInputError(
                 f"The rate applies to live runs only, --middleware {LIVE}; simulated ones are as fast as can be."
@@ -176,7 +186,7 @@ class RunSpec:
 
     scenario: Scenario
     manager: str = "baseline"
-    """`none`, `baseline`, `module:Class` or `path/to/file.py:Class`; live, `external` too.
+    """`none`, `baseline`, `module:Class`, `path/to/file.py:Class` or `exec:COMMAND`; live, `external` too.
 
     With `LABEL=` before it, the label is kept in `label`.
     """

@@ -61,8 +61,8 @@ def _cured_by(fault: Fault, injection: Injection, executed: Sequence[ExecutedAda
     healed = "" if injection.healed is None else f"it healed by itself at {injection.healed:.2f} s"
     if not fault.cures:
         return "; ".join(filter(None, (fault.cured_by, healed)))
-    # what was done after it had ended did not cure it
-    meanwhile = [one for one in executed if injection.ended is None or one.time <= injection.ended]
+    # what was done after it had healed did not cure it
+    meanwhile = [one for one in executed if injection.healed is None or one.time < injection.healed]
     times = [_done(cure, injection.time, meanwhile) for cure in fault.cures]
     done = min((time for time in times if time is not None), default=None)
     return f"{fault.cured_by}; {(healed or 'not done') if done is None else f'done at {done:.2f} s'}"

@@ -91,6 +91,7 @@ class RunRecord(msgspec.Struct, frozen=True, kw_only=True):
         duration_s: how long is measured [s].
         period_s: the time between two frames [s].
         expected_frames: how many frames are measured if none is lost.
+        thinking_s: what every decision of the managing system took of the experiment's time [s]; where it did.
         entropy_threshold: F4 holds above it.
         sharpness_threshold: F5 holds below it.
         extensions: of the system's description: name → checksum; where there are any.
@@ -129,6 +130,7 @@ class RunRecord(msgspec.Struct, frozen=True, kw_only=True):
     duration_s: _Positive
     period_s: _Period
     expected_frames: Annotated[int, Meta(gt=0, le=_MOST)]
+    thinking_s: _Positive | UnsetType = UNSET
     entropy_threshold: _Positive
     sharpness_threshold: _Positive
     extensions: dict[str, str] | UnsetType = UNSET
@@ -226,6 +228,7 @@ class CampaignPlan(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True
         model_checksum: of the model's card.
         bag: the bag's path; None for the default flight.
         speed: seconds of `/clock` in a second; live.
+        thinking_s: what every decision of a managing system takes of the experiment's time [s].
         versions: of everything that a record's bytes may depend on.
         extensions: of the system's description: name → checksum.
     """
@@ -249,6 +252,7 @@ class CampaignPlan(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True
     timing: dict[str, float]
     middleware: str = "sim"
     speed: float = 1.0
+    thinking_s: float = 0.0
     versions: dict[str, str]
     extensions: dict[str, str] = {}
 

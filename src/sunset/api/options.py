@@ -193,6 +193,24 @@ def chosen_scenarios(names: str | tuple[str, ...] | list[str]) -> tuple[str, ...
     return chosen
 
 
+def chosen_flights(names: str | Path | tuple[str | Path, ...] | list[str | Path]) -> tuple[str, ...]:
+    """Return the flights that a campaign crosses its scenarios with, as `names_of` does; none for each one's own.
+
+    Raises:
+        InvalidInputError: they are anything else, or empty.
+    """
+    listed = [names] if isinstance(names, Path) else names
+    if isinstance(listed, list | tuple):  # a path may have commas in it
+        chosen = names_of([str(name) if isinstance(name, Path) else name for name in listed], "flights")
+    else:
+        chosen = names_of(listed, "flights")
+    if not chosen and names not in ((), []):
+        raise InvalidInputError(
+            f"The flights must be names or bags, got {shown(names)}; leave them out for each scenario's own."
+        )
+    return chosen
+
+
 def names_of(names: str | tuple[str, ...] | list[str], what: str) -> tuple[str, ...]:
     """Return names that were given as a list, or as one text in which commas separate them, but for those in quotes.
 

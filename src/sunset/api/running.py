@@ -14,6 +14,7 @@ from sunset.api.options import (
     as_path,
     check_flags,
     check_progress,
+    chosen_flights,
     chosen_scenarios,
     extended,
     manager_name,
@@ -37,6 +38,7 @@ from sunset.workers import Progress
 _Scenario: TypeAlias = str | Path | Scenario
 _Managers: TypeAlias = Manager | Mapping[str, Manager] | list[Manager] | tuple[Manager, ...]
 _Names: TypeAlias = str | list[str] | tuple[str, ...]
+_Flights: TypeAlias = str | Path | list[str | Path] | tuple[str | Path, ...]
 
 
 def run(
@@ -78,6 +80,7 @@ def bench(
     *,
     out: str | Path,
     scenarios: _Names = (),
+    flights: _Flights = (),
     references: bool = True,
     repetitions: int = 3,
     seed: int = 1,
@@ -94,6 +97,8 @@ def bench(
         managers: managing systems, as of `run`: a list, or a dictionary of them by their labels in tables.
         out: the folder of the results.
         scenarios: some scenarios of the suite; all if empty.
+        flights: what every scenario is run on: `panel`, names of its flights, `default`, or bags, also as `LABEL=PATH`;
+            if empty, each is run on its own flight.
         references: whether the paper's two reference rows are run too.
         repetitions: runs a scenario, at least 1.
         seed: of the first repetition.
@@ -114,6 +119,7 @@ def bench(
             managers,
             options,
             scenarios=scenarios,
+            flights=flights,
             repetitions=repetitions,
             seed=seed,
             references=references,
@@ -201,6 +207,7 @@ def agree(
     *,
     out: str | Path,
     scenarios: _Names = (),
+    flights: _Flights = (),
     repetitions: int = 1,
     seed: int = 1,
     jobs: int | None = None,
@@ -214,6 +221,7 @@ def agree(
         managers: as of `bench`; by name, since live they are processes of their own.
         out: the folder of the results.
         scenarios: as of `bench`.
+        flights: as of `bench`.
         repetitions: pairs a scenario.
         seed: of the first repetition.
         jobs: worker processes of the simulation; one a core if None. Live runs take place one at a time.
@@ -234,6 +242,7 @@ def agree(
             managers,
             options,
             scenarios=scenarios,
+            flights=flights,
             repetitions=repetitions,
             seed=seed,
             references=False,
@@ -291,6 +300,7 @@ def _campaign_of(
     options: Options,
     *,
     scenarios: _Names,
+    flights: _Flights,
     repetitions: int,
     seed: int,
     references: bool,
@@ -302,6 +312,7 @@ def _campaign_of(
         scenarios=chosen_scenarios(scenarios),
         references=references,
         managers=manager_names(managers),
+        flights=chosen_flights(flights),
         repetitions=whole_of(repetitions),
         seed=whole_of(seed),
         settings=settings,

@@ -74,7 +74,7 @@ def _obstacle(opened: OpenedBundle, one: _Run, rerun: Rerun) -> str:
     obstacles = {
         "live runs take place in real time and never repeat to the byte": spec.settings.live,
         "failed runs leave no messages to compare": run.is_empty,
-        "the flight is not in the bundle; name it with --bag": described.bag is not None
+        "the flight is not in the bundle; name it with --bag": spec.flight.bag is not None
         and rerun.bag is None,
         f"the model {described.model} is not installed; name its folder with --model": (
             rerun.model is None and described.model not in list_models()
@@ -95,13 +95,18 @@ def rerun_run(opened: OpenedBundle, one: _Run, rerun: Rerun, into: Path) -> Iter
     try:
         with _importing(opened, spec) as manager:
             again = run_again(
-                place, into, manager=manager, model=rerun.model or opened.described.model, bag=rerun.bag
+                place,
+                into,
+                manager=manager,
+                model=rerun.model or opened.described.model,
+                bag=None if run.flight_conditions else rerun.bag,
             )
     except (InvalidInputError, ManagerError) as error:
         yield opened.text(error)
         return
     stored, now = asdict(run), asdict(again.record)
-    for name in sorted(stored.keys() - {"versions", "manager_spec"}):  # where it lies is not what it is
+    # neither where it lies nor what it is called is what it is
+    for name in sorted(stored.keys() - {"versions", "manager_spec", "flight"}):
         # how a managing system hung depends on the limit of the time that it had
         if stored[name] != now[name] and not (name == "manager_failed" and stored[name] and now[name]):
             yield f"Its {name} is stored as {stored[name]!r}, and running it again gave {now[name]!r}."

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import cast
 
-from sunset.api.options import Options, chosen_scenarios, names_of, settings_of
+from sunset.api.options import Options, chosen_flights, chosen_scenarios, names_of, settings_of
 from sunset.cli._parser import at_least_one
 from sunset.experiments import BenchSpec, RunSpec, Settings
 from sunset.perception import DEVICES
@@ -44,6 +44,13 @@ def add_campaign_options(
         f"{more}",
     )
     parser.add_argument(
+        "--flights",
+        default=(),
+        metavar="A,B,…",
+        help="run every scenario on each of these: panel (eight flights), one of the panel, default, or a bag's path, "
+        "also as LABEL=PATH",
+    )
+    parser.add_argument(
         "--repetitions", type=int, default=repetitions, metavar="N", help=f"{what} a scenario"
     )
     parser.add_argument("--seed", type=int, default=1, metavar="N", help="seed of the first repetition")
@@ -56,6 +63,7 @@ def campaign(arguments: argparse.Namespace, *, references: bool) -> BenchSpec:
         scenarios=chosen_scenarios(arguments.scenarios),
         references=references,
         managers=names_of(arguments.managers, "managing systems"),
+        flights=chosen_flights(arguments.flights),
         repetitions=arguments.repetitions,
         seed=arguments.seed,
         settings=run_settings(arguments),

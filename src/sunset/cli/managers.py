@@ -6,8 +6,9 @@ import sys
 from contextlib import redirect_stdout
 
 from sunset.cli._options import add_run_options, run_spec
-from sunset.cli._progress import progress_bar, rendering_progress
-from sunset.experiments import CHECK_SCENARIO, check_manager, manager_checksum, prepare
+from sunset.cli._prepare import prepare_flight
+from sunset.cli._progress import progress_bar
+from sunset.experiments import CHECK_SCENARIO, check_manager, manager_checksum
 from sunset.managing import MANAGERS
 
 
@@ -46,8 +47,7 @@ def check(arguments: argparse.Namespace) -> int:
     spec = run_spec(arguments)
     # what is wrong with it is said at once
     manager_checksum(spec.manager, limit_s=spec.settings.manager_limit_s)
-    with rendering_progress() as progress:
-        prepare(spec, progress=progress)
+    prepare_flight(spec)
     with progress_bar("Running twice") as progress, redirect_stdout(sys.stderr):
         verdict = check_manager(spec, progress=progress)
     print(verdict)

@@ -19,7 +19,7 @@ from sunset.experiments.manager import check_name, isolate, manager_checksum
 from sunset.experiments.manager_process import manager_process
 from sunset.experiments.observer import Observer
 from sunset.experiments.parameters import manager_parameters
-from sunset.experiments.resources import Resources, prepare
+from sunset.experiments.resources import Resources, flight_name, prepare
 from sunset.experiments.simulated import run_simulated
 from sunset.experiments.spec import RunSpec
 from sunset.experiments.stored_faults import stored_faults
@@ -229,6 +229,9 @@ def _describe(spec: RunSpec, resources: Resources) -> RunRecord:
         model_checksums={str(modality): network.digest for modality, network in card.networks.items()},
         device=resources.segmenter.device,
         middleware=settings.middleware,
+        flight=flight_name(spec),
+        flight_conditions=(not spec.flight.bag and spec.flight.conditions()) or UNSET,
+        flight_warning=resources.warning or UNSET,
         bag_frames=len(bag),
         bag_checksum=resources.bag_checksum,
         bag_looped=settings.loop,

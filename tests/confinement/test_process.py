@@ -152,13 +152,16 @@ if {number} == signal.SIGSTOP:
 os.kill(os.getpid(), signal.SIGKILL)
 """
     told = subprocess.run([sys.executable, "-c", script], capture_output=True, check=False, text=True)
-    server, outcome, _ = told.stdout.split("|")
+    server, outcome, folder = told.stdout.rstrip().split("|")
     pids = [int(server), *map(int, outcome.partition("[")[2].partition("]")[0].split(","))]
     assert len(pids) == 5, told
     limit = time.monotonic() + _PATIENCE_S
     while any(Path(f"/proc/{pid}").exists() for pid in pids) and time.monotonic() < limit:
         time.sleep(0.01)  # noqa: TID251  processes' ends are waited for
     assert [pid for pid in pids if Path(f"/proc/{pid}").exists()] == []
+    while Path(folder).exists() and time.monotonic() < limit:
+        time.sleep(0.01)  # noqa: TID251  and that of what is left
+    assert not Path(folder).exists()
 
 
 def test_a_server_that_is_gone_is_one_sentence() -> None:

@@ -128,6 +128,20 @@ def test_it_reads_the_data_that_it_is_given(confinement: Confinement, tmp_path: 
         assert answer(process) == "heavy"
 
 
+def test_it_finds_what_it_is_given_by_links_and_detours(confinement: Confinement, tmp_path: Path) -> None:
+    (tmp_path / "real/inner").mkdir(parents=True)
+    (tmp_path / "real/file").write_text("found", "utf-8")
+    (tmp_path / "link").symlink_to("real")
+    (tmp_path / "real/alias").symlink_to(tmp_path / "link/file")
+    for way in ("link/file", "link/alias", "real/inner/../file", "link/inner/../../link/alias"):
+        path = tmp_path / way
+        with confinement.start(
+            {"name": "use_file", "arguments": {"path": str(path)}}, View(readable=(path,))
+        ) as process:
+            assert answer(process) == "found"
+    assert sorted(entry.name for entry in tmp_path.iterdir()) == ["link", "real"]
+
+
 def test_it_is_small(confinement: Confinement) -> None:
     with confinement.start({"name": "nothing"}, View()) as process:
         assert answer(process) == "ready"

@@ -11,6 +11,7 @@ import sys
 from collections.abc import Iterable
 from contextlib import suppress
 from functools import cache
+from itertools import pairwise
 from pathlib import Path
 from tempfile import mkdtemp
 from typing import Final
@@ -70,7 +71,7 @@ def enclose(paths: Iterable[Path], folder: Path) -> None:
     _within(folder, folder).mkdir(parents=True)
     shown: set[Path] = set()
     ways = [way for path in paths for way in _ways(path)]
-    for place in sorted({place for place, target in ways if not target}):
+    for place in sorted({place for place, target in ways if target == ""}):
         if shown.isdisjoint([place, *place.parents]):
             _show(place, _within(folder, place))
             shown.add(place)
@@ -79,6 +80,8 @@ def enclose(paths: Iterable[Path], folder: Path) -> None:
             _within(folder, place.parent).mkdir(parents=True, exist_ok=True)
             with suppress(FileExistsError):
                 _within(folder, place).symlink_to(target)
+        elif target is None and shown.isdisjoint([place, *place.parents]):
+            _within(folder, place).mkdir(parents=True, exist_ok=True)
     os.chdir(folder)
     _check(_library().syscall(ctypes.c_long(_PIVOT_ROOT[os.uname().machine]), b".", b"."))
     _check(_library().umount2(b".", _DETACH))
@@ -86,21 +89,29 @@ def enclose(paths: Iterable[Path], folder: Path) -> None:
 
 
 @cache
-def _ways(path: Path) -> tuple[tuple[Path, str], ...]:
+def _ways(path: Path) -> tuple[tuple[Path, str | None], ...]:
     """Return the links on the way to what a path names, with what is in them, and it itself, with an empty text.
 
-    It is nothing if the path is not there.
+    Folders that the way leaves again, by "..", have None. It is nothing if the path is not there.
     """
     if not path.exists():
         return ()
     for place in [*reversed(path.parents), path]:
         if place.is_symlink():
             target = str(place.readlink())
-            return (
-                (Path(os.path.normpath(place)), target),
-                *_ways(place.parent / target / path.relative_to(place)),
-            )
-    return ((Path(os.path.normpath(path)), ""),)
+            further = _ways(place.parent / target / path.relative_to(place))
+            return (*_left(place), (_normal(place), target), *further)
+    return (*_left(path), (_normal(path), ""))
+
+
+def _left(path: Path) -> list[tuple[Path, None]]:
+    steps = pairwise([*reversed(path.parents), path])
+    return [(_normal(place), None) for place, after in steps if after.name == ".."]
+
+
+def _normal(path: Path) -> Path:
+    """Return a path, on which there are no links, without its detours."""
+    return Path(os.path.normpath(path))
 
 
 def _within(root: Path, path: Path) -> Path:

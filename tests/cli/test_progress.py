@@ -130,7 +130,7 @@ def test_that_frames_are_rendered_is_explained_once(capsys: pytest.CaptureFixtur
     with rendering_progress() as progress:
         wait(0.2)
         for done in range(3):
-            progress(done, 2)
+            progress("Rendering", done, 2)
             wait(0.2)
 
     lines = capsys.readouterr().err.splitlines()

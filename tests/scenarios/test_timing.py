@@ -27,7 +27,7 @@ def test_a_scenario_says_when_its_faults_come_and_go() -> None:
 
     assert scenario.duration_s == 60
     assert scenario.flight is not None
-    assert scenario.flight.to_mapping()["town"] == 8
+    assert scenario.flight.town == 8
     growing, first, again, flickering, _, following = scenario.faults
     assert (growing.value, growing.severity, growing.profile) == (None, 3, Profile(kind="ramp", rise=5.0))
     assert (first.at, first.until, again.at, again.until) == (12.0, 18.5, 30.0, None)
@@ -140,13 +140,15 @@ def test_faults_that_cannot_be_are_refused_with_their_line(faults: str, said: st
         ("duration: long", "line 2: a number is expected here, got 'long'"),
         (
             "flight: town 8",
-            "line 2: a mapping with town, height, angle, time, weather, seed, bag is expected here",
+            "line 2: a mapping with bag, town, height, angle, time, weather, seed is expected here",
         ),
-        ("flight: {city: 8}", "line 2: the key 'city' is not known here; there are town, height"),
-        ("flight: {}", "line 2: The flight of a scenario must say something"),
+        ("flight: {city: 8}", "line 2: the key 'city' is not known here; there are bag, town, height"),
+        ("flight: {height: 0}", "line 2: The flight's height [m] must be a number from 20 to 300, got 0."),
+        ("flight: {weather: rain}", "line 2: The flight's weather must be one of clear, hazy, overcast"),
+        ("flight: {bag: 3}", "line 2: a text is expected here, got 3."),
         (
             "flight: {bag: a, town: 8}",
-            "line 2: The flight of a scenario is a bag, or rendered under conditions",
+            "line 2: A flight is a bag or is rendered, not both",
         ),
     ],
 )

@@ -16,6 +16,7 @@ from sunset.experiments import (
     RunTiming,
     Settings,
     Timing,
+    flight_name,
     model_checksum,
     plan,
     run_folder,
@@ -43,7 +44,7 @@ from sunset.recording import (
     stored_figures,
     timeline_of,
 )
-from sunset.scenarios import Scenario, with_strengths
+from sunset.scenarios import Scenario, split_hash, with_strengths
 from sunset.system import loaded_extensions
 from sunset.texts import counted, shown
 from sunset.workers import Progress
@@ -51,7 +52,7 @@ from sunset.workers import Progress
 _MOST: Final = 10_000
 """No campaign has more managing systems times repetitions."""
 _COMMON: Final = ("bag_frames", "bag_size", "bag_dropped", "frame_size", "compute_s")
-"""What is the same in all runs of a campaign, and stands in no plan."""
+"""What is the same in all runs of a campaign on one flight, and stands in no plan."""
 
 
 @dataclass
@@ -94,6 +95,7 @@ def planned_runs(described: CampaignPlan, suite: str) -> tuple[RunSpec, ...]:
             scenarios=tuple(map(base_name, described.scenarios)),
             references=described.references,
             managers=described.managers,
+            flights=described.flights,
             repetitions=described.repetitions,
             seed=described.seed,
             settings=_settings(described),
@@ -115,11 +117,13 @@ def _settings(described: CampaignPlan) -> Settings:
         ) from error
     return Settings(
         model=described.model,
+        bag=None if described.bag is None else Path(described.bag),
         loop=described.loop,
         timing=timing,
         device=described.device,
         middleware=described.middleware,
         speed=described.speed,
+        thinking_s=described.thinking_s,
     )
 
 
@@ -154,7 +158,8 @@ def check_campaign(
     except InvalidInputError as error:
         findings.problems.append(f"{PLAN_FILE}: it describes no campaign: {error}")
         return findings
-    if scenarios_checksum(specs) != described.scenarios_checksum or len(specs) != described.runs:
+    facts = (described.scenarios_checksum, described.split, described.runs)
+    if facts != (scenarios_checksum(specs), split_hash(suite), len(specs)):
         findings.problems.append(
             f"{PLAN_FILE}: it was changed, or is of another version's suite: its scenarios or number of runs are not "
             "those that it describes."
@@ -167,10 +172,9 @@ def check_campaign(
             with _noted(findings, folder, place) as problems:
                 run = read_run(place)
                 findings.runs.append((spec, place, run))
+                first = next(one for _, _, one in findings.runs if one.flight == run.flight)
                 expected = _expected(spec, described, card)
-                problems.extend(
-                    _misfits(run, place, expected, described, manager=spec.manager, first=findings.runs[0][2])
-                )
+                problems.extend(_misfits(run, place, expected, described, manager=spec.manager, first=first))
                 problems.extend(_recomputed(run, place))
                 findings.recomputed += not run.is_empty
         else:
@@ -203,21 +207,22 @@ def _check_unextended(
     managers |= {"none": ("", "none")} if described.references else {}
     every = range(described.seed, described.seed + described.repetitions)
     seeds: dict[Path, set[int]] = {}
-    first: RunRecord | None = None
+    firsts: dict[str, RunRecord] = {}
     for place in sorted(found):
         with _noted(findings, folder, place) as problems:
             run = read_run(place)
-            first = first or run
+            first = firsts.setdefault(run.flight, run)
             seeds.setdefault(place.parent, set()).add(run.seed)
             named = (run.suite or "own", run.manager, base_name(run.scenario))
-            if place != folder.joinpath("runs", *map(folder_name, named), f"seed-{run.seed}"):
+            flight = f"-{run.flight}" if described.flights else ""
+            if place != folder.joinpath("runs", *map(folder_name, (*named, f"seed-{run.seed}{flight}"))):
                 problems.append(f"it says that it is seed {run.seed} of {run.scenario} with {run.manager}")
             label, manager = managers.get(run.manager, ("", ""))
             if not manager or run.seed not in every:
                 problems.append(f"no run of {run.manager} with seed {run.seed} is part of the plan")
             # the scenario, which may be of an extension, is not looked at
             timing = settings.timing.of_run(Scenario(run.scenario, duration=run.duration_s), run.seed)
-            expected = _expected_of_all(run.manager, settings, timing, described, card)
+            expected = _expected_of_all(run.manager, settings, timing, described, card, flight=run.flight)
             expected["manager_spec"] = manager if label else UNSET
             problems.extend(_misfits(run, place, expected, described, manager=manager, first=first))
             messages = read_messages(place)
@@ -332,25 +337,38 @@ def _expected(spec: RunSpec, described: CampaignPlan, card: ModelCard) -> dict[s
         "manager": spec.manager_name,
         "manager_spec": spec.manager if spec.label else UNSET,
         "seed": spec.seed,
-        **_expected_of_all(spec.manager_name, spec.settings, spec.timing, described, card),
+        **_expected_of_all(
+            spec.manager_name, spec.settings, spec.timing, described, card, flight=flight_name(spec)
+        ),
     }
 
 
 def _expected_of_all(
-    name: str, settings: Settings, timing: RunTiming, described: CampaignPlan, card: ModelCard
+    name: str,
+    settings: Settings,
+    timing: RunTiming,
+    described: CampaignPlan,
+    card: ModelCard,
+    *,
+    flight: str,
 ) -> dict[str, object]:
-    """Return what the `run.json` of every run of a managing system with this timing must say."""
+    """Return what the `run.json` of every run of a managing system with this timing and flight must say."""
+    found = described.flight_facts.get(flight)
+    thresholds = card if found is None else found
     live = settings.live
     known = described.manager_checksums.get(name)
     return {
         **({} if known is None else {"manager_checksum": known}),
         "model": card.name,
         "model_checksums": {str(modality): one.digest for modality, one in card.networks.items()},
-        "entropy_threshold": card.entropy_threshold,
-        "sharpness_threshold": card.sharpness_threshold,
+        "flight": flight,
+        "flight_conditions": UNSET if found is None else found.conditions or UNSET,
+        "flight_warning": (found is not None and found.warning) or UNSET,
+        "entropy_threshold": thresholds.entropy_threshold,
+        "sharpness_threshold": thresholds.sharpness_threshold,
         "device": described.device,
         "middleware": described.middleware,
-        "bag_checksum": described.bag_checksum,
+        "bag_checksum": described.bag_checksum if found is None else found.bag_checksum,
         "bag_looped": described.loop,
         "jitter": UNSET if live else timing.jitter,
         "latency_s": UNSET if live else timing.latency_s,
@@ -359,6 +377,7 @@ def _expected_of_all(
         "duration_s": timing.duration_s,
         "period_s": timing.period_s,
         "expected_frames": timing.expected_frames,
+        "thinking_s": settings.thinking_s or UNSET,
         "extensions": described.extensions or UNSET,
     }
 

@@ -10,6 +10,7 @@ from sunset.api import measure_curves
 from sunset.cli._options import add_count_option, add_device_option
 from sunset.cli._parser import at_least_one
 from sunset.cli._progress import rendering_stages, stages_progress
+from sunset.data import RENDERING
 from sunset.errors import MissingExtraError
 from sunset.output_files import make_folder, write_text
 from sunset.perception import load_model
@@ -78,7 +79,7 @@ def execute(arguments: argparse.Namespace) -> None:
             jobs=arguments.jobs,
             device=arguments.device,
             progress=partial(stage, "Measuring"),
-            rendering=rendering_stages(stage),
+            rendering=partial(rendering_stages(stage), RENDERING),
         )
     print(
         json.dumps(as_json(measured), sort_keys=True) + "\n" if arguments.json else as_text(measured), end=""

@@ -8,8 +8,9 @@ from pathlib import Path
 from sunset.api.catalogue import draw_fault_figure
 from sunset.api.pictures import OUTAGE_S, draw_fault_picture
 from sunset.cli._options import add_model_options, add_run_options, run_settings
-from sunset.cli._progress import progress_bar, rendering_progress
-from sunset.experiments import RunSpec, prepare
+from sunset.cli._prepare import prepare_flight
+from sunset.cli._progress import progress_bar
+from sunset.experiments import RunSpec
 from sunset.figures import check_figure
 from sunset.perception import load_model
 from sunset.scenarios import load_scenario
@@ -84,11 +85,7 @@ def show(arguments: argparse.Namespace) -> None:
     if arguments.figure is not None:
         settings = run_settings(arguments)
         check_figure(arguments.figure)
-        with rendering_progress() as progress:
-            prepare(
-                RunSpec(scenario=load_scenario(fault.name), manager="none", settings=settings),
-                progress=progress,
-            )
+        prepare_flight(RunSpec(scenario=load_scenario(fault.name), manager="none", settings=settings))
         with progress_bar("Drawing"):
             draw_fault_picture(fault.name, arguments.figure, settings, arguments.frame)
         print(f"The figure is in {arguments.figure}.", file=sys.stderr)
@@ -114,8 +111,7 @@ def draw(arguments: argparse.Namespace) -> None:
     nofault = RunSpec(
         scenario=load_scenario("nofault"), manager="none", seed=arguments.seed, settings=settings
     )
-    with rendering_progress() as progress:
-        prepare(nofault, progress=progress)
+    prepare_flight(nofault)
     with progress_bar("Running") as progress:
         draw_fault_figure(arguments.out, settings, arguments.seed, progress)
     print(f"The figure is in {arguments.out}.", file=sys.stderr)

@@ -106,7 +106,17 @@ def _json_row(row: SystemRow) -> dict[str, object]:
 
 def _as_csv(rows: Sequence[SystemRow]) -> str:
     """Return one line a row, then the paper's rows; a cell is empty where a figure is not applicable."""
-    head = ["system", "source", "suite", "manager", "model", "duration_s", "bag_looped", "bag_checksum"]
+    head = [
+        "system",
+        "source",
+        "suite",
+        "manager",
+        "model",
+        "duration_s",
+        "bag_looped",
+        "flight",
+        "bag_checksum",
+    ]
     head += ["middleware", "version", "runs", "runs_invalid", "runs_failed", "runs_differing"]
     columns = [part for name in FIGURES for part in _parts(name)]
     names = [*head, *columns, "unresolved_rate"]

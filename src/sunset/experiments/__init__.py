@@ -5,6 +5,7 @@ from sunset.experiments.bench import (
     BenchSpec,
     bench,
     count_runs,
+    flights_of,
     model_checksum,
     plan,
     run_folder,
@@ -13,7 +14,7 @@ from sunset.experiments.bench import (
 from sunset.experiments.checking import ManagerCheck, check_manager
 from sunset.experiments.last import keep_last_run, last_run
 from sunset.experiments.manager import manager_checksum, manager_files
-from sunset.experiments.resources import prepare
+from sunset.experiments.resources import Resources, flight_name, inference_file, prepare, prepare_all
 from sunset.experiments.run import run
 from sunset.experiments.spec import (
     CHECK_SCENARIO,
@@ -34,6 +35,7 @@ __all__ = [
     "MIDDLEWARES",
     "BenchSpec",
     "ManagerCheck",
+    "Resources",
     "RunSpec",
     "RunTiming",
     "Settings",
@@ -41,6 +43,9 @@ __all__ = [
     "bench",
     "check_manager",
     "count_runs",
+    "flight_name",
+    "flights_of",
+    "inference_file",
     "keep_last_run",
     "last_run",
     "manager_checksum",
@@ -48,6 +53,7 @@ __all__ = [
     "model_checksum",
     "plan",
     "prepare",
+    "prepare_all",
     "run",
     "run_again",
     "run_folder",

@@ -11,6 +11,7 @@ from sunset.experiments.resources import prepare
 from sunset.experiments.run import run_prepared
 from sunset.experiments.spec import RunSpec, Settings, Timing
 from sunset.experiments.stored_faults import scenario_of
+from sunset.flights import FlightSpec
 from sunset.recording import RunRecord, StoredRun, read_run
 from sunset.recording.reader import check_extensions, first_difference
 from sunset.rmw.backends import SIMULATED
@@ -94,10 +95,12 @@ def _spec_of(
         settings=Settings(
             model=model or stored.model,
             bag=bag,
+            flight=FlightSpec.of(stored.flight_conditions) if stored.flight_conditions else None,
             loop=stored.bag_looped,
             timing=Timing(**timing),
             device=stored.device,
             images=images,
+            thinking_s=stored.thinking_s or 0.0,
         ),
     )
 

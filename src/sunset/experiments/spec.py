@@ -8,6 +8,7 @@ from typing import Annotated, Final
 from msgspec import Meta
 
 from sunset.errors import InvalidInputError, ScenarioError
+from sunset.flights import FlightSpec
 from sunset.managing import split_label
 from sunset.rmw.backends import BACKENDS, LIVE, SIMULATED
 from sunset.scenarios import Scenario, problems, suite_of
@@ -129,7 +130,9 @@ class Settings:
     model: Annotated[str, Meta(min_length=1)] = "lite"
     """A shipped model's name, or the folder of one's own."""
     bag: Path | None = None
-    """A rosbag2 folder or file; the default flight if it is None."""
+    """A rosbag2 folder or file; if it is None, `flight`."""
+    flight: FlightSpec | None = None
+    """What is flown whatever the scenario says; if it is None, the scenario's flight, or else the default one."""
     loop: bool = False
     """Whether a bag that is too short begins again at its first frame after its last."""
     timing: Timing = field(default_factory=Timing)
@@ -143,6 +146,8 @@ class Settings:
         float, Meta(gt=0, le=_LONGEST_LIMIT_S, title="managing system's time limit [s]")
     ] = 30.0
     """Wall time that one callback of the managing system may take before the run is given up; in the simulation."""
+    thinking_s: Annotated[float, Meta(ge=0, le=_DURATIONS_S[1], title="time to think [s]")] = 0.0
+    """Time of the experiment that passes between a decision of the managing system and its adaptations."""
     middleware: str = SIMULATED
     """One of `BACKENDS`."""
     speed: Annotated[float, Meta(ge=0.01, le=100, title="rate of a live run")] = 1.0
@@ -158,6 +163,10 @@ class Settings:
         if self.middleware not in MIDDLEWARES:
             known = " or ".join(MIDDLEWARES)
             raise InvalidInputError(f"The middleware must be {known}, got {self.middleware!r}.")
+        if self.bag is not None and self.flight is not None:
+            raise InvalidInputError(
+                f"A run has one flight, got the bag {self.bag} and the flight {self.flight.name}: leave one out."
+            )
         if self.speed != 1 and not self.live:
             raise InvalidInputError(
                 f"The rate applies to live runs only, --middleware {LIVE}; simulated ones are as fast as can be."
@@ -179,7 +188,7 @@ class RunSpec:
 
     scenario: Scenario
     manager: str = "baseline"
-    """`none`, `baseline`, `module:Class` or `path/to/file.py:Class`; live, `external` too.
+    """`none`, `baseline`, `module:Class`, `path/to/file.py:Class` or `exec:COMMAND`; live, `external` too.
 
     With `LABEL=` before it, the label is kept in `label`.
     """
@@ -207,7 +216,13 @@ class RunSpec:
             raise InvalidInputError(
                 f"A managing system of another process can manage a live run only: --middleware {LIVE}."
             )
-        for _, problem in problems(self.scenario.faults, self.timing.duration_s):
+        thinking_s, duration_s = self.settings.thinking_s, self.timing.duration_s
+        if thinking_s > duration_s:
+            raise InvalidInputError(
+                f"The time to think must be at most the duration that is measured, {duration_s:g} s, got "
+                f"{thinking_s:g} s."
+            )
+        for _, problem in problems(self.scenario.faults, duration_s):
             raise ScenarioError(problem)
 
     @property
@@ -223,6 +238,13 @@ class RunSpec:
         """
         for extension in self.extensions:
             load_extension(extension.where, checksum=extension.checksum)
+
+    @property
+    def flight(self) -> FlightSpec:
+        """What is flown: what the settings say, or the scenario, or else the default flight."""
+        if self.settings.bag is not None:
+            return FlightSpec(bag=self.settings.bag)
+        return self.settings.flight or self.scenario.flight or FlightSpec()
 
     @property
     def manager_name(self) -> str:

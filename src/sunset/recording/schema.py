@@ -80,6 +80,9 @@ class RunRecord(msgspec.Struct, frozen=True, kw_only=True):
         manager_checksum: of the files that it is written in; empty if it has none.
         manager_failed: how the managing system failed, after which the run went on without one; or why a run has
             neither messages nor figures: `is_empty`. None if neither is so.
+        flight: what the flight is called.
+        flight_conditions: under which it was rendered, where they are not those of the default flight.
+        flight_warning: what a reader must know of it, in one sentence; where there is something.
         bag_size: height and width of the recorded images, in pixels.
         bag_dropped: how many images have no partner.
         frame_size: height and width of what the networks take, in pixels.
@@ -91,6 +94,7 @@ class RunRecord(msgspec.Struct, frozen=True, kw_only=True):
         duration_s: how long is measured [s].
         period_s: the time between two frames [s].
         expected_frames: how many frames are measured if none is lost.
+        thinking_s: what every decision of the managing system took of the experiment's time [s]; where it did.
         entropy_threshold: F4 holds above it.
         sharpness_threshold: F5 holds below it.
         extensions: of the system's description: name → checksum; where there are any.
@@ -115,6 +119,9 @@ class RunRecord(msgspec.Struct, frozen=True, kw_only=True):
     model_checksums: dict[str, str]
     device: str = "cpu"
     middleware: str
+    flight: str = ""
+    flight_conditions: dict[str, int | float | str] | UnsetType = UNSET
+    flight_warning: str | UnsetType = UNSET
     bag_frames: int | UnsetType = UNSET
     bag_checksum: str = ""
     bag_looped: bool = False
@@ -129,6 +136,7 @@ class RunRecord(msgspec.Struct, frozen=True, kw_only=True):
     duration_s: _Positive
     period_s: _Period
     expected_frames: Annotated[int, Meta(gt=0, le=_MOST)]
+    thinking_s: _Positive | UnsetType = UNSET
     entropy_threshold: _Positive
     sharpness_threshold: _Positive
     extensions: dict[str, str] | UnsetType = UNSET
@@ -212,6 +220,23 @@ def _same(one: object, other: object) -> bool:
     return one == other
 
 
+class StoredFlight(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
+    """What a campaign's results depend on of a flight.
+
+    Attributes:
+        conditions: under which it was rendered; none for a bag.
+        entropy_threshold: F4 holds above it there.
+        sharpness_threshold: F5 holds below it there.
+        warning: what a reader must know of it, in one sentence; empty if nothing.
+    """
+
+    bag_checksum: str
+    conditions: dict[str, int | float | str] | UnsetType = UNSET
+    entropy_threshold: _Positive
+    sharpness_threshold: _Positive
+    warning: str = ""
+
+
 class CampaignPlan(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
     """What `bench.json` says: whatever a campaign's results may depend on, by name and by content.
 
@@ -219,13 +244,17 @@ class CampaignPlan(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True
         suite: the suite's name or folder.
         scenarios: those of it that are run; all if there is none.
         scenarios_checksum: of all scenarios that are run.
+        split: the hash that pins the split in the suite's folder; empty if it has none.
         references: whether the paper's two reference rows are run too.
         manager_checksums: of the files that they are written in, by name.
         seed: of the first repetition.
         runs: how many there are in all.
         model_checksum: of the model's card.
         bag: the bag's path; None for the default flight.
+        flights: those that every scenario is run on, as they were named; each on its own if there is none.
+        flight_facts: what results depend on of each flight but the default one, by its name.
         speed: seconds of `/clock` in a second; live.
+        thinking_s: what every decision of a managing system takes of the experiment's time [s].
         versions: of everything that a record's bytes may depend on.
         extensions: of the system's description: name → checksum.
     """
@@ -234,6 +263,7 @@ class CampaignPlan(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True
     suite: str
     scenarios: tuple[str, ...] = ()
     scenarios_checksum: str
+    split: str = ""
     references: bool = True
     managers: tuple[str, ...]
     manager_checksums: dict[str, str]
@@ -244,11 +274,14 @@ class CampaignPlan(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True
     model_checksum: str
     bag: str | None
     bag_checksum: str
+    flights: tuple[str, ...] = ()
+    flight_facts: dict[str, StoredFlight] = {}
     loop: bool = False
     device: str
     timing: dict[str, float]
     middleware: str = "sim"
     speed: float = 1.0
+    thinking_s: float = 0.0
     versions: dict[str, str]
     extensions: dict[str, str] = {}
 

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import yaml
 
 from sunset.errors import ScenarioError
+from sunset.flights import FlightSpec
 from sunset.scenarios.courses import problems
 from sunset.scenarios.fault import ScenarioFault, parse_fault
-from sunset.scenarios.flight import ScenarioFlight
 from sunset.scenarios.timing import checked_seconds
 from sunset.system import DURATION_S
 from sunset.texts import shown
@@ -35,7 +35,7 @@ class Scenario:
     faults: tuple[ScenarioFault, ...] = ()
     description: str = ""
     duration: float | None = None
-    flight: ScenarioFlight | None = None
+    flight: FlightSpec | None = None
 
     def __post_init__(self) -> None:
         """Check that the faults can be there together."""
@@ -51,9 +51,9 @@ class Scenario:
         if self.duration is not None:
             seconds = checked_seconds("The duration of a scenario", self.duration, least=1.0)
             object.__setattr__(self, "duration", seconds)
-        if not isinstance(self.flight, ScenarioFlight | None):
+        if not isinstance(self.flight, FlightSpec | None):
             raise ScenarioError(
-                f"The flight of the scenario {self.name} must be a ScenarioFlight or None, got {shown(self.flight)}."
+                f"The flight of the scenario {self.name} must be a FlightSpec or None, got {shown(self.flight)}."
             )
         object.__setattr__(self, "faults", tuple(self.faults))
         for _, problem in problems(self.faults, self.duration_s):
@@ -72,7 +72,7 @@ class Scenario:
         if self.duration is not None:
             content["duration"] = self.duration
         if self.flight is not None:
-            content["flight"] = self.flight.to_mapping()
+            content["flight"] = self.flight.conditions()
         content["faults"] = [fault.to_mapping() for fault in self.faults]
         text: str = yaml.safe_dump(content, sort_keys=False, allow_unicode=True, width=100)
         return text

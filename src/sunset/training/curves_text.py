@@ -4,12 +4,12 @@ from collections.abc import Iterator
 from dataclasses import asdict, fields
 from typing import Final
 
+from sunset.calibration import AUC, effects
 from sunset.perception.severities import LOSSES
 from sunset.system import get_fault
 from sunset.tables import aligned
 from sunset.texts import csv_text
-from sunset.training.conditions import effects
-from sunset.training.curves import AUC, BAND, CURED, DROP, SHARPNESS_AUC, Case, Curves, Figures
+from sunset.training.curves import BAND, CURED, DROP, SHARPNESS_AUC, Case, Curves, Figures
 from sunset.training.severities import severity_table
 
 _HEAD: Final = ("IoU", "of nom.", "entropy", "AUC", "over", "sharpness", "AUC", "under")

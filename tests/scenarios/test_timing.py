@@ -1,5 +1,8 @@
 """Scenarios whose faults come, grow, go and follow each other in time."""
 
+import re
+from pathlib import Path
+
 import pytest
 
 from sunset.errors import ScenarioError
@@ -95,8 +98,10 @@ def test_a_scenario_without_times_is_written_as_before() -> None:
             "line 3: The fault gpu_failure comes after sync_issue, which is not in the scenario",
         ),
         (
-            "{name: sync_issue, after: {fault: gpu_failure, delay: 2}}\n"
-            "- {name: gpu_failure, after: {fault: sync_issue, delay: 2}}",
+            (
+                "{name: sync_issue, after: {fault: gpu_failure, delay: 2}}\n"
+                "- {name: gpu_failure, after: {fault: sync_issue, delay: 2}}"
+            ),
             "line 3: The fault sync_issue comes after itself, by way of gpu_failure",
         ),
         (
@@ -156,3 +161,25 @@ def test_a_duration_and_a_flight_that_cannot_be_are_refused_with_their_line(keys
 def test_faults_that_exclude_each_other_may_come_one_after_the_other() -> None:
     first = ScenarioFault("image_degradation", until=5.0)
     Scenario("in turns", (first, ScenarioFault("unneeded_enhancement", at=5.0)))
+
+
+def test_the_page_shows_every_key_in_an_example_that_can_be_read() -> None:
+    page = (Path(__file__).parents[2] / "docs" / "scenarios.md").read_text(encoding="utf-8")
+    blocks = re.findall(r"^```yaml\n(.*?)^```$", page, flags=re.MULTILINE | re.DOTALL)
+    scenarios = [parse_scenario(block, "docs/scenarios.md") for block in blocks]
+
+    texts = "".join(scenario.to_yaml() for scenario in scenarios)
+    for key in (
+        "duration",
+        "value",
+        "severity",
+        "at",
+        "until",
+        "profile",
+        "after",
+        "rise",
+        "'on'",
+        "'off'",
+        "delay",
+    ):
+        assert f" {key}:" in texts or f"\n{key}:" in texts

@@ -32,7 +32,7 @@ class Options(TypedDict, total=False):
         bag: a rosbag2 to fly instead of the default flight.
         loop: whether a bag that is too short begins again at its first frame after its last.
         device: what networks run on: `cpu`, `cuda` or `auto`.
-        duration: seconds that are measured; 20 if left out.
+        duration: seconds that are measured; as many as the scenario says if left out, which are 20 if it says nothing.
         cache: whether results of inference are looked up and kept in the user's cache folder; True if left out.
         images: whether the records keep images, as a file of their own.
         manager_limit: seconds of wall time that one callback of the managing system may take; in the simulation.
@@ -45,7 +45,7 @@ class Options(TypedDict, total=False):
     bag: str | Path | None
     loop: bool
     device: str
-    duration: float
+    duration: float | None
     cache: bool
     images: bool
     manager_limit: float
@@ -72,7 +72,7 @@ def settings_of(options: Options) -> Settings:
         bag=as_path(bag, "bag") if bag is not None else None,
         loop=options.get("loop", default.loop),
         device=options.get("device", default.device),
-        timing=Timing(duration_s=number_of(options.get("duration", default.timing.duration_s))),
+        timing=Timing(duration_s=number_of(options.get("duration"))),
         cache=options.get("cache", default.cache),
         images=options.get("images", default.images),
         manager_limit_s=number_of(options.get("manager_limit", default.manager_limit_s)),

@@ -52,7 +52,7 @@ def write_site(
     folder, site = as_path(path, "folder of stored runs"), as_path(out, "folder of the site").absolute()
     with extended(extensions):
         runs = load_results(folder)
-        pages = {run.folder: run.folder.relative_to(folder) / _PAGE for run in runs if not run.failed}
+        pages = {run.folder: run.folder.relative_to(folder) / _PAGE for run in runs if not run.is_empty}
         try:
             if site.exists() and (not site.is_dir() or any(site.iterdir())):
                 raise OutputError(f"The site {out} exists already; remove it or name another folder.")

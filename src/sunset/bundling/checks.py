@@ -13,6 +13,7 @@ from sunset.errors import InvalidInputError, RecordError
 from sunset.experiments import (
     BenchSpec,
     RunSpec,
+    RunTiming,
     Settings,
     Timing,
     flight_name,
@@ -20,6 +21,7 @@ from sunset.experiments import (
     plan,
     run_folder,
     scenarios_checksum,
+    stored_faults,
 )
 from sunset.managing import MANAGERS, split_label
 from sunset.metrics import RunMetrics, score
@@ -32,7 +34,6 @@ from sunset.recording import (
     TELLING_TOPICS,
     CampaignPlan,
     RunRecord,
-    StoredFault,
     check_extensions,
     contradictions,
     describes_bag,
@@ -43,6 +44,7 @@ from sunset.recording import (
     stored_figures,
     timeline_of,
 )
+from sunset.scenarios import Scenario, with_strengths
 from sunset.system import loaded_extensions
 from sunset.texts import counted, shown
 from sunset.workers import Progress
@@ -172,7 +174,7 @@ def check_campaign(
                 expected = _expected(spec, described, card)
                 problems.extend(_misfits(run, place, expected, described, manager=spec.manager, first=first))
                 problems.extend(_recomputed(run, place))
-                findings.recomputed += run.manager_failed is None
+                findings.recomputed += not run.is_empty
         else:
             findings.problems.append(f"{_name(place, folder)}: the run is missing.")
         if progress is not None:
@@ -216,7 +218,10 @@ def _check_unextended(
             label, manager = managers.get(run.manager, ("", ""))
             if not manager or run.seed not in every:
                 problems.append(f"no run of {run.manager} with seed {run.seed} is part of the plan")
-            expected = _expected_of_all(run.manager, settings, described, card, run.flight)
+            # the scenario, which may be of an extension, is not looked at
+            timing = settings.timing.of_run(Scenario(run.scenario, duration=run.duration_s), run.seed)
+            expected = _expected_of_all(run.manager, settings, timing, described, card)
+            expected |= _expected_on(run.flight, described, card)
             expected["manager_spec"] = manager if label else UNSET
             problems.extend(_misfits(run, place, expected, described, manager=manager, first=first))
             messages = read_messages(place)
@@ -262,7 +267,7 @@ def _name(place: Path, folder: Path) -> str:
 
 def _note_unchecked(findings: Findings) -> None:
     """Say which runs have no figures, and which are left out for reasons that messages do not show."""
-    failed = sum(1 for _, _, run in findings.runs if run.manager_failed is not None)
+    failed = sum(1 for _, _, run in findings.runs if run.is_empty)
     invalid = sum(1 for _, _, run in findings.runs if not run.valid) - failed
     if failed:
         findings.unchecked.append(
@@ -276,7 +281,7 @@ def _note_unchecked(findings: Findings) -> None:
 
 def _recomputed(run: RunRecord, place: Path) -> Iterator[str]:
     """Yield in what a run's messages contradict its `run.json`."""
-    if run.manager_failed is not None:
+    if run.is_empty:
         if read_messages(place):
             yield "it is stored as failed, and has messages"
         return
@@ -314,7 +319,7 @@ def _misfits(
         yield f"it is stored as {'' if run.valid else 'in'}valid, with the reason {_shown(run.reason)}"
     if run.manager_failed is not None and manager in MANAGERS and not described.extensions:
         yield f"it is stored as failed, which a run of {manager} never is"
-    if run.manager_failed is not None and (run.valid or set(run.metrics.values()) != {None}):
+    if run.is_empty and (run.valid or set(run.metrics.values()) != {None}):
         yield "it is stored as failed, and as valid or with figures"
     if not describes_bag(place):
         yield "its metadata.yaml is missing, or is not that of its messages"
@@ -326,35 +331,28 @@ def _expected(spec: RunSpec, described: CampaignPlan, card: ModelCard) -> dict[s
     """Return what a run's `run.json` must say, by the plan and the model's card."""
     return {
         "scenario": spec.scenario.name,
-        "faults": [StoredFault(fault.name, fault.value) for fault in spec.scenario.faults],
+        "faults": stored_faults(with_strengths(spec.scenario, card.severities, card.name), spec.scenario),
         "suite": spec.suite,
         "manager": spec.manager_name,
         "manager_spec": spec.manager if spec.label else UNSET,
         "seed": spec.seed,
-        **_expected_of_all(spec.manager_name, spec.settings, described, card, flight_name(spec)),
+        **_expected_of_all(spec.manager_name, spec.settings, spec.timing, described, card),
+        **_expected_on(flight_name(spec), described, card),
     }
 
 
 def _expected_of_all(
-    name: str, settings: Settings, described: CampaignPlan, card: ModelCard, flight: str
+    name: str, settings: Settings, timing: RunTiming, described: CampaignPlan, card: ModelCard
 ) -> dict[str, object]:
-    """Return what the `run.json` of every run of a managing system on a flight must say, whatever the scenario."""
-    found = described.flight_facts.get(flight)
-    thresholds = card if found is None else found
-    timing, live = settings.timing, settings.live
+    """Return what the `run.json` of every run of a managing system with this timing must say."""
+    live = settings.live
     known = described.manager_checksums.get(name)
     return {
         **({} if known is None else {"manager_checksum": known}),
         "model": card.name,
         "model_checksums": {str(modality): one.digest for modality, one in card.networks.items()},
-        "flight": flight,
-        "flight_conditions": UNSET if found is None else found.conditions or UNSET,
-        "flight_warning": (found is not None and found.warning) or UNSET,
-        "entropy_threshold": thresholds.entropy_threshold,
-        "sharpness_threshold": thresholds.sharpness_threshold,
         "device": described.device,
         "middleware": described.middleware,
-        "bag_checksum": described.bag_checksum if found is None else found.bag_checksum,
         "bag_looped": described.loop,
         "jitter": UNSET if live else timing.jitter,
         "latency_s": UNSET if live else timing.latency_s,
@@ -364,6 +362,20 @@ def _expected_of_all(
         "period_s": timing.period_s,
         "expected_frames": timing.expected_frames,
         "extensions": described.extensions or UNSET,
+    }
+
+
+def _expected_on(flight: str, described: CampaignPlan, card: ModelCard) -> dict[str, object]:
+    """Return what the `run.json` of every run on a flight must say."""
+    found = described.flight_facts.get(flight)
+    thresholds = card if found is None else found
+    return {
+        "flight": flight,
+        "flight_conditions": UNSET if found is None else found.conditions or UNSET,
+        "flight_warning": UNSET if found is None else found.warning or UNSET,
+        "bag_checksum": described.bag_checksum if found is None else found.bag_checksum,
+        "entropy_threshold": thresholds.entropy_threshold,
+        "sharpness_threshold": thresholds.sharpness_threshold,
     }
 
 

@@ -71,7 +71,7 @@ def _obstacle(opened: OpenedBundle, one: _Run, rerun: Rerun) -> str:
     own = spec.manager not in MANAGERS
     obstacles = {
         "live runs take place in real time and never repeat to the byte": spec.settings.live,
-        "failed runs leave no messages to compare": run.manager_failed is not None,
+        "failed runs leave no messages to compare": run.is_empty,
         "the flight is not in the bundle; name it with --bag": spec.flight.bag is not None
         and rerun.bag is None,
         f"the model {described.model} is not installed; name its folder with --model": (
@@ -103,10 +103,10 @@ def rerun_run(opened: OpenedBundle, one: _Run, rerun: Rerun, into: Path) -> Iter
         yield opened.text(error)
         return
     stored, now = asdict(run), asdict(again.record)
-    for name in sorted(
-        stored.keys() - {"versions", "manager_spec", "flight"}
-    ):  # what it is called is not what it is
-        if stored[name] != now[name]:
+    # what is called otherwise, or lies elsewhere, may be the same
+    for name in sorted(stored.keys() - {"versions", "manager_spec", "flight"}):
+        # how a managing system hung depends on the limit of the time that it had
+        if stored[name] != now[name] and not (name == "manager_failed" and stored[name] and now[name]):
             yield f"Its {name} is stored as {stored[name]!r}, and running it again gave {now[name]!r}."
 
 

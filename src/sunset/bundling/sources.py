@@ -1,10 +1,8 @@
 """The source of managing systems and extensions: found where a campaign is packed, compared where one is opened."""
 
 import hashlib
-import json
 import os
 import re
-import tempfile
 from collections.abc import Iterator, Sequence
 from pathlib import Path, PurePosixPath
 from typing import Final
@@ -12,7 +10,7 @@ from typing import Final
 from sunset import __version__
 from sunset.bundling.layout import CAMPAIGN, MANIFEST_FILE, ManagerSources, Manifest
 from sunset.errors import ManagerError, RecordError
-from sunset.experiments import EXTERNAL, isolate
+from sunset.experiments import EXTERNAL, manager_files
 from sunset.input_files import file_digest
 from sunset.managing import (
     MANAGERS,
@@ -99,16 +97,8 @@ def _paths(manager: str) -> list[str]:
 
 
 def _isolated_paths(manager: str) -> list[str]:
-    """Return the files of a managing system, which is loaded in a process of its own; they may be very many."""
-    with tempfile.TemporaryDirectory(prefix="sunset-") as room:
-        told = Path(room) / "paths.json"
-        isolate(
-            manager,
-            "cannot be loaded",
-            lambda watch: told.write_text(json.dumps(watch.call(lambda: _paths(manager))), encoding="utf-8"),
-            limit_s=_LIMIT_S,
-        )
-        return list(map(str, json.loads(told.read_text(encoding="utf-8"))))
+    """Return the files of a managing system, which is loaded in a process of its own."""
+    return list(map(str, manager_files(manager, limit_s=_LIMIT_S)))
 
 
 def _root(paths: list[str], package: str) -> Path:

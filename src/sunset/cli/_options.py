@@ -121,7 +121,10 @@ def add_run_options(parser: argparse.ArgumentParser) -> None:
         "--loop", action="store_true", help="let a bag that is too short begin again at its first frame"
     )
     parser.add_argument(
-        "--duration", type=float, default=f"{DURATION_S:g}", metavar="S", help="seconds that are measured"
+        "--duration",
+        type=float,
+        metavar="S",
+        help=f"seconds that are measured (default: those of the scenario, {DURATION_S:g} if it names none)",
     )
     parser.add_argument(
         "--manager-limit",

@@ -14,6 +14,7 @@ from sunset.cli._progress import progress_bar
 from sunset.cli._steps import print_next_steps
 from sunset.errors import OutputError
 from sunset.experiments import DEFAULT_SCENARIO, keep_last_run, run
+from sunset.texts import printable
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -58,6 +59,8 @@ def execute(arguments: argparse.Namespace) -> None:
         with progress_bar("Running"), redirect_stdout(sys.stderr):
             # what is logged stands in the time line, which JSON has not, and which a live run leaves much later
             result = run(spec, folder, log=arguments.json or spec.settings.live)
+        if result.record.manager_failed is not None:
+            print(f"{printable(result.record.manager_failed)} The run went on without it.", file=sys.stderr)
         if arguments.json:
             print(json.dumps(result.summary(), sort_keys=True))
             return

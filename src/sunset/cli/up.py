@@ -72,7 +72,7 @@ def execute(arguments: argparse.Namespace) -> None:
     ):
         operator = Operator(
             inject=bool(spec.scenario.faults),
-            warm_up_s=spec.settings.timing.warm_up_s,
+            warm_up_s=spec.timing.warm_up_s,
             invites=spec.manager == EXTERNAL,
             context=system.context,
         )

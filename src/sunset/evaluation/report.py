@@ -91,10 +91,11 @@ def _json_row(row: SystemRow) -> dict[str, object]:
         **{name: found and found.to_json() for name, found in row.estimates.items()},
         "unresolved_rate": row.unresolved_rate,
         "runs_invalid": len(row.invalid),
-        "runs_failed": row.failed,
+        "runs_failed": len(row.failed),
         "invalid": [
             {"scenario": run.scenario, "seed": run.seed, "reason": run.reason} for run in row.invalid
         ],
+        "failed": [{"scenario": run.scenario, "seed": run.seed, "reason": run.failed} for run in row.failed],
         "differing": [
             {"scenario": run.scenario, "seed": run.seed, "figures": list(run.differing)}
             for run in row.differing
@@ -125,7 +126,7 @@ def _as_csv(rows: Sequence[SystemRow]) -> str:
             **_described(row),
             "source": "ours",
             "runs_invalid": len(row.invalid),
-            "runs_failed": row.failed,
+            "runs_failed": len(row.failed),
             "runs_differing": len(row.differing),
             "unresolved_rate": row.unresolved_rate,
         }

@@ -84,7 +84,8 @@ class RunRow:
         version: of the package that it was run with; empty if it is unknown.
         valid: whether the run counts.
         reason: why it does not; empty if it does.
-        failed: whether its managing system failed, so that there is no record and no figure.
+        failed: how its managing system failed, in a sentence; empty if it did not.
+        is_empty: whether it failed as a whole, so that there is no record and no figure.
         differing: the figures that were computed again and are stored otherwise.
     """
 
@@ -104,7 +105,8 @@ class RunRow:
     version: str = ""
     valid: bool = True
     reason: str = ""
-    failed: bool = False
+    failed: str = ""
+    is_empty: bool = False
     differing: tuple[str, ...] = ()
 
 
@@ -136,7 +138,7 @@ def load_results(folder: Path, *, again: bool = False, progress: Progress | None
     for done, place in enumerate(found, 1):
         row = _read(place, again=again)
         setup = (row.suite, row.manager, row.sources, row.setting, row.flight, row.middleware, row.version)
-        messages = (row.scenario, row.faults, row.seed) if row.failed else (row.digest,)
+        messages = (row.scenario, row.faults, row.seed) if row.is_empty else (row.digest,)
         _check_copy(row, rows.setdefault((*setup, *messages), row))
         if progress is not None:
             progress(done, len(found))
@@ -190,8 +192,7 @@ def recompute(folder: Path) -> Mapping[str, float | None]:
 def _read(folder: Path, *, again: bool) -> RunRow:
     """Read one run's `run.json` and check what the table needs of it."""
     run = read_run(folder)
-    failed = run.manager_failed is not None
-    metrics = recompute(folder) if again and not failed else stored_figures(run, folder / RUN_FILE)
+    metrics = recompute(folder) if again and not run.is_empty else stored_figures(run, folder / RUN_FILE)
     extensions = {"extensions": run.extensions} if run.extensions else {}
     return RunRow(
         folder=folder,
@@ -211,7 +212,8 @@ def _read(folder: Path, *, again: bool) -> RunRow:
         flight=Flight(run.duration_s, run.bag_looped, run.bag_checksum, run.flight),
         sources=run.manager_checksum[:_CHECKSUM],
         faults=_checksum({"faults": to_builtins(run.faults)}),
-        failed=failed,
+        failed=run.manager_failed or "",
+        is_empty=run.is_empty,
     )
 
 

@@ -59,6 +59,7 @@ class SystemRow:
         episodes: failure episodes of all valid runs together.
         unresolved: those of them that no adaptation ended.
         invalid: the runs that do not count, each with its reason.
+        failed: the runs in which the managing system failed, whether they count or not.
         differing: the runs whose stored figures are not what was computed again.
     """
 
@@ -76,12 +77,8 @@ class SystemRow:
     episodes: int
     unresolved: int
     invalid: tuple[RunRow, ...] = ()
+    failed: tuple[RunRow, ...] = ()
     differing: tuple[RunRow, ...] = ()
-
-    @property
-    def failed(self) -> int:
-        """In how many of the invalid runs the managing system failed."""
-        return sum(run.failed for run in self.invalid)
 
     @property
     def published(self) -> str | None:
@@ -219,5 +216,6 @@ def _row(system: str, group: Sequence[RunRow]) -> SystemRow:
         episodes=sum(int(run.metrics["episodes"] or 0) for run in valid),
         unresolved=sum(int(run.metrics["episodes_unresolved"] or 0) for run in valid),
         invalid=tuple(run for run in group if not run.valid),
+        failed=tuple(run for run in group if run.failed),
         differing=tuple(run for run in group if run.differing),
     )

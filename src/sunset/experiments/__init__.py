@@ -13,7 +13,7 @@ from sunset.experiments.bench import (
 )
 from sunset.experiments.checking import ManagerCheck, check_manager
 from sunset.experiments.last import keep_last_run, last_run
-from sunset.experiments.manager import isolate, manager_checksum
+from sunset.experiments.manager import manager_checksum, manager_files
 from sunset.experiments.resources import Resources, flight_name, inference_file, prepare, prepare_all
 from sunset.experiments.run import run
 from sunset.experiments.spec import (
@@ -22,9 +22,11 @@ from sunset.experiments.spec import (
     EXTERNAL,
     MIDDLEWARES,
     RunSpec,
+    RunTiming,
     Settings,
     Timing,
 )
+from sunset.experiments.stored_faults import stored_faults
 
 __all__ = [
     "CHECK_SCENARIO",
@@ -35,6 +37,7 @@ __all__ = [
     "ManagerCheck",
     "Resources",
     "RunSpec",
+    "RunTiming",
     "Settings",
     "Timing",
     "bench",
@@ -43,10 +46,10 @@ __all__ = [
     "flight_name",
     "flights_of",
     "inference_file",
-    "isolate",
     "keep_last_run",
     "last_run",
     "manager_checksum",
+    "manager_files",
     "model_checksum",
     "plan",
     "prepare",
@@ -55,4 +58,5 @@ __all__ = [
     "run_again",
     "run_folder",
     "scenarios_checksum",
+    "stored_faults",
 ]

@@ -338,7 +338,11 @@ def _describe(
         flight_facts=_flight_facts(prepared),
         loop=spec.settings.loop,
         device=resources.segmenter.device,
-        timing=dataclasses.asdict(spec.settings.timing),
+        timing={
+            name: value
+            for name, value in dataclasses.asdict(spec.settings.timing).items()
+            if value is not None
+        },
         middleware=spec.settings.middleware,
         speed=spec.settings.speed,
         versions=versions(),

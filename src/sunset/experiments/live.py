@@ -101,7 +101,7 @@ class LiveSystem:
             self._middleware: Middleware = middleware
             stack.enter_context(live.sole_system(self.domain_id))
             parameters = self._parameters(resources)
-            stack.enter_context(deployment(self.domain_id, parameters, spec.scenario.to_yaml()))
+            stack.enter_context(deployment(self.domain_id, parameters, resources.scenario.to_yaml()))
             self.context = Context()
             words = ["--ros-args", "-p", "use_sim_time:=true", "-p", "launcher:use_sim_time:=false"]
             self.context.init(words, middleware=self._middleware, log_to_stderr=False)

@@ -10,7 +10,7 @@ Parameters = dict[str, bool | int | float | str]
 
 def node_parameters(spec: RunSpec, resources: Resources) -> dict[str, Parameters]:
     """Return node → parameter → value, of those that differ from their defaults, on any middleware."""
-    timing, card = spec.settings.timing, resources.model.card
+    timing, card = spec.timing, resources.model.card
     frames = len(resources.bag)
     starts = frames - timing.frames + 1 if frames >= timing.frames else frames
     start = generator(spec.seed, "flight", "start")

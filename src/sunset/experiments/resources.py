@@ -24,13 +24,10 @@ from sunset.data.bag_paths import check_bag_path
 from sunset.errors import DataError, InvalidInputError, ModelError
 from sunset.experiments.spec import RunSpec
 from sunset.isolation import FORKING
-from sunset.managing import MANAGERS
 from sunset.perception import InferenceCache, Modality, Model, Segmenter, load_model
+from sunset.scenarios import Scenario, with_strengths
 from sunset.texts import listed
 from sunset.workers import Progress, Stages
-
-WARM_UP_S: Final = 6.0
-"""The longest time before the injection, for which a rendered flight has frames, whatever the seed."""
 
 _OPEN_BAGS: Final = 16
 """So many are kept open: those of a panel, and some more."""
@@ -47,6 +44,7 @@ class Resources:
         segmenter: runs it.
         bag: the frames.
         bag_checksum: SHA-256 over the bag's files, in hexadecimal.
+        scenario: that of the run, with the model's strengths in place of severities.
         of_flight: whether the thresholds were found on the flight; they are the model's own if not.
         warning: what a reader of the run must know of the flight, in one sentence; empty if nothing.
     """
@@ -55,6 +53,7 @@ class Resources:
     segmenter: Segmenter
     bag: BagReader
     bag_checksum: str
+    scenario: Scenario
     of_flight: bool = False
     warning: str = ""
 
@@ -73,6 +72,7 @@ def prepare(spec: RunSpec, *, progress: Stages | None = None) -> Resources:
         InvalidInputError: there is no such device, or nothing can be flown as the flight says.
         MissingExtraError: the device needs a package that is not installed.
         DataError: there is no such bag, it is corrupt, or too short.
+        ScenarioError: no strength of a fault is as severe for the model as the scenario says.
         OutputError: the cache folder cannot be written.
     """
     return prepare_all([spec], progress=progress)[0]
@@ -82,8 +82,15 @@ def prepare_all(specs: Sequence[RunSpec], *, progress: Stages | None = None) -> 
     """Do what `prepare` does for several runs, and render all flights at once."""
     with FORKING:
         models = [_usable_model(spec) for spec in specs]
+        scenarios = [
+            with_strengths(spec.scenario, model.card.severities, model.card.name)
+            for spec, model in zip(specs, models, strict=True)
+        ]
         paths = _find_flights(specs, progress)
-        opened = [_open(spec, model, path) for spec, model, path in zip(specs, models, paths, strict=True)]
+        opened = [
+            replace(_open(spec, model, path), scenario=scenario)
+            for spec, model, path, scenario in zip(specs, models, paths, scenarios, strict=True)
+        ]
         total, done = sum(len(resources.bag) for resources in opened), 0
         prepared = []
         for spec, resources in zip(specs, opened, strict=True):
@@ -120,21 +127,21 @@ def _usable_model(spec: RunSpec) -> Model:
 def _open(spec: RunSpec, model: Model, path: Path) -> Resources:
     """Open the bag and run every network on a frame."""
     bag, checksum = _reader(path, (model.card.height, model.card.width))
-    timing = spec.settings.timing
+    timing = spec.timing
     if len(bag) < timing.frames and not spec.settings.loop:
         dropped = sum(bag.dropped.values())
         lacking = f" ({dropped} images have no partner)" if dropped else ""
         raise DataError(
             f"The bag {bag.path} holds {len(bag)} frames{lacking}; an experiment needs {timing.frames} "
-            f"({timing.warm_up_s:g} s of warm-up and {timing.duration_s:g} s that are measured): take a "
-            "longer one, a shorter --duration, or --loop."
+            f"({timing.frames * timing.period_s - timing.duration_s:g} s of warm-up and {timing.duration_s:g} s "
+            "that are measured): take a longer one, a shorter --duration, or --loop."
         )
     cache = _inference_cache(cache_folder()) if spec.settings.cache else None
     segmenter = Segmenter(model, device=spec.settings.device, cache=cache)
     frame = bag.frame(0)
     for modality in Modality:  # what is wrong with a network is found before the sensor fusion turns to it
         segmenter.segment(modality, frame.rgb, frame.depth)
-    return Resources(model, segmenter, bag, checksum)
+    return Resources(model, segmenter, bag, checksum, spec.scenario)
 
 
 def _with_thresholds(spec: RunSpec, resources: Resources, progress: Progress | None) -> Resources:
@@ -148,20 +155,6 @@ def _with_thresholds(spec: RunSpec, resources: Resources, progress: Progress | N
     )
     warning = "" if found is None else found.warning(model.card.name)
     return replace(resources, model=model, of_flight=found is not None, warning=warning)
-
-
-def own_cache(resources: Resources, spec: RunSpec, checksum: str) -> Resources:
-    """Return what a run of a managing system is made with, such that it leaves nothing that others look up.
-
-    Those that come with SUNSET write answers of networks where all runs find them. One of the user's, which may do
-    anything to the process that it shares with the networks, reads there too, but writes into a file of its own.
-    `checksum` is that of its files.
-    """
-    if not spec.settings.cache or spec.manager in MANAGERS:
-        return resources
-    folder = cache_folder()
-    cache = InferenceCache(folder / f"inference-{checksum[:16]}.sqlite", base=_inference_cache(folder))
-    return replace(resources, segmenter=Segmenter(resources.model, device=spec.settings.device, cache=cache))
 
 
 def missing_networks(model: Model) -> str:
@@ -181,12 +174,12 @@ def flight_plan(spec: RunSpec) -> FlightPlan | None:
     """
     if spec.flight.bag is not None:
         return None
-    timing, longest = spec.settings.timing, frames_for(sys.maxsize)
-    needed = 0 if spec.settings.loop else timing.expected_frames + round(WARM_UP_S / timing.period_s)
+    timing, longest = spec.timing, frames_for(sys.maxsize)
+    needed = 0 if spec.settings.loop else timing.frames
     if needed > longest:
         raise InvalidInputError(
-            f"A rendered flight has at most {longest} frames; an experiment needs {needed} ({WARM_UP_S:g} s of warm-up "
-            f"and {timing.duration_s:g} s that are measured): take a shorter --duration, or --loop."
+            f"A rendered flight has at most {longest} frames; an experiment needs {needed}, of which "
+            f"{timing.expected_frames} are measured: take a shorter --duration, or --loop."
         )
     return FlightPlan.of(spec.flight, frames_for(needed))
 

@@ -1,20 +1,21 @@
 """What is run: the full specification of one experiment, as it is stored with its result."""
 
-from dataclasses import dataclass, field
-from math import isclose
+from dataclasses import dataclass, field, fields
+from math import ceil, floor, isclose
 from pathlib import Path
 from typing import Annotated, Final
 
 from msgspec import Meta
 
-from sunset.errors import InvalidInputError
+from sunset.errors import InvalidInputError, ScenarioError
 from sunset.flights import FlightSpec
 from sunset.managing import split_label
 from sunset.rmw.backends import BACKENDS, LIVE, SIMULATED
-from sunset.scenarios import Scenario, suite_of
+from sunset.scenarios import Scenario, problems, suite_of
 from sunset.schemas import check_fields
-from sunset.seeding import check_seed
-from sunset.system import DURATION_S, PERIOD_S, LoadedExtension, load_extension, loaded_extensions
+from sunset.seeding import check_seed, generator
+from sunset.system import PERIOD_S, LoadedExtension, load_extension, loaded_extensions
+from sunset.texts import shown
 
 EXTERNAL: Final = "external"
 """The managing system's name where it is another process on the graph, which is started by hand."""
@@ -37,14 +38,18 @@ CHECK_SCENARIO: Final = "paper/cuda_out_of_memory+image_shift+autofocus_needed"
 """What a managing system is checked in: an outage and two degradations, each with another symptom."""
 
 
+_WARM_UP_S: Final = (3.0, 6.0)
+"""Least and greatest length of the warm-up that a seed draws."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Timing:
-    """The clockwork of an experiment; every duration in seconds, of virtual time in the simulation."""
+    """The clockwork of experiments; every duration in seconds, of virtual time in the simulation."""
 
-    duration_s: Annotated[float, Meta(title="duration")] = DURATION_S
-    """How long is measured, from the injection on."""
-    warm_up_s: Annotated[float, Meta(ge=0, le=3600)] = 3.0
-    """Healthy operation before the injection; not counted."""
+    duration_s: float | None = None
+    """How long is measured; as long as the scenario says if it is None."""
+    warm_up_s: Annotated[float, Meta(ge=0, le=3600)] | None = None
+    """Healthy operation before the measured time, not counted; drawn from the seed if it is None."""
     period_s: Annotated[float, Meta(gt=0, le=10)] = PERIOD_S
     """Time between two frames of the bag."""
     latency_s: Annotated[float, Meta(ge=0, le=10)] = 0.0005
@@ -60,10 +65,14 @@ class Timing:
         Raises:
             InvalidInputError: it is out of range, or no whole number of frames; or another value is out of range.
         """
+        if self.duration_s is not None and type(self.duration_s) not in {int, float}:
+            raise InvalidInputError(f"The duration must be a number, got {shown(self.duration_s)}.")
         check_fields(self)
+        if self.duration_s is None:
+            return
         shortest, longest = _DURATIONS_S
         whole = shortest <= self.duration_s <= longest and isclose(
-            self.duration_s, self.expected_frames * self.period_s
+            self.duration_s, round(self.duration_s / self.period_s) * self.period_s
         )
         if not whole:
             raise InvalidInputError(
@@ -71,10 +80,42 @@ class Timing:
                 f"{self.period_s:g} s, in which a frame comes, got {self.duration_s:g} s."
             )
 
+    def of_run(self, scenario: Scenario, seed: int) -> "RunTiming":
+        """Return the clockwork of a run, in which the scenario and the seed say what is open here.
+
+        The length of the warm-up is drawn uniformly and independent of the frames, so that nobody can act on time
+        instead of on symptoms.
+
+        Raises:
+            InvalidInputError: the scenario's duration is no whole number of frames.
+        """
+        given = {field.name: getattr(self, field.name) for field in fields(self)}
+        if self.duration_s is None:
+            given["duration_s"] = scenario.duration_s
+        if self.warm_up_s is None:
+            given["warm_up_s"] = float(generator(seed, "onset").uniform(*_WARM_UP_S))
+        return RunTiming(**given)
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunTiming(Timing):
+    """The clockwork of one run; nothing of it is open."""
+
+    duration_s: float
+    warm_up_s: Annotated[float, Meta(ge=0, le=3600)]
+
     @property
     def frames(self) -> int:
-        """How many frames the bag player publishes: warm-up and experiment."""
-        return round(self.warm_up_s / self.period_s) + self.expected_frames
+        """How many frames the bag player can publish; where a seed may have drawn the warm-up, they do not tell it."""
+        shortest_s, longest_s = _WARM_UP_S
+        if not shortest_s <= self.warm_up_s <= longest_s:
+            longest_s = self.warm_up_s
+        return ceil(round(longest_s / self.period_s, 6)) + self.expected_frames
+
+    @property
+    def least_frames(self) -> int:
+        """How many frames it publishes at least until the end of the run."""
+        return floor(round((self.warm_up_s + self.duration_s) / self.period_s, 6))
 
     @property
     def expected_frames(self) -> int:
@@ -162,6 +203,7 @@ class RunSpec:
         Raises:
             InvalidInputError: a value is of another type or out of range, or two contradict each other.
             ManagerError: the managing system's label is not valid.
+            ScenarioError: a fault comes after the end of the run.
         """
         check_seed(self.seed)
         check_fields(self)
@@ -172,6 +214,13 @@ class RunSpec:
             raise InvalidInputError(
                 f"A managing system of another process can manage a live run only: --middleware {LIVE}."
             )
+        for _, problem in problems(self.scenario.faults, self.timing.duration_s):
+            raise ScenarioError(problem)
+
+    @property
+    def timing(self) -> RunTiming:
+        """The clockwork, with what the scenario and the seed say of it."""
+        return self.settings.timing.of_run(self.scenario, self.seed)
 
     def load_extensions(self) -> None:
         """Make the managed system of this process, which may be a new one, what it was when this was made.

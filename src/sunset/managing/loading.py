@@ -74,11 +74,12 @@ def split_label(text: str) -> tuple[str, str]:
     return label, manager
 
 
-def load_manager(spec: str) -> type[ManagingSystem]:
+def load_manager(spec: str, folder: Path = Path()) -> type[ManagingSystem]:
     """Return the class of a managing system.
 
     Args:
         spec: a name of `MANAGERS`, or `module:Class`, or `path/to/file.py:Class`.
+        folder: where a path begins that is not absolute.
 
     Raises:
         ManagerError: there is none of that name, or its module does not load, or it is not a managing system.
@@ -102,7 +103,7 @@ def load_manager(spec: str) -> type[ManagingSystem]:
             f"There is no managing system {spec!r}: {suggestion(spec, MANAGERS)}name {', '.join(MANAGERS)}, or your "
             "own as module:Class or path/to/file.py:Class."
         )
-    module = _load_file(Path(where)) if where.endswith(".py") else _load_module(where)
+    module = _load_file(Path(where), folder) if where.endswith(".py") else _load_module(where)
     with _translated(spec):
         return _checked(spec, where, module, name)
 
@@ -185,11 +186,15 @@ def _lineage(origin: Callable[..., ManagingSystem]) -> list[Callable[..., Managi
     return [origin, *(base for base in bases if base.__module__.partition(".")[0] not in _KNOWN)]
 
 
-def manager_sources(spec: str, made: type[ManagingSystem]) -> tuple[Path, ...]:
+def manager_sources(
+    spec: str,
+    made: type[ManagingSystem],
+    folder: Path = Path(),
+) -> tuple[Path, ...]:
     """Return the files in which a managing system is written: its own, with what it imports beside it, or its package.
 
     Of one that was passed as a class, those of the classes that it inherits from, too. `spec` is its name, `made` what
-    `load_manager` returned for it.
+    `load_manager` returned for it and for the folder.
 
     Raises:
         ManagerError: it cannot be looked at, or one of them was edited after it was imported.
@@ -198,7 +203,7 @@ def manager_sources(spec: str, made: type[ManagingSystem]) -> tuple[Path, ...]:
         passed = spec in _passed
         lineage = _lineage(_origin(_passed[spec]) if passed else made)
         written = [(origin, _source_file(origin)) for origin in lineage]
-        sources = set(_sources(spec, written[0][1]))
+        sources = set(_sources(spec, written[0][1], folder))
         sources.update(Path(source) for _, source in written if source and passed)
         parts = [
             *((source, None) for source in sources),
@@ -228,10 +233,10 @@ def _source_file(origin: Callable[..., ManagingSystem]) -> str | None:
     return source if not places or any(place.is_file() for place in places) else None
 
 
-def _sources(spec: str, source: str | None) -> tuple[Path, ...]:
+def _sources(spec: str, source: str | None, folder: Path) -> tuple[Path, ...]:
     where = spec.rpartition(":")[0]
     if source is None and where.endswith(".py"):
-        source = str(Path(where).resolve())  # its class may claim to be of any module
+        source = str((folder / where).resolve())  # its class may claim to be of any module
     if source is None:
         return ()
     package = where.partition(".")[0]
@@ -327,15 +332,15 @@ def _load_module(name: str) -> ModuleType:
         raise _import_error(name, error) from error
 
 
-def _load_file(path: Path) -> ModuleType:
+def _load_file(path: Path, folder: Path) -> ModuleType:
     """Import a file under a name that depends on its path only.
 
     Modules beside it can be imported, as those beside a script. They are loaded anew each time, as it is: nothing is
     left of an earlier run, nor of another file's neighbour of the same name.
     """
-    if not path.is_file():
+    if not (folder / path).is_file():
         raise ManagerError(f"There is no file {path}.")
-    resolved = path.resolve()
+    resolved = (folder / path).resolve()
     name = "sunset_manager_" + "".join(c if c.isalnum() else "_" for c in str(resolved.with_suffix("")))
     _folders.add(resolved.parent)
     for old in [name for known in _folders for name in _beside(known)]:

@@ -33,11 +33,42 @@ _Period = Annotated[float, Meta(gt=0.001, le=_MOST)]
 _WarmUp = Annotated[float, Meta(ge=0, le=_MOST)]
 
 
-class StoredFault(msgspec.Struct, frozen=True):
-    """A fault of a scenario, and its strength; True where it has none."""
+class StoredFault(msgspec.Struct, frozen=True, omit_defaults=True):
+    """A fault of a scenario.
+
+    Attributes:
+        name: its name.
+        value: its strength; True where it has none.
+        at: seconds after the measured time began at which it was to come.
+        until: likewise, at which it was to heal.
+        profile: how its strength went on.
+        after: which fault it was to follow, and how much later.
+        severity: what the strength was to cost, from 1 to 5.
+    """
 
     name: str
     value: bool | int | float | str | None = None
+    at: float = 0.0
+    until: float | None = None
+    profile: dict[str, str | float] | None = None
+    after: dict[str, str | float] | None = None
+    severity: int | None = None
+
+    @property
+    def is_certain(self) -> bool:
+        """Whether it was injected once, when the measured time began: no adaptation can prevent that."""
+        return not self.at and self.after is None and (self.profile or {}).get("kind") != "intermittent"
+
+    def __str__(self) -> str:
+        """Return it in words, such as `sync_issue (4 to 6 s)`."""
+        begin = f"{self.after['delay']:g} s after {self.after['fault']}" if self.after else f"{self.at:g}"
+        if self.until is not None:
+            when = f"{begin}, until {self.until:g} s" if self.after else f"{begin} to {self.until:g} s"
+        else:
+            when = begin if self.after else (f"from {begin} s on" if self.at else "")
+        kind = str((self.profile or {}).get("kind", ""))
+        said = ", ".join(filter(None, (when, kind)))
+        return f"{self.name} ({said})" if said else self.name
 
 
 class RunRecord(msgspec.Struct, frozen=True, kw_only=True):
@@ -47,8 +78,8 @@ class RunRecord(msgspec.Struct, frozen=True, kw_only=True):
         suite: empty for a scenario of one's own.
         manager_spec: what the managing system was loaded as, where that is not its name.
         manager_checksum: of the files that it is written in; empty if it has none.
-        manager_failed: why the managing system, or an extension's node, failed, so that there are neither messages nor
-            figures; None if they did not.
+        manager_failed: how the managing system failed, after which the run went on without one; or why a run has
+            neither messages nor figures: `is_empty`. None if neither is so.
         flight: what the flight is called.
         flight_conditions: under which it was rendered, where they are not those of the default flight.
         flight_warning: what a reader must know of it, in one sentence; where there is something.
@@ -114,6 +145,11 @@ class RunRecord(msgspec.Struct, frozen=True, kw_only=True):
     reason: str
     digest: str = ""
     record_version: int = RECORD_VERSION
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether it stands in the place of a run that failed as a whole, with neither messages nor figures."""
+        return self.manager_failed is not None and self.start_ns is UNSET
 
     @property
     def thresholds(self) -> dict[str, float]:

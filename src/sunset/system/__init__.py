@@ -28,6 +28,7 @@ from sunset.system.harness import (
     COMMANDS_TOPIC,
     DIAGNOSTICS_TOPIC,
     EVALUATION_TOPIC,
+    FAULT_ENDS_TOPIC,
     HARNESS,
     INFRASTRUCTURE,
     INJECTIONS_TOPIC,
@@ -42,6 +43,7 @@ from sunset.system.harness import (
     HarnessNode,
 )
 from sunset.system.names import (
+    FAULT_ACCESS,
     NAMESPACE,
     frequency_entry,
     full_name,
@@ -62,6 +64,8 @@ __all__ = [
     "DIAGNOSTICS_TOPIC",
     "DURATION_S",
     "EVALUATION_TOPIC",
+    "FAULT_ACCESS",
+    "FAULT_ENDS_TOPIC",
     "HARNESS",
     "IMAGE_DEGRADATION_RANGE",
     "INFRASTRUCTURE",

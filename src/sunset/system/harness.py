@@ -27,6 +27,8 @@ EVALUATION_TOPIC: Final = "/seg_metrics"
 """How well each frame was segmented."""
 INJECTIONS_TOPIC: Final = "/experiment/injections"
 """Which faults were injected."""
+FAULT_ENDS_TOPIC: Final = "/experiment/fault_ends"
+"""Which of them healed or were cured."""
 LOG_TOPIC: Final = "/experiment/log"
 """When the experiment began and ended."""
 COMMANDS_TOPIC: Final = "/experiment/commands"
@@ -68,7 +70,7 @@ HARNESS: Final[Mapping[str, HarnessNode]] = MappingProxyType(
             HarnessNode(
                 "scenario_executor",
                 "sunset.harness.executor:ScenarioExecutor",
-                (INJECTIONS_TOPIC,),
+                (INJECTIONS_TOPIC, FAULT_ENDS_TOPIC),
                 commands=True,
             ),
             HarnessNode("launcher", commands=True, off_limits=False),
@@ -89,6 +91,7 @@ INFRASTRUCTURE: Final = frozenset(f"/{node.name}" for node in HARNESS.values() i
 
 OFF_LIMITS_TOPICS: Final = (
     INJECTIONS_TOPIC,
+    FAULT_ENDS_TOPIC,
     LOG_TOPIC,
     TRUTH_TOPIC,
     PARAMETER_EVENTS_TOPIC,

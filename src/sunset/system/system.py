@@ -38,7 +38,7 @@ from sunset.system.harness import (
     OFF_LIMITS_TOPICS,
     SENSOR_TOPICS,
 )
-from sunset.system.names import full_name
+from sunset.system.names import FAULT_ACCESS, full_name
 from sunset.texts import shorten, suggestion
 
 
@@ -314,7 +314,7 @@ class System:
             if fault.kind is not FaultKind.CONFIGURATION
             for step in fault.injection
             if step.parameter
-        )
+        ).union((full_name(node), FAULT_ACCESS) for node in self.nodes)
 
     @cached_property
     def compute_s(self) -> Mapping[str, float]:

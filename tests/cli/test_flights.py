@@ -47,7 +47,7 @@ BAD = {
     ),
     "too long a run": (
         ["run", "--duration", "200"],
-        "A rendered flight has at most 1333 frames; an experiment needs 2060, of which 2000 are",
+        "A rendered flight has at most 1333 frames; an experiment needs 2060 (6 s of warm-up at most",
     ),
     "unknown panel": (
         [*CAMPAIGN, "--flights", "panell", "--out", "o"],

@@ -264,6 +264,28 @@ def reading(file: str) -> object:
 
 
 @attack
+def guessing(file: str) -> object:
+    """Find out whether there is a file of a guessed name, and when it was used."""
+    path = Path(file)
+    return _first(
+        [path.stat, path.exists, lambda: os.access(path, 0), partial(os.chdir, path.parent), path.lstat]
+    )
+
+
+@attack
+def many_files() -> int:
+    """Return how many mebibytes fit into all files together, those that have no name any more included."""
+    mebibyte, files = bytes(1 << 20), []
+    with suppress(OSError):
+        for number in range(600):
+            if not number % 30:
+                files.append(Path("file").open("wb", buffering=0))  # noqa: SIM115  all stay open
+                Path("file").unlink()
+            files[-1].write(mebibyte)
+    return sum(os.fstat(file.fileno()).st_size for file in files) >> 20
+
+
+@attack
 def writing(file: str) -> object:
     """Change a file, or what is beside it."""
     path = Path(file)
@@ -324,6 +346,19 @@ def large_file(size: int) -> object:
         file.flush()
         return Path("large").stat().st_size
     return None
+
+
+@attack
+def uncounted_memory() -> object:
+    """Take memory that is not counted as this process's own."""
+    return _first(
+        [
+            lambda: len(mmap.mmap(-1, 5 << 30)),
+            lambda: os.memfd_create("mine") and 1,
+            lambda: _call((447, 447), 0) + 1,
+            lambda: len(mmap.mmap(-1, 5 << 30, flags=mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS)),
+        ]
+    )
 
 
 # other processes

@@ -17,7 +17,7 @@ import pytest
 from tests.confinement import attacks
 
 import sunset.metrics  # of which it could know
-from sunset.confinement import Confinement, View
+from sunset.confinement import Confinement, View, walls
 from sunset.confinement.landlock import landlock_version
 from sunset.confinement.seccomp import can_filter_calls
 
@@ -119,6 +119,16 @@ def test_it_reads_no_file_of_its_user(confinement: Confinement, tmp_path: Path, 
     assert confined(confinement, "reading", view, file=str(folder / "secret.py"))["got"] == []
 
 
+@pytest.mark.skipif(not walls.enclosing(), reason="this system lets this user have no file system of its own")
+def test_what_it_does_not_see_is_not_there(confinement: Confinement, tmp_path: Path) -> None:
+    for path in (tmp_path, Path(__file__)):
+        assert len(unconfined("guessing", file=str(path))) > 3  # type: ignore[arg-type]
+        assert confined(confinement, "guessing", file=str(path))["got"] == []
+    for path in (Path("/proc/1/comm"), Path("/sys/kernel"), Path("/tmp/x")):  # noqa: S108  looked at only
+        assert confined(confinement, "guessing", file=str(path))["got"] in ([], None)
+    assert 100 < confined(confinement, "many_files")["got"] < 300
+
+
 def test_it_writes_nothing_outside_of_its_folder(confinement: Confinement, tmp_path: Path) -> None:
     mine, theirs = tmp_path / "mine", tmp_path / "theirs"
     for folder in (mine, theirs):
@@ -138,6 +148,11 @@ def test_it_fills_neither_the_disk_with_one_file_nor_makes_devices(confinement: 
     assert confined(confinement, "large_file", size=1 << 20)["got"] == (1 << 20) + 1
     assert not confined(confinement, "large_file", size=1 << 29)["got"]
     assert confined(confinement, "making_devices")["got"] == []
+
+
+def test_it_takes_no_memory_that_is_not_counted(confinement: Confinement) -> None:
+    assert len(unconfined("uncounted_memory")) > 2  # type: ignore[arg-type]
+    assert confined(confinement, "uncounted_memory")["got"] == []
 
 
 @pytest.mark.parametrize("name", ["tracing", "signalling", "hindering"])

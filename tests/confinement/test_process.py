@@ -169,13 +169,11 @@ def test_a_server_that_is_gone_is_one_sentence() -> None:
             server.start({"name": "nothing"}, View())
 
 
-def test_a_process_that_cannot_be_confined_runs_nothing(confinement: Confinement, tmp_path: Path) -> None:
-    loop = tmp_path / "loop"
-    loop.symlink_to(loop)
-    with confinement.start({"name": "nothing"}, View(readable=(loop,))) as process:
+def test_a_process_that_cannot_be_confined_runs_nothing(confinement: Confinement) -> None:
+    with confinement.start({"name": "nothing"}, View(readable=(Path("/a\0b"),))) as process:
         assert process.wait(_PATIENCE_S)
         assert process.socket.recv(1) == b""
-        with pytest.raises(SunsetError, match=r"could not be confined: OSError: .*Too many levels"):
+        with pytest.raises(SunsetError, match=r"could not be confined: ValueError: embedded null byte"):
             process.death()
 
 

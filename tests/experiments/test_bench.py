@@ -17,6 +17,7 @@ from sunset.errors import InvalidInputError, OutputError
 from sunset.evaluation import render_report
 from sunset.experiments import BenchSpec, Settings, Timing, bench, plan, run_folder
 from sunset.recording import read_run
+from sunset.scenarios import Scenario
 from sunset.system import extended_system
 
 pytestmark = pytest.mark.usefixtures("flight")
@@ -259,7 +260,7 @@ def test_a_campaign_says_in_what_it_differs(tmp_path: Path) -> None:
 def test_a_campaign_is_not_continued_with_another_bag(tmp_path: Path, flight: Path) -> None:
     bag = tmp_path / "bag"
     with read_bag(flight) as reader:
-        frames = 70
+        frames = SHORT.timing.of_run(Scenario("nofault"), 1).frames
         write_bag(bag, map(reader.frame, range(frames)), reader.stamps_ns[:frames])
     spec = BenchSpec(
         suite="nofault", managers=("none",), references=False, repetitions=1, settings=replace(SHORT, bag=bag)

@@ -1,13 +1,14 @@
 """What every call that runs experiments takes: the command line's options, by the same names."""
 
 import operator
+import re
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from decimal import Decimal
 from math import inf
 from numbers import Real
 from pathlib import Path
-from typing import Any, TypeAlias, TypedDict
+from typing import Any, Final, TypeAlias, TypedDict
 
 from sunset.errors import InvalidInputError, ManagerError
 from sunset.experiments import Settings, Timing
@@ -24,6 +25,10 @@ Extensions: TypeAlias = str | Path | Sequence[str | Path]
 """Extensions of the managed system, one or several: Python files, or names of installed ones."""
 
 
+_ITEMS: Final = re.compile(r"""(?:[^,'"\\]|\\.|'[^']*'|"(?:\\.|[^"\\])*"|['"\\])+""")
+"""What commas separate, but for those in quotes or behind a backslash, as in the command of a program."""
+
+
 class Options(TypedDict, total=False):
     """How experiments are run, whatever their scenario and whoever manages them; each can be left out.
 
@@ -36,6 +41,7 @@ class Options(TypedDict, total=False):
         cache: whether results of inference are looked up and kept in the user's cache folder; True if left out.
         images: whether the records keep images, as a file of their own.
         manager_limit: seconds of wall time that one callback of the managing system may take; in the simulation.
+        thinking: seconds of the experiment that every decision of the managing system takes; 0 if left out.
         middleware: `sim`, or the name of a live middleware.
         rate: seconds of `/clock` in a second; live.
         extensions: what the managed system is extended by, until the call returns.
@@ -49,6 +55,7 @@ class Options(TypedDict, total=False):
     cache: bool
     images: bool
     manager_limit: float
+    thinking: float
     middleware: str
     rate: float
     extensions: Extensions
@@ -76,6 +83,7 @@ def settings_of(options: Options) -> Settings:
         cache=options.get("cache", default.cache),
         images=options.get("images", default.images),
         manager_limit_s=number_of(options.get("manager_limit", default.manager_limit_s)),
+        thinking_s=number_of(options.get("thinking", default.thinking_s)),
         middleware=options.get("middleware", default.middleware),
         speed=number_of(options.get("rate", default.speed)),
     )
@@ -204,12 +212,12 @@ def chosen_flights(names: str | Path | tuple[str | Path, ...] | list[str | Path]
 
 
 def names_of(names: str | tuple[str, ...] | list[str], what: str) -> tuple[str, ...]:
-    """Return names that were given as a list, or as one text in which commas separate them.
+    """Return names that were given as a list, or as one text in which commas separate them, but for those in quotes.
 
     Raises:
         InvalidInputError: they are anything else; `what` says what they are of.
     """
-    listed = names.split(",") if isinstance(names, str) else names
+    listed = _ITEMS.findall(names) if isinstance(names, str) else names
     if not isinstance(listed, list | tuple) or not all(isinstance(name, str) for name in listed):
         raise InvalidInputError(f"The {what} must be a list of names, got {shown(names)}.")
     return tuple(name.strip() for name in listed if name.strip())

@@ -53,12 +53,13 @@ def run(
 
     Args:
         scenario: a scenario's name, a YAML file, faults joined by `+`, or what `load_scenario` returned.
-        manager: the managing system: a name, `FILE.py:CLASS`, `MODULE:CLASS`, a class, or a function that makes one. It
-            runs in a process of its own, which is forked from this one, so that a class of a notebook will do.
+        manager: the managing system: a name, `FILE.py:CLASS`, `MODULE:CLASS`, `exec:COMMAND`, a class, or a function
+            that makes one. It runs in a process of its own, which is forked from this one, so that a class of a
+            notebook will do.
         seed: a whole number in [0, 2³² − 1]. The same seed gives the same record.
         out: keep the record in this new folder; it is not kept if None.
         **options: those of `sunset.Options`: `model`, `bag`, `loop`, `device`, `duration`, `cache`, `images`,
-            `manager_limit`, `middleware`, `rate`, `extensions`.
+            `manager_limit`, `thinking`, `middleware`, `rate`, `extensions`.
 
     Raises:
         InvalidInputError: an argument is not usable.
@@ -104,7 +105,7 @@ def bench(
         jobs: worker processes; one a core if None. They change no result of the simulation.
         progress: called with (runs that are done, runs in all).
         **options: those of `sunset.Options`: `model`, `bag`, `loop`, `device`, `duration`, `cache`, `images`,
-            `manager_limit`, `middleware`, `rate`, `extensions`.
+            `manager_limit`, `thinking`, `middleware`, `rate`, `extensions`.
 
     Raises:
         InvalidInputError: an argument is not usable, or `out` holds another campaign.
@@ -189,7 +190,7 @@ def check_manager(
         seed: of both runs.
         progress: called with (runs that are done, runs in all).
         **options: those of `sunset.Options`: `model`, `bag`, `loop`, `device`, `duration`, `cache`, `images`,
-            `manager_limit`, `middleware`, `rate`, `extensions`.
+            `manager_limit`, `thinking`, `middleware`, `rate`, `extensions`.
 
     Raises:
         SunsetError: as `run`.

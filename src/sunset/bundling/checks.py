@@ -44,7 +44,7 @@ from sunset.recording import (
     stored_figures,
     timeline_of,
 )
-from sunset.scenarios import Scenario, with_strengths
+from sunset.scenarios import Scenario, split_hash, with_strengths
 from sunset.system import loaded_extensions
 from sunset.texts import counted, shown
 from sunset.workers import Progress
@@ -123,6 +123,7 @@ def _settings(described: CampaignPlan) -> Settings:
         device=described.device,
         middleware=described.middleware,
         speed=described.speed,
+        thinking_s=described.thinking_s,
     )
 
 
@@ -157,7 +158,8 @@ def check_campaign(
     except InvalidInputError as error:
         findings.problems.append(f"{PLAN_FILE}: it describes no campaign: {error}")
         return findings
-    if scenarios_checksum(specs) != described.scenarios_checksum or len(specs) != described.runs:
+    facts = (described.scenarios_checksum, described.split, described.runs)
+    if facts != (scenarios_checksum(specs), split_hash(suite), len(specs)):
         findings.problems.append(
             f"{PLAN_FILE}: it was changed, or is of another version's suite: its scenarios or number of runs are not "
             "those that it describes."
@@ -220,8 +222,7 @@ def _check_unextended(
                 problems.append(f"no run of {run.manager} with seed {run.seed} is part of the plan")
             # the scenario, which may be of an extension, is not looked at
             timing = settings.timing.of_run(Scenario(run.scenario, duration=run.duration_s), run.seed)
-            expected = _expected_of_all(run.manager, settings, timing, described, card)
-            expected |= _expected_on(run.flight, described, card)
+            expected = _expected_of_all(run.manager, settings, timing, described, card, flight=run.flight)
             expected["manager_spec"] = manager if label else UNSET
             problems.extend(_misfits(run, place, expected, described, manager=manager, first=first))
             messages = read_messages(place)
@@ -336,23 +337,38 @@ def _expected(spec: RunSpec, described: CampaignPlan, card: ModelCard) -> dict[s
         "manager": spec.manager_name,
         "manager_spec": spec.manager if spec.label else UNSET,
         "seed": spec.seed,
-        **_expected_of_all(spec.manager_name, spec.settings, spec.timing, described, card),
-        **_expected_on(flight_name(spec), described, card),
+        **_expected_of_all(
+            spec.manager_name, spec.settings, spec.timing, described, card, flight=flight_name(spec)
+        ),
     }
 
 
 def _expected_of_all(
-    name: str, settings: Settings, timing: RunTiming, described: CampaignPlan, card: ModelCard
+    name: str,
+    settings: Settings,
+    timing: RunTiming,
+    described: CampaignPlan,
+    card: ModelCard,
+    *,
+    flight: str,
 ) -> dict[str, object]:
-    """Return what the `run.json` of every run of a managing system with this timing must say."""
+    """Return what the `run.json` of every run of a managing system with this timing and flight must say."""
+    found = described.flight_facts.get(flight)
+    thresholds = card if found is None else found
     live = settings.live
     known = described.manager_checksums.get(name)
     return {
         **({} if known is None else {"manager_checksum": known}),
         "model": card.name,
         "model_checksums": {str(modality): one.digest for modality, one in card.networks.items()},
+        "flight": flight,
+        "flight_conditions": UNSET if found is None else found.conditions or UNSET,
+        "flight_warning": (found is not None and found.warning) or UNSET,
+        "entropy_threshold": thresholds.entropy_threshold,
+        "sharpness_threshold": thresholds.sharpness_threshold,
         "device": described.device,
         "middleware": described.middleware,
+        "bag_checksum": described.bag_checksum if found is None else found.bag_checksum,
         "bag_looped": described.loop,
         "jitter": UNSET if live else timing.jitter,
         "latency_s": UNSET if live else timing.latency_s,
@@ -361,21 +377,8 @@ def _expected_of_all(
         "duration_s": timing.duration_s,
         "period_s": timing.period_s,
         "expected_frames": timing.expected_frames,
+        "thinking_s": settings.thinking_s or UNSET,
         "extensions": described.extensions or UNSET,
-    }
-
-
-def _expected_on(flight: str, described: CampaignPlan, card: ModelCard) -> dict[str, object]:
-    """Return what the `run.json` of every run on a flight must say."""
-    found = described.flight_facts.get(flight)
-    thresholds = card if found is None else found
-    return {
-        "flight": flight,
-        "flight_conditions": UNSET if found is None else found.conditions or UNSET,
-        "flight_warning": UNSET if found is None else found.warning or UNSET,
-        "bag_checksum": described.bag_checksum if found is None else found.bag_checksum,
-        "entropy_threshold": thresholds.entropy_threshold,
-        "sharpness_threshold": thresholds.sharpness_threshold,
     }
 
 

@@ -40,7 +40,8 @@ def add_campaign_options(
         "--managers",
         default=managers,
         metavar="A,B,…",
-        help=f"managing systems, separated by commas, each as LABEL=… under a name of your own{more}",
+        help="managing systems, separated by commas that are not in quotes, each as LABEL=… under a name of your own"
+        f"{more}",
     )
     parser.add_argument(
         "--flights",
@@ -132,6 +133,13 @@ def add_run_options(parser: argparse.ArgumentParser) -> None:
         default="30",
         metavar="S",
         help="simulation: wall time that one callback of the managing system may take",
+    )
+    parser.add_argument(
+        "--thinking",
+        type=float,
+        default="0",
+        metavar="S",
+        help="seconds of the experiment that every decision of the managing system takes",
     )
     parser.add_argument(
         "--no-cache",

@@ -25,7 +25,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "raise, hang, end its process, read the truth or set faults, and the same seed must give the same record, even "
         "where sets have another order.",
     )
-    checking.add_argument("manager", help="NAME, FILE.py:CLASS or MODULE:CLASS")
+    checking.add_argument("manager", help="NAME, FILE.py:CLASS, MODULE:CLASS or exec:COMMAND")
     checking.add_argument("--scenario", default=CHECK_SCENARIO, help="what it is run in")
     checking.add_argument("--seed", type=int, default=1, metavar="N")
     add_run_options(checking)

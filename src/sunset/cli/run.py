@@ -32,7 +32,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--manager",
         default="baseline",
-        metavar="[LABEL=]NAME|FILE.py:CLASS|MODULE:CLASS",
+        metavar="[LABEL=]NAME|FILE.py:CLASS|MODULE:CLASS|exec:COMMAND",
         help="the managing system: none, baseline, reactive, or your own; live, also external, which you start",
     )
     parser.add_argument("--seed", type=int, default=1, metavar="N", help="a whole number from 0 on")

@@ -34,7 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--manager",
         default=EXTERNAL,
-        metavar="NAME|FILE.py:CLASS|MODULE:CLASS",
+        metavar="NAME|FILE.py:CLASS|MODULE:CLASS|exec:COMMAND",
         help="the managing system: none, baseline, reactive, or your own (default: one that you start, or none)",
     )
     add_rate_option(parser, "seconds of /clock in a second")

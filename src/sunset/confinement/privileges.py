@@ -34,8 +34,7 @@ def drop_root(folder: Path) -> bool:
     if sys.platform != "linux":
         return False
     library = ctypes.CDLL(None, use_errno=True)
-    permitted = _permitted()
-    # where the file system is not restricted, it is by nothing else then
+    permitted = _permitted(library) if os.geteuid() == 0 else 0
     kept = next((1 << one for one in (_READ_ANY_FILE, _OVERRIDE) if permitted >> one & 1), 0)
     changed = False
     for capability in range(_CAPABILITIES):
@@ -57,12 +56,12 @@ def drop_root(folder: Path) -> bool:
     return changed
 
 
-def _permitted() -> int:
-    for line in Path("/proc/self/status").read_text(encoding="ascii", errors="replace").splitlines():
-        name, _, value = line.partition(":")
-        if name == "CapPrm":
-            return int(value, 16)
-    return 0
+def _permitted(library: ctypes.CDLL) -> int:
+    data = ctypes.create_string_buffer(24)
+    if library.capget(struct.pack("=Ii", _VERSION, 0), data) != 0:
+        return 0
+    _, low, _, _, high, _ = struct.unpack("=6I", data.raw)
+    return int(low) | int(high) << 32
 
 
 def _set_capabilities(library: ctypes.CDLL, kept: int) -> None:

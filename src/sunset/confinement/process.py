@@ -35,8 +35,7 @@ from sunset.forks import ONE_THREAD
 from sunset.isolation import FORKING, ProcessDeath, describe_end, find_frames, flush_streams, fork
 
 _PROGRAM: Final = (
-    "import sys; sys.path.append(sys.argv[2])\n"
-    "from sunset.confinement.server import serve; serve(sys.argv[1])"
+    "import sys; sys.path += sys.argv[2:]\nfrom sunset.confinement.server import serve; serve(sys.argv[1])"
 )
 _PACKAGE: Final = Path(__file__).parents[2]
 _MOST_SHOWN: Final = 1 << 20
@@ -306,7 +305,7 @@ class Confinement:
         self._door, theirs = socket.socketpair()
         with theirs:
             self._process = subprocess.Popen(  # noqa: S603  it is this interpreter
-                [sys.executable, "-P", "-c", _PROGRAM, entry, str(folder.absolute())],
+                [sys.executable, "-P", "-c", _PROGRAM, entry, str(folder.absolute()), str(_PACKAGE)],
                 stdin=theirs.fileno(),
                 stdout=subprocess.DEVNULL,
                 cwd="/",

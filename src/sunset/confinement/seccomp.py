@@ -103,6 +103,9 @@ _DENIED: Final = {
     "setxattrat": (463, 463),
     "removexattrat": (466, 466),
     "file_setattr": (469, 469),
+    # memory that no limit counts
+    "memfd_create": (319, 279),
+    "memfd_secret": (447, 447),
     # other processes' share of the computer, and the computer itself
     "setpriority": (141, 140),
     "ioprio_set": (251, 30),
@@ -132,6 +135,7 @@ _CLONE3: Final = (435, 435)
 _SOCKET: Final = (41, 198)
 _SOCKETPAIR: Final = (53, 199)
 _PRCTL: Final = (157, 167)
+_MMAP: Final = (9, 222)
 _FCNTL: Final = (72, 25)
 _IOCTL: Final = (16, 29)
 _OWN_ONLY: Final = ((302, 261), (203, 122), (144, 119), (142, 118), (314, 274))
@@ -151,6 +155,7 @@ _OWNED: Final = (8, 15, 1024)
 """F_SETOWN, F_SETOWN_EX, F_SETLEASE: signals to others, and others' waiting."""
 _OWNING: Final = (0x8901, 0x8902, 0x5412)
 """FIOSETOWN, SIOCSPGRP; TIOCSTI."""
+_SHARED, _ANONYMOUS = 0x01, 0x20
 _NEGATIVE, _OF_A_THREAD = 0x80000000, 4
 
 _ALLOW: Final = 0x7FFF0000
@@ -269,6 +274,10 @@ def _tests(*, network: bool, signals: bool) -> Iterator[tuple[tuple[int, int], l
     )
     yield _FCNTL, [_argument(1), *_deny_any(_OWNED), _allow()]
     yield _IOCTL, [_argument(1), *_deny_any(_OWNING), _allow()]
+    yield (
+        _MMAP,
+        [_argument(3), (_ANY_BIT, 1, 0, _ANONYMOUS), _allow(), (_ANY_BIT, 1, 0, _SHARED), _allow(), *deny],
+    )
     for numbers in _OWN_ONLY:
         yield numbers, [_argument(0), *_allow_any([0]), *deny]
     for numbers in _CLOCKS:  # not those of other processes

@@ -55,9 +55,9 @@ def serve(entry: str) -> None:
     """
     module, _, name = entry.partition(":")
     function: Entry = getattr(importlib.import_module(module), name)
+    prepare()
     signal_after_parent(signal.SIGCONT)  # to see that its user is gone, even if it was stopped
     signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # keepers are nobody's concern
-    prepare()
     gc.collect()
     gc.freeze()  # the garbage collector would write to pages that all forked processes share
     with socket.socket(fileno=os.dup(0)) as door:

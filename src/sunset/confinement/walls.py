@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Final, Self
 
 from sunset.confinement.landlock import SCOPES_SINCE, landlock_version, restrict_files
+from sunset.confinement.namespaces import can_enclose, enclose
 from sunset.confinement.privileges import drop_root
 from sunset.confinement.seccomp import can_filter_calls, filter_calls, filter_program, forgo_privileges
 
@@ -25,7 +26,15 @@ _TASKS: Final = 256
 _PACKAGE: Final = Path(__file__).parents[1]
 _SYSTEM: Final = (
     *("/usr", "/bin", "/sbin", "/lib", "/lib32", "/lib64"),
-    *("/etc/ld.so.cache", "/etc/localtime", "/etc/timezone", "/etc/ssl", "/etc/pki", "/etc/ca-certificates"),
+    *(
+        "/etc/alternatives",
+        "/etc/ld.so.cache",
+        "/etc/localtime",
+        "/etc/timezone",
+        "/etc/ssl",
+        "/etc/pki",
+        "/etc/ca-certificates",
+    ),
     *(
         "/etc/resolv.conf",
         "/etc/hosts",
@@ -84,6 +93,11 @@ def confinement_report() -> str:
         "seccomp" if can_filter_calls() else "no seccomp: what it starts may outlive its run",
         "limits of memory, files and processes",
     ]
+    walls.append(
+        "a file system of its own"
+        if enclosing()
+        else "no file system of its own: stat tells whether a path exists, and the disk can be filled"
+    )
     if hasattr(os, "geteuid") and os.geteuid() == 0:
         walls.append("not root")
     return ", ".join(walls)
@@ -95,16 +109,26 @@ def put_up(view: View, folder: Path) -> None:
     Raises:
         OSError: the system has a wall, but refuses it.
     """
+    seen = (*_needed(), *view.modules, *view.readable)
     _limit()
+    if enclosing():
+        enclose((*seen, *_DEVICES), folder)
     drop_root(folder)
     forgo_privileges()
-    restrict_files((*_needed(), *view.modules, *view.readable), [folder], _DEVICES)
+    restrict_files(seen, [folder], _DEVICES)
     filter_calls(network=view.network, signals=landlock_version() >= SCOPES_SINCE)
+
+
+@cache
+def enclosing() -> bool:
+    """Return whether processes get a file system of their own; it forks the first time, to find out."""
+    return can_enclose((*_needed(), *_DEVICES))
 
 
 def prepare() -> None:
     """Find out ahead, for all processes that are forked from this one, what the walls are made of."""
     _needed()
+    enclosing()
     filter_program(network=True, signals=landlock_version() >= SCOPES_SINCE)
 
 
@@ -147,8 +171,10 @@ def _needed() -> tuple[Path, ...]:
 def _python() -> Iterable[Path]:
     """Return where this interpreter is, and what is installed for it; never a folder that holds other things too."""
     prefixes = {sys.prefix, sys.base_prefix, sys.exec_prefix, sys.base_exec_prefix}
-    places = [Path(prefix, part) for prefix in prefixes for part in ("bin", "lib", "lib64", "pyvenv.cfg")]
-    places += [Path(path) for path in sysconfig.get_paths().values()]
+    parts = ("bin", "lib", "lib64", "share", "ssl", "pyvenv.cfg")
+    places = [Path(prefix, part) for prefix in prefixes for part in parts]
+    installed = sysconfig.get_paths()
+    places += [Path(installed[name]) for name in ("stdlib", "platstdlib", "purelib", "platlib")]
     places += [Path(sys.executable), Path(sys.executable).resolve()]
     places += [Path(path) for path in (*site.getsitepackages(), site.getusersitepackages())]
     return places

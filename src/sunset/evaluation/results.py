@@ -84,6 +84,7 @@ class RunRow:
         version: of the package that it was run with; empty if it is unknown.
         valid: whether the run counts.
         reason: why it does not; empty if it does.
+        thinking_s: what every decision of its managing system took of the experiment's time [s].
         failed: how its managing system failed, in a sentence; empty if it did not.
         is_empty: whether it failed as a whole, so that there is no record and no figure.
         differing: the figures that were computed again and are stored otherwise.
@@ -102,6 +103,7 @@ class RunRow:
     flight: Flight
     sources: str = ""
     faults: str = ""
+    thinking_s: float = 0.0
     version: str = ""
     valid: bool = True
     reason: str = ""
@@ -211,6 +213,7 @@ def _read(folder: Path, *, again: bool) -> RunRow:
         setting=_checksum({"model_checksums": run.model_checksums, **run.thresholds, **extensions}),
         flight=Flight(run.duration_s, run.bag_looped, run.bag_checksum, run.flight),
         sources=run.manager_checksum[:_CHECKSUM],
+        thinking_s=run.thinking_s or 0.0,
         faults=_checksum({"faults": to_builtins(run.faults)}),
         failed=run.manager_failed or "",
         is_empty=run.is_empty,

@@ -100,6 +100,7 @@ def _spec_of(
             timing=Timing(**timing),
             device=stored.device,
             images=images,
+            thinking_s=stored.thinking_s or 0.0,
         ),
     )
 

@@ -12,9 +12,10 @@ from msgspec import to_builtins
 
 from sunset.confinement import ConfinedProcess, Confinement, View, copy_process
 from sunset.errors import ManagerError, OutputError, SunsetError
+from sunset.experiments.parameters import Parameters
 from sunset.harness.manager_process import ENTRY, LoadedManager, ManagerTask, receive_loaded, run_manager
 from sunset.isolation import ProcessDeath
-from sunset.managing import MANAGERS, is_registered, sources_digest
+from sunset.managing import MANAGERS, PREFIX, is_registered, parse_command, sources_digest
 from sunset.managing.files import manager_code, manager_data
 from sunset.rmw.remote import EndError, Pipe, PipeError, RaisedError, SilenceError
 from sunset.source_files import modules_beside
@@ -88,6 +89,8 @@ class ManagerProcess:
             reason = shorten(str(failure), _LONGEST)
         else:
             late = f"did not return within {self._limit_s:g} s" if isinstance(failure, SilenceError) else ""
+            if late and self.manager.startswith(PREFIX):
+                late += "; its program must answer each line, and flush its output"
             death = self._process.death(late)
             if self.manager in MANAGERS:
                 raise killed_error(death, "managing system")
@@ -102,7 +105,7 @@ class ManagerProcess:
 
 @contextmanager
 def manager_process(
-    manager: str, *, limit_s: float, entropy_threshold: float = 0.0, log: bool = False
+    manager: str, *, limit_s: float, parameters: Parameters | None = None, log: bool = False
 ) -> Iterator[ManagerProcess]:
     """Load a managing system in a process of its own, which ends with the context.
 
@@ -112,7 +115,7 @@ def manager_process(
     Args:
         manager: its name, as of `load_manager`.
         limit_s: seconds of wall time that loading it, and each of its callbacks, may take.
-        entropy_threshold: the model's.
+        parameters: of its node, by name.
         log: whether what it logs goes to stderr, too.
 
     Raises:
@@ -120,11 +123,12 @@ def manager_process(
         SunsetError: no process can be started.
     """
     extensions = loaded_extensions()
+    command = parse_command(manager) if manager.startswith(PREFIX) else None
     task = ManagerTask(
-        manager=manager,
+        manager=str(command or manager),
         folder=str(Path.cwd()),
         extensions=tuple(one.where for one in extensions),
-        entropy_threshold=entropy_threshold,
+        parameters=parameters or {},
         log=log,
     )
     try:
@@ -137,7 +141,7 @@ def manager_process(
             view = View(
                 search=(*folders, *(source.parent for source in sources)),
                 modules=(*modules, *sources, *beside),
-                readable=manager_data(manager),
+                readable=(*manager_data(manager), *(command.places if command else ())),
             )
             process = _server().start(to_builtins(task), view)
     except OSError as error:

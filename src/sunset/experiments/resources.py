@@ -82,15 +82,8 @@ def prepare_all(specs: Sequence[RunSpec], *, progress: Stages | None = None) -> 
     """Do what `prepare` does for several runs, and render all flights at once."""
     with FORKING:
         models = [_usable_model(spec) for spec in specs]
-        scenarios = [
-            with_strengths(spec.scenario, model.card.severities, model.card.name)
-            for spec, model in zip(specs, models, strict=True)
-        ]
         paths = _find_flights(specs, progress)
-        opened = [
-            replace(_open(spec, model, path), scenario=scenario)
-            for spec, model, path, scenario in zip(specs, models, paths, scenarios, strict=True)
-        ]
+        opened = [_open(spec, model, path) for spec, model, path in zip(specs, models, paths, strict=True)]
         total, done = sum(len(resources.bag) for resources in opened), 0
         prepared = []
         for spec, resources in zip(specs, opened, strict=True):
@@ -126,6 +119,7 @@ def _usable_model(spec: RunSpec) -> Model:
 
 def _open(spec: RunSpec, model: Model, path: Path) -> Resources:
     """Open the bag and run every network on a frame."""
+    scenario = with_strengths(spec.scenario, model.card.severities, model.card.name)
     bag, checksum = _reader(path, (model.card.height, model.card.width))
     timing = spec.timing
     if len(bag) < timing.frames and not spec.settings.loop:
@@ -133,15 +127,15 @@ def _open(spec: RunSpec, model: Model, path: Path) -> Resources:
         lacking = f" ({dropped} images have no partner)" if dropped else ""
         raise DataError(
             f"The bag {bag.path} holds {len(bag)} frames{lacking}; an experiment needs {timing.frames} "
-            f"({timing.frames * timing.period_s - timing.duration_s:g} s of warm-up and {timing.duration_s:g} s "
-            "that are measured): take a longer one, a shorter --duration, or --loop."
+            f"({timing.frames * timing.period_s - timing.duration_s:g} s of warm-up at most and "
+            f"{timing.duration_s:g} s that are measured): take a longer one, a shorter --duration, or --loop."
         )
     cache = _inference_cache(cache_folder()) if spec.settings.cache else None
     segmenter = Segmenter(model, device=spec.settings.device, cache=cache)
     frame = bag.frame(0)
     for modality in Modality:  # what is wrong with a network is found before the sensor fusion turns to it
         segmenter.segment(modality, frame.rgb, frame.depth)
-    return Resources(model, segmenter, bag, checksum, spec.scenario)
+    return Resources(model, segmenter, bag, checksum, scenario)
 
 
 def _with_thresholds(spec: RunSpec, resources: Resources, progress: Progress | None) -> Resources:
@@ -177,9 +171,10 @@ def flight_plan(spec: RunSpec) -> FlightPlan | None:
     timing, longest = spec.timing, frames_for(sys.maxsize)
     needed = 0 if spec.settings.loop else timing.frames
     if needed > longest:
+        warm_up_s = needed * timing.period_s - timing.duration_s
         raise InvalidInputError(
-            f"A rendered flight has at most {longest} frames; an experiment needs {needed}, of which "
-            f"{timing.expected_frames} are measured: take a shorter --duration, or --loop."
+            f"A rendered flight has at most {longest} frames; an experiment needs {needed} ({warm_up_s:g} s of warm-up "
+            f"at most and {timing.duration_s:g} s that are measured): take a shorter --duration, or --loop."
         )
     return FlightPlan.of(spec.flight, frames_for(needed))
 

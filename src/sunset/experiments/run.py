@@ -18,6 +18,7 @@ from sunset.errors import ManagerError
 from sunset.experiments.manager import check_name, isolate, manager_checksum
 from sunset.experiments.manager_process import manager_process
 from sunset.experiments.observer import Observer
+from sunset.experiments.parameters import manager_parameters
 from sunset.experiments.resources import Resources, flight_name, prepare
 from sunset.experiments.simulated import run_simulated
 from sunset.experiments.spec import RunSpec
@@ -156,9 +157,9 @@ class _Outcome:
 def _run_simulated(
     spec: RunSpec, resources: Resources, writer: RecordWriter, *, log: bool, known: str | None
 ) -> _Outcome:
-    threshold = resources.model.card.entropy_threshold
+    parameters = manager_parameters(spec, resources)
     limit_s = spec.settings.manager_limit_s
-    with manager_process(spec.manager, limit_s=limit_s, entropy_threshold=threshold, log=log) as manager:
+    with manager_process(spec.manager, limit_s=limit_s, parameters=parameters, log=log) as manager:
         check_name(f"/{manager.loaded.node_name}", spec.manager)
 
         def run_isolated(watch: Watch) -> dict[str, object]:
@@ -244,6 +245,7 @@ def _describe(spec: RunSpec, resources: Resources) -> RunRecord:
         warm_up_s=timing.warm_up_s,
         duration_s=timing.duration_s,
         period_s=timing.period_s,
+        thinking_s=settings.thinking_s or UNSET,
         expected_frames=timing.expected_frames,
         entropy_threshold=card.entropy_threshold,
         sharpness_threshold=card.sharpness_threshold,

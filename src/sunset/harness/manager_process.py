@@ -9,11 +9,12 @@ from typing import Final
 import msgspec
 
 from sunset.errors import ManagerError
-from sunset.managing import ManagingSystem, load_manager, manager_sources, unfiled_sources
+from sunset.managing import ManagingSystem, Program, load_manager, manager_sources, unfiled_sources
 from sunset.rmw.core.port import CallbackError
 from sunset.rmw.remote import Pipe, PipeError, RemoteProcess
 from sunset.ros import Context, Parameter, SingleThreadedExecutor
 from sunset.system import load_extension
+from sunset.system.vocabulary import Value
 from sunset.texts import shorten
 
 ENTRY: Final = f"{__name__}:run_manager"
@@ -27,14 +28,14 @@ class ManagerTask(msgspec.Struct, frozen=True, kw_only=True):
         manager: the managing system's name, as of `load_manager`.
         folder: where a path in it begins that is not absolute.
         extensions: what the managed system is extended by.
-        entropy_threshold: the model's.
+        parameters: of its node, by name.
         log: whether what it logs goes to stderr, too.
     """
 
     manager: str
     folder: str
     extensions: tuple[str, ...] = ()
-    entropy_threshold: float = 0.0
+    parameters: dict[str, Value] = {}
     log: bool = False
 
 
@@ -101,7 +102,7 @@ def run_manager(connection: socket.socket, task: object) -> None:
     def make(process: RemoteProcess) -> None:
         context = Context()
         context.init([], middleware=process, log_to_stderr=told.log, log_once=True)
-        overrides = [Parameter("entropy_threshold", value=told.entropy_threshold)]
+        overrides = [Parameter(name, value=value) for name, value in told.parameters.items()]
         manager = made(context=context, parameter_overrides=overrides)
         SingleThreadedExecutor(context=context).add_node(manager)
 
@@ -109,8 +110,10 @@ def run_manager(connection: socket.socket, task: object) -> None:
 
 
 def _said_of(made: type[ManagingSystem], error: BaseException) -> str:
-    """Return what a managing system has raised and where, as the end of a sentence."""
+    """Return what a managing system has raised and where, or what its program did, as the end of a sentence."""
     cause = error.__cause__ if isinstance(error, CallbackError) and error.__cause__ else error
+    if issubclass(made, Program) and isinstance(cause, ManagerError):
+        return str(cause).removeprefix("Its program ").removesuffix(".")
     return f"raised {described_error(cause)}{_place(made, cause)}"
 
 

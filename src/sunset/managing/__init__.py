@@ -2,6 +2,7 @@
 
 from sunset.managing.base import ManagingSystem
 from sunset.managing.baseline import Baseline
+from sunset.managing.command import PREFIX, parse_command
 from sunset.managing.loading import (
     MANAGERS,
     checksum,
@@ -14,21 +15,26 @@ from sunset.managing.loading import (
     unfiled_sources,
 )
 from sunset.managing.none import NoAdaptation
+from sunset.managing.program import PROTOCOL, Program
 from sunset.managing.reactive import Reactive
 from sunset.managing.symptoms import FloatOrNaN, Symptoms
 
 __all__ = [
     "MANAGERS",
+    "PREFIX",
+    "PROTOCOL",
     "Baseline",
     "FloatOrNaN",
     "ManagingSystem",
     "NoAdaptation",
+    "Program",
     "Reactive",
     "Symptoms",
     "checksum",
     "is_registered",
     "load_manager",
     "manager_sources",
+    "parse_command",
     "register_manager",
     "sources_digest",
     "split_label",

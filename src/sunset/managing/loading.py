@@ -15,7 +15,9 @@ from typing import Final, Self, cast
 from sunset.errors import ManagerError
 from sunset.managing.base import ManagingSystem
 from sunset.managing.baseline import Baseline
+from sunset.managing.command import PREFIX
 from sunset.managing.none import NoAdaptation
+from sunset.managing.program import Program, load_program
 from sunset.managing.reactive import Reactive
 from sunset.managing.symptoms import Symptoms
 from sunset.source_files import class_texts, functions_of, import_file, import_from, is_edited
@@ -78,7 +80,7 @@ def load_manager(spec: str, folder: Path = Path()) -> type[ManagingSystem]:
     """Return the class of a managing system.
 
     Args:
-        spec: a name of `MANAGERS`, or `module:Class`, or `path/to/file.py:Class`.
+        spec: a name of `MANAGERS`, or `module:Class`, or `path/to/file.py:Class`, or `exec:COMMAND`.
         folder: where a path begins that is not absolute.
 
     Raises:
@@ -93,6 +95,8 @@ def load_manager(spec: str, folder: Path = Path()) -> type[ManagingSystem]:
         raise ManagerError(
             f"The managing system {spec!r} has a character in its name that no record can hold."
         )
+    if spec.startswith(PREFIX):
+        return load_program(spec, folder)
     where, separator, name = spec.rpartition(":")
     if not separator or not where or not name:
         if spec.endswith(".py"):
@@ -101,7 +105,7 @@ def load_manager(spec: str, folder: Path = Path()) -> type[ManagingSystem]:
             )
         raise ManagerError(
             f"There is no managing system {spec!r}: {suggestion(spec, MANAGERS)}name {', '.join(MANAGERS)}, or your "
-            "own as module:Class or path/to/file.py:Class."
+            "own as module:Class, path/to/file.py:Class or exec:COMMAND."
         )
     module = _load_file(Path(where), folder) if where.endswith(".py") else _load_module(where)
     with _translated(spec):
@@ -199,6 +203,8 @@ def manager_sources(
     Raises:
         ManagerError: it cannot be looked at, or one of them was edited after it was imported.
     """
+    if issubclass(made, Program):
+        return made.command.files
     with _translated(spec):
         passed = spec in _passed
         lineage = _lineage(_origin(_passed[spec]) if passed else made)

@@ -94,6 +94,7 @@ class RunRecord(msgspec.Struct, frozen=True, kw_only=True):
         duration_s: how long is measured [s].
         period_s: the time between two frames [s].
         expected_frames: how many frames are measured if none is lost.
+        thinking_s: what every decision of the managing system took of the experiment's time [s]; where it did.
         entropy_threshold: F4 holds above it.
         sharpness_threshold: F5 holds below it.
         extensions: of the system's description: name → checksum; where there are any.
@@ -135,6 +136,7 @@ class RunRecord(msgspec.Struct, frozen=True, kw_only=True):
     duration_s: _Positive
     period_s: _Period
     expected_frames: Annotated[int, Meta(gt=0, le=_MOST)]
+    thinking_s: _Positive | UnsetType = UNSET
     entropy_threshold: _Positive
     sharpness_threshold: _Positive
     extensions: dict[str, str] | UnsetType = UNSET
@@ -242,6 +244,7 @@ class CampaignPlan(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True
         suite: the suite's name or folder.
         scenarios: those of it that are run; all if there is none.
         scenarios_checksum: of all scenarios that are run.
+        split: the hash that pins the split in the suite's folder; empty if it has none.
         references: whether the paper's two reference rows are run too.
         manager_checksums: of the files that they are written in, by name.
         seed: of the first repetition.
@@ -251,6 +254,7 @@ class CampaignPlan(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True
         flights: those that every scenario is run on, as they were named; each on its own if there is none.
         flight_facts: what results depend on of each flight but the default one, by its name.
         speed: seconds of `/clock` in a second; live.
+        thinking_s: what every decision of a managing system takes of the experiment's time [s].
         versions: of everything that a record's bytes may depend on.
         extensions: of the system's description: name → checksum.
     """
@@ -259,6 +263,7 @@ class CampaignPlan(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True
     suite: str
     scenarios: tuple[str, ...] = ()
     scenarios_checksum: str
+    split: str = ""
     references: bool = True
     managers: tuple[str, ...]
     manager_checksums: dict[str, str]
@@ -276,6 +281,7 @@ class CampaignPlan(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True
     timing: dict[str, float]
     middleware: str = "sim"
     speed: float = 1.0
+    thinking_s: float = 0.0
     versions: dict[str, str]
     extensions: dict[str, str] = {}
 

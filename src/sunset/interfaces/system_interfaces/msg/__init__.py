@@ -21,6 +21,7 @@ __all__ = [
     "AdaptationStatus",
     "AdaptationType",
     "Command",
+    "Diagnosis",
     "ExperimentLogging",
     "FaultEnd",
     "FaultInjection",
@@ -201,6 +202,58 @@ class Command(Message):
         ) = _STRUCT_0.unpack_from(raw, position)
         position += 1
         new.reason, position = read_string(raw, position)
+        return new, position
+
+
+class Diagnosis(Message):
+    """system_interfaces/msg/Diagnosis."""
+
+    __slots__ = ('stamp', 'faults', 'probabilities')
+    __ros_name__ = "system_interfaces/msg/Diagnosis"
+    __ros_fields__ = MappingProxyType({
+        "stamp": "builtin_interfaces/Time",
+        "faults": "string[]",
+        "probabilities": "float64[]",
+    })
+
+    stamp: Time
+    faults: list[str]
+    probabilities: npt.NDArray[np.float64]
+
+    def __init__(
+        self,
+        *,
+        stamp: Time | None = None,
+        faults: list[str] | None = None,
+        probabilities: npt.ArrayLike | None = None,
+    ) -> None:
+        self.stamp = Time() if stamp is None else stamp
+        self.faults = [] if faults is None else faults
+        self.probabilities = empty(FLOAT64) if probabilities is None else array_of(probabilities, FLOAT64)
+
+    def copy(self) -> Self:
+        new = object.__new__(self.__class__)
+        try:
+            new.stamp = Time.copy(self.stamp)
+            new.faults = list(self.faults)
+            new.probabilities = frozen(self.probabilities, FLOAT64)
+        except (AttributeError, TypeError, InterfaceError) as error:
+            raise misfit(self, error) from error
+        return new
+
+    def encode_into(self, out: bytearray) -> None:
+        Time.encode_into(self.stamp, out)
+        write_size(out, len(self.faults))
+        write_strings(out, self.faults)
+        write_array(out, self.probabilities, FLOAT64)
+
+    @classmethod
+    def decode_from(cls, raw: bytes, position: int) -> tuple[Self, int]:
+        new = object.__new__(cls)
+        new.stamp, position = Time.decode_from(raw, position)
+        size, position = read_size(raw, position)
+        new.faults, position = read_strings(raw, position, size)
+        new.probabilities, position = read_array(raw, position, FLOAT64)
         return new, position
 
 

@@ -1,0 +1,116 @@
+"""A file system of one's own: a process in it finds at other paths nothing, not even whether something is there.
+
+Landlock keeps a process from opening files, but not from asking with `stat` whether there is one and when it was
+changed. Root may have such a file system, and other users where the system lets them have a namespace of users.
+"""
+
+import ctypes
+import errno
+import os
+import sys
+from collections.abc import Iterable
+from contextlib import suppress
+from functools import cache
+from pathlib import Path
+from tempfile import mkdtemp
+from typing import Final
+
+SIZE: Final = 256 << 20
+"""How much the files that a process makes may take, all of them together, in bytes."""
+_FILES: Final = 1 << 16
+
+_NEW_MOUNTS, _NEW_USERS = 0x00020000, 0x10000000
+_NO_SETUID, _NO_DEVICES, _BIND, _RECURSIVE, _PRIVATE = 2, 4, 4096, 16384, 1 << 18
+_DETACH: Final = 2
+_PIVOT_ROOT: Final = {"x86_64": 155, "aarch64": 41}
+
+
+def can_enclose(paths: Iterable[Path]) -> bool:
+    """Return whether this process's forks can have a file system of their own, with these; it forks to find out."""
+    if sys.platform != "linux" or os.uname().machine not in _PIVOT_ROOT:
+        return False
+    folder = Path(mkdtemp(prefix="sunset-")).resolve()
+    seen = [place for path in paths for place in _places(path)]  # found once for all forks
+    pid = os.fork()
+    if pid == 0:
+        code = 1
+        try:
+            enclose(seen, folder)
+            code = 0
+        finally:
+            os._exit(code)
+    _, status = os.waitpid(pid, 0)
+    folder.rmdir()
+    return status == 0
+
+
+def enclose(paths: Iterable[Path], folder: Path) -> None:
+    """Give this process a file system with these files and folders, and an empty folder in memory, and nothing else.
+
+    Of a user other than root it makes one who has all capabilities, but in this process only.
+
+    Args:
+        paths: absolute; they are at the same places as before, and so are those that they are links to.
+        folder: becomes the empty one and the working directory.
+
+    Raises:
+        OSError: the system refuses.
+    """
+    user, group = os.geteuid(), os.getegid()
+    _check(_library().unshare(_NEW_MOUNTS | (0 if user == 0 else _NEW_USERS)))
+    if user != 0:
+        for name, text in (
+            ("setgroups", "deny"),
+            ("uid_map", f"{user} {user} 1"),
+            ("gid_map", f"{group} {group} 1"),
+        ):
+            Path("/proc/self", name).write_text(text, encoding="ascii")
+    _mount("none", Path("/"), "", _RECURSIVE | _PRIVATE)
+    _mount("tmpfs", folder, "tmpfs", _NO_SETUID | _NO_DEVICES, f"size={SIZE},nr_inodes={_FILES},mode=755")
+    _within(folder, folder).mkdir(parents=True)
+    shown: set[Path] = set()
+    for place in sorted({place for path in paths for place in _places(path)}):
+        if shown.isdisjoint([place, *place.parents]):
+            _show(place, _within(folder, place))
+            shown.add(place)
+    os.chdir(folder)
+    _check(_library().syscall(ctypes.c_long(_PIVOT_ROOT[os.uname().machine]), b".", b"."))
+    _check(_library().umount2(b".", _DETACH))
+    os.chdir(folder)
+
+
+@cache
+def _places(path: Path) -> tuple[Path, ...]:
+    """Return where a path is, and where it leads to; nothing if it is not there."""
+    return (path, path.resolve()) if path.exists() else ()
+
+
+def _within(root: Path, path: Path) -> Path:
+    return root / path.relative_to("/")
+
+
+def _show(path: Path, place: Path) -> None:
+    """Let a file or folder be at another place, too."""
+    place.parent.mkdir(parents=True, exist_ok=True)
+    if path.is_dir():
+        with suppress(FileExistsError):
+            place.mkdir()
+    else:
+        place.touch()
+    _mount(str(path), place, "", _BIND | _RECURSIVE)
+
+
+def _mount(source: str, place: Path, kind: str, flags: int, options: str = "") -> None:
+    words = (source.encode(), os.fsencode(place), kind.encode() or None)
+    _check(_library().mount(*words, ctypes.c_ulong(flags), options.encode() or None))
+
+
+@cache
+def _library() -> ctypes.CDLL:
+    return ctypes.CDLL(None, use_errno=True)
+
+
+def _check(result: int) -> None:
+    if result < 0:
+        problem = ctypes.get_errno() or errno.EPERM
+        raise OSError(problem, os.strerror(problem))

@@ -7,8 +7,10 @@ from sunset.api import bench as bench
 from sunset.api import bundle as bundle
 from sunset.api import calibrate_model as calibrate_model
 from sunset.api import check_manager as check_manager
+from sunset.api import check_split as check_split
 from sunset.api import fault_figure as fault_figure
 from sunset.api import fault_picture as fault_picture
+from sunset.api import generate_split as generate_split
 from sunset.api import import_model as import_model
 from sunset.api import list_faults as list_faults
 from sunset.api import list_managers as list_managers
@@ -49,8 +51,10 @@ __all__ = [
     "bundle",
     "calibrate_model",
     "check_manager",
+    "check_split",
     "fault_figure",
     "fault_picture",
+    "generate_split",
     "import_model",
     "list_faults",
     "list_managers",

@@ -44,7 +44,7 @@ from sunset.recording import (
     stored_figures,
     timeline_of,
 )
-from sunset.scenarios import Scenario, with_strengths
+from sunset.scenarios import Scenario, split_hash, with_strengths
 from sunset.system import loaded_extensions
 from sunset.texts import counted, shown
 from sunset.workers import Progress
@@ -158,7 +158,8 @@ def check_campaign(
     except InvalidInputError as error:
         findings.problems.append(f"{PLAN_FILE}: it describes no campaign: {error}")
         return findings
-    if scenarios_checksum(specs) != described.scenarios_checksum or len(specs) != described.runs:
+    facts = (described.scenarios_checksum, described.split, described.runs)
+    if facts != (scenarios_checksum(specs), split_hash(suite), len(specs)):
         findings.problems.append(
             f"{PLAN_FILE}: it was changed, or is of another version's suite: its scenarios or number of runs are not "
             "those that it describes."

@@ -8,7 +8,7 @@ from typing import Final
 
 from sunset.evaluation.estimates import Estimate, estimate
 from sunset.evaluation.results import FIGURES, Flight, RunRow
-from sunset.system import DURATION_S, current_system, scenario_name
+from sunset.system import DURATION_S, current_system, names_in_suite
 
 PUBLISHED_SOURCE: Final = "Wiedholz et al., SUNSET, RoSE'26, Table 1"
 
@@ -153,7 +153,7 @@ def _part_label(suite: str, scenarios: frozenset[str]) -> str:
     >>> _part_label("degraded", frozenset({"degraded/image_shift+autofocus_needed"})), _part_label("mine", frozenset())
     (' [1 of 9 scenarios]', '')
     """
-    every = {scenario_name(suite, faults) for faults in current_system().suites.get(suite, ())}
+    every = set(names_in_suite(suite, current_system().suites.get(suite, ())))
     return f" [{len(scenarios)} of {len(every)} scenarios]" if scenarios < every else ""
 
 

@@ -32,7 +32,7 @@ from sunset.names import base_name
 from sunset.output_files import folder_name, make_folder, write_text
 from sunset.perception import ModelCard, load_model
 from sunset.recording import PLAN_FILE, PLAN_VERSION, RUN_FILE, CampaignPlan, StoredFlight, read_plan
-from sunset.scenarios import Scenario, load_suite, suite
+from sunset.scenarios import Scenario, load_suite, split_hash, suite
 from sunset.schemas import check_fields, document_text
 from sunset.seeding import check_seed
 from sunset.system import loaded_extensions
@@ -321,6 +321,7 @@ def _describe(
         suite=spec.suite,
         scenarios=tuple(one.name for one in _chosen(spec)) if spec.scenarios else (),
         scenarios_checksum=scenarios_checksum(runs),
+        split=split_hash(spec.suite),
         references=spec.references,
         managers=spec.managers,
         manager_checksums={

@@ -127,8 +127,8 @@ def _open(spec: RunSpec, model: Model, path: Path) -> Resources:
         lacking = f" ({dropped} images have no partner)" if dropped else ""
         raise DataError(
             f"The bag {bag.path} holds {len(bag)} frames{lacking}; an experiment needs {timing.frames} "
-            f"({timing.frames * timing.period_s - timing.duration_s:g} s of warm-up and {timing.duration_s:g} s "
-            "that are measured): take a longer one, a shorter --duration, or --loop."
+            f"({timing.frames * timing.period_s - timing.duration_s:g} s of warm-up at most and "
+            f"{timing.duration_s:g} s that are measured): take a longer one, a shorter --duration, or --loop."
         )
     cache = _inference_cache(cache_folder()) if spec.settings.cache else None
     segmenter = Segmenter(model, device=spec.settings.device, cache=cache)
@@ -168,12 +168,13 @@ def flight_plan(spec: RunSpec) -> FlightPlan | None:
     """
     if spec.flight.bag is not None:
         return None
-    longest = frames_for(sys.maxsize)
-    needed = 0 if spec.settings.loop else spec.timing.frames
+    timing, longest = spec.timing, frames_for(sys.maxsize)
+    needed = 0 if spec.settings.loop else timing.frames
     if needed > longest:
+        warm_up_s = needed * timing.period_s - timing.duration_s
         raise InvalidInputError(
-            f"A rendered flight has at most {longest} frames; an experiment needs {needed}, warm-up included: take a "
-            "shorter --duration, or --loop."
+            f"A rendered flight has at most {longest} frames; an experiment needs {needed} ({warm_up_s:g} s of warm-up "
+            f"at most and {timing.duration_s:g} s that are measured): take a shorter --duration, or --loop."
         )
     return FlightPlan.of(spec.flight, frames_for(needed))
 

@@ -244,6 +244,7 @@ class CampaignPlan(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True
         suite: the suite's name or folder.
         scenarios: those of it that are run; all if there is none.
         scenarios_checksum: of all scenarios that are run.
+        split: the hash that pins the split in the suite's folder; empty if it has none.
         references: whether the paper's two reference rows are run too.
         manager_checksums: of the files that they are written in, by name.
         seed: of the first repetition.
@@ -262,6 +263,7 @@ class CampaignPlan(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True
     suite: str
     scenarios: tuple[str, ...] = ()
     scenarios_checksum: str
+    split: str = ""
     references: bool = True
     managers: tuple[str, ...]
     manager_checksums: dict[str, str]

@@ -52,6 +52,7 @@ from sunset.system.names import (
     short_name,
 )
 from sunset.system.paper import BLUR_SIGMA, DEPTH_DEGRADATION_RANGE, IMAGE_DEGRADATION_RANGE
+from sunset.system.suites import Suite, names_in_suite
 from sunset.system.system import Extension, System
 from sunset.system.window import DURATION_S, PERIOD_S, SILENCE_S, WINDOW, MovingMean, Rate, Window
 
@@ -97,6 +98,7 @@ __all__ = [
     "NodeDescription",
     "Rate",
     "Signal",
+    "Suite",
     "System",
     "Topic",
     "Value",
@@ -109,6 +111,7 @@ __all__ = [
     "is_topic_name",
     "load_extension",
     "loaded_extensions",
+    "names_in_suite",
     "scenario_name",
     "short_name",
 ]

@@ -1,17 +1,14 @@
-"""A managing system that writes down all that it can see of the graph, ten times a second."""
+"""A managing system that prints all that it can see of the graph, ten times a second: JSON, compressed, in base 64."""
 
+import base64
 import json
-from pathlib import Path
+import zlib
 
 from sunset.managing import NoAdaptation
-
-OUT = Path("census.jsonl")
-"""In the folder in which the experiment is flown."""
 
 
 class Census(NoAdaptation):
     def on_start(self) -> None:
-        OUT.unlink(missing_ok=True)
         self.create_timer(0.1, self.look)
 
     def look(self) -> None:
@@ -25,5 +22,5 @@ class Census(NoAdaptation):
             for name, namespace in self.get_node_names_and_namespaces()
         }
         graph = [nodes, self.get_topic_names_and_types(), self.get_service_names_and_types()]
-        with OUT.open("a") as file:
-            file.write(json.dumps([self.get_clock().now().nanoseconds, graph]) + "\n")
+        text = json.dumps([self.get_clock().now().nanoseconds, graph])
+        print(base64.b64encode(zlib.compress(text.encode())).decode())  # noqa: T201  it is what it does

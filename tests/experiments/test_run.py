@@ -1,13 +1,10 @@
 """Whole experiments: what comes out, that it comes out again, and that nobody can flatter themselves."""
 
-import base64
-import json
 import os
 import re
 import subprocess
 import sys
 import time
-import zlib
 from pathlib import Path
 from typing import Any
 
@@ -137,9 +134,7 @@ def test_whoever_breaks_the_rules_is_not_scored(manager: str, word: str, tmp_pat
 
 
 @pytest.mark.thorough
-def test_until_the_injection_the_graph_is_the_same_in_every_scenario(
-    tmp_path: Path, capfd: pytest.CaptureFixture[str]
-) -> None:
+def test_until_the_injection_the_graph_is_the_same_in_every_scenario(tmp_path: Path) -> None:
     before = []
     scenarios = [suite(name)[0].name for name in ("nofault", "paper", "degraded")]
     for number, scenario in enumerate(scenarios):
@@ -149,12 +144,12 @@ def test_until_the_injection_the_graph_is_the_same_in_every_scenario(
             f"{CENSUS}:Census",
             timing=Timing(duration_s=1.0, warm_up_s=0.5),
         )
-        printed = capfd.readouterr().err.split()
-        lines = [json.loads(zlib.decompress(base64.b64decode(line))) for line in printed]
-        before.append([line for line in lines if line[0] < result.record.start_ns])
+        seen = [line for line in result.log if line.logger == "managing_system" and line.time < 0]
+        before.append([(line.time, line.text) for line in seen])
 
     assert len(before[0]) > 20
-    assert "/|scenario_executor" in before[0][-1][1][0]
+    assert int(before[0][-1][1].split()[1]) > 5000
+    assert "('scenario_executor', '/')" in before[0][-1][1]
     assert before[1:] == before[:1] * 2
 
 

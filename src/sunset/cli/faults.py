@@ -12,6 +12,7 @@ from sunset.cli._prepare import prepare_flight
 from sunset.cli._progress import progress_bar
 from sunset.experiments import RunSpec
 from sunset.figures import check_figure
+from sunset.perception import load_model
 from sunset.scenarios import load_scenario
 from sunset.system import Fault, current_system, get_fault
 from sunset.tables import aligned
@@ -99,6 +100,7 @@ def show(arguments: argparse.Namespace) -> None:
         print(
             f"  strength   {fault.value} in the suites; above {fault.limits[0]:g} and at most {fault.limits[1]:g}"
         )
+        print(f"  severity   {_severities(fault, arguments.model)}")
     print(f"  cured by   {fault.cured_by}{'; by nothing else' if fault.cures else ''}")
 
 
@@ -113,6 +115,14 @@ def draw(arguments: argparse.Namespace) -> None:
     with progress_bar("Running") as progress:
         draw_fault_figure(arguments.out, settings, arguments.seed, progress)
     print(f"The figure is in {arguments.out}.", file=sys.stderr)
+
+
+def _severities(fault: Fault, model: str) -> str:
+    """Return the strengths of a fault by severity, in words, as a model knows them."""
+    card = load_model(model).card
+    strengths = card.severities.get(fault.name, ())
+    levels = [f"{number}: {one:g}" for number, one in enumerate(strengths, 1) if one is not None]
+    return f"{', '.join(levels) or 'not measured'}, with the model {card.name}"
 
 
 def _failure_text(fault: Fault) -> str:

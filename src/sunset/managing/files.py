@@ -9,7 +9,8 @@ from typing import Final
 
 from sunset.errors import ManagerError
 from sunset.managing.command import PREFIX
-from sunset.managing.loading import MANAGERS, is_registered
+from sunset.managing.loading import is_registered
+from sunset.managing.names import MANAGERS
 from sunset.source_files import modules_beside
 
 _PACKAGE: Final = Path(__file__).parents[1]

@@ -4,8 +4,10 @@ from pathlib import Path
 
 import pytest
 
+from sunset.data import HEIGHTS_M, PITCHES_DEG
 from sunset.errors import InvalidInputError
-from sunset.flights import KEYS, FlightSpec
+from sunset.flights import HELD_OUT, KEYS, PANEL, TIMES, WEATHERS, FlightSpec
+from sunset.training.frames import TRAINING_TOWNS, VALIDATION_TOWN
 
 
 def test_a_flight_without_conditions_is_the_default_one() -> None:
@@ -61,6 +63,22 @@ def test_what_is_not_a_flight_is_refused(conditions: dict[str, object], sentence
     with pytest.raises(InvalidInputError) as refused:
         FlightSpec.of(conditions)
     assert str(refused.value) == sentence
+
+
+def test_the_panel_varies_what_flights_are_made_of_and_half_of_it_was_never_trained_on() -> None:
+    assert len({flight.name for flight in PANEL}) == 8
+    assert set(HELD_OUT) < set(PANEL)
+    for values in ("town", "height", "angle"):
+        assert len({getattr(flight, values) for flight in PANEL}) >= 5
+    assert {flight.time for flight in PANEL} == set(TIMES)
+    assert {flight.weather for flight in PANEL} == set(WEATHERS)
+    seen = {*TRAINING_TOWNS, VALIDATION_TOWN}
+    assert len(HELD_OUT) == 4
+    for flight in HELD_OUT:
+        assert flight.town not in seen
+        # random views are up to 10 % higher or lower, and up to 3° steeper or flatter
+        assert all(abs(flight.height / height - 1) > 0.1 for height in HEIGHTS_M)
+        assert all(abs(flight.angle - pitch) > 3 for pitch in PITCHES_DEG)
 
 
 def test_a_label_is_fit_for_a_table() -> None:

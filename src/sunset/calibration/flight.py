@@ -48,6 +48,8 @@ AUC: Final = 0.95
 """The least AUC of the entropy at which a fault is told from healthy operation."""
 OVER: Final = 0.02
 """The largest share of healthy windows, of each network, that the threshold lets lie over it."""
+MISSED: Final = 0.05
+"""The largest share of the windows with a fault that should not lie over the threshold."""
 CURED: Final = 0.95
 """The least share of the windows after a fault's cure that should not lie over the threshold."""
 
@@ -80,25 +82,34 @@ class FlightThresholds(msgspec.Struct, frozen=True, kw_only=True):
     made_of: dict[str, str]
 
     def shortfalls(self) -> tuple[str, ...]:
-        """Return in words what should be otherwise; nothing if all is as it should be."""
+        """Return in words what should be otherwise; nothing if healthy frames can be told from faulty ones."""
         return (
             *(
-                f"{value:.1%} of {network} over the threshold"
-                for network, value in self.over.items()
+                f"{value:.0%} of the windows of {name} are over it"
+                for name, value in self.over.items()
                 if value > OVER
             ),
-            *(f"AUC {value:.3f} of {fault}" for fault, value in self.auc.items() if value < AUC),
-            *(f"{value:.1%} cured of {fault}" for fault, value in self.cured.items() if value < CURED),
+            *(f"the AUC of {fault} is {value:.2f}" for fault, value in self.auc.items() if value < AUC),
+            *(
+                f"{value:.0%} of the windows with {fault} are not over it"
+                for fault, value in self.missed.items()
+                if value > MISSED
+            ),
+            *(
+                f"{1 - value:.0%} of the windows after the cure of {fault} are over it"
+                for fault, value in self.cured.items()
+                if value < CURED
+            ),
         )
 
     def warning(self, model: str) -> str:
         """Return what a reader of runs must know, in one sentence; empty if healthy frames can be told from others."""
-        overlapping = [f"{value:.2f} of {fault}" for fault, value in self.auc.items() if value < AUC]
-        if not overlapping:
+        shortfalls = self.shortfalls()
+        if not shortfalls:
             return ""
         return (
-            f"The model {model} cannot tell healthy frames of this flight from faulty ones by the entropy, whose AUC "
-            f"should be {AUC} or more, and is {listed(overlapping)}: F4 comes without a fault, or stays away with one."
+            "No threshold of the entropy tells healthy frames of this flight from all faulty ones with the model "
+            f"{model}: {listed(shortfalls)}."
         )
 
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Collection, Iterator, Mapping
 
-from sunset.calibration.flight import AUC, CURED, OVER, FlightThresholds
+from sunset.calibration.flight import AUC, CURED, MISSED, OVER, FlightThresholds
 from sunset.tables import aligned
 from sunset.texts import listed
 
@@ -51,10 +51,11 @@ def _verdicts(model: str, found: Mapping[str, FlightThresholds]) -> Iterator[str
     """Yield what must hold on each flight, and where it does not."""
     yield (
         f"On each flight at most {OVER:.0%} of the windows without a fault should be over the threshold, the AUC of "
-        f"each fault {AUC} or more, and {CURED:.0%} of the windows or more not over it after the cure."
+        f"each fault {AUC} or more, at most {MISSED:.0%} of the windows with it not over the threshold, and "
+        f"{CURED:.0%} or more of those after its cure."
     )
     beyond = {flight: one.shortfalls() for flight, one in found.items() if one.shortfalls()}
     for flight, texts in beyond.items():
-        yield f"Beyond {model}: {flight}, {listed(texts)}."
+        yield f"Beyond {model} is {flight}: {listed(texts)}."
     if not beyond:
         yield f"All of it holds for {model}."

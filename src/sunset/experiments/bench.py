@@ -23,7 +23,6 @@ from sunset.errors import (
     SunsetError,
 )
 from sunset.experiments.manager import manager_checksum
-from sunset.experiments.manager_process import start_server
 from sunset.experiments.resources import Resources, flight_name, flight_plan, prepare, prepare_all
 from sunset.experiments.run import record_failure, run_prepared, versions
 from sunset.experiments.spec import RunSpec, Settings
@@ -237,8 +236,6 @@ def _run(spec: RunSpec, folder: Path, known: str | None) -> None:
         SunsetError: the run failed, and neither can be the reason.
     """
     spec.load_extensions()
-    if not spec.settings.live:
-        start_server()
     resources = prepare(spec)  # no managing system has a part in what is wrong with these
     try:
         run_prepared(spec, resources, folder, known=known)

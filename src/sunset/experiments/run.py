@@ -16,7 +16,7 @@ from msgspec.structs import replace
 from sunset import __version__
 from sunset.errors import ManagerError
 from sunset.experiments.manager import check_name, isolate, manager_checksum
-from sunset.experiments.manager_process import manager_process, start_server
+from sunset.experiments.manager_process import manager_process
 from sunset.experiments.observer import Observer
 from sunset.experiments.parameters import manager_parameters
 from sunset.experiments.resources import Resources, flight_name, prepare
@@ -56,8 +56,6 @@ def run(spec: RunSpec, folder: Path, *, log: bool = False) -> StoredRun:
         OutputError: the record cannot be written.
     """
     spec.load_extensions()
-    if not spec.settings.live:
-        start_server()
     return run_prepared(spec, prepare(spec), folder, log=log)
 
 

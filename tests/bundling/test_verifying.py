@@ -27,7 +27,7 @@ Edit = Callable[[Path], object]
 
 
 def changed(file: str, **values: object) -> Edit:
-    """Return what changes keys of a JSON file; those of dictionaries in it by `outer__inner`."""
+    """Return what changes keys of a JSON file; those of dictionaries in it by `outer__inner`; `...` removes one."""
 
     def edit(folder: Path) -> None:
         content = json.loads((folder / file).read_text())
@@ -37,6 +37,8 @@ def changed(file: str, **values: object) -> Edit:
             for key in outer:
                 inner = inner[key]
             inner[last] = value
+            if value is ...:
+                del inner[last]
         (folder / file).write_text(json.dumps(content))
 
     return edit
@@ -284,12 +286,14 @@ FORGERIES: dict[str, tuple[Edit, str, str]] = {
         "the messages do not say when its injection and its end were",
     ),
     "failure that counts": (
-        changed(f"{MINE}/run.json", manager_failed="It raised.", metrics__iou=0.99),
+        changed(f"{MINE}/run.json", start_ns=..., manager_failed="It raised.", metrics__iou=0.99),
         MINE,
         "it is stored as failed, and as valid or with figures",
     ),
     "failure with messages": (
-        changed(f"{MINE}/run.json", manager_failed="It raised.", valid=False, reason="It raised"),
+        changed(
+            f"{MINE}/run.json", start_ns=..., manager_failed="It raised.", valid=False, reason="It raised"
+        ),
         MINE,
         "it is stored as failed, and has messages",
     ),

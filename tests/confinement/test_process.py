@@ -128,6 +128,20 @@ def test_it_reads_the_data_that_it_is_given(confinement: Confinement, tmp_path: 
         assert answer(process) == "heavy"
 
 
+def test_it_finds_what_it_is_given_by_links_and_detours(confinement: Confinement, tmp_path: Path) -> None:
+    (tmp_path / "real/inner").mkdir(parents=True)
+    (tmp_path / "real/file").write_text("found", "utf-8")
+    (tmp_path / "link").symlink_to("real")
+    (tmp_path / "real/alias").symlink_to(tmp_path / "link/file")
+    for way in ("link/file", "link/alias", "real/inner/../file", "link/inner/../../link/alias"):
+        path = tmp_path / way
+        with confinement.start(
+            {"name": "use_file", "arguments": {"path": str(path)}}, View(readable=(path,))
+        ) as process:
+            assert answer(process) == "found"
+    assert sorted(entry.name for entry in tmp_path.iterdir()) == ["link", "real"]
+
+
 def test_it_is_small(confinement: Confinement) -> None:
     with confinement.start({"name": "nothing"}, View()) as process:
         assert answer(process) == "ready"
@@ -152,13 +166,16 @@ if {number} == signal.SIGSTOP:
 os.kill(os.getpid(), signal.SIGKILL)
 """
     told = subprocess.run([sys.executable, "-c", script], capture_output=True, check=False, text=True)
-    server, outcome, _ = told.stdout.split("|")
+    server, outcome, folder = told.stdout.rstrip().split("|")
     pids = [int(server), *map(int, outcome.partition("[")[2].partition("]")[0].split(","))]
     assert len(pids) == 5, told
     limit = time.monotonic() + _PATIENCE_S
     while any(Path(f"/proc/{pid}").exists() for pid in pids) and time.monotonic() < limit:
         time.sleep(0.01)  # noqa: TID251  processes' ends are waited for
     assert [pid for pid in pids if Path(f"/proc/{pid}").exists()] == []
+    while Path(folder).exists() and time.monotonic() < limit:
+        time.sleep(0.01)  # noqa: TID251  and that of what is left
+    assert not Path(folder).exists()
 
 
 def test_a_server_that_is_gone_is_one_sentence() -> None:

@@ -259,3 +259,24 @@ def test_nothing_of_the_scenario_is_logged(world: "World") -> None:
     world.kill("camera")
     play.until(4)
     assert not [line for line in world.messages["/rosout"] if line.name == "scenario_executor"]
+
+
+def test_an_internal_fault_comes_when_a_node_that_was_killed_is_back(world: "World") -> None:
+    play = Play(world, "name: camera_driver_issue, at: 1", "name: autofocus_needed, at: 1, until: 3")
+    world.kill("camera")
+    play.until(4)
+    assert play.onsets == []
+    play.nodes["camera"] = start(world, Camera)
+    play.until(8)
+    assert play.value("camera", "camera_driver_issue") is True
+    assert [fault for _, fault in play.onsets] == ["camera_driver_issue"]
+
+
+def test_steps_that_are_all_refused_are_all_said(world: "World") -> None:
+    world.start(ScenarioExecutor, parse_scenario("name: a\nfaults: [unneeded_enhancement]\n", "here"))
+    world.run(0.3)
+    answer = world.call(Trigger, "/scenario_executor/inject", Trigger.Request(), within=3.0)
+    assert answer.message == (
+        "unneeded_enhancement: image_enhancement did not answer within 2 s; "
+        "unneeded_enhancement: sensor_fusion did not answer within 2 s"
+    )

@@ -140,5 +140,5 @@ def _unpacked(root: Path, place: ManagerSources) -> str:
         for word in shlex.split(place.load.removeprefix(PREFIX))
     ]
     if words[0].startswith(f"{root}/"):
-        Path(words[0]).chmod(0o700)  # zip files that anybody can check have no permissions
+        Path(words[0]).chmod(0o755)  # zip files that anybody can check have no permissions
     return PREFIX + shlex.join(words)

@@ -11,6 +11,7 @@ import sys
 from collections.abc import Iterable
 from contextlib import suppress
 from functools import cache
+from itertools import pairwise
 from pathlib import Path
 from tempfile import mkdtemp
 from typing import Final
@@ -30,7 +31,7 @@ def can_enclose(paths: Iterable[Path]) -> bool:
     if sys.platform != "linux" or os.uname().machine not in _PIVOT_ROOT:
         return False
     folder = Path(mkdtemp(prefix="sunset-")).resolve()
-    seen = [place for path in paths for place in _places(path)]  # found once for all forks
+    seen = [path for path in paths if _ways(path)]  # found once for all forks
     pid = os.fork()
     if pid == 0:
         code = 1
@@ -50,7 +51,7 @@ def enclose(paths: Iterable[Path], folder: Path) -> None:
     Of a user other than root it makes one who has all capabilities, but in this process only.
 
     Args:
-        paths: absolute; they are at the same places as before, and so are those that they are links to.
+        paths: absolute; they are at the same places as before, and so are the links on the way to them.
         folder: becomes the empty one and the working directory.
 
     Raises:
@@ -69,10 +70,18 @@ def enclose(paths: Iterable[Path], folder: Path) -> None:
     _mount("tmpfs", folder, "tmpfs", _NO_SETUID | _NO_DEVICES, f"size={SIZE},nr_inodes={_FILES},mode=755")
     _within(folder, folder).mkdir(parents=True)
     shown: set[Path] = set()
-    for place in sorted({place for path in paths for place in _places(path)}):
+    ways = [way for path in paths for way in _ways(path)]
+    for place in sorted({place for place, target in ways if target == ""}):
         if shown.isdisjoint([place, *place.parents]):
             _show(place, _within(folder, place))
             shown.add(place)
+    for place, target in ways:
+        if target and shown.isdisjoint(place.parents):
+            _within(folder, place.parent).mkdir(parents=True, exist_ok=True)
+            with suppress(FileExistsError):
+                _within(folder, place).symlink_to(target)
+        elif target is None and shown.isdisjoint([place, *place.parents]):
+            _within(folder, place).mkdir(parents=True, exist_ok=True)
     os.chdir(folder)
     _check(_library().syscall(ctypes.c_long(_PIVOT_ROOT[os.uname().machine]), b".", b"."))
     _check(_library().umount2(b".", _DETACH))
@@ -80,9 +89,29 @@ def enclose(paths: Iterable[Path], folder: Path) -> None:
 
 
 @cache
-def _places(path: Path) -> tuple[Path, ...]:
-    """Return where a path is, and where it leads to; nothing if it is not there."""
-    return (path, path.resolve()) if path.exists() else ()
+def _ways(path: Path) -> tuple[tuple[Path, str | None], ...]:
+    """Return the links on the way to what a path names, with what is in them, and it itself, with an empty text.
+
+    Folders that the way leaves again, by "..", have None. It is nothing if the path is not there.
+    """
+    if not path.exists():
+        return ()
+    for place in [*reversed(path.parents), path]:
+        if place.is_symlink():
+            target = str(place.readlink())
+            further = _ways(place.parent / target / path.relative_to(place))
+            return (*_left(place), (_normal(place), target), *further)
+    return (*_left(path), (_normal(path), ""))
+
+
+def _left(path: Path) -> list[tuple[Path, None]]:
+    steps = pairwise([*reversed(path.parents), path])
+    return [(_normal(place), None) for place, after in steps if after.name == ".."]
+
+
+def _normal(path: Path) -> Path:
+    """Return a path, on which there are no links, without its detours."""
+    return Path(os.path.normpath(path))
 
 
 def _within(root: Path, path: Path) -> Path:

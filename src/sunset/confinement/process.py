@@ -4,7 +4,6 @@ import json
 import os
 import re
 import select
-import shutil
 import socket
 import subprocess
 import sys
@@ -28,6 +27,7 @@ from sunset.confinement.server import (
     environment,
     keep,
     limit_copy,
+    remove_folder,
 )
 from sunset.confinement.walls import MEMORY, View
 from sunset.errors import SunsetError
@@ -55,7 +55,7 @@ def show(text: str) -> None:
 class ConfinedProcess:
     """A confined process; as a context, it is gone at the end, with all that it has started and its folder.
 
-    Processes that are forked from the one that started it can use it, too; the folder is removed by whoever closes it.
+    Processes that are forked from the one that started it can use it, too.
 
     Attributes:
         socket: what it is talked to through: a connected stream, the other end of which is its only way out.
@@ -210,14 +210,16 @@ class ConfinedProcess:
         if self._closed:
             return
         self._closed = True
-        with suppress(SunsetError):
+        with suppress(SunsetError, OSError):
             self._end(KILL)
+            while self._keeper.recv(1):  # until the folder is gone, too
+                pass
         self.socket.close()
         self._keeper.close()
         for file in (self._dying, self._printed):
             if file is not None:
                 os.close(file)
-        _remove(self.folder)
+        remove_folder(self.folder)
 
     def __enter__(self) -> Self:
         """Return this process."""
@@ -230,15 +232,6 @@ class ConfinedProcess:
         self.close()
 
 
-def _remove(folder: Path) -> None:
-    """Remove a folder, whatever is in it."""
-    try:
-        shutil.rmtree(folder)
-    except (OSError, RecursionError):  # closed to its owner, or deeper than Python can go
-        for command in (("chmod", "-R", "u+rwx"), ("rm", "-rf")):
-            subprocess.run([*command, "--", str(folder)], check=False, capture_output=True)  # noqa: S603  ours
-
-
 def _open(on_text: Callable[[str], object]) -> tuple[ConfinedProcess, list[int]]:
     """Return a process that is yet to be, and the files that it and its keeper get."""
     folder = Path(tempfile.mkdtemp(prefix="sunset-")).resolve()
@@ -248,6 +241,7 @@ def _open(on_text: Callable[[str], object]) -> tuple[ConfinedProcess, list[int]]
     dying, dies = os.pipe()
     for end in (printed, dying, dies):
         os.set_blocking(end, False)
+    keeper.sendall(LENGTH.pack(len(os.fsencode(folder))) + os.fsencode(folder))
     process = ConfinedProcess(
         connection=ours, keeper=keeper, printed=printed, dying=dying, folder=folder, on_text=on_text
     )
@@ -271,24 +265,25 @@ def copy_process(
     """
     process, files = _open(on_text)
     try:
-        with FORKING:
-            flush_streams()
-            pid = fork()
-        if pid == 0:
-            try:
-                os.setsid()
-                if os.fork() == 0:
-                    keep(function, files, lambda _, parent: limit_copy(task, parent))
-            finally:
-                os._exit(0)
+        try:
+            with FORKING:
+                flush_streams()
+                pid = fork()
+            if pid == 0:
+                try:
+                    os.setsid()
+                    if os.fork() == 0:
+                        keep(function, files, lambda _, parent: limit_copy(task, parent))
+                finally:
+                    os._exit(0)
+        finally:
+            for file in files:
+                os.close(file)
         with suppress(ChildProcessError):  # somebody else has waited for it
             os.waitpid(pid, 0)
     except OSError:
         process.close()
         raise
-    finally:
-        for file in files:
-            os.close(file)
     return process
 
 
@@ -327,7 +322,11 @@ class Confinement:
         """
         process, files = _open(on_text)
         try:
-            socket.send_fds(self._door, [b"f"], files)
+            try:
+                socket.send_fds(self._door, [b"f"], files)
+            finally:
+                for file in files:
+                    os.close(file)
             folder = str(process.folder)
             document = json.dumps({"folder": folder, "view": view.to_json(), "task": task}).encode()
             process.socket.sendall(LENGTH.pack(len(document)) + document)
@@ -337,9 +336,6 @@ class Confinement:
                 "The process that confines managing systems has ended: it was killed, for instance for want of memory; "
                 "run the same command again."
             ) from error
-        finally:
-            for file in files:
-                os.close(file)
         return process
 
     @property

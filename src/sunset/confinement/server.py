@@ -10,9 +10,11 @@ import importlib
 import io
 import json
 import os
+import shutil
 import signal
 import socket
 import struct
+import subprocess
 import sys
 import tempfile
 import traceback
@@ -97,12 +99,14 @@ def keep(function: Entry, files: list[int], become: Callable[[socket.socket, int
         for file in (theirs, printed, dying):
             os.close(file)
         with socket.socket(fileno=keeper) as user:
+            folder = Path(os.fsdecode(_receive_text(user)))
             with suppress(OSError):
                 user.send(STATUS.pack(pid))
             _await_end(pid, user, ended)
             exit_code = _reap(pid)
             with suppress(OSError):
                 user.send(STATUS.pack(exit_code))
+            remove_folder(folder)
         code = 0
     finally:
         os._exit(code)
@@ -147,6 +151,17 @@ def _reap(pid: int) -> int:
         while True:
             os.waitpid(-pid, 0)
     return os.waitstatus_to_exitcode(status)
+
+
+def remove_folder(folder: Path) -> None:
+    """Remove a folder, unless that was done, whatever is in it."""
+    try:
+        shutil.rmtree(folder)
+    except FileNotFoundError:
+        return
+    except (OSError, RecursionError):  # closed to its owner, or deeper than Python can go
+        for command in (("chmod", "-R", "u+rwx"), ("rm", "-rf")):
+            subprocess.run([*command, "--", str(folder)], check=False, capture_output=True)  # noqa: S603  ours
 
 
 def _close_others(kept: set[int]) -> None:
@@ -196,7 +211,7 @@ def _run(
 
 def _confine(task_socket: socket.socket, parent: int) -> object:
     """Read what this process is to be, and make it so; return its task."""
-    document = json.loads(_receive(task_socket, LENGTH.unpack(_receive(task_socket, LENGTH.size))[0]))
+    document = json.loads(_receive_text(task_socket))
     folder, view = Path(document["folder"]), View.from_json(document["view"])
     os.chdir(folder)
     os.umask(0o077)
@@ -227,6 +242,11 @@ def limit_copy(task: object, parent: int) -> object:
     limit_memory()
     _end_with(parent)
     return task
+
+
+def _receive_text(connection: socket.socket) -> bytes:
+    """Return the next text, which has its length before it."""
+    return _receive(connection, LENGTH.unpack(_receive(connection, LENGTH.size))[0])
 
 
 def _receive(task_socket: socket.socket, size: int) -> bytes:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
+from sunset.confinement import confinement_report
 from sunset.experiments.manager import manager_checksum
 from sunset.experiments.resources import prepare
 from sunset.experiments.run import run
@@ -73,6 +74,7 @@ class ManagerCheck:
                 *self._refused(),
                 f"keeps the rules  {f'no: {self.reason}' if self.reason else 'yes'}",
                 f"deterministic    {same}{where}",
+                f"walls            {'none: the class is of this process only' if where else confinement_report()}",
             )
         )
 

@@ -132,10 +132,9 @@ class ScenarioExecutor(Node):
 
         def answered(future: Future[Answer]) -> None:
             answer = future.result() or Answer()
-            if (
-                one.is_internal and answer.late
-            ):  # its process has ended, and nobody has started another one yet
-                one.waiting = True
+            if one.is_internal and answer.late:
+                one.coming = False  # its process has ended, and there may be no other one yet
+                self._come(one)
             else:
                 self._arrive(one, ordered_ns, answer.refusal if is_up else "")
 
@@ -156,14 +155,14 @@ class ScenarioExecutor(Node):
         return outcome
 
     def _set(self, one: Occurrence, value: Value | None) -> Future[Answer]:
-        """Give a fault a strength; the future has the first refusal."""
+        """Give a fault a strength; the future has the refusals."""
         one.coming = not one.there
         steps = one.plan.injection if value is None else one.injection(value)
         self._world.hold(steps, one.fault.kind)
         return self._apply(one, steps, access=one.is_internal and one.there)
 
     def _apply(self, one: Occurrence, steps: Iterable[Adaptation], *, access: bool) -> Future[Answer]:
-        """Do steps at once; the future has the first answer that is a refusal, or the last one."""
+        """Do steps at once; the future has all refusals."""
         outcome: Future[Answer] = Future()
         steps = list(steps)
         answers: dict[int, Answer] = {}
@@ -173,8 +172,9 @@ class ScenarioExecutor(Node):
             if answers[place].changed and steps[place].kind is AdaptationKind.ACTIVATE:
                 one.activated.add(steps[place].node)
             if len(answers) == len(steps):
-                refusals = [answers[number] for number in sorted(answers) if answers[number].refusal]
-                outcome.set_result(refusals[0] if refusals else Answer())
+                refused = [answers[number] for number in sorted(answers) if answers[number].refusal]
+                reason = f"; {one.plan.name}: ".join(answer.refusal for answer in refused)
+                outcome.set_result(Answer(reason, late=any(answer.late for answer in refused)))
 
         for place, step in enumerate(steps):
             self._injector.apply(step, access=access).add_done_callback(partial(answered, place))

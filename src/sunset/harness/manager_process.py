@@ -10,6 +10,7 @@ import msgspec
 
 from sunset.errors import ManagerError
 from sunset.managing import ManagingSystem, Program, load_manager, manager_sources, unfiled_sources
+from sunset.managing.files import manager_data
 from sunset.rmw.core.port import CallbackError
 from sunset.rmw.remote import Pipe, PipeError, RemoteProcess
 from sunset.ros import Context, Parameter, SingleThreadedExecutor
@@ -91,7 +92,9 @@ def run_manager(connection: socket.socket, task: object) -> None:
         others = unfiled_sources(told.manager)
         loaded = LoadedManager(
             made.node_name,
-            tuple(map(str, manager_sources(told.manager, made, folder))),
+            tuple(
+                map(str, [*manager_sources(told.manager, made, folder), *manager_data(told.manager, folder)])
+            ),
             None if others is None else tuple(others),
         )
     except ManagerError as error:

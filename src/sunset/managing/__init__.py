@@ -4,16 +4,15 @@ from sunset.managing.base import ManagingSystem
 from sunset.managing.baseline import Baseline
 from sunset.managing.command import PREFIX, parse_command
 from sunset.managing.loading import (
-    MANAGERS,
     checksum,
     is_registered,
     load_manager,
     manager_sources,
     register_manager,
     sources_digest,
-    split_label,
     unfiled_sources,
 )
+from sunset.managing.names import MANAGERS, split_label
 from sunset.managing.none import NoAdaptation
 from sunset.managing.program import PROTOCOL, Program
 from sunset.managing.reactive import Reactive

@@ -8,7 +8,9 @@ from pathlib import Path
 from typing import Final
 
 from sunset.errors import ManagerError
-from sunset.managing.loading import MANAGERS, is_registered
+from sunset.managing.command import PREFIX
+from sunset.managing.loading import is_registered
+from sunset.managing.names import MANAGERS
 from sunset.source_files import modules_beside
 
 _PACKAGE: Final = Path(__file__).parents[1]
@@ -24,6 +26,8 @@ def manager_code(spec: str) -> tuple[tuple[Path, ...], tuple[Path, ...]]:
     folders = [Path(entry).resolve() for entry in sys.path if entry]
     roots = [folder for folder in folders if folder.is_dir() and not _is_installed(folder)]
     found = [file] if file else []
+    if file and spec.rpartition(":")[0].endswith(".py"):  # the links on the way to it, too
+        found.insert(0, Path(spec.rpartition(":")[0]).absolute())
     if file:
         roots.insert(0, file.parents[file.stem == "__init__"])
     roots = list(dict.fromkeys(roots))
@@ -32,15 +36,16 @@ def manager_code(spec: str) -> tuple[tuple[Path, ...], tuple[Path, ...]]:
     )
 
 
-def manager_data(spec: str) -> tuple[Path, ...]:
+def manager_data(spec: str, folder: Path | None = None) -> tuple[Path, ...]:
     """Return the files that a managing system says it reads: `files` of its class, relative to the file it stands in.
 
-    The class says so with a tuple of texts, written out, such as `files = ("weights.npz",)`.
+    The class says so with a tuple of texts, written out, such as `files = ("weights.npz",)`. A path in `spec` that is
+    not absolute begins in `folder`, else in the working directory.
 
     Raises:
         ManagerError: `files` is anything else, or one of them is not a file.
     """
-    file, name = _file(spec), spec.rpartition(":")[2]
+    file, name = _file(spec, folder), spec.rpartition(":")[2]
     if file is None or not file.is_file():
         return ()
     found = []
@@ -85,13 +90,13 @@ def _texts(file: Path, name: str, value: ast.expr | None) -> list[str]:
     return list(texts)
 
 
-def _file(spec: str) -> Path | None:
+def _file(spec: str, folder: Path | None = None) -> Path | None:
     """Return the file of a managing system that is not installed; None if it has none."""
     where, _, name = spec.rpartition(":")
-    if spec in MANAGERS or is_registered(spec) or not where or not name:
+    if spec.startswith(PREFIX) or spec in MANAGERS or is_registered(spec) or not where or not name:
         return None
     if where.endswith(".py"):
-        return Path(where).resolve()
+        return ((folder or Path()) / where).resolve()
     package = where.partition(".")[0]
     try:
         found = importlib.util.find_spec(package)

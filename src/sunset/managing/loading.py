@@ -3,39 +3,28 @@
 import hashlib
 import importlib
 import inspect
-import re
 import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
-from types import FunctionType, MappingProxyType, ModuleType
+from types import FunctionType, ModuleType
 from typing import Final, Self, cast
 
 from sunset.errors import ManagerError
 from sunset.managing.base import ManagingSystem
-from sunset.managing.baseline import Baseline
 from sunset.managing.command import PREFIX
-from sunset.managing.none import NoAdaptation
+from sunset.managing.names import MANAGERS
 from sunset.managing.program import Program, load_program
-from sunset.managing.reactive import Reactive
 from sunset.managing.symptoms import Symptoms
 from sunset.source_files import class_texts, functions_of, import_file, import_from, is_edited
 from sunset.texts import suggestion
-
-MANAGERS: Final[Mapping[str, type[ManagingSystem]]] = MappingProxyType(
-    {"none": NoAdaptation, "baseline": Baseline, "reactive": Reactive}
-)
-"""The managing systems that come with SUNSET, by name."""
 
 _OURS: Final = frozenset({"sunset", "__main__", "__mp_main__"})
 """Top-level modules that are not part of a managing system, wherever they are."""
 
 _KNOWN: Final = frozenset({"sunset", "builtins"})
 """Top-level modules whose classes every managing system may inherit from."""
-
-_LABEL: Final = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.+-]{0,39}")
-_RESERVED: Final = frozenset({*MANAGERS, "external"})
 
 _registered: dict[str, type[ManagingSystem]] = {}
 """Those that were passed as classes, by the names that they are loaded by in this process and in those it forks."""
@@ -46,34 +35,6 @@ _first: dict[str, tuple[object, str]] = {}
 
 _folders: set[Path] = set()
 """Where files were loaded from."""
-
-
-def split_label(text: str) -> tuple[str, str]:
-    """Return the label of `LABEL=MANAGER` and what stands behind it; an empty label if there is none.
-
-    A path or a module before the first `=` is not a label: `a=b/mine.py:Mine` is a file in the folder `a=b`.
-
-    Raises:
-        ManagerError: the label has other characters than a label may have, is too long, or is the name of a
-            managing system that comes with SUNSET.
-
-    >>> split_label("mine-2=mine.py:Mine"), split_label("baseline")
-    (('mine-2', 'mine.py:Mine'), ('', 'baseline'))
-    """
-    label, separator, manager = text.partition("=")
-    if not separator or "/" in label or ":" in label:
-        return "", text
-    if not _LABEL.fullmatch(label):
-        raise ManagerError(
-            f"The label of the managing system {text!r} must be 1 to 40 of the letters a to z and A to Z, digits, "
-            f"'_', '.', '+' and '-', and begin with a letter or digit, got {label!r}."
-        )
-    if label in _RESERVED:
-        raise ManagerError(
-            f"The label {label!r} is the name of a managing system that comes with SUNSET; choose another for "
-            f"{manager}."
-        )
-    return label, manager
 
 
 def load_manager(spec: str, folder: Path = Path()) -> type[ManagingSystem]:

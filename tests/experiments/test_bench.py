@@ -91,7 +91,7 @@ def test_the_last_seed_must_be_a_seed_too() -> None:
 
 def _bench(out: Path, jobs: int) -> list[str]:
     command = [sys.executable, "-m", "sunset", "bench", "--suite", "degraded", "--managers", "baseline"]
-    return [*command, "--duration", "4", "--repetitions", "1", "--jobs", str(jobs), "--out", str(out)]
+    return [*command, "--duration", "2", "--repetitions", "1", "--jobs", str(jobs), "--out", str(out)]
 
 
 def _content(folder: Path) -> dict[str, bytes]:

@@ -302,6 +302,7 @@ def test_a_class_that_was_passed_is_packed_with_its_source_and_cannot_be_run_by_
     )
 
 
+@pytest.mark.thorough
 def test_a_program_is_packed_with_the_files_of_its_command_and_run_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

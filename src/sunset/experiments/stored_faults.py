@@ -19,7 +19,7 @@ def stored_faults(scenario: Scenario, asked: Scenario) -> list[StoredFault]:
 
 
 def scenario_of(run: RunRecord) -> Scenario:
-    """Return the scenario of a stored run, with the strengths that were injected.
+    """Return the scenario of a stored run.
 
     Raises:
         ScenarioError: no scenario has these faults.
@@ -27,7 +27,8 @@ def scenario_of(run: RunRecord) -> Scenario:
     faults = tuple(
         ScenarioFault(
             one.name,
-            one.value,
+            one.value if one.severity is None else None,
+            severity=one.severity,
             at=one.at,
             until=one.until,
             profile=Profile(**one.profile) if one.profile else Profile(),  # type: ignore[arg-type]  # it checks itself

@@ -206,8 +206,10 @@ def _episodes(
         blamed += due
         causes = [injection.time for injection in due if not _is_past(injection, spell, adaptations)]
         began = min(causes) if causes else max(spell.origin, 0.0)
-        behind = _faults_behind(failure.name, spell, timeline.injections)
-        resolving = _resolving(failure.name, began, spell.ended, adaptations) if behind else None
+        able = _able_faults(failure.name, spell, timeline.injections)
+        resolving = None
+        if any(_is_behind(one, failure.name, spell) for one in able):
+            resolving = _resolving(failure.name, began, spell.ended, adaptations)
         episodes.append(
             Episode(
                 failure=failure.name,
@@ -215,7 +217,7 @@ def _episodes(
                 holds=spell.holds,
                 ended=spell.ended,
                 injected=bool(causes),
-                adaptation=None if _healed(spell, behind, resolving) else resolving,
+                adaptation=None if _healed(spell, able, resolving) else resolving,
             )
         )
     return episodes
@@ -240,37 +242,39 @@ def _ended_before(injection: Injection, spell: Spell) -> bool:
     return injection.ended is not None and injection.ended + SILENCE_S < spell.origin
 
 
-def _faults_behind(failure: str, spell: Spell, injections: Sequence[Injection]) -> list[Injection]:
-    """Return the faults that can have brought a failure about, by themselves or by what else they do."""
+def _able_faults(failure: str, spell: Spell, injections: Sequence[Injection]) -> list[Injection]:
+    """Return the faults that can have brought a failure about or kept it up, by themselves or by what else they do."""
     outages = current_system().outages
-    if failure in outages:
-        return [
-            injection
-            for injection in injections
-            if injection.failure in outages
-            and affects(short_name(injection.node), failure)
-            and abs(spell.origin - injection.time) <= SILENCE_S + TOLERANCE_S
-        ]
     return [
         injection
         for injection in injections
-        if injection.failure not in outages
-        and injection.time <= spell.holds
+        if (injection.failure in outages) is (failure in outages)
+        and (failure not in outages or affects(short_name(injection.node), failure))
+        and (spell.ended is None or injection.time <= spell.ended)
         and not _ended_before(injection, spell)
     ]
 
 
-def _healed(spell: Spell, behind: Sequence[Injection], adaptation: ExecutedAdaptation | None) -> bool:
+def _is_behind(injection: Injection, failure: str, spell: Spell) -> bool:
+    """Return whether a fault, which is able to, can have begun a spell."""
+    if failure in current_system().outages:
+        return abs(spell.origin - injection.time) <= SILENCE_S + TOLERANCE_S
+    return injection.time <= spell.holds
+
+
+def _healed(spell: Spell, able: Sequence[Injection], adaptation: ExecutedAdaptation | None) -> bool:
     """Return whether a spell ended since faults healed by themselves, and not by an adaptation."""
     if spell.ended is None or adaptation is None:
         return False
-    ends = [(one.ended, one.healed is not None) for one in behind if one.ended is not None]
-    past = [end for end in ends if end[0] <= spell.ended]
-    if not past:
+    ends = [
+        (one.ended, one.healed is not None)
+        for one in able
+        if one.ended is not None and one.ended <= spell.ended
+    ]
+    if not ends:
         return False
-    last, by_itself = max(past)
-    others_are_there = len(past) < len(behind)
-    if others_are_there:
+    last, by_itself = max(ends)
+    if len(ends) < len(able):
         return by_itself and adaptation.time < last and spell.ended - last <= SILENCE_S
     return by_itself
 

@@ -9,8 +9,10 @@ from typing import Any
 import pytest
 from tests.bundling.conftest import DATE, SETTINGS, Forge
 
+from sunset.api.splits import generate_split
 from sunset.bundling import Rerun, bundle, verify
 from sunset.experiments import BenchSpec, bench
+from sunset.recording import read_plan
 from sunset.recording._bag import read_bag, write_bag
 from sunset.recording.values import Payload, digest_of
 from sunset.system import extended_system
@@ -559,3 +561,24 @@ def of_seed_7(folder: Path) -> None:
     renamed(folder)
     (file,) = (folder / "campaign/runs").glob("*/*/*/seed-7/run.json")
     changed(str(file.relative_to(folder)), seed=7)(folder)
+
+
+@pytest.mark.thorough
+@pytest.mark.usefixtures("flight")
+def test_a_campaign_on_a_split_keeps_what_pins_it(tmp_path: Path, forge: Forge) -> None:
+    described = generate_split("train", 1, tmp_path / "split", seed=4)
+    bench(
+        BenchSpec(suite=str(tmp_path / "split"), managers=("none",), references=False, repetitions=1),
+        tmp_path / "results",
+        jobs=1,
+    )
+    bundle(tmp_path / "results", out := tmp_path / "results.zip", published=DATE)
+
+    assert read_plan(tmp_path / "results").split == described.sha256
+    assert verify(out, NOTHING).passed
+    for edit, finding in (
+        (lambda folder: (folder / "scenarios/split.json").unlink(), "bench.json: it was changed"),
+        (changed("scenarios/split.json", sha256="0" * 64), "are not those of its split.json"),
+        (changed("campaign/bench.json", split="0" * 64), "bench.json: it was changed"),
+    ):
+        assert finding in str(verify(forge(out, edit), NOTHING))

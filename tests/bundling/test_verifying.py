@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from tests.bundling.conftest import DATE, SETTINGS, Forge
+from tests.bundling.conftest import DATE, IMPORTED, SETTINGS, Forge
 
 from sunset.api.splits import generate_split
 from sunset.bundling import Rerun, bundle, verify
@@ -453,9 +453,10 @@ def test_what_fits_together_and_never_happened_is_found_by_running_it_again(
     assert problem.startswith(f"{WET}: The run in {WET} was run again, and left other messages")
 
 
-def test_an_untouched_bundle_verifies_and_runs_none_of_its_code(results: Path, packed: Path) -> None:
-    imported = results.parent / "imported"
-    imported.unlink(missing_ok=True)
+def test_an_untouched_bundle_verifies_and_runs_none_of_its_code(
+    packed: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    capfd.readouterr()
 
     found = verify(packed, ALL)
 
@@ -467,12 +468,13 @@ def test_an_untouched_bundle_verifies_and_runs_none_of_its_code(results: Path, p
         "2 runs could not be run again: that runs the code of mine, which the bundle has; read it, and let it run with "
         "--trust."
     )
-    assert not imported.exists()
+    assert IMPORTED not in capfd.readouterr().err
 
 
-def test_what_is_trusted_is_run_again_from_the_source_in_the_bundle(results: Path, packed: Path) -> None:
-    imported = results.parent / "imported"
-    imported.unlink(missing_ok=True)
+def test_what_is_trusted_is_run_again_from_the_source_in_the_bundle(
+    results: Path, packed: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    capfd.readouterr()
     (results.parent / "helper.py").rename(results.parent / "gone.py")
     try:
         found = verify(packed, Rerun(99, 1, trust=True))
@@ -480,7 +482,7 @@ def test_what_is_trusted_is_run_again_from_the_source_in_the_bundle(results: Pat
         (results.parent / "gone.py").rename(results.parent / "helper.py")
 
     assert (found.problems, found.unchecked, len(found.again)) == ((), (), 4)
-    assert imported.exists()
+    assert IMPORTED in capfd.readouterr().err
 
 
 @pytest.mark.thorough

@@ -1,6 +1,7 @@
 """Managing systems that fail, each in another way, or do to the interpreter what no other run may notice."""
 
 import os
+import signal
 import sys
 from contextlib import suppress
 from dataclasses import replace
@@ -46,7 +47,7 @@ class Hangs(ManagingSystem):
         while True:
             with suppress(BaseException):
                 while True:
-                    pass
+                    signal.pause()
 
 
 class Forks(ManagingSystem):

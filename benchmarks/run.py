@@ -38,9 +38,9 @@ def main() -> None:
     settings = Settings(model=arguments.model)
     cached = RunSpec(scenario=load_scenario("nofault"), manager="none", settings=settings)
     spec = replace(cached, settings=replace(settings, cache=False))
-    timing = settings.timing
+    timing = cached.timing
     with read_bag(default_flight()) as bag:
-        frames = [bag.frame(index) for index in range(timing.frames)]
+        frames = [bag.frame(index) for index in range(timing.least_frames)]
     segmenter = Segmenter(load_model(arguments.model))
 
     def infer(_: int) -> None:
@@ -58,8 +58,8 @@ def main() -> None:
             arguments.rounds, lambda number: run(cached, Path(folder) / f"cached-{number}")
         )
     flown = timing.warm_up_s + timing.duration_s
-    print(f"flown                          {flown:8.1f} s, {timing.frames} frames")
-    print(f"bare inferences                {bare:8.2f} s, {1e3 * bare / timing.frames:.1f} ms a frame")
+    print(f"flown                          {flown:8.1f} s, {timing.least_frames} frames")
+    print(f"bare inferences                {bare:8.2f} s, {1e3 * bare / timing.least_frames:.1f} ms a frame")
     print(f"run, inferences computed       {computed:8.2f} s, {flown / computed:.1f} times real time")
     print(f"run over bare inferences       {computed / bare:8.2f}")
     print(f"run, inferences looked up      {looked_up:8.2f} s, {flown / looked_up:.1f} times real time")

@@ -7,8 +7,10 @@ from sunset.api import bench as bench
 from sunset.api import bundle as bundle
 from sunset.api import calibrate_model as calibrate_model
 from sunset.api import check_manager as check_manager
+from sunset.api import check_split as check_split
 from sunset.api import fault_figure as fault_figure
 from sunset.api import fault_picture as fault_picture
+from sunset.api import generate_split as generate_split
 from sunset.api import import_model as import_model
 from sunset.api import list_faults as list_faults
 from sunset.api import list_managers as list_managers
@@ -20,6 +22,7 @@ from sunset.api import load_model as load_model
 from sunset.api import load_scenario as load_scenario
 from sunset.api import make_scenario as make_scenario
 from sunset.api import measure_curves as measure_curves
+from sunset.api import measure_flights as measure_flights
 from sunset.api import measure_iou as measure_iou
 from sunset.api import render_flight as render_flight
 from sunset.api import report as report
@@ -48,8 +51,10 @@ __all__ = [
     "bundle",
     "calibrate_model",
     "check_manager",
+    "check_split",
     "fault_figure",
     "fault_picture",
+    "generate_split",
     "import_model",
     "list_faults",
     "list_managers",
@@ -61,6 +66,7 @@ __all__ = [
     "load_scenario",
     "make_scenario",
     "measure_curves",
+    "measure_flights",
     "measure_iou",
     "render_flight",
     "report",

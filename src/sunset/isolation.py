@@ -17,7 +17,7 @@ import threading
 import time
 import traceback
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from contextlib import closing, suppress
 from itertools import takewhile
 from pathlib import Path
@@ -37,8 +37,6 @@ FORKING: Final = threading.RLock()
 _POLL_S: Final = 0.005
 _GRACE_S: Final = 1.0
 """From the signal that lets a process say where it hangs to the one that it cannot refuse."""
-_STILL_S: Final = 60.0
-"""A process that is not in a call under the watch and has shown no sign of life for so long hangs too."""
 
 _MEMORY: Final = 4 << 30
 """How much memory the process may take beyond its caller's, in bytes."""
@@ -72,11 +70,11 @@ class UnexpectedError(Exception):
 
 
 class Watch:
-    """What the process tells its caller: since when code runs that may hang, whose, and when it last did anything."""
+    """What the process tells its caller: when it last did anything, and whose code runs."""
 
     def __init__(self) -> None:
         page = memoryview(mmap.mmap(-1, mmap.PAGESIZE))
-        self._times, self._running = page[:16].cast("q"), page[16:_NAME_END]
+        self._last, self._running = page[:8].cast("q"), page[8:_NAME_END]
         self.tick()
 
     @property
@@ -90,19 +88,7 @@ class Watch:
 
     def tick(self) -> None:
         """Show a sign of life."""
-        self._times[1] = time.monotonic_ns()
-
-    def call(self, function: Callable[[], T]) -> T:
-        """Call a function that may hang, or fork; a process that it forks ends when the function does."""
-        process, outer = os.getpid(), self._times[0]
-        self._times[0] = time.monotonic_ns()
-        try:
-            return function()
-        finally:
-            if os.getpid() != process:
-                os._exit(0)
-            self.tick()
-            self._times[0] = outer
+        self._last[0] = time.monotonic_ns()
 
     def call_named(self, name: str, function: Callable[[], T]) -> T:
         """Call a function; `running` names whose it is until it returns, and still when it has raised."""
@@ -112,16 +98,12 @@ class Watch:
         return result
 
     def passed(self, limit_s: float) -> str:
-        """Return which limit the process has passed, as the end of a sentence; empty if it has passed none."""
-        since, last = self._times[0], self._times[1]
-        now = time.monotonic_ns()
-        if since:
-            return f"did not return within {limit_s:g} s" if now - since > limit_s * 1e9 else ""
-        still_s = max(limit_s, _STILL_S)
-        return f"did nothing for {still_s:g} s" if now - last > still_s * 1e9 else ""
+        """Return that the process has passed a limit, as the end of a sentence; empty if it has not."""
+        still = time.monotonic_ns() - self._last[0] > limit_s * 1e9
+        return f"did nothing for {limit_s:g} s" if still else ""
 
 
-def call_isolated(function: Callable[[Watch], T], *, limit_s: float) -> T:
+def call_isolated(function: Callable[[Watch], T], *, limit_s: float, kept: Collection[int] = ()) -> T:
     """Call a function in a process of its own, and return what it returns.
 
     What the process has started and left running is ended with it, but for what made itself a session of its own.
@@ -129,7 +111,8 @@ def call_isolated(function: Callable[[Watch], T], *, limit_s: float) -> T:
     Args:
         function: gets a `Watch`, and returns what JSON can hold. It ignores interrupts, for its caller has them, and
             what it prints goes to stderr.
-        limit_s: seconds of wall time that each call under the watch may take.
+        limit_s: seconds of wall time that may pass without a sign of life of it.
+        kept: which of the caller's pipes and sockets it keeps open.
 
     Raises:
         SunsetError: what the function raised, of the same class.
@@ -141,16 +124,16 @@ def call_isolated(function: Callable[[Watch], T], *, limit_s: float) -> T:
     fill_standard_streams()
     answer, frames = _Pipe(), _Pipe()
     pid, code = 0, None
-    _flush()
+    flush_streams()
     with closing(answer), closing(frames):
         held = signal.pthread_sigmask(signal.SIG_BLOCK, ())
         try:
             with FORKING:
                 # what a signal's handler raises in the middle of a fork is lost
                 signal.pthread_sigmask(signal.SIG_BLOCK, ENDING)
-                pid = _fork()
+                pid = fork()
             if pid == 0:
-                _serve(function, watch, answer, frames)
+                _serve(function, watch, answer, frames, kept)
             signal.pthread_sigmask(signal.SIG_SETMASK, held)
             hung = _await_end(pid, watch, limit_s)
         finally:
@@ -158,20 +141,21 @@ def call_isolated(function: Callable[[Watch], T], *, limit_s: float) -> T:
                 code = _reap(pid)
             signal.pthread_sigmask(signal.SIG_SETMASK, held)
         if hung:
-            raise ProcessDeath(hung, watch.running, _find_frames(frames.read()))
+            raise ProcessDeath(hung, watch.running, find_frames(frames.read()))
         told = answer.read()
         if code or not told:
-            raise ProcessDeath(_describe_end(code), watch.running, _find_frames(frames.read()))
+            raise ProcessDeath(describe_end(code), watch.running, find_frames(frames.read()))
         return cast("T", _result(told, watch))
 
 
-def _flush() -> None:
+def flush_streams() -> None:
+    """Write what is still to be written to stdout and stderr, so that a fork does not write it again."""
     for stream in (sys.stdout, sys.stderr):
         with suppress(AttributeError, ValueError):  # it is None or of a class of the user's, or closed
             stream.flush()
 
 
-def _fork() -> int:
+def fork() -> int:
     """Fork; signals that come meanwhile come again after it, where they are blocked in this thread.
 
     Where another thread takes a signal, its handler runs in this one all the same, and what it raises is lost in one of
@@ -206,15 +190,19 @@ class _Pipe:
         os.close(self.writer)
 
 
-def _serve(function: Callable[[Watch], object], watch: Watch, answer: _Pipe, frames: _Pipe) -> NoReturn:
+def _serve(
+    function: Callable[[Watch], object], watch: Watch, answer: _Pipe, frames: _Pipe, kept: Collection[int]
+) -> NoReturn:
     """Call the function, write its answer, and end this process: neither threads nor handlers keep it."""
     process, code = os.getpid(), 1
     try:
-        told = json.dumps(_outcome(function, watch, {answer.writer, frames.writer}, frames.writer)).encode()
+        told = json.dumps(
+            _outcome(function, watch, {answer.writer, frames.writer, *kept}, frames.writer)
+        ).encode()
         for stream in (sys.stdout, sys.stderr):
             with suppress(Exception):  # who closes them gets nothing more to see
                 stream.flush()
-        if os.getpid() == process:  # else it was forked outside of the watch, and has nothing to answer
+        if os.getpid() == process:  # else the function has forked it, and it has nothing to answer
             os.write(answer.writer, told)
         code = 0
     finally:
@@ -238,13 +226,18 @@ def _set_up(kept: set[int], frames: int) -> None:
             if opened > 2 and opened not in kept and (stat.S_ISFIFO(mode) or stat.S_ISSOCK(mode)):  # noqa: PLR2004
                 os.close(opened)
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    limit_memory()
+    faulthandler.enable(frames, all_threads=False)
+
+
+def limit_memory() -> None:
+    """Let this process take 4 GiB of memory beyond what it has, where the system tells how much that is."""
     size = Path("/proc/self/statm")
-    if size.exists():  # where the system tells how much it is now
+    if size.exists():
         limit = int(size.read_text(encoding="ascii").split()[5]) * resource.getpagesize() + _MEMORY
         _, most = resource.getrlimit(resource.RLIMIT_DATA)
         limit = limit if most == resource.RLIM_INFINITY else min(limit, most)
         resource.setrlimit(resource.RLIMIT_DATA, (limit, limit))
-    faulthandler.enable(frames, all_threads=False)
 
 
 def _outcome(
@@ -316,7 +309,8 @@ def _reap(pid: int) -> int | None:
     return os.waitstatus_to_exitcode(status)
 
 
-def _describe_end(code: int | None) -> str:
+def describe_end(code: int | None) -> str:
+    """Return how a process ended, as the end of a sentence; `code` is its exit code, None if it was lost."""
     if code is None:
         return "ended its process"
     if code >= 0:
@@ -327,7 +321,8 @@ def _describe_end(code: int | None) -> str:
         return f"ended its process by signal {-code}"
 
 
-def _find_frames(told: bytes) -> tuple[tuple[str, int, str], ...]:
+def find_frames(told: bytes) -> tuple[tuple[str, int, str], ...]:
+    """Return where a process was, as (file, line, function), the innermost first, as its faulthandler told."""
     text = told.decode("utf-8", "replace")
     frames = ((at["file"], int(at["line"]), at["function"]) for at in _FRAME.finditer(text))
     return tuple(takewhile(lambda frame: frame[2] != _outcome.__name__, frames))

@@ -3,6 +3,7 @@
 import hashlib
 import os
 import re
+import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -57,6 +58,33 @@ def draft_of(file: Path, what: str = "file") -> Iterator[Path]:
     finally:
         with suppress(OSError):
             draft.unlink()
+
+
+@contextmanager
+def draft_of_folder(folder: Path, what: str = "folder") -> Iterator[Path]:
+    """Give a folder that is there for the time being, and rename it at the end, if nothing is raised.
+
+    Args:
+        folder: must not exist, or be empty.
+        what: it is.
+
+    Raises:
+        OutputError: it exists and is not empty, or cannot be written.
+    """
+    place = folder.absolute()
+    draft = place.with_name(f".{place.name}.{os.getpid()}.part")
+    try:
+        if place.exists() and (not place.is_dir() or any(place.iterdir())):
+            raise OutputError(f"The {what} {folder} exists already; remove it or name another folder.")
+        draft.mkdir(parents=True)
+        yield draft
+        draft.rename(place)
+    except OSError as error:
+        raise OutputError(
+            f"The {what} {folder} cannot be written: {error.strerror}; free some space or name another folder."
+        ) from error
+    finally:
+        shutil.rmtree(draft, ignore_errors=True)
 
 
 def write_text(file: Path, text: str, what: str = "file") -> None:

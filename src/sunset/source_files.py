@@ -10,13 +10,15 @@ import importlib.util
 import inspect
 import linecache
 import sys
-from collections.abc import Iterator, Sequence
-from importlib.machinery import ModuleSpec, PathFinder, SourceFileLoader
+from collections.abc import Iterable, Iterator, Sequence
+from importlib.machinery import EXTENSION_SUFFIXES, SOURCE_SUFFIXES, ModuleSpec, PathFinder, SourceFileLoader
 from pathlib import Path
 from types import CodeType, FunctionType, ModuleType
 
 _folders: set[Path] = set()
 """Whose modules are imported without bytecode."""
+_known: dict[str, frozenset[Path]] = {}
+"""Folders that cannot be listed, and the files below them that can be imported."""
 _compiled: dict[Path, str] = {}
 """The SHA-256 of what was compiled, by the file that it stood in."""
 
@@ -39,12 +41,59 @@ class _Finder:
     def find_spec(
         name: str, path: Sequence[str] | None = None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
-        spec = PathFinder.find_spec(name, path, target)
+        spec = _known_spec(name, path) or PathFinder.find_spec(name, path, target)
         if spec is not None and type(spec.loader) is SourceFileLoader and name.partition(".")[0] != "sunset":
             depth = name.count(".") + (spec.submodule_search_locations is not None)
             if _folders.intersection([*Path(spec.loader.path).parents][depth : depth + 1]):
                 spec.loader = _Loader(name, spec.loader.path)
         return spec
+
+
+def _known_spec(name: str, path: Sequence[str] | None) -> ModuleSpec | None:
+    """Return what Python would find of a module if it could list folders; None if none of them is known to have it."""
+    last = name.rpartition(".")[2]
+    for entry in sys.path if path is None else path:
+        for root, files in _known.items():
+            place = Path(entry, last)
+            if not place.is_relative_to(root):
+                continue
+            for suffix in (*EXTENSION_SUFFIXES, *SOURCE_SUFFIXES):
+                package, module = place / f"__init__{suffix}", place.with_name(f"{last}{suffix}")
+                if package in files:
+                    return importlib.util.spec_from_file_location(
+                        name, package, submodule_search_locations=[str(place)]
+                    )
+                if module in files:
+                    return importlib.util.spec_from_file_location(name, module)
+            if any(place in file.parents for file in files):  # a namespace
+                spec = ModuleSpec(name, None, is_package=True)
+                spec.submodule_search_locations = [str(place)]
+                return spec
+    return None
+
+
+def find_modules(folders: Iterable[Path], files: Iterable[Path]) -> None:
+    """Let files below folders that cannot be listed be imported, before modules of the same name elsewhere."""
+    given = frozenset(files)
+    for folder in reversed([*folders]):
+        _known[str(folder)] = frozenset(file for file in given if file.is_relative_to(folder))
+        import_from(folder)
+
+
+def modules_beside(folder: Path) -> tuple[Path, ...]:
+    """Return the Python files in a folder, and those of the packages in it."""
+    suffixes = (*SOURCE_SUFFIXES, *EXTENSION_SUFFIXES)
+    found: list[Path] = []
+    try:
+        entries = sorted(folder.iterdir())
+    except OSError:  # it may be closed to the user, too
+        return ()
+    for entry in entries:
+        if entry.name.endswith(suffixes) and entry.is_file():
+            found.append(entry)
+        elif (entry / "__init__.py").is_file():
+            found += modules_beside(entry)
+    return tuple(found)
 
 
 def import_file(path: Path, name: str) -> ModuleType:

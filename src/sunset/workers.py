@@ -6,19 +6,26 @@ import signal
 import sys
 import threading
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from multiprocessing.synchronize import Event
 from pathlib import Path
 from traceback import walk_stack
+from typing import TypeVar
 
 from sunset.errors import InvalidInputError, SunsetError
 from sunset.texts import shown
 
+_Item = TypeVar("_Item")
+_Result = TypeVar("_Result")
+
 Progress = Callable[[int, int], None]
 """Called with how much is done and how much there is."""
+
+Stages = Callable[[str, int, int], None]
+"""Called with what is being done, how much of it is done, and how much there is."""
 
 
 def processors() -> int:
@@ -110,6 +117,35 @@ def worker_pool(jobs: int, *, forked: bool = False) -> Iterator[ProcessPoolExecu
         ) from error
     finally:
         pool.shutdown(wait=True, cancel_futures=True)
+
+
+def spread(
+    work: Callable[[_Item], _Result],
+    items: Sequence[_Item],
+    *,
+    jobs: int | None = None,
+    progress: Progress | None = None,
+) -> Iterator[_Result]:
+    """Yield the result of every item, in their order.
+
+    Args:
+        work: a function of a module, or a `partial` of one, since it goes to other processes.
+        items: what it is called with, one by one.
+        jobs: processes; as many as there are processors if None. With one it is this process.
+        progress: called with items done and items in all.
+
+    Raises:
+        InvalidInputError: `jobs` is less than 1.
+        SunsetError: a worker process was killed, or what `work` raised.
+    """
+    check_jobs(jobs)
+    count = min(jobs or processors(), max(len(items), 1))
+    with nullcontext() if count == 1 else worker_pool(count) as pool:
+        results = pool.map(work, items) if pool else map(work, items)
+        for done, result in enumerate(results, 1):
+            yield result
+            if progress is not None:
+                progress(done, len(items))
 
 
 def _set_up(begun: Event) -> None:

@@ -118,6 +118,15 @@ RUNS: dict[str, tuple[Mistake, str]] = {
     "cache as number": (lambda _: api.run(cache=0), "The cache must be true or false, got 0"),
     "unknown device": (lambda _: api.run(device="gpu"), "gpu"),
     "no time to think": (lambda _: api.run(manager_limit=0), "time limit .* must be a number above 0"),
+    "negative thoughts": (
+        lambda _: api.run(thinking=-1),
+        r"time to think \[s\] must be a number from 0 to 3600, got -1",
+    ),
+    "thoughts that are no number": (lambda _: api.run(thinking=float("nan")), "from 0 to 3600, got nan"),
+    "thoughts longer than the run": (
+        lambda _: api.run(duration=2, thinking=3),
+        "must be at most the duration that is measured, 2 s, got 3 s",
+    ),
     "unknown middleware": (lambda _: api.run(middleware="dds"), "The middleware must be sim or"),
     "rate of a simulation": (lambda _: api.run(rate=2.0), "The rate applies to live runs only"),
     "rate of nothing": (lambda _: api.run(rate=0), "rate of a live run must be a number from 0.01 to 100"),

@@ -18,6 +18,8 @@ import sunset
 from sunset import ManagingSystem, Symptoms
 from sunset.bundling import Rerun, bundle, verify
 from sunset.bundling.citation import parse_author, references
+from sunset.bundling.layout import ManagerSources
+from sunset.bundling.sources import _fits
 from sunset.cli import main
 from sunset.errors import SunsetError
 
@@ -298,3 +300,52 @@ def test_a_class_that_was_passed_is_packed_with_its_source_and_cannot_be_run_by_
     assert found.unchecked == (
         "1 run could not be run again: own was a class of a program or notebook, which only its process can load.",
     )
+
+
+@pytest.mark.thorough
+def test_a_program_is_packed_with_the_files_of_its_command_and_run_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    source = Path(sunset.__file__).parents[2] / "docs" / "programs" / "focus.sh"
+    Path("mine").mkdir()
+    shutil.copy(source, "mine/focus.sh")
+    Path("mine/data.txt").write_text("1")
+    sunset.bench(
+        "nofault",
+        "focus=exec:mine/focus.sh 'mine/data.txt' \"a,b\"",
+        out="results",
+        references=False,
+        repetitions=1,
+        duration=2,
+        jobs=1,
+    )
+    sunset.bundle("results", "x.zip", date=DATE)
+    Path("mine").rename("gone")
+
+    found = verify(Path("x.zip"), Rerun(3, 1, trust=True))
+
+    assert (found.problems, found.unchecked, len(found.again)) == ((), (), 1)
+    with zipfile.ZipFile("x.zip") as archive:
+        place = json.loads(archive.read("bundle.json"))["managers"]["focus"]
+    assert place["load"] == "exec:managers/focus/focus.sh managers/focus/data.txt a,b"
+    assert place["files"] == ["managers/focus/data.txt", "managers/focus/focus.sh"]
+
+
+@pytest.mark.parametrize(
+    ("load", "fits"),
+    [
+        ("exec:python3 managers/mine/a.py x", True),
+        ("exec:python3 managers/mine/b.py x", False),
+        ("exec:python3 managers/mine/a.py y", False),
+        ("exec:managers/mine/a.py managers/mine/a.py x", False),
+        ("exec:python3 managers/mine/a.py", False),
+        ("exec:python3 managers/mine/gone/a.py x", False),
+        ("exec:python3 'managers", False),
+        ("managers/mine/a.py:Mine", False),
+    ],
+)
+def test_a_bundle_loads_the_command_of_the_plan(load: str, fits: bool) -> None:
+    files = ("managers/mine/a.py", "managers/mine/b.py")
+    place = ManagerSources(files=files, load=load, folder="managers/mine")
+    assert _fits("mine", "exec:python3 ./a.py x", place) is fits

@@ -9,8 +9,10 @@ from typing import Any
 import pytest
 from tests.bundling.conftest import DATE, SETTINGS, Forge
 
+from sunset.api.splits import generate_split
 from sunset.bundling import Rerun, bundle, verify
 from sunset.experiments import BenchSpec, bench
+from sunset.recording import read_plan
 from sunset.recording._bag import read_bag, write_bag
 from sunset.recording.values import Payload, digest_of
 from sunset.system import extended_system
@@ -27,7 +29,7 @@ Edit = Callable[[Path], object]
 
 
 def changed(file: str, **values: object) -> Edit:
-    """Return what changes keys of a JSON file; those of dictionaries in it by `outer__inner`."""
+    """Return what changes keys of a JSON file; those of dictionaries in it by `outer__inner`; `...` removes one."""
 
     def edit(folder: Path) -> None:
         content = json.loads((folder / file).read_text())
@@ -37,6 +39,8 @@ def changed(file: str, **values: object) -> Edit:
             for key in outer:
                 inner = inner[key]
             inner[last] = value
+            if value is ...:
+                del inner[last]
         (folder / file).write_text(json.dumps(content))
 
     return edit
@@ -284,12 +288,14 @@ FORGERIES: dict[str, tuple[Edit, str, str]] = {
         "the messages do not say when its injection and its end were",
     ),
     "failure that counts": (
-        changed(f"{MINE}/run.json", manager_failed="It raised.", metrics__iou=0.99),
+        changed(f"{MINE}/run.json", start_ns=..., manager_failed="It raised.", metrics__iou=0.99),
         MINE,
         "it is stored as failed, and as valid or with figures",
     ),
     "failure with messages": (
-        changed(f"{MINE}/run.json", manager_failed="It raised.", valid=False, reason="It raised"),
+        changed(
+            f"{MINE}/run.json", start_ns=..., manager_failed="It raised.", valid=False, reason="It raised"
+        ),
         MINE,
         "it is stored as failed, and has messages",
     ),
@@ -555,3 +561,24 @@ def of_seed_7(folder: Path) -> None:
     renamed(folder)
     (file,) = (folder / "campaign/runs").glob("*/*/*/seed-7/run.json")
     changed(str(file.relative_to(folder)), seed=7)(folder)
+
+
+@pytest.mark.thorough
+@pytest.mark.usefixtures("flight")
+def test_a_campaign_on_a_split_keeps_what_pins_it(tmp_path: Path, forge: Forge) -> None:
+    described = generate_split("train", 1, tmp_path / "split", seed=4)
+    bench(
+        BenchSpec(suite=str(tmp_path / "split"), managers=("none",), references=False, repetitions=1),
+        tmp_path / "results",
+        jobs=1,
+    )
+    bundle(tmp_path / "results", out := tmp_path / "results.zip", published=DATE)
+
+    assert read_plan(tmp_path / "results").split == described.sha256
+    assert verify(out, NOTHING).passed
+    for edit, finding in (
+        (lambda folder: (folder / "scenarios/split.json").unlink(), "bench.json: it was changed"),
+        (changed("scenarios/split.json", sha256="0" * 64), "are not those of its split.json"),
+        (changed("campaign/bench.json", split="0" * 64), "bench.json: it was changed"),
+    ):
+        assert finding in str(verify(forge(out, edit), NOTHING))

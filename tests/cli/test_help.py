@@ -9,9 +9,9 @@ from sunset.cli import main
 
 ACTIONS = {
     "faults": {"list", "show", "figure"},
-    "scenarios": {"list", "show", "generate"},
+    "scenarios": {"list", "show", "generate", "check"},
     "managers": {"list", "check"},
-    "models": {"list", "show", "import", "calibrate", "curves", "iou"},
+    "models": {"list", "show", "import", "calibrate", "curves", "flights", "iou"},
     "data": {"render", "import", "info"},
 }
 

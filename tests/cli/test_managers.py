@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from sunset.cli import main
+from sunset.confinement import confinement_report
 
 pytestmark = pytest.mark.usefixtures("flight")
 
@@ -77,16 +78,21 @@ def test_a_managing_system_that_ends_its_process_is_not_passed_over(
     manager = mine(ENDING)
     reason = "it ended its process with exit code 0."
 
-    assert main(["managers", "check", manager, "--scenario", "nofault"]) == 2
-    out, err = capsys.readouterr()
-    assert out == ""
-    assert err.splitlines()[-1].endswith(f"mine.py:Mine failed in nofault, seed 1: {reason}")
+    assert main(["managers", "check", manager, "--scenario", "nofault"]) == 1
+    out, _ = capsys.readouterr()
+    runs = next(line for line in out.splitlines() if line.startswith("runs"))
+    assert runs.startswith("runs             no: The managing system ")
+    assert runs.endswith(f"mine.py:Mine failed in nofault, seed 1: {reason}")
+    assert "deterministic    yes" in out
+    assert f"walls            {confinement_report()}" in out
 
     bench = ["bench", "--suite", "nofault", "--no-references", "--repetitions", "1", "--managers", manager]
     assert main([*bench, "--out", str(tmp_path / "out")]) == 0
     out, _ = capsys.readouterr()
-    assert "1 invalid run is left out, in 1 of which the managing system failed" in " ".join(out.split())
-    assert reason.rsplit(maxsplit=1)[-1] in out
+    told = " ".join(out.split())
+    assert "the managing system failed in 1 of 1 runs: The managing system" in told
+    assert reason.rstrip(".") in told
+    assert "Every run is valid." in told
 
 
 @pytest.mark.thorough

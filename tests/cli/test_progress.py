@@ -130,7 +130,7 @@ def test_that_frames_are_rendered_is_explained_once(capsys: pytest.CaptureFixtur
     with rendering_progress() as progress:
         wait(0.2)
         for done in range(3):
-            progress(done, 2)
+            progress("Rendering", done, 2)
             wait(0.2)
 
     lines = capsys.readouterr().err.splitlines()
@@ -151,8 +151,8 @@ def test_a_process_forked_while_it_is_drawn_can_write_to_stderr(
     if terminal:
         monkeypatch.setenv("FORCE_COLOR", "1")  # rich takes stderr for one then
 
-    def say(watch: Watch) -> None:
-        watch.call(lambda: sys.stderr.write("heard\n"))
+    def say(_: Watch) -> None:
+        sys.stderr.write("heard\n")
 
     with progress_bar("Building"):
         for _ in range(30):

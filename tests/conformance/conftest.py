@@ -3,9 +3,13 @@
 from collections.abc import Iterator
 
 import pytest
-from tests.conformance.harness import CycloneHarness, Harness, SimHarness
+from tests.conformance.harness import CycloneHarness, Harness, RemoteHarness, SimHarness
 
-HARNESSES: dict[str, type[Harness]] = {"sim": SimHarness, "cyclonedds": CycloneHarness}
+HARNESSES: dict[str, type[Harness]] = {
+    "sim": SimHarness,
+    "remote": RemoteHarness,
+    "cyclonedds": CycloneHarness,
+}
 
 
 @pytest.fixture(params=list(HARNESSES))

@@ -1,5 +1,6 @@
 """What a test of conformance needs from a middleware: processes, and time that passes."""
 
+import socket
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
@@ -7,10 +8,11 @@ from multiprocessing.process import BaseProcess
 from typing import Any
 
 from tests.conformance.nodes import NODES
-from tests.conformance.processes import PROCESSES, join_domain, run_node
+from tests.conformance.processes import PROCESSES, join_domain, run_node, run_remote_node
 
 from sunset.interfaces import Message
 from sunset.rmw.dds.domains import free_domain_id
+from sunset.rmw.remote import Gateway, Pipe
 from sunset.rmw.sim import SimProcess, Simulation
 from sunset.ros import Context, Node, SingleThreadedExecutor
 from sunset.ros.client import Client
@@ -96,6 +98,33 @@ class SimHarness(Harness):
     def spin(self, until: Callable[[], bool], timeout_s: float = 10.0) -> bool:
         limit_ns = self.simulation.now + round(timeout_s * 1e9)
         return self.simulation.run_while(lambda: not until(), limit_ns)
+
+
+class RemoteHarness(SimHarness):
+    """One simulation, in which started nodes are operating system processes of their own."""
+
+    def __init__(self) -> None:
+        self._gateways: list[Gateway] = []
+        self._remote: list[BaseProcess] = []
+        super().__init__()
+
+    def start(self, node: str, *arguments: str) -> None:
+        ours, theirs = socket.socketpair()
+        with theirs:
+            process = PROCESSES.Process(target=run_remote_node, args=(theirs, node, arguments))
+            process.start()
+        self._remote.append(process)
+        self._processes[node] = self.simulation.create_process(node)
+        self._gateways.append(Gateway(self._processes[node], Pipe(ours), limit_s=30.0))
+        self._gateways[-1].start()
+
+    def close(self) -> None:
+        super().close()
+        for gateway in self._gateways:
+            gateway.close()
+        for process in self._remote:
+            process.join()
+        assert [gateway.failure for gateway in self._gateways] == [None] * len(self._gateways)
 
 
 class CycloneHarness(Harness):

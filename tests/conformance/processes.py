@@ -1,11 +1,13 @@
-"""The processes of the conformance suite on a live middleware, each an operating system process of its own."""
+"""The processes of the conformance suite that live outside of the test, each an operating system process of its own."""
 
 import multiprocessing
+import socket
 from collections.abc import Sequence
 
 from tests.conformance.nodes import NODES
 
 from sunset.rmw.dds import CycloneDDS
+from sunset.rmw.remote import Pipe, RemoteProcess
 from sunset.ros import Context, SingleThreadedExecutor
 
 PROCESSES = multiprocessing.get_context("forkserver")
@@ -30,3 +32,15 @@ def run_node(domain_id: int, node: str, arguments: Sequence[str]) -> None:
     executor = SingleThreadedExecutor(context=context)
     executor.add_node(NODES[node](context))
     executor.spin()
+
+
+def run_remote_node(door: socket.socket, node: str, arguments: Sequence[str]) -> None:
+    """Run a node of a simulation that is at the other end of a socket."""
+
+    def make(process: RemoteProcess) -> None:
+        context = Context()
+        context.init(["--ros-args", *arguments], middleware=process)
+        executor = SingleThreadedExecutor(context=context)
+        executor.add_node(NODES[node](context))
+
+    RemoteProcess(Pipe(door), make).serve()

@@ -9,10 +9,10 @@ from sunset.data import (
     Frame,
     cache_folder,
     flight_bag,
+    flight_bags,
     kept_bag,
     read_bag,
     render_frames,
-    render_parallel,
 )
 from sunset.errors import InvalidInputError, OutputError
 
@@ -95,18 +95,23 @@ def test_a_harmed_flight_is_rendered_again(cache: Path, harm: str) -> None:
 
 
 @pytest.mark.thorough
-def test_the_number_of_processes_changes_no_byte() -> None:
-    alone, together = (list(render_parallel(PLAN, jobs=jobs)) for jobs in (1, 2))
-    assert len(alone) == len(together) == 12
-    for one, other in zip(alone, together, strict=True):
-        assert one.rgb.tobytes() == other.rgb.tobytes()
-        assert one.depth.tobytes() == other.depth.tobytes()
-        assert one.labels.tobytes() == other.labels.tobytes()
+def test_the_number_of_processes_and_of_flights_changes_no_byte(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    plans = [PLAN, FlightPlan(town=2, frames=11, size=(18, 32), seed=3)]
+    calls: list[tuple[int, int]] = []
+    monkeypatch.setenv("SUNSET_CACHE_DIR", str(tmp_path / "together"))
+    together = flight_bags([*plans, PLAN], jobs=2, progress=lambda done, total: calls.append((done, total)))
+    assert calls == [(done, 23) for done in range(24)]
+    assert together[0] == together[2]
+    monkeypatch.setenv("SUNSET_CACHE_DIR", str(tmp_path / "alone"))
+    alone = [flight_bag(plan, jobs=1) for plan in plans]
+    assert list(map(_digest, alone)) == list(map(_digest, together[:2]))
 
 
 def test_no_process_at_all_is_refused() -> None:
     with pytest.raises(InvalidInputError, match="at least 1 job, got 0"):
-        list(render_parallel(PLAN, jobs=0))
+        flight_bag(PLAN, jobs=0)
 
 
 def test_an_unwritable_cache_is_an_output_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -3,8 +3,9 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from sunset.data.layout import TOWNS, BlockKind, plan_town
+from sunset.data.layout import BlockKind, plan_town
 from sunset.errors import InvalidInputError
+from sunset.flights import TOWNS
 
 
 def test_a_town_number_gives_the_same_plan_every_time() -> None:

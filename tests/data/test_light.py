@@ -1,8 +1,9 @@
 import numpy as np
 import pytest
 
-from sunset.data.light import TIMES, WEATHERS, light
+from sunset.data.light import light
 from sunset.errors import InvalidInputError
+from sunset.flights import TIMES, WEATHERS
 
 
 @pytest.mark.parametrize("time", TIMES)

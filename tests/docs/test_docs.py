@@ -33,7 +33,7 @@ def fly(scenario: str, manager: str, folder: Path) -> StoredRun:
 @pytest.mark.parametrize("page", ["README.md", "docs/managing-systems.md"])
 def test_the_managing_system_of_a_page_focuses_the_camera(page: str, flight: Path, tmp_path: Path) -> None:
     del flight
-    (source,) = blocks(page, "python")
+    source, *_ = blocks(page, "python")
     assert len(source.splitlines()) <= 30
     (tmp_path / "mine.py").write_text(source, encoding="utf-8")
     result = fly("autofocus_needed", f"{tmp_path / 'mine.py'}:Mine", tmp_path / "run")
@@ -43,6 +43,13 @@ def test_the_managing_system_of_a_page_focuses_the_camera(page: str, flight: Pat
     assert {str(adaptation) for adaptation in result.metrics.executed} == {
         "set camera.perform_autofocus to true"
     }
+
+
+@pytest.mark.parametrize("file", sorted((ROOT / "docs" / "programs").iterdir()), ids=lambda file: file.name)
+def test_the_page_shows_the_programs_whole(file: Path) -> None:
+    language = {".py": "python", ".sh": "sh", ".cpp": "cpp"}[file.suffix]
+
+    assert file.read_text(encoding="utf-8") in blocks("docs/managing-systems.md", language)
 
 
 def test_the_new_node_of_the_page_does_what_the_page_says(tmp_path: Path) -> None:

@@ -56,6 +56,30 @@ def test_its_fault_is_injected_seen_cured_and_scored(capsys: pytest.CaptureFixtu
 
 
 @pytest.mark.usefixtures("page")
+def test_its_suite_in_time_is_listed_run_and_known_by_name(capsys: pytest.CaptureFixture[str]) -> None:
+    words = ("--extension", "storms.py")
+    assert main(["scenarios", "list", "--suite", "storms", *words]) == 0
+    assert capsys.readouterr().out == "storms/lightning\nstorms/fog\n"
+    assert main(["scenarios", "show", "storms/fog", *words]) == 0
+    assert "duration: 40.0" in capsys.readouterr().out
+    bench = (
+        "bench",
+        "--suite",
+        "storms",
+        "--scenarios",
+        "lightning",
+        "--managers",
+        "none",
+        "--repetitions",
+        "1",
+    )
+    assert main([*bench, "--no-references", "--duration", "3", "--out", "storms", *words, "--json"]) == 0
+    (row,) = json.loads(capsys.readouterr().out)["rows"]
+    assert "[1 of 2 scenarios]" in row["system"]
+    assert row["runs"] == 1
+
+
+@pytest.mark.usefixtures("page")
 def test_without_a_cure_its_failure_stays(capsys: pytest.CaptureFixture[str]) -> None:
     words = ("--extension", "altimeter.py", *SHORT, "--out", "drift")
     summary = run_summary("altimeter_drift=600", "--manager", "none", *words, capsys=capsys)

@@ -256,7 +256,13 @@ def test_runs_whose_managing_system_failed_have_no_messages_and_are_no_copies(
     store: Store, edit: Edit, tmp_path: Path
 ) -> None:
     for seed in (1, 2):
-        edit(store(f"{seed}", seed=seed), manager_failed="it raised", valid=False, digest="0" * 64)
+        edit(
+            store(f"{seed}", seed=seed),
+            manager_failed="it raised",
+            start_ns=...,
+            valid=False,
+            digest="0" * 64,
+        )
     copy(tmp_path / "1", "again")
     assert [row.seed for row in load_results(tmp_path, again=True)] == [1, 2]
 

@@ -31,6 +31,7 @@ def run(
     middleware: str = "sim",
     version: str = "1.0.0",
     flight: Flight = Flight(20.0, bag="3c" * 32),  # noqa: B008  it cannot be changed
+    thinking_s: float = 0.0,
     valid: bool = True,
     **metrics: float | None,
 ) -> RunRow:
@@ -43,6 +44,7 @@ def run(
         model=model,
         setting="0f",
         flight=flight,
+        thinking_s=thinking_s,
         middleware=middleware,
         version=version,
         digest="",
@@ -192,6 +194,9 @@ def test_a_row_of_a_part_of_a_suite_says_so_and_has_none_of_the_paper_beside_it(
     short = Flight(4.0, bag="3c" * 32)
     assert names(*(run(scenario=name, flight=short) for name in others)) == [
         "baseline [52 of 54 scenarios] [4 s]"
+    ]
+    assert names(run(suite="mine", scenario="mine/a", thinking_s=0.05)) == [
+        "baseline (mine) [thinking 0.05 s]"
     ]
 
 

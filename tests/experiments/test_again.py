@@ -2,6 +2,7 @@ from pathlib import Path
 
 import msgspec
 import pytest
+from msgspec import UNSET
 from msgspec.structs import replace
 
 from sunset.data import read_bag, write_bag
@@ -97,7 +98,7 @@ def test_another_flight_is_found_before_anything_is_run(stored: Path, flight: Pa
     ("changed", "expected"),
     [
         ({"middleware": "cyclonedds"}, "was live, on cyclonedds, and only runs of the simulation"),
-        ({"manager_failed": "it raised"}, "it failed, and left no messages"),
+        ({"manager_failed": "it raised", "start_ns": UNSET}, "it failed, and left no messages"),
         ({"extensions": {"rain.py": "0"}}, "made with the extension rain.py"),
     ],
 )

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from sunset.experiments.live_run import FrameCount
-from sunset.experiments.spec import Timing
+from sunset.experiments.spec import RunTiming
 from sunset.interfaces.builtin_interfaces.msg import Time
 from sunset.interfaces.rosgraph_msgs.msg import Clock
 from sunset.interfaces.sensor_msgs.msg import Image
@@ -16,7 +16,7 @@ from sunset.system import extended_system
 
 S = 10**9
 START_NS = 10 * S
-TIMING = Timing(duration_s=2.0, warm_up_s=1.0)
+TIMING = RunTiming(duration_s=2.0, warm_up_s=1.0)
 
 
 def frames(*, lost: float | None = None, late: float | None = None, stop: float = 2.0) -> FrameCount:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from sunset.data import DEFAULT_FLIGHT, FlightPlan, flight_place
 from sunset.errors import ModelError
 from sunset.experiments import RunSpec, Settings, prepare
 from sunset.perception import load_model
@@ -39,7 +40,8 @@ def test_a_network_that_answered_once_is_not_opened_again(
     flight: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("SUNSET_CACHE_DIR", str(tmp_path))
-    spec = RunSpec(scenario=Scenario("none"), manager="none", settings=Settings(bag=flight))
+    shutil.copytree(flight.parent, flight_place(DEFAULT_FLIGHT).parent)
+    spec = RunSpec(scenario=Scenario("none"), manager="none")
     first = prepare(spec)
     frame = first.bag.frame(0)
     monkeypatch.setattr("sunset.perception.model._sessions", {})
@@ -52,13 +54,12 @@ def test_a_flight_whose_cache_was_deleted_meanwhile_is_rendered_again(
     flight: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("SUNSET_CACHE_DIR", str(tmp_path / "cache"))
-    rendered = []
+    rendered: list[Path] = []
 
-    def render(**_: object) -> Path:
-        rendered.append(Path(shutil.copytree(flight, tmp_path / "cache" / "flight")))
-        return rendered[-1]
+    def render(plans: list[FlightPlan], **_: object) -> None:
+        rendered.extend(shutil.copytree(flight, flight_place(plan)) for plan in plans)
 
-    monkeypatch.setattr("sunset.experiments.resources.default_flight", render)
+    monkeypatch.setattr("sunset.experiments.resources.flight_bags", render)
     spec = RunSpec(scenario=Scenario("none"), manager="none")
     prepare(spec)
     shutil.rmtree(tmp_path / "cache")

@@ -1,6 +1,5 @@
 """Whole experiments: what comes out, that it comes out again, and that nobody can flatter themselves."""
 
-import json
 import os
 import re
 import subprocess
@@ -57,7 +56,7 @@ def test_without_a_fault_nothing_happens(tmp_path: Path) -> None:
     assert result.metrics.t_down_s == 0
     assert result.metrics.iou is not None
     assert result.metrics.iou == pytest.approx(result.metrics.iou_all)
-    assert len(result.timeline.frames.times) >= SHORT.expected_frames
+    assert len(result.timeline.frames.times) >= 40
 
 
 def test_the_metrics_are_those_of_the_stored_record(tmp_path: Path) -> None:
@@ -136,10 +135,7 @@ def test_whoever_breaks_the_rules_is_not_scored(manager: str, word: str, tmp_pat
 
 
 @pytest.mark.thorough
-def test_until_the_injection_the_graph_is_the_same_in_every_scenario(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
+def test_until_the_injection_the_graph_is_the_same_in_every_scenario(tmp_path: Path) -> None:
     before = []
     scenarios = [suite(name)[0].name for name in ("nofault", "paper", "degraded")]
     for number, scenario in enumerate(scenarios):
@@ -149,11 +145,12 @@ def test_until_the_injection_the_graph_is_the_same_in_every_scenario(
             f"{CENSUS}:Census",
             timing=Timing(duration_s=1.0, warm_up_s=0.5),
         )
-        lines = [json.loads(line) for line in (tmp_path / "census.jsonl").read_text().splitlines()]
-        before.append([line for line in lines if line[0] < result.record.start_ns])
+        seen = [line for line in result.log if line.logger == "managing_system" and line.time < 0]
+        before.append([(line.time, line.text) for line in seen])
 
     assert len(before[0]) > 20
-    assert "/|scenario_executor" in before[0][-1][1][0]
+    assert int(before[0][-1][1].split()[1]) > 5000
+    assert "('scenario_executor', '/')" in before[0][-1][1]
     assert before[1:] == before[:1] * 2
 
 

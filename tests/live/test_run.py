@@ -22,8 +22,8 @@ from tests.live.systems import (
     fork_server,
 )
 
-from sunset.errors import MiddlewareError
-from sunset.experiments import RunSpec, Settings, run
+from sunset.errors import ManagerError, MiddlewareError
+from sunset.experiments import RunSpec, Settings, Timing, run
 from sunset.interfaces.lifecycle_msgs.msg import Transition
 from sunset.interfaces.lifecycle_msgs.srv import ChangeState
 from sunset.interfaces.std_srvs.srv import Trigger
@@ -35,6 +35,8 @@ from sunset.rmw.dds.domains import free_domain_id
 from sunset.scenarios import load_scenario
 
 pytestmark = pytest.mark.xdist_group("live")
+
+PROGRAMS = Path(__file__).parents[2] / "docs" / "programs"
 
 
 def test_a_managing_system_of_another_process_redeploys_a_node_that_was_killed(tmp_path: Path) -> None:
@@ -139,6 +141,24 @@ def test_a_run_ends_when_the_managing_system_fails(tmp_path: Path) -> None:
     assert "The process of the managing system" in complaint
     assert "no plan" in complaint
     assert list(runs.iterdir()) == []
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("ends", [False, True])
+def test_a_program_manages_a_live_run(ends: bool, tmp_path: Path) -> None:
+    command = "exec:sh -c 'exit 3'" if ends else f"exec:python3 {PROGRAMS}/baseline.py"
+    settings = Settings(timing=Timing(duration_s=4.0), thinking_s=0.5, middleware="cyclonedds")
+    spec = RunSpec(scenario=load_scenario("gpu_failure"), manager=command, settings=settings)
+
+    if ends:
+        with pytest.raises(
+            ManagerError, match=r"ended with exit code 2: sunset: Its program broke the protocol: "
+        ):
+            run(spec, tmp_path / "run")
+    else:
+        timeline = run(spec, tmp_path / "run").timeline
+        (redeploy,) = timeline.commands
+        assert redeploy.time > 1.0 + settings.thinking_s - 0.2
 
 
 @pytest.mark.thorough

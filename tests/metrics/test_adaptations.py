@@ -191,3 +191,9 @@ def test_fault_injected_again_after_its_cure_needs_a_redeploy_again() -> None:
 def test_restarts_are_no_redeploys() -> None:
     restart = ExecutedAdaptation(1.0, "camera", "restart")
     assert unnecessary_redeploys([restart], [DISCONNECT]) == ()
+
+
+def test_a_redeploy_after_its_fault_has_healed_is_unnecessary() -> None:
+    healed = Injection(1.0, "hardware_disconnect", "F1", "camera", redeploy_only=True, ended=3.0)
+    assert unnecessary([2.0], healed) == []
+    assert unnecessary([4.0], healed) == [4.0]

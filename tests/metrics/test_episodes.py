@@ -428,3 +428,64 @@ def test_episodes_come_in_order_of_their_symptoms() -> None:
 def test_topics_that_are_not_there_are_silent() -> None:
     timeline = Timeline(thresholds={"entropy_threshold": 0.2, "sharpness_threshold": 0.5})
     assert [episode.failure for episode in failure_episodes(timeline, ())] == ["F1", "F2", "F3"]
+
+
+# --- faults that end by themselves ----------------------------------------------------------------------
+
+HEALED = Injection(4.0, "camera_driver_issue", "F1", "camera", ended=6.0)
+
+
+def test_what_heals_by_itself_is_nobodys_merit() -> None:
+    camera = outage(4.0, 6.1)
+    (fusion_restart,) = [adaptation(5.2, "sensor_fusion", "restart")]
+    untouched = episodes(camera=camera, injections=(HEALED,))
+    (meddled, _) = episodes(
+        adaptation(5.2, "camera"), fusion_restart, camera=camera, fusion=camera, injections=(HEALED,)
+    )
+    assert [one.subsided for one in untouched] == [True]
+    assert untouched[0].began == 4.0
+    assert not meddled.resolved
+    assert meddled.subsided
+
+
+def test_what_was_cured_before_it_would_have_healed_is_resolved() -> None:
+    cured = replace(HEALED, ended=5.2, cause="restart camera")
+    (episode,) = episodes(adaptation(5.2, "camera", "restart"), camera=outage(4.0, 5.4), injections=(cured,))
+    assert episode.t_react == pytest.approx(1.2)
+
+
+def test_a_fault_that_comes_again_after_its_end_is_a_new_one() -> None:
+    again = replace(HEALED, time=12.0, ended=14.0)
+    camera = np.concatenate([steady(-3, 4), steady(6.1, 12), steady(14.1, 20)])
+    first, second = episodes(camera=camera, injections=(HEALED, again))
+    assert (first.began, second.began) == (4.0, 12.0)
+    assert (first.injected, second.injected) == (True, True)
+
+
+def test_a_degradation_that_has_healed_is_not_to_blame_for_a_later_one() -> None:
+    passing = replace(NOISE, time=2.0, ended=3.0)
+    later = replace(SHIFT, time=12.0)
+    entropy = samples((-3, 12, 0.1), (12, 20, 0.4))
+    (episode,) = episodes(entropy=entropy, injections=(passing, later))
+    assert episode.began == 12.0
+
+
+@pytest.mark.parametrize(("acted", "resolved"), [(9.0, False), (10.3, True)])
+def test_of_two_degradations_one_heals_and_the_other_is_cured(acted: float, resolved: bool) -> None:
+    passing = replace(NOISE, time=2.0, ended=10.0)
+    entropy = samples((-3, 2, 0.1), (2, 10.6, 0.4), (10.6, 20, 0.1))
+    staying = replace(SHIFT, time=3.0)
+    (episode,) = episodes(adaptation(acted, "sensor_fusion"), entropy=entropy, injections=(passing, staying))
+    assert episode.ended == pytest.approx(10.8, abs=0.11)
+    assert episode.resolved is resolved
+
+
+def test_an_outage_that_another_one_prolongs_is_resolved_with_the_other() -> None:
+    sync = Injection(5.5, "sync_issue", "F2", "sensor_fusion", ended=8.0, cause="restart sensor_fusion")
+    (_, fusion) = episodes(
+        adaptation(8.0, "sensor_fusion", "restart"),
+        camera=outage(4.0, 6.1),
+        fusion=outage(4.0, 8.1),
+        injections=(HEALED, sync),
+    )
+    assert fusion.resolved

@@ -110,10 +110,17 @@ def test_faults_without_a_name_are_refused(record: Path, faults: object, message
         read_stored_run(described(record, faults=faults))
 
 
-def test_a_run_whose_managing_system_failed_has_no_time_line(record: Path) -> None:
+def test_what_stands_in_the_place_of_a_failed_run_has_no_time_line(record: Path) -> None:
     reason = "The managing system mine.py:Mine failed: it raised KeyError."
     with pytest.raises(RecordError, match=r"has no time line, since it failed: The .* KeyError\."):
-        read_stored_run(described(record, manager_failed=reason))
+        read_stored_run(described(record, manager_failed=reason, start_ns=...))
     with pytest.raises(RecordError) as found:
-        read_stored_run(described(record, manager_failed="it raised " * 1000))
+        read_stored_run(described(record, manager_failed="it raised " * 1000, start_ns=...))
     assert len(str(found.value)) < 1500
+
+
+def test_a_run_that_went_on_without_a_managing_system_says_so(record: Path) -> None:
+    reason = "The managing system mine.py:Mine failed: it raised KeyError."
+    run = read_stored_run(described(record, manager_failed=reason, start_ns=0))
+    assert f"{reason} The run went on without it." in str(run)
+    assert run.summary()["manager_failed"] == reason

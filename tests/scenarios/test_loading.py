@@ -157,7 +157,7 @@ def test_an_unknown_name_is_answered_with_the_suites(name: str) -> None:
         ),
         (
             "name: a\nfaults: [gpu_failure, gpu_failure]\n",
-            "line 1: Scenario a has the fault gpu_failure twice",
+            "line 2: The scenario has the fault gpu_failure twice",
         ),
         ("just text", "line 1: a mapping with name, faults is expected here"),
         ("!!python/object/apply:os.system ['true']", "line 1"),

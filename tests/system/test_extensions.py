@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 from sunset.cli import main
-from sunset.errors import ExtensionError
+from sunset.errors import ExtensionError, ScenarioError
+from sunset.scenarios import load_suite
 from sunset.system import current_system, extended_system, load_extension, loaded_extensions
 
 BLUR = "import cv2\nblur = lambda image, strength: cv2.blur(image, (3, 3))\n"
@@ -138,6 +139,19 @@ def of_fault(options: str) -> str:
         ),
         (HEAD + "EXTENSION = Extension(suites={'mine': ('gpu_failure',)})", "must be tuples of faults"),
         (HEAD + "EXTENSION = Extension(suites={'mine': (('gpu',),)})", "refers to the fault 'gpu'"),
+        (
+            HEAD + "EXTENSION = Extension(suites={'mine': '- name: ['})",
+            "suite mine must be a YAML list of scenarios",
+        ),
+        (
+            HEAD + "EXTENSION = Extension(suites={'mine': 'faults: []'})",
+            "suite mine must be a YAML list of scenarios",
+        ),
+        (
+            HEAD + "EXTENSION = Extension(suites={'mine': '- faults: []'})",
+            "each must be a mapping with a name",
+        ),
+        (HEAD + "EXTENSION = Extension(suites={'mine': ''})", "The suite mine has no scenario"),
         (SONAR + node("monitor"), "The node name 'monitor' is the experiment's own"),
         (SONAR + node("managing_system"), "The node name 'managing_system' is the experiment's own"),
         (
@@ -225,6 +239,26 @@ def test_a_wrong_extension_gets_one_sentence(
     assert loaded_extensions() == ()
 
 
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ("- {name: a, faults: []}\n- {name: a, faults: []}", "line 2: The scenario a is there twice"),
+        ("- name: a\n  faults:\n    - {name: gpu}", "line 3: There is no fault 'gpu'"),
+        ("- {name: a}", "line 1: the key 'faults' is missing"),
+        (
+            "- {name: a, faults: [{name: gpu_failure, at: 30}]}",
+            "line 1: The fault gpu_failure comes at 30 s, and",
+        ),
+    ],
+)
+def test_a_wrong_scenario_in_the_text_of_a_suite_is_refused_with_its_line(
+    text: str, sentence: str, tmp_path: Path
+) -> None:
+    (file := tmp_path / "mine.py").write_text(f"{HEAD}EXTENSION = Extension(suites={{'mine': {text!r}}})\n")
+    with extended_system([file]), pytest.raises(ScenarioError, match=f"^The suite mine, {sentence}"):
+        load_suite("mine")
+
+
 def test_a_file_that_is_not_there_and_a_name_that_is_not_installed_are_refused(tmp_path: Path) -> None:
     with pytest.raises(ExtensionError, match=r"There is no extension .*sonar\.py: name a Python file\."):
         load_extension(tmp_path / "sonar.py")
@@ -305,7 +339,7 @@ def test_what_runs_of_an_extension_is_what_its_checksum_says(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("sys.dont_write_bytecode", False)
-    for suite in ("calm", "wild"):
+    for suite in ("mild", "wild"):
         (file := tmp_path / "mine.py").write_text(
             f"{HEAD}EXTENSION = Extension(suites={{'{suite}': (('gpu_failure',),)}})\n"
         )

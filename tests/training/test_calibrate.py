@@ -1,9 +1,10 @@
 import numpy as np
 import pytest
 
+from sunset.calibration import separate
 from sunset.errors import DataError, ModelError
 from sunset.metrics import normalised_entropy
-from sunset.training.calibrate import separate, temperature_for
+from sunset.training.calibrate import temperature_for
 from sunset.training.inputs import upsampling
 
 pytestmark = pytest.mark.thorough

@@ -10,20 +10,18 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from sunset.calibration import Condition, CurvesPlan, chosen_frames, plan_curves, window_means
 from sunset.data import read_bag, write_bag
 from sunset.errors import DataError, ModelError
 from sunset.perception import Modality, load_model
 from sunset.system import BLUR_SIGMA, current_system
-from sunset.training.conditions import Condition, CurvesPlan, plan_curves
 from sunset.training.curves import (
     BAND,
     Case,
     Curves,
     Figures,
-    chosen_frames,
     curves_of,
     measure_curves,
-    window_means,
 )
 from sunset.training.curves_text import as_csv, as_json, as_text
 from sunset.training.evaluate import measure

@@ -1,10 +1,11 @@
 import numpy as np
 import pytest
 
+from sunset.calibration import roc_auc
 from sunset.metrics import count_classes, image_iou
 from sunset.perception import Modality, Segmenter, load_model
 from sunset.training import FrameSet, FrameSets
-from sunset.training.evaluate import measure, roc_auc
+from sunset.training.evaluate import measure
 
 pytestmark = pytest.mark.thorough
 

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from tests.docs.test_docs import blocks
 
+from sunset.calibration import Condition, effects, suite_strengths
 from sunset.cli import main
 from sunset.data import read_bag, write_bag
 from sunset.errors import ExtensionError
 from sunset.perception import Modality
 from sunset.system import extended_system
-from sunset.training.conditions import Condition, effects, suite_strengths
 
 pytestmark = pytest.mark.thorough
 

@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from sunset.calibration import plan_curves, window_means
 from sunset.errors import OutputError
 from sunset.perception import Modality, load_model
-from sunset.training.conditions import plan_curves
-from sunset.training.curves import Curves, curves_of, window_means
+from sunset.training.curves import Curves, curves_of
 from sunset.training.plots import draw
 
 pytest.importorskip("matplotlib")

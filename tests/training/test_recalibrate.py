@@ -10,11 +10,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from sunset.calibration import window_means
 from sunset.data import read_bag, write_bag
 from sunset.errors import DataError, InvalidInputError, ModelError, OutputError
 from sunset.perception import Modality, Segmenter, load_model
 from sunset.training import FrameSet
-from sunset.training.curves import window_means
 from sunset.training.recalibrate import calibrate_model, frames_of_bag, set_temperature, validation_flight
 
 pytestmark = pytest.mark.thorough

@@ -10,6 +10,7 @@ from sunset.api.catalogue import (
     list_scenarios,
     list_suites,
     measure_curves,
+    measure_flights,
     measure_iou,
     render_flight,
 )
@@ -19,6 +20,7 @@ from sunset.api.publishing import bundle, verify
 from sunset.api.results import Results
 from sunset.api.running import agree, bench, check_manager, load, make_scenario, report, run
 from sunset.api.site import write_site
+from sunset.api.splits import check_split, generate_split
 from sunset.api.training import import_model, train_model
 from sunset.api.viewing import Run, view
 from sunset.perception import load_model
@@ -35,8 +37,10 @@ __all__ = [
     "bundle",
     "calibrate_model",
     "check_manager",
+    "check_split",
     "fault_figure",
     "fault_picture",
+    "generate_split",
     "import_model",
     "list_faults",
     "list_managers",
@@ -48,6 +52,7 @@ __all__ = [
     "load_scenario",
     "make_scenario",
     "measure_curves",
+    "measure_flights",
     "measure_iou",
     "render_flight",
     "report",

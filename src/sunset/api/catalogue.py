@@ -4,6 +4,7 @@ import os
 import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, Unpack
 
@@ -13,26 +14,30 @@ from sunset.api.options import (
     Options,
     as_path,
     check_progress,
+    chosen_flights,
     count_of,
     extended,
     number_of,
     settings_of,
     whole_of,
 )
+from sunset.calibration import FlightThresholds, fit_to_flight, flight_thresholds
 from sunset.data import (
     DEFAULT_FLIGHT,
+    RENDERING,
     BagStatistics,
     FlightPlan,
     default_flight,
     flight_bag,
+    flight_bags,
     read_bag,
-    render_frames,
     write_bag,
 )
 from sunset.errors import InvalidInputError
 from sunset.evaluation import entropy_figure
-from sunset.experiments import RunSpec, Settings
+from sunset.experiments import RunSpec, Settings, inference_file
 from sunset.figures import check_figure
+from sunset.flights import parse_flights
 from sunset.managing import MANAGERS, ManagingSystem
 from sunset.metrics import Samples
 from sunset.perception import Model, find_device, load_model
@@ -40,7 +45,7 @@ from sunset.perception import list_models as installed_models
 from sunset.scenarios import load_scenario, load_suite, suite_names
 from sunset.system import Fault, current_system
 from sunset.texts import shown
-from sunset.workers import Progress
+from sunset.workers import Progress, Stages
 
 if TYPE_CHECKING:
     from sunset.training.curves import Curves
@@ -82,32 +87,39 @@ def list_models() -> tuple[str, ...]:
 
 
 def render_flight(
-    out: str | Path, plan: FlightPlan | None = None, *, progress: Progress | None = None
+    out: str | Path | None = None,
+    plan: FlightPlan | None = None,
+    *,
+    jobs: int | None = None,
+    progress: Progress | None = None,
 ) -> Path:
-    """Render a flight over a made-up town into a new bag, as `sunset data render` does, and return the bag's folder.
+    """Render a flight over a made-up town, as `sunset data render` does, and return the bag's folder.
+
+    It is kept in the user's cache folder, so that it is rendered once.
 
     Args:
-        out: the bag's folder.
+        out: the folder of a new bag, which is a copy; None for the one that is kept.
         plan: of the flight; the default one if it is None.
+        jobs: processes that render; as many as there are processors, at most 8, if None.
         progress: called with (frames done, frames in all).
 
     Raises:
         InvalidInputError: nothing can be flown as planned.
-        OutputError: the bag cannot be written.
+        OutputError: the bag cannot be written, or not kept.
     """
     check_progress(progress)
-    chosen, folder = FlightPlan() if plan is None else plan, as_path(out, "bag's folder")
+    chosen = FlightPlan() if plan is None else plan
     if not isinstance(chosen, FlightPlan):
         raise InvalidInputError(f"The plan of a flight must be a FlightPlan, got {chosen!r}.")
+    workers = count_of(jobs, "jobs")
+    if out is None:
+        return flight_bag(chosen, progress=progress, jobs=workers)
 
-    def frames() -> Iterator[data.Frame]:
-        for done, frame in enumerate(render_frames(chosen), 1):
-            yield frame
-            if progress is not None:
-                progress(done, chosen.frames)
+    def frames() -> Iterator[data.Frame]:  # when it is sure that there can be a new bag
+        with read_bag(flight_bag(chosen, progress=progress, jobs=workers)) as reader:
+            yield from map(reader.frame, range(len(reader)))
 
-    write_bag(folder, frames(), chosen.stamps_ns())
-    return folder
+    return write_bag(as_path(out, "bag's folder"), frames(), chosen.stamps_ns())
 
 
 def bag_statistics(bag: str | Path | None = None, *, progress: Progress | None = None) -> BagStatistics:
@@ -248,8 +260,10 @@ def measure_curves(
             path = flight_bag(plan, progress=rendering, jobs=jobs)
         else:
             path = as_path(bag, "bag")
+        with read_bag(path, size=(loaded.card.height, loaded.card.width)) as reader:
+            fitted, _ = fit_to_flight(loaded, reader, device=device, cache=_cache(device), jobs=jobs)
         return measure(
-            loaded,
+            fitted,
             path,
             every=groups or 1,
             strengths=None if strengths is None else _strengths_of(strengths),
@@ -257,6 +271,57 @@ def measure_curves(
             device=device,
             progress=progress,
         )
+
+
+def measure_flights(
+    model: str | Path | Model = "lite",
+    flights: str | Path | list[str | Path] | tuple[str | Path, ...] = "panel",
+    *,
+    jobs: int | None = None,
+    device: str = "cpu",
+    progress: Stages | None = None,
+    extensions: Extensions = (),
+) -> dict[str, FlightThresholds]:
+    """Return the thresholds of a model on flights and how well they do, as `sunset models flights` prints them.
+
+    They are found when a flight is first used with the model, and kept in the user's cache folder.
+
+    Args:
+        model: its name or folder, or what `load_model` returned.
+        flights: as of `bench`.
+        jobs: worker processes; one a core if None.
+        device: what networks run on: `cpu`, `cuda` or `auto`.
+        progress: called with (what is done, frames done, frames in all).
+        extensions: whose faults are looked at, too.
+
+    Returns:
+        The flights' names → the thresholds found there. A run on the default flight has the model's own instead.
+
+    Raises:
+        SunsetError: the model or a flight is not usable.
+    """
+    check_progress(progress)
+    loaded, device, jobs = _loaded(model), find_device(device), count_of(jobs, "jobs")
+    chosen = parse_flights(chosen_flights(flights))
+    with extended(extensions):
+        plans = [FlightPlan.of(one, DEFAULT_FLIGHT.frames) for one in chosen if one.bag is None]
+        rendering = None if progress is None else partial(progress, RENDERING)
+        kept = iter(flight_bags(plans, progress=rendering, jobs=jobs))
+        paths = [next(kept) if one.bag is None else one.bag for one in chosen]
+        size = (loaded.card.height, loaded.card.width)
+        found = {}
+        for number, (flight, path) in enumerate(zip(chosen, paths, strict=True), 1):
+            what = f"Measuring the flight {flight.name} ({number} of {len(chosen)})"
+            with read_bag(path, size=size) as bag:
+                found[flight.name] = flight_thresholds(
+                    loaded,
+                    bag,
+                    device=device,
+                    cache=_cache(device),
+                    jobs=jobs,
+                    progress=None if progress is None else partial(progress, what),
+                )
+        return found
 
 
 def measure_iou(
@@ -298,6 +363,11 @@ def measure_iou(
         progress=progress,
         rendering=rendering,
     )
+
+
+def _cache(device: str) -> Path | None:
+    """Return the file of the inference cache, which is of the processor only."""
+    return inference_file() if device == "cpu" else None
 
 
 def _strengths_of(strengths: Mapping[str, float]) -> dict[str, float]:

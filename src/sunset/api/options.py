@@ -1,13 +1,14 @@
 """What every call that runs experiments takes: the command line's options, by the same names."""
 
 import operator
+import re
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from decimal import Decimal
 from math import inf
 from numbers import Real
 from pathlib import Path
-from typing import Any, TypeAlias, TypedDict
+from typing import Any, Final, TypeAlias, TypedDict
 
 from sunset.errors import InvalidInputError, ManagerError
 from sunset.experiments import Settings, Timing
@@ -24,6 +25,10 @@ Extensions: TypeAlias = str | Path | Sequence[str | Path]
 """Extensions of the managed system, one or several: Python files, or names of installed ones."""
 
 
+_ITEMS: Final = re.compile(r"""(?:[^,'"\\]|\\.|'[^']*'|"(?:\\.|[^"\\])*"|['"\\])+""")
+"""What commas separate, but for those in quotes or behind a backslash, as in the command of a program."""
+
+
 class Options(TypedDict, total=False):
     """How experiments are run, whatever their scenario and whoever manages them; each can be left out.
 
@@ -32,10 +37,11 @@ class Options(TypedDict, total=False):
         bag: a rosbag2 to fly instead of the default flight.
         loop: whether a bag that is too short begins again at its first frame after its last.
         device: what networks run on: `cpu`, `cuda` or `auto`.
-        duration: seconds that are measured; 20 if left out.
+        duration: seconds that are measured; as many as the scenario says if left out, which are 20 if it says nothing.
         cache: whether results of inference are looked up and kept in the user's cache folder; True if left out.
         images: whether the records keep images, as a file of their own.
         manager_limit: seconds of wall time that one callback of the managing system may take; in the simulation.
+        thinking: seconds of the experiment that every decision of the managing system takes; 0 if left out.
         middleware: `sim`, or the name of a live middleware.
         rate: seconds of `/clock` in a second; live.
         extensions: what the managed system is extended by, until the call returns.
@@ -45,10 +51,11 @@ class Options(TypedDict, total=False):
     bag: str | Path | None
     loop: bool
     device: str
-    duration: float
+    duration: float | None
     cache: bool
     images: bool
     manager_limit: float
+    thinking: float
     middleware: str
     rate: float
     extensions: Extensions
@@ -72,10 +79,11 @@ def settings_of(options: Options) -> Settings:
         bag=as_path(bag, "bag") if bag is not None else None,
         loop=options.get("loop", default.loop),
         device=options.get("device", default.device),
-        timing=Timing(duration_s=number_of(options.get("duration", default.timing.duration_s))),
+        timing=Timing(duration_s=number_of(options.get("duration"))),
         cache=options.get("cache", default.cache),
         images=options.get("images", default.images),
         manager_limit_s=number_of(options.get("manager_limit", default.manager_limit_s)),
+        thinking_s=number_of(options.get("thinking", default.thinking_s)),
         middleware=options.get("middleware", default.middleware),
         speed=number_of(options.get("rate", default.speed)),
     )
@@ -185,13 +193,31 @@ def chosen_scenarios(names: str | tuple[str, ...] | list[str]) -> tuple[str, ...
     return chosen
 
 
+def chosen_flights(names: str | Path | tuple[str | Path, ...] | list[str | Path]) -> tuple[str, ...]:
+    """Return the flights that a campaign crosses its scenarios with, as `names_of` does; none for each one's own.
+
+    Raises:
+        InvalidInputError: they are anything else, or empty.
+    """
+    listed = [names] if isinstance(names, Path) else names
+    if isinstance(listed, list | tuple):  # a path may have commas in it
+        chosen = names_of([str(name) if isinstance(name, Path) else name for name in listed], "flights")
+    else:
+        chosen = names_of(listed, "flights")
+    if not chosen and names not in ((), []):
+        raise InvalidInputError(
+            f"The flights must be names or bags, got {shown(names)}; leave them out for each scenario's own."
+        )
+    return chosen
+
+
 def names_of(names: str | tuple[str, ...] | list[str], what: str) -> tuple[str, ...]:
-    """Return names that were given as a list, or as one text in which commas separate them.
+    """Return names that were given as a list, or as one text in which commas separate them, but for those in quotes.
 
     Raises:
         InvalidInputError: they are anything else; `what` says what they are of.
     """
-    listed = names.split(",") if isinstance(names, str) else names
+    listed = _ITEMS.findall(names) if isinstance(names, str) else names
     if not isinstance(listed, list | tuple) or not all(isinstance(name, str) for name in listed):
         raise InvalidInputError(f"The {what} must be a list of names, got {shown(names)}.")
     return tuple(name.strip() for name in listed if name.strip())

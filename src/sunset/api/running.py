@@ -14,6 +14,7 @@ from sunset.api.options import (
     as_path,
     check_flags,
     check_progress,
+    chosen_flights,
     chosen_scenarios,
     extended,
     manager_name,
@@ -37,6 +38,7 @@ from sunset.workers import Progress
 _Scenario: TypeAlias = str | Path | Scenario
 _Managers: TypeAlias = Manager | Mapping[str, Manager] | list[Manager] | tuple[Manager, ...]
 _Names: TypeAlias = str | list[str] | tuple[str, ...]
+_Flights: TypeAlias = str | Path | list[str | Path] | tuple[str | Path, ...]
 
 
 def run(
@@ -51,12 +53,13 @@ def run(
 
     Args:
         scenario: a scenario's name, a YAML file, faults joined by `+`, or what `load_scenario` returned.
-        manager: the managing system: a name, `FILE.py:CLASS`, `MODULE:CLASS`, a class, or a function that makes one. It
-            runs in a process of its own, which is forked from this one, so that a class of a notebook will do.
+        manager: the managing system: a name, `FILE.py:CLASS`, `MODULE:CLASS`, `exec:COMMAND`, a class, or a function
+            that makes one. It runs in a process of its own, which is forked from this one, so that a class of a
+            notebook will do.
         seed: a whole number in [0, 2³² − 1]. The same seed gives the same record.
         out: keep the record in this new folder; it is not kept if None.
         **options: those of `sunset.Options`: `model`, `bag`, `loop`, `device`, `duration`, `cache`, `images`,
-            `manager_limit`, `middleware`, `rate`, `extensions`.
+            `manager_limit`, `thinking`, `middleware`, `rate`, `extensions`.
 
     Raises:
         InvalidInputError: an argument is not usable.
@@ -77,6 +80,7 @@ def bench(
     *,
     out: str | Path,
     scenarios: _Names = (),
+    flights: _Flights = (),
     references: bool = True,
     repetitions: int = 3,
     seed: int = 1,
@@ -93,13 +97,15 @@ def bench(
         managers: managing systems, as of `run`: a list, or a dictionary of them by their labels in tables.
         out: the folder of the results.
         scenarios: some scenarios of the suite; all if empty.
+        flights: what every scenario is run on: `panel`, names of its flights, `default`, or bags, also as `LABEL=PATH`;
+            if empty, each is run on its own flight.
         references: whether the paper's two reference rows are run too.
         repetitions: runs a scenario, at least 1.
         seed: of the first repetition.
         jobs: worker processes; one a core if None. They change no result of the simulation.
         progress: called with (runs that are done, runs in all).
         **options: those of `sunset.Options`: `model`, `bag`, `loop`, `device`, `duration`, `cache`, `images`,
-            `manager_limit`, `middleware`, `rate`, `extensions`.
+            `manager_limit`, `thinking`, `middleware`, `rate`, `extensions`.
 
     Raises:
         InvalidInputError: an argument is not usable, or `out` holds another campaign.
@@ -113,6 +119,7 @@ def bench(
             managers,
             options,
             scenarios=scenarios,
+            flights=flights,
             repetitions=repetitions,
             seed=seed,
             references=references,
@@ -183,7 +190,7 @@ def check_manager(
         seed: of both runs.
         progress: called with (runs that are done, runs in all).
         **options: those of `sunset.Options`: `model`, `bag`, `loop`, `device`, `duration`, `cache`, `images`,
-            `manager_limit`, `middleware`, `rate`, `extensions`.
+            `manager_limit`, `thinking`, `middleware`, `rate`, `extensions`.
 
     Raises:
         SunsetError: as `run`.
@@ -200,6 +207,7 @@ def agree(
     *,
     out: str | Path,
     scenarios: _Names = (),
+    flights: _Flights = (),
     repetitions: int = 1,
     seed: int = 1,
     jobs: int | None = None,
@@ -213,6 +221,7 @@ def agree(
         managers: as of `bench`; by name, since live they are processes of their own.
         out: the folder of the results.
         scenarios: as of `bench`.
+        flights: as of `bench`.
         repetitions: pairs a scenario.
         seed: of the first repetition.
         jobs: worker processes of the simulation; one a core if None. Live runs take place one at a time.
@@ -233,6 +242,7 @@ def agree(
             managers,
             options,
             scenarios=scenarios,
+            flights=flights,
             repetitions=repetitions,
             seed=seed,
             references=False,
@@ -290,6 +300,7 @@ def _campaign_of(
     options: Options,
     *,
     scenarios: _Names,
+    flights: _Flights,
     repetitions: int,
     seed: int,
     references: bool,
@@ -301,6 +312,7 @@ def _campaign_of(
         scenarios=chosen_scenarios(scenarios),
         references=references,
         managers=manager_names(managers),
+        flights=chosen_flights(flights),
         repetitions=whole_of(repetitions),
         seed=whole_of(seed),
         settings=settings,

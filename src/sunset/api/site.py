@@ -1,16 +1,13 @@
 """A folder to publish: the table of stored runs, and a page that replays each."""
 
 import os
-import shutil
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Final
 from urllib.parse import quote
 
 from sunset.api.options import Extensions, as_path, check_progress, extended
-from sunset.errors import OutputError
 from sunset.evaluation import index_page, load_results
+from sunset.output_files import draft_of_folder
 from sunset.recording import read_stored_run
 from sunset.viewing import Viewed, page_text
 from sunset.workers import Progress
@@ -49,39 +46,20 @@ def write_site(
         OutputError: the folder cannot be written, or is not empty.
     """
     check_progress(progress)
-    folder, site = as_path(path, "folder of stored runs"), as_path(out, "folder of the site").absolute()
+    folder, site = as_path(path, "folder of stored runs"), as_path(out, "folder of the site")
     with extended(extensions):
         runs = load_results(folder)
-        pages = {run.folder: run.folder.relative_to(folder) / _PAGE for run in runs if not run.failed}
-        try:
-            if site.exists() and (not site.is_dir() or any(site.iterdir())):
-                raise OutputError(f"The site {out} exists already; remove it or name another folder.")
-            with _partial(site) as partial_site:
-                for done, (place, page) in enumerate(pages.items()):
-                    if progress is not None:
-                        progress(done, len(pages))
-                    _write_run(place, partial_site / page)
-                links = {place: quote(os.fsencode(page)) for place, page in pages.items()}
-                (partial_site / "index.html").write_text(index_page(runs, links), encoding="utf-8")
-                partial_site.rename(site)
-        except OSError as error:
-            raise OutputError(
-                f"The site {out} cannot be written: {error.strerror}; free some space or name another folder."
-            ) from error
+        pages = {run.folder: run.folder.relative_to(folder) / _PAGE for run in runs if not run.is_empty}
+        with draft_of_folder(site, "site") as draft:
+            for done, (place, page) in enumerate(pages.items()):
+                if progress is not None:
+                    progress(done, len(pages))
+                _write_run(place, draft / page)
+            links = {place: quote(os.fsencode(page)) for place, page in pages.items()}
+            (draft / "index.html").write_text(index_page(runs, links), encoding="utf-8")
     if progress is not None:
         progress(len(pages), len(pages))
     return Path(out) / "index.html"
-
-
-@contextmanager
-def _partial(site: Path) -> Iterator[Path]:
-    """Make a folder beside a site, which is gone at the end, unless it was renamed."""
-    folder = site.with_name(f".{site.name}.{os.getpid()}.part")
-    folder.mkdir(parents=True)
-    try:
-        yield folder
-    finally:
-        shutil.rmtree(folder, ignore_errors=True)
 
 
 def _write_run(place: Path, page: Path) -> None:

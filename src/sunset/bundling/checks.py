@@ -13,12 +13,15 @@ from sunset.errors import InvalidInputError, RecordError
 from sunset.experiments import (
     BenchSpec,
     RunSpec,
+    RunTiming,
     Settings,
     Timing,
+    flight_name,
     model_checksum,
     plan,
     run_folder,
     scenarios_checksum,
+    stored_faults,
 )
 from sunset.managing import MANAGERS, split_label
 from sunset.metrics import RunMetrics, score
@@ -31,7 +34,6 @@ from sunset.recording import (
     TELLING_TOPICS,
     CampaignPlan,
     RunRecord,
-    StoredFault,
     check_extensions,
     contradictions,
     describes_bag,
@@ -42,6 +44,7 @@ from sunset.recording import (
     stored_figures,
     timeline_of,
 )
+from sunset.scenarios import Scenario, split_hash, with_strengths
 from sunset.system import loaded_extensions
 from sunset.texts import counted, shown
 from sunset.workers import Progress
@@ -49,7 +52,7 @@ from sunset.workers import Progress
 _MOST: Final = 10_000
 """No campaign has more managing systems times repetitions."""
 _COMMON: Final = ("bag_frames", "bag_size", "bag_dropped", "frame_size", "compute_s")
-"""What is the same in all runs of a campaign, and stands in no plan."""
+"""What is the same in all runs of a campaign on one flight, and stands in no plan."""
 
 
 @dataclass
@@ -92,6 +95,7 @@ def planned_runs(described: CampaignPlan, suite: str) -> tuple[RunSpec, ...]:
             scenarios=tuple(map(base_name, described.scenarios)),
             references=described.references,
             managers=described.managers,
+            flights=described.flights,
             repetitions=described.repetitions,
             seed=described.seed,
             settings=_settings(described),
@@ -113,11 +117,13 @@ def _settings(described: CampaignPlan) -> Settings:
         ) from error
     return Settings(
         model=described.model,
+        bag=None if described.bag is None else Path(described.bag),
         loop=described.loop,
         timing=timing,
         device=described.device,
         middleware=described.middleware,
         speed=described.speed,
+        thinking_s=described.thinking_s,
     )
 
 
@@ -152,7 +158,8 @@ def check_campaign(
     except InvalidInputError as error:
         findings.problems.append(f"{PLAN_FILE}: it describes no campaign: {error}")
         return findings
-    if scenarios_checksum(specs) != described.scenarios_checksum or len(specs) != described.runs:
+    facts = (described.scenarios_checksum, described.split, described.runs)
+    if facts != (scenarios_checksum(specs), split_hash(suite), len(specs)):
         findings.problems.append(
             f"{PLAN_FILE}: it was changed, or is of another version's suite: its scenarios or number of runs are not "
             "those that it describes."
@@ -165,12 +172,11 @@ def check_campaign(
             with _noted(findings, folder, place) as problems:
                 run = read_run(place)
                 findings.runs.append((spec, place, run))
+                first = next(one for _, _, one in findings.runs if one.flight == run.flight)
                 expected = _expected(spec, described, card)
-                problems.extend(
-                    _misfits(run, place, expected, described, manager=spec.manager, first=findings.runs[0][2])
-                )
+                problems.extend(_misfits(run, place, expected, described, manager=spec.manager, first=first))
                 problems.extend(_recomputed(run, place))
-                findings.recomputed += run.manager_failed is None
+                findings.recomputed += not run.is_empty
         else:
             findings.problems.append(f"{_name(place, folder)}: the run is missing.")
         if progress is not None:
@@ -201,19 +207,22 @@ def _check_unextended(
     managers |= {"none": ("", "none")} if described.references else {}
     every = range(described.seed, described.seed + described.repetitions)
     seeds: dict[Path, set[int]] = {}
-    first: RunRecord | None = None
+    firsts: dict[str, RunRecord] = {}
     for place in sorted(found):
         with _noted(findings, folder, place) as problems:
             run = read_run(place)
-            first = first or run
+            first = firsts.setdefault(run.flight, run)
             seeds.setdefault(place.parent, set()).add(run.seed)
             named = (run.suite or "own", run.manager, base_name(run.scenario))
-            if place != folder.joinpath("runs", *map(folder_name, named), f"seed-{run.seed}"):
+            flight = f"-{run.flight}" if described.flights else ""
+            if place != folder.joinpath("runs", *map(folder_name, (*named, f"seed-{run.seed}{flight}"))):
                 problems.append(f"it says that it is seed {run.seed} of {run.scenario} with {run.manager}")
             label, manager = managers.get(run.manager, ("", ""))
             if not manager or run.seed not in every:
                 problems.append(f"no run of {run.manager} with seed {run.seed} is part of the plan")
-            expected = _expected_of_all(run.manager, settings, described, card)
+            # the scenario, which may be of an extension, is not looked at
+            timing = settings.timing.of_run(Scenario(run.scenario, duration=run.duration_s), run.seed)
+            expected = _expected_of_all(run.manager, settings, timing, described, card, flight=run.flight)
             expected["manager_spec"] = manager if label else UNSET
             problems.extend(_misfits(run, place, expected, described, manager=manager, first=first))
             messages = read_messages(place)
@@ -259,7 +268,7 @@ def _name(place: Path, folder: Path) -> str:
 
 def _note_unchecked(findings: Findings) -> None:
     """Say which runs have no figures, and which are left out for reasons that messages do not show."""
-    failed = sum(1 for _, _, run in findings.runs if run.manager_failed is not None)
+    failed = sum(1 for _, _, run in findings.runs if run.is_empty)
     invalid = sum(1 for _, _, run in findings.runs if not run.valid) - failed
     if failed:
         findings.unchecked.append(
@@ -273,7 +282,7 @@ def _note_unchecked(findings: Findings) -> None:
 
 def _recomputed(run: RunRecord, place: Path) -> Iterator[str]:
     """Yield in what a run's messages contradict its `run.json`."""
-    if run.manager_failed is not None:
+    if run.is_empty:
         if read_messages(place):
             yield "it is stored as failed, and has messages"
         return
@@ -311,7 +320,7 @@ def _misfits(
         yield f"it is stored as {'' if run.valid else 'in'}valid, with the reason {_shown(run.reason)}"
     if run.manager_failed is not None and manager in MANAGERS and not described.extensions:
         yield f"it is stored as failed, which a run of {manager} never is"
-    if run.manager_failed is not None and (run.valid or set(run.metrics.values()) != {None}):
+    if run.is_empty and (run.valid or set(run.metrics.values()) != {None}):
         yield "it is stored as failed, and as valid or with figures"
     if not describes_bag(place):
         yield "its metadata.yaml is missing, or is not that of its messages"
@@ -323,30 +332,43 @@ def _expected(spec: RunSpec, described: CampaignPlan, card: ModelCard) -> dict[s
     """Return what a run's `run.json` must say, by the plan and the model's card."""
     return {
         "scenario": spec.scenario.name,
-        "faults": [StoredFault(fault.name, fault.value) for fault in spec.scenario.faults],
+        "faults": stored_faults(with_strengths(spec.scenario, card.severities, card.name), spec.scenario),
         "suite": spec.suite,
         "manager": spec.manager_name,
         "manager_spec": spec.manager if spec.label else UNSET,
         "seed": spec.seed,
-        **_expected_of_all(spec.manager_name, spec.settings, described, card),
+        **_expected_of_all(
+            spec.manager_name, spec.settings, spec.timing, described, card, flight=flight_name(spec)
+        ),
     }
 
 
 def _expected_of_all(
-    name: str, settings: Settings, described: CampaignPlan, card: ModelCard
+    name: str,
+    settings: Settings,
+    timing: RunTiming,
+    described: CampaignPlan,
+    card: ModelCard,
+    *,
+    flight: str,
 ) -> dict[str, object]:
-    """Return what the `run.json` of every run of a managing system must say, whatever the scenario and the seed."""
-    timing, live = settings.timing, settings.live
+    """Return what the `run.json` of every run of a managing system with this timing and flight must say."""
+    found = described.flight_facts.get(flight)
+    thresholds = card if found is None else found
+    live = settings.live
     known = described.manager_checksums.get(name)
     return {
         **({} if known is None else {"manager_checksum": known}),
         "model": card.name,
         "model_checksums": {str(modality): one.digest for modality, one in card.networks.items()},
-        "entropy_threshold": card.entropy_threshold,
-        "sharpness_threshold": card.sharpness_threshold,
+        "flight": flight,
+        "flight_conditions": UNSET if found is None else found.conditions or UNSET,
+        "flight_warning": (found is not None and found.warning) or UNSET,
+        "entropy_threshold": thresholds.entropy_threshold,
+        "sharpness_threshold": thresholds.sharpness_threshold,
         "device": described.device,
         "middleware": described.middleware,
-        "bag_checksum": described.bag_checksum,
+        "bag_checksum": described.bag_checksum if found is None else found.bag_checksum,
         "bag_looped": described.loop,
         "jitter": UNSET if live else timing.jitter,
         "latency_s": UNSET if live else timing.latency_s,
@@ -355,6 +377,7 @@ def _expected_of_all(
         "duration_s": timing.duration_s,
         "period_s": timing.period_s,
         "expected_frames": timing.expected_frames,
+        "thinking_s": settings.thinking_s or UNSET,
         "extensions": described.extensions or UNSET,
     }
 

@@ -17,7 +17,7 @@ from sunset.bundling.layout import (
 )
 from sunset.bundling.opened import OpenedBundle
 from sunset.recording import BAG_FILES, PLAN_FILE, RUN_FILE
-from sunset.scenarios import suite_names
+from sunset.scenarios import SPLIT_FILE, suite_names
 
 _ALWAYS: Final = frozenset(
     {
@@ -40,6 +40,8 @@ def added_files(opened: OpenedBundle) -> Iterator[str]:
     known |= set(manifest.extensions.values())
     if opened.described.suite not in suite_names():
         known |= {f"{SCENARIOS}/{file.name}" for file in (opened.root / SCENARIOS).glob("*.y*ml")}
+    if opened.described.split:
+        known |= {f"{SCENARIOS}/{SPLIT_FILE}"}
     runs = opened.campaign.glob(f"runs/*/*/*/*/{RUN_FILE}")
     known |= {
         (run.parent / name).relative_to(opened.root).as_posix()

@@ -31,7 +31,7 @@ from sunset.recording import (
     read_plan,
     read_run,
 )
-from sunset.scenarios import suite_names
+from sunset.scenarios import SPLIT_FILE, scenario_files, suite_names
 from sunset.schemas import document_text
 from sunset.texts import counted
 from sunset.workers import Progress
@@ -168,9 +168,8 @@ def _scenario_files(described: CampaignPlan) -> dict[str, Path | bytes]:
     """Return the files of the suite, where it is a folder."""
     if described.suite in suite_names():
         return {}
-    files = sorted(
-        file for file in Path(described.suite).iterdir() if file.suffix.lower() in {".yaml", ".yml"}
-    )
+    folder = Path(described.suite)
+    files = [*scenario_files(folder), *([folder / SPLIT_FILE] if described.split else [])]
     return {f"{SCENARIOS}/{file.name}": file for file in files}
 
 

@@ -1,5 +1,6 @@
 """Runs of a bundle, run again: which ones can be, which ones are, and what differs."""
 
+import shlex
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -9,11 +10,12 @@ from pathlib import Path
 from msgspec.structs import asdict
 
 from sunset.bundling.checks import Findings
+from sunset.bundling.layout import ManagerSources
 from sunset.bundling.opened import OpenedBundle
 from sunset.bundling.sources import bundle_file
 from sunset.errors import InvalidInputError, ManagerError
 from sunset.experiments import RunSpec, run_again
-from sunset.managing import MANAGERS
+from sunset.managing import MANAGERS, PREFIX
 from sunset.perception import list_models
 from sunset.recording import RunRecord
 from sunset.seeding import generator
@@ -71,8 +73,8 @@ def _obstacle(opened: OpenedBundle, one: _Run, rerun: Rerun) -> str:
     own = spec.manager not in MANAGERS
     obstacles = {
         "live runs take place in real time and never repeat to the byte": spec.settings.live,
-        "failed runs leave no messages to compare": run.manager_failed is not None,
-        "the flight is not in the bundle; name it with --bag": described.bag is not None
+        "failed runs leave no messages to compare": run.is_empty,
+        "the flight is not in the bundle; name it with --bag": spec.flight.bag is not None
         and rerun.bag is None,
         f"the model {described.model} is not installed; name its folder with --model": (
             rerun.model is None and described.model not in list_models()
@@ -93,14 +95,20 @@ def rerun_run(opened: OpenedBundle, one: _Run, rerun: Rerun, into: Path) -> Iter
     try:
         with _importing(opened, spec) as manager:
             again = run_again(
-                place, into, manager=manager, model=rerun.model or opened.described.model, bag=rerun.bag
+                place,
+                into,
+                manager=manager,
+                model=rerun.model or opened.described.model,
+                bag=None if run.flight_conditions else rerun.bag,
             )
     except (InvalidInputError, ManagerError) as error:
         yield opened.text(error)
         return
     stored, now = asdict(run), asdict(again.record)
-    for name in sorted(stored.keys() - {"versions", "manager_spec"}):  # where it lies is not what it is
-        if stored[name] != now[name]:
+    # neither where it lies nor what it is called is what it is
+    for name in sorted(stored.keys() - {"versions", "manager_spec", "flight"}):
+        # how a managing system hung depends on the limit of the time that it had
+        if stored[name] != now[name] and not (name == "manager_failed" and stored[name] and now[name]):
             yield f"Its {name} is stored as {stored[name]!r}, and running it again gave {now[name]!r}."
 
 
@@ -111,6 +119,9 @@ def _importing(opened: OpenedBundle, spec: RunSpec) -> Iterator[str]:
         yield spec.manager
         return
     place = opened.manifest.managers[spec.manager_name]
+    if place.load.startswith(PREFIX):
+        yield _unpacked(opened.root, place)
+        return
     where, _, kind = place.load.rpartition(":")
     file = bundle_file(opened.root, where)
     path = list(sys.path)
@@ -120,3 +131,14 @@ def _importing(opened: OpenedBundle, spec: RunSpec) -> Iterator[str]:
         yield f"{file}:{kind}" if file is not None else place.load
     finally:
         sys.path[:] = path
+
+
+def _unpacked(root: Path, place: ManagerSources) -> str:
+    """Return the command of a program whose files are in a bundle that was opened into a folder."""
+    words = [
+        str(root / word) if word == place.folder or word.startswith(f"{place.folder}/") else word
+        for word in shlex.split(place.load.removeprefix(PREFIX))
+    ]
+    if words[0].startswith(f"{root}/"):
+        Path(words[0]).chmod(0o755)  # zip files that anybody can check have no permissions
+    return PREFIX + shlex.join(words)

@@ -1,25 +1,26 @@
 """The source of managing systems and extensions: found where a campaign is packed, compared where one is opened."""
 
 import hashlib
-import json
 import os
 import re
-import tempfile
-from collections.abc import Iterator, Sequence
+import shlex
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path, PurePosixPath
 from typing import Final
 
 from sunset import __version__
 from sunset.bundling.layout import CAMPAIGN, MANIFEST_FILE, ManagerSources, Manifest
 from sunset.errors import ManagerError, RecordError
-from sunset.experiments import EXTERNAL, isolate
+from sunset.experiments import EXTERNAL, manager_files
 from sunset.input_files import file_digest
 from sunset.managing import (
     MANAGERS,
+    PREFIX,
     checksum,
     is_registered,
     load_manager,
     manager_sources,
+    parse_command,
     sources_digest,
     split_label,
     unfiled_sources,
@@ -59,7 +60,7 @@ def find_manager_sources(
             lacking.append(f"The source of {name} is not in the bundle: {reason}.")
             continue
         try:
-            found, load = _find(manager)
+            found = _find(manager)
         except ManagerError as error:
             raise ManagerError(
                 f"The source of the managing system {name} is needed: {error} Call it in the folder from which the "
@@ -73,25 +74,54 @@ def find_manager_sources(
             )
         folder = f"managers/{folder_name(name)}"
         own = {f"{folder}/{part}": content for part, content in found.items()}
-        load = f"{folder}/{load}" if load.rpartition(":")[0].endswith(".py") else load
-        places[name] = ManagerSources(files=tuple(own), load=load, folder=folder)
+        places[name] = ManagerSources(files=tuple(own), load=_load(manager, found, folder), folder=folder)
         files |= own
     return places, files, lacking
 
 
-def _find(manager: str) -> tuple[dict[str, Path | bytes], str]:
-    """Return the files and texts that a managing system's checksum is made of, by name, and as what they load."""
+def _find(manager: str) -> dict[str, Path | bytes]:
+    """Return the files and texts that a managing system's checksum is made of, by name."""
     paths = _paths(manager) if is_registered(manager) else _isolated_paths(manager)
-    where, _, kind = manager.rpartition(":")
-    root = _root(paths, "" if where.endswith(".py") else where.partition(".")[0])
+    where = manager.rpartition(":")[0]
+    if manager.startswith(PREFIX):
+        named = (Path(word) for word in parse_command(manager).words[1:])
+        root = _root([*paths, *(str(path / "inside") for path in named if path.is_dir())], "")
+    else:
+        root = _root(paths, "" if where.endswith(".py") else where.partition(".")[0])
     parts: dict[str, Path | bytes] = {Path(path).relative_to(root).as_posix(): Path(path) for path in paths}
+    others = (unfiled_sources(manager) or []) if is_registered(manager) else []
+    return parts | {f"unfiled-{number}.py": text for number, text in enumerate(others, 1)}
+
+
+def _load(manager: str, parts: Mapping[str, Path | bytes], folder: str) -> str:
+    """Return as what a managing system is loaded whose files are in a folder of the bundle; empty if it cannot be."""
     if is_registered(manager):
-        others = unfiled_sources(manager) or []
-        return parts | {f"unfiled-{number}.py": text for number, text in enumerate(others, 1)}, ""
-    if manager in MANAGERS:
-        return parts, manager
-    main = Path(where).resolve().relative_to(root).as_posix() if where.endswith(".py") else where
-    return parts, f"{main}:{kind}"
+        return ""
+    if manager.startswith(PREFIX):
+        (root,) = {str(path).removesuffix(part) for part, path in parts.items()}
+        words = [
+            str(PurePosixPath(folder, f"{word}/".removeprefix(root)))
+            if _holds(word, parts.values())
+            else typed
+            for typed, word in zip(_words(manager), parse_command(manager).words, strict=True)
+        ]
+        return PREFIX + shlex.join(words)
+    where, _, kind = manager.rpartition(":")
+    (main,) = [part for part, path in parts.items() if path == Path(where).resolve()] or [""]
+    return f"{folder}/{main}:{kind}" if where.endswith(".py") else manager
+
+
+def _words(manager: str) -> list[str]:
+    """Return the words of a command as they were typed; none of one that no shell can read."""
+    try:
+        return shlex.split(manager.removeprefix(PREFIX))
+    except ValueError:
+        return []
+
+
+def _holds(word: str, files: Iterable[object]) -> bool:
+    """Return whether a word names one of some files, or a folder with such."""
+    return any(str(file) == word or str(file).startswith(f"{word}/") for file in files)
 
 
 def _paths(manager: str) -> list[str]:
@@ -99,16 +129,8 @@ def _paths(manager: str) -> list[str]:
 
 
 def _isolated_paths(manager: str) -> list[str]:
-    """Return the files of a managing system, which is loaded in a process of its own; they may be very many."""
-    with tempfile.TemporaryDirectory(prefix="sunset-") as room:
-        told = Path(room) / "paths.json"
-        isolate(
-            manager,
-            "cannot be loaded",
-            lambda watch: told.write_text(json.dumps(watch.call(lambda: _paths(manager))), encoding="utf-8"),
-            limit_s=_LIMIT_S,
-        )
-        return list(map(str, json.loads(told.read_text(encoding="utf-8"))))
+    """Return the files of a managing system, which is loaded in a process of its own."""
+    return list(map(str, manager_files(manager, limit_s=_LIMIT_S)))
 
 
 def _root(paths: list[str], package: str) -> Path:
@@ -181,7 +203,13 @@ def _fits(name: str, manager: str, place: ManagerSources) -> bool:
     ordered = parts == sorted(set(parts))
     where, _, kind = manager.rpartition(":")
     loaded, _, loaded_kind = place.load.rpartition(":")
-    if where.endswith(".py"):
+    if manager.startswith(PREFIX):
+        typed, packed = _words(manager), _words(place.load)
+        fits = place.load.startswith(PREFIX) and len(typed) == len(packed) > 0
+        for word, other in zip(typed, packed, strict=False):
+            same_name = other == folder or PurePosixPath(word).name == PurePosixPath(other).name
+            fits &= word == other or (same_name and _holds(other, place.files))
+    elif where.endswith(".py"):
         fits = loaded in place.files and (PurePosixPath(loaded).name, loaded_kind) == (Path(where).name, kind)
     else:
         fits = place.load in {"", manager}

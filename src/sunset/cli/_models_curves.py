@@ -10,11 +10,15 @@ from sunset.api import measure_curves
 from sunset.cli._options import add_count_option, add_device_option
 from sunset.cli._parser import at_least_one
 from sunset.cli._progress import rendering_stages, stages_progress
+from sunset.data import RENDERING
 from sunset.errors import MissingExtraError
 from sunset.output_files import make_folder, write_text
 from sunset.perception import load_model
+from sunset.perception.severities import SEVERITIES_NAME
+from sunset.schemas import document_text
 from sunset.training.curves_text import as_csv, as_json, as_text
 from sunset.training.plots import draw
+from sunset.training.severities import severity_table
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -26,7 +30,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("model", nargs="?", default="lite", help="a model's name or folder")
     parser.add_argument("--bag", type=Path, metavar="PATH", help="a rosbag2 (default: the default flight)")
     parser.add_argument(
-        "--out", type=Path, metavar="DIR", help="receives curves.csv, curves.json and figures (PNG)"
+        "--out",
+        type=Path,
+        metavar="DIR",
+        help="receives curves.csv, curves.json, figures (PNG), and severities.json for the model's folder",
     )
     parser.add_argument(
         "--every",
@@ -72,7 +79,7 @@ def execute(arguments: argparse.Namespace) -> None:
             jobs=arguments.jobs,
             device=arguments.device,
             progress=partial(stage, "Measuring"),
-            rendering=rendering_stages(stage),
+            rendering=partial(rendering_stages(stage), RENDERING),
         )
     print(
         json.dumps(as_json(measured), sort_keys=True) + "\n" if arguments.json else as_text(measured), end=""
@@ -80,6 +87,7 @@ def execute(arguments: argparse.Namespace) -> None:
     if arguments.out is not None:
         write_text(arguments.out / "curves.csv", as_csv(measured))
         write_text(arguments.out / "curves.json", json.dumps(as_json(measured), indent=2) + "\n")
+        write_text(arguments.out / SEVERITIES_NAME, document_text(severity_table(measured)))
         try:
             draw(measured, arguments.out)
         except MissingExtraError as error:

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import cast
 
-from sunset.api.options import Options, chosen_scenarios, names_of, settings_of
+from sunset.api.options import Options, chosen_flights, chosen_scenarios, names_of, settings_of
 from sunset.cli._parser import at_least_one
 from sunset.experiments import BenchSpec, RunSpec, Settings
 from sunset.perception import DEVICES
@@ -40,7 +40,15 @@ def add_campaign_options(
         "--managers",
         default=managers,
         metavar="A,B,…",
-        help=f"managing systems, separated by commas, each as LABEL=… under a name of your own{more}",
+        help="managing systems, separated by commas that are not in quotes, each as LABEL=… under a name of your own"
+        f"{more}",
+    )
+    parser.add_argument(
+        "--flights",
+        default=(),
+        metavar="A,B,…",
+        help="run every scenario on each of these: panel (eight flights), one of the panel, default, or a bag's path, "
+        "also as LABEL=PATH",
     )
     parser.add_argument(
         "--repetitions", type=int, default=repetitions, metavar="N", help=f"{what} a scenario"
@@ -55,6 +63,7 @@ def campaign(arguments: argparse.Namespace, *, references: bool) -> BenchSpec:
         scenarios=chosen_scenarios(arguments.scenarios),
         references=references,
         managers=names_of(arguments.managers, "managing systems"),
+        flights=chosen_flights(arguments.flights),
         repetitions=arguments.repetitions,
         seed=arguments.seed,
         settings=run_settings(arguments),
@@ -113,7 +122,10 @@ def add_run_options(parser: argparse.ArgumentParser) -> None:
         "--loop", action="store_true", help="let a bag that is too short begin again at its first frame"
     )
     parser.add_argument(
-        "--duration", type=float, default=f"{DURATION_S:g}", metavar="S", help="seconds that are measured"
+        "--duration",
+        type=float,
+        metavar="S",
+        help=f"seconds that are measured (default: those of the scenario, {DURATION_S:g} if it names none)",
     )
     parser.add_argument(
         "--manager-limit",
@@ -121,6 +133,13 @@ def add_run_options(parser: argparse.ArgumentParser) -> None:
         default="30",
         metavar="S",
         help="simulation: wall time that one callback of the managing system may take",
+    )
+    parser.add_argument(
+        "--thinking",
+        type=float,
+        default="0",
+        metavar="S",
+        help="seconds of the experiment that every decision of the managing system takes",
     )
     parser.add_argument(
         "--no-cache",

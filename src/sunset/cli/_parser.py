@@ -44,12 +44,12 @@ VERBS: Final[Mapping[str, Verb]] = {
     "bundle": Verb("pack a campaign into one file that others can check", is_long=True, is_extensible=True),
     "verify": Verb("check a bundle: compute its figures again, and run some of its runs again", is_long=True),
     "view": Verb("replay a stored run, or two side by side, in a page", is_long=True, is_extensible=True),
-    "scenarios": Verb("the faults of a run: list, show, generate", is_extensible=True),
+    "scenarios": Verb("the faults of a run: list, show, generate, check", is_extensible=True),
     "faults": Verb("the catalogue of faults: list, show, figure", is_extensible=True),
     "managers": Verb("managing systems: list, check (your own)", is_long=True, is_extensible=True),
     "data": Verb("flights: render, import, info", is_long=True),
     "models": Verb(
-        "segmentation models: list, show, import, calibrate, curves, iou", is_long=True, is_extensible=True
+        "segmentation models: list, show, import, calibrate, curves, flights, iou", is_long=True, is_extensible=True
     ),
     "train": Verb(
         "train a segmentation model on rendered towns", True, "the same command with --resume continues it"

@@ -12,7 +12,7 @@ from typing import Final
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
-from sunset.data import cache_folder
+from sunset.data import RENDERING, flights_folder
 
 BUILDING: Final = "Building the town"
 """What is done before the first frame of a flight is rendered."""
@@ -122,26 +122,26 @@ def _repeating(draw: Callable[[], float], pause_s: float) -> Iterator[None]:
 
 
 @contextmanager
-def rendering_progress() -> Iterator[Callable[[int, int], None]]:
-    """Give the progress of loading what a run needs, and of rendering the default flight, which happens once."""
+def rendering_progress() -> Iterator[Callable[[str, int, int], None]]:
+    """Give the progress of loading what a run needs, and of rendering and measuring its flight, which happens once."""
     with stages_progress() as stage:
         yield rendering_stages(stage)
 
 
-def rendering_stages(stage: Callable[..., None]) -> Callable[[int, int], None]:
+def rendering_stages(stage: Callable[..., None]) -> Callable[[str, int, int], None]:
     """Return what `rendering_progress` gives, on a function that `stages_progress` gave."""
     stage("Preparing")
 
-    def update(done: int, total: int) -> None:
-        if done == 0:
-            folder = cache_folder() / "flights"
+    def update(what: str, done: int, total: int) -> None:
+        if what == RENDERING and done == 0:
+            folder = flights_folder()
             print(
                 f"The frames of the flight are rendered once, into {folder}; later runs read them there.",
                 file=sys.stderr,
             )
             stage(BUILDING)  # which takes longer than many frames
             return
-        stage("Rendering", done, total)
+        stage(what, done, total)
         if done == total:
             stage("Preparing")
 

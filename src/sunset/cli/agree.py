@@ -14,9 +14,10 @@ from sunset.cli._options import (
     add_run_options,
     campaign,
 )
-from sunset.cli._progress import progress_bar, rendering_progress
+from sunset.cli._prepare import prepare_flights
+from sunset.cli._progress import progress_bar
 from sunset.evaluation import AGREEMENT_FORMATS, compare, format_agreement
-from sunset.experiments import bench, plan, prepare
+from sunset.experiments import bench, flights_of, plan
 from sunset.rmw.backends import LIVE
 
 
@@ -56,8 +57,7 @@ def execute(arguments: argparse.Namespace) -> None:
 def _run(arguments: argparse.Namespace) -> None:
     campaigns = paired_campaigns(campaign(arguments, references=False), arguments.jobs)
     runs = plan(campaigns[0][1])
-    with rendering_progress() as progress:
-        prepare(runs[0], progress=progress)
+    prepare_flights(flights_of(runs))
     for name, spec, jobs in campaigns:
         # what a managing system prints must not get into the report
         with progress_bar(f"Running, {name}") as progress, redirect_stdout(sys.stderr):

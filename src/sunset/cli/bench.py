@@ -16,11 +16,12 @@ from sunset.cli._options import (
     add_run_options,
     campaign,
 )
-from sunset.cli._progress import progress_bar, rendering_progress
+from sunset.cli._prepare import prepare_flights
+from sunset.cli._progress import progress_bar
 from sunset.cli._steps import print_next_steps
 from sunset.cli.report import print_report
 from sunset.evaluation import FORMATS
-from sunset.experiments import BenchSpec, bench, plan, prepare
+from sunset.experiments import BenchSpec, bench, flights_of, plan
 from sunset.texts import counted
 
 
@@ -55,8 +56,7 @@ def execute(arguments: argparse.Namespace) -> None:
     """Run the campaign, and print the table."""
     spec = campaign(arguments, references=arguments.references)
     runs = plan(spec)
-    with rendering_progress() as progress:
-        prepare(runs[0], progress=progress)
+    prepare_flights(flights_of(runs))
     # what a managing system prints must not get into the table
     with progress_bar(_title(spec)) as progress, redirect_stdout(sys.stderr):
         done = bench(spec, arguments.out, jobs=arguments.jobs, progress=progress)

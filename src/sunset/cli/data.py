@@ -14,6 +14,7 @@ from sunset.cli._options import add_count_option
 from sunset.cli._parser import Actions
 from sunset.cli._progress import BUILDING, progress_bar, rendering_progress, stages_progress
 from sunset.data import (
+    RENDERING,
     TIMES,
     WEATHERS,
     BagStatistics,
@@ -31,6 +32,7 @@ from sunset.data import (
     write_bag,
 )
 from sunset.errors import InvalidInputError
+from sunset.flights import KEYS, FlightSpec
 from sunset.texts import printable
 
 _SOURCES: Final = ("syndrone", "pictures", "bag")
@@ -61,8 +63,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def _add_render(actions: Actions) -> None:
     parser = actions.add_parser(
         "render",
-        help="render a flight to a rosbag2",
-        description="Render a flight over a procedural town and write it as a rosbag2 (MCAP).",
+        help="render a flight",
+        description="Render a flight over a procedural town. It is kept in the cache folder, where scenarios, "
+        "campaigns and runs with the same conditions find it, and written as a rosbag2 (MCAP) if --out names one.",
     )
     parser.add_argument("--town", type=int, default=1, metavar="N", help="1 to 8")
     parser.add_argument(
@@ -73,7 +76,8 @@ def _add_render(actions: Actions) -> None:
     parser.add_argument("--weather", default="clear", help=f"one of {', '.join(WEATHERS)}")
     parser.add_argument("--frames", type=int, default=400, metavar="N", help="at 10 Hz, at most 1333")
     parser.add_argument("--seed", type=int, default=0, metavar="N", help="of the sensor noise")
-    _add_out(parser)
+    add_count_option(parser, "--jobs", "rendering processes (default: one a core, at most 8)")
+    _add_out(parser, required=False)
     parser.set_defaults(execute=render)
 
 
@@ -107,11 +111,11 @@ def _add_import(actions: Actions) -> None:
     parser.set_defaults(execute=import_flight)
 
 
-def _add_out(parser: argparse.ArgumentParser) -> None:
+def _add_out(parser: argparse.ArgumentParser, *, required: bool = True) -> None:
     parser.add_argument(
         "--out",
         type=Path,
-        required=True,
+        required=required,
         metavar="PATH",
         help="the new bag: a folder, or a file in .mcap or .db3",
     )
@@ -146,19 +150,12 @@ def _rate(text: str) -> float:
 
 def render(arguments: argparse.Namespace) -> None:
     """Render a flight."""
-    plan = FlightPlan(
-        town=arguments.town,
-        height=arguments.height,
-        pitch_deg=arguments.angle,
-        time=arguments.time,
-        weather=arguments.weather,
-        frames=arguments.frames,
-        seed=arguments.seed,
-    )
+    given = {name: getattr(arguments, name) for name in KEYS if name != "bag"}
+    plan = FlightPlan.of(FlightSpec.of(given), arguments.frames)
     with stages_progress() as stage:
         stage(BUILDING)  # before there is a frame
-        render_flight(arguments.out, plan, progress=partial(stage, "Rendering"))
-    _tell(plan.frames, arguments.out)
+        folder = render_flight(arguments.out, plan, jobs=arguments.jobs, progress=partial(stage, RENDERING))
+    _tell(plan.frames, folder)
 
 
 def import_flight(arguments: argparse.Namespace) -> None:
@@ -237,7 +234,7 @@ def info(arguments: argparse.Namespace) -> None:
     """Print what a bag or a folder of SynDrone's holds."""
     if arguments.path is None:
         with rendering_progress() as progress:
-            path = default_flight(progress=progress)
+            path = default_flight(progress=partial(progress, RENDERING))
     else:
         path = arguments.path
     if is_syndrone(path):

@@ -8,9 +8,11 @@ from pathlib import Path
 from sunset.api.catalogue import draw_fault_figure
 from sunset.api.pictures import OUTAGE_S, draw_fault_picture
 from sunset.cli._options import add_model_options, add_run_options, run_settings
-from sunset.cli._progress import progress_bar, rendering_progress
-from sunset.experiments import RunSpec, prepare
+from sunset.cli._prepare import prepare_flight
+from sunset.cli._progress import progress_bar
+from sunset.experiments import RunSpec
 from sunset.figures import check_figure
+from sunset.perception import load_model
 from sunset.scenarios import load_scenario
 from sunset.system import Fault, current_system, get_fault
 from sunset.tables import aligned
@@ -83,11 +85,7 @@ def show(arguments: argparse.Namespace) -> None:
     if arguments.figure is not None:
         settings = run_settings(arguments)
         check_figure(arguments.figure)
-        with rendering_progress() as progress:
-            prepare(
-                RunSpec(scenario=load_scenario(fault.name), manager="none", settings=settings),
-                progress=progress,
-            )
+        prepare_flight(RunSpec(scenario=load_scenario(fault.name), manager="none", settings=settings))
         with progress_bar("Drawing"):
             draw_fault_picture(fault.name, arguments.figure, settings, arguments.frame)
         print(f"The figure is in {arguments.figure}.", file=sys.stderr)
@@ -102,6 +100,7 @@ def show(arguments: argparse.Namespace) -> None:
         print(
             f"  strength   {fault.value} in the suites; above {fault.limits[0]:g} and at most {fault.limits[1]:g}"
         )
+        print(f"  severity   {_severities(fault, arguments.model)}")
     print(f"  cured by   {fault.cured_by}{'; by nothing else' if fault.cures else ''}")
 
 
@@ -112,11 +111,18 @@ def draw(arguments: argparse.Namespace) -> None:
     nofault = RunSpec(
         scenario=load_scenario("nofault"), manager="none", seed=arguments.seed, settings=settings
     )
-    with rendering_progress() as progress:
-        prepare(nofault, progress=progress)
+    prepare_flight(nofault)
     with progress_bar("Running") as progress:
         draw_fault_figure(arguments.out, settings, arguments.seed, progress)
     print(f"The figure is in {arguments.out}.", file=sys.stderr)
+
+
+def _severities(fault: Fault, model: str) -> str:
+    """Return the strengths of a fault by severity, in words, as a model knows them."""
+    card = load_model(model).card
+    strengths = card.severities.get(fault.name, ())
+    levels = [f"{number}: {one:g}" for number, one in enumerate(strengths, 1) if one is not None]
+    return f"{', '.join(levels) or 'not measured'}, with the model {card.name}"
 
 
 def _failure_text(fault: Fault) -> str:

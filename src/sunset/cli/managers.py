@@ -6,8 +6,9 @@ import sys
 from contextlib import redirect_stdout
 
 from sunset.cli._options import add_run_options, run_spec
-from sunset.cli._progress import progress_bar, rendering_progress
-from sunset.experiments import CHECK_SCENARIO, check_manager, manager_checksum, prepare
+from sunset.cli._prepare import prepare_flight
+from sunset.cli._progress import progress_bar
+from sunset.experiments import CHECK_SCENARIO, check_manager, manager_checksum
 from sunset.managing import MANAGERS
 
 
@@ -24,7 +25,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "raise, hang, end its process, read the truth or set faults, and the same seed must give the same record, even "
         "where sets have another order.",
     )
-    checking.add_argument("manager", help="NAME, FILE.py:CLASS or MODULE:CLASS")
+    checking.add_argument("manager", help="NAME, FILE.py:CLASS, MODULE:CLASS or exec:COMMAND")
     checking.add_argument("--scenario", default=CHECK_SCENARIO, help="what it is run in")
     checking.add_argument("--seed", type=int, default=1, metavar="N")
     add_run_options(checking)
@@ -46,8 +47,7 @@ def check(arguments: argparse.Namespace) -> int:
     spec = run_spec(arguments)
     # what is wrong with it is said at once
     manager_checksum(spec.manager, limit_s=spec.settings.manager_limit_s)
-    with rendering_progress() as progress:
-        prepare(spec, progress=progress)
+    prepare_flight(spec)
     with progress_bar("Running twice") as progress, redirect_stdout(sys.stderr):
         verdict = check_manager(spec, progress=progress)
     print(verdict)

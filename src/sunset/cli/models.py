@@ -22,6 +22,7 @@ _OTHERS: Final = {
     "import": "make a model of the published checkpoints",
     "calibrate": "give a model its temperatures, thresholds and card",
     "curves": "measure what each fault does to a model, by its strength, and what its cure brings back",
+    "flights": "find the thresholds of a model on flights, and how well they do",
     "iou": "tabulate the IoU of models on towns that they were not trained on",
 }
 """Actions that have modules of their own, since they need what trains models."""

@@ -9,10 +9,12 @@ from contextlib import redirect_stdout
 from pathlib import Path
 
 from sunset.cli._options import add_images_option, add_middleware_options, add_run_options, run_spec
-from sunset.cli._progress import progress_bar, rendering_progress
+from sunset.cli._prepare import prepare_flight
+from sunset.cli._progress import progress_bar
 from sunset.cli._steps import print_next_steps
 from sunset.errors import OutputError
-from sunset.experiments import DEFAULT_SCENARIO, keep_last_run, prepare, run
+from sunset.experiments import DEFAULT_SCENARIO, keep_last_run, run
+from sunset.texts import printable
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -30,7 +32,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--manager",
         default="baseline",
-        metavar="[LABEL=]NAME|FILE.py:CLASS|MODULE:CLASS",
+        metavar="[LABEL=]NAME|FILE.py:CLASS|MODULE:CLASS|exec:COMMAND",
         help="the managing system: none, baseline, reactive, or your own; live, also external, which you start",
     )
     parser.add_argument("--seed", type=int, default=1, metavar="N", help="a whole number from 0 on")
@@ -51,13 +53,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def execute(arguments: argparse.Namespace) -> None:
     """Run, and print."""
     spec = run_spec(arguments)
-    with rendering_progress() as progress:
-        prepare(spec, progress=progress)
+    prepare_flight(spec)
     with tempfile.TemporaryDirectory(prefix="sunset-") as temporary:
         folder = arguments.out or Path(temporary) / "run"
         with progress_bar("Running"), redirect_stdout(sys.stderr):
             # what is logged stands in the time line, which JSON has not, and which a live run leaves much later
             result = run(spec, folder, log=arguments.json or spec.settings.live)
+        if result.record.manager_failed is not None:
+            print(f"{printable(result.record.manager_failed)} The run went on without it.", file=sys.stderr)
         if arguments.json:
             print(json.dumps(result.summary(), sort_keys=True))
             return

@@ -10,9 +10,9 @@ from rich.live import Live
 from rich.table import Table
 
 from sunset.cli._options import add_model_options, add_rate_option, run_settings
-from sunset.cli._progress import rendering_progress
+from sunset.cli._prepare import prepare_flight
 from sunset.cli.node import add_network_options
-from sunset.experiments import RunSpec, manager_checksum, prepare
+from sunset.experiments import RunSpec, manager_checksum
 from sunset.experiments.live import LiveSystem
 from sunset.experiments.spec import EXTERNAL
 from sunset.harness.operator import NodeStatus, Operator
@@ -34,7 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--manager",
         default=EXTERNAL,
-        metavar="NAME|FILE.py:CLASS|MODULE:CLASS",
+        metavar="NAME|FILE.py:CLASS|MODULE:CLASS|exec:COMMAND",
         help="the managing system: none, baseline, reactive, or your own (default: one that you start, or none)",
     )
     add_rate_option(parser, "seconds of /clock in a second")
@@ -56,8 +56,7 @@ def execute(arguments: argparse.Namespace) -> None:
     if spec.manager != EXTERNAL:
         # what is wrong with it is said at once
         manager_checksum(spec.manager, limit_s=spec.settings.manager_limit_s)
-    with rendering_progress() as progress:
-        resources = prepare(spec, progress=progress)
+    resources = prepare_flight(spec)
     console = Console(highlight=False, markup=False)
     with (
         suppress(KeyboardInterrupt),
@@ -73,7 +72,7 @@ def execute(arguments: argparse.Namespace) -> None:
     ):
         operator = Operator(
             inject=bool(spec.scenario.faults),
-            warm_up_s=spec.settings.timing.warm_up_s,
+            warm_up_s=spec.timing.warm_up_s,
             invites=spec.manager == EXTERNAL,
             context=system.context,
         )

@@ -36,7 +36,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--no-open", action="store_false", dest="show", help="do not open the page in a browser"
     )
-    where = "[LABEL=]NAME|FILE.py:CLASS|MODULE:CLASS"
+    where = "[LABEL=]NAME|FILE.py:CLASS|MODULE:CLASS|exec:COMMAND"
     parser.add_argument("--manager", metavar=where, help="where the managing system is now")
     parser.add_argument("--other-manager", metavar=where, help="likewise, that of the second run")
     parser.add_argument("--model", metavar="NAME|DIR", help="where the model is now")

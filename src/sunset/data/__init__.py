@@ -2,13 +2,23 @@
 
 from sunset.data.bag import TOPICS, BagReader, read_bag, write_bag
 from sunset.data.bag_statistics import BagStatistics, bag_statistics
-from sunset.data.cache import cache_folder, default_flight, flight_bag, kept_bag, render_parallel
-from sunset.data.flight import DEFAULT_FLIGHT, FlightPlan, render_frames
+from sunset.data.cache import (
+    RENDERING,
+    bag_checksum,
+    cache_folder,
+    default_flight,
+    flight_bag,
+    flight_bags,
+    flight_place,
+    flights_folder,
+    kept_bag,
+)
+from sunset.data.flight import DEFAULT_FLIGHT, FlightPlan, frames_for, render_frames
 from sunset.data.frame import DEPTH_RANGE_M, FRAME_SIZE, Frame
-from sunset.data.light import TIMES, WEATHERS
 from sunset.data.picture_folder import PictureFolder, find_pictures
 from sunset.data.syndrone import SynDroneFlight, find_syndrone, is_syndrone, survey_syndrone
 from sunset.data.views import HEIGHTS_M, PITCHES_DEG, TrainingView, render_views, training_views
+from sunset.flights import TIMES, WEATHERS
 
 __all__ = [
     "DEFAULT_FLIGHT",
@@ -16,6 +26,7 @@ __all__ = [
     "FRAME_SIZE",
     "HEIGHTS_M",
     "PITCHES_DEG",
+    "RENDERING",
     "TIMES",
     "TOPICS",
     "WEATHERS",
@@ -26,17 +37,21 @@ __all__ = [
     "PictureFolder",
     "SynDroneFlight",
     "TrainingView",
+    "bag_checksum",
     "bag_statistics",
     "cache_folder",
     "default_flight",
     "find_pictures",
     "find_syndrone",
     "flight_bag",
+    "flight_bags",
+    "flight_place",
+    "flights_folder",
+    "frames_for",
     "is_syndrone",
     "kept_bag",
     "read_bag",
     "render_frames",
-    "render_parallel",
     "render_views",
     "survey_syndrone",
     "training_views",

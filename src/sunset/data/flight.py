@@ -14,6 +14,7 @@ from sunset.data.renderer import View, render
 from sunset.data.town import build_town
 from sunset.data.views import is_free
 from sunset.errors import InvalidInputError
+from sunset.flights import FlightSpec
 from sunset.seeding import check_seed
 
 SAMPLES: Final = 4001
@@ -86,6 +87,23 @@ class FlightPlan:
             raise InvalidInputError(
                 f"A flight must be at most {LENGTH_M:g} m long, got {self.frames} frames over {self.length:g} m."
             )
+
+    @classmethod
+    def of(cls, spec: FlightSpec, frames: int) -> "FlightPlan":
+        """Return the plan of a flight that is rendered, of so many frames; everything else is as in the default one.
+
+        Raises:
+            InvalidInputError: the flight would be too long.
+        """
+        return cls(
+            town=spec.town,
+            frames=frames,
+            height=spec.height,
+            pitch_deg=spec.angle,
+            time=spec.time,
+            weather=spec.weather,
+            seed=spec.seed,
+        )
 
     @property
     def length(self) -> float:
@@ -167,6 +185,25 @@ class FlightPlan:
 
 DEFAULT_FLIGHT: Final = FlightPlan()
 """The flight that experiments use: 40 s at 10 Hz over town 1, 50 m high, looking 60° down."""
+
+
+LONGEST: Final = int(LENGTH_M / DEFAULT_FLIGHT.speed * DEFAULT_FLIGHT.rate_hz)
+"""So many frames a flight can have at the default flight's speed and rate."""
+_STEP: Final = 100
+
+
+def frames_for(needed: int) -> int:
+    """Return how many frames are rendered where an experiment needs so many.
+
+    They are as many as the default flight has, unless more are needed. Then there are at least 100 more than are
+    needed, as far as the flight can be that long, so that every seed can begin at another frame.
+
+    >>> frames_for(260), frames_for(410), frames_for(1260), frames_for(5000)
+    (400, 600, 1333, 1333)
+    """
+    if needed <= DEFAULT_FLIGHT.frames:
+        return DEFAULT_FLIGHT.frames
+    return min(-(-(needed + _STEP) // _STEP) * _STEP, LONGEST)
 
 
 def render_frames(plan: FlightPlan, indices: Sequence[int] | None = None) -> Iterator[Frame]:

@@ -16,10 +16,8 @@ import numpy.typing as npt
 from sunset.data.frame import Points
 from sunset.data.relief import Relief, Wave
 from sunset.errors import InvalidInputError
+from sunset.flights import TOWNS
 from sunset.seeding import generator
-
-TOWNS: Final = range(1, 9)
-"""The numbers of the towns."""
 
 EXTENT_M: Final = 300.0
 """A town covers [-300, 300) metres in x and y; fields lie beyond."""

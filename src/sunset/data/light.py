@@ -7,11 +7,7 @@ import numpy as np
 
 from sunset.data.frame import Points
 from sunset.errors import InvalidInputError
-
-TIMES: Final = ("morning", "noon", "evening")
-"""The times of day."""
-WEATHERS: Final = ("clear", "hazy", "overcast")
-"""The kinds of weather."""
+from sunset.flights import TIMES, WEATHERS
 
 NOON_LEVEL: Final = 1.13
 """Mean light on the ground at noon in clear weather, which the exposure is set for."""

@@ -7,10 +7,10 @@ import numpy as np
 
 from sunset.data.camera import Pose
 from sunset.data.frame import FRAME_SIZE, Frame
-from sunset.data.light import TIMES, WEATHERS
 from sunset.data.renderer import View, render
 from sunset.data.town import Town, build_town
 from sunset.errors import InvalidInputError
+from sunset.flights import TIMES, WEATHERS
 from sunset.seeding import check_seed, generator
 
 HEIGHTS_M: Final = (20.0, 50.0, 80.0)

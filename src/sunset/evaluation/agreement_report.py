@@ -171,9 +171,9 @@ def _json_pair(pair: Pair) -> dict[str, object]:
 
 def _as_csv(agreements: Sequence[Agreement]) -> str:
     """Return one line a figure; a cell is empty where there is nothing to compare."""
-    head = ("manager", "suite", "model", "duration_s", "bag_looped", "bag_checksum", "figure", "sim", "live")
+    head = ("manager", "suite", "model", "duration_s", "bag_looped", "flight", "bag_checksum")
     rows: list[tuple[object, ...]] = [
-        (*head, "difference", "ci_low", "ci_high", "pairs", "one_sided", "agrees")
+        (*head, "figure", "sim", "live", "difference", "ci_low", "ci_high", "pairs", "one_sided", "agrees")
     ]
     for agreement in agreements:
         group = (agreement.manager, agreement.suite, agreement.model, *agreement.flight.to_json().values())

@@ -262,6 +262,7 @@ def _notes(rows: Sequence[SystemRow]) -> list[str]:
                     f"{row.system}: {figure} is of {found.runs} of {row.runs} runs; in the others {reason}."
                 )
     notes += [_invalid_note(row) for row in rows if row.invalid]
+    notes += [_failed_note(row) for row in rows if row.failed]
     notes += [_differing_note(row) for row in rows if row.differing]
     if not any(row.invalid for row in rows):
         notes.append("Every run is valid.")
@@ -270,19 +271,32 @@ def _notes(rows: Sequence[SystemRow]) -> list[str]:
 
 def _invalid_note(row: SystemRow) -> str:
     """Return how many of a row's runs do not count, and why."""
-    reasons = Counter(_reason(run) for run in row.invalid)
-    told = [f"{reason} ({count} times)" if count > 1 else reason for reason, count in reasons.items()]
     number = len(row.invalid)
-    failed = f", in {row.failed} of which the managing system failed" if row.failed else ""
-    return f"{row.system}: {number} invalid {'run is' if number == 1 else 'runs are'} left out{failed}: " + (
-        _listed(told, "reasons")
+    return f"{row.system}: {number} invalid {'run is' if number == 1 else 'runs are'} left out: " + (
+        _told((run, run.reason) for run in row.invalid)
     )
 
 
-def _reason(run: RunRow) -> str:
-    """Return why a run does not count, without what tells it from others that do not for the same reason."""
+def _failed_note(row: SystemRow) -> str:
+    """Return in how many of a row's runs the managing system failed, and how."""
+    return (
+        f"{row.system}: the managing system failed in {len(row.failed)} of {row.runs + len(row.invalid)} runs: "
+        + (_told((run, run.failed) for run in row.failed))
+    )
+
+
+def _told(reasons: Iterable[tuple[RunRow, str]]) -> str:
+    """Return the reasons that runs have, those that are the same once."""
+    counts = Counter(_reason(run, reason) for run, reason in reasons)
+    return _listed(
+        [f"{reason} ({count} times)" if count > 1 else reason for reason, count in counts.items()], "reasons"
+    )
+
+
+def _reason(run: RunRow, reason: str) -> str:
+    """Return a run's reason without what tells it from those of others that have the same."""
     place = f" in {run.scenario.removesuffix(f' {run.faults}')}, seed {run.seed}:"
-    return shorten(run.reason.replace(place, ":", 1).rstrip("."), _LONGEST_REASON) or "no reason given"
+    return shorten(reason.replace(place, ":", 1).rstrip("."), _LONGEST_REASON) or "no reason given"
 
 
 def _differing_note(row: SystemRow) -> str:

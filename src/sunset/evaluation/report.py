@@ -91,10 +91,11 @@ def _json_row(row: SystemRow) -> dict[str, object]:
         **{name: found and found.to_json() for name, found in row.estimates.items()},
         "unresolved_rate": row.unresolved_rate,
         "runs_invalid": len(row.invalid),
-        "runs_failed": row.failed,
+        "runs_failed": len(row.failed),
         "invalid": [
             {"scenario": run.scenario, "seed": run.seed, "reason": run.reason} for run in row.invalid
         ],
+        "failed": [{"scenario": run.scenario, "seed": run.seed, "reason": run.failed} for run in row.failed],
         "differing": [
             {"scenario": run.scenario, "seed": run.seed, "figures": list(run.differing)}
             for run in row.differing
@@ -105,7 +106,17 @@ def _json_row(row: SystemRow) -> dict[str, object]:
 
 def _as_csv(rows: Sequence[SystemRow]) -> str:
     """Return one line a row, then the paper's rows; a cell is empty where a figure is not applicable."""
-    head = ["system", "source", "suite", "manager", "model", "duration_s", "bag_looped", "bag_checksum"]
+    head = [
+        "system",
+        "source",
+        "suite",
+        "manager",
+        "model",
+        "duration_s",
+        "bag_looped",
+        "flight",
+        "bag_checksum",
+    ]
     head += ["middleware", "version", "runs", "runs_invalid", "runs_failed", "runs_differing"]
     columns = [part for name in FIGURES for part in _parts(name)]
     names = [*head, *columns, "unresolved_rate"]
@@ -115,7 +126,7 @@ def _as_csv(rows: Sequence[SystemRow]) -> str:
             **_described(row),
             "source": "ours",
             "runs_invalid": len(row.invalid),
-            "runs_failed": row.failed,
+            "runs_failed": len(row.failed),
             "runs_differing": len(row.differing),
             "unresolved_rate": row.unresolved_rate,
         }

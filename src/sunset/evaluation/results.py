@@ -32,11 +32,13 @@ class Flight:
         duration_s: how long is measured [s].
         looped: whether the bag begins anew where it ends.
         bag: the bag's checksum; empty if it is not known.
+        name: what the flight is called; empty if it is not known.
     """
 
     duration_s: float
     looped: bool = False
     bag: str = ""
+    name: str = ""
 
     @property
     def short_bag(self) -> str:
@@ -45,7 +47,12 @@ class Flight:
 
     def to_json(self) -> dict[str, object]:
         """Return it as JSON values."""
-        return {"duration_s": self.duration_s, "bag_looped": self.looped, "bag_checksum": self.bag}
+        return {
+            "duration_s": self.duration_s,
+            "bag_looped": self.looped,
+            "flight": self.name,
+            "bag_checksum": self.bag,
+        }
 
     def label(self, *, bag: bool = False) -> str:
         """Return what a name must say of it: what is unlike the paper's and, if that is asked for, the bag.
@@ -56,7 +63,7 @@ class Flight:
         return (
             ("" if self.duration_s == DURATION_S else f" [{self.duration_s:g} s]")
             + (" [looped]" if self.looped else "")
-            + (f" [flight {self.short_bag}]" if bag else "")
+            + (f" [flight {self.name or self.short_bag}]" if bag else "")
         )
 
 
@@ -69,7 +76,7 @@ class RunRow:
         suite: empty for a scenario of one's own.
         manager: where managing systems with one name differ in their files, with `sources`.
         model: where models with one name differ, with `setting`.
-        setting: a short checksum of the model's networks and thresholds.
+        setting: a short checksum of the model's networks, and of its thresholds on the flight.
         sources: a short checksum of the files that the managing system is written in; empty if it is unknown.
         faults: a short checksum of the scenario's faults.
         digest: of the record's messages.
@@ -77,7 +84,9 @@ class RunRow:
         version: of the package that it was run with; empty if it is unknown.
         valid: whether the run counts.
         reason: why it does not; empty if it does.
-        failed: whether its managing system failed, so that there is no record and no figure.
+        thinking_s: what every decision of its managing system took of the experiment's time [s].
+        failed: how its managing system failed, in a sentence; empty if it did not.
+        is_empty: whether it failed as a whole, so that there is no record and no figure.
         differing: the figures that were computed again and are stored otherwise.
     """
 
@@ -94,10 +103,12 @@ class RunRow:
     flight: Flight
     sources: str = ""
     faults: str = ""
+    thinking_s: float = 0.0
     version: str = ""
     valid: bool = True
     reason: str = ""
-    failed: bool = False
+    failed: str = ""
+    is_empty: bool = False
     differing: tuple[str, ...] = ()
 
 
@@ -129,7 +140,7 @@ def load_results(folder: Path, *, again: bool = False, progress: Progress | None
     for done, place in enumerate(found, 1):
         row = _read(place, again=again)
         setup = (row.suite, row.manager, row.sources, row.setting, row.flight, row.middleware, row.version)
-        messages = (row.scenario, row.faults, row.seed) if row.failed else (row.digest,)
+        messages = (row.scenario, row.faults, row.seed) if row.is_empty else (row.digest,)
         _check_copy(row, rows.setdefault((*setup, *messages), row))
         if progress is not None:
             progress(done, len(found))
@@ -154,15 +165,19 @@ def _check_copy(row: RunRow, known: RunRow) -> None:
 
 
 def _tell_apart(rows: Sequence[RunRow], name: str, checksum: str) -> list[RunRow]:
-    """Return the rows, with the checksum behind each name that stands for several things."""
-    found: defaultdict[str, set[str]] = defaultdict(set)
+    """Return the rows, with the checksum behind each name that stands for several things.
+
+    Thresholds of a model belong to the flight, so that a model is one thing if it is one on each flight.
+    """
+    found: defaultdict[tuple[str, Flight | None], set[str]] = defaultdict(set)
     for row in rows:
-        found[getattr(row, name)].add(getattr(row, checksum))
+        found[getattr(row, name), row.flight if name == "model" else None].add(getattr(row, checksum))
+    several = {key[0] for key, checksums in found.items() if len(checksums) > 1}
 
     def named(row: RunRow) -> RunRow:
         value = getattr(row, name)
         changed: dict[str, Any] = {name: f"{value} {getattr(row, checksum) or 'unknown'}"}
-        return replace(row, **changed) if len(found[value]) > 1 else row
+        return replace(row, **changed) if value in several else row
 
     return [named(row) for row in rows]
 
@@ -179,8 +194,7 @@ def recompute(folder: Path) -> Mapping[str, float | None]:
 def _read(folder: Path, *, again: bool) -> RunRow:
     """Read one run's `run.json` and check what the table needs of it."""
     run = read_run(folder)
-    failed = run.manager_failed is not None
-    metrics = recompute(folder) if again and not failed else stored_figures(run, folder / RUN_FILE)
+    metrics = recompute(folder) if again and not run.is_empty else stored_figures(run, folder / RUN_FILE)
     extensions = {"extensions": run.extensions} if run.extensions else {}
     return RunRow(
         folder=folder,
@@ -197,10 +211,12 @@ def _read(folder: Path, *, again: bool) -> RunRow:
         differing=differing_figures(run.metrics, metrics),
         version=run.versions.get("sunset", ""),
         setting=_checksum({"model_checksums": run.model_checksums, **run.thresholds, **extensions}),
-        flight=Flight(run.duration_s, run.bag_looped, run.bag_checksum),
+        flight=Flight(run.duration_s, run.bag_looped, run.bag_checksum, run.flight),
         sources=run.manager_checksum[:_CHECKSUM],
+        thinking_s=run.thinking_s or 0.0,
         faults=_checksum({"faults": to_builtins(run.faults)}),
-        failed=failed,
+        failed=run.manager_failed or "",
+        is_empty=run.is_empty,
     )
 
 

@@ -48,7 +48,7 @@ def run_fields(run: RunRow, folder: Path) -> dict[str, object]:
         "middleware": run.middleware,
         "version": run.version,
         "valid": run.valid,
-        "failed": run.failed,
+        "failed": bool(run.failed),
         "reason": run.reason,
         **{name: run.metrics[name] for name in FIGURES},
         "differing": list(run.differing),

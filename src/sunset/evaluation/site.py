@@ -60,7 +60,7 @@ def _links(runs: Sequence[RunRow], pages: Mapping[Path, str]) -> str:
 def _link(run: RunRow, page: str | None) -> str:
     iou = run.metrics["iou_all"]
     figure = "N/A" if iou is None else f"{iou:.2f}"
-    what = "failed" if run.failed else figure if run.valid else f"{figure} (invalid)"
+    what = "failed" if run.is_empty else figure if run.valid else f"{figure} (invalid)"
     text = f"{run.seed}: {what}"
     reason = f' title="{escape(run.reason)}"' if run.reason else ""
     if page is None:

@@ -8,7 +8,7 @@ from typing import Final
 
 from sunset.evaluation.estimates import Estimate, estimate
 from sunset.evaluation.results import FIGURES, Flight, RunRow
-from sunset.system import DURATION_S, current_system, scenario_name
+from sunset.system import DURATION_S, current_system, names_in_suite
 
 PUBLISHED_SOURCE: Final = "Wiedholz et al., SUNSET, RoSE'26, Table 1"
 
@@ -59,6 +59,7 @@ class SystemRow:
         episodes: failure episodes of all valid runs together.
         unresolved: those of them that no adaptation ended.
         invalid: the runs that do not count, each with its reason.
+        failed: the runs in which the managing system failed, whether they count or not.
         differing: the runs whose stored figures are not what was computed again.
     """
 
@@ -76,12 +77,8 @@ class SystemRow:
     episodes: int
     unresolved: int
     invalid: tuple[RunRow, ...] = ()
+    failed: tuple[RunRow, ...] = ()
     differing: tuple[RunRow, ...] = ()
-
-    @property
-    def failed(self) -> int:
-        """In how many of the invalid runs the managing system failed."""
-        return sum(run.failed for run in self.invalid)
 
     @property
     def published(self) -> str | None:
@@ -116,13 +113,13 @@ def summarise(rows: Iterable[RunRow]) -> list[SystemRow]:
 
     Runs of different models, flights, middlewares or versions of the package are never put together; where there are
     several, the row's name says which. It always says of a flight that it was looped, or measured for another time than
-    the paper's, and of a suite that only a part of its scenarios was run. Invalid runs take no part in any figure, and
-    are listed.
+    the paper's, of a suite that only a part of its scenarios was run, and of decisions that they took time. Invalid
+    runs take no part in any figure, and are listed.
     """
     runs = list(rows)
-    groups: dict[tuple[str, str, str, Flight, str, str], list[RunRow]] = {}
+    groups: dict[tuple[str, str, str, Flight, float, str, str], list[RunRow]] = {}
     for run in sorted(runs, key=_order):
-        key = (run.suite, run.manager, run.model, run.flight, run.middleware, run.version)
+        key = (run.suite, run.manager, run.model, run.flight, run.thinking_s, run.middleware, run.version)
         groups.setdefault(key, []).append(run)
     names = _manager_names({run.manager for run in runs})
     several_models = len({run.model for run in runs}) > 1
@@ -136,11 +133,12 @@ def summarise(rows: Iterable[RunRow]) -> list[SystemRow]:
             + (f" [{model}]" if several_models else "")
             + _part_label(suite, _scenarios(group))
             + flight.label(bag=several_bags)
+            + (f" [thinking {thinking_s:g} s]" if thinking_s else "")
             + (f" [{middleware}]" if several_middlewares else "")
             + (f" [sunset {version or 'unknown'}]" if several_versions else ""),
             group,
         )
-        for (suite, manager, model, flight, middleware, version), group in groups.items()
+        for (suite, manager, model, flight, thinking_s, middleware, version), group in groups.items()
     ]
 
 
@@ -155,7 +153,7 @@ def _part_label(suite: str, scenarios: frozenset[str]) -> str:
     >>> _part_label("degraded", frozenset({"degraded/image_shift+autofocus_needed"})), _part_label("mine", frozenset())
     (' [1 of 9 scenarios]', '')
     """
-    every = {scenario_name(suite, faults) for faults in current_system().suites.get(suite, ())}
+    every = set(names_in_suite(suite, current_system().suites.get(suite, ())))
     return f" [{len(scenarios)} of {len(every)} scenarios]" if scenarios < every else ""
 
 
@@ -176,6 +174,7 @@ def _order(run: RunRow) -> tuple[object, ...]:
         run.manager,
         run.model,
         run.flight,
+        run.thinking_s,
         run.middleware,
         run.version,
         run.scenario,
@@ -188,8 +187,12 @@ def _place(item: object, order: Sequence[object]) -> int:
 
 
 def _manager_names(managers: set[str]) -> dict[str, str]:
-    """Return managing system → short name: a file's without its folder, unless two would be the same."""
-    short = {manager: PurePath(manager).name if "/" in manager else manager for manager in managers}
+    """Return managing system → short name: a file's without its folder, unless two would be the same.
+
+    A command keeps its folders, which are those of several words.
+    """
+    files = {manager for manager in managers if "/" in manager and not manager.startswith("exec:")}
+    short = {manager: PurePath(manager).name if manager in files else manager for manager in managers}
     names = list(short.values())
     return {manager: name if names.count(name) == 1 and name else manager for manager, name in short.items()}
 
@@ -219,5 +222,6 @@ def _row(system: str, group: Sequence[RunRow]) -> SystemRow:
         episodes=sum(int(run.metrics["episodes"] or 0) for run in valid),
         unresolved=sum(int(run.metrics["episodes_unresolved"] or 0) for run in valid),
         invalid=tuple(run for run in group if not run.valid),
+        failed=tuple(run for run in group if run.failed),
         differing=tuple(run for run in group if run.differing),
     )

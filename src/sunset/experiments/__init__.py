@@ -5,6 +5,7 @@ from sunset.experiments.bench import (
     BenchSpec,
     bench,
     count_runs,
+    flights_of,
     model_checksum,
     plan,
     run_folder,
@@ -12,8 +13,8 @@ from sunset.experiments.bench import (
 )
 from sunset.experiments.checking import ManagerCheck, check_manager
 from sunset.experiments.last import keep_last_run, last_run
-from sunset.experiments.manager import isolate, manager_checksum
-from sunset.experiments.resources import prepare
+from sunset.experiments.manager import manager_checksum, manager_files
+from sunset.experiments.resources import Resources, flight_name, inference_file, prepare, prepare_all
 from sunset.experiments.run import run
 from sunset.experiments.spec import (
     CHECK_SCENARIO,
@@ -21,9 +22,11 @@ from sunset.experiments.spec import (
     EXTERNAL,
     MIDDLEWARES,
     RunSpec,
+    RunTiming,
     Settings,
     Timing,
 )
+from sunset.experiments.stored_faults import stored_faults
 
 __all__ = [
     "CHECK_SCENARIO",
@@ -32,21 +35,28 @@ __all__ = [
     "MIDDLEWARES",
     "BenchSpec",
     "ManagerCheck",
+    "Resources",
     "RunSpec",
+    "RunTiming",
     "Settings",
     "Timing",
     "bench",
     "check_manager",
     "count_runs",
-    "isolate",
+    "flight_name",
+    "flights_of",
+    "inference_file",
     "keep_last_run",
     "last_run",
     "manager_checksum",
+    "manager_files",
     "model_checksum",
     "plan",
     "prepare",
+    "prepare_all",
     "run",
     "run_again",
     "run_folder",
     "scenarios_checksum",
+    "stored_faults",
 ]

@@ -10,10 +10,11 @@ from sunset.errors import RecordError
 from sunset.experiments.resources import prepare
 from sunset.experiments.run import run_prepared
 from sunset.experiments.spec import RunSpec, Settings, Timing
+from sunset.experiments.stored_faults import scenario_of
+from sunset.flights import FlightSpec
 from sunset.recording import RunRecord, StoredRun, read_run
 from sunset.recording.reader import check_extensions, first_difference
 from sunset.rmw.backends import SIMULATED
-from sunset.scenarios import Scenario, ScenarioFault
 
 _CAUSES: Final = {
     "model_checksums": "the model",
@@ -55,7 +56,7 @@ def run_again(
             f"The run in {folder} cannot be run again: it was live, on {stored.middleware}, and only runs of the "
             f"simulation ({SIMULATED}) repeat to the byte."
         )
-    if stored.manager_failed is not None:
+    if stored.is_empty:
         raise RecordError(f"The run in {folder} cannot be run again: it failed, and left no messages.")
     check_extensions(stored, folder)
     spec = _spec_of(stored, manager, model, bag, images=images)
@@ -87,19 +88,19 @@ def _spec_of(
         if getattr(stored, name) is not UNSET
     }
     return RunSpec(
-        scenario=Scenario(
-            stored.scenario, tuple(ScenarioFault(fault.name, fault.value) for fault in stored.faults)
-        ),
+        scenario=scenario_of(stored),
         manager=manager or stored.manager_spec or stored.manager,
         label=stored.manager,
         seed=stored.seed,
         settings=Settings(
             model=model or stored.model,
             bag=bag,
+            flight=FlightSpec.of(stored.flight_conditions) if stored.flight_conditions else None,
             loop=stored.bag_looped,
             timing=Timing(**timing),
             device=stored.device,
             images=images,
+            thinking_s=stored.thinking_s or 0.0,
         ),
     )
 

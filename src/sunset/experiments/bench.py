@@ -11,7 +11,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Annotated, Final
 
-from msgspec import Meta
+from msgspec import UNSET, Meta
 from msgspec.structs import asdict
 
 from sunset.errors import (
@@ -23,15 +23,16 @@ from sunset.errors import (
     SunsetError,
 )
 from sunset.experiments.manager import manager_checksum
-from sunset.experiments.resources import Resources, prepare
+from sunset.experiments.resources import Resources, flight_name, flight_plan, prepare, prepare_all
 from sunset.experiments.run import record_failure, run_prepared, versions
 from sunset.experiments.spec import RunSpec, Settings
+from sunset.flights import parse_flights
 from sunset.managing import MANAGERS, is_registered, split_label
 from sunset.names import base_name
 from sunset.output_files import folder_name, make_folder, write_text
-from sunset.perception import ModelCard
-from sunset.recording import PLAN_FILE, PLAN_VERSION, RUN_FILE, CampaignPlan, read_plan
-from sunset.scenarios import Scenario, load_suite, suite
+from sunset.perception import ModelCard, load_model
+from sunset.recording import PLAN_FILE, PLAN_VERSION, RUN_FILE, CampaignPlan, StoredFlight, read_plan
+from sunset.scenarios import Scenario, load_suite, split_hash, suite
 from sunset.schemas import check_fields, document_text
 from sunset.seeding import check_seed
 from sunset.system import loaded_extensions
@@ -61,6 +62,8 @@ class BenchSpec:
     references: bool = True
     """Whether the paper's two reference rows are run too."""
     managers: tuple[str, ...] = ("none", "baseline")
+    flights: tuple[str, ...] = ()
+    """Flights that every scenario is run on, as `parse_flights` takes them; if empty, each is run on its own."""
     repetitions: int = 3
     seed: int = 1
     settings: Settings = field(default_factory=Settings)
@@ -81,6 +84,11 @@ class BenchSpec:
         if not names or len(set(names)) < len(names):
             named = ", ".join(names) or "none at all"
             raise InvalidInputError(f"Each managing system must be named once, got {named}.")
+        parse_flights(self.flights)
+        if self.flights and (self.settings.bag or self.settings.flight):
+            raise InvalidInputError(
+                "A campaign has one bag or several flights, not both: name the bag as a flight."
+            )
 
 
 def plan(spec: BenchSpec) -> tuple[RunSpec, ...]:
@@ -93,14 +101,21 @@ def plan(spec: BenchSpec) -> tuple[RunSpec, ...]:
     chosen = _chosen(spec)
     groups = [(suite(name), "none") for name in REFERENCE_SUITES] if spec.references else []
     groups += [(chosen, manager) for manager in spec.managers]
+    flights = [dataclasses.replace(spec.settings, flight=flight) for flight in parse_flights(spec.flights)]
     runs = (
-        RunSpec(scenario=scenario, manager=manager, seed=spec.seed + repetition, settings=spec.settings)
-        # a repetition at a time: runs that share their frames are neighbours, for the inference cache
+        RunSpec(scenario=scenario, manager=manager, seed=spec.seed + repetition, settings=settings)
+        # a repetition and a flight at a time: runs that share their frames are neighbours, for the inference cache
         for repetition in range(spec.repetitions)
+        for settings in flights or [spec.settings]
         for scenarios, manager in groups
         for scenario in scenarios
     )
     return tuple({run_folder(Path(), one): one for one in runs}.values())  # each is run once
+
+
+def flights_of(runs: Sequence[RunSpec]) -> list[RunSpec]:
+    """Return the first run on each flight."""
+    return list({(one.flight, flight_plan(one)): one for one in reversed(runs)}.values())[::-1]
 
 
 def _chosen(spec: BenchSpec) -> tuple[Scenario, ...]:
@@ -127,7 +142,10 @@ def count_runs(out: Path) -> tuple[int, int] | None:
 def run_folder(out: Path, spec: RunSpec) -> Path:
     """Return where a campaign in `out` keeps this run."""
     parts = (spec.suite or "own", spec.manager_name, base_name(spec.scenario.name))
-    return out.joinpath("runs", *(folder_name(part) for part in parts), f"seed-{spec.seed}")
+    flight = f"-{spec.settings.flight.name}" if spec.settings.flight else ""
+    return out.joinpath(
+        "runs", *(folder_name(part) for part in parts), folder_name(f"seed-{spec.seed}{flight}")
+    )
 
 
 def bench(spec: BenchSpec, out: Path, *, jobs: int | None = None, progress: Progress | None = None) -> int:
@@ -155,8 +173,9 @@ def bench(spec: BenchSpec, out: Path, *, jobs: int | None = None, progress: Prog
     end_if_imported()
     check_jobs(jobs)
     runs = plan(spec)
-    # rendering a flight and loading a model are done once, before the workers need them
-    described = _describe(spec, runs, prepare(runs[0]))
+    # rendering and measuring flights and loading a model are done once, before the workers need them
+    of_flights = flights_of(runs)
+    described = _describe(spec, runs, list(zip(of_flights, prepare_all(of_flights), strict=True)))
     checksums = described.manager_checksums
     with _alone(out):
         _claim(out, described)
@@ -242,7 +261,7 @@ def _claim(out: Path, plan: CampaignPlan) -> None:
     differing = sorted(key for key in ours | theirs if theirs.get(key) != ours.get(key))
     if differing:
         # a name that differs says more than the checksum or the number that differs with it
-        key = min(differing, key=lambda name: (name == "runs", "checksum" in name))
+        key = min(differing, key=lambda name: (name == "runs", "checksum" in name or "flight_facts" in name))
         kind, _, name = key.partition(".")
         changed = _CHANGING.get(kind)
         if changed and key in ours and key in theirs:
@@ -275,19 +294,34 @@ def _flat(plan: CampaignPlan) -> dict[str, object]:
     flat: dict[str, object] = {}
     for key, value in asdict(plan).items():
         inner = {f"{key}.{name}": one for name, one in value.items()} if isinstance(value, dict) else {}
+        if key == "flight_facts":
+            inner = {
+                f"{name}.{part}": fact for name, one in inner.items() for part, fact in asdict(one).items()
+            }
         if not isinstance(value, dict):
             inner = {key: list(value) if isinstance(value, tuple) else value}
         flat |= inner
     return flat
 
 
-def _describe(spec: BenchSpec, runs: Sequence[RunSpec], resources: Resources) -> CampaignPlan:
-    """Return a campaign's plan as it is stored: whatever its results may depend on, by name and by content."""
+def _describe(
+    spec: BenchSpec, runs: Sequence[RunSpec], prepared: Sequence[tuple[RunSpec, Resources]]
+) -> CampaignPlan:
+    """Return a campaign's plan as it is stored: whatever its results may depend on, by name and by content.
+
+    Args:
+        spec: the campaign.
+        runs: all of it.
+        prepared: the first run on each flight, and what it is made with.
+    """
+    own = [resources for _, resources in prepared if not resources.of_flight]
+    resources = own[0] if own else prepared[0][1]
     return CampaignPlan(
         plan_version=PLAN_VERSION,
         suite=spec.suite,
         scenarios=tuple(one.name for one in _chosen(spec)) if spec.scenarios else (),
         scenarios_checksum=scenarios_checksum(runs),
+        split=split_hash(spec.suite),
         references=spec.references,
         managers=spec.managers,
         manager_checksums={
@@ -298,17 +332,51 @@ def _describe(spec: BenchSpec, runs: Sequence[RunSpec], resources: Resources) ->
         seed=spec.seed,
         runs=len(runs),
         model=spec.settings.model,
-        model_checksum=model_checksum(resources.model.card),
+        model_checksum=model_checksum(load_model(spec.settings.model).card),
         bag=str(spec.settings.bag) if spec.settings.bag else None,
         bag_checksum=resources.bag_checksum,
+        flights=spec.flights,
+        flight_facts=_flight_facts(prepared),
         loop=spec.settings.loop,
         device=resources.segmenter.device,
-        timing=dataclasses.asdict(spec.settings.timing),
+        timing={
+            name: value
+            for name, value in dataclasses.asdict(spec.settings.timing).items()
+            if value is not None
+        },
         middleware=spec.settings.middleware,
         speed=spec.settings.speed,
+        thinking_s=spec.settings.thinking_s,
         versions=versions(),
         extensions={one.name: one.checksum for one in loaded_extensions()},
     )
+
+
+def _flight_facts(prepared: Sequence[tuple[RunSpec, Resources]]) -> dict[str, StoredFlight]:
+    """Return what results depend on of each flight but the default one, by name.
+
+    Raises:
+        InvalidInputError: two flights have the same name.
+    """
+    facts: dict[str, StoredFlight] = {}
+    for one, resources in prepared:
+        if not resources.of_flight:
+            continue
+        name = flight_name(one)
+        if name in facts:
+            raise InvalidInputError(
+                f"Two flights of the campaign are called {name}, and the bag {resources.bag.path} is one of them: "
+                "rename it."
+            )
+        card = resources.model.card
+        facts[name] = StoredFlight(
+            bag_checksum=resources.bag_checksum,
+            conditions=UNSET if one.flight.bag else one.flight.conditions(),
+            entropy_threshold=card.entropy_threshold,
+            sharpness_threshold=card.sharpness_threshold,
+            warning=resources.warning,
+        )
+    return facts
 
 
 def scenarios_checksum(runs: Sequence[RunSpec]) -> str:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
+from sunset.confinement import confinement_report
 from sunset.experiments.manager import manager_checksum
 from sunset.experiments.resources import prepare
 from sunset.experiments.run import run
@@ -35,6 +36,7 @@ class ManagerCheck:
         scenario: what it was run in.
         adaptations: how many it executed.
         refusals: why requests were refused → how often, the most frequent first.
+        failure: how it failed, in a sentence; empty if it did not.
         reason: which rule it broke, so that its runs do not count; empty if none.
         difference: where they begin to differ, in words; empty if they do not.
         sets_reordered: whether sets of texts had another order in the second run. A class that only this process has,
@@ -45,6 +47,7 @@ class ManagerCheck:
     scenario: str
     adaptations: int
     refusals: Mapping[str, int]
+    failure: str
     reason: str
     difference: str
     sets_reordered: bool
@@ -56,20 +59,22 @@ class ManagerCheck:
 
     @property
     def passed(self) -> bool:
-        """Whether it keeps the rules and is deterministic."""
-        return not self.reason and self.deterministic
+        """Whether it does not fail, keeps the rules and is deterministic."""
+        return not self.failure and not self.reason and self.deterministic
 
     def __str__(self) -> str:
         """Return the verdict as a table of text."""
         same = "yes" if self.deterministic else f"no: the same seed gave different records, {self.difference}"
+        done = f"{counted(self.adaptations, 'adaptation')} in {self.scenario}"
         where = "" if self.sets_reordered else " (sets kept their order: the class is of this process only)"
         return "\n".join(
             (
                 f"loads            yes: {self.manager}",
-                f"runs             yes: {counted(self.adaptations, 'adaptation')} in {self.scenario}",
+                f"runs             {f'no: {self.failure}' if self.failure else f'yes: {done}'}",
                 *self._refused(),
                 f"keeps the rules  {f'no: {self.reason}' if self.reason else 'yes'}",
                 f"deterministic    {same}{where}",
+                f"walls            {'none: the class is of this process only' if where else confinement_report()}",
             )
         )
 
@@ -111,6 +116,7 @@ def check_manager(spec: RunSpec, *, progress: Progress | None = None) -> Manager
         scenario=spec.scenario.name,
         adaptations=first.adaptations,
         refusals=first.refusals,
+        failure=first.failure,
         reason=first.reason,
         difference=difference,
         sets_reordered=not is_registered(spec.manager),
@@ -123,6 +129,7 @@ class _Judged:
 
     adaptations: int
     refusals: Mapping[str, int]
+    failure: str
     reason: str
 
 
@@ -152,4 +159,9 @@ def _judged(spec: RunSpec, folder: Path, *, log: bool) -> _Judged:
     refusals = Counter(
         command.reason for command in commands if isinstance(command, Command) and not command.successful
     )
-    return _Judged(result.metrics.adaptations, dict(refusals.most_common()), result.reason)
+    return _Judged(
+        adaptations=result.metrics.adaptations,
+        refusals=dict(refusals.most_common()),
+        failure=result.record.manager_failed or "",
+        reason=result.reason,
+    )

@@ -11,7 +11,7 @@ from types import TracebackType
 from typing import Final, Self
 
 from sunset.errors import InvalidInputError, ManagerError, SunsetError
-from sunset.experiments.parameters import Parameters, node_parameters
+from sunset.experiments.parameters import Parameters, manager_parameters, node_parameters
 from sunset.experiments.processes import NodeProcesses
 from sunset.experiments.resources import Resources
 from sunset.experiments.spec import EXTERNAL, RunSpec
@@ -101,7 +101,7 @@ class LiveSystem:
             self._middleware: Middleware = middleware
             stack.enter_context(live.sole_system(self.domain_id))
             parameters = self._parameters(resources)
-            stack.enter_context(deployment(self.domain_id, parameters, spec.scenario.to_yaml()))
+            stack.enter_context(deployment(self.domain_id, parameters, resources.scenario.to_yaml()))
             self.context = Context()
             words = ["--ros-args", "-p", "use_sim_time:=true", "-p", "launcher:use_sim_time:=false"]
             self.context.init(words, middleware=self._middleware, log_to_stderr=False)
@@ -151,8 +151,8 @@ class LiveSystem:
         model = _absolute(spec.settings.model)
         parameters["segmentation"] |= {"model": model, "device": resources.segmenter.device}
         parameters[EXECUTOR] = {"scenario": str(deployed_scenario(self.domain_id))}
-        threshold = resources.model.card.entropy_threshold
-        of_all: Parameters = {"use_sim_time": True, "entropy_threshold": threshold}
+        # the managing system's too, since only its class knows the name of its node
+        of_all = {"use_sim_time": True} | manager_parameters(spec, resources)
         return {"/**": of_all} | {
             full_name(node) if node in managed else f"/{node}": values for node, values in parameters.items()
         }

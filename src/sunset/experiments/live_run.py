@@ -12,7 +12,7 @@ from sunset.experiments.live import LiveClock, LiveSystem
 from sunset.experiments.manager import bring_up_timeout_error, check_injection
 from sunset.experiments.observer import END_SERVICE, Observer
 from sunset.experiments.resources import Resources
-from sunset.experiments.spec import EXTERNAL, RunSpec, Timing
+from sunset.experiments.spec import EXTERNAL, RunSpec, RunTiming
 from sunset.harness.supervisor import Phase, Supervisor
 from sunset.interfaces import Message
 from sunset.interfaces.rosgraph_msgs.msg import Clock
@@ -68,7 +68,7 @@ class FrameCount:
         if self.disturbed_ns is None:
             self.disturbed_ns = time_ns
 
-    def shortfall(self, start_ns: int, timeline: Timeline, timing: Timing) -> str:
+    def shortfall(self, start_ns: int, timeline: Timeline, timing: RunTiming) -> str:
         """Return in words why the run does not count, as where the computer could not keep up; or nothing.
 
         Frames must not be lost before anything was done to the system: in a scenario with an outage before its
@@ -85,13 +85,13 @@ class FrameCount:
             return f"the computer was too slow to observe it: times are wrong by up to {late_s:.2f} s"
         times = sorted(self.taken.values())
         gaps = [(after - before) / _S for before, after in pairwise(times)]
-        if len(times) < timing.frames or max(gaps) > _LATE * timing.period_s:
+        if len(times) < timing.least_frames or max(gaps) > _LATE * timing.period_s:
             return (
-                f"the computer was too slow for the flight: {len(times)} of {timing.frames} frames were played, with "
-                f"gaps of up to {max(gaps, default=0.0):.2f} s in place of {timing.period_s:g} s"
+                f"the computer was too slow for the flight: {len(times)} of {timing.least_frames} frames were played, "
+                f"with gaps of up to {max(gaps, default=0.0):.2f} s in place of {timing.period_s:g} s"
             )
-        outage = any(one.failure in current_system().outages for one in timeline.injections)
-        disturbed = [one.time for one in timeline.commands] + [0.0] * outage
+        outages = [one.time for one in timeline.injections if one.failure in current_system().outages]
+        disturbed = [one.time for one in timeline.commands] + outages
         if self.disturbed_ns is not None:
             disturbed.append((self.disturbed_ns - start_ns) / _S)
         until_ns = start_ns + round((min(disturbed, default=timing.duration_s) - _ON_ITS_WAY_S) * _S)
@@ -146,7 +146,7 @@ class LiveSupervisor(Supervisor):
     """Waits for a managing system of another process too, which may end the experiment: `~/end` (std_srvs/Trigger)."""
 
     def __init__(
-        self, scenario: str, timing: Timing, ready: Callable[[], bool], *, context: Context | None = None
+        self, scenario: str, timing: RunTiming, ready: Callable[[], bool], *, context: Context | None = None
     ) -> None:
         super().__init__(
             scenario,
@@ -197,7 +197,7 @@ def run_live(
         check_signals()
         system = stack.enter_context(LiveSystem(spec, resources, domain_id, clock=clock, on_line=show))
         supervisor = LiveSupervisor(
-            spec.scenario.name, spec.settings.timing, _readiness(spec, watch, system), context=system.context
+            spec.scenario.name, spec.timing, _readiness(spec, watch, system), context=system.context
         )
         system.executor.add_node(supervisor)
 
@@ -247,7 +247,7 @@ def _conduct(
     look: Callable[[], None],
 ) -> None:
     """Let the experiment happen; call `look` often, which may end it by an error."""
-    timing = spec.settings.timing
+    timing = spec.timing
 
     def wait(predicate: Callable[[], bool], seconds: float) -> bool:
         def looked_after() -> bool:

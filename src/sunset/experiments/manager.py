@@ -1,45 +1,22 @@
-"""The managing system as part of an experiment: how it is made, and what is said if it or a node fails."""
+"""The managing system and the nodes as parts of an experiment, and what is said if one fails."""
 
-import inspect
-import signal
 import traceback
 from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
 from sunset.errors import ExtensionError, ManagerError, ScenarioError, SunsetError
+from sunset.experiments.manager_process import killed_error, manager_process
 from sunset.experiments.observer import Observer
 from sunset.experiments.spec import EXTERNAL, RunSpec
-from sunset.isolation import ProcessDeath, UnexpectedError, Watch, call_isolated
-from sunset.managing import MANAGERS, ManagingSystem, checksum, load_manager, manager_sources
-from sunset.ros import CallbackError, Context, Parameter
-from sunset.system import MANAGER_PROCESS, current_system
-from sunset.texts import shorten
+from sunset.harness.manager_process import described_error
+from sunset.isolation import ProcessDeath, Watch, call_isolated
+from sunset.ros import CallbackError
+from sunset.system import current_system
 
 _PACKAGE: Final = Path(__file__).parents[1]
-
-
-def manager_factory(
-    spec: RunSpec, made: type[ManagingSystem], entropy_threshold: float, watch: Watch
-) -> Callable[[Context], ManagingSystem]:
-    """Return what makes the managing system; whatever goes wrong in its constructor is its own error."""
-    overrides = [Parameter("entropy_threshold", value=entropy_threshold)]
-
-    def make(context: Context) -> ManagingSystem:
-        try:
-            manager = watch.call(lambda: made(context=context, parameter_overrides=overrides))
-            name = manager.get_fully_qualified_name()
-        except ManagerError:
-            raise
-        except BaseException as error:
-            raise ManagerError(
-                f"The managing system {spec.manager} could not be constructed: it raised "
-                f"{_described(error)}{_place(made, error)}."
-            ) from error
-        check_name(name, spec.manager)
-        return manager
-
-    return make
+_STILL_S: Final = 60.0
+"""A simulation that has shown no sign of life for so long, longer than its managing system may take, hangs."""
 
 
 def manager_checksum(manager: str, *, limit_s: float) -> str:
@@ -52,67 +29,47 @@ def manager_checksum(manager: str, *, limit_s: float) -> str:
     Raises:
         ManagerError: it cannot be loaded.
     """
-
-    def load() -> str:
-        made = load_manager(manager)
-        check_name(f"/{made.node_name}", manager)
-        return checksum(manager, manager_sources(manager, made))
-
     if manager == EXTERNAL:
         return ""
-    return str(isolate(manager, "cannot be loaded", lambda watch: watch.call(load), limit_s=limit_s))
+    with manager_process(manager, limit_s=limit_s) as process:
+        check_name(f"/{process.loaded.node_name}", manager)
+        return process.checksum()
+
+
+def manager_files(manager: str, *, limit_s: float) -> tuple[Path, ...]:
+    """Load a managing system in a process of its own; return the files that it is written in.
+
+    Raises:
+        ManagerError: it cannot be loaded.
+    """
+    with manager_process(manager, limit_s=limit_s) as process:
+        return tuple(map(Path, process.loaded.sources))
 
 
 def isolate(
-    manager: str,
-    what: str,
-    function: Callable[[Watch], Any],
-    *,
-    limit_s: float,
-    nodes: Collection[str] = (),
+    spec: RunSpec, function: Callable[[Watch], Any], *, kept: Collection[int], nodes: Collection[str] = ()
 ) -> Any:
-    """Call a function in which a managing system runs in a process of its own, and return what it returns.
+    """Call a function in which a run takes place in a process of its own, and return what it returns.
 
-    `what` says of the managing system what happened if the call fails, such as `cannot be loaded`; the function and the
-    limit are those of `call_isolated`; the nodes are those whose code is not SUNSET's own, or need not be.
+    Args:
+        spec: the run.
+        function: as of `call_isolated`.
+        kept: the open files that it needs.
+        nodes: those whose code is not SUNSET's own, or need not be.
 
     Raises:
-        ManagerError: it raised, hung, or ended its process.
-        ExtensionError: one of the nodes did.
-        SunsetError: what the function raised.
+        ExtensionError: one of the nodes raised, hung, or ended the process.
+        SunsetError: what the function raised; or the process was ended.
     """
     try:
-        return call_isolated(function, limit_s=limit_s)
+        return call_isolated(function, limit_s=spec.settings.manager_limit_s + _STILL_S, kept=kept)
     except ProcessDeath as death:
-        raise _death_error(manager, what, death, nodes) from death
-    except UnexpectedError as error:
-        if manager in MANAGERS:
-            raise
-        last = (str(error).strip().splitlines() or ["an error without a text"])[-1]
-        raise ManagerError(f"The managing system {manager} {what}: it ended in {shorten(last)}.") from error
-
-
-def _death_error(manager: str, what: str, death: ProcessDeath, nodes: Collection[str]) -> SunsetError:
-    """Return what a user is told when the process of a managing system ended; as `isolate`."""
-    if death.running in nodes:
-        return ExtensionError(
-            f"The node {death.running} {what}: it {death.reason}{_foreign_place(death.frames[::-1])}."
-        )
-    if manager in MANAGERS or (nodes and death.running != MANAGER_PROCESS):
-        killed = signal.SIGKILL.name in death.reason
-        cause = ": it was killed, for instance for want of memory" if killed else ""
-        remedy = ", with fewer --jobs if memory was short" if killed else ""
-        return SunsetError(
-            f"The process of the run {death.reason}{cause}; what was finished is kept: run the same command "
-            f"again{remedy}."
-        )
-    source = Path(manager.rpartition(":")[0])
-    places = [
-        f" ({source.name}, line {line}, in {function})"
-        for file, line, function in death.frames
-        if source.suffix and Path(file) == source.resolve()
-    ]
-    return ManagerError(f"The managing system {manager} {what}: it {death.reason}{''.join(places[:1])}.")
+        if death.running in nodes:
+            raise ExtensionError(
+                f"The node {death.running} failed in {spec.scenario.name}, seed {spec.seed}: it {death.reason}"
+                f"{_foreign_place(death.frames[::-1])}."
+            ) from death
+        raise killed_error(death, "run") from death
 
 
 def check_name(name: str, given: str) -> None:
@@ -164,15 +121,6 @@ def check_injection(problem: str, observer: Observer) -> None:
         observer.violations[f"{problem} (requests of the managing system: {observer.commands})"] = None
 
 
-def manager_error(spec: RunSpec, manager: ManagingSystem, error: BaseException) -> ManagerError:
-    """Return what a user is told when a callback of the managing system raised."""
-    cause = error.__cause__ if isinstance(error, CallbackError) and error.__cause__ else error
-    return ManagerError(
-        f"The managing system {spec.manager} failed in {spec.scenario.name}, seed {spec.seed}: it raised "
-        f"{_described(cause)}{_place(type(manager), cause)}."
-    )
-
-
 def node_error(
     spec: RunSpec, node: str, error: BaseException, *, starting: bool = False
 ) -> ExtensionError | None:
@@ -196,9 +144,9 @@ def node_error(
     ):
         return None
     if starting:
-        return ExtensionError(f"The node {node} could not be started: {_described(cause)}{place}.")
+        return ExtensionError(f"The node {node} could not be started: {described_error(cause)}{place}.")
     return ExtensionError(
-        f"The node {node} failed in {spec.scenario.name}, seed {spec.seed}: it raised {_described(cause)}{place}."
+        f"The node {node} failed in {spec.scenario.name}, seed {spec.seed}: it raised {described_error(cause)}{place}."
     )
 
 
@@ -209,23 +157,3 @@ def _foreign_place(frames: Sequence[tuple[str, int, str]]) -> str:
         return ""
     file, line, function = [frame for frame in foreign if frame[0] == foreign[0][0]][-1]
     return f" ({Path(file).name}, line {line}, in {function})"
-
-
-def _described(error: BaseException) -> str:
-    try:
-        text = shorten(str(error).rstrip("."))
-    except Exception:  # noqa: BLE001  str() of a user's exception may itself raise
-        text = ""
-    return ": ".join(filter(None, (type(error).__name__, text)))
-
-
-def _place(manager: type[ManagingSystem], error: BaseException) -> str:
-    """Return which line of the managing system's file was the last to run: ` (mine.py, line 7, in adapt)`."""
-    try:
-        source = inspect.getsourcefile(manager)
-    except (OSError, TypeError):  # a class of a notebook
-        source = inspect.getfile(manager.adapt)
-    frames = [frame for frame in traceback.extract_tb(error.__traceback__) if frame.filename == source]
-    if source is None or not frames:
-        return ""
-    return f" ({Path(source).name}, line {frames[-1].lineno}, in {frames[-1].name})"

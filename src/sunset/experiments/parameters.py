@@ -8,9 +8,20 @@ from sunset.system import current_system
 Parameters = dict[str, bool | int | float | str]
 
 
+def manager_parameters(spec: RunSpec, resources: Resources) -> Parameters:
+    """Return what the managing system is told of the experiment: parameter → value, on any middleware."""
+    card = resources.model.card
+    parameters: Parameters = {
+        "entropy_threshold": card.entropy_threshold,
+        "sharpness_threshold": card.sharpness_threshold,
+        "manager_seed": int(generator(spec.seed, "manager").integers(2**31)),
+    }
+    return parameters | ({"thinking": spec.settings.thinking_s} if spec.settings.thinking_s else {})
+
+
 def node_parameters(spec: RunSpec, resources: Resources) -> dict[str, Parameters]:
     """Return node → parameter → value, of those that differ from their defaults, on any middleware."""
-    timing, card = spec.settings.timing, resources.model.card
+    timing, card = spec.timing, resources.model.card
     frames = len(resources.bag)
     starts = frames - timing.frames + 1 if frames >= timing.frames else frames
     start = generator(spec.seed, "flight", "start")

@@ -1,19 +1,40 @@
 """What a run needs besides its specification: the model, the bag, the cache of inferences."""
 
-import hashlib
+import sys
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cache, lru_cache
+from functools import cache, lru_cache, partial
 from pathlib import Path
+from typing import Final, cast
 
-from sunset.data import BagReader, cache_folder, default_flight, read_bag
-from sunset.errors import DataError, ModelError
+from sunset.calibration import fit_to_flight
+from sunset.data import (
+    DEFAULT_FLIGHT,
+    RENDERING,
+    BagReader,
+    FlightPlan,
+    bag_checksum,
+    cache_folder,
+    flight_bags,
+    flight_place,
+    frames_for,
+    read_bag,
+)
+from sunset.data.bag_paths import check_bag_path
+from sunset.errors import DataError, InvalidInputError, ModelError
+from sunset.experiments.manager_process import start_server
 from sunset.experiments.spec import RunSpec
-from sunset.input_files import file_digest
 from sunset.isolation import FORKING
-from sunset.managing import MANAGERS
+from sunset.managing import is_registered
 from sunset.perception import InferenceCache, Modality, Model, Segmenter, load_model
+from sunset.scenarios import Scenario, with_strengths
 from sunset.texts import listed
-from sunset.workers import Progress
+from sunset.workers import Progress, Stages
+
+_OPEN_BAGS: Final = 16
+"""So many are kept open: those of a panel, and some more."""
+
+MEASURING: Final = "Measuring the flight"
 
 
 @dataclass(frozen=True)
@@ -21,39 +42,71 @@ class Resources:
     """What a run is made with, loaded and checked.
 
     Attributes:
-        model: the model.
+        model: the model; its card has the thresholds that hold on the flight.
         segmenter: runs it.
         bag: the frames.
         bag_checksum: SHA-256 over the bag's files, in hexadecimal.
+        scenario: that of the run, with the model's strengths in place of severities.
+        of_flight: whether the thresholds were found on the flight; they are the model's own if not.
+        warning: what a reader of the run must know of the flight, in one sentence; empty if nothing.
     """
 
     model: Model
     segmenter: Segmenter
     bag: BagReader
     bag_checksum: str
+    scenario: Scenario
+    of_flight: bool = False
+    warning: str = ""
 
 
-def prepare(spec: RunSpec, *, progress: Progress | None = None) -> Resources:
-    """Load the model, open the bag, and render the default flight if it is needed and not there.
+def prepare(spec: RunSpec, *, progress: Stages | None = None) -> Resources:
+    """Load the model, open the bag, render the flight and find its thresholds, where these are not there yet.
 
     Every network is run on a frame, unless the cache knows what it answers.
 
     Args:
         spec: what is to be run.
-        progress: called with (frames done, frames in all) while the flight is rendered.
+        progress: called with (what is done, frames done, frames in all) while the flight is rendered and measured.
 
     Raises:
         ModelError: there is no such model, it is corrupt, lacks a network, was never calibrated, or a network fails.
-        InvalidInputError: there is no such device.
+        InvalidInputError: there is no such device, or nothing can be flown as the flight says.
         MissingExtraError: the device needs a package that is not installed.
         DataError: there is no such bag, it is corrupt, or too short.
+        ScenarioError: no strength of a fault is as severe for the model as the scenario says.
         OutputError: the cache folder cannot be written.
     """
+    return prepare_all([spec], progress=progress)[0]
+
+
+def prepare_all(specs: Sequence[RunSpec], *, progress: Stages | None = None) -> list[Resources]:
+    """Do what `prepare` does for several runs, and render all flights at once."""
+    if any(not spec.settings.live and not is_registered(spec.manager) for spec in specs):
+        start_server()
     with FORKING:
-        return _prepare(spec, progress)
+        models = [_usable_model(spec) for spec in specs]
+        paths = _find_flights(specs, progress)
+        opened = [_open(spec, model, path) for spec, model, path in zip(specs, models, paths, strict=True)]
+        total, done = sum(len(resources.bag) for resources in opened), 0
+        prepared = []
+        for spec, resources in zip(specs, opened, strict=True):
+            measuring = None if progress is None else partial(_advance, progress, done, total)
+            prepared.append(_with_thresholds(spec, resources, measuring))
+            done += len(resources.bag)
+        return prepared
 
 
-def _prepare(spec: RunSpec, progress: Progress | None) -> Resources:
+def _advance(progress: Stages, before: int, total: int, done: int, _: int) -> None:
+    progress(MEASURING, before + done, total)
+
+
+def _usable_model(spec: RunSpec) -> Model:
+    """Load the model of a run.
+
+    Raises:
+        ModelError: there is none, or it is none that a run can be made with.
+    """
     model = load_model(spec.settings.model)
     if missing := missing_networks(model):
         raise ModelError(
@@ -65,37 +118,41 @@ def _prepare(spec: RunSpec, progress: Progress | None) -> Resources:
             f"The model {model.card.name!r} has no thresholds yet, without which F4 and F5 have no symptoms: "
             f"'sunset models calibrate {spec.settings.model}' gives it some."
         )
-    path = spec.settings.bag if spec.settings.bag is not None else _default_flight(progress)
+    return model
+
+
+def _open(spec: RunSpec, model: Model, path: Path) -> Resources:
+    """Open the bag and run every network on a frame."""
+    scenario = with_strengths(spec.scenario, model.card.severities, model.card.name)
     bag, checksum = _reader(path, (model.card.height, model.card.width))
-    timing = spec.settings.timing
+    timing = spec.timing
     if len(bag) < timing.frames and not spec.settings.loop:
         dropped = sum(bag.dropped.values())
         lacking = f" ({dropped} images have no partner)" if dropped else ""
         raise DataError(
             f"The bag {bag.path} holds {len(bag)} frames{lacking}; an experiment needs {timing.frames} "
-            f"({timing.warm_up_s:g} s of warm-up and {timing.duration_s:g} s that are measured): take a "
-            "longer one, a shorter --duration, or --loop."
+            f"({timing.frames * timing.period_s - timing.duration_s:g} s of warm-up at most and "
+            f"{timing.duration_s:g} s that are measured): take a longer one, a shorter --duration, or --loop."
         )
     cache = _inference_cache(cache_folder()) if spec.settings.cache else None
     segmenter = Segmenter(model, device=spec.settings.device, cache=cache)
     frame = bag.frame(0)
     for modality in Modality:  # what is wrong with a network is found before the sensor fusion turns to it
         segmenter.segment(modality, frame.rgb, frame.depth)
-    return Resources(model, segmenter, bag, checksum)
+    return Resources(model, segmenter, bag, checksum, scenario)
 
 
-def own_cache(resources: Resources, spec: RunSpec, checksum: str) -> Resources:
-    """Return what a run of a managing system is made with, such that it leaves nothing that others look up.
-
-    Those that come with SUNSET write answers of networks where all runs find them. One of the user's, which may do
-    anything to the process that it shares with the networks, reads there too, but writes into a file of its own.
-    `checksum` is that of its files.
-    """
-    if not spec.settings.cache or spec.manager in MANAGERS:
-        return resources
-    folder = cache_folder()
-    cache = InferenceCache(folder / f"inference-{checksum[:16]}.sqlite", base=_inference_cache(folder))
-    return replace(resources, segmenter=Segmenter(resources.model, device=spec.settings.device, cache=cache))
+def _with_thresholds(spec: RunSpec, resources: Resources, progress: Progress | None) -> Resources:
+    """Put the thresholds that hold on the flight into the model's card."""
+    model, found = fit_to_flight(
+        resources.model,
+        resources.bag,
+        device=resources.segmenter.device,
+        cache=inference_file() if spec.settings.cache else None,
+        progress=progress,
+    )
+    warning = "" if found is None else found.warning(model.card.name)
+    return replace(resources, model=model, of_flight=found is not None, warning=warning)
 
 
 def missing_networks(model: Model) -> str:
@@ -104,15 +161,52 @@ def missing_networks(model: Model) -> str:
     return listed(lacking) if lacking else ""
 
 
-_found_flights: dict[Path, Path] = {}
+def flight_plan(spec: RunSpec) -> FlightPlan | None:
+    """Return the plan of a run's flight; None if it is a bag.
+
+    It is as long as any seed's run of this duration needs, or as the default flight, whichever is longer; where it may
+    begin again, it is as long as the default flight.
+
+    Raises:
+        InvalidInputError: no flight can be that long.
+    """
+    if spec.flight.bag is not None:
+        return None
+    timing, longest = spec.timing, frames_for(sys.maxsize)
+    needed = 0 if spec.settings.loop else timing.frames
+    if needed > longest:
+        warm_up_s = needed * timing.period_s - timing.duration_s
+        raise InvalidInputError(
+            f"A rendered flight has at most {longest} frames; an experiment needs {needed} ({warm_up_s:g} s of warm-up "
+            f"at most and {timing.duration_s:g} s that are measured): take a shorter --duration, or --loop."
+        )
+    return FlightPlan.of(spec.flight, frames_for(needed))
 
 
-def _default_flight(progress: Progress | None) -> Path:
-    """Return the default flight, rendered and verified once a process and cache folder, as long as it is there."""
-    folder = cache_folder()
-    if folder not in _found_flights or not _found_flights[folder].exists():
-        _found_flights[folder] = default_flight(progress=progress)
-    return _found_flights[folder]
+def flight_name(spec: RunSpec) -> str:
+    """Return what a run's flight is called, with its length where that is not the default flight's."""
+    plan = flight_plan(spec)
+    length = "" if plan is None or plan.frames == DEFAULT_FLIGHT.frames else f"-{plan.frames}frames"
+    return f"{spec.flight.name}{length}"
+
+
+_found_flights: set[Path] = set()
+"""The places of flights that this process has rendered or verified."""
+
+
+def _find_flights(specs: Sequence[RunSpec], progress: Stages | None) -> list[Path]:
+    """Return the bags of runs; flights are rendered where they are not there, and verified once a process."""
+    plans = [flight_plan(spec) for spec in specs]
+    wanted = [plan for plan in plans if plan is not None]
+    unknown = [
+        plan for plan in wanted if not (flight_place(plan) in _found_flights and flight_place(plan).exists())
+    ]
+    flight_bags(unknown, progress=None if progress is None else partial(progress, RENDERING))
+    _found_flights.update(map(flight_place, unknown))
+    return [
+        cast("Path", spec.flight.bag) if plan is None else flight_place(plan)
+        for spec, plan in zip(specs, plans, strict=True)
+    ]
 
 
 def _reader(path: Path, size: tuple[int, int]) -> tuple[BagReader, str]:
@@ -120,19 +214,21 @@ def _reader(path: Path, size: tuple[int, int]) -> tuple[BagReader, str]:
 
     It is opened and checked once, unless its files have changed since.
     """
-    files = sorted(path.iterdir()) if path.is_dir() else [path]
-    states = [(file, file.stat()) for file in files if file.is_file()]
-    return _opened(path, size, tuple((file, state.st_size, state.st_mtime_ns) for file, state in states))
+    check_bag_path(path)
+    checksum = bag_checksum(path)
+    return _opened(path, size, checksum), checksum
 
 
-@lru_cache(maxsize=2)
-def _opened(
-    path: Path, size: tuple[int, int], state: tuple[tuple[Path, int, int], ...]
-) -> tuple[BagReader, str]:
-    digests = b"".join(bytes.fromhex(file_digest(file)) for file, _, _ in state)
-    return read_bag(path, size=size), hashlib.sha256(digests).hexdigest()
+@lru_cache(maxsize=_OPEN_BAGS)
+def _opened(path: Path, size: tuple[int, int], _: str) -> BagReader:
+    return read_bag(path, size=size)
 
 
 @cache
 def _inference_cache(folder: Path) -> InferenceCache:
-    return InferenceCache(folder / "inference.sqlite")
+    return InferenceCache(folder / inference_file().name)
+
+
+def inference_file() -> Path:
+    """Return the file of the inference cache; it need not exist yet."""
+    return cache_folder() / "inference.sqlite"

@@ -1,12 +1,13 @@
 """One experiment: from its specification to its record and its metrics."""
 
 import platform
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
 from importlib.metadata import version
 from pathlib import Path
+from typing import Final
 
 import onnxruntime
 from msgspec import UNSET
@@ -14,26 +15,33 @@ from msgspec.structs import replace
 
 from sunset import __version__
 from sunset.errors import ManagerError
-from sunset.experiments.manager import isolate, manager_checksum
+from sunset.experiments.manager import check_name, isolate, manager_checksum
+from sunset.experiments.manager_process import manager_process
 from sunset.experiments.observer import Observer
-from sunset.experiments.resources import Resources, own_cache, prepare
+from sunset.experiments.parameters import manager_parameters
+from sunset.experiments.resources import Resources, flight_name, prepare
 from sunset.experiments.simulated import run_simulated
 from sunset.experiments.spec import RunSpec
+from sunset.experiments.stored_faults import stored_faults
+from sunset.interfaces.stamps import NS_PER_S, ns_of
+from sunset.interfaces.system_interfaces.msg import FaultInjection
 from sunset.isolation import Watch
-from sunset.managing import checksum, load_manager, manager_sources
 from sunset.metrics import RunMetrics, Timeline, score
-from sunset.recording import RecordWriter, RunRecord, StoredFault, StoredRun, log_of, told_topics
+from sunset.recording import RecordedMessage, RecordWriter, RunRecord, StoredRun, log_of, told_topics
 from sunset.recording.reader import timeline_of
 from sunset.rmw.backends import live_middleware
-from sunset.system import MANAGER_PROCESS, current_system
+from sunset.system import current_system, short_name
+
+_AT_ONCE_S: Final = 0.1
+"""Faults that are due when the measured time begins were injected by then."""
 
 
 def run(spec: RunSpec, folder: Path, *, log: bool = False) -> StoredRun:
     """Run one experiment, write its record to a new folder, and score it.
 
     The folder appears when the run is complete, under its final name. A simulated experiment takes place in a process
-    of its own, since the managing system is part of it; what is measured is computed here, from the recorded messages
-    and from nothing else.
+    of its own, and its managing system in another one; what is measured is computed here, from the recorded messages
+    and from nothing else. Where the managing system fails, the simulation goes on without one, and the record says so.
 
     Args:
         spec: what is run.
@@ -41,8 +49,7 @@ def run(spec: RunSpec, folder: Path, *, log: bool = False) -> StoredRun:
         log: whether what the managing system logs goes to stderr as well as to the record.
 
     Raises:
-        ManagerError: the managing system could not be loaded, raised, did not return, ended its process, or was
-            changed meanwhile.
+        ManagerError: the managing system could not be loaded, or was changed meanwhile; live, it ended.
         ExtensionError: a node of the extended system raised, hung, or ended its process, in the simulation.
         ModelError: the model cannot be used.
         DataError: the bag cannot be used.
@@ -66,11 +73,17 @@ def run_prepared(
         messages = writer.messages(told_topics())
         observed = timeline_of(described, messages)
         figures = score(observed)
-        reasons = [*outcome.violations, *_unseen(observed), *filter(None, [outcome.shortfall(observed)])]
+        reasons = [
+            *outcome.violations,
+            *_unconfirmed(messages, outcome.start_ns),
+            *_unseen(observed),
+            *filter(None, [outcome.shortfall(observed)]),
+        ]
         stored = writer.close(
             replace(
                 described,
                 manager_checksum=outcome.manager_checksum,
+                manager_failed=outcome.failure or None,
                 start_ns=outcome.start_ns,
                 metrics=figures.to_json(),
                 valid=not reasons,
@@ -78,6 +91,16 @@ def run_prepared(
             )
         )
     return StoredRun(folder, stored, observed, figures, log_of(messages))
+
+
+def _unconfirmed(messages: Sequence[RecordedMessage], start_ns: int) -> Iterator[str]:
+    """Yield which faults were refused after the measured time began; the scenario executor answers for those before."""
+    for recorded in messages:
+        one = recorded.message
+        if isinstance(one, FaultInjection) and not one.confirmed:
+            time_s = (ns_of(one.stamp) - start_ns) / NS_PER_S
+            if time_s > _AT_ONCE_S:
+                yield f"{short_name(one.node)} did not confirm {one.fault} at {time_s:.2f} s"
 
 
 def _unseen(observed: Timeline) -> Iterator[str]:
@@ -121,38 +144,36 @@ class _Outcome:
         violations: what the managing system did that it must not.
         manager_checksum: of the managing system's files.
         shortfall: says why the computer could not keep up, if it could not; in the simulation it always can.
+        failure: how the managing system has failed, in a sentence; empty if it has not.
     """
 
     start_ns: int
     violations: tuple[str, ...]
     manager_checksum: str
     shortfall: Callable[[Timeline], str] = lambda _: ""
+    failure: str = ""
 
 
 def _run_simulated(
     spec: RunSpec, resources: Resources, writer: RecordWriter, *, log: bool, known: str | None
 ) -> _Outcome:
-    def run_isolated(watch: Watch) -> dict[str, object]:
-        watch.running = MANAGER_PROCESS
-        made = watch.call(lambda: load_manager(spec.manager))
-        sources = watch.call(lambda: manager_sources(spec.manager, made))
-        watch.running = ""
-        with _unchanged(spec.manager, lambda: checksum(spec.manager, sources), known) as found:
-            observer = Observer(writer)
-            start_ns = run_simulated(spec, own_cache(resources, spec, found), watch, made, observer, log=log)
-        writer.store()
-        return {"start_ns": start_ns, "violations": list(observer.violations), "manager_checksum": found}
+    parameters = manager_parameters(spec, resources)
+    limit_s = spec.settings.manager_limit_s
+    with manager_process(spec.manager, limit_s=limit_s, parameters=parameters, log=log) as manager:
+        check_name(f"/{manager.loaded.node_name}", spec.manager)
 
-    what = f"failed in {spec.scenario.name}, seed {spec.seed}"
-    told = isolate(
-        spec.manager,
-        what,
-        run_isolated,
-        limit_s=spec.settings.manager_limit_s,
-        nodes=current_system().nodes if spec.extensions else (),
-    )
+        def run_isolated(watch: Watch) -> dict[str, object]:
+            observer = Observer(writer)
+            start_ns, failure = run_simulated(spec, resources, watch, manager, observer)
+            manager.end()
+            writer.store()
+            return {"start_ns": start_ns, "violations": list(observer.violations), "failure": failure}
+
+        with _unchanged(spec.manager, manager.checksum, known) as found:
+            nodes = current_system().nodes if spec.extensions else ()
+            told = isolate(spec, run_isolated, kept=manager.descriptors, nodes=nodes)
     writer.load()
-    return _Outcome(int(told["start_ns"]), tuple(told["violations"]), str(told["manager_checksum"]))
+    return _Outcome(int(told["start_ns"]), tuple(told["violations"]), found, failure=str(told["failure"]))
 
 
 def _run_live(
@@ -169,7 +190,7 @@ def _run_live(
         start_ns,
         tuple(observer.violations),
         found,
-        lambda timeline: frames.shortfall(start_ns, timeline, spec.settings.timing),
+        lambda timeline: frames.shortfall(start_ns, timeline, spec.timing),
     )
 
 
@@ -196,10 +217,10 @@ def _check_same(manager: str, found: str, known: str) -> None:
 def _describe(spec: RunSpec, resources: Resources) -> RunRecord:
     """Return the full specification of a run as it is stored, before it has a result: no paths, no wall clock."""
     settings, card, bag = spec.settings, resources.model.card, resources.bag
-    timing = settings.timing
+    timing = spec.timing
     return RunRecord(
         scenario=spec.scenario.name,
-        faults=[StoredFault(fault.name, fault.value) for fault in spec.scenario.faults],
+        faults=stored_faults(resources.scenario, spec.scenario),
         suite=spec.suite,
         manager=spec.manager_name,
         manager_spec=spec.manager if spec.label else UNSET,
@@ -208,6 +229,9 @@ def _describe(spec: RunSpec, resources: Resources) -> RunRecord:
         model_checksums={str(modality): network.digest for modality, network in card.networks.items()},
         device=resources.segmenter.device,
         middleware=settings.middleware,
+        flight=flight_name(spec),
+        flight_conditions=(not spec.flight.bag and spec.flight.conditions()) or UNSET,
+        flight_warning=resources.warning or UNSET,
         bag_frames=len(bag),
         bag_checksum=resources.bag_checksum,
         bag_looped=settings.loop,
@@ -221,6 +245,7 @@ def _describe(spec: RunSpec, resources: Resources) -> RunRecord:
         warm_up_s=timing.warm_up_s,
         duration_s=timing.duration_s,
         period_s=timing.period_s,
+        thinking_s=settings.thinking_s or UNSET,
         expected_frames=timing.expected_frames,
         entropy_threshold=card.entropy_threshold,
         sharpness_threshold=card.sharpness_threshold,

@@ -6,13 +6,8 @@ from types import MappingProxyType
 from typing import TypeVar
 
 from sunset.errors import SunsetError
-from sunset.experiments.manager import (
-    bring_up_timeout_error,
-    check_injection,
-    manager_error,
-    manager_factory,
-    node_error,
-)
+from sunset.experiments.manager import bring_up_timeout_error, check_injection, check_name, node_error
+from sunset.experiments.manager_process import ManagerProcess
 from sunset.experiments.observer import Observer
 from sunset.experiments.parameters import node_parameters
 from sunset.experiments.resources import Resources
@@ -22,9 +17,9 @@ from sunset.harness.executor import ScenarioExecutor
 from sunset.harness.launcher import Launcher
 from sunset.harness.supervisor import Phase, Supervisor
 from sunset.isolation import Watch
-from sunset.managing import ManagingSystem
+from sunset.rmw.remote import Gateway
 from sunset.rmw.sim import SimProcess, Simulation, Tap
-from sunset.ros import CallbackError, Context, Node, Parameter, SingleThreadedExecutor
+from sunset.ros import Context, Node, Parameter, SingleThreadedExecutor
 from sunset.seeding import generator
 from sunset.system import MANAGER_PROCESS, SURROUNDING, current_system
 
@@ -93,13 +88,10 @@ class _SignOfLife(Tap):
         self._watch.tick()
 
 
-def bring_up(process: SimProcess, factory: Callable[[Context], NodeT], *, log: bool = False) -> NodeT:
-    """Make a node in a new process, and let its callbacks run.
-
-    With `log` it logs to stderr too, and a message that repeats only the first time.
-    """
+def bring_up(process: SimProcess, factory: Callable[[Context], NodeT]) -> NodeT:
+    """Make a node in a new process, and let its callbacks run."""
     context = Context()
-    context.init([], middleware=process, log_to_stderr=log, log_once=True)
+    context.init([], middleware=process)
     node = factory(context)
     executor = SingleThreadedExecutor(context=context)
     executor.add_node(node)
@@ -108,26 +100,23 @@ def bring_up(process: SimProcess, factory: Callable[[Context], NodeT], *, log: b
 
 
 def run_simulated(
-    spec: RunSpec,
-    resources: Resources,
-    watch: Watch,
-    made: type[ManagingSystem],
-    observer: Observer,
-    *,
-    log: bool = False,
-) -> int:
-    """Run one experiment, with a managing system of the class `made`, in a simulated world.
+    spec: RunSpec, resources: Resources, watch: Watch, manager: ManagerProcess, observer: Observer
+) -> tuple[int, str]:
+    """Run one experiment in a simulated world, with a managing system that lives in a process of its own.
+
+    Where the managing system fails, the experiment goes on without one.
 
     Returns:
-        The time of the injection, nanoseconds of the simulated clock.
+        The time of the injection, nanoseconds of the simulated clock; and how the managing system has failed, in a
+        sentence, empty if it has not.
 
     Raises:
-        ManagerError: the managing system raised.
+        ManagerError: the managing system kept the system from coming up, or goes by the name of one of its nodes.
         ExtensionError: a node of a system with extensions raised.
         SunsetError: the system did not come up, or the scenario could not be injected.
     """
     try:
-        return _run(spec, resources, watch, made, observer, log=log)
+        return _run(spec, resources, watch, manager, observer)
     except BaseException as error:
         blame = node_error(spec, watch.running, error)
         if blame is None:
@@ -136,15 +125,9 @@ def run_simulated(
 
 
 def _run(
-    spec: RunSpec,
-    resources: Resources,
-    watch: Watch,
-    made: type[ManagingSystem],
-    observer: Observer,
-    *,
-    log: bool,
-) -> int:
-    timing, system = spec.settings.timing, current_system()
+    spec: RunSpec, resources: Resources, watch: Watch, manager: ManagerProcess, observer: Observer
+) -> tuple[int, str]:
+    timing, system = spec.timing, current_system()
     simulation = Simulation(
         seed=spec.seed, compute=system.compute_s, jitter=timing.jitter, latency_s=timing.latency_s
     )
@@ -157,37 +140,35 @@ def _run(
         return bring_up(simulation.create_process(name), factory)
 
     started("launcher", lambda context: Launcher(processes, tuple(system.nodes), context=context))
-    started("scenario_executor", lambda context: ScenarioExecutor(spec.scenario, context=context))
+    started("scenario_executor", lambda context: ScenarioExecutor(resources.scenario, context=context))
     supervisor = started(
         "experiment",
         lambda context: Supervisor(
             spec.scenario.name, warm_up_s=timing.warm_up_s, duration_s=timing.duration_s, context=context
         ),
     )
-    factory = manager_factory(spec, made, resources.model.card.entropy_threshold, watch)
     for launch_ns, name in sorted(
         (_launch_ns(spec.seed, name), name) for name in (*system.nodes, *SURROUNDING)
     ):
         simulation.run_until(launch_ns)
         processes.start(name)
     simulation.run_until(simulation.now + _launch_ns(spec.seed, MANAGER_PROCESS))
-    process = simulation.create_process(
-        MANAGER_PROCESS,
-        around=lambda callback: watch.call_named(MANAGER_PROCESS, lambda: watch.call(callback)),
+    process = simulation.create_process(MANAGER_PROCESS)
+    failed: list[str] = []
+    what = "could not be constructed"
+    gateway = Gateway(
+        process,
+        manager.pipe,
+        limit_s=spec.settings.manager_limit_s,
+        on_failure=lambda failure: failed.append(manager.describe(failure, what)),
     )
-    manager = watch.call_named(MANAGER_PROCESS, lambda: bring_up(process, factory, log=log))
-    try:
-        start_ns = _conduct(simulation, supervisor, spec, observer)
-    except SunsetError as error:
-        if not isinstance(error, CallbackError) or error.node in system.all_nodes:
-            raise
-        raise manager_error(spec, manager, error) from error
-    except BaseException as error:
-        if watch.running in system.nodes:
-            raise
-        raise manager_error(spec, manager, error) from error
+    gateway.start()
+    what = f"failed in {spec.scenario.name}, seed {spec.seed}"
+    for node in list(process.nodes_here)[:1]:
+        check_name(node.fully_qualified_name, spec.manager)
+    start_ns = _conduct(simulation, supervisor, spec, observer)
     observer.finish(simulation.now)
-    return start_ns
+    return start_ns, "".join(failed)
 
 
 def _launch_ns(seed: int, process: str) -> int:
@@ -201,7 +182,7 @@ def _conduct(simulation: Simulation, supervisor: Supervisor, spec: RunSpec, obse
     simulation.run_while(lambda: supervisor.phase is Phase.BRING_UP, round(limit_s * _S))
     if supervisor.phase is Phase.BRING_UP:
         raise bring_up_timeout_error(spec, limit_s, supervisor.missing, observer.commands)
-    duration_ns = round((spec.settings.timing.warm_up_s + spec.settings.timing.duration_s) * _S)
+    duration_ns = round((spec.timing.warm_up_s + spec.timing.duration_s) * _S)
     simulation.run_while(lambda: supervisor.phase is not Phase.OVER, simulation.now + duration_ns + _S)
     if supervisor.start_ns is None or supervisor.phase is not Phase.OVER:
         raise SunsetError(

@@ -1,19 +1,21 @@
 """What is run: the full specification of one experiment, as it is stored with its result."""
 
-from dataclasses import dataclass, field
-from math import isclose
+from dataclasses import dataclass, field, fields
+from math import ceil, floor, isclose
 from pathlib import Path
 from typing import Annotated, Final
 
 from msgspec import Meta
 
-from sunset.errors import InvalidInputError
+from sunset.errors import InvalidInputError, ScenarioError
+from sunset.flights import FlightSpec
 from sunset.managing import split_label
 from sunset.rmw.backends import BACKENDS, LIVE, SIMULATED
-from sunset.scenarios import Scenario, suite_of
+from sunset.scenarios import Scenario, problems, suite_of
 from sunset.schemas import check_fields
-from sunset.seeding import check_seed
-from sunset.system import DURATION_S, PERIOD_S, LoadedExtension, load_extension, loaded_extensions
+from sunset.seeding import check_seed, generator
+from sunset.system import PERIOD_S, LoadedExtension, load_extension, loaded_extensions
+from sunset.texts import shown
 
 EXTERNAL: Final = "external"
 """The managing system's name where it is another process on the graph, which is started by hand."""
@@ -36,14 +38,18 @@ CHECK_SCENARIO: Final = "paper/cuda_out_of_memory+image_shift+autofocus_needed"
 """What a managing system is checked in: an outage and two degradations, each with another symptom."""
 
 
+_WARM_UP_S: Final = (3.0, 6.0)
+"""Least and greatest length of the warm-up that a seed draws."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Timing:
-    """The clockwork of an experiment; every duration in seconds, of virtual time in the simulation."""
+    """The clockwork of experiments; every duration in seconds, of virtual time in the simulation."""
 
-    duration_s: Annotated[float, Meta(title="duration")] = DURATION_S
-    """How long is measured, from the injection on."""
-    warm_up_s: Annotated[float, Meta(ge=0, le=3600)] = 3.0
-    """Healthy operation before the injection; not counted."""
+    duration_s: float | None = None
+    """How long is measured; as long as the scenario says if it is None."""
+    warm_up_s: Annotated[float, Meta(ge=0, le=3600)] | None = None
+    """Healthy operation before the measured time, not counted; drawn from the seed if it is None."""
     period_s: Annotated[float, Meta(gt=0, le=10)] = PERIOD_S
     """Time between two frames of the bag."""
     latency_s: Annotated[float, Meta(ge=0, le=10)] = 0.0005
@@ -59,10 +65,14 @@ class Timing:
         Raises:
             InvalidInputError: it is out of range, or no whole number of frames; or another value is out of range.
         """
+        if self.duration_s is not None and type(self.duration_s) not in {int, float}:
+            raise InvalidInputError(f"The duration must be a number, got {shown(self.duration_s)}.")
         check_fields(self)
+        if self.duration_s is None:
+            return
         shortest, longest = _DURATIONS_S
         whole = shortest <= self.duration_s <= longest and isclose(
-            self.duration_s, self.expected_frames * self.period_s
+            self.duration_s, round(self.duration_s / self.period_s) * self.period_s
         )
         if not whole:
             raise InvalidInputError(
@@ -70,10 +80,42 @@ class Timing:
                 f"{self.period_s:g} s, in which a frame comes, got {self.duration_s:g} s."
             )
 
+    def of_run(self, scenario: Scenario, seed: int) -> "RunTiming":
+        """Return the clockwork of a run, in which the scenario and the seed say what is open here.
+
+        The length of the warm-up is drawn uniformly and independent of the frames, so that nobody can act on time
+        instead of on symptoms.
+
+        Raises:
+            InvalidInputError: the scenario's duration is no whole number of frames.
+        """
+        given = {field.name: getattr(self, field.name) for field in fields(self)}
+        if self.duration_s is None:
+            given["duration_s"] = scenario.duration_s
+        if self.warm_up_s is None:
+            given["warm_up_s"] = float(generator(seed, "onset").uniform(*_WARM_UP_S))
+        return RunTiming(**given)
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunTiming(Timing):
+    """The clockwork of one run; nothing of it is open."""
+
+    duration_s: float
+    warm_up_s: Annotated[float, Meta(ge=0, le=3600)]
+
     @property
     def frames(self) -> int:
-        """How many frames the bag player publishes: warm-up and experiment."""
-        return round(self.warm_up_s / self.period_s) + self.expected_frames
+        """How many frames the bag player can publish; where a seed may have drawn the warm-up, they do not tell it."""
+        shortest_s, longest_s = _WARM_UP_S
+        if not shortest_s <= self.warm_up_s <= longest_s:
+            longest_s = self.warm_up_s
+        return ceil(round(longest_s / self.period_s, 6)) + self.expected_frames
+
+    @property
+    def least_frames(self) -> int:
+        """How many frames it publishes at least until the end of the run."""
+        return floor(round((self.warm_up_s + self.duration_s) / self.period_s, 6))
 
     @property
     def expected_frames(self) -> int:
@@ -88,7 +130,9 @@ class Settings:
     model: Annotated[str, Meta(min_length=1)] = "lite"
     """A shipped model's name, or the folder of one's own."""
     bag: Path | None = None
-    """A rosbag2 folder or file; the default flight if it is None."""
+    """A rosbag2 folder or file; if it is None, `flight`."""
+    flight: FlightSpec | None = None
+    """What is flown whatever the scenario says; if it is None, the scenario's flight, or else the default one."""
     loop: bool = False
     """Whether a bag that is too short begins again at its first frame after its last."""
     timing: Timing = field(default_factory=Timing)
@@ -102,6 +146,8 @@ class Settings:
         float, Meta(gt=0, le=_LONGEST_LIMIT_S, title="managing system's time limit [s]")
     ] = 30.0
     """Wall time that one callback of the managing system may take before the run is given up; in the simulation."""
+    thinking_s: Annotated[float, Meta(ge=0, le=_DURATIONS_S[1], title="time to think [s]")] = 0.0
+    """Time of the experiment that passes between a decision of the managing system and its adaptations."""
     middleware: str = SIMULATED
     """One of `BACKENDS`."""
     speed: Annotated[float, Meta(ge=0.01, le=100, title="rate of a live run")] = 1.0
@@ -117,6 +163,10 @@ class Settings:
         if self.middleware not in MIDDLEWARES:
             known = " or ".join(MIDDLEWARES)
             raise InvalidInputError(f"The middleware must be {known}, got {self.middleware!r}.")
+        if self.bag is not None and self.flight is not None:
+            raise InvalidInputError(
+                f"A run has one flight, got the bag {self.bag} and the flight {self.flight.name}: leave one out."
+            )
         if self.speed != 1 and not self.live:
             raise InvalidInputError(
                 f"The rate applies to live runs only, --middleware {LIVE}; simulated ones are as fast as can be."
@@ -138,7 +188,7 @@ class RunSpec:
 
     scenario: Scenario
     manager: str = "baseline"
-    """`none`, `baseline`, `module:Class` or `path/to/file.py:Class`; live, `external` too.
+    """`none`, `baseline`, `module:Class`, `path/to/file.py:Class` or `exec:COMMAND`; live, `external` too.
 
     With `LABEL=` before it, the label is kept in `label`.
     """
@@ -155,6 +205,7 @@ class RunSpec:
         Raises:
             InvalidInputError: a value is of another type or out of range, or two contradict each other.
             ManagerError: the managing system's label is not valid.
+            ScenarioError: a fault comes after the end of the run.
         """
         check_seed(self.seed)
         check_fields(self)
@@ -165,6 +216,19 @@ class RunSpec:
             raise InvalidInputError(
                 f"A managing system of another process can manage a live run only: --middleware {LIVE}."
             )
+        thinking_s, duration_s = self.settings.thinking_s, self.timing.duration_s
+        if thinking_s > duration_s:
+            raise InvalidInputError(
+                f"The time to think must be at most the duration that is measured, {duration_s:g} s, got "
+                f"{thinking_s:g} s."
+            )
+        for _, problem in problems(self.scenario.faults, duration_s):
+            raise ScenarioError(problem)
+
+    @property
+    def timing(self) -> RunTiming:
+        """The clockwork, with what the scenario and the seed say of it."""
+        return self.settings.timing.of_run(self.scenario, self.seed)
 
     def load_extensions(self) -> None:
         """Make the managed system of this process, which may be a new one, what it was when this was made.
@@ -174,6 +238,13 @@ class RunSpec:
         """
         for extension in self.extensions:
             load_extension(extension.where, checksum=extension.checksum)
+
+    @property
+    def flight(self) -> FlightSpec:
+        """What is flown: what the settings say, or the scenario, or else the default flight."""
+        if self.settings.bag is not None:
+            return FlightSpec(bag=self.settings.bag)
+        return self.settings.flight or self.scenario.flight or FlightSpec()
 
     @property
     def manager_name(self) -> str:

@@ -1,22 +1,79 @@
-"""What outlasts a node's process, as the scenario executor remembers it."""
+"""What is seen of the managed nodes, and what outlasts their processes, as the scenario executor remembers it."""
 
-from sunset.scenarios.schema import ScenarioFault
-from sunset.system import Adaptation, AdaptationKind, FaultKind, Value
+from collections.abc import Iterable
+
+from sunset.system import (
+    FAULT_ACCESS,
+    Adaptation,
+    AdaptationKind,
+    Fault,
+    FaultKind,
+    Value,
+    current_system,
+)
+
+_UP = frozenset({"inactive", "active"})
 
 
 class World:
-    """The external and configuration faults that are there now, and what puts them back.
+    """The external and configuration faults that are there now, what puts them back, and how the nodes are.
 
-    Its methods are told what is seen of a node, and return the steps that restore the faults.
+    Its methods are told what is seen of a node.
     """
 
     def __init__(self) -> None:
-        self._lasting: dict[Adaptation, FaultKind] = {}
+        self._lasting: dict[tuple[str, str], tuple[Adaptation, FaultKind]] = {}
+        self._states: dict[str, str] = {}
+        self._values: dict[tuple[str, str], Value] = {}
+        self._starting: set[str] = set()
+        self._initial_states = current_system().initial_states
 
-    def begin(self, fault: ScenarioFault) -> None:
-        """Remember a fault that was injected, unless it is internal to its node."""
-        if fault.fault.kind is not FaultKind.INTERNAL:
-            self._lasting |= dict.fromkeys(fault.injection, fault.fault.kind)
+    def hold(self, steps: Iterable[Adaptation], kind: FaultKind) -> None:
+        """Remember the steps of an injection, unless the fault is internal to its node."""
+        if kind is not FaultKind.INTERNAL:
+            self._lasting |= {_key(step): (step, kind) for step in steps}
+
+    def release(self, steps: Iterable[Adaptation]) -> None:
+        """Forget the steps of an injection."""
+        for step in steps:
+            self._lasting.pop(_key(step), None)
+
+    def holds(self, steps: Iterable[Adaptation]) -> bool:
+        """Return whether any step of an injection is remembered."""
+        return any(_key(step) in self._lasting for step in steps)
+
+    def settle(self) -> None:
+        """Take all nodes for up, which they are when the first fault is injected."""
+        self._starting.clear()
+
+    def is_settled(self, node: str) -> bool:
+        """Return whether a node's process is there, and the node has been in its initial state since its start."""
+        return node not in self._starting
+
+    def see_transition(self, node: str, start: str, goal: str) -> bool:
+        """Take note of a lifecycle transition; return whether the process ends by it, or is a new one."""
+        is_new = start == "unconfigured" and self._states.get(node, "unconfigured") != "unconfigured"
+        self._states[node] = goal
+        if goal == "finalized" or is_new:
+            self._begin_anew(node)
+            return True
+        if goal == self._initial_states.get(node):
+            self._starting.discard(node)
+        return False
+
+    def see_value(self, node: str, parameter: str, value: Value, *, declared: bool) -> bool:
+        """Take note of the value that a parameter got; return whether this shows that the process is a new one."""
+        self._values[node, parameter] = value
+        if not declared or parameter != FAULT_ACCESS:
+            return False
+        self._begin_anew(node)
+        self._states[node] = "unconfigured"
+        return True
+
+    def _begin_anew(self, node: str) -> None:
+        """Forget what was seen of a node's last process."""
+        self._starting.add(node)
+        self._values = {key: value for key, value in self._values.items() if key[0] != node}
 
     def after_transition(self, node: str, start: str, goal: str) -> list[Adaptation]:
         """Return what to do after a lifecycle transition from the state `start` to `goal`.
@@ -26,24 +83,50 @@ class World:
         """
         activation = Adaptation(AdaptationKind.ACTIVATE, node)
         if (start, goal) == ("deactivating", "inactive"):  # somebody removed the node on purpose
-            self._lasting.pop(activation, None)
+            self.release([activation])
             return []
-        if goal not in {"inactive", "active"}:
+        if goal not in _UP:
             return []
         return [
-            step for step in self._lasting if step.node == node and (step.parameter or goal == "inactive")
+            step
+            for step, _ in self._lasting.values()
+            if step.node == node and (step.parameter or goal == "inactive")
         ]
 
     def after_change_to(self, node: str, parameter: str, value: Value) -> list[Adaptation]:
         """Return what to do after a parameter of a running node got a value."""
-        changed = [
-            step
-            for step in self._lasting
-            if (step.node, step.parameter) == (node, parameter) and step.value != value
-        ]
-        if any(self._lasting[step] is FaultKind.CONFIGURATION for step in changed):
-            # the configuration is somebody else's from now on
-            kinds = self._lasting.items()
-            self._lasting = {step: kind for step, kind in kinds if kind is not FaultKind.CONFIGURATION}
+        step, kind = self._lasting.get((node, parameter), (None, None))
+        if step is None or step.value == value:
             return []
-        return changed
+        if kind is FaultKind.CONFIGURATION:
+            # the configuration is somebody else's from now on
+            self._lasting = {
+                key: held for key, held in self._lasting.items() if held[1] is not FaultKind.CONFIGURATION
+            }
+            return []
+        return [step]
+
+    def is_worked_around(self, fault: Fault) -> bool:
+        """Return whether a cure is in place of a fault that lives in the world and cannot be ended."""
+        return fault.kind is FaultKind.EXTERNAL and any(all(map(self._is_done, cure)) for cure in fault.cures)
+
+    def cause_of(self, fault: Fault, done: str) -> str:
+        """Return what has cured an internal fault, whose parameter its node has just set back; `done` if nothing seen.
+
+        A restart does so while the node is not active, and else a parameter that the node acts on.
+        """
+        if self._states.get(fault.node, "active") != "active":
+            return f"restart {fault.node}"
+        steps = (cure[0] for cure in fault.cures if len(cure) == 1 and cure[0].parameter)
+        return next((str(step) for step in steps if self._is_done(step)), done)
+
+    def _is_done(self, step: Adaptation) -> bool:
+        if step.kind is AdaptationKind.ACTIVATE:
+            return self._states.get(step.node) == "active"
+        if step.kind is AdaptationKind.DEACTIVATE:
+            return self._states.get(step.node) == "inactive"
+        return bool(step.parameter) and self._values.get((step.node, step.parameter)) == step.value
+
+
+def _key(step: Adaptation) -> tuple[str, str]:
+    return step.node, step.parameter or str(step.kind)

@@ -1,26 +1,27 @@
-"""The node that injects a scenario's faults, and keeps the world as the scenario says."""
+"""The node that plays a scenario: it injects its faults, ends them, and keeps the world as the scenario says."""
 
+from collections.abc import Callable, Iterable
 from functools import partial
-from types import MappingProxyType
-from typing import Any, Final, cast
+from typing import Any, cast
 
+from sunset.harness._course import course
+from sunset.harness._injector import Answer, Injector
+from sunset.harness._occurrence import Occurrence
 from sunset.harness._world import World
-from sunset.interfaces import Service
-from sunset.interfaces.builtin_interfaces.msg import Time
-from sunset.interfaces.lifecycle_msgs.msg import Transition, TransitionEvent
-from sunset.interfaces.lifecycle_msgs.srv import ChangeState, GetState
+from sunset.interfaces.lifecycle_msgs.msg import TransitionEvent
 from sunset.interfaces.rcl_interfaces.msg import ParameterDescriptor, ParameterEvent
-from sunset.interfaces.rcl_interfaces.srv import SetParameters
+from sunset.interfaces.stamps import NS_PER_S, stamp_of
 from sunset.interfaces.std_srvs.srv import Trigger
-from sunset.interfaces.system_interfaces.msg import FaultInjection
+from sunset.interfaces.system_interfaces.msg import FaultEnd, FaultInjection
 from sunset.names import ros_text
-from sunset.ros.client import AnyClient
+from sunset.nodes.base import call_later
 from sunset.ros.node import Node
 from sunset.ros.parameter import Parameter
 from sunset.ros.task import Future
 from sunset.scenarios.loading import load_scenario
-from sunset.scenarios.schema import Scenario, ScenarioFault
+from sunset.scenarios.schema import Scenario
 from sunset.system import (
+    FAULT_ENDS_TOPIC,
     INJECTIONS_TOPIC,
     NAMESPACE,
     PARAMETER_EVENTS_TOPIC,
@@ -34,21 +35,20 @@ from sunset.system import (
 )
 from sunset.texts import counted
 
-_SERVICES: Final = MappingProxyType(
-    {SetParameters: "set_parameters", ChangeState: "change_state", GetState: "get_state"}
-)
-_CONFIRMATION_S: Final = 2.0
-"""How long a node may take to confirm an injection."""
-
 
 class ScenarioExecutor(Node):
-    """Injects all faults of a scenario at once when `~/inject` (std_srvs/srv/Trigger) is called.
+    """Plays a scenario from the moment on at which `~/inject` (std_srvs/srv/Trigger) is called.
 
-    The answer comes when every injection is confirmed by its node, or refused, or not answered; it is
-    successful only if all are confirmed. Every injection is published on `/experiment/injections`, with
-    the time at which it was ordered.
+    The answer comes when every injection that is due at once is confirmed by its node, or refused, or not answered; it
+    is successful only if all are confirmed. Every injection is published on `/experiment/injections`, with
+    the time at which it was ordered, and every end of a fault on `/experiment/fault_ends`, with what ended it. Nothing
+    of it is logged, since a managing system may read the log.
 
-    From then on it plays the world. A fault that lives outside of the nodes outlasts their processes: it
+    A fault heals where the scenario says so. One that follows another one comes only if that is still there: an
+    internal one that was not cured, an external one that no cure works around. An internal fault whose node is being
+    started comes when the node is up.
+
+    Meanwhile it plays the world. A fault that lives outside of the nodes outlasts their processes: it
     is put back when its node starts anew. An external one is put back also when somebody sets its
     parameter, since the weather does not change by that; a configuration that somebody else changed is
     theirs from then on.
@@ -68,119 +68,271 @@ class ScenarioExecutor(Node):
         described = ParameterDescriptor(description="name or file of the scenario", read_only=True)
         name = self.declare_parameter("scenario", scenario.name if scenario else "", described).value
         self.scenario = scenario or load_scenario(cast("str", name))
-        """What is injected."""
+        """What is played."""
         self._world = World()
-        self._callers: dict[str, AnyClient] = {}
+        self._played: tuple[Occurrence, ...] = ()
+        self._start_ns = 0
         self._injections = self.create_publisher(FaultInjection, INJECTIONS_TOPIC, 100)
-        self._prepare()
-        self.create_service(Trigger, "~/inject", self._inject)
-
-    def _prepare(self) -> None:
-        """Create what any scenario needs before it is needed, so that it is matched by then."""
-        for node in dict.fromkeys(
-            step.node for fault in current_system().faults.values() for step in fault.injection
-        ):
-            for service in (SetParameters, ChangeState, GetState):
-                self._caller(service, node)
-            self.create_subscription(
-                TransitionEvent,
-                f"{NAMESPACE}/{node}/transition_event",
-                partial(self._on_transition, node),
-                10,
-            )
+        self._ends = self.create_publisher(FaultEnd, FAULT_ENDS_TOPIC, 100)
+        targets = tuple(
+            dict.fromkeys(step.node for fault in current_system().faults.values() for step in fault.injection)
+        )
+        # made before they are needed, so that they are matched by then
+        self._injector = Injector(self, targets)
+        for node in current_system().nodes:
+            topic = f"{NAMESPACE}/{node}/transition_event"
+            self.create_subscription(TransitionEvent, topic, partial(self._on_transition, node), 10)
         self.create_subscription(ParameterEvent, PARAMETER_EVENTS_TOPIC, self._on_parameter_event, 1000)
+        self.create_service(Trigger, "~/inject", self._inject)
 
     async def _inject(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         del request
-        ordered = self.get_clock().now().to_msg()
-        answers = [(fault, [self._apply(step) for step in fault.injection]) for fault in self.scenario.faults]
+        self._start_ns = self.get_clock().now().nanoseconds
+        self._world.settle()
+        self._played = tuple(map(Occurrence, self.scenario.faults))
+        by_themselves = [one for one in self._played if one.plan.after is None]
+        for one in by_themselves:
+            if one.plan.at > 0:
+                self._at(one.plan.at, partial(self._come, one))
+        answers = [(one, self._begin(one)) for one in by_themselves if one.plan.at == 0]
         problems = []
-        for fault, futures in answers:
-            refusals = [reason for reason in [await future for future in futures] if reason]
-            problems += [f"{fault.name}: {reason}" for reason in refusals]
-            self._publish(fault, ordered, confirmed=not refusals)
-            self._world.begin(fault)
+        for one, future in answers:
+            refusal = (await future).refusal
+            problems += [f"{one.plan.name}: {refusal}"] * bool(refusal)
+            self._arrive(one, self._start_ns, refusal)
         response.success = not problems
-        response.message = "; ".join(problems) or f"Injected {counted(len(answers), 'fault')}."
+        later = len(self._played) - len(answers)
+        more = f"; {later} more may follow" if later else ""
+        response.message = "; ".join(problems) or f"Injected {counted(len(answers), 'fault')}{more}."
         return response
 
-    def _publish(self, one: ScenarioFault, ordered: Time, *, confirmed: bool) -> None:
+    def _at(self, time_s: float, function: Callable[[], None]) -> None:
+        """Call a function at a time, in seconds after the measured time began; at once if that is over."""
+        delay_ns = self._start_ns + round(time_s * NS_PER_S) - self.get_clock().now().nanoseconds
+        if delay_ns <= 0:
+            function()
+        else:
+            call_later(self, delay_ns / NS_PER_S, function)
+
+    # What comes and goes
+
+    def _come(self, one: Occurrence) -> None:
+        """Let a fault come, or wait until its node is up; what lives in the world does not wait."""
+        if one.over or (one.plan.until is not None and self._seconds() >= one.plan.until):
+            one.over, one.waiting = True, False
+            return
+        one.waiting = one.is_internal and not self._world.is_settled(one.fault.node)
+        if not one.waiting:
+            self._order(one, self._begin)
+
+    def _order(self, one: Occurrence, inject: Callable[[Occurrence], Future[Answer]]) -> None:
+        """Inject a fault after the measured time began, and say so."""
+        ordered_ns = self.get_clock().now().nanoseconds
+        is_up = all(self._world.is_settled(step.node) for step in one.plan.injection)
+
+        def answered(future: Future[Answer]) -> None:
+            answer = future.result() or Answer()
+            if one.is_internal and answer.late:
+                one.coming = False  # its process has ended, and there may be no other one yet
+                self._come(one)
+            else:
+                self._arrive(one, ordered_ns, answer.refusal if is_up else "")
+
+        inject(one).add_done_callback(answered)
+
+    def _begin(self, one: Occurrence) -> Future[Answer]:
+        """Let the course of a fault begin; the future has what its node said to the first of it."""
+        outcome: Future[Answer] = Future()
+        one.changes = course(one.plan, self._seconds())
+        time_s, value = next(one.changes)
+
+        def begin() -> None:
+            self._set(one, value).add_done_callback(
+                lambda future: outcome.set_result(future.result() or Answer())
+            )
+
+        self._at(time_s, begin)
+        return outcome
+
+    def _set(self, one: Occurrence, value: Value | None) -> Future[Answer]:
+        """Give a fault a strength; the future has the refusals."""
+        one.coming = not one.there
+        steps = one.plan.injection if value is None else one.injection(value)
+        self._world.hold(steps, one.fault.kind)
+        return self._apply(one, steps, access=one.is_internal and one.there)
+
+    def _apply(self, one: Occurrence, steps: Iterable[Adaptation], *, access: bool) -> Future[Answer]:
+        """Do steps at once; the future has all refusals."""
+        outcome: Future[Answer] = Future()
+        steps = list(steps)
+        answers: dict[int, Answer] = {}
+
+        def answered(place: int, future: Future[Answer]) -> None:
+            answers[place] = future.result() or Answer()
+            if answers[place].changed and steps[place].kind is AdaptationKind.ACTIVATE:
+                one.activated.add(steps[place].node)
+            if len(answers) == len(steps):
+                refused = [answers[number] for number in sorted(answers) if answers[number].refusal]
+                reason = f"; {one.plan.name}: ".join(answer.refusal for answer in refused)
+                outcome.set_result(Answer(reason, late=any(answer.late for answer in refused)))
+
+        for place, step in enumerate(steps):
+            self._injector.apply(step, access=access).add_done_callback(partial(answered, place))
+        return outcome
+
+    def _arrive(self, one: Occurrence, ordered_ns: int, refusal: str) -> None:
+        """Say that a fault came, or was refused, and go on with its course."""
+        self._publish(one, ordered_ns, confirmed=not refusal)
+        one.coming, one.over, one.there = False, bool(refusal), not refusal
+        if refusal:
+            return
+        if not one.begun:
+            one.begun = True
+            for other in self._played:
+                if other.plan.after is not None and other.plan.after.fault == one.plan.name:
+                    onset_s = (ordered_ns - self._start_ns) / NS_PER_S
+                    self._at(onset_s + other.plan.after.delay, partial(self._follow, other, one))
+        self._go_on(one)
+
+    def _follow(self, one: Occurrence, cause: Occurrence) -> None:
+        """Let a fault come if the one that it follows is still there."""
+        if cause.over or self._world.is_worked_around(cause.fault):
+            one.over = True
+        else:
+            self._come(one)
+
+    def _go_on(self, one: Occurrence) -> None:
+        """Wait for the next change of a fault's strength; one that is not there is over if there is none."""
+        change = next(one.changes, None)
+        if change is None:
+            one.over = not one.there
+            return
+        time_s, value = change
+
+        def turn() -> None:
+            if one.over:
+                return
+            if value is None:
+                self._heal(one)
+                self._go_on(one)
+            elif one.there:
+                self._set(one, value).add_done_callback(partial(self._check, one))
+                self._go_on(one)
+            else:
+                self._order(one, lambda again: self._set(again, value))
+
+        self._at(time_s, turn)
+
+    def _heal(self, one: Occurrence) -> None:
+        """Take a fault away, unless it is away for a while already."""
+        if not one.there:
+            return
+        one.there = False
+        self._world.release(one.plan.injection)
+        self._publish_end(one, "")
+        removed = self._apply(one, one.removal(), access=one.is_internal)
+        removed.add_done_callback(partial(self._check, one))
+
+    def _check(self, one: Occurrence, future: Future[Answer]) -> None:
+        """Say so if a change was refused by a node that is up; such a run does not count."""
+        answer = future.result() or Answer()
+        if answer.refusal and all(self._world.is_settled(step.node) for step in one.plan.injection):
+            self._publish(one, self.get_clock().now().nanoseconds, confirmed=False)
+
+    def _end(self, one: Occurrence, cause: str) -> None:
+        """Let a fault be over, since it was cured."""
+        if one.there:
+            self._publish_end(one, cause)
+        one.there, one.over = False, True
+
+    # What is seen
+
+    def _on_transition(self, node: str, event: TransitionEvent) -> None:
+        start, goal = event.start_state.label, event.goal_state.label
+        if self._world.see_transition(node, start, goal):
+            self._on_process_end(node)
+        for step in self._world.after_transition(node, start, goal):
+            self._restore(step)
+        for one in self._of(node):
+            if (start, goal) == ("activating", "active") and one.is_away and one.is_cured_by_restart:
+                self._end(one, f"restart {node}")
+            elif one.waiting and self._world.is_settled(node):
+                self._come(one)
+
+    def _on_parameter_event(self, event: ParameterEvent) -> None:
+        node = short_name(event.node)
+        if node not in current_system().nodes:
+            return
+        for messages, declared in ((event.new_parameters, True), (event.changed_parameters, False)):
+            for message in messages:
+                value = cast("Value", Parameter.from_parameter_msg(message).value)
+                if self._world.see_value(node, message.name, value, declared=declared):
+                    self._on_process_end(node)
+                if not declared:
+                    self._on_change(node, message.name, value)
+
+    def _on_change(self, node: str, parameter: str, value: Value) -> None:
+        """See what a parameter's new value puts back, cures, or leaves of a fault that was over already."""
+        done = f"set {node}.{parameter} to {ros_text(value)}"
+        for step in self._world.after_change_to(node, parameter, value):
+            self._restore(step)
+        for one in self._of(node):
+            if one.there and parameter == one.fault.parameter and value == one.fault.healthy:
+                self._end(one, self._world.cause_of(one.fault, done))
+            elif one.is_away and one.is_cured_by(parameter, value):
+                self._end(one, done)
+        its_own = [one for one in self._of(node) if parameter == one.fault.parameter]
+        if (
+            its_own
+            and all(one.has_left or one.is_due for one in its_own)
+            and value != its_own[0].fault.healthy
+        ):
+            # what was ordered before the cure was seen came after it
+            self._apply(its_own[0], its_own[0].removal(), access=True)
+        for one in self._played:
+            is_configuration = one.fault.kind is FaultKind.CONFIGURATION
+            if is_configuration and one.there and not self._world.holds(one.plan.injection):
+                self._end(one, done)
+
+    def _on_process_end(self, node: str) -> None:
+        for one in self._of(node):
+            if one.begun and not one.waiting:
+                self._end(one, f"redeploy {node}")
+
+    def _of(self, node: str) -> list[Occurrence]:
+        """Return the internal faults of a node that may still be there, or come."""
+        return [one for one in self._played if one.is_internal and one.fault.node == node]
+
+    def _restore(self, step: Adaptation) -> None:
+        """Do a step of an injection again; if it fails, the node's next transition is the next attempt."""
+        self._injector.apply(step)
+
+    # What is said
+
+    def _seconds(self) -> float:
+        """Return how long ago the measured time began."""
+        return (self.get_clock().now().nanoseconds - self._start_ns) / NS_PER_S
+
+    def _publish(self, one: Occurrence, ordered_ns: int, *, confirmed: bool) -> None:
         fault = one.fault
         self._injections.publish(
             FaultInjection(
-                stamp=ordered,
+                stamp=stamp_of(ordered_ns),
                 fault=fault.name,
                 failure=fault.failure,
                 node=full_name(fault.node),
                 parameter=fault.parameter,
-                value=ros_text(one.value),
-                internal=fault.kind is FaultKind.INTERNAL,
+                value=ros_text(one.plan.value),
+                internal=one.is_internal,
                 redeploy_only=fault.redeploy_only,
                 confirmed=confirmed,
             )
         )
 
-    def _on_transition(self, node: str, event: TransitionEvent) -> None:
-        for step in self._world.after_transition(node, event.start_state.label, event.goal_state.label):
-            self._restore(step)
-
-    def _on_parameter_event(self, event: ParameterEvent) -> None:
-        node = short_name(event.node)
-        for message in event.changed_parameters:
-            value = cast("Value", Parameter.from_parameter_msg(message).value)
-            for step in self._world.after_change_to(node, message.name, value):
-                self._restore(step)
-
-    def _restore(self, step: Adaptation) -> None:
-        """Do a step of an injection again."""
-
-        def log(future: Future[str]) -> None:
-            if future.result():
-                reason = f"Could not {step} again: {future.result()}"
-                self.get_logger().warning(reason, throttle_duration_sec=1.0)
-
-        self._apply(step).add_done_callback(log)
-
-    def _apply(self, step: Adaptation) -> Future[str]:
-        """Do a step of an injection; the future has why it was not confirmed, or an empty text."""
-        outcome: Future[str] = Future()
-
-        def finish(reason: str) -> None:
-            if not outcome.done():
-                self.destroy_timer(timer)
-                outcome.set_result(reason)
-
-        def set_up(future: Future[SetParameters.Response]) -> None:
-            response = future.result()
-            assert response is not None  # noqa: S101  the future is done
-            finish("; ".join(result.reason for result in response.results if not result.successful))
-
-        def activated(future: Future[ChangeState.Response]) -> None:
-            response = future.result()
-            if response is not None and response.success:
-                finish("")
-            else:  # it may be active already
-                self._caller(GetState, step.node).call_async(GetState.Request()).add_done_callback(looked_at)
-
-        def looked_at(future: Future[GetState.Response]) -> None:
-            response = future.result()
-            active = response is not None and response.current_state.label == "active"
-            finish("" if active else f"{step.node} refused to be activated")
-
-        late = f"{step.node} did not answer within {_CONFIRMATION_S:g} s"
-        timer = self.create_timer(_CONFIRMATION_S, lambda: finish(late))
-        if step.kind is AdaptationKind.ACTIVATE:
-            transition = Transition(id=Transition.TRANSITION_ACTIVATE, label="activate")
-            activation = ChangeState.Request(transition=transition)
-            self._caller(ChangeState, step.node).call_async(activation).add_done_callback(activated)
-        else:
-            parameter = Parameter(step.parameter, value=step.value)
-            setting = SetParameters.Request(parameters=[parameter.to_parameter_msg()])
-            self._caller(SetParameters, step.node).call_async(setting).add_done_callback(set_up)
-        return outcome
-
-    def _caller(self, service: type[Service], node: str) -> AnyClient:
-        name = f"{NAMESPACE}/{node}/{_SERVICES[service]}"
-        if name not in self._callers:
-            self._callers[name] = self.create_client(service, name)
-        return self._callers[name]
+    def _publish_end(self, one: Occurrence, cause: str) -> None:
+        """Say that a fault has ended, by what; by itself if that is empty."""
+        fault = one.fault
+        now = self.get_clock().now().to_msg()
+        self._ends.publish(
+            FaultEnd(stamp=now, fault=fault.name, node=full_name(fault.node), healed=not cause, cause=cause)
+        )

@@ -15,7 +15,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Final
 
-from sunset.errors import InvalidInputError, SunsetError
+from sunset.errors import InvalidInputError, ManagerError, SunsetError
 from sunset.forks import await_order, signal_after_parent
 from sunset.harness.deployment import deployed_parameters
 from sunset.rmw.backends import LIVE, live_middleware
@@ -134,6 +134,8 @@ def _spin(executor: SingleThreadedExecutor, node: Node, *, lasting: bool) -> Non
             executor.spin()
         except CallbackError as error:
             if not lasting:
+                if isinstance(error.__cause__, ManagerError):  # a sentence of its own
+                    raise error.__cause__ from error
                 raise
             node.get_logger().error(str(error), throttle_duration_sec=10.0)
 

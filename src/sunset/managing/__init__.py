@@ -2,33 +2,38 @@
 
 from sunset.managing.base import ManagingSystem
 from sunset.managing.baseline import Baseline
+from sunset.managing.command import PREFIX, parse_command
 from sunset.managing.loading import (
-    MANAGERS,
     checksum,
     is_registered,
     load_manager,
     manager_sources,
     register_manager,
     sources_digest,
-    split_label,
     unfiled_sources,
 )
+from sunset.managing.names import MANAGERS, split_label
 from sunset.managing.none import NoAdaptation
+from sunset.managing.program import PROTOCOL, Program
 from sunset.managing.reactive import Reactive
 from sunset.managing.symptoms import FloatOrNaN, Symptoms
 
 __all__ = [
     "MANAGERS",
+    "PREFIX",
+    "PROTOCOL",
     "Baseline",
     "FloatOrNaN",
     "ManagingSystem",
     "NoAdaptation",
+    "Program",
     "Reactive",
     "Symptoms",
     "checksum",
     "is_registered",
     "load_manager",
     "manager_sources",
+    "parse_command",
     "register_manager",
     "sources_digest",
     "split_label",

@@ -1,14 +1,14 @@
 """The base class of managing systems: it sees symptoms, and adapts the managed system."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from inspect import isasyncgen, iscoroutine, isgenerator
-from typing import Any, ClassVar, cast
+from typing import Any, ClassVar, Final, cast
 
 from sunset.interfaces.lifecycle_msgs.msg import Transition
 from sunset.interfaces.lifecycle_msgs.srv import ChangeState
 from sunset.interfaces.rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor
 from sunset.interfaces.rcl_interfaces.srv import SetParameters
-from sunset.interfaces.system_interfaces.msg import SetBlackboardGroup
+from sunset.interfaces.system_interfaces.msg import Diagnosis, SetBlackboardGroup
 from sunset.interfaces.system_interfaces.srv import Redeploy
 from sunset.managing.symptoms import DEFAULT_ENTROPY_THRESHOLD, Symptoms, read_parameters
 from sunset.names import base_name
@@ -17,9 +17,14 @@ from sunset.ros.context import Context
 from sunset.ros.exceptions import NotInitializedException
 from sunset.ros.node import Node
 from sunset.ros.parameter import Parameter
+from sunset.ros.publisher import Publisher
 from sunset.ros.task import Future
-from sunset.system.vocabulary import BLACKBOARD_TOPIC, Value, full_name, node_names
-from sunset.texts import shorten, suggestion
+from sunset.ros.timer import Timer
+from sunset.system.vocabulary import BLACKBOARD_TOPIC, DIAGNOSIS_TOPIC, Value, full_name, node_names
+from sunset.texts import shorten, shown, suggestion
+
+LONGEST_THOUGHT_S: Final = 3600.0
+"""The longest time that a managing system may think at once: no experiment measures more."""
 
 
 class ManagingSystem(Node):
@@ -57,6 +62,8 @@ class ManagingSystem(Node):
             threshold in an experiment.
         period: seconds between two calls of `adapt`; read once, at the start. It is 0.2 in every experiment, and an
             attribute `period` of the class does not change it.
+        thinking: seconds that every decision to adapt takes, as of `think`; read once, at the start, and there only
+            where it is given.
     """
 
     node_name: ClassVar[str] = "managing_system"
@@ -96,6 +103,12 @@ class ManagingSystem(Node):
         # Two underscores: out of the way of a subclass's own attributes.
         self.__blackboard: dict[str, Value] = {}
         self.__callers: dict[str, AnyClient] = {}
+        self.__diagnoses: Publisher[Diagnosis] | None = None
+        self.__charge_s = self.__declare_thinking() if "thinking" in self._parameter_overrides else 0.0
+        self.__charged = False  # for the decision that is being thought of
+        self.__thought: Timer | None = None
+        self.__decided: list[Callable[[], None]] = []  # while it thinks
+        self.__adapting = self.__acted = False
         self.create_subscription(SetBlackboardGroup, BLACKBOARD_TOPIC, self.__on_blackboard, 10)
         self.create_timer(cast("float", self.get_parameter("period").value), self.__decide)
         self.on_start()
@@ -180,7 +193,8 @@ class ManagingSystem(Node):
 
         def deactivated(deactivation: Future[bool]) -> None:
             outcome = deactivation.result() is True
-            self.activate(node).add_done_callback(lambda activation: activated(outcome, activation))
+            activation = self.__transition(node, Transition.TRANSITION_ACTIVATE, "activate", at_once=True)
+            activation.add_done_callback(lambda activation: activated(outcome, activation))
 
         self.deactivate(node).add_done_callback(deactivated)
         return result
@@ -199,24 +213,114 @@ class ManagingSystem(Node):
 
         return self.__call(Redeploy, "/launcher/redeploy", Redeploy.Request(node=base_name(node)), accepted)
 
+    def think(self, seconds: float) -> None:
+        """Let thinking take time: what is decided from now on is done so many seconds later.
+
+        Meanwhile `adapt` is not called, since a managing system does not think of two things at once. Call it before
+        the adaptations that it delays. Several calls add up.
+
+        Args:
+            seconds: of the experiment's time, from 0 to 3600.
+
+        Raises:
+            ValueError: it is not such a number.
+            RuntimeError: this call of `adapt` has done something already, which cannot be delayed any more.
+        """
+        if isinstance(seconds, bool) or not isinstance(seconds, int | float):
+            raise ValueError(f"The time to think must be a number of seconds, got {shown(seconds)}.")  # noqa: TRY004  one kind of error for a bad value
+        if not 0 <= seconds <= LONGEST_THOUGHT_S:
+            raise ValueError(
+                f"The time to think must be from 0 to {LONGEST_THOUGHT_S:g} s, got {shown(seconds)} s."
+            )
+        if self.__acted:
+            raise RuntimeError("think must be called before the adaptations that it delays")
+        if seconds:
+            self.__think(float(seconds))
+
+    def diagnose(self, probabilities: Mapping[str, float]) -> None:
+        """Say what is wrong, for the record: it is published on `/managing_system/diagnosis`, and changes nothing.
+
+        Args:
+            probabilities: fault → how sure it is that the fault is there, from 0 to 1.
+
+        Raises:
+            ValueError: one is not such a number.
+        """
+        for fault, probability in probabilities.items():
+            if not 0 <= probability <= 1:
+                raise ValueError(f"The probability of {fault} must be from 0 to 1, got {shown(probability)}.")
+        if self.__diagnoses is None:
+            self.__diagnoses = self.create_publisher(Diagnosis, DIAGNOSIS_TOPIC, 10)
+        self.__diagnoses.publish(
+            Diagnosis(
+                stamp=self.get_clock().now().to_msg(),
+                faults=list(probabilities),
+                probabilities=[float(probability) for probability in probabilities.values()],
+            )
+        )
+
     def __on_blackboard(self, message: SetBlackboardGroup) -> None:
         self.__blackboard.update(read_parameters(message.bb_params))
 
     async def __decide(self) -> None:
-        """Call `adapt`, which may be a coroutine, if there is a system to adapt."""
+        """Call `adapt`, which may be a coroutine, if there is a system to adapt and it does not think."""
         symptoms = Symptoms(self.__blackboard, entropy_threshold=self.entropy_threshold)
-        if symptoms.up:
+        if symptoms.up and self.__thought is None:
             adapt: Callable[[Symptoms], object] = self.adapt
+            self.__adapting, self.__acted = True, False
             outcome = adapt(symptoms)
+            self.__adapting = self.__acted = False
             if isgenerator(outcome) or isasyncgen(outcome):
                 raise TypeError("adapt contains yield, so that calling it does nothing")
             if iscoroutine(outcome):
                 await outcome
 
-    def __transition(self, node: str, transition: int, label: str) -> Future[bool]:
+    def __declare_thinking(self) -> float:
+        parameter = self.declare_parameter(
+            "thinking",
+            0.0,
+            ParameterDescriptor(
+                description="seconds that every decision to adapt takes",
+                read_only=True,
+                floating_point_range=[FloatingPointRange(from_value=0.0, to_value=LONGEST_THOUGHT_S)],
+            ),
+        )
+        return cast("float", parameter.value)
+
+    def __think(self, seconds: float) -> None:
+        if self.__thought is not None:
+            seconds += max(0, self.__thought.time_until_next_call() or 0) / 1e9
+            self.destroy_timer(self.__thought)
+        self.__thought = self.create_timer(seconds, self.__act)
+
+    def __act(self) -> None:
+        """Do what was decided while it thought, and be ready to decide again."""
+        if self.__thought is not None:
+            self.destroy_timer(self.__thought)
+        self.__thought, self.__charged = None, False
+        decided, self.__decided = self.__decided, []
+        for send in decided:
+            send()
+
+    def __do(self, send: Callable[[], None]) -> None:
+        """Do what was decided: now, or when it has thought about it."""
+        if self.__charge_s and not self.__charged:
+            self.__charged = True
+            self.__think(self.__charge_s)
+        if self.__thought is None:
+            self.__acted = self.__adapting
+            send()
+        else:
+            self.__decided.append(send)
+
+    def __transition(self, node: str, transition: int, label: str, *, at_once: bool = False) -> Future[bool]:
         request = ChangeState.Request(transition=Transition(id=transition, label=label))
         return self.__call(
-            ChangeState, f"{full_name(node)}/change_state", request, lambda response: bool(response.success)
+            ChangeState,
+            f"{full_name(node)}/change_state",
+            request,
+            lambda response: bool(response.success),
+            at_once=at_once,
         )
 
     def __call(
@@ -225,16 +329,25 @@ class ManagingSystem(Node):
         name: str,
         request: object,
         outcome: Callable[[Any], bool],
+        *,
+        at_once: bool = False,
     ) -> Future[bool]:
-        """Call a service; the future has the outcome of its response."""
-        if name not in self.__callers:
-            self.__callers[name] = self.create_client(service, name)
-        if not self.__callers[name].service_is_ready():
-            node = base_name(name.rpartition("/")[0])
-            nodes = node_names()
-            hint = "" if node in nodes else f": {suggestion(node, nodes)}name one of {', '.join(nodes)}"
-            self.get_logger().warning(f"No node offers {name} now, so the request is lost{hint}.")
+        """Call a service, `at_once` where an earlier call asks for it; the future has the outcome of its response."""
         result: Future[bool] = Future()
-        answer = self.__callers[name].call_async(request)
-        answer.add_done_callback(lambda done: result.set_result(outcome(done.result())))
+
+        def send() -> None:
+            if name not in self.__callers:
+                self.__callers[name] = self.create_client(service, name)
+            if not self.__callers[name].service_is_ready():
+                node = base_name(name.rpartition("/")[0])
+                nodes = node_names()
+                hint = "" if node in nodes else f": {suggestion(node, nodes)}name one of {', '.join(nodes)}"
+                self.get_logger().warning(f"No node offers {name} now, so the request is lost{hint}.")
+            answer = self.__callers[name].call_async(request)
+            answer.add_done_callback(lambda done: result.set_result(outcome(done.result())))
+
+        if at_once:
+            send()
+        else:
+            self.__do(send)
         return result

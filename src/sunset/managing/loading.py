@@ -3,37 +3,28 @@
 import hashlib
 import importlib
 import inspect
-import re
 import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
-from types import FunctionType, MappingProxyType, ModuleType
+from types import FunctionType, ModuleType
 from typing import Final, Self, cast
 
 from sunset.errors import ManagerError
 from sunset.managing.base import ManagingSystem
-from sunset.managing.baseline import Baseline
-from sunset.managing.none import NoAdaptation
-from sunset.managing.reactive import Reactive
+from sunset.managing.command import PREFIX
+from sunset.managing.names import MANAGERS
+from sunset.managing.program import Program, load_program
 from sunset.managing.symptoms import Symptoms
 from sunset.source_files import class_texts, functions_of, import_file, import_from, is_edited
 from sunset.texts import suggestion
-
-MANAGERS: Final[Mapping[str, type[ManagingSystem]]] = MappingProxyType(
-    {"none": NoAdaptation, "baseline": Baseline, "reactive": Reactive}
-)
-"""The managing systems that come with SUNSET, by name."""
 
 _OURS: Final = frozenset({"sunset", "__main__", "__mp_main__"})
 """Top-level modules that are not part of a managing system, wherever they are."""
 
 _KNOWN: Final = frozenset({"sunset", "builtins"})
 """Top-level modules whose classes every managing system may inherit from."""
-
-_LABEL: Final = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.+-]{0,39}")
-_RESERVED: Final = frozenset({*MANAGERS, "external"})
 
 _registered: dict[str, type[ManagingSystem]] = {}
 """Those that were passed as classes, by the names that they are loaded by in this process and in those it forks."""
@@ -46,39 +37,12 @@ _folders: set[Path] = set()
 """Where files were loaded from."""
 
 
-def split_label(text: str) -> tuple[str, str]:
-    """Return the label of `LABEL=MANAGER` and what stands behind it; an empty label if there is none.
-
-    A path or a module before the first `=` is not a label: `a=b/mine.py:Mine` is a file in the folder `a=b`.
-
-    Raises:
-        ManagerError: the label has other characters than a label may have, is too long, or is the name of a
-            managing system that comes with SUNSET.
-
-    >>> split_label("mine-2=mine.py:Mine"), split_label("baseline")
-    (('mine-2', 'mine.py:Mine'), ('', 'baseline'))
-    """
-    label, separator, manager = text.partition("=")
-    if not separator or "/" in label or ":" in label:
-        return "", text
-    if not _LABEL.fullmatch(label):
-        raise ManagerError(
-            f"The label of the managing system {text!r} must be 1 to 40 of the letters a to z and A to Z, digits, "
-            f"'_', '.', '+' and '-', and begin with a letter or digit, got {label!r}."
-        )
-    if label in _RESERVED:
-        raise ManagerError(
-            f"The label {label!r} is the name of a managing system that comes with SUNSET; choose another for "
-            f"{manager}."
-        )
-    return label, manager
-
-
-def load_manager(spec: str) -> type[ManagingSystem]:
+def load_manager(spec: str, folder: Path = Path()) -> type[ManagingSystem]:
     """Return the class of a managing system.
 
     Args:
-        spec: a name of `MANAGERS`, or `module:Class`, or `path/to/file.py:Class`.
+        spec: a name of `MANAGERS`, or `module:Class`, or `path/to/file.py:Class`, or `exec:COMMAND`.
+        folder: where a path begins that is not absolute.
 
     Raises:
         ManagerError: there is none of that name, or its module does not load, or it is not a managing system.
@@ -92,6 +56,8 @@ def load_manager(spec: str) -> type[ManagingSystem]:
         raise ManagerError(
             f"The managing system {spec!r} has a character in its name that no record can hold."
         )
+    if spec.startswith(PREFIX):
+        return load_program(spec, folder)
     where, separator, name = spec.rpartition(":")
     if not separator or not where or not name:
         if spec.endswith(".py"):
@@ -100,9 +66,9 @@ def load_manager(spec: str) -> type[ManagingSystem]:
             )
         raise ManagerError(
             f"There is no managing system {spec!r}: {suggestion(spec, MANAGERS)}name {', '.join(MANAGERS)}, or your "
-            "own as module:Class or path/to/file.py:Class."
+            "own as module:Class, path/to/file.py:Class or exec:COMMAND."
         )
-    module = _load_file(Path(where)) if where.endswith(".py") else _load_module(where)
+    module = _load_file(Path(where), folder) if where.endswith(".py") else _load_module(where)
     with _translated(spec):
         return _checked(spec, where, module, name)
 
@@ -185,20 +151,26 @@ def _lineage(origin: Callable[..., ManagingSystem]) -> list[Callable[..., Managi
     return [origin, *(base for base in bases if base.__module__.partition(".")[0] not in _KNOWN)]
 
 
-def manager_sources(spec: str, made: type[ManagingSystem]) -> tuple[Path, ...]:
+def manager_sources(
+    spec: str,
+    made: type[ManagingSystem],
+    folder: Path = Path(),
+) -> tuple[Path, ...]:
     """Return the files in which a managing system is written: its own, with what it imports beside it, or its package.
 
     Of one that was passed as a class, those of the classes that it inherits from, too. `spec` is its name, `made` what
-    `load_manager` returned for it.
+    `load_manager` returned for it and for the folder.
 
     Raises:
         ManagerError: it cannot be looked at, or one of them was edited after it was imported.
     """
+    if issubclass(made, Program):
+        return made.command.files
     with _translated(spec):
         passed = spec in _passed
         lineage = _lineage(_origin(_passed[spec]) if passed else made)
         written = [(origin, _source_file(origin)) for origin in lineage]
-        sources = set(_sources(spec, written[0][1]))
+        sources = set(_sources(spec, written[0][1], folder))
         sources.update(Path(source) for _, source in written if source and passed)
         parts = [
             *((source, None) for source in sources),
@@ -228,10 +200,10 @@ def _source_file(origin: Callable[..., ManagingSystem]) -> str | None:
     return source if not places or any(place.is_file() for place in places) else None
 
 
-def _sources(spec: str, source: str | None) -> tuple[Path, ...]:
+def _sources(spec: str, source: str | None, folder: Path) -> tuple[Path, ...]:
     where = spec.rpartition(":")[0]
     if source is None and where.endswith(".py"):
-        source = str(Path(where).resolve())  # its class may claim to be of any module
+        source = str((folder / where).resolve())  # its class may claim to be of any module
     if source is None:
         return ()
     package = where.partition(".")[0]
@@ -327,15 +299,15 @@ def _load_module(name: str) -> ModuleType:
         raise _import_error(name, error) from error
 
 
-def _load_file(path: Path) -> ModuleType:
+def _load_file(path: Path, folder: Path) -> ModuleType:
     """Import a file under a name that depends on its path only.
 
     Modules beside it can be imported, as those beside a script. They are loaded anew each time, as it is: nothing is
     left of an earlier run, nor of another file's neighbour of the same name.
     """
-    if not path.is_file():
+    if not (folder / path).is_file():
         raise ManagerError(f"There is no file {path}.")
-    resolved = path.resolve()
+    resolved = (folder / path).resolve()
     name = "sunset_manager_" + "".join(c if c.isalnum() else "_" for c in str(resolved.with_suffix("")))
     _folders.add(resolved.parent)
     for old in [name for known in _folders for name in _beside(known)]:

@@ -147,8 +147,8 @@ def unnecessary_redeploys(
 ) -> tuple[ExecutedAdaptation, ...]:
     """Return the redeploys of a node that had no fault only a redeploy cures, when they were executed.
 
-    Such a fault is there from its injection to the first redeploy of its node after that. Whether there
-    is one the injections say, and not what the managing system believes. Both are in order of time.
+    Such a fault is there from its injection to the first redeploy of its node after that, or until it heals by itself.
+    Whether there is one the injections say, and not what the managing system believes. Both are in order of time.
 
     Source: the paper, section 4, on unnecessary redeploys.
     """
@@ -160,7 +160,9 @@ def unnecessary_redeploys(
         cured = [
             fault
             for fault in open_faults
-            if short_name(fault.node) == adaptation.node and fault.time <= adaptation.time
+            if short_name(fault.node) == adaptation.node
+            and fault.time <= adaptation.time
+            and (fault.healed is None or adaptation.time < fault.healed)
         ]
         if not cured:
             unnecessary.append(adaptation)

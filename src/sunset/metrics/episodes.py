@@ -9,10 +9,11 @@ The definitions, which the paper leaves open:
   in them five fresh ones are needed, and until then what held holds.
 - An episode counts if it holds at any time within the experiment.
 - A failure *began* when its fault was injected, the earliest if there are several and none of them has
-  been blamed for an episode before. A fault that ended with its process before the silence or the samples
-  in question is not to blame, and none is for a silence that begins more than 1 s later: outages show at
-  once. Where there is no fault to blame, as in a ripple or a relapse, the failure began with its
-  topic's last message, or with the first of the five samples; 0 at the earliest.
+  been blamed for an episode before. A fault that ended with its process, healed, or was cured before the silence or the
+  samples in question is not to blame, and none is for a silence that begins more than 1 s later: outages show at
+  once. A fault that comes again after it has ended is a new one. Where there is no fault to blame, as in a ripple or
+  a relapse, the failure began with its topic's last message, or with the first of the five samples; 0 at the
+  earliest.
 - It is *resolved* if it ended within the experiment, after at least one adaptation of the failing node or of
   one upstream of it since it began. The last such adaptation is the one that resolved it.
 - An episode counts as resolved only if an injected fault explains it. None explains a silence that does not begin
@@ -190,19 +191,25 @@ def _episodes(
 ) -> list[Episode]:
     """Say of each spell of one failure when the failure began, and what resolved it."""
     episodes = []
-    blamed: set[str] = set()  # names of faults; one that is injected again is not a new one
+    blamed: list[Injection] = []
     for spell in spells:
+        # one that is injected again while it is there is not a new one
+        there = {one.fault for one in blamed if one.ended is None}
         due = [
             injection
             for injection in timeline.injections
             if injection.failure == failure.name
-            and injection.fault not in blamed
+            and injection not in blamed
+            and injection.fault not in there
             and injection.time <= spell.holds
         ]
-        blamed.update(injection.fault for injection in due)
+        blamed += due
         causes = [injection.time for injection in due if not _is_past(injection, spell, adaptations)]
         began = min(causes) if causes else max(spell.origin, 0.0)
-        broken = _has_a_fault_behind_it(failure.name, spell, timeline.injections)
+        able = _able_faults(failure.name, spell, timeline.injections)
+        resolving = None
+        if any(_is_behind(one, failure.name, spell) for one in able):
+            resolving = _resolving(failure.name, began, spell.ended, adaptations)
         episodes.append(
             Episode(
                 failure=failure.name,
@@ -210,7 +217,7 @@ def _episodes(
                 holds=spell.holds,
                 ended=spell.ended,
                 injected=bool(causes),
-                adaptation=_resolving(failure.name, began, spell.ended, adaptations) if broken else None,
+                adaptation=None if _healed(spell, able, resolving) else resolving,
             )
         )
     return episodes
@@ -220,6 +227,8 @@ def _is_past(injection: Injection, spell: Spell, adaptations: Sequence[ExecutedA
     """Return whether a fault was gone before the spell's first evidence: cured, or ended with its process."""
     if injection.failure in current_system().outages and spell.origin > injection.time + SILENCE_S:
         return True
+    if _ended_before(injection, spell):
+        return True
     return injection.internal and any(
         adaptation.kind == "redeploy"
         and adaptation.node == short_name(injection.node)
@@ -228,17 +237,46 @@ def _is_past(injection: Injection, spell: Spell, adaptations: Sequence[ExecutedA
     )
 
 
-def _has_a_fault_behind_it(failure: str, spell: Spell, injections: Sequence[Injection]) -> bool:
-    """Return whether a fault can have brought a failure about, by itself or by what else it does."""
+def _ended_before(injection: Injection, spell: Spell) -> bool:
+    """Return whether a fault had ended before a spell; what it did to frames that were on their way comes later."""
+    return injection.ended is not None and injection.ended + SILENCE_S < spell.origin
+
+
+def _able_faults(failure: str, spell: Spell, injections: Sequence[Injection]) -> list[Injection]:
+    """Return the faults that can have brought a failure about or kept it up, by themselves or by what else they do."""
     outages = current_system().outages
-    if failure in outages:
-        return any(
-            injection.failure in outages
-            and affects(short_name(injection.node), failure)
-            and abs(spell.origin - injection.time) <= SILENCE_S + TOLERANCE_S
-            for injection in injections
-        )
-    return any(injection.failure not in outages and injection.time <= spell.holds for injection in injections)
+    return [
+        injection
+        for injection in injections
+        if (injection.failure in outages) is (failure in outages)
+        and (failure not in outages or affects(short_name(injection.node), failure))
+        and (spell.ended is None or injection.time <= spell.ended)
+        and not _ended_before(injection, spell)
+    ]
+
+
+def _is_behind(injection: Injection, failure: str, spell: Spell) -> bool:
+    """Return whether a fault, which is able to, can have begun a spell."""
+    if failure in current_system().outages:
+        return abs(spell.origin - injection.time) <= SILENCE_S + TOLERANCE_S
+    return injection.time <= spell.holds
+
+
+def _healed(spell: Spell, able: Sequence[Injection], adaptation: ExecutedAdaptation | None) -> bool:
+    """Return whether a spell ended since faults healed by themselves, and not by an adaptation."""
+    if spell.ended is None or adaptation is None:
+        return False
+    ends = [
+        (one.ended, one.healed is not None)
+        for one in able
+        if one.ended is not None and one.ended <= spell.ended
+    ]
+    if not ends:
+        return False
+    last, by_itself = max(ends)
+    if len(ends) < len(able):
+        return by_itself and adaptation.time < last and spell.ended - last <= SILENCE_S
+    return by_itself
 
 
 def _resolving(

@@ -76,6 +76,8 @@ class Injection:
         node: the node that it is in, with or without the managed system's namespace.
         internal: whether it ends with the node's process.
         redeploy_only: whether nothing cheaper than a redeploy of the node cures it.
+        ended: when it ended [s]; None if it did not, or the record does not say so.
+        cause: what ended it, such as `restart camera`; empty if it healed by itself, or has not ended.
     """
 
     time: float
@@ -84,6 +86,13 @@ class Injection:
     node: str
     internal: bool = True
     redeploy_only: bool = False
+    ended: float | None = None
+    cause: str = ""
+
+    @property
+    def healed(self) -> float | None:
+        """When it healed by itself [s]; None if it did not."""
+        return None if self.cause else self.ended
 
 
 @dataclass(frozen=True, slots=True)

@@ -81,6 +81,10 @@ class AdaptiveNode(LifecycleNode):
         read_only=True,
     )
 
+    fault_access = NodeParameter(
+        False, "whether the experiment may change and end faults that are there; not for a managing system"
+    )
+
     def __init__(
         self,
         *,

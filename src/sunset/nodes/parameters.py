@@ -7,7 +7,7 @@ from typing import Any, Final, Generic, Protocol, Self, TypeVar, overload
 
 from sunset.interfaces.rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 from sunset.ros.exceptions import NameValidationException
-from sunset.system import NAMESPACE, current_system, is_topic_name, short_name
+from sunset.system import FAULT_ACCESS, NAMESPACE, current_system, is_topic_name, short_name
 from sunset.texts import suggestion
 
 ValueT = TypeVar("ValueT", bound=bool | int | float | str)
@@ -106,7 +106,8 @@ class FaultParameter(NodeParameter[ValueT]):
     """A parameter that injects an internal fault; its default means that there is none.
 
     While the fault is there, only its cure ends it: setting the parameter back is refused, since a broken
-    device is not repaired by saying that it works.
+    device is not repaired by saying that it works. The experiment, in which faults grow and heal, gives itself access
+    first.
 
     Args:
         default: the value without the fault.
@@ -136,7 +137,7 @@ class FaultParameter(NodeParameter[ValueT]):
     def refusal(self, node: _Host, value: object) -> str:
         """Refuse to end a fault that is there."""
         present = node.parameter_values[self.name]
-        if present not in (self.default, value):
+        if present not in (self.default, value) and not node.parameter_values.get(FAULT_ACCESS):
             return f"{self.name} is {present} and ends only with {self.ends_with} of {node.get_name()}."
         return super().refusal(node, value)
 

@@ -20,6 +20,7 @@ import numpy.typing as npt
 import onnxruntime
 
 from sunset.errors import DataError, OutputError
+from sunset.image_digests import image_digest
 from sunset.input_files import check_regular
 from sunset.perception.modality import Modality
 
@@ -45,7 +46,7 @@ class InferenceCache:
     """Labels and entropy by what they were computed from, in an SQLite file.
 
     The key is a SHA-256 over the weights' checksum, the modality, the runtime's version, the processor's
-    instruction sets (other instructions may give other last bits) and the input bytes; so nothing in the
+    instruction sets (other instructions may give other last bits) and the digests of the inputs; so nothing in the
     file ever goes out of date, and it can be deleted at any time. Several processes may share a file: it
     is in write-ahead mode, every answer is a transaction of its own, and a process that is killed leaves
     it intact. The file must be on a local file system.
@@ -85,12 +86,12 @@ class InferenceCache:
             return int(count)
 
     def key(self, weights: str, modality: Modality, inputs: Iterable[npt.NDArray[np.generic]]) -> bytes:
-        """Return the key of an inference, 32 bytes: by the weights' checksum, and its inputs, which are contiguous."""
+        """Return the key of an inference, 32 bytes: by the weights' checksum, and its inputs."""
         digest = hashlib.sha256(self._platform)
         digest.update(f"{weights}|{modality.key}".encode())
         for array in inputs:
             digest.update(f"|{array.dtype.str}{array.shape}|".encode())
-            digest.update(array.data)
+            digest.update(image_digest(array))
         return digest.digest()
 
     def get(self, key: bytes) -> tuple[npt.NDArray[np.uint8], float] | None:

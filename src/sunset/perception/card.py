@@ -29,6 +29,10 @@ _FileName = Annotated[
 ]
 _Sha256 = Annotated[str, Meta(pattern="^[0-9a-f]{64}$", description="64 hexadecimal digits")]
 _Side = Annotated[int, Meta(ge=1, le=MAX_SIDE)]
+Strengths = Annotated[
+    tuple[float | None, ...], Meta(min_length=5, max_length=5, description="a list of five")
+]
+"""Of a fault, by severity; None where no strength is so severe."""
 
 
 def check_name(name: str) -> None:
@@ -94,6 +98,7 @@ class ModelCard:
         results: what it was measured to do on held-out data, as the training run wrote it.
         architecture: of the networks, such as "deeplabv3_resnet50"; empty if the card does not say.
         precision: of the stored weights, such as "float16 weights" or "int8"; empty if the card does not say.
+        severities: fault → the strengths that cost so much of the healthy IoU as each severity means.
     """
 
     name: _Text
@@ -109,6 +114,7 @@ class ModelCard:
     results: Mapping[str, object] = field(default_factory=dict)
     architecture: str = ""
     precision: str = ""
+    severities: Mapping[str, Strengths] = field(default_factory=dict)
     format: Literal[1] = CARD_FORMAT
 
     @classmethod
@@ -146,7 +152,7 @@ class ModelCard:
         return {"format": CARD_FORMAT} | {
             key: value
             for key, value in (plain | {"networks": networks}).items()
-            if value or key not in ("architecture", "precision")
+            if value or key not in ("architecture", "precision", "severities")
         }
 
     def write(self, folder: Path) -> None:

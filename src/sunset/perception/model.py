@@ -15,6 +15,7 @@ from sunset.perception.card import CARD_NAME, ModelCard
 from sunset.perception.engine import open_session
 from sunset.perception.installed import find_model, missing_model_error
 from sunset.perception.modality import Modality
+from sunset.perception.severities import with_severities
 from sunset.texts import shown
 
 _LARGEST: Final = 2**31
@@ -74,7 +75,7 @@ def load_model(name_or_path: str | Path) -> Model:
     folder = find_model(str(name_or_path)) or Path(name_or_path)
     if not os.path.isdir(folder):  # noqa: PTH112  Path.is_dir raises where a name is too long
         raise missing_model_error(str(name_or_path))
-    card = ModelCard.read(folder / CARD_NAME)
+    card = with_severities(ModelCard.read(folder / CARD_NAME), folder)
     files: dict[str, str] = {}  # networks may share some
     for network in card.networks.values():
         for name, digest in network.files.items():

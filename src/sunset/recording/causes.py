@@ -2,10 +2,14 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Final
 
 from sunset.metrics import ExecutedAdaptation, Injection, RunMetrics
 from sunset.system import Adaptation, Fault, current_system
 from sunset.texts import listed
+
+_MOST: Final = 4
+"""Times that are listed of a fault that came often."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,8 +30,14 @@ class Cause:
 
 
 def causes_of(injections: Sequence[Injection], metrics: RunMetrics) -> tuple[Cause, ...]:
-    """Return the faults of a run in the order of their injection, less those that this version's catalogue lacks."""
+    """Return the faults of a run in the order of their injection, less those that this version's catalogue lacks.
+
+    One that came several times is there once.
+    """
     faults = current_system().faults
+    came: dict[str, list[Injection]] = {}
+    for injection in injections:
+        came.setdefault(injection.fault, []).append(injection)
     return tuple(
         Cause(
             fault.name,
@@ -35,10 +45,10 @@ def causes_of(injections: Sequence[Injection], metrics: RunMetrics) -> tuple[Cau
             ", ".join(
                 one.name for one in faults.values() if one.failure == fault.failure and one is not fault
             ),
-            _cured_by(fault, injection.time, metrics.executed),
+            _cured_by(fault, times, metrics.executed),
         )
-        for injection in injections
-        if (fault := faults.get(injection.fault))
+        for name, times in came.items()
+        if (fault := faults.get(name))
     )
 
 
@@ -57,12 +67,28 @@ def _showed_as(failure: str, metrics: RunMetrics) -> str:
     return f"{text}; {listed(sorted(ripples))} by ripple, for lack of input" if ripples else text
 
 
-def _cured_by(fault: Fault, injected_s: float, executed: Sequence[ExecutedAdaptation]) -> str:
+def _cured_by(fault: Fault, injections: Sequence[Injection], executed: Sequence[ExecutedAdaptation]) -> str:
+    """Return what cures a fault, and when that was done, or when the fault healed."""
+    what = []
+    for injection in injections:
+        done = _first_cure(fault, injection, executed)
+        if done is not None:
+            what.append(f"done at {done:.2f} s")
+        elif injection.healed is not None:
+            what.append(f"healed by itself at {injection.healed:.2f} s")
+        else:
+            what.append("not done")
     if not fault.cures:
-        return fault.cured_by
-    times = [_done(cure, injected_s, executed) for cure in fault.cures]
-    done = min((time for time in times if time is not None), default=None)
-    return f"{fault.cured_by}; {'not done' if done is None else f'done at {done:.2f} s'}"
+        what = [text for text in what if text != "not done"]
+    more = f" … {len(what) - _MOST} times more" if len(what) > _MOST else ""
+    return "; ".join(filter(None, (fault.cured_by, listed(what[:_MOST]) + more)))
+
+
+def _first_cure(fault: Fault, injection: Injection, executed: Sequence[ExecutedAdaptation]) -> float | None:
+    """Return when a fault was cured first, of which what was done after it had healed is not a cure."""
+    meanwhile = [one for one in executed if injection.healed is None or one.time < injection.healed]
+    times = [_done(cure, injection.time, meanwhile) for cure in fault.cures]
+    return min((time for time in times if time is not None), default=None)
 
 
 def _done(

@@ -17,6 +17,7 @@ import numpy.typing as npt
 
 from sunset.classes import CLASS_OF_CARLA_ID, PALETTE
 from sunset.errors import RecordError
+from sunset.image_digests import image_digest
 from sunset.interfaces import Message, serialize, type_name
 from sunset.interfaces.parameters import scalar_of
 from sunset.interfaces.sensor_msgs.msg import CompressedImage, Image
@@ -24,7 +25,6 @@ from sunset.interfaces.stamps import ns_of
 from sunset.interfaces.std_msgs.msg import Float64
 from sunset.interfaces.system_interfaces.msg import SensorFusion, SetBlackboardGroup
 from sunset.recording._bag import BagWriter, read_bag
-from sunset.recording._images import ImageDigester
 from sunset.recording.values import Payload
 from sunset.system import RESULT_TOPIC, TRUTH_TOPIC
 
@@ -41,6 +41,12 @@ _KINDS: Final = {
     for encoding, (kind, channels) in _LAYOUTS.items()
 }
 """Encoding → type and last dimensions of the pixels that are read again."""
+_PNG: Final = (
+    cv2.IMWRITE_PNG_COMPRESSION,
+    0,  # the bag compresses it
+    cv2.IMWRITE_PNG_FILTER,
+    cv2.IMWRITE_PNG_FILTER_SUB,  # to choose one for every row takes six times as long, and makes the bag no smaller
+)
 _KEPT: Final = 16
 """How many PNG files are at hand for the same pixels on another topic."""
 
@@ -91,9 +97,8 @@ class StoredImage:
 class ImageWriter:
     """Writes the images of a run, as they come, into a bag of their own in an existing folder."""
 
-    def __init__(self, folder: Path, digester: ImageDigester) -> None:
+    def __init__(self, folder: Path) -> None:
         self._bag = BagWriter(folder, IMAGES_FILE)
-        self._digester = digester
         self._pngs: dict[tuple[object, ...], bytes] = {}
 
     def write(self, topic: str, time_ns: int, message: Message) -> None:
@@ -114,9 +119,9 @@ class ImageWriter:
         if pixels is None:
             self._put(topic, time_ns, image)
             return
-        key = self._digester.digest(image.data), image.encoding, *pixels.shape, image.step
+        key = image_digest(image.data), image.encoding, *pixels.shape, image.step
         if key not in self._pngs:
-            self._pngs[key] = cv2.imencode(".png", pixels, [cv2.IMWRITE_PNG_COMPRESSION, 0])[1].tobytes()
+            self._pngs[key] = cv2.imencode(".png", pixels, _PNG)[1].tobytes()
             self._pngs = dict(list(self._pngs.items())[-_KEPT:])
         png = self._pngs[key]
         if topic in _PALETTES:

@@ -33,11 +33,42 @@ _Period = Annotated[float, Meta(gt=0.001, le=_MOST)]
 _WarmUp = Annotated[float, Meta(ge=0, le=_MOST)]
 
 
-class StoredFault(msgspec.Struct, frozen=True):
-    """A fault of a scenario, and its strength; True where it has none."""
+class StoredFault(msgspec.Struct, frozen=True, omit_defaults=True):
+    """A fault of a scenario.
+
+    Attributes:
+        name: its name.
+        value: its strength; True where it has none.
+        at: seconds after the measured time began at which it was to come.
+        until: likewise, at which it was to heal.
+        profile: how its strength went on.
+        after: which fault it was to follow, and how much later.
+        severity: what the strength was to cost, from 1 to 5.
+    """
 
     name: str
     value: bool | int | float | str | None = None
+    at: float = 0.0
+    until: float | None = None
+    profile: dict[str, str | float] | None = None
+    after: dict[str, str | float] | None = None
+    severity: int | None = None
+
+    @property
+    def is_certain(self) -> bool:
+        """Whether it was injected once, when the measured time began: no adaptation can prevent that."""
+        return not self.at and self.after is None and (self.profile or {}).get("kind") != "intermittent"
+
+    def __str__(self) -> str:
+        """Return it in words, such as `sync_issue (4 to 6 s)`."""
+        begin = f"{self.after['delay']:g} s after {self.after['fault']}" if self.after else f"{self.at:g}"
+        if self.until is not None:
+            when = f"{begin}, until {self.until:g} s" if self.after else f"{begin} to {self.until:g} s"
+        else:
+            when = begin if self.after else (f"from {begin} s on" if self.at else "")
+        kind = str((self.profile or {}).get("kind", ""))
+        said = ", ".join(filter(None, (when, kind)))
+        return f"{self.name} ({said})" if said else self.name
 
 
 class RunRecord(msgspec.Struct, frozen=True, kw_only=True):
@@ -47,8 +78,11 @@ class RunRecord(msgspec.Struct, frozen=True, kw_only=True):
         suite: empty for a scenario of one's own.
         manager_spec: what the managing system was loaded as, where that is not its name.
         manager_checksum: of the files that it is written in; empty if it has none.
-        manager_failed: why the managing system, or an extension's node, failed, so that there are neither messages nor
-            figures; None if they did not.
+        manager_failed: how the managing system failed, after which the run went on without one; or why a run has
+            neither messages nor figures: `is_empty`. None if neither is so.
+        flight: what the flight is called.
+        flight_conditions: under which it was rendered, where they are not those of the default flight.
+        flight_warning: what a reader must know of it, in one sentence; where there is something.
         bag_size: height and width of the recorded images, in pixels.
         bag_dropped: how many images have no partner.
         frame_size: height and width of what the networks take, in pixels.
@@ -60,6 +94,7 @@ class RunRecord(msgspec.Struct, frozen=True, kw_only=True):
         duration_s: how long is measured [s].
         period_s: the time between two frames [s].
         expected_frames: how many frames are measured if none is lost.
+        thinking_s: what every decision of the managing system took of the experiment's time [s]; where it did.
         entropy_threshold: F4 holds above it.
         sharpness_threshold: F5 holds below it.
         extensions: of the system's description: name → checksum; where there are any.
@@ -84,6 +119,9 @@ class RunRecord(msgspec.Struct, frozen=True, kw_only=True):
     model_checksums: dict[str, str]
     device: str = "cpu"
     middleware: str
+    flight: str = ""
+    flight_conditions: dict[str, int | float | str] | UnsetType = UNSET
+    flight_warning: str | UnsetType = UNSET
     bag_frames: int | UnsetType = UNSET
     bag_checksum: str = ""
     bag_looped: bool = False
@@ -98,6 +136,7 @@ class RunRecord(msgspec.Struct, frozen=True, kw_only=True):
     duration_s: _Positive
     period_s: _Period
     expected_frames: Annotated[int, Meta(gt=0, le=_MOST)]
+    thinking_s: _Positive | UnsetType = UNSET
     entropy_threshold: _Positive
     sharpness_threshold: _Positive
     extensions: dict[str, str] | UnsetType = UNSET
@@ -108,6 +147,11 @@ class RunRecord(msgspec.Struct, frozen=True, kw_only=True):
     reason: str
     digest: str = ""
     record_version: int = RECORD_VERSION
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether it stands in the place of a run that failed as a whole, with neither messages nor figures."""
+        return self.manager_failed is not None and self.start_ns is UNSET
 
     @property
     def thresholds(self) -> dict[str, float]:
@@ -176,6 +220,23 @@ def _same(one: object, other: object) -> bool:
     return one == other
 
 
+class StoredFlight(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
+    """What a campaign's results depend on of a flight.
+
+    Attributes:
+        conditions: under which it was rendered; none for a bag.
+        entropy_threshold: F4 holds above it there.
+        sharpness_threshold: F5 holds below it there.
+        warning: what a reader must know of it, in one sentence; empty if nothing.
+    """
+
+    bag_checksum: str
+    conditions: dict[str, int | float | str] | UnsetType = UNSET
+    entropy_threshold: _Positive
+    sharpness_threshold: _Positive
+    warning: str = ""
+
+
 class CampaignPlan(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
     """What `bench.json` says: whatever a campaign's results may depend on, by name and by content.
 
@@ -183,13 +244,17 @@ class CampaignPlan(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True
         suite: the suite's name or folder.
         scenarios: those of it that are run; all if there is none.
         scenarios_checksum: of all scenarios that are run.
+        split: the hash that pins the split in the suite's folder; empty if it has none.
         references: whether the paper's two reference rows are run too.
         manager_checksums: of the files that they are written in, by name.
         seed: of the first repetition.
         runs: how many there are in all.
         model_checksum: of the model's card.
         bag: the bag's path; None for the default flight.
+        flights: those that every scenario is run on, as they were named; each on its own if there is none.
+        flight_facts: what results depend on of each flight but the default one, by its name.
         speed: seconds of `/clock` in a second; live.
+        thinking_s: what every decision of a managing system takes of the experiment's time [s].
         versions: of everything that a record's bytes may depend on.
         extensions: of the system's description: name → checksum.
     """
@@ -198,6 +263,7 @@ class CampaignPlan(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True
     suite: str
     scenarios: tuple[str, ...] = ()
     scenarios_checksum: str
+    split: str = ""
     references: bool = True
     managers: tuple[str, ...]
     manager_checksums: dict[str, str]
@@ -208,11 +274,14 @@ class CampaignPlan(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True
     model_checksum: str
     bag: str | None
     bag_checksum: str
+    flights: tuple[str, ...] = ()
+    flight_facts: dict[str, StoredFlight] = {}
     loop: bool = False
     device: str
     timing: dict[str, float]
     middleware: str = "sim"
     speed: float = 1.0
+    thinking_s: float = 0.0
     versions: dict[str, str]
     extensions: dict[str, str] = {}
 

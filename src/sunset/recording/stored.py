@@ -132,9 +132,9 @@ def read_stored_run(folder: Path) -> StoredRun:
             because it failed.
     """
     run = read_run(folder)
-    if run.manager_failed is not None:
+    if run.is_empty:
         raise RecordError(
-            f"The run in {folder} has no time line, since it failed: {shorten(run.manager_failed)}"
+            f"The run in {folder} has no time line, since it failed: {shorten(str(run.manager_failed))}"
         )
     check_extensions(run, folder)
     messages = read_messages(folder, told_topics())

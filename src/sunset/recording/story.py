@@ -57,7 +57,7 @@ def print_story(
     console.print(run.scenario, style="bold", soft_wrap=True)
     described = f"managing system {run.manager}, seed {run.seed}, model {run.model}"
     console.print(described, soft_wrap=True)
-    console.print(f"faults: {', '.join(fault.name for fault in run.faults) or 'none'}\n", soft_wrap=True)
+    console.print(f"faults: {', '.join(map(str, run.faults)) or 'none'}\n", soft_wrap=True)
     table = Table(box=None, padding=(0, 1), show_header=False)
     table.add_column(justify="right")
     table.add_column()
@@ -82,6 +82,8 @@ def print_story(
             f"\nStored otherwise than the messages give, and computed here: {', '.join(differing)}.",
             style="bold red",
         )
+    if run.manager_failed is not None:
+        console.print(f"\n{shorten(run.manager_failed)} The run went on without it.", style="bold red")
     if not run.valid:
         console.print(f"\nThis run does not count: {shorten(run.reason)}.", style="bold red")
 
@@ -150,6 +152,8 @@ def _events(timeline: Timeline, metrics: RunMetrics, log: Sequence[LogLine]) -> 
     for injection in timeline.injections:
         known = system.faults.get(injection.fault)  # that of a record may be of another version
         yield injection.time, "fault", f"{injection.fault}: {known.description}" if known else injection.fault
+        if injection.healed is not None:
+            yield injection.healed, "fault", f"{injection.fault} has healed by itself"
     for episode in metrics.failures:
         symptom = f"{episode.failure} {_cause(episode)}{system.failures[episode.failure].symptom}"
         # a time line of the experiment has no time before 0 for what began before

@@ -1,6 +1,7 @@
 """From recorded messages to the timeline that the metrics look at."""
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from typing import Final, TypeVar
 
 import numpy as np
@@ -18,6 +19,7 @@ from sunset.system import (
     DIAGNOSTICS_TOPIC,
     DURATION_S,
     EVALUATION_TOPIC,
+    FAULT_ENDS_TOPIC,
     INJECTIONS_TOPIC,
     LOG_TOPIC,
     PERIOD_S,
@@ -31,6 +33,7 @@ _OTHERS: Final = (
     COMMANDS_TOPIC,
     DIAGNOSTICS_TOPIC,
     EVALUATION_TOPIC,
+    FAULT_ENDS_TOPIC,
     INJECTIONS_TOPIC,
     LOG_TOPIC,
     TRUTH_TOPIC,
@@ -89,7 +92,7 @@ def timeline(
             for signal in current_system().signals.values()
         },
         thresholds=thresholds,
-        injections=_injections(topics.get(INJECTIONS_TOPIC, []), start_ns),
+        injections=_injections(topics.get(INJECTIONS_TOPIC, []), topics.get(FAULT_ENDS_TOPIC, []), start_ns),
         commands=_commands(topics.get(COMMANDS_TOPIC, []), topics.get(TRUTH_TOPIC, []), start_ns),
         frames=_frames(topics.get(EVALUATION_TOPIC, []), topics.get(TRUTH_TOPIC, []), start_ns),
         expected_frames=expected_frames,
@@ -151,7 +154,9 @@ def _number(text: str, node: str, key: str) -> float:
         raise RecordError(f"The {key} that {node} reports must be a number, got {text!r}.") from error
 
 
-def _injections(recorded: Sequence[RecordedMessage], start_ns: int) -> tuple[Injection, ...]:
+def _injections(
+    recorded: Sequence[RecordedMessage], ends: Sequence[RecordedMessage], start_ns: int
+) -> tuple[Injection, ...]:
     found = [content_of(one, msg.FaultInjection) for one in recorded]
     injections = [
         Injection(
@@ -166,7 +171,14 @@ def _injections(recorded: Sequence[RecordedMessage], start_ns: int) -> tuple[Inj
         for one in found
         if one.confirmed
     ]
-    return tuple(sorted(injections, key=lambda injection: injection.time))
+    injections.sort(key=lambda injection: injection.time)
+    for end in (content_of(one, msg.FaultEnd) for one in ends):
+        time = max(0.0, _seconds(ns_of(end.stamp), start_ns))
+        # a fault is there once at a time, so that it is the last that came before
+        began = [place for place, one in enumerate(injections) if one.fault == end.fault and one.time <= time]
+        if began and injections[began[-1]].ended is None:
+            injections[began[-1]] = replace(injections[began[-1]], ended=time, cause=end.cause)
+    return tuple(injections)
 
 
 def _commands(

@@ -12,7 +12,7 @@ import msgspec
 from sunset.errors import OutputError, RecordError
 from sunset.interfaces import Message, serialize, type_name
 from sunset.recording._bag import read_bag, write_bag
-from sunset.recording._images import ImageDigester
+from sunset.recording._images import recorded
 from sunset.recording.images import ImageWriter
 from sunset.recording.schema import RUN_FILE, RunRecord
 from sunset.recording.values import Payload, RecordedMessage, digest_of
@@ -45,7 +45,6 @@ class RecordWriter:
             raise OutputError(f"A record needs a folder of its own, got {folder}.")
         self._partial = self._folder.with_name(f".{self._folder.name}{_SUFFIX}")
         self._payloads: list[Payload] = []
-        self._digester = ImageDigester()
         self._keeps_images = images
         self._images: ImageWriter | None = None  # made by the process that has something to write
         self._closed = False
@@ -70,12 +69,12 @@ class RecordWriter:
         if self._closed or time_ns < 0:
             reason = "the record is closed" if self._closed else f"its time is negative, {time_ns} ns"
             raise RecordError(f"A message on {topic} cannot be recorded: {reason}.")
-        recorded = self._digester.recorded(message)
+        kept = recorded(message)
         if self._keeps_images:
             with _translated(self._folder):
-                self._images = self._images or ImageWriter(self._partial, self._digester)
+                self._images = self._images or ImageWriter(self._partial)
                 self._images.write(topic, time_ns, message)
-        self._payloads.append(Payload(topic, type_name(type(recorded)), time_ns, serialize(recorded)))
+        self._payloads.append(Payload(topic, type_name(type(kept)), time_ns, serialize(kept)))
 
     @property
     def digest(self) -> str:

@@ -93,11 +93,14 @@ class Item:
     def mapping(self, *, required: tuple[str, ...], optional: tuple[str, ...]) -> dict[str, "Item"]:
         """Return the entries of a mapping that must have the `required` keys and may have the others."""
         if not isinstance(self.node, yaml.MappingNode):
-            raise self.error(f"a mapping with {', '.join(required)} is expected here, got {self._kind}.")
+            raise self.error(
+                f"a mapping with {', '.join(required or optional)} is expected here, got {self._kind}."
+            )
         fields: dict[str, Item] = {}
         for key_node, node in self.node.value:
             key = replace(self, node=key_node)
-            name = key.text()
+            # as it is written: the key on would be a truth value
+            name = key_node.value if isinstance(key_node, yaml.ScalarNode) else key.text()
             if name not in (*required, *optional):
                 allowed = ", ".join((*required, *optional))
                 raise key.error(f"the key {name!r} is not known here; there are {allowed}.")
@@ -124,6 +127,13 @@ class Item:
             if isinstance(value, bool | int | float | str):
                 return value
         raise self.error(f"a truth value, a number or a text is expected here, got {self._kind}.")
+
+    def number(self) -> float:
+        """Return a number."""
+        value = self.value()
+        if isinstance(value, bool | str):
+            raise self.error(f"a number is expected here, got {value!r}.")
+        return value
 
     def text(self) -> str:
         """Return a text."""

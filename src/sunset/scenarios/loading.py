@@ -8,15 +8,15 @@ from typing import Final
 from sunset.errors import ScenarioError
 from sunset.input_files import read_bytes
 from sunset.names import base_name
-from sunset.scenarios._document import Item, parse_yaml
-from sunset.scenarios._published import IGNORED_KEYS, REQUIRED_KEYS, translate
-from sunset.scenarios.schema import Scenario, ScenarioFault, parse_fault
+from sunset.scenarios.fault import parse_fault
+from sunset.scenarios.reading import parse_scenario
+from sunset.scenarios.schema import Scenario
+from sunset.scenarios.split_files import is_scenario_file, read_split, scenario_files
 from sunset.scenarios.suites import scenario_names, suite, suite_names
 from sunset.system import current_system
 from sunset.texts import shown, suggestion
 
 _MAX_BYTES: Final = 1_000_000
-_SUFFIXES: Final = frozenset({".yaml", ".yml"})
 
 
 def load_scenario(name: str | Path) -> Scenario:
@@ -38,10 +38,12 @@ def load_scenario(name: str | Path) -> Scenario:
             f"{shown(name)}."
         )
     text = str(name)
-    if text in scenario_names():
-        return next(one for one in suite(text.split("/", 1)[0]) if one.name == text)
+    if (suite_name := text.split("/", 1)[0]) in suite_names():
+        named = next((one for one in suite(suite_name) if one.name == text), None)
+        if named is not None:
+            return named
     path = Path(name)
-    if path.suffix.lower() in _SUFFIXES or os.path.isfile(path):  # noqa: PTH113  Path.is_file raises where a name is too long
+    if is_scenario_file(path) or os.path.isfile(path):  # noqa: PTH113  Path.is_file raises where a name is too long
         return _from_file(path)
     faults = text.split("+")
     if isinstance(name, str) and any(part.split("=", 1)[0] in current_system().faults for part in faults):
@@ -62,18 +64,19 @@ def load_suite(name: str | Path) -> tuple[Scenario, ...]:
     """Return the scenarios of a suite, by its name; or those of a folder's YAML files, in the files' order.
 
     Raises:
-        ScenarioError: there is no such suite or folder, or a file is not usable.
+        ScenarioError: there is no such suite or folder, or a file is not usable or not that of the folder's split.
     """
     folder = Path(name)
     # an empty name is not that of the current folder; Path.is_dir raises where a name is too long
     if str(name) in suite_names() or not name or not os.path.isdir(folder):  # noqa: PTH112  see above
         return suite(str(name))
     try:
-        files = sorted(path for path in folder.iterdir() if path.suffix.lower() in _SUFFIXES)
+        files = scenario_files(folder)
     except OSError as error:
         raise ScenarioError(f"The suite {folder} cannot be read: {error.strerror}.") from error
     if not files:
         raise ScenarioError(f"The suite {folder} must have scenarios: there is no YAML file in this folder.")
+    read_split(folder)  # a split whose files were changed is not the split any more
     known: dict[str, Path] = {}
     scenarios = []
     for file in files:
@@ -86,6 +89,16 @@ def load_suite(name: str | Path) -> tuple[Scenario, ...]:
         known[short] = file
         scenarios.append(scenario)
     return tuple(scenarios)
+
+
+def split_hash(name: str | Path) -> str:
+    """Return the hash that pins the split in a suite's folder; empty if the suite is not a split.
+
+    Raises:
+        ScenarioError: as `load_suite`.
+    """
+    described = None if str(name) in suite_names() else read_split(Path(name))
+    return described.sha256 if described else ""
 
 
 def generate(faults: Sequence[str], *, name: str = "") -> Scenario:
@@ -104,20 +117,6 @@ def generate(faults: Sequence[str], *, name: str = "") -> Scenario:
     return Scenario(name=name or "+".join(faults), faults=tuple(map(parse_fault, faults)))
 
 
-def parse_scenario(text: str, source: str) -> Scenario:
-    """Return the scenario that a YAML text describes, in our format or in the published exemplar's.
-
-    Args:
-        text: the YAML text.
-        source: where it comes from, for messages; its stem names a scenario of the published format.
-
-    Raises:
-        ScenarioError: it is not valid YAML or not a scenario; the message names source and line.
-    """
-    root = parse_yaml(text, source)
-    return _published(root, source) if root.is_list else _ours(root)
-
-
 def _from_file(path: Path) -> Scenario:
     try:
         raw = read_bytes(path, _MAX_BYTES)
@@ -128,32 +127,3 @@ def _from_file(path: Path) -> Scenario:
     except UnicodeDecodeError as error:
         raise ScenarioError(f"The scenario {path} is not text in UTF-8 (byte {error.start}).") from error
     return parse_scenario(text, str(path))
-
-
-def _ours(root: Item) -> Scenario:
-    fields = root.mapping(required=("name", "faults"), optional=("description",))
-    faults = tuple(_fault(item) for item in fields["faults"].items())
-    name = fields["name"].text()
-    description = fields["description"].text() if "description" in fields else ""
-    with root.located():
-        return Scenario(name=name, faults=faults, description=description)
-
-
-def _fault(item: Item) -> ScenarioFault:
-    fields = {"name": item} if item.is_scalar else item.mapping(required=("name",), optional=("value",))
-    name = fields["name"].text()
-    value = fields["value"].value() if "value" in fields else None
-    with item.located():
-        return ScenarioFault(name, value)
-
-
-def _published(root: Item, source: str) -> Scenario:
-    faults = []
-    for item in root.items():
-        fields = item.mapping(required=REQUIRED_KEYS, optional=IGNORED_KEYS)
-        name, target, kind = (fields[key].text() for key in ("name", "target_node", "type"))
-        value = fields["value"].value()
-        with item.located():
-            faults.append(ScenarioFault(*translate(name, target, kind, value)))
-    with root.located():
-        return Scenario(name=Path(source).stem, faults=tuple(faults))

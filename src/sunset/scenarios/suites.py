@@ -1,21 +1,23 @@
 """The suites of the system's description, as scenarios."""
 
-from collections.abc import Mapping
+from dataclasses import replace
 from functools import lru_cache
 
 from sunset.errors import ScenarioError
-from sunset.scenarios.schema import Scenario, parse_fault
+from sunset.scenarios.fault import parse_fault
+from sunset.scenarios.reading import parse_suite
+from sunset.scenarios.schema import Scenario
 from sunset.system import System, current_system, scenario_name
 from sunset.texts import suggestion
 
 
-@lru_cache(maxsize=2)
-def _suites(system: System) -> Mapping[str, tuple[Scenario, ...]]:
-    """Return a system's suites: name → scenarios."""
-    return {
-        name: tuple(_scenario(system, name, faults) for faults in scenarios)
-        for name, scenarios in system.suites.items()
-    }
+@lru_cache(maxsize=64)
+def _suite(system: System, name: str) -> tuple[Scenario, ...]:
+    """Return the scenarios of a system's suite."""
+    scenarios = system.suites[name]
+    if isinstance(scenarios, str):
+        return parse_suite(scenarios, name)
+    return tuple(_scenario(system, name, faults) for faults in scenarios)
 
 
 def _scenario(system: System, suite_name: str, texts: tuple[str, ...]) -> Scenario:
@@ -32,7 +34,7 @@ def _scenario(system: System, suite_name: str, texts: tuple[str, ...]) -> Scenar
 def suite_names() -> tuple[str, ...]:
     """Return the names of all suites.
 
-    >>> suite_names()
+    >>> suite_names()[:4]
     ('paper', 'artifact', 'nofault', 'degraded')
     """
     return tuple(current_system().suites)
@@ -42,35 +44,33 @@ def suite(name: str) -> tuple[Scenario, ...]:
     """Return the scenarios of a suite, in a fixed order.
 
     Raises:
-        ScenarioError: there is no such suite; the message lists those that there are.
+        ScenarioError: there is no such suite; the message lists those that there are. Or its text is not usable.
 
     >>> len(suite("paper"))
     54
     """
-    suites = _suites(current_system())
-    if name not in suites:
+    names = suite_names()
+    if name not in names:
         raise ScenarioError(
-            f"There is no suite {name!r}: {suggestion(name, suites)}name {', '.join(suites)} or a folder of "
+            f"There is no suite {name!r}: {suggestion(name, names)}name {', '.join(names)} or a folder of "
             "scenario files; what an extension adds needs --extension."
         )
-    return suites[name]
+    return _suite(current_system(), name)
 
 
 def suite_of(scenario: Scenario) -> str:
-    """Return the name of the suite that has a scenario, with its name and its faults; empty if none has.
+    """Return the name of the suite that has a scenario, by that name and the same but for its description; or "".
 
     >>> suite_of(Scenario("nofault")), suite_of(Scenario("nofault", (parse_fault("gpu_failure"),)))
     ('nofault', '')
     """
-    what = (scenario.name, scenario.faults)
-    suites = (
-        name
-        for name, scenarios in _suites(current_system()).items()
-        if what in [(one.name, one.faults) for one in scenarios]
-    )
-    return next(suites, "")
+    name = scenario.name.split("/", 1)[0]
+    if name not in suite_names():
+        return ""
+    same = (replace(one, description=scenario.description) == scenario for one in suite(name))
+    return name if any(same) else ""
 
 
 def scenario_names() -> tuple[str, ...]:
     """Return the names of the scenarios of all suites."""
-    return tuple(scenario.name for scenarios in _suites(current_system()).values() for scenario in scenarios)
+    return tuple(scenario.name for name in suite_names() for scenario in suite(name))

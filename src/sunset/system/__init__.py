@@ -28,6 +28,7 @@ from sunset.system.harness import (
     COMMANDS_TOPIC,
     DIAGNOSTICS_TOPIC,
     EVALUATION_TOPIC,
+    FAULT_ENDS_TOPIC,
     HARNESS,
     INFRASTRUCTURE,
     INJECTIONS_TOPIC,
@@ -42,6 +43,7 @@ from sunset.system.harness import (
     HarnessNode,
 )
 from sunset.system.names import (
+    FAULT_ACCESS,
     NAMESPACE,
     frequency_entry,
     full_name,
@@ -50,6 +52,7 @@ from sunset.system.names import (
     short_name,
 )
 from sunset.system.paper import BLUR_SIGMA, DEPTH_DEGRADATION_RANGE, IMAGE_DEGRADATION_RANGE
+from sunset.system.suites import Suite, names_in_suite
 from sunset.system.system import Extension, System
 from sunset.system.window import DURATION_S, PERIOD_S, SILENCE_S, WINDOW, MovingMean, Rate, Window
 
@@ -62,6 +65,8 @@ __all__ = [
     "DIAGNOSTICS_TOPIC",
     "DURATION_S",
     "EVALUATION_TOPIC",
+    "FAULT_ACCESS",
+    "FAULT_ENDS_TOPIC",
     "HARNESS",
     "IMAGE_DEGRADATION_RANGE",
     "INFRASTRUCTURE",
@@ -93,6 +98,7 @@ __all__ = [
     "NodeDescription",
     "Rate",
     "Signal",
+    "Suite",
     "System",
     "Topic",
     "Value",
@@ -105,6 +111,7 @@ __all__ = [
     "is_topic_name",
     "load_extension",
     "loaded_extensions",
+    "names_in_suite",
     "scenario_name",
     "short_name",
 ]

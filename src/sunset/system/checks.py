@@ -17,6 +17,7 @@ from sunset.system.description import (
 )
 from sunset.system.harness import RESERVED_NAMES, SENSOR_TOPICS
 from sunset.system.names import full_name, is_topic_name
+from sunset.system.suites import Suite
 from sunset.texts import suggestion
 
 LONGEST_DELAY_S: Final = 3600.0
@@ -271,7 +272,7 @@ def check_effect(fault: Fault, faults: Mapping[str, Fault], signal: Signal | Non
 
 
 def check_scenarios(
-    suites: Mapping[str, tuple[tuple[str, ...], ...]],
+    suites: Mapping[str, Suite],
     exclusive: Iterable[tuple[str, str]],
     faults: Mapping[str, Fault],
 ) -> None:
@@ -289,7 +290,8 @@ def check_scenarios(
         _check_name("suite", suite)
         if not scenarios:
             raise ExtensionError(f"The suite {suite} has no scenario.")
-        for scenario in scenarios:
+        # what stands in a text is checked when it is read, which takes a while
+        for scenario in () if isinstance(scenarios, str) else scenarios:
             names = {_checked_name(text, faults, f"The suite {suite}") for text in scenario}
             for pair in exclusive:
                 if names.issuperset(pair):

@@ -15,6 +15,7 @@ from sunset.source_files import compiled_checksum, import_file, is_edited
 from sunset.system.checks import check_added_signals, check_parameter, check_subclass
 from sunset.system.description import Fault
 from sunset.system.paper import PAPER
+from sunset.system.suites import names_in_suite
 from sunset.system.system import Extension, System
 from sunset.texts import suggestion
 
@@ -147,6 +148,8 @@ def _extended(where: str | Path, extension: Extension) -> System:
                     system.image_function(function)
         for adaptation in extension.named_adaptations:
             check_parameter(adaptation, system.node_class(adaptation.node))
+        for name, suite in extension.suites.items():
+            names_in_suite(name, suite)
     except ExtensionError as error:
         raise ExtensionError(f"The extension {where} does not fit the system: {error}") from error
     return system

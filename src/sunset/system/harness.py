@@ -23,10 +23,14 @@ DIAGNOSTICS_TOPIC: Final = "/diagnostics"
 """Heartbeats, with what nodes report."""
 BLACKBOARD_TOPIC: Final = "/blackboard_group"
 """What the monitor tells managing systems."""
+DIAGNOSIS_TOPIC: Final = "/managing_system/diagnosis"
+"""What a managing system takes to be wrong, if it says so (`system_interfaces/msg/Diagnosis`)."""
 EVALUATION_TOPIC: Final = "/seg_metrics"
 """How well each frame was segmented."""
 INJECTIONS_TOPIC: Final = "/experiment/injections"
 """Which faults were injected."""
+FAULT_ENDS_TOPIC: Final = "/experiment/fault_ends"
+"""Which of them healed or were cured."""
 LOG_TOPIC: Final = "/experiment/log"
 """When the experiment began and ended."""
 COMMANDS_TOPIC: Final = "/experiment/commands"
@@ -68,7 +72,7 @@ HARNESS: Final[Mapping[str, HarnessNode]] = MappingProxyType(
             HarnessNode(
                 "scenario_executor",
                 "sunset.harness.executor:ScenarioExecutor",
-                (INJECTIONS_TOPIC,),
+                (INJECTIONS_TOPIC, FAULT_ENDS_TOPIC),
                 commands=True,
             ),
             HarnessNode("launcher", commands=True, off_limits=False),
@@ -89,6 +93,7 @@ INFRASTRUCTURE: Final = frozenset(f"/{node.name}" for node in HARNESS.values() i
 
 OFF_LIMITS_TOPICS: Final = (
     INJECTIONS_TOPIC,
+    FAULT_ENDS_TOPIC,
     LOG_TOPIC,
     TRUTH_TOPIC,
     PARAMETER_EVENTS_TOPIC,

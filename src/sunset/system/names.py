@@ -7,6 +7,9 @@ from typing import Final
 NAMESPACE: Final = "/managed_subsystem"
 """The namespace of the managed system."""
 
+FAULT_ACCESS: Final = "fault_access"
+"""The parameter of managed nodes that lets the experiment change and end faults that are there."""
+
 _TOPIC: Final = re.compile(r"/?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*")
 
 

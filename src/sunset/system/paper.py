@@ -1,6 +1,6 @@
 """The paper's managed system: a drone's perception pipeline, its eleven faults, and what cures each."""
 
-from itertools import combinations
+from itertools import combinations, product
 from typing import Final
 
 from sunset.system.description import (
@@ -14,6 +14,7 @@ from sunset.system.description import (
     Signal,
     Topic,
 )
+from sunset.system.suites import suite_text
 from sunset.system.system import Extension
 
 IMAGE_DEGRADATION_RANGE: Final = (0.0, 1.9)
@@ -248,6 +249,7 @@ _OUTAGES: Final = (
     "cuda_out_of_memory",
     "gpu_failure",
 )
+_OUTAGES_OF_NODES: Final = (_OUTAGES[:2], _OUTAGES[2:4], _OUTAGES[4:])
 _OTHERS: Final = (
     "image_degradation",
     "unneeded_enhancement",
@@ -286,5 +288,14 @@ PAPER: Final = Extension(
         "nofault": ((),),
         # the pairs of the paper's suite without an outage: the table's second row
         "degraded": _PAIRS,
+        "single": tuple((fault.name,) for fault in _FAULTS),
+        # every two and every three outages of different nodes
+        "outages": tuple(
+            outages
+            for count in (2, 3)
+            for nodes in combinations(_OUTAGES_OF_NODES, count)
+            for outages in product(*nodes)
+        ),
+        **{name: suite_text(name) for name in ("timed", "transient", "cascade", "calm", "long")},
     },
 )

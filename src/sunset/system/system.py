@@ -38,7 +38,8 @@ from sunset.system.harness import (
     OFF_LIMITS_TOPICS,
     SENSOR_TOPICS,
 )
-from sunset.system.names import full_name
+from sunset.system.names import FAULT_ACCESS, full_name
+from sunset.system.suites import Suite
 from sunset.texts import shorten, suggestion
 
 
@@ -64,7 +65,8 @@ class Extension:
         adaptations: those that the system offers besides the restart and the redeploy of every node and the steps of
             cures.
         exclusive: pairs of faults that cannot be there at the same time: each would be the other's cure.
-        suites: name → its scenarios, each the faults that are injected together, as `fault` or `fault=value`.
+        suites: name → its scenarios, each the faults that are injected together, as `fault` or `fault=value`; or a YAML
+            text, a list of scenarios as in scenario files, whose names are without that of the suite.
     """
 
     nodes: tuple[NodeDescription, ...] = ()
@@ -75,7 +77,7 @@ class Extension:
     faults: tuple[Fault, ...] = ()
     adaptations: tuple[Adaptation, ...] = ()
     exclusive: tuple[tuple[str, str], ...] = ()
-    suites: Mapping[str, tuple[tuple[str, ...], ...]] = field(default_factory=dict)
+    suites: Mapping[str, Suite] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Check the types, since an extension's author may not check them.
@@ -95,9 +97,12 @@ class Extension:
                     f"The {name} of an extension must be a dictionary, got {shorten(repr(values), 100)}."
                 )
         for name, scenarios in self.suites.items():
+            if isinstance(scenarios, str):
+                continue
             if not _is_list(scenarios, lambda faults: _is_list(faults, lambda fault: isinstance(fault, str))):
                 raise ExtensionError(
-                    f"The scenarios of the suite {name} must be tuples of faults, got {shorten(repr(scenarios), 100)}."
+                    f"The scenarios of the suite {name} must be tuples of faults or a YAML text, got "
+                    f"{shorten(repr(scenarios), 100)}."
                 )
 
     @property
@@ -197,14 +202,14 @@ class System:
         return tuple(pair for part in self.parts for pair in part.exclusive)
 
     @cached_property
-    def suites(self) -> Mapping[str, tuple[tuple[str, ...], ...]]:
-        """Name → its scenarios, each the faults that are injected together."""
-        suites: dict[str, tuple[tuple[str, ...], ...]] = {}
+    def suites(self) -> Mapping[str, Suite]:
+        """Name → its scenarios, each the faults that are injected together; or a YAML text."""
+        suites: dict[str, Suite] = {}
         for part in self.parts:
             for name, scenarios in part.suites.items():
                 if name in suites:
                     raise _taken_error("suite", name)
-                suites[name] = tuple(map(tuple, scenarios))
+                suites[name] = scenarios if isinstance(scenarios, str) else tuple(map(tuple, scenarios))
         return MappingProxyType(suites)
 
     @cached_property
@@ -314,7 +319,7 @@ class System:
             if fault.kind is not FaultKind.CONFIGURATION
             for step in fault.injection
             if step.parameter
-        )
+        ).union((full_name(node), FAULT_ACCESS) for node in self.nodes)
 
     @cached_property
     def compute_s(self) -> Mapping[str, float]:

@@ -1,6 +1,5 @@
-"""Temperatures and thresholds: what makes entropy a symptom."""
+"""Temperatures: what makes the entropies of networks comparable."""
 
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -13,21 +12,6 @@ from sunset.training.inputs import upsampling
 _EVERY: Final = 3
 """Odd, so that pixels near to and far from a logit take part."""
 _LIMITS: Final = (0.05, 20.0)
-
-
-@dataclass(frozen=True, slots=True)
-class Separation:
-    """A threshold between two kinds of values.
-
-    Attributes:
-        threshold: values of the second kind should exceed it.
-        false_alarms: greatest share of one set of the first kind that exceed it.
-        misses: greatest share of one set of the second kind that do not.
-    """
-
-    threshold: float
-    false_alarms: float
-    misses: float
 
 
 def _sampled(low: npt.NDArray[np.float32], width: int) -> npt.NDArray[np.float32]:
@@ -67,27 +51,3 @@ def temperature_for(logits: list[npt.NDArray[np.float32]], entropy: float, width
         middle = float(np.sqrt(low * high))
         low, high = (middle, high) if _mean_entropy(logits, middle) < entropy else (low, middle)
     return round(float(np.sqrt(low * high)), 4)
-
-
-def separate(low: list[npt.NDArray[np.float64]], high: list[npt.NDArray[np.float64]]) -> Separation:
-    """Return the threshold with the smallest worst error: false alarms or misses in any one set.
-
-    Values of the sets `low` should lie below it, those of `high` above. Where several do equally well, the middle of
-    the widest gap of them is taken.
-
-    >>> separate([np.array([0.0, 0.25])], [np.array([0.75, 1.0]), np.array([0.5])]).threshold
-    0.375
-    """
-
-    def errors_at(edge: float) -> tuple[float, float]:
-        alarms = max(float((values > edge).mean()) for values in low)
-        return alarms, max(float((values <= edge).mean()) for values in high)
-
-    values = np.unique(np.concatenate([*low, *high]))
-    edges = (values[1:] + values[:-1]) / 2
-    errors = np.array([errors_at(edge) for edge in edges])
-    worst = errors.max(axis=1)
-    best = np.flatnonzero(worst == worst.min())
-    chosen = best[int(np.argmax(values[best + 1] - values[best]))]
-    alarms, misses = errors[chosen]
-    return Separation(float(edges[chosen]), float(alarms), float(misses))

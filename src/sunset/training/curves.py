@@ -9,29 +9,33 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
+from sunset.calibration import (
+    AUC,
+    SAMPLES,
+    SHARPNESS,
+    Condition,
+    CurvesPlan,
+    chosen_frames,
+    plan_curves,
+    roc_auc,
+    signal_of,
+    window_means,
+)
 from sunset.data import read_bag
 from sunset.errors import DataError
 from sunset.metrics import count_classes, image_iou
 from sunset.perception import Modality, Model, ModelCard, Segmenter, find_device
 from sunset.seeding import generator
-from sunset.system import WINDOW, LoadedExtension, load_extension, loaded_extensions
-from sunset.training.conditions import SHARPNESS, Condition, CurvesPlan, plan_curves, signal_of
-from sunset.training.evaluate import roc_auc
+from sunset.system import LoadedExtension, load_extension, loaded_extensions
 from sunset.training.over_frames import Images, over_frames
 from sunset.training.spread import Arrays
 from sunset.workers import Progress
-
-SAMPLES: Final = WINDOW.samples
-"""So many consecutive frames make a symptom."""
 
 BAND: Final = (0.5, 0.75)
 """A fault at suite strength should leave this share of the nominal IoU."""
 
 DROP: Final = 0.03
 """The least that the IoU should fall by."""
-
-AUC: Final = 0.95
-"""The least AUC of the entropy."""
 
 SHARPNESS_AUC: Final = 0.99
 """The least AUC of the sharpness, of a fault that blurs."""
@@ -145,28 +149,6 @@ class Curves:
     def share(self, figures: Figures) -> float:
         """Return an IoU over the nominal one."""
         return figures.iou / self.main.iou if self.main.iou else 0.0
-
-
-def chosen_frames(count: int, every: int) -> list[int]:
-    """Return the frames to look at: all, or of every so many groups of five the first.
-
-    >>> chosen_frames(23, 2)
-    [0, 1, 2, 3, 4, 10, 11, 12, 13, 14]
-    """
-    whole = count if every == 1 else count - count % SAMPLES
-    return [index for index in range(whole) if index // SAMPLES % every == 0]
-
-
-def window_means(values: Values, every: int) -> Values:
-    """Return the means over five consecutive frames of those that `chosen_frames` chose.
-
-    >>> window_means(np.arange(10.0), 1).tolist(), window_means(np.arange(10.0), 2).tolist()
-    ([2.0, 3.0, 4.0, 5.0, 6.0, 7.0], [2.0, 7.0])
-    """
-    step = 1 if every == 1 else SAMPLES
-    windows = np.lib.stride_tricks.sliding_window_view(values, SAMPLES)[::step]
-    means: Values = windows.mean(axis=1)
-    return means
 
 
 def look(

@@ -4,11 +4,13 @@ from collections.abc import Iterator
 from dataclasses import asdict, fields
 from typing import Final
 
+from sunset.calibration import AUC, effects
+from sunset.perception.severities import LOSSES
 from sunset.system import get_fault
 from sunset.tables import aligned
 from sunset.texts import csv_text
-from sunset.training.conditions import effects
-from sunset.training.curves import AUC, BAND, CURED, DROP, SHARPNESS_AUC, Case, Curves, Figures
+from sunset.training.curves import BAND, CURED, DROP, SHARPNESS_AUC, Case, Curves, Figures
+from sunset.training.severities import severity_table
 
 _HEAD: Final = ("IoU", "of nom.", "entropy", "AUC", "over", "sharpness", "AUC", "under")
 _CURED: Final = ("cured: IoU", "entropy")
@@ -35,7 +37,7 @@ def as_text(curves: Curves) -> str:
     if curves.pairs:
         pairs = [(case.name, *_figures(curves, case.before)) for case in curves.pairs]
         lines += ["", *aligned([("two faults at suite strength", *_HEAD), *pairs])]
-    return "\n".join([*lines, "", *_cures(curves), "", *_advice(curves)]) + "\n"
+    return "\n".join([*lines, "", *_cures(curves), "", *_severities(curves), "", *_advice(curves)]) + "\n"
 
 
 def _figures(curves: Curves, figures: Figures) -> tuple[str, ...]:
@@ -55,6 +57,14 @@ def _cures(curves: Curves) -> Iterator[str]:
     for fault in effects():
         if any(case.after is not None for case in curves.of(fault)):
             yield f"cure of {fault}: {get_fault(fault).cure_texts[0]}"
+
+
+def _severities(curves: Curves) -> Iterator[str]:
+    """Yield the strengths of faults by severity."""
+    shares = ", ".join(f"{loss:.0%}" for loss in LOSSES)
+    yield f"strengths by severity, 1 to {len(LOSSES)}, which cost {shares} of the nominal IoU:"
+    for fault, strengths in severity_table(curves).strengths.items():
+        yield f"{fault}: {', '.join('none' if one is None else f'{one:g}' for one in strengths)}"
 
 
 def _advice(curves: Curves) -> Iterator[str]:

@@ -64,13 +64,3 @@ def _look(segmenter: Segmenter, _: int, images: Images, modalities: tuple[Modali
         np.array([result.entropy for result in results]),
         np.array([(each.intersection, each.predicted, each.truth) for each in counts]),
     )
-
-
-def roc_auc(negative: npt.NDArray[np.float64], positive: npt.NDArray[np.float64]) -> float:
-    """Return the chance that a positive exceeds a negative, ties counting half.
-
-    >>> roc_auc(np.array([1.0, 2.0]), np.array([2.0, 3.0]))
-    0.875
-    """
-    difference = positive[:, None] - negative[None, :]
-    return float((difference > 0).mean() + 0.5 * (difference == 0).mean())

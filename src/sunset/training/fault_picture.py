@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from sunset.calibration import Condition, effects, suite_strengths
 from sunset.classes import CLASS_OF_CARLA_ID, CLASSES, COLOURS, PALETTE
 from sunset.data import read_bag
 from sunset.errors import InvalidInputError
@@ -16,7 +17,6 @@ from sunset.metrics import count_classes, image_iou
 from sunset.perception import Modality, Model, Segmenter
 from sunset.seeding import generator
 from sunset.system import current_system, get_fault
-from sunset.training.conditions import Condition, effects, suite_strengths
 from sunset.training.inputs import FAR_PLANE_M
 
 if TYPE_CHECKING:

@@ -15,8 +15,8 @@ from sunset.classes import CLASS_OF_CARLA_ID
 from sunset.data import read_bag
 from sunset.perception import Model, Segmenter, load_model
 from sunset.training.batches import FrameSet
-from sunset.training.spread import Arrays, keep, spread
-from sunset.workers import Progress
+from sunset.training.spread import Arrays, keep
+from sunset.workers import Progress, spread
 
 Images: TypeAlias = tuple[npt.NDArray[np.uint8], npt.NDArray[np.uint16], npt.NDArray[np.uint8]]
 """A frame: colours, depth and the true labels."""

@@ -5,9 +5,9 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
+from sunset.calibration import SHARPNESS, effects, signal_of
 from sunset.errors import MissingExtraError
 from sunset.figures import BLUE, GREY, ORANGE, save_figure
-from sunset.training.conditions import SHARPNESS, effects, signal_of
 from sunset.training.curves import BAND, Case, Curves, Figures
 
 if TYPE_CHECKING:

@@ -14,23 +14,23 @@ import numpy as np
 import numpy.typing as npt
 
 from sunset import perception
+from sunset.calibration import (
+    SAMPLES,
+    Condition,
+    CurvesPlan,
+    part_entropy,
+    part_sharpness,
+    plan_curves,
+    window_means,
+)
 from sunset.classes import CLASS_OF_CARLA_ID
 from sunset.data import FlightPlan, flight_bag, read_bag
 from sunset.errors import DataError, InvalidInputError, MissingExtraError, ModelError, OutputError
 from sunset.perception import Modality, Model, Segmenter, find_device, is_installed, load_model
-from sunset.system import current_system, get_fault, loaded_extensions
+from sunset.system import loaded_extensions
 from sunset.training.batches import FrameSet
-from sunset.training.calibrate import Separation, separate, temperature_for
-from sunset.training.conditions import (
-    ENTROPY,
-    SHARPNESS,
-    Condition,
-    CurvesPlan,
-    effects,
-    plan_curves,
-    signal_of,
-)
-from sunset.training.curves import SAMPLES, Case, Curves, curves_of, look, window_means
+from sunset.training.calibrate import temperature_for
+from sunset.training.curves import Case, Curves, curves_of, look
 from sunset.training.frames import COURSES_DEG, VALIDATION_TOWN, FrameCounts
 from sunset.training.over_frames import Images, over_frames
 from sunset.training.spread import Arrays
@@ -42,7 +42,6 @@ TEMPERATURE: Final = "temperature"
 """The name of the constant in a network's graph that the logits are divided by before the entropy."""
 
 _CALIBRATION_FRAMES: Final = 60
-_SMALLEST: Final = 1e-6
 
 Values = npt.NDArray[np.float64]
 
@@ -203,7 +202,12 @@ def _write_card(model: Model, plan: CurvesPlan, values: Values, source: str) -> 
         values: (frames, conditions, 3): IoU, entropy and sharpness.
         source: where the frames are from.
     """
-    entropy, sharpness = _thresholds(plan, values)
+    places = {condition: place for place, condition in enumerate(plan.conditions())}
+
+    def means(column: int, condition: Condition) -> Values:
+        return window_means(values[:, places[condition], column], 1)
+
+    entropy, sharpness = part_entropy(plan, partial(means, 1)), part_sharpness(plan, partial(means, 2))
     card = replace(model.card, entropy_threshold=entropy.threshold, sharpness_threshold=sharpness.threshold)
     curves = curves_of(plan, card, values, partial(window_means, every=1))
     limits = {"entropy": _rounded(asdict(entropy)), "sharpness": _rounded(asdict(sharpness))}
@@ -275,49 +279,6 @@ def _looks(
         kept=kept,
     )
     return found
-
-
-def _thresholds(plan: CurvesPlan, values: Values) -> tuple[Separation, Separation]:
-    """Return the thresholds of entropy and sharpness that part healthy from faulty best, on 5-frame means.
-
-    Healthy are, for entropy, the frames without a fault with every network, and degraded ones that a cure restores;
-    faulty are those with each fault that shows in it. For sharpness, healthy are frames without a fault and those of a
-    camera with a fault that shows in entropy, such as darkened ones; faulty are blurred ones. Sharpness is compared by
-    its logarithm, since it spans decades.
-    """
-    places = {condition: place for place, condition in enumerate(plan.conditions())}
-
-    def means(condition: Condition, column: int) -> Values:
-        return window_means(values[:, places[condition], column], 1)
-
-    nominal = [Condition(network) for network in plan.networks]
-    unsure = [fault for fault, _ in plan.points if signal_of(fault) == ENTROPY]
-    restored = [plan.before(fault).cured_of(fault) for fault in unsure if effects()[fault].restore]
-    entropy = _parted(
-        "entropy",
-        [means(condition, 1) for condition in (*nominal, *restored)],
-        [means(plan.before(fault), 1) for fault in unsure],
-    )
-    camera = current_system().signals[SHARPNESS].node
-    degraded = [plan.before(fault) for fault in unsure if get_fault(fault).node == camera]
-    blurred = [plan.before(fault) for fault, _ in plan.points if signal_of(fault) == SHARPNESS]
-    if not blurred:  # the model does not look at colour images
-        return entropy, Separation(0.0, 0.0, 0.0)
-    low, high = (
-        [np.log(np.maximum(means(condition, 2), _SMALLEST)) for condition in conditions]
-        for conditions in (blurred, [nominal[0], *degraded])
-    )
-    logs = _parted("sharpness", low, high)  # the faulty ones are the low ones here
-    return entropy, Separation(float(np.exp(logs.threshold)), logs.misses, logs.false_alarms)
-
-
-def _parted(what: str, low: list[Values], high: list[Values]) -> Separation:
-    if len(np.unique(np.concatenate([*low, *high]))) == 1:
-        raise DataError(
-            f"These frames tell nothing about a threshold of the {what}, which is the same in all of them, faulty or "
-            "not: give others."
-        )
-    return separate(low, high)
 
 
 def _results(curves: Curves) -> dict[str, object]:

@@ -1,52 +1,19 @@
-"""Work over frames, spread over processes; how many there are changes no result."""
+"""Work over frames whose results are kept."""
 
 import hashlib
 import zipfile
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import nullcontext, suppress
+from collections.abc import Callable
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
-from typing import Any, TypeAlias, TypeVar
+from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from sunset.output_files import draft_of
-from sunset.workers import Progress, check_jobs, processors, worker_pool
 
 Arrays: TypeAlias = tuple[npt.NDArray[Any], ...]
-
-Item = TypeVar("Item")
-Result = TypeVar("Result")
-
-
-def spread(
-    work: Callable[[Item], Result],
-    items: Sequence[Item],
-    *,
-    jobs: int | None = None,
-    progress: Progress | None = None,
-) -> Iterator[Result]:
-    """Yield the result of every item, in their order.
-
-    Args:
-        work: a function of a module, or a `partial` of one, since it goes to other processes.
-        items: what it is called with, one by one.
-        jobs: processes; as many as there are processors if None. With one it is this process.
-        progress: called with items done and items in all.
-
-    Raises:
-        InvalidInputError: `jobs` is less than 1.
-        SunsetError: a worker process was killed, or what `work` raised.
-    """
-    check_jobs(jobs)
-    count = min(jobs or processors(), max(len(items), 1))
-    with nullcontext() if count == 1 else worker_pool(count) as pool:
-        results = pool.map(work, items) if pool else map(work, items)
-        for done, result in enumerate(results, 1):
-            yield result
-            if progress is not None:
-                progress(done, len(items))
 
 
 def keep(work: Callable[[int], Arrays], folder: Path | None, *what: object) -> Callable[[int], Arrays]:

@@ -94,17 +94,18 @@ def _happening(event: Event) -> Happening:
 
 def _faults(run: StoredRun, states: States) -> list[FaultView]:
     views = []
-    for injection in run.timeline.injections:
-        known = current_system().faults.get(injection.fault)  # that of a record may be of another version
-        spans = states.fault(injection.fault, injection.time)
+    for name in dict.fromkeys(injection.fault for injection in run.timeline.injections):
+        known = current_system().faults.get(name)  # that of a record may be of another version
+        injections = [one for one in run.timeline.injections if one.fault == name]
+        spans = [span for one in injections for span in states.fault(one)]
         views.append(
             FaultView(
-                name=injection.fault,
+                name=name,
                 description=known.description if known else "",
-                failure=injection.failure,
-                node=short_name(injection.node),
+                failure=injections[0].failure,
+                node=short_name(injections[0].node),
                 spans=spans,
-                around=states.around(injection.fault, spans),
+                around=states.around(name, spans),
             )
         )
     return views

@@ -284,7 +284,7 @@ class Lanes {
     return element(
       "div",
       { class: "lane axis" },
-      element("div", { class: "name" }, "seconds from the injection"),
+      element("div", { class: "name" }, "seconds of the measured time"),
       track,
     );
   }

@@ -9,6 +9,7 @@ from sunset.interfaces.parameters import scalar_of
 from sunset.interfaces.rcl_interfaces.msg import ParameterEvent, ParameterValue
 from sunset.interfaces.stamps import ns_of
 from sunset.interfaces.system_interfaces.msg import FaultInjection
+from sunset.metrics import Injection
 from sunset.names import ros_text
 from sunset.recording import RecordedMessage
 from sunset.recording.timelines import content_of
@@ -89,20 +90,34 @@ class States:
             states.append(StateView(first, last, state))
         return states
 
-    def fault(self, name: str, onset: float) -> list[Span]:
-        """Return when a fault was there: as long as the parameter that injects it had the fault's value.
+    def fault(self, injected: Injection) -> list[Span]:
+        """Return when a fault was there after an injection.
 
-        What lives outside of nodes outlasts a redeploy, so that the first value of a new process does not end it.
+        Where the record does not say when it ended, it was there until the parameter that injects it had its healthy
+        value. What lives outside of nodes outlasts a redeploy, so that the first value of a new process does not end
+        it.
         """
-        injection = self._injections[name]
+        onset = injected.time
+        if injected.ended is not None:
+            return self._spans([(onset, True), (injected.ended, False)])
+        injection = self._injections[injected.fault]
         settings = [
             setting
             for setting in self._settings.get((injection.node, injection.parameter), [])
             if setting.time >= self._seconds(ns_of(injection.stamp))
             and (injection.internal or not setting.declared)
         ]
+        known = current_system().faults.get(injected.fault)  # that of a record may be of another version
         return self._spans(
-            [(onset, True), *((max(one.time, onset), one.value == injection.value) for one in settings)]
+            [
+                (onset, True),
+                *(
+                    (max(one.time, onset), one.value != ros_text(known.healthy))
+                    if known
+                    else (max(one.time, onset), one.value == injection.value)
+                    for one in settings
+                ),
+            ]
         )
 
     def around(self, name: str, spans: Sequence[Span]) -> list[Span]:

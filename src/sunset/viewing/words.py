@@ -8,6 +8,8 @@ from sunset.recording import RunRecord, StoredRun
 from sunset.system import current_system
 from sunset.texts import counted, listed, shorten
 
+_AT_ONCE_S: Final = 0.1
+"""Faults that come within so long were injected together."""
 _MOST: Final = 4
 """Adaptations that are listed; of more, only the number is given."""
 _DONE: Final = {
@@ -92,9 +94,16 @@ def _injected(run: StoredRun) -> Iterator[str]:
         yield "No fault was injected."
         return
     number = _NUMBERS[len(injections)] if len(injections) < len(_NUMBERS) else str(len(injections))
-    names = listed([f"{one.fault} ({one.failure})" for one in injections])
     verb = "fault was" if len(injections) == 1 else "faults were"
-    yield f"{number} {verb} injected at {injections[0].time:.0f} s: {names}."
+    if injections[-1].time - injections[0].time < _AT_ONCE_S:
+        names = listed([f"{one.fault} ({one.failure})" for one in injections])
+        yield f"{number} {verb} injected at {injections[0].time:.0f} s: {names}."
+    else:
+        names = listed([f"{one.fault} ({one.failure}) at {one.time:.1f} s" for one in injections])
+        yield f"{number} {verb} injected: {names}."
+    healed = [f"{one.fault} at {one.healed:.1f} s" for one in injections if one.healed is not None]
+    if healed:
+        yield f"By {'itself' if len(healed) == 1 else 'themselves'} healed {listed(healed)}."
 
 
 def _adapted(run: StoredRun) -> Iterator[str]:

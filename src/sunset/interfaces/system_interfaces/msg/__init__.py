@@ -21,7 +21,9 @@ __all__ = [
     "AdaptationStatus",
     "AdaptationType",
     "Command",
+    "Diagnosis",
     "ExperimentLogging",
+    "FaultEnd",
     "FaultInjection",
     "FrameEvaluation",
     "FusionType",
@@ -203,6 +205,58 @@ class Command(Message):
         return new, position
 
 
+class Diagnosis(Message):
+    """system_interfaces/msg/Diagnosis."""
+
+    __slots__ = ('stamp', 'faults', 'probabilities')
+    __ros_name__ = "system_interfaces/msg/Diagnosis"
+    __ros_fields__ = MappingProxyType({
+        "stamp": "builtin_interfaces/Time",
+        "faults": "string[]",
+        "probabilities": "float64[]",
+    })
+
+    stamp: Time
+    faults: list[str]
+    probabilities: npt.NDArray[np.float64]
+
+    def __init__(
+        self,
+        *,
+        stamp: Time | None = None,
+        faults: list[str] | None = None,
+        probabilities: npt.ArrayLike | None = None,
+    ) -> None:
+        self.stamp = Time() if stamp is None else stamp
+        self.faults = [] if faults is None else faults
+        self.probabilities = empty(FLOAT64) if probabilities is None else array_of(probabilities, FLOAT64)
+
+    def copy(self) -> Self:
+        new = object.__new__(self.__class__)
+        try:
+            new.stamp = Time.copy(self.stamp)
+            new.faults = list(self.faults)
+            new.probabilities = frozen(self.probabilities, FLOAT64)
+        except (AttributeError, TypeError, InterfaceError) as error:
+            raise misfit(self, error) from error
+        return new
+
+    def encode_into(self, out: bytearray) -> None:
+        Time.encode_into(self.stamp, out)
+        write_size(out, len(self.faults))
+        write_strings(out, self.faults)
+        write_array(out, self.probabilities, FLOAT64)
+
+    @classmethod
+    def decode_from(cls, raw: bytes, position: int) -> tuple[Self, int]:
+        new = object.__new__(cls)
+        new.stamp, position = Time.decode_from(raw, position)
+        size, position = read_size(raw, position)
+        new.faults, position = read_strings(raw, position, size)
+        new.probabilities, position = read_array(raw, position, FLOAT64)
+        return new, position
+
+
 class ExperimentLogging(Message):
     """system_interfaces/msg/ExperimentLogging."""
 
@@ -350,6 +404,75 @@ class ExperimentLogging(Message):
             new.is_gt_failure,
         ) = _STRUCT_0.unpack_from(raw, position)
         position += 1
+        return new, position
+
+
+class FaultEnd(Message):
+    """system_interfaces/msg/FaultEnd."""
+
+    __slots__ = ('stamp', 'fault', 'node', 'healed', 'cause')
+    __ros_name__ = "system_interfaces/msg/FaultEnd"
+    __ros_fields__ = MappingProxyType({
+        "stamp": "builtin_interfaces/Time",
+        "fault": "string",
+        "node": "string",
+        "healed": "bool",
+        "cause": "string",
+    })
+
+    stamp: Time
+    fault: str
+    node: str
+    healed: bool
+    cause: str
+
+    def __init__(
+        self,
+        *,
+        stamp: Time | None = None,
+        fault: str = "",
+        node: str = "",
+        healed: bool = False,
+        cause: str = "",
+    ) -> None:
+        self.stamp = Time() if stamp is None else stamp
+        self.fault = fault
+        self.node = node
+        self.healed = healed
+        self.cause = cause
+
+    def copy(self) -> Self:
+        new = object.__new__(self.__class__)
+        try:
+            new.stamp = Time.copy(self.stamp)
+            new.fault = self.fault
+            new.node = self.node
+            new.healed = self.healed
+            new.cause = self.cause
+        except (AttributeError, TypeError, InterfaceError) as error:
+            raise misfit(self, error) from error
+        return new
+
+    def encode_into(self, out: bytearray) -> None:
+        Time.encode_into(self.stamp, out)
+        write_string(out, self.fault)
+        write_string(out, self.node)
+        out += _STRUCT_0.pack(
+            BOOLS[self.healed],
+        )
+        write_string(out, self.cause)
+
+    @classmethod
+    def decode_from(cls, raw: bytes, position: int) -> tuple[Self, int]:
+        new = object.__new__(cls)
+        new.stamp, position = Time.decode_from(raw, position)
+        new.fault, position = read_string(raw, position)
+        new.node, position = read_string(raw, position)
+        (
+            new.healed,
+        ) = _STRUCT_0.unpack_from(raw, position)
+        position += 1
+        new.cause, position = read_string(raw, position)
         return new, position
 
 

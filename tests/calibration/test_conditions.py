@@ -8,6 +8,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from sunset.calibration import (
+    Condition,
+    cure_of,
+    effects,
+    plan_curves,
+    possible_pairs,
+    suite_strengths,
+)
 from sunset.errors import InvalidInputError
 from sunset.interfaces.builtin_interfaces.msg import Time
 from sunset.interfaces.std_msgs.msg import Header
@@ -16,14 +24,6 @@ from sunset.nodes import Camera, Depth, Fusion, ImageEnhancement
 from sunset.nodes.images import array_of_bgr, image_of_bgr, image_of_depth
 from sunset.perception import Modality, load_model
 from sunset.system import BLUR_SIGMA, current_system
-from sunset.training.conditions import (
-    Condition,
-    cure_of,
-    effects,
-    plan_curves,
-    possible_pairs,
-    suite_strengths,
-)
 
 EXCLUSIVE = current_system().exclusive
 FAULTS = current_system().faults

@@ -3,8 +3,7 @@ import os
 import pytest
 
 from sunset.errors import DataError, InvalidInputError, SunsetError
-from sunset.training.spread import spread
-from sunset.workers import processors
+from sunset.workers import processors, spread
 
 pytestmark = pytest.mark.thorough
 

@@ -1,0 +1,71 @@
+"""Scenarios drawn for training, validation and test, as folders of files."""
+
+from pathlib import Path
+
+from sunset.api.options import Extensions, as_path, extended, whole_of
+from sunset.errors import InvalidInputError
+from sunset.scenarios import SplitDescription, SplitSpec, read_salt, write_split
+from sunset.scenarios import check_split as check_folder
+from sunset.texts import shown
+
+
+def generate_split(
+    split: str,
+    count: int,
+    out: str | Path,
+    *,
+    seed: int = 0,
+    flights: bool = False,
+    salt_file: str | Path | None = None,
+    extensions: Extensions = (),
+) -> SplitDescription:
+    """Write scenarios for training, validation or test into a folder, as `sunset scenarios generate --split` does.
+
+    Args:
+        split: `train`, `validation` or `test`; they never share a scenario.
+        count: how many scenarios, from 1 to 9999; those of a smaller number are the first of a larger one.
+        out: the folder, which must not exist, or be empty.
+        seed: of everything that is drawn.
+        flights: whether each scenario has a flight of its own, in place of the default flight.
+        salt_file: a file with a secret that the draws depend on besides.
+        extensions: of the managed system, whose faults are drawn, too.
+
+    Returns:
+        What the folder's `split.json` says; `sha256` pins the scenarios.
+
+    Raises:
+        InvalidInputError: there is no such split, a number is out of range, or the salt is not usable.
+        OutputError: the folder is not empty, or cannot be written.
+    """
+    if not isinstance(flights, bool):
+        raise InvalidInputError(f"The flights of a split must be true or false, got {shown(flights)}.")
+    folder, salt = as_path(out, "folder of the split"), _salt(salt_file)
+    with extended(extensions):
+        spec = SplitSpec(split=split, count=whole_of(count), seed=whole_of(seed), flights=flights, salt=salt)
+        return write_split(spec, folder)
+
+
+def check_split(
+    folder: str | Path, *, salt_file: str | Path | None = None, extensions: Extensions = ()
+) -> SplitDescription:
+    """Generate the split of a folder anew and compare the scenarios, as `sunset scenarios check` does.
+
+    Args:
+        folder: that `generate_split` has written.
+        salt_file: the file with the secret that it was made with.
+        extensions: that it was made with.
+
+    Returns:
+        What the folder's `split.json` says.
+
+    Raises:
+        ScenarioError: there is no split in the folder, or its scenarios are others than those that are generated.
+        InvalidInputError: the salt is missing, or is another one.
+    """
+    place, salt = as_path(folder, "folder of the split"), _salt(salt_file)
+    with extended(extensions):
+        return check_folder(place, salt)
+
+
+def _salt(file: str | Path | None) -> bytes:
+    return b"" if file is None else read_salt(as_path(file, "salt's file"))

@@ -1,0 +1,119 @@
+"""Landlock: a process gives up, for ever and for all that it starts, what it does not need of the file system.
+
+Linux has it from 5.13 on; `landlock(7)` says what each version of its interface can restrict. It governs what is
+opened, made, renamed and removed, not what `stat` tells of a path.
+"""
+
+import ctypes
+import os
+import stat
+import sys
+from collections.abc import Iterable
+from contextlib import suppress
+from functools import cache
+from pathlib import Path
+from typing import Final
+
+_CREATE_RULESET: Final = 444
+_ADD_RULE: Final = 445
+_RESTRICT_SELF: Final = 446
+_GIVE_VERSION: Final = 1
+_PATH_BENEATH: Final = 1
+
+_EXECUTE: Final = 1 << 0
+_WRITE_FILE: Final = 1 << 1
+_READ_FILE: Final = 1 << 2
+_READ_DIR: Final = 1 << 3
+_MAKE_CHAR: Final = 1 << 6
+_MAKE_BLOCK: Final = 1 << 11
+_TRUNCATE: Final = 1 << 14
+_IOCTL_DEV: Final = 1 << 15
+_OF_FILES: Final = _EXECUTE | _WRITE_FILE | _READ_FILE | _TRUNCATE | _IOCTL_DEV
+"""What a rule for a file can allow; the rest is of folders."""
+_READ: Final = _EXECUTE | _READ_FILE | _READ_DIR
+
+_RIGHTS: Final = {1: 13, 2: 14, 3: 15, 5: 16}
+"""From which version on there are how many rights."""
+_NET_SINCE: Final = 4
+SCOPES_SINCE: Final = 6
+"""The version that keeps a process from abstract sockets and from signals to others."""
+_SCOPES: Final = 0b11
+
+
+class _Ruleset(ctypes.Structure):
+    _fields_ = (("files", ctypes.c_uint64), ("net", ctypes.c_uint64), ("scoped", ctypes.c_uint64))
+
+
+class _PathBeneath(ctypes.Structure):
+    _pack_ = 1
+    _layout_ = "ms"
+    _fields_ = (("allowed", ctypes.c_uint64), ("folder", ctypes.c_int32))
+
+
+def landlock_version() -> int:
+    """Return the version of Landlock's interface that this kernel has; 0 if it has none."""
+    if sys.platform != "linux":
+        return 0
+    with suppress(OSError):
+        return _call(_CREATE_RULESET, None, 0, _GIVE_VERSION)
+    return 0
+
+
+def restrict_files(readable: Iterable[Path], writable: Iterable[Path], devices: Iterable[Path]) -> None:
+    """Let this thread, and what it starts, see these files and folders only, where the kernel has Landlock.
+
+    It can then also neither signal processes that are not its own nor reach abstract sockets, from version 6 on. The
+    process must not be able to gain privileges (`forgo_privileges`).
+
+    Args:
+        readable: may be read, listed and executed; those that are not there are left out.
+        writable: folders in which anything may be done, but for making devices.
+        devices: may be read and written.
+
+    Raises:
+        OSError: the kernel has it, but refuses.
+    """
+    version = landlock_version()
+    if not version:
+        return
+    handled = (1 << max(rights for since, rights in _RIGHTS.items() if since <= version)) - 1
+    size = 8 if version < _NET_SINCE else 16 if version < SCOPES_SINCE else 24
+    attributes = _Ruleset(handled, 0, _SCOPES)
+    rules = _call(_CREATE_RULESET, ctypes.byref(attributes), size, 0)
+    try:
+        for paths, allowed in (
+            (readable, _READ),
+            (writable, handled & ~(_MAKE_CHAR | _MAKE_BLOCK | _IOCTL_DEV)),
+            (devices, _READ_FILE | _WRITE_FILE | _TRUNCATE),
+        ):
+            for path in paths:
+                with suppress(FileNotFoundError, NotADirectoryError):
+                    _allow(rules, path, allowed & handled)
+        _call(_RESTRICT_SELF, rules, 0)
+    finally:
+        os.close(rules)
+
+
+def _allow(rules: int, path: Path, allowed: int) -> None:
+    beneath = os.open(path, os.O_PATH | os.O_CLOEXEC)
+    try:
+        if not stat.S_ISDIR(os.fstat(beneath).st_mode):
+            allowed &= _OF_FILES
+        rule = _PathBeneath(allowed, beneath)
+        _call(_ADD_RULE, rules, _PATH_BENEATH, ctypes.byref(rule), 0)
+    finally:
+        os.close(beneath)
+
+
+@cache
+def _library() -> ctypes.CDLL:
+    return ctypes.CDLL(None, use_errno=True)
+
+
+def _call(number: int, *arguments: object) -> int:
+    words = [ctypes.c_long(argument) if isinstance(argument, int) else argument for argument in arguments]
+    result: int = _library().syscall(ctypes.c_long(number), *words)
+    if result < 0:
+        problem = ctypes.get_errno()
+        raise OSError(problem, os.strerror(problem))
+    return result

@@ -1,0 +1,72 @@
+"""What root gives up before it runs what it does not trust: it becomes a user that owns nothing."""
+
+import ctypes
+import os
+import struct
+import sys
+from contextlib import suppress
+from pathlib import Path
+from typing import Final
+
+_FIRST_USER: Final = 61184
+_USERS: Final = 4336
+"""Numbers of users that systemd lends to services, so that no person has one of them."""
+
+_READ_ANY_FILE: Final = 2
+_OVERRIDE: Final = 1
+_CAPABILITIES: Final = 64
+_KEEP, _DROP_BOUND, _AMBIENT, _RAISE, _CLEAR = 8, 24, 47, 2, 4
+_VERSION: Final = 0x20080522
+
+
+def drop_root(folder: Path) -> bool:
+    """Make this process one of a user of its own, if it is root's; it can then read what root can, and not more.
+
+    Without this, it could signal, trace and imitate all processes of root, and limits on the number of its processes
+    would not bind it. A process of another user gives up its capabilities only.
+
+    Args:
+        folder: the new user owns it.
+
+    Returns:
+        Whether it has a user of its own now; False too where root may not change its user.
+    """
+    if sys.platform != "linux":
+        return False
+    library = ctypes.CDLL(None, use_errno=True)
+    permitted = _permitted(library) if os.geteuid() == 0 else 0
+    kept = next((1 << one for one in (_READ_ANY_FILE, _OVERRIDE) if permitted >> one & 1), 0)
+    changed = False
+    for capability in range(_CAPABILITIES):
+        if not kept >> capability & 1:
+            library.prctl(_DROP_BOUND, capability, 0, 0, 0)
+    library.prctl(_AMBIENT, _CLEAR, 0, 0, 0)
+    if os.geteuid() == 0:
+        library.prctl(_KEEP, 1, 0, 0, 0)
+        user = _FIRST_USER + os.getpid() % _USERS
+        with suppress(OSError):  # it may not, in a container for instance
+            os.chown(folder, user, user)
+            os.setgroups([])
+            os.setresgid(user, user, user)
+            os.setresuid(user, user, user)
+            changed = True
+    _set_capabilities(library, kept)
+    if kept:  # for the programs that it starts, too
+        library.prctl(_AMBIENT, _RAISE, kept.bit_length() - 1, 0, 0)
+    return changed
+
+
+def _permitted(library: ctypes.CDLL) -> int:
+    data = ctypes.create_string_buffer(24)
+    if library.capget(struct.pack("=Ii", _VERSION, 0), data) != 0:
+        return 0
+    _, low, _, _, high, _ = struct.unpack("=6I", data.raw)
+    return int(low) | int(high) << 32
+
+
+def _set_capabilities(library: ctypes.CDLL, kept: int) -> None:
+    header = struct.pack("=Ii", _VERSION, 0)
+    low, high = kept & 0xFFFFFFFF, kept >> 32
+    if library.capset(header, struct.pack("=6I", low, low, low, high, high, high)) != 0:
+        problem = ctypes.get_errno()
+        raise OSError(problem, os.strerror(problem))

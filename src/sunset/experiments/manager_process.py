@@ -1,0 +1,184 @@
+"""The managing system of a simulated run: a process of its own, as the run that starts, watches and ends it sees it."""
+
+import os
+import signal
+import time
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from types import MappingProxyType
+from typing import Final
+
+from msgspec import to_builtins
+
+from sunset.confinement import ConfinedProcess, Confinement, View, copy_process
+from sunset.errors import ManagerError, OutputError, SunsetError
+from sunset.harness.manager_process import ENTRY, LoadedManager, ManagerTask, receive_loaded, run_manager
+from sunset.isolation import ProcessDeath
+from sunset.managing import MANAGERS, PREFIX, is_registered, parse_command, sources_digest
+from sunset.managing.files import manager_code, manager_data
+from sunset.rmw.remote import EndError, Pipe, PipeError, RaisedError, SilenceError
+from sunset.source_files import modules_beside
+from sunset.system import Value, loaded_extensions
+from sunset.texts import printable, shorten
+
+_LONGEST: Final = 2000
+"""Of what is told of a failure, in characters."""
+
+_servers: dict[int, Confinement] = {}
+"""The server of each process, by its number: one that is forked has its own."""
+
+
+class ManagerProcess:
+    """A managing system that has been loaded in a process of its own.
+
+    Attributes:
+        manager: its name, as of `load_manager`.
+        loaded: what it is.
+        pipe: what it is talked to through.
+        descriptors: the open files that a process needs that is forked to talk to it.
+    """
+
+    def __init__(self, manager: str, process: ConfinedProcess, *, limit_s: float) -> None:
+        self.manager = manager
+        self.pipe = Pipe(process.socket, process.wait)
+        self._process = process
+        self._limit_s = limit_s
+        try:
+            self.loaded: LoadedManager = receive_loaded(self.pipe, time.monotonic() + limit_s)
+        except PipeError as error:
+            raise ManagerError(self.describe(error, "cannot be loaded")) from error
+
+    @property
+    def descriptors(self) -> frozenset[int]:
+        """The open files that it is talked to through."""
+        return self._process.descriptors
+
+    @property
+    def pid(self) -> int:
+        """The number of its process."""
+        return self._process.pid
+
+    def checksum(self) -> str:
+        """Return the SHA-256 of what stands in its files now, in hexadecimal; as `sunset.managing.checksum`.
+
+        Raises:
+            ManagerError: one of them is not there any more.
+        """
+        if self.loaded.others is None:
+            return ""
+        try:
+            texts = [Path(source).read_bytes() for source in self.loaded.sources]
+        except OSError as error:
+            raise ManagerError(
+                f"A file of the managing system {self.manager} cannot be read any more: {error}."
+            ) from error
+        return sources_digest([*texts, *self.loaded.others])
+
+    def describe(self, failure: PipeError, what: str) -> str:
+        """Return in a sentence how it has failed, and end it.
+
+        Args:
+            failure: what came of the pipe.
+            what: says of the managing system what happened, such as `cannot be loaded`.
+
+        Raises:
+            SunsetError: its process was ended, and it is not the user's, so that the computer must be the reason.
+        """
+        if isinstance(failure, RaisedError):
+            reason = shorten(str(failure), _LONGEST)
+        else:
+            late = f"did not return within {self._limit_s:g} s" if isinstance(failure, SilenceError) else ""
+            if late and self.manager.startswith(PREFIX):
+                late += "; its program must answer each line, and flush its output"
+            death = self._process.death(late)
+            if self.manager in MANAGERS:
+                raise killed_error(death, "managing system")
+            told = death.reason if isinstance(failure, EndError | SilenceError) else str(failure)
+            reason = f"{shorten(told, _LONGEST)}{_place(self.manager, death)}"
+        return printable(f"The managing system {self.manager} {what}: it {reason}.")
+
+    def end(self) -> None:
+        """End it, having shown all that it has printed."""
+        self._process.kill()
+
+
+@contextmanager
+def manager_process(
+    manager: str, *, limit_s: float, parameters: Mapping[str, Value] = MappingProxyType({}), log: bool = False
+) -> Iterator[ManagerProcess]:
+    """Load a managing system in a process of its own, which ends with the context.
+
+    It is forked from a clean server, and sees nothing of its user's but its files. What was passed as a class exists in
+    this process only, and is run by a copy of it.
+
+    Args:
+        manager: its name, as of `load_manager`.
+        limit_s: seconds of wall time that loading it, and each of its callbacks, may take.
+        parameters: of its node, by name.
+        log: whether what it logs goes to stderr, too.
+
+    Raises:
+        ManagerError: it cannot be loaded.
+        SunsetError: no process can be started.
+    """
+    extensions = loaded_extensions()
+    command = parse_command(manager) if manager.startswith(PREFIX) else None
+    task = ManagerTask(
+        manager=str(command or manager),
+        folder=str(Path.cwd()),
+        extensions=tuple(one.where for one in extensions),
+        parameters=dict(parameters),
+        log=log,
+    )
+    try:
+        if is_registered(manager):
+            process = copy_process(run_manager, task)
+        else:
+            sources = [Path(one.source) for one in extensions]
+            beside = [file for source in sources for file in modules_beside(source.parent)]
+            folders, modules = ((), ()) if manager in MANAGERS else manager_code(manager)
+            view = View(
+                search=(*folders, *(source.parent for source in sources)),
+                modules=(*modules, *sources, *beside),
+                readable=(*manager_data(manager), *(command.places if command else ())),
+            )
+            process = _server().start(to_builtins(task), view)
+    except OSError as error:
+        raise OutputError(f"No process can be started for the managing system: {error.strerror}.") from error
+    with process:
+        yield ManagerProcess(manager, process, limit_s=limit_s)
+
+
+def start_server() -> None:
+    """Start what processes of managing systems are forked from ahead, so that it imports what they need meanwhile."""
+    _server()
+
+
+def _server() -> Confinement:
+    own = os.getpid()
+    if own not in _servers or not _servers[own].is_running:
+        _servers[own] = Confinement(ENTRY)
+    return _servers[own]
+
+
+def killed_error(death: ProcessDeath, whose: str) -> SunsetError:
+    """Return what a user is told when a process was ended that does nothing that could be the reason."""
+    killed = signal.SIGKILL.name in death.reason
+    cause = ": it was killed, for instance for want of memory" if killed else ""
+    remedy = ", with fewer --jobs if memory was short" if killed else ""
+    return SunsetError(
+        f"The process of the {whose} {death.reason}{cause}; what was finished is kept: run the same command again"
+        f"{remedy}."
+    )
+
+
+def _place(manager: str, death: ProcessDeath) -> str:
+    """Return where in a managing system's own file its process ended, if that is known."""
+    source = Path(manager.rpartition(":")[0])
+    places = [
+        f" ({source.name}, line {line}, in {function})"
+        for file, line, function in death.frames
+        if source.suffix and Path(file) == source.resolve()
+    ]
+    return places[0] if places else ""

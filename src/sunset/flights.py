@@ -1,0 +1,176 @@
+"""Which frames a run plays: those of a bag, or those of a flight that is rendered under given conditions.
+
+What is said of a flight stands here, apart from what renders and reads frames, so that a scenario can name one.
+"""
+
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Annotated, Any, Final
+
+from msgspec import Meta
+
+from sunset.errors import InvalidInputError
+from sunset.schemas import check_fields
+from sunset.seeding import check_seed
+from sunset.texts import shown, suggestion
+
+TOWNS: Final = range(1, 9)
+"""The numbers of the towns."""
+TIMES: Final = ("morning", "noon", "evening")
+"""The times of day."""
+WEATHERS: Final = ("clear", "hazy", "overcast")
+"""The kinds of weather."""
+
+_LABEL: Final = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.+-]{0,39}")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FlightSpec:
+    """A flight by what it is made of: a bag, or the conditions under which it is rendered.
+
+    How many frames are rendered depends on the run.
+
+    Raises:
+        InvalidInputError: a value is of another type or out of range, or there are conditions beside a bag.
+
+    >>> FlightSpec(town=8, height=80.0, angle=90.0, time="evening", weather="hazy").name
+    'town8-80m-90deg-evening-hazy'
+    """
+
+    bag: Path | None = None
+    """A rosbag2 folder or file; None for a rendered flight."""
+    town: Annotated[int, Meta(ge=TOWNS[0], le=TOWNS[-1], title="flight's town")] = 1
+    height: Annotated[float, Meta(ge=20, le=300, title="flight's height [m]")] = 50.0
+    """In metres above the town's centre or, below 45 m, above the street that is followed."""
+    angle: Annotated[float, Meta(ge=0, le=90, title="flight's angle [degrees]")] = 60.0
+    """Of the camera below the horizon, in degrees."""
+    time: str = "noon"
+    """The time of day, one of `TIMES`."""
+    weather: str = "clear"
+    """One of `WEATHERS`."""
+    seed: int = 0
+    """Of the sensor's noise."""
+    label: str = ""
+    """What the flight is called in tables, if not by what it is made of."""
+
+    def __post_init__(self) -> None:
+        """Check the values, and that they go together."""
+        check_fields(self)
+        check_seed(self.seed)
+        for what, value, known in (("time of day", self.time, TIMES), ("weather", self.weather, WEATHERS)):
+            if value not in known:
+                raise InvalidInputError(
+                    f"The flight's {what} must be one of {', '.join(known)}, got {shown(value)}."
+                )
+        object.__setattr__(self, "height", float(self.height))
+        object.__setattr__(self, "angle", float(self.angle))
+        if self.bag is not None and any(getattr(self, name) != value for name, value in _DEFAULTS.items()):
+            raise InvalidInputError(
+                f"A flight is a bag or is rendered, not both: leave out the bag {self.bag}, or the conditions."
+            )
+        if self.label and not _LABEL.fullmatch(self.label):
+            raise InvalidInputError(
+                "The label of a flight must be 1 to 40 of the letters a to z and A to Z, digits, '_', '.', '+' and "
+                f"'-', and begin with a letter or digit, got {shown(self.label)}."
+            )
+
+    @classmethod
+    def of(cls, conditions: Mapping[str, Any]) -> "FlightSpec":
+        """Return the flight that a mapping describes, as a scenario's `flight` does: `bag`, or some conditions.
+
+        Raises:
+            InvalidInputError: a key is not known, or a value is of another type or out of range.
+
+        >>> FlightSpec.of({"town": 8, "height": 80}).conditions()
+        {'town': 8, 'height': 80.0}
+        """
+        for key in conditions:
+            if key not in KEYS:
+                raise InvalidInputError(
+                    f"A flight has no {shown(key)}: {suggestion(key, KEYS)}name some of {', '.join(KEYS)}."
+                )
+        values: dict[str, Any] = dict(conditions)
+        if isinstance(bag := values.get("bag"), str):
+            if not bag.strip() or "\0" in bag:
+                raise InvalidInputError(f"The bag of a flight must be a path, got {shown(bag)}.")
+            values["bag"] = Path(bag)
+        return cls(**values)
+
+    def conditions(self) -> dict[str, int | float | str]:
+        """Return what `of` takes, without what is as in the default flight; a path as a text."""
+        if self.bag is not None:
+            return {"bag": str(self.bag)}
+        return {
+            name: getattr(self, name) for name, value in _DEFAULTS.items() if getattr(self, name) != value
+        }
+
+    @property
+    def name(self) -> str:
+        """What the flight is called in tables and records: its label or, in short, what it is made of."""
+        if self.label:
+            return self.label
+        if self.bag is not None:
+            return self.bag.stem or self.bag.resolve().stem
+        if not self.conditions():
+            return "default"
+        seed = f"-seed{self.seed}" if self.seed else ""
+        return f"town{self.town}-{self.height:g}m-{self.angle:g}deg-{self.time}-{self.weather}{seed}"
+
+
+def parse_flights(texts: Sequence[str]) -> tuple[FlightSpec, ...]:
+    """Return the flights that texts name: `default`, `panel` for all of it, one of the panel, or a bag's path.
+
+    `LABEL=` before a path is what the flight is called then.
+
+    Raises:
+        InvalidInputError: there is no such flight, or two have the same name.
+
+    >>> [flight.name for flight in parse_flights(["default", "night=over/town.mcap"])]
+    ['default', 'night']
+    """
+    known = {"default": (FlightSpec(),), "panel": PANEL} | {flight.name: (flight,) for flight in PANEL}
+    flights = tuple(flight for text in texts for flight in known.get(text) or (_parse_bag(text, known),))
+    names = [flight.name for flight in flights]
+    if len(set(names)) < len(names):
+        raise InvalidInputError(
+            f"Each flight must be named once, got {', '.join(names)}; LABEL=PATH gives a bag another name."
+        )
+    return flights
+
+
+def _parse_bag(text: str, known: Iterable[str]) -> FlightSpec:
+    label, separator, path = text.partition("=")
+    if not separator or "/" in label:
+        label, path = "", text
+    if not path or "\0" in path or not ("/" in path or Path(path).suffix or Path(path).exists()):
+        raise InvalidInputError(
+            f"There is no flight {shown(text)}: {suggestion(text, known)}name default, panel, one of the panel "
+            f"({', '.join(flight.name for flight in PANEL)}), or the path of a bag."
+        )
+    return FlightSpec(bag=Path(path), label=label)
+
+
+KEYS: Final = tuple(field.name for field in fields(FlightSpec) if field.name != "label")
+"""The keys of a mapping that describes a flight."""
+_DEFAULTS: Final = {
+    field.name: field.default for field in fields(FlightSpec) if field.name not in {"bag", "label"}
+}
+
+HELD_OUT: Final = (
+    FlightSpec(town=8, height=35, angle=45, time="noon", weather="clear"),
+    FlightSpec(town=8, height=65, angle=75, time="evening", weather="overcast"),
+    FlightSpec(town=1, height=110, angle=75, time="morning", weather="hazy"),
+    FlightSpec(town=1, height=65, angle=45, time="evening", weather="clear"),
+)
+"""Flights over towns, at heights and with angles that no training and no calibration of a shipped model has seen."""
+
+PANEL: Final = (
+    FlightSpec(town=2, height=20, angle=30, time="morning", weather="clear"),
+    FlightSpec(town=3, height=50, angle=60, time="noon", weather="overcast"),
+    FlightSpec(town=5, height=80, angle=90, time="noon", weather="hazy"),
+    FlightSpec(town=6, height=50, angle=60, time="evening", weather="hazy"),
+    *HELD_OUT,
+)
+"""The flights over which managing systems are compared: towns, heights and angles, times of day, weathers."""

@@ -1,0 +1,127 @@
+"""How a step of an injection is done to a node: a request, and what becomes of it."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Final
+
+from sunset.interfaces import Service
+from sunset.interfaces.lifecycle_msgs.msg import Transition
+from sunset.interfaces.lifecycle_msgs.srv import ChangeState, GetState
+from sunset.interfaces.rcl_interfaces.srv import SetParameters
+from sunset.ros.client import AnyClient
+from sunset.ros.node import Node
+from sunset.ros.parameter import Parameter
+from sunset.ros.task import Future
+from sunset.system import FAULT_ACCESS, NAMESPACE, Adaptation, AdaptationKind
+
+_SERVICES: Final = MappingProxyType(
+    {SetParameters: "set_parameters", ChangeState: "change_state", GetState: "get_state"}
+)
+_CONFIRMATION_S: Final = 2.0
+"""How long a node may take to confirm an injection."""
+_TRANSITIONS: Final = MappingProxyType(
+    {
+        AdaptationKind.ACTIVATE: (
+            Transition(id=Transition.TRANSITION_ACTIVATE, label="activate"),
+            "active",
+            "activated",
+        ),
+        AdaptationKind.DEACTIVATE: (
+            Transition(id=Transition.TRANSITION_DEACTIVATE, label="deactivate"),
+            "inactive",
+            "deactivated",
+        ),
+    }
+)
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What became of a step.
+
+    Attributes:
+        refusal: why it was not confirmed; empty if it was.
+        late: whether that is so since nobody answered.
+        changed: whether a node was activated or deactivated by it, that was not so before.
+    """
+
+    refusal: str = ""
+    late: bool = False
+    changed: bool = False
+
+
+class Injector:
+    """Sets parameters and changes the states of managed nodes, in the name of the scenario executor.
+
+    Args:
+        node: the scenario executor.
+        targets: short names of the nodes in which something may be injected.
+    """
+
+    def __init__(self, node: Node, targets: tuple[str, ...]) -> None:
+        self._node = node
+        self._callers: dict[str, AnyClient] = {}
+        for target in targets:
+            for service in _SERVICES:
+                self._caller(service, target)
+
+    def apply(self, step: Adaptation, *, access: bool = False) -> Future[Answer]:
+        """Do a step of an injection.
+
+        Args:
+            step: what is done.
+            access: whether it changes or ends a fault that is there.
+        """
+        outcome: Future[Answer] = Future()
+
+        def finish(answer: Answer) -> None:
+            if not outcome.done():
+                self._node.destroy_timer(timer)
+                outcome.set_result(answer)
+
+        late = Answer(f"{step.node} did not answer within {_CONFIRMATION_S:g} s", late=True)
+        timer = self._node.create_timer(_CONFIRMATION_S, lambda: finish(late))
+        if step.kind in _TRANSITIONS:
+            self._change_state(step, finish)
+        else:
+            self._set(step, finish, access=access)
+        return outcome
+
+    def _set(self, step: Adaptation, finish: Callable[[Answer], None], *, access: bool) -> None:
+        names_and_values = [(step.parameter, step.value)]
+        if access:
+            names_and_values = [(FAULT_ACCESS, True), *names_and_values, (FAULT_ACCESS, False)]
+        messages = [Parameter(name, value=value).to_parameter_msg() for name, value in names_and_values]
+
+        def answered(future: Future[SetParameters.Response]) -> None:
+            response = future.result()
+            assert response is not None  # noqa: S101  the future is done
+            finish(Answer("; ".join(one.reason for one in response.results if not one.successful)))
+
+        request = SetParameters.Request(parameters=messages)
+        self._caller(SetParameters, step.node).call_async(request).add_done_callback(answered)
+
+    def _change_state(self, step: Adaptation, finish: Callable[[Answer], None]) -> None:
+        transition, goal, done = _TRANSITIONS[step.kind]
+
+        def answered(future: Future[ChangeState.Response]) -> None:
+            response = future.result()
+            if response is not None and response.success:
+                finish(Answer(changed=True))
+            else:  # it may be so already
+                self._caller(GetState, step.node).call_async(GetState.Request()).add_done_callback(looked_at)
+
+        def looked_at(future: Future[GetState.Response]) -> None:
+            response = future.result()
+            is_so = response is not None and response.current_state.label == goal
+            finish(Answer("" if is_so else f"{step.node} refused to be {done}"))
+
+        request = ChangeState.Request(transition=transition)
+        self._caller(ChangeState, step.node).call_async(request).add_done_callback(answered)
+
+    def _caller(self, service: type[Service], node: str) -> AnyClient:
+        name = f"{NAMESPACE}/{node}/{_SERVICES[service]}"
+        if name not in self._callers:
+            self._callers[name] = self._node.create_client(service, name)
+        return self._callers[name]

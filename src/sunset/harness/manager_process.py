@@ -1,0 +1,141 @@
+"""The process of a managing system in the simulation: what it is told, what it says of itself, and what it runs."""
+
+import inspect
+import socket
+import traceback
+from pathlib import Path
+from typing import Final
+
+import msgspec
+
+from sunset.errors import ManagerError
+from sunset.managing import ManagingSystem, Program, load_manager, manager_sources, unfiled_sources
+from sunset.managing.files import manager_data
+from sunset.rmw.core.port import CallbackError
+from sunset.rmw.remote import Pipe, PipeError, RemoteProcess
+from sunset.ros import Context, Parameter, SingleThreadedExecutor
+from sunset.system import load_extension
+from sunset.system.vocabulary import Value
+from sunset.texts import shorten
+
+ENTRY: Final = f"{__name__}:run_manager"
+"""What the process calls, as `Confinement` takes it."""
+
+
+class ManagerTask(msgspec.Struct, frozen=True, kw_only=True):
+    """What the process is told.
+
+    Attributes:
+        manager: the managing system's name, as of `load_manager`.
+        folder: where a path in it begins that is not absolute.
+        extensions: what the managed system is extended by.
+        parameters: of its node, by name.
+        log: whether what it logs goes to stderr, too.
+    """
+
+    manager: str
+    folder: str
+    extensions: tuple[str, ...] = ()
+    parameters: dict[str, Value] = {}
+    log: bool = False
+
+
+class LoadedManager(msgspec.Struct, frozen=True, tag="loaded"):
+    """What a managing system that could be loaded is.
+
+    Attributes:
+        node_name: its node's.
+        sources: the files that it is written in, absolute.
+        others: what else its checksum is made of; None where that does not say what is run.
+    """
+
+    node_name: str
+    sources: tuple[str, ...]
+    others: tuple[bytes, ...] | None
+
+
+class RefusedManager(msgspec.Struct, frozen=True, tag="refused"):
+    """Why a managing system cannot be loaded, in a sentence."""
+
+    reason: str
+
+
+_encode = msgspec.msgpack.encode
+_decode = msgspec.msgpack.Decoder(LoadedManager | RefusedManager).decode
+
+
+def receive_loaded(pipe: Pipe, end_s: float) -> LoadedManager:
+    """Return what the process at the other end of a pipe says of its managing system.
+
+    Raises:
+        ManagerError: it cannot be loaded.
+        PipeError: the process says nothing, or what is not of the protocol.
+    """
+    try:
+        told: LoadedManager | RefusedManager = _decode(pipe.receive(end_s))
+    except msgspec.DecodeError as error:
+        raise PipeError(f"sent what is not of the protocol: {error}") from error
+    if isinstance(told, RefusedManager):
+        raise ManagerError(shorten(told.reason))
+    return told
+
+
+def run_manager(connection: socket.socket, task: object) -> None:
+    """Load a managing system, and run it in the simulation at the other end of a connection; until that is closed."""
+    told = msgspec.convert(task, ManagerTask)
+    pipe = Pipe(connection)
+    folder = Path(told.folder)
+    try:
+        for extension in told.extensions:
+            load_extension(extension)
+        made = load_manager(told.manager, folder)
+        others = unfiled_sources(told.manager)
+        loaded = LoadedManager(
+            made.node_name,
+            tuple(
+                map(str, [*manager_sources(told.manager, made, folder), *manager_data(told.manager, folder)])
+            ),
+            None if others is None else tuple(others),
+        )
+    except ManagerError as error:
+        pipe.send(_encode(RefusedManager(str(error))))
+        return
+    pipe.send(_encode(loaded))
+
+    def make(process: RemoteProcess) -> None:
+        context = Context()
+        context.init([], middleware=process, log_to_stderr=told.log, log_once=True)
+        overrides = [Parameter(name, value=value) for name, value in told.parameters.items()]
+        manager = made(context=context, parameter_overrides=overrides)
+        SingleThreadedExecutor(context=context).add_node(manager)
+
+    RemoteProcess(pipe, make, lambda error: _said_of(made, error)).serve()
+
+
+def _said_of(made: type[ManagingSystem], error: BaseException) -> str:
+    """Return what a managing system has raised and where, or what its program did, as the end of a sentence."""
+    cause = error.__cause__ if isinstance(error, CallbackError) and error.__cause__ else error
+    if issubclass(made, Program) and isinstance(cause, ManagerError):
+        return str(cause).removeprefix("Its program ").removesuffix(".")
+    return f"raised {described_error(cause)}{_place(made, cause)}"
+
+
+def described_error(error: BaseException) -> str:
+    """Return an exception's class and text, such as `KeyError: 'x'`."""
+    try:
+        text = shorten(str(error).rstrip("."))
+    except Exception:  # noqa: BLE001  str() of a user's exception may itself raise
+        text = ""
+    return ": ".join(filter(None, (type(error).__name__, text)))
+
+
+def _place(manager: type[ManagingSystem], error: BaseException) -> str:
+    """Return which line of the managing system's file was the last to run: ` (mine.py, line 7, in adapt)`."""
+    try:
+        source = inspect.getsourcefile(manager)
+    except (OSError, TypeError):  # a class of a notebook
+        source = inspect.getfile(manager.adapt)
+    frames = [frame for frame in traceback.extract_tb(error.__traceback__) if frame.filename == source]
+    if source is None or not frames:
+        return ""
+    return f" ({Path(source).name}, line {frames[-1].lineno}, in {frames[-1].name})"

@@ -1,0 +1,33 @@
+"""Digests of images, of which each is computed once, however many look at the same pixels."""
+
+import hashlib
+from collections import OrderedDict
+from typing import Any, Final
+
+import numpy as np
+import numpy.typing as npt
+
+_BYTES: Final = 16
+_KEPT: Final = 32
+
+_known: OrderedDict[tuple[int, int], tuple[npt.NDArray[Any], bytes]] = OrderedDict()
+"""Place and size in memory of the last few that nobody may write to, which stay theirs for as long as they are kept."""
+
+
+def image_digest(pixels: npt.NDArray[Any]) -> bytes:
+    """Return the digest of an image's bytes: BLAKE2b, 16 bytes long, whatever its shape and type are."""
+    pixels = np.ascontiguousarray(pixels)
+    place = pixels.ctypes.data, pixels.nbytes
+    if place in _known:
+        return _known[place][1]
+    digest = digest_of(pixels.data)
+    if not pixels.flags.writeable:
+        _known[place] = pixels, digest
+        if len(_known) > _KEPT:
+            _known.popitem(last=False)
+    return digest
+
+
+def digest_of(content: bytes | memoryview) -> bytes:
+    """Return a digest as of an image."""
+    return hashlib.blake2b(content, digest_size=_BYTES).digest()

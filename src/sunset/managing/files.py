@@ -1,0 +1,114 @@
+"""The files that a managing system needs: what is found out without running any of it."""
+
+import ast
+import importlib.util
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Final
+
+from sunset.errors import ManagerError
+from sunset.managing.command import PREFIX
+from sunset.managing.loading import is_registered
+from sunset.managing.names import MANAGERS
+from sunset.source_files import modules_beside
+
+_PACKAGE: Final = Path(__file__).parents[1]
+
+
+def manager_code(spec: str) -> tuple[tuple[Path, ...], tuple[Path, ...]]:
+    """Return the folders in which the modules of a managing system are looked up, and the Python files in them.
+
+    The first is that of its own file or package; the others are those of `sys.path` in which nothing is installed. The
+    files are all that can be imported from there, whether it does or not. `spec` is its name, as of `load_manager`.
+    """
+    file = _file(spec)
+    folders = [Path(entry).resolve() for entry in sys.path if entry]
+    roots = [folder for folder in folders if folder.is_dir() and not _is_installed(folder)]
+    found = [file] if file else []
+    if file and spec.rpartition(":")[0].endswith(".py"):  # the links on the way to it, too
+        found.insert(0, Path(spec.rpartition(":")[0]).absolute())
+    if file:
+        roots.insert(0, file.parents[file.stem == "__init__"])
+    roots = list(dict.fromkeys(roots))
+    return tuple(roots), tuple(
+        dict.fromkeys([*found, *(module for root in roots for module in modules_beside(root))])
+    )
+
+
+def manager_data(spec: str, folder: Path | None = None) -> tuple[Path, ...]:
+    """Return the files that a managing system says it reads: `files` of its class, relative to the file it stands in.
+
+    The class says so with a tuple of texts, written out, such as `files = ("weights.npz",)`. A path in `spec` that is
+    not absolute begins in `folder`, else in the working directory.
+
+    Raises:
+        ManagerError: `files` is anything else, or one of them is not a file.
+    """
+    file, name = _file(spec, folder), spec.rpartition(":")[2]
+    if file is None or not file.is_file():
+        return ()
+    found = []
+    for text in _declared(file, name):
+        path = (file.parent / text).resolve()
+        if not path.is_file():
+            raise ManagerError(
+                f"The managing system {spec} names a file {text} in files, and {path} is not a file."
+            )
+        found.append(path)
+    return tuple(found)
+
+
+def _declared(file: Path, name: str) -> Iterator[str]:
+    """Yield what the class of this name says in `files`."""
+    try:
+        tree = ast.parse(file.read_bytes())
+    except (OSError, SyntaxError, ValueError):  # whoever loads it says so
+        return
+    classes = [node for node in tree.body if isinstance(node, ast.ClassDef) and node.name == name]
+    for statement in (statement for one in classes for statement in one.body):
+        if isinstance(statement, ast.AnnAssign):
+            targets: list[ast.expr] = [statement.target]
+        elif isinstance(statement, ast.Assign):
+            targets = statement.targets
+        else:
+            continue
+        if any(isinstance(target, ast.Name) and target.id == "files" for target in targets):
+            yield from _texts(file, name, statement.value)
+
+
+def _texts(file: Path, name: str, value: ast.expr | None) -> list[str]:
+    try:
+        texts = ast.literal_eval(value) if value is not None else ()
+    except ValueError:
+        texts = None
+    if not isinstance(texts, tuple | list) or not all(isinstance(text, str) and text for text in texts):
+        raise ManagerError(
+            f"{file.name}, line {value.lineno if value else 0}: files of {name} must be a tuple of names, written out, "
+            f'such as files = ("weights.npz",), got {ast.unparse(value) if value else None}.'
+        )
+    return list(texts)
+
+
+def _file(spec: str, folder: Path | None = None) -> Path | None:
+    """Return the file of a managing system that is not installed; None if it has none."""
+    where, _, name = spec.rpartition(":")
+    if spec.startswith(PREFIX) or spec in MANAGERS or is_registered(spec) or not where or not name:
+        return None
+    if where.endswith(".py"):
+        return ((folder or Path()) / where).resolve()
+    package = where.partition(".")[0]
+    try:
+        found = importlib.util.find_spec(package)
+    except (ImportError, ValueError):
+        return None
+    if found is None or found.origin is None:
+        return None
+    origin = Path(found.origin).resolve()
+    return None if _is_installed(origin) or not origin.is_file() else origin
+
+
+def _is_installed(path: Path) -> bool:
+    """Return whether a file or folder is Python's, or installed for it, or holds or belongs to this package."""
+    prefixes = [Path(one).resolve() for one in (sys.prefix, sys.base_prefix)]
+    return path == _PACKAGE.parent or any(path.is_relative_to(one) for one in (*prefixes, _PACKAGE))

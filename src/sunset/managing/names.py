@@ -1,0 +1,48 @@
+"""The names of managing systems: of those that come with SUNSET, and labels."""
+
+import re
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Final
+
+from sunset.errors import ManagerError
+from sunset.managing.base import ManagingSystem
+from sunset.managing.baseline import Baseline
+from sunset.managing.none import NoAdaptation
+from sunset.managing.reactive import Reactive
+
+MANAGERS: Final[Mapping[str, type[ManagingSystem]]] = MappingProxyType(
+    {"none": NoAdaptation, "baseline": Baseline, "reactive": Reactive}
+)
+"""The managing systems that come with SUNSET, by name."""
+
+_LABEL: Final = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.+-]{0,39}")
+_RESERVED: Final = frozenset({*MANAGERS, "external"})
+
+
+def split_label(text: str) -> tuple[str, str]:
+    """Return the label of `LABEL=MANAGER` and what stands behind it; an empty label if there is none.
+
+    A path or a module before the first `=` is not a label: `a=b/mine.py:Mine` is a file in the folder `a=b`.
+
+    Raises:
+        ManagerError: the label has other characters than a label may have, is too long, or is the name of a
+            managing system that comes with SUNSET.
+
+    >>> split_label("mine-2=mine.py:Mine"), split_label("baseline")
+    (('mine-2', 'mine.py:Mine'), ('', 'baseline'))
+    """
+    label, separator, manager = text.partition("=")
+    if not separator or "/" in label or ":" in label:
+        return "", text
+    if not _LABEL.fullmatch(label):
+        raise ManagerError(
+            f"The label of the managing system {text!r} must be 1 to 40 of the letters a to z and A to Z, digits, "
+            f"'_', '.', '+' and '-', and begin with a letter or digit, got {label!r}."
+        )
+    if label in _RESERVED:
+        raise ManagerError(
+            f"The label {label!r} is the name of a managing system that comes with SUNSET; choose another for "
+            f"{manager}."
+        )
+    return label, manager

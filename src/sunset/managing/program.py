@@ -1,0 +1,301 @@
+"""A managing system that is a program in any language: JSON lines on its standard input and output."""
+
+import fcntl
+import json
+import math
+import os
+import select
+import subprocess
+import termios
+from contextlib import suppress
+from pathlib import Path
+from typing import Annotated, ClassVar, Final, cast
+
+import msgspec
+from msgspec import Meta
+
+from sunset.errors import ManagerError
+from sunset.managing.base import LONGEST_THOUGHT_S, ManagingSystem
+from sunset.managing.command import Command, parse_command
+from sunset.managing.symptoms import Symptoms
+from sunset.ros.task import Future
+from sunset.system.vocabulary import (
+    AdaptationKind,
+    Value,
+    described_nodes,
+    described_signals,
+    node_names,
+    offered_adaptations,
+    topic_names,
+)
+from sunset.texts import shorten, suggestion
+
+PROTOCOL: Final = 1
+"""The version of what is written to a program and read from it."""
+
+_LONGEST: Final = 2**20
+"""Bytes that a line of a program's output may have."""
+_PIECE: Final = 2**16
+_PARTING_S: Final = 0.5
+"""How long a program that has closed its output may take to end, so that it can be said how it did."""
+_QUOTED: Final = 100
+
+
+class _Adaptation(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag_field="kind"):
+    """An adaptation that a program asks for."""
+
+    node: str
+    id: int | str | None = None
+
+    def do(self, manager: ManagingSystem) -> Future[bool]:
+        raise NotImplementedError
+
+
+class _SetParameter(_Adaptation, frozen=True, tag="set_parameter"):
+    name: str
+    value: Value
+
+    def do(self, manager: ManagingSystem) -> Future[bool]:
+        return manager.set_parameter(self.node, self.name, self.value)
+
+
+class _ChangeTopic(_Adaptation, frozen=True, tag="change_topic"):
+    name: str
+    value: str
+
+    def do(self, manager: ManagingSystem) -> Future[bool]:
+        return manager.change_topic(self.node, self.name, self.value)
+
+
+class _Activate(_Adaptation, frozen=True, tag="activate"):
+    def do(self, manager: ManagingSystem) -> Future[bool]:
+        return manager.activate(self.node)
+
+
+class _Deactivate(_Adaptation, frozen=True, tag="deactivate"):
+    def do(self, manager: ManagingSystem) -> Future[bool]:
+        return manager.deactivate(self.node)
+
+
+class _Restart(_Adaptation, frozen=True, tag="restart"):
+    def do(self, manager: ManagingSystem) -> Future[bool]:
+        return manager.restart(self.node)
+
+
+class _Redeploy(_Adaptation, frozen=True, tag="redeploy"):
+    def do(self, manager: ManagingSystem) -> Future[bool]:
+        return manager.redeploy(self.node)
+
+
+class Answer(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A line of a program's output."""
+
+    adaptations: list[_SetParameter | _ChangeTopic | _Activate | _Deactivate | _Restart | _Redeploy] = []
+    diagnosis: dict[str, Annotated[float, Meta(ge=0, le=1)]] | None = None
+    think_s: Annotated[float, Meta(ge=0, le=LONGEST_THOUGHT_S)] = 0.0
+
+
+_ANSWERS: Final = msgspec.json.Decoder(Answer)
+
+
+class Program(ManagingSystem):
+    """Runs a program, which decides: `adapt` writes one line to it and reads one line.
+
+    Attributes:
+        command: how it is started.
+    """
+
+    command: ClassVar[Command]
+
+    def on_start(self) -> None:
+        """Start the program, and tell it of the system.
+
+        Raises:
+            ManagerError: it cannot be started.
+        """
+        self.__output = bytearray()
+        self.__lines = 0  # that it was asked for
+        self.__asked = 0  # adaptations, so far
+        self.__pending: list[tuple[int | str, Future[bool]]] = []
+        try:
+            self.__process = subprocess.Popen(  # noqa: S603  the user's own command
+                self.command.words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, bufsize=0
+            )
+        except OSError as error:
+            reason = error.strerror or str(error)
+            raise ManagerError(
+                f"Its program cannot be started: {reason[:1].lower()}{reason[1:]}; a script begins with #! and the "
+                "program that runs it."
+            ) from error
+        assert self.__process.stdin is not None  # noqa: S101  pipes were asked for
+        assert self.__process.stdout is not None  # noqa: S101  likewise
+        self.__inlet, self.__outlet = self.__process.stdin.fileno(), self.__process.stdout.fileno()
+        self.__write(self.__system())
+
+    def adapt(self, symptoms: Symptoms) -> None:
+        """Ask the program what to do, and do it.
+
+        Raises:
+            ManagerError: it answered anything else than one line of the protocol.
+        """
+        known = [(name, future) for name, future in self.__pending if future.done()]
+        self.__pending = [one for one in self.__pending if one not in known]
+        answer = self.__ask(
+            {
+                "time": self.get_clock().now().nanoseconds / 1e9,
+                "symptoms": {name: value for name, value in symptoms.items() if not _is_absent(value)},
+                "results": [{"id": name, "accepted": future.result()} for name, future in known],
+            }
+        )
+        self.think(answer.think_s)
+        if answer.diagnosis is not None:
+            self.diagnose(answer.diagnosis)
+        for adaptation in answer.adaptations:
+            self.__asked += 1
+            name = self.__asked if adaptation.id is None else adaptation.id
+            self.__pending.append((name, adaptation.do(self)))
+
+    def destroy_node(self) -> None:
+        """Leave the graph, and end the program."""
+        self.__process.kill()
+        with self.__process:
+            super().destroy_node()
+
+    def __system(self) -> dict[str, object]:
+        """Return the first line that the program gets."""
+        given = {name: parameter.value for name, parameter in self._parameter_overrides.items()}
+        given["entropy_threshold"] = self.entropy_threshold
+        signals = []
+        for signal in described_signals():
+            threshold = given.get(signal.threshold_name) if signal.calibrated else signal.threshold
+            described: dict[str, object] = {"name": signal.name, "node": signal.node, "unit": signal.unit}
+            if threshold is not None:
+                described |= {"threshold": threshold, "below": signal.below}
+            signals.append(described)
+        adaptations = []
+        for one in offered_adaptations():
+            adaptation: dict[str, object] = {"id": str(one), "kind": one.kind, "node": one.node}
+            if one.parameter:
+                adaptation |= {"name": one.parameter, "value": one.value}
+            adaptations.append(adaptation)
+        nodes = [
+            {
+                "name": node.name,
+                "inputs": node.inputs,
+                "outputs": node.outputs,
+                "state": node.initial_state,
+                "activation_delay_s": max(0.0, node.activation_delay_s),
+            }
+            for node in described_nodes()
+        ]
+        return {
+            "protocol": PROTOCOL,
+            "system": {
+                "nodes": nodes,
+                "topics": topic_names(),
+                "signals": signals,
+                "adaptations": adaptations,
+            },
+            "period": cast("float", self.get_parameter("period").value),
+            "seed": given.get("manager_seed", 0),
+        }
+
+    def __ask(self, question: object) -> Answer:
+        self.__lines += 1
+        if self.__is_readable() and (piece := self.__read()):
+            raise self.__error(
+                f"came before it was asked for, {_quoted(piece)}: each line answers one of its input"
+            )
+        self.__write(question)
+        line = self.__read_line()
+        if self.__is_unread():
+            raise self.__error("came before it had read the line of its input that it is to answer")
+        if self.__output:
+            raise self.__error(
+                f"is followed by more, {_quoted(bytes(self.__output))}, before that was asked for: one line answers "
+                "one of its input"
+            )
+        return self.__understood(line)
+
+    def __understood(self, line: bytes) -> Answer:
+        """Return what a line says."""
+        try:
+            answer = _ANSWERS.decode(line)
+        except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
+            reason = str(error).removesuffix(".")
+            kinds = f"; a kind is one of {', '.join(AdaptationKind)}" if reason.endswith(".kind`") else ""
+            raise self.__error(
+                f"is {_quoted(line)}, which is not an answer ({reason}): expected one JSON object such as "
+                f'{{"adaptations": [{{"kind": "redeploy", "node": "camera"}}]}}{kinds}'
+            ) from error
+        nodes = node_names()
+        for node in [one.node for one in answer.adaptations if one.node not in nodes]:
+            raise self.__error(
+                f"names the node {shorten(repr(node), _QUOTED)}: {suggestion(node, nodes)}name one of "
+                f"{', '.join(nodes)}"
+            )
+        return answer
+
+    def __write(self, document: object) -> None:
+        line = memoryview(json.dumps(document, allow_nan=False, separators=(",", ":")).encode() + b"\n")
+        with suppress(BrokenPipeError):  # how it ended is said where its answer is missing
+            while line:
+                line = line[os.write(self.__inlet, line) :]
+
+    def __read_line(self) -> bytes:
+        """Wait for a line of the program's output; return it without its end."""
+        while (end := self.__output.find(b"\n")) < 0:
+            if len(self.__output) > _LONGEST:
+                raise self.__error(f"is longer than {_LONGEST} bytes: {_quoted(bytes(self.__output))}")
+            piece = self.__read()
+            if not piece:
+                raise self.__error(f"is missing: {self.__ending()}")
+            self.__output += piece
+        line = bytes(self.__output[:end])
+        del self.__output[: end + 1]
+        return line
+
+    def __read(self) -> bytes:
+        return os.read(self.__outlet, _PIECE)
+
+    def __is_readable(self) -> bool:
+        return bool(select.select([self.__outlet], [], [], 0)[0])
+
+    def __is_unread(self) -> bool:
+        """Return whether a part of the input is still on its way to the program, where the system tells."""
+        try:
+            waiting = fcntl.ioctl(self.__inlet, termios.FIONREAD, b"\0\0\0\0")
+        except OSError:
+            return False
+        return any(waiting)
+
+    def __ending(self) -> str:
+        """Return how the program ended its output, in words."""
+        try:
+            code = self.__process.wait(_PARTING_S)
+        except subprocess.TimeoutExpired:
+            how = "it closed its output"
+        else:
+            how = f"it ended with exit code {code}" if code >= 0 else f"it was ended by signal {-code}"
+        return f"{how} in the middle of {_quoted(bytes(self.__output))}" if self.__output else how
+
+    def __error(self, what: str) -> ManagerError:
+        return ManagerError(f"Its program broke the protocol: line {self.__lines} of its output {what}.")
+
+
+def load_program(spec: str, folder: Path = Path()) -> type[Program]:
+    """Return the class of `exec:COMMAND`, of which relative paths begin in a folder.
+
+    Raises:
+        ManagerError: as `parse_command`.
+    """
+    return type("Program", (Program,), {"command": parse_command(spec, folder), "__module__": __name__})
+
+
+def _is_absent(value: Value) -> bool:
+    return isinstance(value, float) and not math.isfinite(value)
+
+
+def _quoted(output: bytes) -> str:
+    """Return a part of a program's output as a message quotes it."""
+    return repr(shorten(output[: 4 * _QUOTED].decode("utf-8", "backslashreplace"), _QUOTED))

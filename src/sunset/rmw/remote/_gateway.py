@@ -1,0 +1,139 @@
+"""What stands for a process behind a pipe in a simulation, and takes turns with it."""
+
+import time
+from collections.abc import Callable
+from typing import Final
+
+from sunset.errors import MiddlewareError
+from sunset.rmw.core.port import CallbackError
+from sunset.rmw.remote._protocol import (
+    Answer,
+    Call,
+    Check,
+    Done,
+    Order,
+    Pipe,
+    PipeError,
+    Raised,
+    RaisedError,
+    Spin,
+    Statement,
+    Wait,
+    read_statements,
+    write_order,
+)
+from sunset.rmw.remote._stand_ins import StandIns
+from sunset.rmw.sim import SimProcess
+
+_DEEPEST: Final = 20
+"""Turns within turns: of a process that waits, in a predicate that it waits for, and so on."""
+
+
+class _NestedError(Exception):
+    """A callback raised while its own process spins, which is told of it."""
+
+
+class Gateway:
+    """Stands in a simulation for a process that lives elsewhere, and does what that one says.
+
+    Its nodes, endpoints and timers are those of the simulation. Where a handler of one of them is called, the other
+    side calls its own, and the simulation waits for it. A process that raises, says nothing in time, or says what is
+    not of the protocol has failed: it ends at once, and the simulation goes on.
+
+    Args:
+        process: the process in the simulation.
+        pipe: the other side is at its other end.
+        limit_s: how long the other side may take for a callback, in seconds of wall time.
+        on_failure: called when the process has failed, with how.
+
+    Attributes:
+        failure: how the process has failed, as the end of a sentence; None as long as it has not.
+    """
+
+    def __init__(
+        self,
+        process: SimProcess,
+        pipe: Pipe,
+        *,
+        limit_s: float,
+        on_failure: Callable[[PipeError], object] = lambda _: None,
+    ) -> None:
+        self.failure: PipeError | None = None
+        self._on_failure = on_failure
+        self._process = process
+        self._pipe = pipe
+        self._limit_s = limit_s
+        self._left_s = limit_s
+        self._depth = 0
+        self._stand_ins = StandIns(process, self._call)
+
+    def start(self) -> None:
+        """Let the other side make its nodes, and run their callbacks from now on."""
+        self._call(0, (), b"")
+        if self._process.alive:
+            self._process.run()
+
+    def close(self) -> None:
+        """Let the other side end."""
+        self._pipe.close()
+
+    def _call(self, handler: int, numbers: tuple[int, ...], body: bytes) -> None:
+        self._turn(Call(handler, self._process.now_ns(), numbers, body))
+
+    def _turn(self, order: Order) -> bool:
+        """Give the other side its turn, and do what it says until it is done; return the value of a predicate.
+
+        Where it has failed, that is True: nothing is waited for any more.
+        """
+        if self._depth == 0:
+            self._left_s = self._limit_s
+        self._depth += 1
+        try:
+            while self.failure is None:
+                last = self._exchange(order)
+                if isinstance(last, Done):
+                    return last.value
+                if isinstance(last, Raised):
+                    raise _NestedError if self._depth > 1 else RaisedError(last.reason)
+                order = self._answer(last)
+        except PipeError as error:
+            self.failure = error
+            self._process.end()
+            self._on_failure(error)
+        finally:
+            self._depth -= 1
+        return True
+
+    def _exchange(self, order: Order) -> Statement:
+        """Send an order, and do what the other side says until it gives the turn back; return how it does."""
+        if self._depth > _DEEPEST:
+            raise PipeError("waits for itself")
+        start_s = time.monotonic()
+        end_s = start_s + self._left_s
+        self._pipe.send(write_order(order), end_s)
+        statements = read_statements(self._pipe.receive(end_s))
+        self._left_s -= time.monotonic() - start_s
+        if not statements:
+            raise PipeError("says nothing")
+        for change in statements[:-1]:
+            self._stand_ins.change(change)
+        return statements[-1]
+
+    def _answer(self, question: Statement) -> Answer:
+        process = self._process
+        try:
+            if isinstance(question, Spin):
+                called = process.spin_once(question.timeout_ns)
+                return Answer(process.now_ns(), value=called)
+            if isinstance(question, Wait):
+                value = process.wait_for(lambda: self._turn(Check(process.now_ns())), question.timeout_ns)
+                return Answer(process.now_ns(), value=value)
+            return self._stand_ins.answer(question)
+        except CallbackError as error:
+            if not isinstance(error.__cause__, _NestedError):  # it is not the other side's
+                raise
+            return Answer(process.now_ns(), raised=(error.node, error.callback))
+        except PipeError:
+            raise
+        except MiddlewareError as error:
+            return Answer(process.now_ns(), error=str(error))

@@ -1,0 +1,112 @@
+"""When the faults of a scenario come and heal if nobody cures them, and why that cannot be."""
+
+from collections.abc import Iterator, Sequence
+from itertools import combinations
+from math import inf
+
+from sunset.scenarios.fault import ScenarioFault
+from sunset.system import current_system
+
+
+def onsets(faults: Sequence[ScenarioFault]) -> tuple[float, ...]:
+    """Return when each fault of a scenario comes if none is cured [s], those that follow another one included."""
+    return tuple(_onset(fault, faults) for fault in faults)
+
+
+def _onset(fault: ScenarioFault, faults: Sequence[ScenarioFault]) -> float:
+    if fault.after is None:
+        return fault.at
+    return _onset(_cause(fault, faults), faults) + fault.after.delay
+
+
+def _cause(fault: ScenarioFault, faults: Sequence[ScenarioFault]) -> ScenarioFault:
+    """Return which fault another one follows."""
+    return next(one for one in faults if fault.after is not None and one.name == fault.after.fault)
+
+
+def problems(faults: Sequence[ScenarioFault], duration_s: float) -> Iterator[tuple[int, str]]:
+    """Yield why faults cannot make a scenario: the position of the fault in question, and a sentence.
+
+    Args:
+        faults: of the scenario.
+        duration_s: how long the scenario is [s].
+    """
+    links = [(number, _link_problem(fault, faults)) for number, fault in enumerate(faults)]
+    broken = [(number, problem) for number, problem in links if problem]
+    if broken:
+        yield from broken
+        return
+    begun = onsets(faults)
+    for number, (fault, onset) in enumerate(zip(faults, begun, strict=True)):
+        problem = _time_problem(fault, onset, faults, duration_s)
+        if problem:
+            yield number, problem
+    yield from _conflicts(faults, begun)
+
+
+def _link_problem(fault: ScenarioFault, faults: Sequence[ScenarioFault]) -> str:
+    """Return why a fault cannot follow the one that it follows; nothing if it can."""
+    if fault.after is None:
+        return ""
+    count = sum(one.name == fault.after.fault for one in faults)
+    if count != 1:
+        there = "is there more than once" if count else "is not in the scenario"
+        return f"The fault {fault.name} comes after {fault.after.fault}, which {there}: name one that is there once."
+    names = [fault.name]
+    link = _cause(fault, faults)
+    while link.after is not None and link.name not in names:
+        names.append(link.name)
+        if link.after.fault not in {one.name for one in faults}:
+            break
+        link = _cause(link, faults)
+    if link.name != fault.name:
+        return ""
+    way = f", by way of {' and '.join(names[1:])}" if names[1:] else ""
+    return f"The fault {fault.name} comes after itself{way}: one fault must come at a time of its own (at)."
+
+
+def _time_problem(
+    fault: ScenarioFault, onset: float, faults: Sequence[ScenarioFault], duration_s: float
+) -> str:
+    """Return why a fault cannot come or end when it does; nothing if it can."""
+    if onset >= duration_s:
+        return (
+            f"The fault {fault.name} comes at {onset:g} s, and the run ends at {duration_s:g} s: let it come earlier, "
+            "or give the scenario a longer duration."
+        )
+    if fault.until is not None and fault.until <= onset:
+        return f"The fault {fault.name} ends (until) at {fault.until:g} s and comes at {onset:g} s: let it end later."
+    if fault.after is None:
+        return ""
+    cause = _cause(fault, faults)
+    if cause.until is not None and cause.until <= onset:
+        return (
+            f"The fault {fault.name} never comes: {cause.name}, which it follows after {fault.after.delay:g} s, heals "
+            f"at {cause.until:g} s already."
+        )
+    return ""
+
+
+def _conflicts(faults: Sequence[ScenarioFault], begun: Sequence[float]) -> Iterator[tuple[int, str]]:
+    """Yield which faults are there at a time and cannot be."""
+    spans = [
+        (onset, inf if fault.until is None else fault.until)
+        for fault, onset in zip(faults, begun, strict=True)
+    ]
+    for one, other in combinations(range(len(faults)), 2):
+        first, second = sorted((spans[one], spans[other]))
+        if second[0] >= first[1]:
+            continue
+        names = {faults[one].name, faults[other].name}
+        pairs = [pair for pair in current_system().exclusive if set(pair) == names]
+        if len(names) == 1 and first == second:
+            yield other, f"The scenario has the fault {faults[one].name} twice; name each once."
+        elif len(names) == 1:
+            until = "on" if first[1] == inf else f"to {first[1]:g} s"
+            yield (
+                other,
+                f"The fault {faults[one].name} comes at {second[0]:g} s, and is there from {first[0]:g} s {until}.",
+            )
+        elif pairs:
+            both = " and ".join(pairs[0])
+            yield other, f"The scenario has both {both} at a time, of which each cures the other."

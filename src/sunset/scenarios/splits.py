@@ -1,0 +1,220 @@
+"""Scenarios drawn at random for training, validation and test, which never share one.
+
+What `train` and `validation` are drawn from is the same. Which of the two a scenario belongs to follows from its
+faults. What `test` is drawn from has parts that the others never have: pairs of faults, a profile, severities and, of
+flights, towns, heights and weathers.
+"""
+
+import hashlib
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations
+from math import floor
+from typing import Annotated, Final, TypeVar
+
+import numpy as np
+from msgspec import Meta
+
+from sunset.errors import InvalidInputError
+from sunset.flights import TIMES, FlightSpec
+from sunset.scenarios.fault import ScenarioFault
+from sunset.scenarios.schema import Scenario
+from sunset.scenarios.timing import INTERMITTENT, RAMP, STEP, After, Profile
+from sunset.schemas import check_fields
+from sunset.seeding import check_seed, generator
+from sunset.system import current_system
+from sunset.texts import shown, suggestion
+
+TRAIN: Final = "train"
+VALIDATION: Final = "validation"
+TEST: Final = "test"
+SPLITS: Final = (TRAIN, VALIDATION, TEST)
+
+RULE: Final = 1
+"""Grows whenever the same split would become another one."""
+
+_ANGLES: Final = (30.0, 60.0, 90.0)
+_LATEST_S: Final = 12.0
+"""Onsets are drawn up to here, so that there is time to repair within the 20 s of a scenario."""
+_HEALING: Final = 0.4
+"""Share of the faults that heal by themselves."""
+_FOLLOWING: Final = 0.3
+"""Share of the scenarios in which a fault follows another one, of those in which one can."""
+_SHARE: Final = 4
+"""One in so many scenarios that `train` could have belongs to `validation`."""
+
+
+@dataclass(frozen=True, slots=True)
+class Parts:
+    """What the scenarios of a split are made of.
+
+    Attributes:
+        counts: how many faults a scenario has.
+        profiles: kinds of profiles; a fault without a strength has no ramp.
+        severities: of faults that degrade images, as far as they have a strength.
+        towns: that are flown over.
+        heights: that are flown at [m].
+        weathers: that are flown in.
+    """
+
+    counts: tuple[int, ...]
+    profiles: tuple[str, ...]
+    severities: tuple[int, ...]
+    towns: tuple[int, ...]
+    heights: tuple[float, ...]
+    weathers: tuple[str, ...]
+
+
+_KNOWN: Final = Parts(
+    (1, 2, 3), (STEP, RAMP), (1, 3), (1, 2, 3, 4, 5, 6), (20.0, 50.0, 80.0), ("clear", "overcast")
+)
+_NEW: Final = Parts((2, 3), (STEP, RAMP, INTERMITTENT), (2,), (7, 8), (35.0, 65.0), ("hazy",))
+PARTS: Final = {TRAIN: _KNOWN, VALIDATION: _KNOWN, TEST: _NEW}
+"""Split → what its scenarios are made of. Every scenario of `test` has an intermittent fault."""
+
+
+def held_out_pairs() -> frozenset[frozenset[str]]:
+    """Return the pairs of faults that are together in `test` only; every scenario of `test` has one.
+
+    They are the pairs whose numbers in the catalogue, counted from 0, add up to a multiple of 3, about a third of all.
+
+    >>> frozenset({"camera_driver_issue", "memory_leakage"}) in held_out_pairs()
+    True
+    """
+    system = current_system()
+    numbered = combinations(enumerate(system.faults), 2)
+    sums = {frozenset({one, other}): first + second for (first, one), (second, other) in numbered}
+    return frozenset(pair for pair, total in sums.items() if total % 3 == 0) - set(
+        map(frozenset, system.exclusive)
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class SplitSpec:
+    """What a split is made of.
+
+    Attributes:
+        split: one of `SPLITS`.
+        count: how many scenarios it has.
+        seed: of everything that is drawn.
+        flights: whether each scenario has a flight of its own; the default flight if not.
+        salt: a secret that the draws depend on besides, for a split that stays sealed.
+
+    Raises:
+        InvalidInputError: a value is of another type or out of range.
+    """
+
+    split: str
+    count: Annotated[int, Meta(ge=1, le=9999, title="number of scenarios")]
+    seed: int = 0
+    flights: bool = False
+    salt: bytes = b""
+
+    def __post_init__(self) -> None:
+        """Check the values."""
+        check_fields(self)
+        check_seed(self.seed)
+        if self.split not in SPLITS:
+            raise InvalidInputError(
+                f"There is no split {shown(self.split)}: {suggestion(self.split, SPLITS)}choose one of "
+                f"{', '.join(SPLITS)}."
+            )
+
+
+def draw_split(spec: SplitSpec) -> tuple[Scenario, ...]:
+    """Return the scenarios of a split: the same ones for the same specification, catalogue of faults and `RULE`.
+
+    >>> [one.name for one in draw_split(SplitSpec(split="train", count=2))]
+    ['train-0001', 'train-0002']
+    """
+    draw = _Draw(generator(spec.seed, "split", spec.split, spec.salt.hex()))
+    drawn: dict[str, Scenario] = {}
+    while len(drawn) < spec.count:
+        faults = draw.faults(PARTS[spec.split], held_out_pairs(), is_test=spec.split == TEST)
+        course = json.dumps([fault.to_mapping() for fault in faults])
+        if course in drawn or (spec.split != TEST and spec.split != _owner(course)):
+            continue
+        flight = draw.flight(PARTS[spec.split]) if spec.flights else None
+        drawn[course] = Scenario(f"{spec.split}-{len(drawn) + 1:04}", faults, flight=flight)
+    return tuple(drawn.values())
+
+
+def _owner(course: str) -> str:
+    """Return which of `train` and `validation` the faults of a scenario belong to."""
+    return TRAIN if hashlib.sha256(course.encode()).digest()[0] % _SHARE else VALIDATION
+
+
+_T = TypeVar("_T")
+
+
+@dataclass(frozen=True, slots=True)
+class _Draw:
+    """Draws from a generator, by numbers from [0, 1) only, since other draws may change with NumPy's version."""
+
+    rng: np.random.Generator
+
+    def one(self, items: Sequence[_T]) -> _T:
+        return items[floor(self.rng.random() * len(items))]
+
+    def seconds(self, low: float, high: float) -> float:
+        """Return tenths of seconds in [low, high)."""
+        return floor((low + self.rng.random() * (high - low)) * 10) / 10
+
+    def flight(self, parts: Parts) -> FlightSpec:
+        return FlightSpec(
+            town=self.one(parts.towns),
+            height=self.one(parts.heights),
+            angle=self.one(_ANGLES),
+            time=self.one(TIMES),
+            weather=self.one(parts.weathers),
+        )
+
+    def faults(
+        self, parts: Parts, new: frozenset[frozenset[str]], *, is_test: bool
+    ) -> tuple[ScenarioFault, ...]:
+        """Return the faults of one scenario, in the order in which they come."""
+        count = self.one(parts.counts)
+        while True:
+            names = self._names(count)
+            pairs = {frozenset(pair) for pair in combinations(names, 2)}
+            if not pairs & set(map(frozenset, current_system().exclusive)) and bool(pairs & new) == is_test:
+                break
+        profiles = [self._profile(name, parts.profiles) for name in names]
+        if is_test and INTERMITTENT not in {profile.kind for profile in profiles}:
+            profiles[0] = self._intermittent()
+        faults = [self._fault(name, profile, parts) for name, profile in zip(names, profiles, strict=True)]
+        return self._linked(sorted(faults, key=lambda fault: fault.at))
+
+    def _names(self, count: int) -> list[str]:
+        known = list(current_system().faults)
+        return [known.pop(floor(self.rng.random() * len(known))) for _ in range(count)]
+
+    def _profile(self, name: str, kinds: Sequence[str]) -> Profile:
+        kind = self.one(kinds)
+        if kind == INTERMITTENT:
+            return self._intermittent()
+        if kind == RAMP and current_system().faults[name].limits is not None:
+            return Profile(kind=RAMP, rise=self.seconds(2, 6))
+        return Profile()
+
+    def _intermittent(self) -> Profile:
+        return Profile(kind=INTERMITTENT, on=self.seconds(1.5, 4), off=self.seconds(1.5, 4))
+
+    def _fault(self, name: str, profile: Profile, parts: Parts) -> ScenarioFault:
+        described = current_system().faults[name]
+        measured = described.limits is not None and described.effect is not None
+        at, lasts, heals = self.seconds(0, _LATEST_S), self.seconds(2, 8), self.rng.random() < _HEALING
+        severity = self.one(parts.severities) if measured else None
+        return ScenarioFault(
+            name, at=at, until=round(at + lasts, 1) if heals else None, profile=profile, severity=severity
+        )
+
+    def _linked(self, faults: list[ScenarioFault]) -> tuple[ScenarioFault, ...]:
+        """Let the last fault follow the first one now and then, if that one stays until it is cured."""
+        first, last = faults[0], faults[-1]
+        delay, follows = self.seconds(3, 6), self.rng.random() < _FOLLOWING
+        if follows and len(faults) > 1 and first.until is None and first.profile.kind != INTERMITTENT:
+            after = After(fault=first.name, delay=delay)
+            faults[-1] = replace(last, at=0.0, until=None, after=after)
+        return tuple(faults)

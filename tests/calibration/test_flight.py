@@ -1,0 +1,114 @@
+"""Thresholds belong to a model and a flight: found once, kept, and used in place of the model's own."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import msgspec
+import numpy as np
+import pytest
+
+from sunset.calibration import FlightThresholds, fit_to_flight, flights_text, plan_curves
+from sunset.calibration import flight as module
+from sunset.data import BagReader, flights_folder, read_bag, write_bag
+from sunset.perception import Modality, Segmenter, load_model
+
+MODEL = load_model("lite")
+FRAMES = 25
+
+
+@pytest.fixture(scope="module")
+def bag(flight: Path, tmp_path_factory: pytest.TempPathFactory) -> BagReader:
+    """Return some frames of the default flight, brighter than they were."""
+    path = tmp_path_factory.mktemp("flight") / "bright"
+    with read_bag(flight) as reader:
+        frames = [reader.frame(index) for index in range(FRAMES)]
+        bright = [replace(frame, rgb=np.minimum(frame.rgb, 200) + np.uint8(55)) for frame in frames]
+        write_bag(path, bright, reader.stamps_ns[:FRAMES])
+    return read_bag(path, size=(144, 256))
+
+
+@pytest.fixture(scope="module")
+def found(bag: BagReader, tmp_path_factory: pytest.TempPathFactory) -> FlightThresholds:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("SUNSET_CACHE_DIR", str(tmp_path_factory.mktemp("cache")))
+        fitted, found = fit_to_flight(MODEL, bag, jobs=1)
+        assert found is not None
+        thresholds = fitted.card.entropy_threshold, fitted.card.sharpness_threshold
+        assert thresholds == (found.entropy_threshold, found.sharpness_threshold)
+        assert replace(fitted.card, entropy_threshold=1.0) == replace(
+            MODEL.card, entropy_threshold=1.0, sharpness_threshold=thresholds[1]
+        )
+        # what is kept is not measured again
+        patch.setattr(module, "_look_at_all", None)
+        assert fit_to_flight(MODEL, bag, jobs=1) == (fitted, found)
+        (file,) = flights_folder().glob("thresholds-*.json")
+        kept = json.loads(file.read_text())
+        assert kept["made_of"]["network fusion"] == MODEL.card.networks[Modality.FUSION].digest
+        file.write_text("{")
+        with pytest.raises(TypeError):
+            fit_to_flight(MODEL, bag, jobs=1)
+    return found
+
+
+def test_few_healthy_windows_of_any_network_are_over_the_threshold(
+    bag: BagReader, found: FlightThresholds
+) -> None:
+    segmenter = Segmenter(MODEL)
+    for modality in Modality:
+        frames = map(bag.frame, range(FRAMES))
+        entropies = [segmenter.segment(modality, frame.rgb, frame.depth).entropy for frame in frames]
+        windows = np.convolve(entropies, np.full(5, 0.2), "valid")
+        share = float((windows > found.entropy_threshold + 1e-9).mean())
+        assert share == pytest.approx(found.over[modality.key], abs=0.01)
+        assert share <= 0.02
+
+
+def test_every_fault_of_the_entropy_is_judged_before_and_after_its_cure(found: FlightThresholds) -> None:
+    faults = {"image_degradation", "unneeded_enhancement", "image_shift", "depth_degradation"}
+    assert found.auc.keys() == found.missed.keys() == found.cured.keys() == faults
+    assert found.cured["depth_degradation"] == pytest.approx(1 - found.over["rgb"])
+    assert found.cured["image_shift"] == pytest.approx(1 - found.over["fusion"])
+
+
+def test_the_thresholds_of_the_default_flight_are_the_models_own(flight: Path) -> None:
+    assert fit_to_flight(MODEL, read_bag(flight, size=(144, 256))) == (MODEL, None)
+
+
+def test_frames_that_tell_nothing_leave_the_model_its_thresholds(
+    bag: BagReader, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("SUNSET_CACHE_DIR", str(tmp_path / "cache"))
+    conditions = module._conditions(plan_curves(MODEL.card, grid={}))
+    monkeypatch.setattr(module, "_look_at_all", lambda *_: np.zeros((FRAMES, len(conditions), 2)))
+    fitted, found = fit_to_flight(MODEL, bag)
+    assert fitted == MODEL
+    assert found is not None
+    assert set(found.auc.values()) == {0.5}
+    begin = "No threshold of the entropy tells healthy frames of this flight from all faulty ones with the model lite: "
+    assert found.warning("lite").startswith(
+        f"{begin}the AUC of image_degradation is 0.50, the AUC of unneeded_enhancement is 0.50, the AUC of image_shift "
+        "is 0.50, the AUC of depth_degradation is 0.50, 100% of the windows with image_degradation are not over it, "
+    )
+
+
+def test_the_table_says_which_flights_are_beyond_a_model(found: FlightThresholds) -> None:
+    good = msgspec.structs.replace(
+        found,
+        over=dict.fromkeys(found.over, 0.02),
+        auc=dict.fromkeys(found.auc, 0.95),
+        missed=dict.fromkeys(found.missed, 0.05),
+        cured=dict.fromkeys(found.cured, 0.95),
+    )
+    assert good.shortfalls() == ()
+    assert good.warning("lite") == ""
+    assert flights_text("lite", {"a": good}, ()).endswith("All of it holds for lite.\n")
+    bad = msgspec.structs.replace(
+        good, over={"rgb": 0.03}, auc={"image_shift": 0.949}, missed={"y": 0.06}, cured={"x": 0.94}
+    )
+    text = flights_text("lite", {"a": good, "b": bad}, {"b"})
+    assert text.endswith(
+        "Beyond lite is b: 3% of the windows of rgb are over it, the AUC of image_shift is 0.95, 6% of the windows "
+        "with y are not over it and 6% of the windows after the cure of x are over it.\n"
+    )
+    assert [line.split()[:2] for line in text.splitlines()[1:3]] == [["a", "no"], ["b", "yes"]]

@@ -1,0 +1,205 @@
+"""A confined process gets nothing of what it must not, where the same code gets it without walls."""
+
+import json
+import multiprocessing
+import os
+import secrets
+import signal
+import socket
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any, Final
+
+import pytest
+from tests.confinement import attacks
+
+import sunset.metrics  # of which it could know
+from sunset.confinement import Confinement, View, walls
+from sunset.confinement.landlock import landlock_version
+from sunset.confinement.seccomp import can_filter_calls
+
+pytestmark = [
+    pytest.mark.skipif(
+        not landlock_version() or not can_filter_calls(), reason="this system has not all of the walls"
+    ),
+    pytest.mark.xdist_group("confinement"),
+]
+
+SECRET: Final = f"scenario-{secrets.token_hex(16)}"
+_PATIENCE_S: Final = 60.0
+
+
+@pytest.fixture(scope="module")
+def confinement() -> Iterator[Confinement]:
+    os.environ["SUNSET_SECRET"] = SECRET
+    with Confinement("attacks:attempt", Path(__file__).parent) as server:
+        yield server
+    del os.environ["SUNSET_SECRET"]
+
+
+@pytest.fixture
+def bystander() -> Iterator[int]:
+    """A process of the same user that has nothing to do with anything, in a group of its own."""
+    with subprocess.Popen(
+        [sys.executable, "-c", "input()"], stdin=subprocess.PIPE, start_new_session=True
+    ) as process:
+        yield process.pid
+        process.kill()
+
+
+def confined(
+    confinement: Confinement, name: str, view: View | None = None, **arguments: object
+) -> dict[str, Any]:
+    """Return the outcome of an attack by a confined process."""
+    with confinement.start({"name": name, **arguments}, view or View()) as process:
+        assert process.wait(_PATIENCE_S), process.death()
+        told = process.socket.recv(1 << 16)
+        assert told, process.death()
+        outcome: dict[str, Any] = json.loads(told)
+        return outcome
+
+
+def unconfined(name: str, **arguments: object) -> object:
+    """Return what the same attack gets in a fork of this process, as managing systems once were."""
+    context = multiprocessing.get_context("fork")
+    answers = context.SimpleQueue()
+
+    def run(folder: str) -> None:
+        os.chdir(folder)
+        answers.put(attacks.outcome(name, **arguments)["got"])
+
+    with TemporaryDirectory() as folder:
+        process = context.Process(target=run, args=(folder,))
+        process.start()
+        got: object = answers.get()
+        process.join()
+    return got
+
+
+@pytest.mark.parametrize(
+    "name", ["objects", "frames", "memory", "environment", "arguments", "open_files", "modules"]
+)
+def test_it_holds_nothing_of_its_user(
+    confinement: Confinement, monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    monkeypatch.setattr(sys, "argv", ["sunset", "run", SECRET])
+    held = [f"{SECRET[:9]}{SECRET[9:]}" for _ in range(1000)]  # on the heap, many times
+    assert unconfined(name), f"the attack does not work; {len(held)}"
+    assert not confined(confinement, name)["got"]
+
+
+def test_it_sees_no_process(confinement: Confinement, bystander: int) -> None:
+    for pid in ("self", str(bystander), str(os.getpid())):
+        assert unconfined("proc", pid=pid)
+        assert confined(confinement, "proc", pid=pid)["got"] == []
+    assert unconfined("links", pid=bystander)
+    for other in (bystander, os.getpid()):
+        assert confined(confinement, "links", pid=other)["got"] == []
+    assert confined(confinement, "proc_parent")["got"] == [[], []]
+    for folder in ("/proc", "/sys", "/dev", "/dev/shm", "/dev/fd", "/tmp", "/"):  # noqa: S108  looked at only
+        assert confined(confinement, "listing", folder=folder)["got"] == []
+    assert unconfined("clock", pid=bystander)
+    assert not confined(confinement, "clock", pid=bystander)["got"]
+
+
+@pytest.mark.parametrize("place", ["results", "cache", "beside"])
+def test_it_reads_no_file_of_its_user(confinement: Confinement, tmp_path: Path, place: str) -> None:
+    folder = tmp_path / place
+    folder.mkdir()
+    (folder / "secret.py").write_text(f"x = '{SECRET}'", "utf-8")
+    (folder / "mine.py").write_text("", "utf-8")
+    view = View(search=(folder,), modules=(folder / "mine.py",))
+    for name in ("listing", "noticing"):
+        assert unconfined(name, folder=str(folder))
+        assert confined(confinement, name, view, folder=str(folder))["got"] == []
+    assert len(unconfined("reading", file=str(folder / "secret.py"))) > 5  # type: ignore[arg-type]
+    assert confined(confinement, "reading", view, file=str(folder / "secret.py"))["got"] == []
+
+
+@pytest.mark.skipif(not walls.enclosing(), reason="this system lets this user have no file system of its own")
+def test_what_it_does_not_see_is_not_there(confinement: Confinement, tmp_path: Path) -> None:
+    for path in (tmp_path, Path(__file__)):
+        assert len(unconfined("guessing", file=str(path))) > 3  # type: ignore[arg-type]
+        assert confined(confinement, "guessing", file=str(path))["got"] == []
+    for path in (Path("/proc/1/comm"), Path("/sys/kernel"), Path("/tmp/x")):  # noqa: S108  looked at only
+        assert confined(confinement, "guessing", file=str(path))["got"] in ([], None)
+    assert 100 < confined(confinement, "many_files")["got"] < 300
+
+
+def test_it_writes_nothing_outside_of_its_folder(confinement: Confinement, tmp_path: Path) -> None:
+    mine, theirs = tmp_path / "mine", tmp_path / "theirs"
+    for folder in (mine, theirs):
+        folder.mkdir()
+        (folder / "file").write_text("kept", "utf-8")
+    before = (mine / "file").stat()
+    view = View(readable=(mine / "file",))
+    for file in (mine / "file", Path(sunset.__file__), Path(sys.executable), Path.home() / "x"):
+        assert confined(confinement, "writing", view, file=str(file))["got"] == []
+    assert (mine / "file").stat() == before
+    assert [path.name for path in mine.iterdir()] == ["file"]
+    assert (mine / "file").read_text("utf-8") == "kept"
+    assert len(unconfined("writing", file=str(theirs / "file"))) > 10  # type: ignore[arg-type]
+
+
+def test_it_fills_neither_the_disk_with_one_file_nor_makes_devices(confinement: Confinement) -> None:
+    assert confined(confinement, "large_file", size=1 << 20)["got"] == (1 << 20) + 1
+    assert not confined(confinement, "large_file", size=1 << 29)["got"]
+    assert confined(confinement, "making_devices")["got"] == []
+
+
+def test_it_takes_no_memory_that_is_not_counted(confinement: Confinement) -> None:
+    assert len(unconfined("uncounted_memory")) > 2  # type: ignore[arg-type]
+    assert confined(confinement, "uncounted_memory")["got"] == []
+
+
+@pytest.mark.parametrize("name", ["tracing", "signalling", "hindering"])
+def test_it_does_nothing_to_other_processes(confinement: Confinement, bystander: int, name: str) -> None:
+    assert confined(confinement, name, pid=bystander)["got"] == []
+    assert confined(confinement, name, pid=os.getpid())["got"] == []
+    assert len(unconfined(name, pid=bystander)) > 3  # type: ignore[arg-type]
+
+
+def test_it_gains_no_privileges(confinement: Confinement) -> None:
+    assert confined(confinement, "root")["got"] == []
+
+
+def test_it_leaves_nothing_for_later_processes(confinement: Confinement) -> None:
+    assert confined(confinement, "shared_memory", key=secrets.randbelow(1 << 30) + 1)["got"] == []
+    assert confined(confinement, "patching")["got"] == []
+    assert confined(confinement, "patching")["got"] == []
+
+
+def test_it_reaches_no_socket_but_those_of_the_internet(confinement: Confinement, tmp_path: Path) -> None:
+    path, abstract = str(tmp_path / "door"), secrets.token_hex(8)
+    with (
+        socket.socket(socket.AF_UNIX) as named,
+        socket.socket(socket.AF_UNIX) as nameless,
+        socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as datagrams,
+        socket.create_server(("127.0.0.1", 0)) as internet,
+    ):
+        named.bind(path)
+        nameless.bind(f"\0{abstract}")
+        datagrams.bind(f"{path}.datagrams")
+        named.listen()
+        nameless.listen()
+        assert len(unconfined("sockets", path=path, abstract=abstract)) > 2  # type: ignore[arg-type]
+        assert confined(confinement, "sockets", path=path, abstract=abstract)["got"] == []
+        port = internet.getsockname()[1]
+        assert confined(confinement, "internet", port=port)["got"]
+        assert not confined(confinement, "internet", View(network=False), port=port)["got"]
+
+
+def test_what_it_starts_ends_with_it(confinement: Confinement) -> None:
+    assert confined(confinement, "escaping")["got"] == []
+    left = confined(confinement, "daemon")["got"]
+    assert len(left) == 4
+    for pid in left:
+        with pytest.raises(ProcessLookupError):
+            os.kill(pid, signal.SIGWINCH)
+
+
+def test_it_starts_a_few_hundred_processes_at_most(confinement: Confinement) -> None:
+    assert 10 < confined(confinement, "bomb")["got"] < 1000

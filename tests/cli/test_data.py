@@ -96,7 +96,9 @@ def test_a_recording_of_other_encodings_and_size_is_played(
     rows: Rows = list(converted(seen))
     record(tmp_path / "bag", rows, StoragePlugin.SQLITE3, CompressionMode.MESSAGE)
 
-    told = printed(capsys, "run", "nofault", "--manager", "none", "--duration", "4", "--bag", str(tmp_path / "bag"))
+    told = printed(
+        capsys, "run", "nofault", "--manager", "none", "--duration", "4", "--bag", str(tmp_path / "bag")
+    )
 
     assert told["valid"]
     assert told["metrics"]["availability"] == 1.0

@@ -175,7 +175,22 @@ def test_a_model_is_calibrated_on_a_bag(
     pytest.importorskip("onnx")
     named = shutil.copytree(bag, tmp_path / "five\udcff")  # whose name no card can hold
 
-    assert main(["models", "calibrate", str(model), "--bag", str(named), "--jobs", "1", "--out", str(tmp_path / "o")]) == 0
+    assert (
+        main(
+            [
+                "models",
+                "calibrate",
+                str(model),
+                "--bag",
+                str(named),
+                "--jobs",
+                "1",
+                "--out",
+                str(tmp_path / "o"),
+            ]
+        )
+        == 0
+    )
 
     printed = dict(line.rsplit(maxsplit=1) for line in capsys.readouterr().out.splitlines())
     card = load_model(tmp_path / "o").card

@@ -185,7 +185,22 @@ def test_a_model_is_calibrated_on_a_bag(
     pytest.importorskip("onnx")
     named = shutil.copytree(bag, tmp_path / "five\udcff")  # whose name no card can hold
 
-    assert main(["models", "calibrate", str(model), "--bag", str(named), "--out", str(tmp_path / "o")]) == 0
+    assert (
+        main(
+            [
+                "models",
+                "calibrate",
+                str(model),
+                "--bag",
+                str(named),
+                "--jobs",
+                "1",
+                "--out",
+                str(tmp_path / "o"),
+            ]
+        )
+        == 0
+    )
 
     printed = dict(line.rsplit(maxsplit=1) for line in capsys.readouterr().out.splitlines())
     card = load_model(tmp_path / "o").card
@@ -200,7 +215,7 @@ def test_a_model_without_fusion_is_said_not_to_do_for_a_run(
 ) -> None:
     pytest.importorskip("onnx")
 
-    assert main(["models", "calibrate", str(model), "--bag", str(bag)]) == 0
+    assert main(["models", "calibrate", str(model), "--bag", str(bag), "--jobs", "1"]) == 0
     told = capfd.readouterr().err.strip().splitlines()[-1]
     assert told.endswith("is calibrated; a run also needs fusion and rgb.")
 

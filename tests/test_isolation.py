@@ -100,50 +100,34 @@ def test_a_process_that_dies_is_told_of(function: Callable[[Watch], object], rea
 
 @pytest.mark.parametrize("function", [_hang, _hold_the_interpreter])
 def test_a_call_that_hangs_is_ended_and_says_where(function: Callable[[Watch], object]) -> None:
-    with pytest.raises(ProcessDeath, match=r"^did not return within 0.1 s$") as caught:
-        call_isolated(lambda watch: watch.call(lambda: function(watch)), limit_s=0.1)
+    with pytest.raises(ProcessDeath, match=r"^did nothing for 0.1 s$") as caught:
+        call_isolated(function, limit_s=0.1)
 
     assert function.__name__ in [name for file, _, name in caught.value.frames if file == __file__]
 
 
 def test_a_call_that_refuses_every_signal_is_ended_too() -> None:
-    with pytest.raises(ProcessDeath, match=r"^did not return within 0.1 s$"):
-        call_isolated(lambda watch: watch.call(lambda: _refuse_to_end(watch)), limit_s=0.1)
+    with pytest.raises(ProcessDeath, match=r"^did nothing for 0.1 s$"):
+        call_isolated(_refuse_to_end, limit_s=0.1)
 
 
-def test_the_limit_is_one_of_calls_under_the_watch_only() -> None:
-    def sleep_twice(watch: Watch) -> str:
-        for _ in range(2):
-            watch.call(lambda: time.sleep(0.15))  # noqa: TID251
-        time.sleep(0.3)  # noqa: TID251
+def test_the_limit_is_one_of_the_time_without_a_sign_of_life() -> None:
+    def sleep_thrice(watch: Watch) -> str:
+        for _ in range(3):
+            time.sleep(0.15)  # noqa: TID251
+            watch.tick()
         return "done"
 
-    assert call_isolated(sleep_twice, limit_s=0.25) == "done"
-
-
-def test_a_call_that_hangs_outside_of_the_watch_is_ended_too(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("sunset.isolation._STILL_S", 0.2)
-
-    with pytest.raises(ProcessDeath, match=r"^did nothing for 0.3 s$"):
-        call_isolated(_hang, limit_s=0.1)
-
-
-def test_a_call_within_a_call_does_not_end_the_watch() -> None:
-    def call_and_hang(watch: Watch) -> None:
-        watch.call(lambda: None)
-        _hang(watch)
-
-    with pytest.raises(ProcessDeath, match=r"^did not return within 0.1 s$"):
-        call_isolated(lambda watch: watch.call(lambda: call_and_hang(watch)), limit_s=0.1)
+    assert call_isolated(sleep_thrice, limit_s=0.3) == "done"
 
 
 def test_a_call_that_returns_while_it_is_ended_has_passed_its_limit() -> None:
-    def be_late(watch: Watch) -> str:
+    def be_late(_: Watch) -> str:
         signal.signal(signal.SIGABRT, signal.SIG_IGN)
-        watch.call(lambda: time.sleep(0.3))  # noqa: TID251
+        time.sleep(0.3)  # noqa: TID251
         return "done"
 
-    with pytest.raises(ProcessDeath, match=r"^did not return within 0.1 s$"):
+    with pytest.raises(ProcessDeath, match=r"^did nothing for 0.1 s$"):
         call_isolated(be_late, limit_s=0.1)
 
 
@@ -245,25 +229,11 @@ def test_threads_do_not_keep_a_process_from_ending() -> None:
     assert call_isolated(_start_a_thread, limit_s=5) == "left a thread"
 
 
-def test_a_process_that_a_call_forks_does_not_go_on_with_it(tmp_path: Path) -> None:
-    def fork(watch: Watch) -> str:
-        watch.call(os.fork)
-        (tmp_path / str(os.getpid())).touch()
-        return "done"
-
-    assert call_isolated(fork, limit_s=5) == "done"
-    time.sleep(0.2)  # noqa: TID251  the other one would have written by now
-    assert len(list(tmp_path.iterdir())) == 1
-
-
 def test_a_process_that_a_call_forks_ends_with_it(tmp_path: Path) -> None:
-    def fork(watch: Watch) -> None:
-        def stay() -> None:
-            if not os.fork():
-                (tmp_path / str(os.getpid())).touch()
-                time.sleep(60)  # noqa: TID251
-
-        watch.call(stay)
+    def fork(_: Watch) -> None:
+        if not os.fork():
+            (tmp_path / str(os.getpid())).touch()
+            time.sleep(60)  # noqa: TID251
         while not list(tmp_path.iterdir()):
             pass
 

@@ -37,8 +37,6 @@ FORKING: Final = threading.RLock()
 _POLL_S: Final = 0.005
 _GRACE_S: Final = 1.0
 """From the signal that lets a process say where it hangs to the one that it cannot refuse."""
-_STILL_S: Final = 60.0
-"""A process that is not in a call under the watch and has shown no sign of life for so long hangs too."""
 
 _MEMORY: Final = 4 << 30
 """How much memory the process may take beyond its caller's, in bytes."""
@@ -72,11 +70,11 @@ class UnexpectedError(Exception):
 
 
 class Watch:
-    """What the process tells its caller: since when code runs that may hang, whose, and when it last did anything."""
+    """What the process tells its caller: when it last did anything, and whose code runs."""
 
     def __init__(self) -> None:
         page = memoryview(mmap.mmap(-1, mmap.PAGESIZE))
-        self._times, self._running = page[:16].cast("q"), page[16:_NAME_END]
+        self._last, self._running = page[:8].cast("q"), page[8:_NAME_END]
         self.tick()
 
     @property
@@ -90,19 +88,7 @@ class Watch:
 
     def tick(self) -> None:
         """Show a sign of life."""
-        self._times[1] = time.monotonic_ns()
-
-    def call(self, function: Callable[[], T]) -> T:
-        """Call a function that may hang, or fork; a process that it forks ends when the function does."""
-        process, outer = os.getpid(), self._times[0]
-        self._times[0] = time.monotonic_ns()
-        try:
-            return function()
-        finally:
-            if os.getpid() != process:
-                os._exit(0)
-            self.tick()
-            self._times[0] = outer
+        self._last[0] = time.monotonic_ns()
 
     def call_named(self, name: str, function: Callable[[], T]) -> T:
         """Call a function; `running` names whose it is until it returns, and still when it has raised."""
@@ -112,13 +98,9 @@ class Watch:
         return result
 
     def passed(self, limit_s: float) -> str:
-        """Return which limit the process has passed, as the end of a sentence; empty if it has passed none."""
-        since, last = self._times[0], self._times[1]
-        now = time.monotonic_ns()
-        if since:
-            return f"did not return within {limit_s:g} s" if now - since > limit_s * 1e9 else ""
-        still_s = limit_s + _STILL_S  # another process may take so long meanwhile
-        return f"did nothing for {still_s:g} s" if now - last > still_s * 1e9 else ""
+        """Return that the process has passed a limit, as the end of a sentence; empty if it has not."""
+        still = time.monotonic_ns() - self._last[0] > limit_s * 1e9
+        return f"did nothing for {limit_s:g} s" if still else ""
 
 
 def call_isolated(function: Callable[[Watch], T], *, limit_s: float, kept: Collection[int] = ()) -> T:
@@ -129,7 +111,7 @@ def call_isolated(function: Callable[[Watch], T], *, limit_s: float, kept: Colle
     Args:
         function: gets a `Watch`, and returns what JSON can hold. It ignores interrupts, for its caller has them, and
             what it prints goes to stderr.
-        limit_s: seconds of wall time that each call under the watch may take.
+        limit_s: seconds of wall time that may pass without a sign of life of it.
         kept: which of the caller's pipes and sockets it keeps open.
 
     Raises:
@@ -220,7 +202,7 @@ def _serve(
         for stream in (sys.stdout, sys.stderr):
             with suppress(Exception):  # who closes them gets nothing more to see
                 stream.flush()
-        if os.getpid() == process:  # else it was forked outside of the watch, and has nothing to answer
+        if os.getpid() == process:  # else the function has forked it, and it has nothing to answer
             os.write(answer.writer, told)
         code = 0
     finally:

@@ -10,14 +10,16 @@ from pathlib import Path
 import pytest
 
 from sunset.cli import main
-from sunset.experiments import BenchSpec, bench
+from sunset.experiments import BenchSpec, Settings, Timing, bench
 
 pytestmark = pytest.mark.thorough
+
+SHORT = Settings(timing=Timing(duration_s=4.0))
 
 
 def agree(out: Path, *more: str) -> "subprocess.CompletedProcess[str]":
     command = [sys.executable, "-m", "sunset", "agree", "--suite", "nofault", "--managers", "none"]
-    command += ["--rate", "10", "--out", str(out), "--json", *more]
+    command += ["--rate", "10", "--duration", "4", "--out", str(out), "--json", *more]
     return subprocess.run(command, capture_output=True, text=True, check=False)
 
 
@@ -50,7 +52,7 @@ def stored(tmp_path: Path, flight: Path) -> Path:
     """Return a folder with simulated runs in the place of the live ones, too."""
     del flight
     out = tmp_path / "stored"
-    spec = BenchSpec(suite="nofault", references=False, managers=("none",), repetitions=1)
+    spec = BenchSpec(suite="nofault", references=False, managers=("none",), repetitions=1, settings=SHORT)
     assert bench(spec, out / "sim", jobs=1) == 1
     shutil.copytree(out / "sim", out / "live")
     return out

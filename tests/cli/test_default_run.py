@@ -35,7 +35,7 @@ def test_the_default_run_tells_of_causes_ripples_and_cures_and_says_what_is_next
     assert behind[:6] == [
         "camera_driver_issue showed as F1 (the camera sends no images); F2 and F3 by ripple, for lack of input",
         "looks like hardware_disconnect",
-        "cured by restart camera, or redeploy camera; done at 1.13 s",
+        "cured by restart camera, or redeploy camera; done at 1.07 s",
         "image_degradation showed as F4 (the segmentation is unsure of its results)",
         "looks like unneeded_enhancement, image_shift, depth_degradation",
         "cured by activate image_enhancement and set sensor_fusion.topic_camera_input to rgb_enhanced; not done",

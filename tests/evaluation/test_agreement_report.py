@@ -143,6 +143,7 @@ def test_csv_has_a_line_a_figure_and_empty_cells_where_there_is_nothing() -> Non
         "model": "lite",
         "duration_s": "20.0",
         "bag_looped": "false",
+        "flight": "",
         "bag_checksum": "",
         "figure": "iou",
         "sim": "0.5",

@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -51,36 +52,67 @@ def train(folder, sets, at, number):
         progress=progress,
     )
 
-for line in sys.stdin:
-    pid = os.fork()
-    if pid == 0:
-        train(*json.loads(line))
-        sys.exit()
-    print("code", os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1]), sep=":", flush=True)
+work = train
 """
 RENDERING = """
+import json
 import os
 import signal
 import sys
 from pathlib import Path
 
 from sunset.cli._main import _interrupt
+from sunset.data.town import build_town
 from sunset.training.frames import Views, render_set
 
 PLAN = tuple(Views(3, 1, seed, flight=True) for seed in (1, 2, 3))
+build_town(3)  # takes longer than the rendering
 
-def progress(done, total):
-    print("frames", done, sep=":", flush=True)
-    if done == int(sys.argv[2]):
-        os.kill(os.getpid(), int(sys.argv[3]))
+def render(folder, at, number):
+    def progress(done, total):
+        print("frames", done, sep=":", flush=True)
+        if done == at:
+            os.kill(os.getpid(), number)
 
-if __name__ == "__main__":
     signal.signal(signal.SIGTERM, _interrupt)
-    render_set(PLAN, Path(sys.argv[1]), jobs=1, progress=progress)
+    render_set(PLAN, Path(folder), jobs=1, progress=progress)
+
+work = render
+"""
+SERVING = """
+for line in sys.stdin:
+    pid = os.fork()
+    if pid == 0:
+        work(*json.loads(line))
+        sys.exit()
+    print("code", os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1]), sep=":", flush=True)
 """
 ENDED = {0: 0, signal.SIGTERM: -signal.SIGINT, signal.SIGKILL: -signal.SIGKILL}  # Python ends as after Ctrl-C
 
 Train = Callable[..., list[str]]
+Render = Callable[..., list[str]]
+
+
+@contextmanager
+def serving(program: str) -> Iterator[Callable[..., list[str]]]:
+    """Give what lets a program work in a process of its own, which may get a signal, and returns what it printed."""
+    command = [sys.executable, "-c", program + SERVING]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as server:
+        asked, told = server.stdin, server.stdout
+        assert asked is not None
+        assert told is not None
+
+        def work(*arguments: object, number: int) -> list[str]:
+            print(json.dumps([*arguments, number]), file=asked, flush=True)
+            lines = []
+            for line in told:
+                lines.append(line.rstrip())
+                if lines[-1].startswith("code:"):
+                    break
+            assert lines.pop() == f"code:{ENDED[number]}"
+            return lines
+
+        yield work
 
 
 @pytest.fixture(scope="module")
@@ -90,21 +122,10 @@ def train(sets: FrameSets, tmp_path_factory: pytest.TempPathFactory) -> Iterator
     for place, name in enumerate(("train", "validation", "validation_flight", "test", "test_flight")):
         one = getattr(sets, name)
         FrameSet(one.bgr[:5], one.depth[:5], one.labels[:5]).save(frames / str(place))
-    command = [sys.executable, "-c", TRAINING]
-    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as server:
-        asked, told = server.stdin, server.stdout
-        assert asked is not None
-        assert told is not None
+    with serving(TRAINING) as work:
 
         def once(folder: Path, at: tuple[str, int] = ("", 0), number: int = 0) -> list[str]:
-            print(json.dumps([str(folder), str(frames), at, number]), file=asked, flush=True)
-            lines = []
-            for line in told:
-                lines.append(line.rstrip())
-                if lines[-1].startswith("code:"):
-                    break
-            assert lines.pop() == f"code:{ENDED[number]}"
-            return lines
+            return work(str(folder), str(frames), at, number=number)
 
         yield once
 
@@ -118,30 +139,26 @@ def undisturbed(train: Train, tmp_path_factory: pytest.TempPathFactory) -> dict[
 
 
 @pytest.fixture(scope="module")
-def program(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    path = tmp_path_factory.mktemp("program") / "program.py"
-    path.write_text(RENDERING, encoding="utf-8")
-    return path
+def render() -> Iterator[Render]:
+    """Render in a process of its own; when so many frames are done, it gets a signal. Return what was done."""
+    with serving(RENDERING) as work:
+
+        def once(folder: Path, at: int = 0, number: int = 0) -> list[str]:
+            return work(str(folder), at, number=number)
+
+        yield once
 
 
 @pytest.fixture(scope="module")
-def rendered(program: Path, tmp_path_factory: pytest.TempPathFactory) -> str:
+def rendered(render: Render, tmp_path_factory: pytest.TempPathFactory) -> str:
     """The digest of frames whose rendering nothing interrupts."""
     folder = tmp_path_factory.mktemp("whole")
-    render(program, folder)
+    render(folder)
     return FrameSet.load(folder).digest()
 
 
 def networks_of(folder: Path) -> dict[str, bytes]:
     return {path.name: path.read_bytes() for path in (folder / "model").glob("*.[ob]*")}
-
-
-def render(program: Path, folder: Path, at: int = 0, number: int = 0) -> list[str]:
-    """Render; when so many frames are done, the process gets a signal. Return what was done."""
-    command = [sys.executable, str(program), str(folder), str(at), str(number)]
-    process = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert process.returncode == ENDED[number], process.stderr
-    return process.stdout.split("\n")[:-1]
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGKILL], ids=["SIGTERM", "SIGKILL"])
@@ -166,8 +183,8 @@ def test_an_interrupted_training_repeats_nothing_that_is_kept_and_gives_the_same
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGKILL], ids=["SIGTERM", "SIGKILL"])
 def test_interrupted_rendering_goes_on_with_what_is_missing(
-    number: int, program: Path, rendered: str, tmp_path: Path
+    number: int, render: Render, rendered: str, tmp_path: Path
 ) -> None:
-    assert render(program, tmp_path, 2, number) == ["frames:1", "frames:2"]
-    assert render(program, tmp_path) == ["frames:3"]
+    assert render(tmp_path, 2, number) == ["frames:1", "frames:2"]
+    assert render(tmp_path) == ["frames:3"]
     assert FrameSet.load(tmp_path).digest() == rendered

@@ -5,13 +5,13 @@ import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
 
 from sunset.errors import DataError, InvalidInputError, ModelError, OutputError, SunsetError
-from sunset.perception import Modality, ModelCard, Segmenter, load_model
+from sunset.perception import Modality, Model, ModelCard, Segmenter, load_model
 from sunset.training import (
     FrameSet,
     FrameSets,
@@ -77,27 +77,63 @@ def small(sets: FrameSets) -> FrameSets:
     )
 
 
-def test_a_run_writes_a_model_with_its_card_log_and_figure(small: FrameSets, tmp_path: Path) -> None:
+class Trained(NamedTuple):
+    """A model, the folder of its training, and the progress that was told."""
+
+    model: Model
+    work: Path
+    calls: list[tuple[str, int, int]]
+
+
+def trained(config: TrainingConfig, small: FrameSets, folder: Path) -> Trained:
+    """Train, or go on with a training."""
     calls: list[tuple[str, int, int]] = []
     model = train_on(
-        TINY,
+        config,
         small,
-        tmp_path / "tiny",
-        work=tmp_path / "work",
+        folder / config.name,
+        work=folder / "work",
+        resume=(folder / "work").exists(),
         progress=lambda what, done, total, _="": calls.append((what, done, total)),
     )
+    return Trained(model, folder / "work", calls)
+
+
+@pytest.fixture(scope="module")
+def lite(small: FrameSets, tmp_path_factory: pytest.TempPathFactory) -> Trained:
+    """A small network of the kind `lite`."""
+    return trained(TINY, small, tmp_path_factory.mktemp("lite"))
+
+
+class Reference(NamedTuple):
+    """A small network of the kind of the reference, and its first branch, which was learned before."""
+
+    trained: Trained
+    branch: Any
+
+
+@pytest.fixture(scope="module")
+def reference(small: FrameSets, tmp_path_factory: pytest.TempPathFactory) -> Reference:
+    folder = tmp_path_factory.mktemp("reference")
+    branch = learn(replace(NARROW, modalities=("rgb",)), small.train, small.validation, folder / "work")
+    return Reference(trained(NARROW, small, folder), branch)
+
+
+@pytest.mark.xdist_group("trained")
+def test_a_run_writes_a_model_with_its_card_log_and_figure(lite: Trained, small: FrameSets) -> None:
+    model, work, calls = lite
     assert calls[:6] == [("networks", step, 6) for step in range(1, 7)]
     assert model.card.name == "tiny"
     assert (model.card.architecture, model.card.precision) == ("lite", "int8")
     assert set(model.card.networks) == set(Modality)
     assert 0 < model.card.entropy_threshold < 1
-    assert (tmp_path / "tiny" / "card.md").read_text(encoding="utf-8").startswith("# tiny, version ")
-    lines = log_of(tmp_path / "work" / "networks")
+    assert (model.folder / "card.md").read_text(encoding="utf-8").startswith("# tiny, version ")
+    lines = log_of(work / "networks")
     assert [line["step"] for line in lines] == [2, 4, 6]
     assert all(line[name] > 0 for line in lines for name in ("rgb", "depth", "fusion", "misaligned"))
     assert ["iou" in line for line in lines] == [False, True, True]
     assert set(lines[-1]["iou"]) == {"rgb", "depth", "fusion"}
-    assert (tmp_path / "work" / "networks" / "log.png").read_bytes().startswith(b"\x89PNG")
+    assert (work / "networks" / "log.png").read_bytes().startswith(b"\x89PNG")
     segmenter = Segmenter(model)
     flight = small.validation_flight
     means = [
@@ -107,17 +143,10 @@ def test_a_run_writes_a_model_with_its_card_log_and_figure(small: FrameSets, tmp
     assert means == pytest.approx([means[0]] * 3, abs=2e-3)  # one threshold serves all networks
 
 
-def test_branches_learned_one_by_one_are_merged_as_they_are(small: FrameSets, tmp_path: Path) -> None:
-    work = tmp_path / "work"
-    rgb = learn(replace(NARROW, modalities=("rgb",)), small.train, small.validation, work)
-    begun: list[str] = []
-
-    def progress(what: str, done: int, total: int, _: str = "") -> None:
-        if done == 1 and total == 6:
-            begun.append(what)
-
-    model = train_on(NARROW, small, tmp_path / "out", work=work, resume=True, progress=progress)
-    assert begun == ["depth", "fusion"]
+@pytest.mark.xdist_group("trained")
+def test_branches_learned_one_by_one_are_merged_as_they_are(reference: Reference, small: FrameSets) -> None:
+    (model, work, calls), rgb = reference
+    assert [what for what, done, total in calls if done == 1 and total == 6] == ["depth", "fusion"]
     whole = learn(NARROW, small.train, small.validation, work, resume=True).state_dict()
     for name, value in rgb.state_dict().items():
         assert torch.equal(whole[name], value)
@@ -140,11 +169,12 @@ def test_the_second_branch_begins_with_the_first_ones_weights(sets: FrameSets, t
     assert all(torch.equal(known[name.replace("rgb.", "dth.", 1)], known[name]) for name in kernels)
 
 
+@pytest.mark.xdist_group("trained")
 @pytest.mark.parametrize("config", [TINY, NARROW], ids=["lite", "reference"])
 def test_a_training_goes_on_where_a_model_was(
-    config: TrainingConfig, small: FrameSets, tmp_path: Path
+    config: TrainingConfig, lite: Trained, reference: Reference, small: FrameSets, tmp_path: Path
 ) -> None:
-    start = train_on(config, small, tmp_path / "start", work=tmp_path / "work")
+    start = (lite if config is TINY else reference.trained).model
     still = Schedule(phases=(Phase(1, 2, momentum=1e-9),), learning_rate=0.0)
     unmoved = replace(config, schedule=still, merging=config.merging and still, seed=config.seed + 1)
     model = train_on(unmoved, small, tmp_path / "out", work=tmp_path / "on", start=start)

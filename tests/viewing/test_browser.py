@@ -14,7 +14,7 @@ from sunset.classes import CLASS_OF_CARLA_ID, COLOURS
 from sunset.recording import read_images
 from sunset.viewing.document import Page
 
-pytestmark = pytest.mark.thorough
+pytestmark = [pytest.mark.thorough, pytest.mark.xdist_group("viewing")]
 
 DRAWN = """
 const stage = document.getElementById("stage").dataset;

@@ -16,6 +16,8 @@ from sunset.viewing import Viewed, page_text
 from sunset.viewing.document import Page, PicturesView, RunView
 from sunset.viewing.labels import unpack
 
+pytestmark = pytest.mark.xdist_group("viewing")  # the runs that are shown are made once
+
 SOON = 0.01
 """Seconds in which a command takes effect, in the simulation."""
 

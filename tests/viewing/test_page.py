@@ -20,6 +20,8 @@ from sunset.viewing.document import Page
 from sunset.viewing.labels import unpack
 from sunset.viewing.pictures import Source, make_pictures
 
+pytestmark = pytest.mark.xdist_group("viewing")  # the runs that are shown are made once
+
 Pair = tuple[sunset.Run, sunset.Run]
 
 

@@ -21,7 +21,7 @@ from sunset.api.options import (
     settings_of,
     whole_of,
 )
-from sunset.calibration import FlightThresholds, flight_thresholds
+from sunset.calibration import FlightThresholds, fit_to_flight, flight_thresholds
 from sunset.data import (
     DEFAULT_FLIGHT,
     RENDERING,
@@ -260,8 +260,10 @@ def measure_curves(
             path = flight_bag(plan, progress=rendering, jobs=jobs)
         else:
             path = as_path(bag, "bag")
+        with read_bag(path, size=(loaded.card.height, loaded.card.width)) as reader:
+            fitted, _ = fit_to_flight(loaded, reader, device=device, cache=_cache(device), jobs=jobs)
         return measure(
-            loaded,
+            fitted,
             path,
             every=groups or 1,
             strengths=None if strengths is None else _strengths_of(strengths),
@@ -315,7 +317,7 @@ def measure_flights(
                     loaded,
                     bag,
                     device=device,
-                    cache=inference_file() if device == "cpu" else None,
+                    cache=_cache(device),
                     jobs=jobs,
                     progress=None if progress is None else partial(progress, what),
                 )
@@ -361,6 +363,11 @@ def measure_iou(
         progress=progress,
         rendering=rendering,
     )
+
+
+def _cache(device: str) -> Path | None:
+    """Return the file of the inference cache, which is of the processor only."""
+    return inference_file() if device == "cpu" else None
 
 
 def _strengths_of(strengths: Mapping[str, float]) -> dict[str, float]:

@@ -15,6 +15,8 @@ from sunset.ros import CallbackError
 from sunset.system import current_system
 
 _PACKAGE: Final = Path(__file__).parents[1]
+_STILL_S: Final = 60.0
+"""A simulation that has shown no sign of life for so long, longer than its managing system may take, hangs."""
 
 
 def manager_checksum(manager: str, *, limit_s: float) -> str:
@@ -60,7 +62,7 @@ def isolate(
         SunsetError: what the function raised; or the process was ended.
     """
     try:
-        return call_isolated(function, limit_s=spec.settings.manager_limit_s, kept=kept)
+        return call_isolated(function, limit_s=spec.settings.manager_limit_s + _STILL_S, kept=kept)
     except ProcessDeath as death:
         if death.running in nodes:
             raise ExtensionError(

@@ -3,23 +3,23 @@
 import os
 import signal
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
+from types import MappingProxyType
 from typing import Final
 
 from msgspec import to_builtins
 
 from sunset.confinement import ConfinedProcess, Confinement, View, copy_process
 from sunset.errors import ManagerError, OutputError, SunsetError
-from sunset.experiments.parameters import Parameters
 from sunset.harness.manager_process import ENTRY, LoadedManager, ManagerTask, receive_loaded, run_manager
 from sunset.isolation import ProcessDeath
 from sunset.managing import MANAGERS, PREFIX, is_registered, parse_command, sources_digest
 from sunset.managing.files import manager_code, manager_data
 from sunset.rmw.remote import EndError, Pipe, PipeError, RaisedError, SilenceError
 from sunset.source_files import modules_beside
-from sunset.system import loaded_extensions
+from sunset.system import Value, loaded_extensions
 from sunset.texts import printable, shorten
 
 _LONGEST: Final = 2000
@@ -105,7 +105,7 @@ class ManagerProcess:
 
 @contextmanager
 def manager_process(
-    manager: str, *, limit_s: float, parameters: Parameters | None = None, log: bool = False
+    manager: str, *, limit_s: float, parameters: Mapping[str, Value] = MappingProxyType({}), log: bool = False
 ) -> Iterator[ManagerProcess]:
     """Load a managing system in a process of its own, which ends with the context.
 
@@ -128,7 +128,7 @@ def manager_process(
         manager=str(command or manager),
         folder=str(Path.cwd()),
         extensions=tuple(one.where for one in extensions),
-        parameters=parameters or {},
+        parameters=dict(parameters),
         log=log,
     )
     try:

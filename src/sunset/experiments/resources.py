@@ -22,8 +22,10 @@ from sunset.data import (
 )
 from sunset.data.bag_paths import check_bag_path
 from sunset.errors import DataError, InvalidInputError, ModelError
+from sunset.experiments.manager_process import start_server
 from sunset.experiments.spec import RunSpec
 from sunset.isolation import FORKING
+from sunset.managing import is_registered
 from sunset.perception import InferenceCache, Modality, Model, Segmenter, load_model
 from sunset.scenarios import Scenario, with_strengths
 from sunset.texts import listed
@@ -80,6 +82,8 @@ def prepare(spec: RunSpec, *, progress: Stages | None = None) -> Resources:
 
 def prepare_all(specs: Sequence[RunSpec], *, progress: Stages | None = None) -> list[Resources]:
     """Do what `prepare` does for several runs, and render all flights at once."""
+    if any(not spec.settings.live and not is_registered(spec.manager) for spec in specs):
+        start_server()
     with FORKING:
         models = [_usable_model(spec) for spec in specs]
         paths = _find_flights(specs, progress)

@@ -181,8 +181,8 @@ def render_set(
 ) -> FrameSet:
     """Render a set into a folder, or what is missing of it there, and map it.
 
-    Chunks of 50 frames are kept as they are finished, so that an interrupted call loses no others. `progress` is
-    called with frames done and frames in all.
+    Chunks of 50 frames are kept as they are finished, so that an interrupted call loses no others. One job is done in
+    this process. `progress` is called with frames done and frames in all.
 
     Raises:
         OutputError: the folder cannot be written, or holds something else, frames of another plan for instance.
@@ -230,18 +230,24 @@ def _render_missing(
     if not finished:
         _write(folder / _PARTIAL, wanted | {"finished": finished})
         FrameSet.blank(total, HEIGHT, WIDTH).save(folder)  # a disk that is too small shows now
-    with worker_pool(jobs) as pool:
-        futures = {
-            pool.submit(_render, folder, *chunk): number
-            for number, chunk in enumerate(chunks)
-            if number not in finished
-        }
-        for future in as_completed(futures):
-            future.result()
-            finished.append(futures[future])
-            _write(folder / _PARTIAL, wanted | {"finished": finished})
-            if progress is not None:
-                progress(sum(chunks[number][-1] for number in finished), total)
+    missing = [number for number in range(len(chunks)) if number not in finished]
+
+    def note(number: int) -> None:
+        finished.append(number)
+        _write(folder / _PARTIAL, wanted | {"finished": finished})
+        if progress is not None:
+            progress(sum(chunks[number][-1] for number in finished), total)
+
+    if jobs == 1:
+        for number in missing:
+            _render(folder, *chunks[number])
+            note(number)
+    else:
+        with worker_pool(jobs) as pool:
+            futures = {pool.submit(_render, folder, *chunks[number]): number for number in missing}
+            for future in as_completed(futures):
+                future.result()
+                note(futures[future])
     _write(folder / _PLAN, wanted)
     (folder / _PARTIAL).unlink()
 

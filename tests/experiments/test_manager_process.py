@@ -1,0 +1,166 @@
+"""A managing system has a process of its own: small, and nothing of what becomes of it ends a run."""
+
+import os
+import re
+import signal
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from sunset.errors import ManagerError, SunsetError
+from sunset.experiments import RunSpec, Settings, Timing, manager_checksum, run
+from sunset.experiments.manager import isolate
+from sunset.experiments.manager_process import ManagerProcess, manager_process
+from sunset.managing import ManagingSystem, NoAdaptation, Symptoms, register_manager
+from sunset.recording import StoredRun, read_run, read_stored_run
+from sunset.scenarios import load_scenario
+
+pytestmark = pytest.mark.usefixtures("flight")
+
+SETTINGS = Settings(timing=Timing(duration_s=2.0), manager_limit_s=5.0)
+LARGEST_KIB = 60 << 10
+
+SUDDEN = """
+from sunset.interfaces.std_msgs.msg import String
+from sunset.managing import ManagingSystem
+
+class Sudden(ManagingSystem):
+    '''Does what a node can do, and fails after 5 s.'''
+
+    def on_start(self):
+        self.out = self.create_publisher(String, "said", 10)
+        self.create_subscription(String, "/said", lambda message: self.get_logger().info(message.data), 10)
+        self.create_timer(5.0, self.fail)
+        self.declare_parameter("mine", 1)
+
+    def fail(self):
+        self.out.publish(String(data="which never leaves"))
+        raise LookupError("nothing")
+
+    async def adapt(self, symptoms):
+        self.out.publish(String(data=str(await self.set_parameter("sensor_fusion", "modality", 0))))
+"""
+
+
+def fly(folder: Path, manager: str, scenario: str = "nofault") -> StoredRun:
+    return run(RunSpec(scenario=load_scenario(scenario), manager=manager, settings=SETTINGS), folder)
+
+
+@pytest.fixture
+def sudden(tmp_path: Path) -> str:
+    (tmp_path / "sudden.py").write_text(SUDDEN, encoding="utf-8")
+    return f"{tmp_path / 'sudden.py'}:Sudden"
+
+
+def test_one_that_raises_leaves_at_that_moment_and_the_run_goes_on(sudden: str, tmp_path: Path) -> None:
+    first, second = (fly(tmp_path / f"{number}", sudden) for number in (1, 2))
+
+    told = first.record.manager_failed or ""
+    assert re.fullmatch(
+        r"The managing system .*sudden.py:Sudden failed in nofault, seed 1: it raised LookupError: nothing "
+        r"\(sudden.py, line \d+, in fail\)\.",
+        told,
+    )
+    assert (first.digest, first.record.manager_failed) == (second.digest, told)
+    assert first.valid
+    assert first.metrics.iou_all is not None
+    said = [line.time for line in first.log if line.logger == "managing_system" and line.text == "True"]
+    assert len(said) > 5
+    assert max(said) < max(first.timeline.frames.times) - 0.5
+    assert read_stored_run(tmp_path / "1").metrics == first.metrics
+    assert read_run(tmp_path / "1").manager_failed == told
+
+
+def test_what_was_passed_as_a_class_is_run_by_a_copy_of_this_process(tmp_path: Path) -> None:
+    here, seen = os.getpid(), [4]
+
+    class Mine(ManagingSystem):
+        def on_start(self) -> None:
+            self.get_logger().info(f"{os.getpid() == here} {seen}")
+            seen.append(5)
+
+        def adapt(self, symptoms: Symptoms) -> None:
+            raise SystemExit("enough")
+
+    result = fly(tmp_path / "run", register_manager(Mine))
+
+    assert seen == [4]
+    assert "False [4]" in [line.text for line in result.log]
+    told = result.record.manager_failed or ""
+    assert "it raised SystemExit: enough (test_manager_process.py, line " in told
+
+
+def test_a_forked_copy_of_one_says_nothing(tmp_path: Path) -> None:
+    class Forks(ManagingSystem):
+        def adapt(self, symptoms: Symptoms) -> None:
+            if not os.fork():
+                raise SystemExit
+
+    result = fly(tmp_path / "run", register_manager(Forks))
+
+    assert result.record.manager_failed is None
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux says how much memory is whose")
+def test_the_process_is_small() -> None:
+    with manager_process("baseline", limit_s=30.0) as process:
+        rollup = Path(f"/proc/{process.pid}/smaps_rollup").read_text(encoding="ascii")
+    pages = {name: int(size) for name, size in re.findall(r"^(\w+): +(\d+) kB", rollup, re.MULTILINE)}
+    assert pages["Pss"] < LARGEST_KIB
+    assert pages["Private_Dirty"] < LARGEST_KIB
+
+
+def test_one_that_is_changed_while_it_is_run_is_refused(
+    sudden: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def edit(*arguments: Any, **options: Any) -> Any:
+        with (tmp_path / "sudden.py").open("a", encoding="utf-8") as file:
+            file.write("# another line\n")
+        return isolate(*arguments, **options)
+
+    monkeypatch.setattr(sys.modules["sunset.experiments.run"], "isolate", edit)
+
+    with pytest.raises(ManagerError, match="was changed while it was run; run the new one in a new folder"):
+        fly(tmp_path / "run", sudden)
+    assert not (tmp_path / "run").exists()
+
+
+def test_what_comes_with_sunset_and_is_killed_ends_the_run(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    checksum = ManagerProcess.checksum
+
+    def kill(process: ManagerProcess) -> str:
+        os.kill(process.pid, signal.SIGKILL)
+        return checksum(process)
+
+    monkeypatch.setattr(ManagerProcess, "checksum", kill)
+
+    with pytest.raises(
+        SunsetError, match="The process of the managing system ended its process by SIGKILL: it was"
+    ):
+        fly(tmp_path / "run", "baseline")
+
+
+@pytest.mark.parametrize(
+    ("line", "reason"),
+    [
+        ("import os; os._exit(3)", "it ended its process with exit code 3"),
+        ("while True: pass", r"it did not return within 1 s \(mine.py, line 1, in <module>\)"),
+        ("raise SystemExit(2)", "Importing .*mine.py raised SystemExit: 2"),
+    ],
+)
+def test_one_that_cannot_be_loaded_is_refused(line: str, reason: str, tmp_path: Path) -> None:
+    (tmp_path / "mine.py").write_text(line, encoding="utf-8")
+    with pytest.raises(ManagerError, match=reason):
+        manager_checksum(f"{tmp_path / 'mine.py'}:Mine", limit_s=1.0)
+
+
+def test_the_checksum_is_that_of_its_files(sudden: str, tmp_path: Path) -> None:
+    one = manager_checksum(sudden, limit_s=30.0)
+    (tmp_path / "sudden.py").write_text(SUDDEN.replace("5.0", "6.0"), encoding="utf-8")
+
+    assert manager_checksum(sudden, limit_s=30.0) != one
+    assert manager_checksum(register_manager(NoAdaptation, "own"), limit_s=30.0)

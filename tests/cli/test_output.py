@@ -66,7 +66,10 @@ def test_what_the_managing_system_logs_stands_in_the_time_line(
     mine.write_text(FOCUSING, encoding="utf-8")
     out = tmp_path / "run"
 
-    assert main(["run", "autofocus_needed", "--manager", f"{mine}:Mine", "--duration", "4", "--out", str(out)]) == 0
+    assert (
+        main(["run", "autofocus_needed", "--manager", f"{mine}:Mine", "--duration", "4", "--out", str(out)])
+        == 0
+    )
 
     told, err = capsys.readouterr()
     assert "blurred" not in err
@@ -166,7 +169,9 @@ def test_a_reader_that_has_seen_enough_is_no_error(arguments: list[str], reader:
 
 @pytest.mark.thorough
 def test_a_terminal_without_arrows_gets_the_table_too(tmp_path: Path) -> None:
-    assert main(["run", "nofault", "--duration", "1", "--manager", "none", "--out", str(tmp_path / "run")]) == 0
+    assert (
+        main(["run", "nofault", "--duration", "1", "--manager", "none", "--out", str(tmp_path / "run")]) == 0
+    )
 
     done = subprocess.run(
         [sys.executable, "-m", "sunset", "report", str(tmp_path / "run"), "--format", "table"],

@@ -49,7 +49,9 @@ VERBS: Final[Mapping[str, Verb]] = {
     "managers": Verb("managing systems: list, check (your own)", is_long=True, is_extensible=True),
     "data": Verb("flights: render, import, info", is_long=True),
     "models": Verb(
-        "segmentation models: list, show, import, calibrate, curves, flights, iou", is_long=True, is_extensible=True
+        "segmentation models: list, show, import, calibrate, curves, flights, iou",
+        is_long=True,
+        is_extensible=True,
     ),
     "train": Verb(
         "train a segmentation model on rendered towns", True, "the same command with --resume continues it"

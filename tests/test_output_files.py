@@ -51,5 +51,5 @@ def test_what_goes_wrong_leaves_no_half_of_a_folder(tmp_path: Path) -> None:
         assert not (tmp_path / "new").exists()
     assert [file.name for file in tmp_path.rglob("*")] == ["new", "one"]
 
-    with pytest.raises(OutputError, match="The site .*new exists already; remove it or name another folder"):
+    with pytest.raises(OutputError, match=r"The site .*new exists already; remove it or name another folder"):
         begin_folder(tmp_path / "new")

@@ -64,7 +64,7 @@ def test_stored_runs_are_compared_without_running(stored: Path, capsys: pytest.C
     assert main(["agree", "--stored", "--out", str(stored)]) == 0
 
     text = capsys.readouterr().out
-    assert "none on nofault, model lite: 1 pair, 0 left out" in text
+    assert "none on nofault, model lite [4 s]: 1 pair, 0 left out" in text
     assert "The same failures appeared in 1 of 1 pair, throughout in 1 of 1 scenario." in text
     assert sorted(stored.rglob("*")) == before
 

@@ -48,7 +48,7 @@ def test_the_default_run_tells_of_causes_ripples_and_cures_and_says_what_is_next
     assert steps[1].startswith("sunset run --manager reactive the same faults")
 
     assert read_run(last_run()).manager == "baseline"
-    assert main(["run", "--manager", "reactive", "--seed", "1"]) == 0
+    assert main(["run", "--manager", "reactive", "--seed", "1", "--duration", "8"]) == 0
     told = capsys.readouterr()
     assert "no symptom is left" in told.out
     assert "set sensor_fusion.topic_camera_input to rgb_enhanced; done at " in told.out

@@ -126,7 +126,13 @@ def test_curves_are_printed_and_written(
     assert json.loads((out / "curves.json").read_text(encoding="utf-8")) == found
     rows = list(csv.DictReader((out / "curves.csv").read_text(encoding="utf-8").splitlines()))
     assert [row["strengths"] for row in rows if row["suite"] == "1"] == ["0.25"]
-    assert {path.name for path in out.iterdir()} == {"curves.csv", "curves.json", "curves.png", "cures.png"}
+    assert {path.name for path in out.iterdir()} == {
+        "curves.csv",
+        "curves.json",
+        "severities.json",
+        "curves.png",
+        "cures.png",
+    }
 
 
 def test_curves_need_no_matplotlib(
@@ -143,7 +149,11 @@ def test_curves_need_no_matplotlib(
 
     told = capsys.readouterr().err.strip().splitlines()[-1]
     assert told.startswith("The figures were left out because matplotlib is not installed")
-    assert {path.name for path in (tmp_path / "o").iterdir()} == {"curves.csv", "curves.json"}
+    assert {path.name for path in (tmp_path / "o").iterdir()} == {
+        "curves.csv",
+        "curves.json",
+        "severities.json",
+    }
 
 
 @pytest.mark.thorough
@@ -175,7 +185,22 @@ def test_a_model_is_calibrated_on_a_bag(
     pytest.importorskip("onnx")
     named = shutil.copytree(bag, tmp_path / "five\udcff")  # whose name no card can hold
 
-    assert main(["models", "calibrate", str(model), "--bag", str(named), "--out", str(tmp_path / "o")]) == 0
+    assert (
+        main(
+            [
+                "models",
+                "calibrate",
+                str(model),
+                "--bag",
+                str(named),
+                "--jobs",
+                "1",
+                "--out",
+                str(tmp_path / "o"),
+            ]
+        )
+        == 0
+    )
 
     printed = dict(line.rsplit(maxsplit=1) for line in capsys.readouterr().out.splitlines())
     card = load_model(tmp_path / "o").card
@@ -190,7 +215,7 @@ def test_a_model_without_fusion_is_said_not_to_do_for_a_run(
 ) -> None:
     pytest.importorskip("onnx")
 
-    assert main(["models", "calibrate", str(model), "--bag", str(bag)]) == 0
+    assert main(["models", "calibrate", str(model), "--bag", str(bag), "--jobs", "1"]) == 0
     told = capfd.readouterr().err.strip().splitlines()[-1]
     assert told.endswith("is calibrated; a run also needs fusion and rgb.")
 

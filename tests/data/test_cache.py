@@ -16,6 +16,8 @@ from sunset.data import (
 )
 from sunset.errors import InvalidInputError, OutputError
 
+pytestmark = pytest.mark.xdist_group("towns")  # each is built once
+
 PLAN = FlightPlan(frames=12, size=(36, 64))
 
 

@@ -7,6 +7,8 @@ from sunset.data.town import build_town
 from sunset.data.views import is_free
 from sunset.errors import InvalidInputError
 
+pytestmark = pytest.mark.xdist_group("towns")  # each is built once
+
 
 def test_the_default_flight_is_forty_seconds_at_ten_hertz() -> None:
     stamps = DEFAULT_FLIGHT.stamps_ns()

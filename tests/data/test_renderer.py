@@ -15,6 +15,8 @@ from sunset.data.light import light
 from sunset.data.renderer import View, render
 from sunset.data.town import Town, build_town
 
+pytestmark = pytest.mark.xdist_group("towns")  # each is built once
+
 SMALL = (72, 128)
 GROUND = [CARLA_IDS[name] for name in ("road", "road line", "sidewalk", "water", "terrain", "ground")]
 MOVING = ("car", "truck", "bus", "train", "motorcycle", "bicycle", "rider", "person")

@@ -8,6 +8,8 @@ from sunset.data import TIMES, WEATHERS, render_views, training_views
 from sunset.data.town import build_town
 from sunset.errors import InvalidInputError
 
+pytestmark = pytest.mark.xdist_group("towns")  # each is built once
+
 SMALL = (72, 128)
 
 

@@ -2,6 +2,7 @@
 
 import importlib
 import os
+import signal
 import sys
 from contextlib import suppress
 from dataclasses import replace
@@ -46,7 +47,7 @@ class Hangs(ManagingSystem):
         while True:
             with suppress(BaseException):
                 while True:
-                    pass
+                    signal.pause()
 
 
 class Forks(ManagingSystem):

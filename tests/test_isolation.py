@@ -7,12 +7,13 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import pytest
 
+from sunset import isolation
 from sunset.errors import ModelError
 from sunset.isolation import ProcessDeath, UnexpectedError, Watch, call_isolated
 
@@ -269,6 +270,31 @@ def test_an_interrupted_caller_leaves_no_process_behind(tmp_path: Path) -> None:
     for file in tmp_path.iterdir():
         with pytest.raises(ChildProcessError):
             os.waitpid(int(file.name), os.WNOHANG)
+
+
+def test_an_interrupt_before_the_number_of_the_new_process_is_known_leaves_none_behind(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    caller, forked, fork = os.getpid(), list[int](), os.fork
+
+    @contextmanager
+    def interrupted() -> Iterator[list[int]]:
+        yield []
+        if os.getpid() == caller:
+            raise KeyboardInterrupt
+
+    def noted_fork() -> int:
+        forked.append(fork())
+        return forked[-1]
+
+    monkeypatch.setattr(isolation, "noted_signals", interrupted)
+    monkeypatch.setattr(os, "fork", noted_fork)
+    with pytest.raises(KeyboardInterrupt):
+        call_isolated(lambda _: time.sleep(60), limit_s=90)  # noqa: TID251
+
+    (pid,) = forked
+    with pytest.raises(ChildProcessError):
+        os.waitpid(pid, os.WNOHANG)
 
 
 INTERRUPTED = """

@@ -123,7 +123,8 @@ def call_isolated(function: Callable[[Watch], T], *, limit_s: float, kept: Colle
     watch = Watch()
     fill_standard_streams()
     answer, frames = _Pipe(), _Pipe()
-    pid, code = 0, None
+    made: list[int] = []
+    code = None
     flush_streams()
     with closing(answer), closing(frames):
         held = signal.pthread_sigmask(signal.SIG_BLOCK, ())
@@ -131,13 +132,13 @@ def call_isolated(function: Callable[[Watch], T], *, limit_s: float, kept: Colle
             with FORKING:
                 # what a signal's handler raises in the middle of a fork is lost
                 signal.pthread_sigmask(signal.SIG_BLOCK, ENDING)
-                pid = fork()
+                pid = fork(made)
             if pid == 0:
                 _serve(function, watch, answer, frames, kept)
             signal.pthread_sigmask(signal.SIG_SETMASK, held)
             hung = _await_end(pid, watch, limit_s)
         finally:
-            if pid:
+            for pid in made:
                 code = _reap(pid)
             signal.pthread_sigmask(signal.SIG_SETMASK, held)
         if hung:
@@ -155,16 +156,18 @@ def flush_streams() -> None:
             stream.flush()
 
 
-def fork() -> int:
+def fork(made: list[int]) -> int:
     """Fork; signals that come meanwhile come again after it, where they are blocked in this thread.
 
     Where another thread takes a signal, its handler runs in this one all the same, and what it raises is lost in one of
-    the functions that Python calls at a fork.
+    the functions that Python calls at a fork. It may also raise before the caller has the number of the new process,
+    which is therefore put into `made`.
     """
     with noted_signals() as came, warnings.catch_warnings():
         # of Python from 3.12 on; the other threads that there may be are not needed on the other side
         warnings.simplefilter("ignore", DeprecationWarning)
         pid = os.fork()
+        made += [pid] if pid else []
     for number in came if pid else ():
         signal.raise_signal(number)
     return pid

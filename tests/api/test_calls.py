@@ -62,6 +62,7 @@ def test_a_class_a_function_and_a_file_of_one_manager_leave_the_same_messages(tm
     assert all(run.record.manager_checksum for run in runs)
 
 
+@pytest.mark.thorough
 def test_runs_in_threads_are_those_of_one_after_the_other() -> None:
     def digest(seed: int) -> str:
         return sunset.run("nofault", "none", seed=seed, duration=1).digest
@@ -118,6 +119,7 @@ def test_a_campaign_of_classes_is_flown_by_several_processes_and_compared(tmp_pa
     assert list(opened.runs) == list(results.runs)
 
 
+@pytest.mark.thorough
 def test_labels_tell_managers_of_one_name_apart(tmp_path: Path) -> None:
     managers: dict[str, Manager] = {
         "first": functools.partial(Focus, wait=0),
@@ -161,6 +163,7 @@ def test_a_campaign_of_what_nothing_is_known_of_is_not_continued(tmp_path: Path)
         bench_focus(tmp_path, lambda **options: Focus(wait=2, **options))
 
 
+@pytest.mark.thorough
 def test_numbers_of_other_libraries_are_numbers(tmp_path: Path) -> None:
     numbers: list[Any] = [1, np.float64(1), np.int64(1), np.float32(1), Decimal(1)]
 

@@ -376,6 +376,7 @@ def _bench(out: Path) -> str:
     return str(caught.value)
 
 
+@pytest.mark.thorough
 @pytest.mark.usefixtures("flight")
 def test_a_process_that_can_have_no_workers_is_told_what_can(tmp_path: Path) -> None:
     with multiprocessing.get_context("spawn").Pool(1) as pool:

@@ -406,6 +406,7 @@ SHORT_CAMPAIGN = [
 ]
 
 
+@pytest.mark.thorough
 def test_a_folder_of_another_campaign(
     tmp_path: Path,
     flight: Path,
@@ -460,6 +461,7 @@ def test_a_plan_that_was_edited(
     assert words in complaint([*SHORT_CAMPAIGN, "nofault"])
 
 
+@pytest.mark.thorough
 def test_a_campaign_whose_plan_does_not_say_its_version_is_continued(
     tmp_path: Path, flight: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:

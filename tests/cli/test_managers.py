@@ -53,6 +53,7 @@ def test_the_order_of_sets_must_not_matter(
     assert re.fullmatch(f"deterministic +{answer}", line)
 
 
+@pytest.mark.thorough
 def test_refused_requests_are_counted_and_told_once(
     mine: Callable[[str], str], capfd: pytest.CaptureFixture[str]
 ) -> None:

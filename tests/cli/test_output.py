@@ -151,6 +151,7 @@ def test_names_with_brackets_are_printed_as_they_are(
     assert "[/bold] [red]x" in capsys.readouterr().out.splitlines()
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     "arguments", [["faults", "list"], ["run", "nofault", "--manager", "none", "--duration", "1"]]
 )
@@ -222,6 +223,7 @@ def test_what_a_managing_system_logs_reaches_a_terminal_as_text_only(
     assert "\x1b" not in out
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("arguments", "code"), [(["run", "nofault", "--duration", "1"], 0), (["run", "nope"], 2)]
 )

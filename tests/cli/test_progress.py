@@ -142,6 +142,7 @@ def test_that_frames_are_rendered_is_explained_once(capsys: pytest.CaptureFixtur
     assert lines[-1].startswith("Preparing: ")
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("terminal", [False, True])
 def test_a_process_forked_while_it_is_drawn_can_write_to_stderr(
     terminal: bool, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]

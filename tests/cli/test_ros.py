@@ -218,6 +218,7 @@ def test_what_cannot_be_used_is_one_sentence_and_code_2(
     assert re.search(told, complaint(["ros", *words]))
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("words", "number", "first"),
     [
@@ -242,6 +243,7 @@ def test_listening_ends_cleanly_with_a_signal(
     assert "Subscription count: 0" in ros("topic", "info", "/notice")
 
 
+@pytest.mark.thorough
 def test_the_reader_of_the_output_may_have_seen_enough(domain_id: int) -> None:
     command = [*SUNSET, "ros", "topic", "echo", "/notice"]
     with subprocess.Popen(

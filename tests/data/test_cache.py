@@ -121,6 +121,7 @@ def test_an_unwritable_cache_is_an_output_error(tmp_path: Path, monkeypatch: pyt
         flight_bag(PLAN, jobs=1)
 
 
+@pytest.mark.thorough
 def test_an_interrupted_rendering_leaves_nothing_behind(cache: Path) -> None:
     def stop(done: int, total: int) -> None:
         if done == total // 2:

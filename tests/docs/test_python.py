@@ -33,6 +33,7 @@ def test_the_page_prints_what_it_shows(tmp_path: Path, monkeypatch: pytest.Monke
     assert printed == ""
 
 
+@pytest.mark.thorough
 def test_the_notebook_runs_and_its_manager_repairs() -> None:
     notebook = json.loads((DOCS / "first_flight.ipynb").read_text(encoding="utf-8"))
     cells = ["".join(cell["source"]) for cell in notebook["cells"] if cell["cell_type"] == "code"]

@@ -213,6 +213,7 @@ def test_a_managing_system_cannot_change_itself(tmp_path: Path) -> None:
     assert file.read_text() == EDITED
 
 
+@pytest.mark.thorough
 def test_a_campaign_is_not_continued_with_a_managing_system_that_was_rewritten(tmp_path: Path) -> None:
     file = tmp_path / "mine.py"
     file.write_text(MANAGER)
@@ -249,6 +250,7 @@ def test_a_campaign_is_continued_with_the_same_extensions_only(tmp_path: Path) -
         run_with(file)
 
 
+@pytest.mark.thorough
 def test_a_campaign_says_in_what_it_differs(tmp_path: Path) -> None:
     spec = BenchSpec(suite="nofault", managers=("none",), references=False, repetitions=1, settings=SHORT)
     bench(spec, tmp_path / "out", jobs=1)
@@ -259,6 +261,7 @@ def test_a_campaign_says_in_what_it_differs(tmp_path: Path) -> None:
         bench(replace(spec, seed=2), tmp_path / "out", jobs=1)
 
 
+@pytest.mark.thorough
 def test_a_campaign_is_not_continued_with_another_bag(tmp_path: Path, flight: Path) -> None:
     bag = tmp_path / "bag"
     with read_bag(flight) as reader:

@@ -92,6 +92,7 @@ def test_what_was_passed_as_a_class_is_run_by_a_copy_of_this_process(tmp_path: P
     assert "it raised SystemExit: enough (test_manager_process.py, line " in told
 
 
+@pytest.mark.thorough
 def test_a_forked_copy_of_one_says_nothing(tmp_path: Path) -> None:
     class Forks(ManagingSystem):
         def adapt(self, symptoms: Symptoms) -> None:

@@ -88,6 +88,7 @@ def test_the_bits_of_an_answer_do_not_depend_on_what_came_before(name: str, fram
     assert len({answers[0] for answers in first}) == len(material)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", list_models())
 def test_the_bits_of_an_answer_do_not_depend_on_what_runs_beside(name: str, frame: Frame) -> None:
     segmenter = Segmenter(load_model(name))

@@ -268,7 +268,7 @@ def copy_process(
         try:
             with FORKING:
                 flush_streams()
-                pid = fork()
+                pid = fork([])
             if pid == 0:
                 try:
                     os.setsid()

@@ -107,6 +107,7 @@ def test_a_call_that_hangs_is_ended_and_says_where(function: Callable[[Watch], o
     assert function.__name__ in [name for file, _, name in caught.value.frames if file == __file__]
 
 
+@pytest.mark.thorough
 def test_a_call_that_refuses_every_signal_is_ended_too() -> None:
     with pytest.raises(ProcessDeath, match=r"^did nothing for 0.1 s$"):
         call_isolated(_refuse_to_end, limit_s=0.1)

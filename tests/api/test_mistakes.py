@@ -354,6 +354,7 @@ CALLS = {
 }
 
 
+@pytest.mark.thorough
 @pytest.mark.usefixtures("flight")
 @pytest.mark.parametrize("call", CALLS.values(), ids=CALLS)
 def test_a_script_that_cannot_be_imported_is_told_of_the_guard(call: str, tmp_path: Path) -> None:

@@ -43,6 +43,7 @@ def test_a_degradation_is_drawn_on_a_frame_with_what_it_costs_and_what_its_cure_
     assert again.read_bytes() == file.read_bytes()
 
 
+@pytest.mark.thorough
 def test_a_cure_that_leaves_the_depth_out_is_shown_by_what_colours_alone_give(tmp_path: Path) -> None:
     sunset.fault_picture("depth_degradation", tmp_path / "depth.svg", frame=7)
 

@@ -10,6 +10,7 @@ import pytest
 SCRIPTS = Path(__file__).parents[2] / "scripts"
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("script", "arguments", "words"),
     [

@@ -13,6 +13,7 @@ pytestmark = pytest.mark.xdist_group("towns")  # each is built once
 SMALL = (72, 128)
 
 
+@pytest.mark.thorough
 def test_every_class_is_seen_from_training_views() -> None:
     seen = {int(label) for frame in render_views(1, 60, 0, size=SMALL) for label in np.unique(frame.labels)}
     assert seen == set(CARLA_IDS.values())

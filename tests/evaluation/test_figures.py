@@ -36,6 +36,7 @@ def test_iou_beside_it_takes_two_columns(tmp_path: Path) -> None:
     assert pixels.shape[1] == 2100
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("suffix", [".pdf", ".svg", ".png"])
 def test_the_same_figure_has_the_same_bytes(tmp_path: Path, suffix: str) -> None:
     files = [tmp_path / f"{name}{suffix}" for name in ("a", "b")]

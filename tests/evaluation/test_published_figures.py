@@ -184,6 +184,7 @@ def test_the_script_prints_the_figures_beside_the_papers(store: Callable[..., Pa
     ]
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", ["published_figures", "count_episodes"])
 def test_runs_that_do_not_count_are_not_counted(
     store: Callable[..., Path], tmp_path: Path, name: str

@@ -228,6 +228,7 @@ def test_a_campaign_is_not_continued_with_a_managing_system_that_was_rewritten(t
         bench(spec, tmp_path / "out", jobs=1)
 
 
+@pytest.mark.thorough
 def test_a_campaign_is_continued_with_the_same_extensions_only(tmp_path: Path) -> None:
     file, other = tmp_path / "dark.py", tmp_path / "light.py"
     for path in (file, other):

@@ -91,6 +91,7 @@ def test_closing_ends_even_a_node_that_is_stopped(nodes: Nodes) -> None:
         os.kill(pid, 0)
 
 
+@pytest.mark.thorough
 def test_a_signal_without_a_name_can_end_a_node(nodes: Nodes) -> None:
     nodes.start("camera")
     pid = nodes.pid("camera")
@@ -107,6 +108,7 @@ print(subprocess.Popen(["sleep", "600"]{options}).pid, flush=True)
 """
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("then", ["os._exit(0)", "threading.Event().wait()"])
 def test_what_a_node_has_started_ends_with_it(nodes: Nodes, then: str) -> None:
     nodes.program.write_text(STARTS_ANOTHER.format(options="", then=then))
@@ -118,6 +120,7 @@ def test_what_a_node_has_started_ends_with_it(nodes: Nodes, then: str) -> None:
     assert nodes.polled_until(lambda: not exists(child))
 
 
+@pytest.mark.thorough
 def test_a_process_that_has_left_costs_time_once(nodes: Nodes) -> None:
     nodes.program.write_text(STARTS_ANOTHER.format(options=", start_new_session=True", then="os._exit(3)"))
     nodes.start("manager")
@@ -145,6 +148,7 @@ def test_a_node_whose_end_nobody_saw_has_not_failed(nodes: Nodes, tmp_path: Path
     assert not nodes.has_failed("manager")
 
 
+@pytest.mark.thorough
 def test_a_node_goes_on_when_nobody_takes_what_it_prints(
     nodes: Nodes, monkeypatch: pytest.MonkeyPatch
 ) -> None:

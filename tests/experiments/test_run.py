@@ -169,6 +169,7 @@ def test_a_forged_segmentation_does_not_end_the_downtime(tmp_path: Path) -> None
     assert forged.metrics.t_down_s == silent.metrics.t_down_s
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("fault", FAULTS)
 def test_the_same_seed_gives_the_same_bytes(fault: str, tmp_path: Path) -> None:
     timing = Timing(duration_s=2.0, warm_up_s=1.0)

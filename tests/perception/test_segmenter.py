@@ -79,6 +79,7 @@ def frames(frame: Frame, count: int) -> Iterator[Frame]:
         yield shifted.astype(np.uint8), (depth + 977 * index).astype(np.uint16)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", list_models())
 def test_the_bits_of_an_answer_do_not_depend_on_what_came_before(name: str, frame: Frame) -> None:
     segmenter = Segmenter(load_model(name))
@@ -112,6 +113,7 @@ def test_the_bits_of_an_answer_do_not_depend_on_the_process(tmp_path: Path, fram
         assert sorted(answers[0]) == sorted(answers[1])
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", list_models())
 def test_several_threads_answer_nearly_as_one_does(name: str, frame: Frame) -> None:
     model = load_model(name)

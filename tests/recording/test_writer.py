@@ -85,6 +85,7 @@ def test_the_same_messages_leave_the_same_bytes_whatever_the_folder(
     assert contents(first) == contents(second)
 
 
+@pytest.mark.thorough
 def test_the_same_messages_leave_the_same_bytes_in_another_process(tmp_path: Path) -> None:
     code = """
 import sys

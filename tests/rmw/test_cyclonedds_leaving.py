@@ -59,6 +59,7 @@ def guest(live: "Live", ending: str) -> Iterator[subprocess.Popen[str]]:
             process.kill()
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("ending", "number", "code", "said"),
     [

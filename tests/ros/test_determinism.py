@@ -43,6 +43,7 @@ def history(hash_seed: str) -> str:
     return subprocess.run(command, env=environment, check=True, capture_output=True, text=True).stdout
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("hash_seed", ["1", "424242"])
 def test_the_history_does_not_depend_on_the_process(hash_seed: str) -> None:
     assert history(hash_seed) == history("0")

@@ -20,6 +20,7 @@ class Occurrence:
         there: whether it is there now.
         over: whether it does not come any more: it was cured, has healed for good, or could not be injected.
         changes: what is still to come of its course.
+        grown: the strength that it was given last while it was there; None if that never was.
         activated: the nodes that its injection has activated.
     """
 
@@ -30,6 +31,7 @@ class Occurrence:
     there: bool = False
     over: bool = False
     changes: Iterator[Change] = field(default_factory=lambda: iter(()))
+    grown: Value | None = None
     activated: set[str] = field(default_factory=set)
 
     @property

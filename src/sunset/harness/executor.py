@@ -216,6 +216,7 @@ class ScenarioExecutor(Node):
                 self._heal(one)
                 self._go_on(one)
             elif one.there:
+                one.grown = value
                 self._set(one, value).add_done_callback(partial(self._check, one))
                 self._go_on(one)
             else:
@@ -282,13 +283,10 @@ class ScenarioExecutor(Node):
             elif one.is_away and one.is_cured_by(parameter, value):
                 self._end(one, done)
         its_own = [one for one in self._of(node) if parameter == one.fault.parameter]
-        if (
-            its_own
-            and all(one.has_left or one.is_due for one in its_own)
-            and value != its_own[0].fault.healthy
-        ):
+        if all(one.has_left or one.is_due for one in its_own):
             # what was ordered before the cure was seen came after it
-            self._apply(its_own[0], its_own[0].removal(), access=True)
+            for one in [one for one in its_own if one.grown == value][:1]:
+                self._apply(one, one.removal(), access=True)
         for one in self._played:
             is_configuration = one.fault.kind is FaultKind.CONFIGURATION
             if is_configuration and one.there and not self._world.holds(one.plan.injection):

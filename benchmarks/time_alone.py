@@ -5,8 +5,9 @@ several such moments; or at a moment that is drawn anew for every run, uniformly
 does nothing else (`alone`), or answers symptoms as the baseline does (`with-baseline`).
 
 Prints, for each, the downtime and the IoU over all frames, and the paired differences to the same action at random
-moments, with 95 % intervals, a scenario as a cluster. A moment that is worth knowing would show as less downtime and
-more IoU than at random moments; and one that makes symptoms unnecessary, as less downtime than the baseline's.
+moments, with 95 % intervals, a scenario as a cluster. No two scenarios share a seed, which draws the onset. A moment
+that is worth knowing would show as less downtime and more IoU than at random moments; and one that makes symptoms
+unnecessary, as less downtime than the baseline's.
 """
 
 import argparse
@@ -87,16 +88,16 @@ def managers(actions: Sequence[str], moments: Sequence[float]) -> dict[str, Call
 def print_table(rows: Sequence[RunRow], names: Sequence[str], random_one: str) -> None:
     """Print the figures of managing systems, and their differences to the one of random moments."""
     figures = {(row.manager, row.scenario, row.seed): row.metrics for row in rows if row.valid}
-    pairs = sorted({(scenario, seed) for _, scenario, seed in figures})
+    runs = sorted({(row.scenario, row.seed) for row in rows})
     head = ["", *(text for label in FIGURES.values() for text in (label, "- random", "95 % conf."))]
     table = [head]
     for name in names:
         cells = [name]
         for figure in FIGURES:
-            compared = [
-                (scenario, figures[name, scenario, seed][figure], figures[random_one, scenario, seed][figure])
-                for scenario, seed in pairs
+            values = [
+                [figures.get((one, *run), {}).get(figure) for run in runs] for one in (name, random_one)
             ]
+            compared = [(run[0], one, other) for run, one, other in zip(runs, *values, strict=True)]
             mean, _, difference, _ = compare_means(compared)
             if mean is None or difference is None or difference.low is None or difference.high is None:
                 raise SystemExit(f"{name}: there are too few runs for an interval.")
@@ -123,21 +124,27 @@ def main() -> None:
     arguments = parser.parse_args()
     actions, moments = arguments.actions.split(","), [float(text) for text in arguments.moments.split(",")]
     made = managers(actions, moments)
-    with progress_bar("Running") as progress:
-        results = sunset.bench(
-            arguments.suite,
-            {"none": "none", "baseline": "baseline", **made},
-            out=arguments.out,
-            references=False,
-            repetitions=arguments.repetitions,
-            duration=arguments.duration,
-            jobs=arguments.jobs,
-            progress=progress,
-        )
+    scenarios = sunset.list_scenarios(arguments.suite)
+    rows: list[RunRow] = []
+    with progress_bar("Scenarios") as progress:
+        for number, scenario in enumerate(scenarios):
+            progress(number, len(scenarios))
+            results = sunset.bench(
+                arguments.suite,
+                {"none": "none", "baseline": "baseline", **made},
+                out=arguments.out / str(number),
+                scenarios=[scenario],
+                references=False,
+                repetitions=arguments.repetitions,
+                seed=1 + number * arguments.repetitions,  # which draws the onset: another one in every run
+                duration=arguments.duration,
+                jobs=arguments.jobs,
+            )
+            rows += results.runs
     for action in actions:
         for how in ("alone", "with-baseline"):
             names = [name for name in made if name.startswith(f"{action}-{how}-")]
-            print_table(results.runs, [*names, "none", "baseline"], names[-1])
+            print_table(rows, [*names, "none", "baseline"], names[-1])
 
 
 if __name__ == "__main__":

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from sunset.errors import OutputError
-from sunset.output_files import draft_of, write_text
+from sunset.output_files import draft_of, draft_of_folder, write_text
 
 
 def begin(file: Path) -> None:
@@ -33,3 +33,23 @@ def test_what_goes_wrong_leaves_the_file_as_it_was_and_no_other(tmp_path: Path) 
     assert [path.name for path in tmp_path.iterdir()] == ["table.csv"]
     write_text(file, "after")
     assert file.read_text(encoding="utf-8") == "after"
+
+
+def begin_folder(folder: Path) -> None:
+    with draft_of_folder(folder, "site") as draft:
+        (draft / "one").write_text("one")
+        raise ZeroDivisionError
+
+
+def test_what_goes_wrong_leaves_no_half_of_a_folder(tmp_path: Path) -> None:
+    with pytest.raises(ZeroDivisionError):
+        begin_folder(tmp_path / "new")
+    assert list(tmp_path.iterdir()) == []
+
+    with draft_of_folder(tmp_path / "new") as draft:
+        (draft / "one").write_text("one")
+        assert not (tmp_path / "new").exists()
+    assert [file.name for file in tmp_path.rglob("*")] == ["new", "one"]
+
+    with pytest.raises(OutputError, match=r"The site .*new exists already; remove it or name another folder"):
+        begin_folder(tmp_path / "new")

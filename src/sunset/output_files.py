@@ -72,19 +72,20 @@ def draft_of_folder(folder: Path, what: str = "folder") -> Iterator[Path]:
         OutputError: it exists and is not empty, or cannot be written.
     """
     place = folder.absolute()
-    draft = place.with_name(f".{place.name}.{os.getpid()}.part")
     try:
         if place.exists() and (not place.is_dir() or any(place.iterdir())):
             raise OutputError(f"The {what} {folder} exists already; remove it or name another folder.")
+        draft = place.with_name(f".{place.name}.{os.getpid()}.part")
         draft.mkdir(parents=True)
-        yield draft
-        draft.rename(place)
+        try:
+            yield draft
+            draft.rename(place)
+        finally:
+            shutil.rmtree(draft, ignore_errors=True)
     except OSError as error:
         raise OutputError(
             f"The {what} {folder} cannot be written: {error.strerror}; free some space or name another folder."
         ) from error
-    finally:
-        shutil.rmtree(draft, ignore_errors=True)
 
 
 def write_text(file: Path, text: str, what: str = "file") -> None:

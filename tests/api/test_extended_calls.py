@@ -96,7 +96,7 @@ def test_a_node_of_an_extension_that_fails_is_named(
     manager: str | type[Level], mistake: str, sentence: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("LIGHT_METER", mistake)
-    monkeypatch.setattr("sunset.isolation._STILL_S", 0.5)
+    monkeypatch.setattr("sunset.experiments.manager._STILL_S", 0.0)
 
     with pytest.raises(ExtensionError, match=sentence):
         sunset.run("nofault", manager, seed=2, duration=1, manager_limit=0.5, extensions=LIGHT_METER)

@@ -59,15 +59,16 @@ def test_each_run_is_a_link_away_and_failed_ones_are_named(campaign: Path, tmp_p
     first = sunset.write_site(campaign, tmp_path / "a site", progress=lambda *done: seen.append(done))
 
     text = first.read_text(encoding="utf-8")
-    (link,) = links(first)
-    assert "gpu_failure+image_shift+autofocus_needed" in (first.parent / unquote(link)).read_text(
-        encoding="utf-8"
-    )
-    assert "1: failed" in text
+    assert len(links(first)) == 2
+    for link in links(first):
+        page = (first.parent / unquote(link)).read_text(encoding="utf-8")
+        assert "gpu_failure+image_shift+autofocus_needed" in page
+        assert "<script>alert(1)</script>" not in page
+    assert text.count("(managing system failed)") == 1
     assert "<script>alert(1)</script>" not in text
     assert "comparison of managing systems" in text
     assert not re.search(r"""(?:src|href)=["']?(?:https?:)?//""", text)
-    assert seen == [(0, 1), (1, 1)]
+    assert seen == [(0, 2), (1, 2), (2, 2)]
     assert [path.name for path in tmp_path.iterdir()] == ["a site"]
 
 

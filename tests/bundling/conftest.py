@@ -17,13 +17,13 @@ DATE = "2026-03-14"
 SETTINGS = Settings(timing=Timing(duration_s=2.0, warm_up_s=0.5))
 
 HELPER = "GREETING = 'here'\n"
-MINE = """
-from pathlib import Path
-
+IMPORTED = "mine was imported"
+"""What the managing system prints when its file is run, which is shown on stderr."""
+MINE = f"""
 import helper
 from sunset.managing import ManagingSystem
 
-Path(r"{marker}").touch()
+print("{IMPORTED}")
 
 
 class Mine(ManagingSystem):
@@ -39,7 +39,7 @@ def campaign(folder: Path, *, seed: int = 1) -> Path:
     (folder / "rain").mkdir()
     (folder / "rain/wet.yaml").write_text("name: wet\nfaults: [gpu_failure]\n")
     (folder / "helper.py").write_text(HELPER)
-    (folder / "mine.py").write_text(MINE.format(marker=folder / "imported"))
+    (folder / "mine.py").write_text(MINE)
     spec = BenchSpec(
         suite=str(folder / "rain"),
         managers=("none", f"mine={folder / 'mine.py'}:Mine"),

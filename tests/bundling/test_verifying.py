@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from tests.bundling.conftest import DATE, SETTINGS, Forge
+from tests.bundling.conftest import DATE, IMPORTED, SETTINGS, Forge
 
 from sunset.api.splits import generate_split
 from sunset.bundling import Rerun, bundle, verify
@@ -453,9 +453,10 @@ def test_what_fits_together_and_never_happened_is_found_by_running_it_again(
     assert problem.startswith(f"{WET}: The run in {WET} was run again, and left other messages")
 
 
-def test_an_untouched_bundle_verifies_and_runs_none_of_its_code(results: Path, packed: Path) -> None:
-    imported = results.parent / "imported"
-    imported.unlink(missing_ok=True)
+def test_an_untouched_bundle_verifies_and_runs_none_of_its_code(
+    packed: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    capfd.readouterr()
 
     found = verify(packed, ALL)
 
@@ -467,12 +468,13 @@ def test_an_untouched_bundle_verifies_and_runs_none_of_its_code(results: Path, p
         "2 runs could not be run again: that runs the code of mine, which the bundle has; read it, and let it run with "
         "--trust."
     )
-    assert not imported.exists()
+    assert IMPORTED not in capfd.readouterr().err
 
 
-def test_what_is_trusted_is_run_again_from_the_source_in_the_bundle(results: Path, packed: Path) -> None:
-    imported = results.parent / "imported"
-    imported.unlink(missing_ok=True)
+def test_what_is_trusted_is_run_again_from_the_source_in_the_bundle(
+    results: Path, packed: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    capfd.readouterr()
     (results.parent / "helper.py").rename(results.parent / "gone.py")
     try:
         found = verify(packed, Rerun(99, 1, trust=True))
@@ -480,7 +482,7 @@ def test_what_is_trusted_is_run_again_from_the_source_in_the_bundle(results: Pat
         (results.parent / "gone.py").rename(results.parent / "helper.py")
 
     assert (found.problems, found.unchecked, len(found.again)) == ((), (), 4)
-    assert imported.exists()
+    assert IMPORTED in capfd.readouterr().err
 
 
 @pytest.mark.thorough
@@ -491,20 +493,22 @@ def test_the_seed_chooses_which_runs_are_run_again(packed: Path) -> None:
     assert verify(packed, Rerun(1, 3)).again in chosen
 
 
-EXTENSION = """
-from pathlib import Path
+EXTENSION = f"""
+import sys
 
 from sunset.system import Extension
 
-Path(r"{marker}").touch()
+print("{IMPORTED}", file=sys.stderr)
 EXTENSION = Extension(suites={{"dark": (("image_degradation=1.2",), ("image_degradation=1.4",))}})
 """
 
 
 @pytest.mark.thorough
-def test_an_extension_is_packed_and_runs_only_where_it_is_trusted(tmp_path: Path, forge: Forge) -> None:
-    source, marker = tmp_path / "darker.py", tmp_path / "imported"
-    source.write_text(EXTENSION.format(marker=marker))
+def test_an_extension_is_packed_and_runs_only_where_it_is_trusted(
+    tmp_path: Path, forge: Forge, capfd: pytest.CaptureFixture[str]
+) -> None:
+    source = tmp_path / "darker.py"
+    source.write_text(EXTENSION)
     packed = tmp_path / "dark.zip"
     with extended_system([source]):
         spec = BenchSpec(
@@ -517,9 +521,13 @@ def test_an_extension_is_packed_and_runs_only_where_it_is_trusted(tmp_path: Path
         )
         bench(spec, tmp_path / "results", jobs=1)
         bundle(tmp_path / "results", packed, published=DATE)
-    marker.unlink()
+    capfd.readouterr()
 
-    careful, trusting = verify(packed, ALL), verify(packed, Rerun(99, 1, trust=True))
+    careful = verify(packed, ALL)
+
+    assert IMPORTED not in capfd.readouterr().err
+
+    trusting = verify(packed, Rerun(99, 1, trust=True))
 
     assert (careful.passed, careful.recomputed, careful.again) == (True, 0, ())
     assert careful.unchecked[0].endswith(
@@ -529,14 +537,14 @@ def test_an_extension_is_packed_and_runs_only_where_it_is_trusted(tmp_path: Path
         "The table in report.txt was not compared, since that needs the campaign's extensions, too."
     )
     assert (trusting.passed, trusting.recomputed, len(trusting.again)) == (True, 1, 1)
-    marker.unlink()
+    assert IMPORTED in capfd.readouterr().err
     forged = verify(forge(packed, appended("extensions/darker.py/darker.py")), Rerun(99, 1, trust=True))
     (problem,) = forged.problems
     assert problem == (
         "extensions: the source of darker.py (extensions/darker.py/darker.py) is not what the plan says it was run "
         "with."
     )
-    assert not marker.exists()
+    assert IMPORTED not in capfd.readouterr().err
     shutil.rmtree(tmp_path / "opened")
     run = "campaign/runs/dark/none/image_degradation-1.2-"
     missing = verify(forge(packed, lambda folder: shutil.rmtree(folder / "campaign/runs")), NOTHING)

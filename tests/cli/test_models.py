@@ -126,7 +126,13 @@ def test_curves_are_printed_and_written(
     assert json.loads((out / "curves.json").read_text(encoding="utf-8")) == found
     rows = list(csv.DictReader((out / "curves.csv").read_text(encoding="utf-8").splitlines()))
     assert [row["strengths"] for row in rows if row["suite"] == "1"] == ["0.25"]
-    assert {path.name for path in out.iterdir()} == {"curves.csv", "curves.json", "curves.png", "cures.png"}
+    assert {path.name for path in out.iterdir()} == {
+        "curves.csv",
+        "curves.json",
+        "severities.json",
+        "curves.png",
+        "cures.png",
+    }
 
 
 def test_curves_need_no_matplotlib(
@@ -143,7 +149,11 @@ def test_curves_need_no_matplotlib(
 
     told = capsys.readouterr().err.strip().splitlines()[-1]
     assert told.startswith("The figures were left out because matplotlib is not installed")
-    assert {path.name for path in (tmp_path / "o").iterdir()} == {"curves.csv", "curves.json"}
+    assert {path.name for path in (tmp_path / "o").iterdir()} == {
+        "curves.csv",
+        "curves.json",
+        "severities.json",
+    }
 
 
 @pytest.mark.thorough

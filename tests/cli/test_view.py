@@ -9,13 +9,16 @@ from pathlib import Path
 import pytest
 
 from sunset.cli import main
+from sunset.experiments import RunSpec, prepare
+from sunset.experiments.run import record_failure
+from sunset.scenarios import Scenario
 
-FAILING = """\
+MINE = """\
 from sunset.managing import ManagingSystem
 
-class Failing(ManagingSystem):
+class Mine(ManagingSystem):
     def adapt(self, symptoms):
-        raise ValueError("no plan")
+        pass
 """
 
 
@@ -53,22 +56,17 @@ def moved(_: Path, tmp_path: Path) -> list[str]:
     """Return the run of a managing system whose file is gone."""
     folder = tmp_path / "moved"
     file = tmp_path / "mine.py"
-    file.write_text(FAILING.replace('raise ValueError("no plan")', "pass"), encoding="utf-8")
-    assert (
-        main(["run", "nofault", "--manager", f"{file}:Failing", "--duration", "1", "--out", str(folder)]) == 0
-    )
+    file.write_text(MINE, encoding="utf-8")
+    assert main(["run", "nofault", "--manager", f"{file}:Mine", "--duration", "1", "--out", str(folder)]) == 0
     file.unlink()
     return [str(folder)]
 
 
 def failed(_: Path, tmp_path: Path) -> list[str]:
-    """Return a run that failed, as a campaign keeps it."""
-    file = tmp_path / "mine.py"
-    file.write_text(FAILING, encoding="utf-8")
-    command = ["bench", "--suite", "nofault", "--managers", f"mine={file}:Failing", "--repetitions", "1"]
-    out = tmp_path / "campaign"
-    assert main([*command, "--no-references", "--duration", "1", "--jobs", "1", "--out", str(out)]) == 0
-    return [str(path.parent) for path in out.rglob("run.json")]
+    """Return a run that failed as a whole, as a campaign keeps it."""
+    spec = RunSpec(scenario=Scenario("nofault"), manager="none")
+    record_failure(spec, prepare(spec), tmp_path / "run", manager_checksum="", reason="A node failed.")
+    return [str(tmp_path / "run")]
 
 
 def damaged(run: Path, tmp_path: Path) -> list[str]:

@@ -191,6 +191,15 @@ def waiting(context: Context) -> Node:
     return node
 
 
+def talkative(context: Context) -> Node:
+    """Say more at once than a frame holds."""
+    node = Node("talkative", context=context)
+    out = node.create_publisher(String, "seen", 10)
+    for number in range(20):
+        out.publish(String(data=str(number) * (4 << 20)))
+    return node
+
+
 def leaving(context: Context) -> None:
     """Leave the network before any callback."""
     node = Node("leaving", context=context)
@@ -202,7 +211,7 @@ def leaving(context: Context) -> None:
         node.create_publisher(String, "more", 10)
 
 
-@pytest.mark.parametrize("main", [Busy, waiting, leaving, *NODES.values()])
+@pytest.mark.parametrize("main", [Busy, waiting, leaving, talkative, *NODES.values()])
 def test_everything_happens_as_in_one_process(main: Main) -> None:
     here, there = World(), World()
     here.fly(main, remote=False)
@@ -227,6 +236,9 @@ def test_what_does_not_fit_is_told_where_it_is_sent() -> None:
             with pytest.raises(InterfaceError) as caught:
                 wrong()
             told.append(str(caught.value))
+
+        with pytest.raises(MiddlewareError, match="must be at most 16777216 bytes long, got 1677722"):
+            node.create_publisher(String, "s", 1).publish(String(data="x" * (16 << 20)))
 
     gateway = World().fly(main, remote=True)
 

@@ -67,6 +67,9 @@ def flight_bags(
     """
     check_jobs(jobs)
     missing = [plan for plan in dict.fromkeys(plans) if not _is_there(plan)]
+    if missing:  # it is not begun where nothing can be kept
+        with _translated():
+            flights_folder().mkdir(parents=True, exist_ok=True)
     with _rendered(missing, progress, jobs) as frames:
         for plan in missing:
             kept_bag(f"town{plan.town}", asdict(plan), partial(frames, plan), plan.stamps_ns())
@@ -116,7 +119,7 @@ def kept_bag(
     """
     home = _home(name, facts)
     bag = home / _BAG
-    try:
+    with _translated():
         if _is_intact(home):
             return bag
         home.parent.mkdir(parents=True, exist_ok=True)
@@ -125,12 +128,19 @@ def kept_bag(
             write_bag(made / bag.name, frames(), stamps_ns)
             (made / CHECKSUM_FILE).write_text(json.dumps(_checksums(made / bag.name), indent=1) + "\n")
             _move(made, home)
+    return bag
+
+
+@contextmanager
+def _translated() -> Iterator[None]:
+    """Turn the operating system's errors into ours."""
+    try:
+        yield
     except OSError as error:
         reason = error.strerror or str(error)
         raise OutputError(
-            f"The frames cannot be kept in {home.parent}: {reason}; set SUNSET_CACHE_DIR to another folder."
+            f"The frames cannot be kept in {flights_folder()}: {reason}; set SUNSET_CACHE_DIR to another folder."
         ) from error
-    return bag
 
 
 def flights_folder() -> Path:

@@ -60,9 +60,12 @@ def _links(runs: Sequence[RunRow], pages: Mapping[Path, str]) -> str:
 def _link(run: RunRow, page: str | None) -> str:
     iou = run.metrics["iou_all"]
     figure = "N/A" if iou is None else f"{iou:.2f}"
-    what = "failed" if run.is_empty else figure if run.valid else f"{figure} (invalid)"
+    remarks = {"invalid": not run.valid, "managing system failed": bool(run.failed)}
+    remark = ", ".join(text for text, holds in remarks.items() if holds)
+    what = "failed" if run.is_empty else f"{figure} ({remark})" if remark else figure
     text = f"{run.seed}: {what}"
-    reason = f' title="{escape(run.reason)}"' if run.reason else ""
+    reasons = " ".join(filter(None, (run.reason, run.failed)))
+    reason = f' title="{escape(reasons)}"' if reasons else ""
     if page is None:
         return f"<span{reason}>{escape(text)}</span>"
     return f'<a href="{escape(page)}"{reason}>{escape(text)}</a>'

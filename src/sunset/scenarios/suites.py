@@ -1,6 +1,5 @@
 """The suites of the system's description, as scenarios."""
 
-from dataclasses import replace
 from functools import lru_cache
 
 from sunset.errors import ScenarioError
@@ -59,7 +58,7 @@ def suite(name: str) -> tuple[Scenario, ...]:
 
 
 def suite_of(scenario: Scenario) -> str:
-    """Return the name of the suite that has a scenario, by that name and the same but for its description; or "".
+    """Return the name of the suite that has a scenario, by its name and with its faults; empty if none has.
 
     >>> suite_of(Scenario("nofault")), suite_of(Scenario("nofault", (parse_fault("gpu_failure"),)))
     ('nofault', '')
@@ -67,7 +66,7 @@ def suite_of(scenario: Scenario) -> str:
     name = scenario.name.split("/", 1)[0]
     if name not in suite_names():
         return ""
-    same = (replace(one, description=scenario.description) == scenario for one in suite(name))
+    same = ((one.name, one.faults) == (scenario.name, scenario.faults) for one in suite(name))
     return name if any(same) else ""
 
 

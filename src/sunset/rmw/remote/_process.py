@@ -5,6 +5,7 @@ import threading
 from collections.abc import Callable, Sequence
 from functools import partial
 from itertools import count
+from typing import Final
 
 from sunset.errors import MiddlewareError
 from sunset.rmw.core.node import NodeHandle, Parts
@@ -19,6 +20,7 @@ from sunset.rmw.remote._entity import (
     RemoteTimer,
 )
 from sunset.rmw.remote._protocol import (
+    LONGEST,
     Answer,
     AskEndpoints,
     AskNodes,
@@ -31,8 +33,10 @@ from sunset.rmw.remote._protocol import (
     Order,
     Pipe,
     Post,
+    Publish,
     Question,
     Raised,
+    Respond,
     Shutdown,
     Spin,
     Statement,
@@ -40,6 +44,9 @@ from sunset.rmw.remote._protocol import (
     read_order,
     write_statements,
 )
+
+_MOST: Final = LONGEST // 4
+"""Bytes of a message, and of those that are sent in one frame before the last of them."""
 
 
 def describe_error(error: BaseException) -> str:
@@ -69,6 +76,7 @@ class RemoteProcess(RemoteHost):
         self._pipe = pipe
         self._describe = describe
         self._statements: list[Statement] = []
+        self._size = 0
         self._numbers = count(1)
         self._nodes: dict[NodeHandle, None] = {}
         self._thread = threading.get_ident()
@@ -125,7 +133,7 @@ class RemoteProcess(RemoteHost):
     def _send(self, last: Statement) -> None:
         if os.getpid() != self._process:  # a callback has forked this one, which has nothing to say
             os._exit(0)
-        statements, self._statements = self._statements, []
+        statements, self._statements, self._size = self._statements, [], 0
         statements.append(last)
         self._pipe.send(write_statements(statements))
 
@@ -135,8 +143,17 @@ class RemoteProcess(RemoteHost):
         return next(self._numbers)
 
     def tell(self, change: Change) -> None:
-        if self._alive:
-            self._statements.append(change)
+        if not self._alive:
+            return
+        if isinstance(change, Publish | Respond):
+            if len(change.body) > _MOST:
+                raise MiddlewareError(
+                    f"A message must be at most {_MOST} bytes long, got {len(change.body)}."
+                )
+            self._size += len(change.body)
+        self._statements.append(change)
+        if self._size > _MOST:  # more does not fit into a frame
+            self.ask(AskNodes())
 
     def ask(self, question: Question) -> Answer:
         if threading.get_ident() != self._thread:

@@ -65,16 +65,17 @@ def confined(
 def unconfined(name: str, **arguments: object) -> object:
     """Return what the same attack gets in a fork of this process, as managing systems once were."""
     context = multiprocessing.get_context("fork")
-    answers = context.SimpleQueue()
+    answers, answering = context.Pipe(duplex=False)
 
     def run(folder: str) -> None:
         os.chdir(folder)
-        answers.put(attacks.outcome(name, **arguments)["got"])
+        answering.send(attacks.outcome(name, **arguments)["got"])
 
-    with TemporaryDirectory() as folder:
+    with TemporaryDirectory() as folder, answers:
         process = context.Process(target=run, args=(folder,))
         process.start()
-        got: object = answers.get()
+        answering.close()  # so that the end of a process that does not answer is seen
+        got: object = answers.recv()
         process.join()
     return got
 

@@ -307,7 +307,7 @@ def test_a_program_is_packed_with_the_files_of_its_command_and_run_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    source = Path(sunset.__file__).parents[2] / "docs" / "programs" / "focus.sh"
+    source = Path(__file__).parents[2] / "docs" / "programs" / "focus.sh"
     Path("mine").mkdir()
     shutil.copy(source, "mine/focus.sh")
     Path("mine/data.txt").write_text("1")

@@ -31,8 +31,12 @@ def bag(flight: Path, tmp_path_factory: pytest.TempPathFactory) -> BagReader:
 @pytest.fixture(scope="module")
 def found(bag: BagReader, tmp_path_factory: pytest.TempPathFactory) -> FlightThresholds:
     with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("SUNSET_CACHE_DIR", str(tmp_path_factory.mktemp("cache")))
-        fitted, found = fit_to_flight(MODEL, bag, jobs=1)
+        folder = tmp_path_factory.mktemp("cache")
+        patch.setenv("SUNSET_CACHE_DIR", str(folder))
+        assert fit_to_flight(MODEL, bag, jobs=1)[1] is not None
+        assert not flights_folder().exists()
+        answers = folder / "inference.sqlite"
+        fitted, found = fit_to_flight(MODEL, bag, jobs=1, cache=answers)
         assert found is not None
         thresholds = fitted.card.entropy_threshold, fitted.card.sharpness_threshold
         assert thresholds == (found.entropy_threshold, found.sharpness_threshold)
@@ -41,7 +45,7 @@ def found(bag: BagReader, tmp_path_factory: pytest.TempPathFactory) -> FlightThr
         )
         # what is kept is not measured again
         patch.setattr(module, "_look_at_all", None)
-        assert fit_to_flight(MODEL, bag, jobs=1) == (fitted, found)
+        assert fit_to_flight(MODEL, bag, jobs=1, cache=answers) == (fitted, found)
         (file,) = flights_folder().glob("thresholds-*.json")
         kept = json.loads(file.read_text())
         assert kept["made_of"]["network fusion"] == MODEL.card.networks[Modality.FUSION].digest

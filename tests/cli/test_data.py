@@ -26,7 +26,7 @@ from tests.data.material import (
 from sunset.cli import main
 from sunset.data import Frame, read_bag
 
-FLOWN = 70
+FLOWN = 100
 """Frames of an experiment of four seconds, with its warm-up."""
 
 

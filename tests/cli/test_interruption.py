@@ -20,7 +20,7 @@ def interrupted(*_: object, **__: object) -> NoReturn:
 @pytest.mark.parametrize(
     ("arguments", "work", "said"),
     [
-        (["run"], "sunset.cli.run.prepare", "Interrupted.\n"),
+        (["run"], "sunset.cli.run.prepare_flight", "Interrupted.\n"),
         (
             ["bench", "--out", "results"],
             "sunset.cli.bench.plan",

@@ -47,6 +47,7 @@ class Known(NamedTuple):
 
 DELAY = Known(DOUBLE, limits=(-1.0, 3600.0), read_only=True)
 FAULT = Known(BOOL, (False, True))
+SWITCH = Known(BOOL, (True, False))
 ACTION = Known(BOOL, (False, True))
 TYPES = {"start_type_description_service": Known(BOOL, read_only=True)}
 SIM_TIME = {"use_sim_time": Known(BOOL, (False, True)), **TYPES}
@@ -59,6 +60,7 @@ NODES: dict[str, dict[str, Known]] = {
     "/managed_subsystem/camera": {
         **SIM_TIME,
         "lifecycle_activation_delay": DELAY,
+        "fault_access": SWITCH,
         "sharpness_threshold": Known(DOUBLE, (0.0, 64.0, 1.5), (0.0, 64.0), (math.nan, -math.inf)),
         "image_degradation": Known(DOUBLE, (1.9, 0.5, 0.0), (0.0, 1.9), (math.nan, math.inf)),
         "camera_driver_issue": FAULT,
@@ -69,17 +71,20 @@ NODES: dict[str, dict[str, Known]] = {
     "/managed_subsystem/depth": {
         **SIM_TIME,
         "lifecycle_activation_delay": DELAY,
+        "fault_access": SWITCH,
         "seed": Known(INTEGER, limits=(0, 2**32 - 1), read_only=True),
         "depth_degradation": Known(DOUBLE, (100.0, 2.5, 0.0), (0.0, 100.0), (math.nan, math.inf)),
     },
     "/managed_subsystem/image_enhancement": {
         **SIM_TIME,
         "lifecycle_activation_delay": DELAY,
+        "fault_access": SWITCH,
         "image_degradation": Known(DOUBLE, (1.9, 0.0, 1.5), (0.0, 1.9), (math.nan,)),
     },
     "/managed_subsystem/sensor_fusion": {
         **SIM_TIME,
         "lifecycle_activation_delay": DELAY,
+        "fault_access": SWITCH,
         "topic_camera_input": Known(
             STRING,
             ("/rgb_raw", "rgb_enhanced", "/a/b_1", f"/{'x' * 200}", "rgb_camera"),
@@ -108,6 +113,7 @@ NODES: dict[str, dict[str, Known]] = {
     "/managed_subsystem/segmentation": {
         **SIM_TIME,
         "lifecycle_activation_delay": DELAY,
+        "fault_access": SWITCH,
         "model": Known(STRING, read_only=True),
         "inference_cache": Known(STRING, read_only=True),
         "device": Known(STRING, read_only=True),

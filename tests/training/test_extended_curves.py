@@ -141,8 +141,8 @@ def test_what_an_effect_gets_wrong_is_one_sentence(
     curves = ["models", "curves", "--bag", str(bag), "--extension", str(haze)]
     for jobs, mistake, sentence in (
         (2, "None", "must return an image of shape (144, 256, 3) and type uint8, got None and NoneType."),
-        (1, "np.copyto(bgr, 0)", "The effect of the fault haze raised ValueError at the strength 0.3: "),
-        (1, "bgr.missing", "The effect of the fault haze raised AttributeError at the strength 0.3: "),
+        (1, "np.copyto(bgr, 0)", "The effect of the fault haze raised ValueError at the strength 0.6: "),
+        (1, "bgr.missing", "The effect of the fault haze raised AttributeError at the strength 0.6: "),
     ):
         haze.write_text(
             HAZE.replace("RESTORE", "").replace("np.clip(bgr * ", f"{mistake} #"), encoding="utf-8"

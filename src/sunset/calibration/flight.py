@@ -121,7 +121,7 @@ class _Place:
         model: its folder.
         device: that the networks run on.
         bag: its path.
-        cache: the file of the inference cache; None for none.
+        cache: the file of the inference cache; None for none, and for thresholds that are not kept.
     """
 
     model: Path
@@ -170,13 +170,13 @@ def flight_thresholds(
     jobs: int | None = None,
     progress: Progress | None = None,
 ) -> FlightThresholds:
-    """Return the thresholds of a model on a flight, measured on first use and kept in the cache folder.
+    """Return the thresholds of a model on a flight, measured on first use and kept, if a cache is used.
 
     Args:
         model: what segments.
         bag: the frames, in the model's size.
         device: what the networks run on, as a `Segmenter` takes it.
-        cache: the file of the inference cache; None for none.
+        cache: the file of the inference cache; None for none, and for thresholds that are not kept.
         jobs: processes; as many as there are processors if None. It has no influence on the result.
         progress: called with frames done and frames in all.
 
@@ -193,6 +193,8 @@ def flight_thresholds(
     place = _Place(model.folder, device, bag.path, cache)
     values = _look_at_all(place, plan, len(bag), jobs, progress)
     found = _measured(plan, model.card, values, made_of)
+    if cache is None:
+        return found
     try:
         make_folder(file.parent)
         write_text(file, document_text(found))

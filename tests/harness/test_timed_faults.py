@@ -1,5 +1,6 @@
 """Faults that come later, grow, heal, come and go, and follow each other, in real nodes."""
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import pytest
@@ -29,12 +30,14 @@ def redeploy(world: "World", node_class: type[AdaptiveNode], boot: float = 0.5) 
 class Play:
     """A scenario that has begun, at time 0."""
 
-    def __init__(self, world: "World", *faults: str) -> None:
+    def __init__(self, world: "World", *faults: str, before: Callable[[], object] = lambda: None) -> None:
         self.world = world
         self.nodes = {node_class.node_name: start(world, node_class) for node_class in NODES}
         text = "name: played\nfaults:\n" + "".join(f"- {{{fault}}}\n" for fault in faults)
         world.start(ScenarioExecutor, parse_scenario(text, "here"))
         world.run(0.3)
+        before()
+        world.run(0.2)
         client = world.tester.create_client(Trigger, "/scenario_executor/inject")
         self.answer = client.call_async(Trigger.Request())
         self.world.run(0.0005)  # it is on its way
@@ -241,6 +244,25 @@ def test_an_internal_fault_waits_until_its_node_is_up(world: "World") -> None:
     ((onset, fault),) = play.onsets
     assert fault == "camera_driver_issue"
     assert 2.7 < onset < 2.8
+
+
+def test_a_redeploy_before_the_measured_time_averts_no_fault(world: "World") -> None:
+    play = Play(
+        world,
+        "name: camera_driver_issue",
+        "name: sync_issue",
+        before=lambda: redeploy(world, Camera, boot=2.0),
+    )
+    play.until(1)
+    assert [fault for _, fault in play.onsets] == ["sync_issue"]
+    answer = play.answer.result()
+    assert answer is not None
+    assert (answer.success, answer.message) == (True, "Injected 1 fault; 1 more may follow.")
+    play.until(4)
+    (_, (onset, fault)) = play.onsets
+    assert fault == "camera_driver_issue"
+    assert 1.4 < onset < 2.1
+    assert play.ends == []
 
 
 def test_a_fault_that_is_there_cannot_be_set_back_by_others(world: "World") -> None:

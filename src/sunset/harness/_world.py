@@ -26,6 +26,7 @@ class World:
         self._states: dict[str, str] = {}
         self._values: dict[tuple[str, str], Value] = {}
         self._starting: set[str] = set()
+        self._started_anew: set[str] = set()
         self._initial_states = current_system().initial_states
 
     def hold(self, steps: Iterable[Adaptation], kind: FaultKind) -> None:
@@ -43,8 +44,8 @@ class World:
         return any(_key(step) in self._lasting for step in steps)
 
     def settle(self) -> None:
-        """Take all nodes for up, which they are when the first fault is injected."""
-        self._starting.clear()
+        """Take all nodes for up, which they are when the first fault is injected, but those that were redeployed."""
+        self._starting &= self._started_anew
 
     def is_settled(self, node: str) -> bool:
         """Return whether a node's process is there, and the node has been in its initial state since its start."""
@@ -72,6 +73,8 @@ class World:
 
     def _begin_anew(self, node: str) -> None:
         """Forget what was seen of a node's last process."""
+        if node in self._states:
+            self._started_anew.add(node)
         self._starting.add(node)
         self._values = {key: value for key, value in self._values.items() if key[0] != node}
 

@@ -92,9 +92,10 @@ class ScenarioExecutor(Node):
         self._played = tuple(map(Occurrence, self.scenario.faults))
         by_themselves = [one for one in self._played if one.plan.after is None]
         for one in by_themselves:
-            if one.plan.at > 0:
+            if one.plan.at > 0 or self._must_wait(one):
                 self._at(one.plan.at, partial(self._come, one))
-        answers = [(one, self._begin(one)) for one in by_themselves if one.plan.at == 0]
+        due = [one for one in by_themselves if one.plan.at == 0 and not one.waiting]
+        answers = [(one, self._begin(one)) for one in due]
         problems = []
         for one, future in answers:
             refusal = (await future).refusal
@@ -121,9 +122,13 @@ class ScenarioExecutor(Node):
         if one.over or (one.plan.until is not None and self._seconds() >= one.plan.until):
             one.over, one.waiting = True, False
             return
-        one.waiting = one.is_internal and not self._world.is_settled(one.fault.node)
+        one.waiting = self._must_wait(one)
         if not one.waiting:
             self._order(one, self._begin)
+
+    def _must_wait(self, one: Occurrence) -> bool:
+        """Return whether a fault lives in a node that is being started."""
+        return one.is_internal and not self._world.is_settled(one.fault.node)
 
     def _order(self, one: Occurrence, inject: Callable[[Occurrence], Future[Answer]]) -> None:
         """Inject a fault after the measured time began, and say so."""

@@ -115,8 +115,11 @@ class RemoteHarness(SimHarness):
             process.start()
         self._remote.append(process)
         self._processes[node] = self.simulation.create_process(node)
-        self._gateways.append(Gateway(self._processes[node], Pipe(ours), limit_s=30.0))
+        simulated = self._processes[node]
+        self._gateways.append(Gateway(simulated, Pipe(ours), limit_s=30.0, end=simulated.end))
         self._gateways[-1].start()
+        if simulated.alive:
+            simulated.run()
 
     def close(self) -> None:
         super().close()

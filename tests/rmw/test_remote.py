@@ -72,8 +72,8 @@ class World:
     def connect(self, limit_s: float = 10.0) -> tuple[Gateway, socket.socket]:
         """Return what stands for a process, and where that process is expected."""
         ours, theirs = socket.socketpair()
-        process = self.simulation.create_process("remote")
-        return Gateway(process, Pipe(ours), limit_s=limit_s), theirs
+        self.remote = self.simulation.create_process("remote")
+        return Gateway(self.remote, Pipe(ours), limit_s=limit_s, end=self.remote.end), theirs
 
     def fly(self, main: Main, *, remote: bool, seconds: float = 2.0) -> Gateway | None:
         """Run the process `remote` for some time, here or behind a pipe, and return what stands for it."""
@@ -83,6 +83,8 @@ class World:
             thread = threading.Thread(target=serve, args=(theirs, main))
             thread.start()
             gateway.start()
+            if self.remote.alive:
+                self.remote.run()
         else:
             self.bring_up("remote", main)
         self.simulation.run_until(self.simulation.now + round(seconds * _S))

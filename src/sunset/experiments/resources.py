@@ -22,7 +22,7 @@ from sunset.data import (
 )
 from sunset.data.bag_paths import check_bag_path
 from sunset.errors import DataError, InvalidInputError, ModelError
-from sunset.experiments.manager_process import start_server
+from sunset.harness.confined_manager import start_server
 from sunset.experiments.spec import RunSpec
 from sunset.isolation import FORKING
 from sunset.managing import is_registered

@@ -378,6 +378,29 @@ def test_whatever_a_process_says_the_simulation_goes_on(case: str) -> None:
     )
 
 
+def test_a_predicate_that_raises_is_the_business_of_the_process_that_waits_for_it() -> None:
+    world = World()
+    gateway, theirs = world.connect()
+    told: list[bytes] = []
+
+    def wait_and_raise() -> None:
+        pipe = Pipe(theirs)
+        pipe.receive()
+        for said in ((15, 10**9), (13, "no reason"), DONE):
+            pipe.send(msgspec.msgpack.encode([said]))
+            with suppress(MiddlewareError):  # the simulation has left
+                told.append(pipe.receive())
+
+    thread = threading.Thread(target=wait_and_raise)
+    thread.start()
+    gateway.start()
+    gateway.close()
+    thread.join()
+    theirs.close()
+    assert gateway.failure is None
+    assert b"What it waits for raised." in told[1]
+
+
 def test_a_process_that_says_nothing_has_failed_when_its_time_is_over() -> None:
     world = World()
     gateway, theirs = world.connect(limit_s=0.1)

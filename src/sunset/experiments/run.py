@@ -16,13 +16,13 @@ from msgspec.structs import replace
 from sunset import __version__
 from sunset.errors import ManagerError
 from sunset.experiments.manager import check_name, isolate, manager_checksum
-from sunset.harness.confined_manager import manager_process
 from sunset.experiments.observer import Observer
 from sunset.experiments.parameters import manager_parameters
 from sunset.experiments.resources import Resources, flight_name, prepare
 from sunset.experiments.simulated import run_simulated
 from sunset.experiments.spec import RunSpec
 from sunset.experiments.stored_faults import stored_faults
+from sunset.harness.confined_manager import manager_process
 from sunset.interfaces.stamps import NS_PER_S, ns_of
 from sunset.interfaces.system_interfaces.msg import FaultInjection
 from sunset.isolation import Watch
@@ -40,8 +40,8 @@ def run(spec: RunSpec, folder: Path, *, log: bool = False) -> StoredRun:
     """Run one experiment, write its record to a new folder, and score it.
 
     The folder appears when the run is complete, under its final name. A simulated experiment takes place in a process
-    of its own, and the managing system of any in another one; what is measured is computed here, from the recorded
-    messages and from nothing else. Where the managing system fails, the run goes on without one, and the record says so.
+    of its own, and the managing system in another one; what is measured is computed here, from the recorded messages
+    and from nothing else. Where the managing system fails, the run goes on without one, and the record says so.
 
     Args:
         spec: what is run.

@@ -544,13 +544,14 @@ def shared_memory(key: int) -> object:
 def remove_shared_memory(key: int) -> None:
     """Remove what `shared_memory` has made, of whatever it could make."""
     name = f"sunset-{key}"
-    for remove in (
+    removals: list[Callable[[], object]] = [
         lambda: _call((31, 195), _call((29, 194), key, 0, 0), 0, None),
         lambda: _call((71, 187), _call((68, 186), key, 0), 0, None),
         lambda: _call((66, 191), _call((64, 190), key, 0, 0), 0, 0),
         lambda: _call((241, 181), name.encode()),
         lambda: _call((250, 219), 9, _call((250, 219), 10, -4, b"user", name.encode(), 0), -4),
-    ):
+    ]
+    for remove in removals:
         with suppress(OSError):  # there is none
             remove()
     for folder in ("/dev/shm", "/tmp", "/var/tmp"):  # noqa: S108  that was the attack

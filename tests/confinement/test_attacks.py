@@ -100,7 +100,7 @@ def test_it_sees_no_process(confinement: Confinement, bystander: int) -> None:
     assert unconfined("links", pid=bystander)
     for other in (bystander, os.getpid()):
         assert confined(confinement, "links", pid=other)["got"] == []
-    assert all(unconfined("proc_parent"))  # type: ignore[call-overload]
+    assert all(unconfined("proc_parent"))  # type: ignore[arg-type]
     assert confined(confinement, "proc_parent")["got"] == [[], []]
     for folder in ("/proc", "/sys", "/dev", "/dev/shm", "/dev/fd", "/tmp", "/"):  # noqa: S108  looked at only
         assert unconfined("listing", folder=folder)

@@ -35,6 +35,7 @@ def look():
 
 class Spy(ManagingSystem):
     def adapt(self, symptoms):
+        print("no end", end="", flush=True)
         raise ValueError(f"got {look()}")
 """
 

@@ -209,7 +209,8 @@ def _main(text: str) -> int:
         print(f"sunset: {sentence}", file=sys.stderr)  # noqa: T201  the last line of a node that could not run
         return _BAD_INPUT
     if failure:
-        print(failure, file=sys.stderr)  # noqa: T201  its last line, too
+        # what the managing system has printed last may be a line without an end
+        print(f"\n{failure}", file=sys.stderr)  # noqa: T201  the last line, which the run reads
         return MANAGER_FAILED
     return 0
 

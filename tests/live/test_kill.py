@@ -81,7 +81,7 @@ def test_the_baseline_redeploys_whatever_does_not_send_any_more(tmp_path: Path, 
 
 
 @pytest.mark.parametrize(
-    ("node", "number"), zip(ESSENTIAL, cycle([signal.SIGKILL, signal.SIGSTOP]), strict=False)
+    ("node", "number"), [*zip(ESSENTIAL, cycle([signal.SIGKILL, signal.SIGSTOP]), strict=False)]
 )
 def test_a_run_ends_with_what_there_is_no_experiment_without(tmp_path: Path, node: str, number: int) -> None:
     with flying("nofault", "none", LONGEST_S, tmp_path / "run") as process:

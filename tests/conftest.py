@@ -24,6 +24,29 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # as a shell does for wha
     signal.signal(signal.SIGINT, signal.default_int_handler)  # tests, and what they start, are interrupted
 
 
+LARGE = tuple(
+    Path(__file__).parent / name for name in ("bundling", "cli/test_models.py", "data", "training", "viewing")
+)
+"""Tests that leave their process large."""
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption(
+        "--first-cases", action="store_true", help="run each test with the first of its cases only"
+    )
+
+
+@pytest.hookimpl(trylast=True)  # when -m has chosen
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    # a large process takes long to be forked, and most tests fork it
+    items.sort(key=lambda item: any(map(item.path.is_relative_to, LARGE)))
+    if config.getoption("--first-cases"):
+        first = {item.nodeid.partition("[")[0]: item for item in reversed(items)}
+        left_out = [item for item in items if first[item.nodeid.partition("[")[0]] is not item]
+        items[:] = [item for item in items if first[item.nodeid.partition("[")[0]] is item]
+        config.hook.pytest_deselected(items=left_out)
+
+
 class World:
     """A simulation, a node `/tester` that publishes and calls, and a record of what was published.
 

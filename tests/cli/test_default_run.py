@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 
 from sunset.cli import main
+from sunset.data import read_bag, write_bag
 from sunset.experiments import last_run
 from sunset.recording import read_run
 
@@ -74,11 +75,14 @@ def test_a_run_for_a_script_and_one_with_a_folder_of_its_own_leave_nothing_else(
 
 @pytest.mark.thorough
 def test_a_record_that_cannot_be_kept_is_said_to_be_lost_and_the_run_counts(
-    flight: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    flight: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
+    bag = tmp_path / "short"
+    with read_bag(flight) as reader:
+        write_bag(bag, map(reader.frame, range(12)), reader.stamps_ns[:12])
     monkeypatch.setenv("SUNSET_CACHE_DIR", "/dev/null/cache")
 
-    assert main(["run", "nofault", "--duration", "1", "--no-cache", "--bag", str(flight)]) == 0
+    assert main(["run", "nofault", "--duration", "1", "--no-cache", "--bag", str(bag), "--loop"]) == 0
 
     told = capsys.readouterr()
     assert "end of the experiment" in told.out

@@ -137,7 +137,7 @@ class Namesake(NoAdaptation):
 
 
 class Saboteur(ManagingSystem):
-    """Ends the segmentation as soon as it has sent something, so that its faults cannot be injected."""
+    """Ends the segmentation as soon as it has sent something, so that its faults never come."""
 
     def on_start(self) -> None:
         self.shutdown = self.create_client(ChangeState, "/managed_subsystem/segmentation/change_state")

@@ -58,6 +58,15 @@ def test_a_run_comes_out_the_same_and_shows_what_it_did_not_keep(stored: Path, t
     assert {"/rgb_raw", "/gt_segmentation", "/managed_subsystem/segmentation"} <= topics
 
 
+def test_only_the_images_that_are_wanted_are_kept(stored: Path, tmp_path: Path) -> None:
+    wanted = {"/gt_segmentation", "/managed_subsystem/sensors_fused/depth"}
+
+    again = run_again(stored, tmp_path / "again", images=True, wanted=wanted.__contains__)
+
+    assert again.digest == read_run(stored).digest
+    assert {image.topic for image in read_images(again.folder)} == wanted
+
+
 def test_what_it_was_made_with_may_lie_elsewhere(stored: Path, tmp_path: Path) -> None:
     source = stored.parent / "mine.py"
     moved = source.rename(tmp_path / "mine.py")

@@ -294,16 +294,13 @@ def test_looping_changes_nothing_where_the_bag_is_long_enough(tmp_path: Path) ->
     assert once.metrics == looped.metrics
 
 
-def test_a_managing_system_that_keeps_faults_from_being_injected_makes_its_run_invalid(
-    tmp_path: Path,
-) -> None:
+def test_a_managing_system_that_ends_a_node_for_good_averts_its_fault_and_pays_for_it(tmp_path: Path) -> None:
     result = fly(tmp_path / "run", "gpu_failure", f"{RULE_BREAKERS}:Saboteur")
 
-    assert not result.valid
-    assert result.reason == (
-        "the scenario gpu_failure could not be injected as written: gpu_failure: segmentation did not answer within "
-        "2 s (requests of the managing system: 1)"
-    )
+    assert result.valid
+    assert result.timeline.injections == ()
+    assert result.metrics.t_down_s == result.record.duration_s
+    assert result.metrics.iou_all == 0
 
 
 def test_a_class_in_place_of_the_segmentations_runs_in_the_simulation(tmp_path: Path) -> None:

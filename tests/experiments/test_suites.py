@@ -131,8 +131,8 @@ def test_every_scenario_runs_to_its_end_with_none_and_the_baseline(name: str, tm
 @pytest.mark.thorough
 @pytest.mark.usefixtures("flight")
 def test_no_threshold_sees_what_is_calm_wherever_in_the_flight_it_begins(tmp_path: Path) -> None:
-    spec = BenchSpec(suite="calm", managers=("none",), references=False, repetitions=2, seed=11)
+    spec = BenchSpec(suite="calm", managers=("none",), references=False, repetitions=1, seed=11)
     bench(spec, tmp_path, jobs=1)
     runs = [read_stored_run(file.parent) for file in tmp_path.glob(f"runs/*/*/*/*/{RUN_FILE}")]
-    assert len(runs) == 2 * len(suite("calm"))
+    assert len(runs) == len(suite("calm"))
     assert [(one.record.scenario, one.record.seed) for one in runs if one.metrics.episodes] == []

@@ -4,6 +4,7 @@ import json
 import os
 import signal
 from collections.abc import Iterable, Mapping
+from itertools import cycle
 from pathlib import Path
 
 import pytest
@@ -79,8 +80,9 @@ def test_the_baseline_redeploys_whatever_does_not_send_any_more(tmp_path: Path, 
     assert redeployed == {f"/managed_subsystem/{node}" for node in set(MANAGED) - SILENT}
 
 
-@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSTOP])
-@pytest.mark.parametrize("node", ESSENTIAL)
+@pytest.mark.parametrize(
+    ("node", "number"), [*zip(ESSENTIAL, cycle([signal.SIGKILL, signal.SIGSTOP]), strict=False)]
+)
 def test_a_run_ends_with_what_there_is_no_experiment_without(tmp_path: Path, node: str, number: int) -> None:
     with flying("nofault", "none", LONGEST_S, tmp_path / "run") as process:
         os.kill(children(process.pid)[node], number)

@@ -3,6 +3,7 @@
 import hashlib
 import json
 from collections.abc import Iterator
+from functools import cache
 from itertools import combinations
 from pathlib import Path
 
@@ -14,11 +15,13 @@ from sunset.errors import InvalidInputError, OutputError, ScenarioError
 from sunset.scenarios import Scenario, SplitSpec, draw_split, load_suite, split_hash
 
 COUNT = 1000
-DRAWN = {
-    name: draw_split(SplitSpec(split=name, count=COUNT, seed=1, flights=True))
-    for name in ("train", "validation", "test")
-}
+SPLITS = ("train", "validation", "test")
 SALT = b"0123456789abcdef0123456789abcdef\n"
+
+
+@cache
+def drawn(name: str) -> tuple[Scenario, ...]:
+    return draw_split(SplitSpec(split=name, count=COUNT, seed=1, flights=True))
 
 
 def courses(scenarios: tuple[Scenario, ...]) -> set[str]:
@@ -52,35 +55,35 @@ def test_splits_never_share_a_scenario_whatever_their_seeds() -> None:
             name: draw_split(SplitSpec(split=name, count=COUNT, seed=other))
             for name in ("train", "validation")
         }
-        assert not courses(DRAWN["train"]) & courses(again["validation"])
-        assert not courses(DRAWN["validation"]) & courses(again["train"])
-    assert not courses(DRAWN["test"]) & (courses(DRAWN["train"]) | courses(DRAWN["validation"]))
-    assert [len(courses(scenarios)) for scenarios in DRAWN.values()] == [COUNT] * 3
-    assert [len({one.name for one in scenarios}) for scenarios in DRAWN.values()] == [COUNT] * 3
+        assert not courses(drawn("train")) & courses(again["validation"])
+        assert not courses(drawn("validation")) & courses(again["train"])
+    assert not courses(drawn("test")) & (courses(drawn("train")) | courses(drawn("validation")))
+    assert [len(courses(scenarios)) for scenarios in map(drawn, SPLITS)] == [COUNT] * 3
+    assert [len({one.name for one in scenarios}) for scenarios in map(drawn, SPLITS)] == [COUNT] * 3
 
 
 @pytest.mark.parametrize("what", ["towns", "heights", "weathers", "severities"])
 def test_test_is_drawn_from_values_that_train_and_validation_never_have(what: str) -> None:
     one = what if what == "severities" else what.removesuffix("s")
-    known = values(DRAWN["train"], one)
-    assert known == values(DRAWN["validation"], one)
+    known = values(drawn("train"), one)
+    assert known == values(drawn("validation"), one)
     assert known
-    assert values(DRAWN["test"], one)
-    assert not known & values(DRAWN["test"], one)
+    assert values(drawn("test"), one)
+    assert not known & values(drawn("test"), one)
 
 
 def test_every_scenario_of_test_has_a_pair_and_a_profile_that_train_and_validation_never_have() -> None:
     for what in ("pairs", "profiles"):
-        known = values(DRAWN["train"], what) | values(DRAWN["validation"], what)
-        for scenario in DRAWN["test"]:
+        known = values(drawn("train"), what) | values(drawn("validation"), what)
+        for scenario in drawn("test"):
             assert values((scenario,), what) - known
     # and all others are in train: 55 pairs of 11 faults, less one that cannot be and 18 of test
-    assert len(values(DRAWN["train"], "pairs")) == 55 - 1 - 18
-    assert values(DRAWN["train"], "profiles") == {"step", "ramp"}
+    assert len(values(drawn("train"), "pairs")) == 55 - 1 - 18
+    assert values(drawn("train"), "profiles") == {"step", "ramp"}
 
 
 def test_every_fault_is_in_every_split_and_faults_heal_stay_and_follow_one_another() -> None:
-    for scenarios in DRAWN.values():
+    for scenarios in map(drawn, SPLITS):
         faults = [fault for scenario in scenarios for fault in scenario.faults]
         assert {fault.name for fault in faults} == {fault.name for fault in sunset.list_faults()}
         assert 0.2 < sum(fault.until is not None for fault in faults) / len(faults) < 0.5
@@ -89,7 +92,7 @@ def test_every_fault_is_in_every_split_and_faults_heal_stay_and_follow_one_anoth
 
 def test_a_split_is_the_same_again_and_begins_as_a_larger_one() -> None:
     twice = [draw_split(SplitSpec(split="train", count=50, seed=1, flights=True)) for _ in range(2)]
-    assert twice[0] == twice[1] == DRAWN["train"][:50]
+    assert twice[0] == twice[1] == drawn("train")[:50]
     others = [
         SplitSpec(split="train", count=50, seed=2, flights=True),
         SplitSpec(split="train", count=50, seed=1, flights=True, salt=SALT),
@@ -102,7 +105,7 @@ def test_the_first_scenarios_are_what_they_always_were(tmp_path: Path) -> None:
     # whoever publishes a hash relies on this: a change needs another RULE
     hashes = {
         name: sunset.generate_split(name, 20, tmp_path / name, seed=7, flights=True).sha256[:16]
-        for name in DRAWN
+        for name in SPLITS
     }
     assert hashes == {
         "train": "e733602a493799d0",

@@ -26,7 +26,7 @@ from sunset.experiments import run_again
 from sunset.recording import IMAGES_FILE, StoredRun, read_stored_run
 from sunset.rmw.backends import SIMULATED
 from sunset.texts import shown
-from sunset.viewing import Viewed, check_comparable, check_page_file, page_text, write_page
+from sunset.viewing import Viewed, check_comparable, check_page_file, is_shown, page_text, write_page
 
 Stage: TypeAlias = Callable[[str, int, int], None]
 """Is called with (what is done, how much of it, how much in all)."""
@@ -182,7 +182,15 @@ def _with_images(
             if progress is not None:
                 progress("Running again", done, len(without))
             run, folder = runs[number], Path(temporary) / str(number)
-            run_again(run.folder, folder, manager=managers[number], model=model, bag=bag, images=True)
+            run_again(
+                run.folder,
+                folder,
+                manager=managers[number],
+                model=model,
+                bag=bag,
+                images=True,
+                wanted=is_shown,
+            )
             viewed[number] = Viewed.of(run, folder)
         if progress is not None and without:
             progress("Running again", len(without), len(without))

@@ -1,6 +1,6 @@
 """Stored runs, run again: whoever doubts a record, or wants to see what it does not keep, makes it anew."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Final
 
@@ -33,6 +33,7 @@ def run_again(
     model: str | None = None,
     bag: Path | None = None,
     images: bool = False,
+    wanted: Callable[[str], bool] | None = None,
 ) -> StoredRun:
     """Run a stored run of the simulation again, and make sure that it leaves the same messages.
 
@@ -45,6 +46,7 @@ def run_again(
         model: the model, where it is not one of the record's name.
         bag: its bag, where that is not the default flight.
         images: whether the new record keeps images.
+        wanted: whether it keeps those of a topic; None for all.
 
     Raises:
         RecordError: the record is of a live run, or of one that failed, or the messages are others; says why.
@@ -67,7 +69,7 @@ def run_again(
             f"The run in {folder} cannot be run again: it was made with other frames than {what} has; name its own bag "
             "with --bag, in Python with bag."
         )
-    again = run_prepared(spec, resources, into)
+    again = run_prepared(spec, resources, into, wanted=wanted)
     if again.digest != stored.digest:
         causes = ", ".join(_differences(stored, again.record)) or "the record itself"
         where = first_difference(folder, into)

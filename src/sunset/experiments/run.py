@@ -60,14 +60,21 @@ def run(spec: RunSpec, folder: Path, *, log: bool = False) -> StoredRun:
 
 
 def run_prepared(
-    spec: RunSpec, resources: Resources, folder: Path, *, log: bool = False, known: str | None = None
+    spec: RunSpec,
+    resources: Resources,
+    folder: Path,
+    *,
+    log: bool = False,
+    known: str | None = None,
+    wanted: Callable[[str], bool] | None = None,
 ) -> StoredRun:
     """Run one experiment with what `prepare` has found, its extensions loaded; as `run`.
 
-    `known` is the checksum that the managing system's files must have; None for any.
+    `known` is the checksum that the managing system's files must have; None for any. `wanted` tells of which topics
+    images are kept, where any are; None for all.
     """
     described = _describe(spec, resources)
-    with RecordWriter(folder, images=spec.settings.images) as writer:
+    with RecordWriter(folder, images=spec.settings.images, wanted=wanted) as writer:
         conduct = _run_live if spec.settings.live else _run_simulated
         outcome = conduct(spec, resources, writer, log=log, known=known)
         messages = writer.messages(told_topics())

@@ -6,7 +6,7 @@ record's digest: the record itself has every image as its digest.
 
 import struct
 import zlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final, TypeAlias, cast
@@ -95,10 +95,16 @@ class StoredImage:
 
 
 class ImageWriter:
-    """Writes the images of a run, as they come, into a bag of their own in an existing folder."""
+    """Writes the images of a run, as they come, into a bag of their own in an existing folder.
 
-    def __init__(self, folder: Path) -> None:
+    Args:
+        folder: the folder.
+        wanted: whether images of a topic are kept; None for all.
+    """
+
+    def __init__(self, folder: Path, wanted: Callable[[str], bool] | None = None) -> None:
         self._bag = BagWriter(folder, IMAGES_FILE)
+        self._wanted = wanted
         self._pngs: dict[tuple[object, ...], bytes] = {}
 
     def write(self, topic: str, time_ns: int, message: Message) -> None:
@@ -115,6 +121,8 @@ class ImageWriter:
                     self._put(f"/symptoms/{entry.name}", time_ns, Float64(data=float(value)))
 
     def _write_image(self, topic: str, time_ns: int, image: Image) -> None:
+        if self._wanted is not None and not self._wanted(topic):
+            return
         pixels = _pixels_of(image)
         if pixels is None:
             self._put(topic, time_ns, image)

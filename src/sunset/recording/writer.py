@@ -2,7 +2,7 @@
 
 import os
 import shutil
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, Self
@@ -34,18 +34,22 @@ class RecordWriter:
     Args:
         folder: the record's folder, which must not exist, or be empty; its parents are made.
         images: whether images are kept too, as of `ImageWriter`.
+        wanted: whether those of a topic are; None for all.
 
     Raises:
         OutputError: the folder holds something already, or cannot be made.
     """
 
-    def __init__(self, folder: Path, *, images: bool = False) -> None:
+    def __init__(
+        self, folder: Path, *, images: bool = False, wanted: Callable[[str], bool] | None = None
+    ) -> None:
         self._folder = Path(folder).absolute()
         if not self._folder.name:
             raise OutputError(f"A record needs a folder of its own, got {folder}.")
         self._partial = self._folder.with_name(f".{self._folder.name}{_SUFFIX}")
         self._payloads: list[Payload] = []
         self._keeps_images = images
+        self._wanted = wanted
         self._images: ImageWriter | None = None  # made by the process that has something to write
         self._closed = False
         self._stored = False
@@ -72,7 +76,7 @@ class RecordWriter:
         kept = recorded(message)
         if self._keeps_images:
             with _translated(self._folder):
-                self._images = self._images or ImageWriter(self._partial)
+                self._images = self._images or ImageWriter(self._partial, self._wanted)
                 self._images.write(topic, time_ns, message)
         self._payloads.append(Payload(topic, type_name(type(kept)), time_ns, serialize(kept)))
 

@@ -1,5 +1,6 @@
 """A stored run as a page that replays it: pictures, labels and truth over time, and what happened meanwhile."""
 
+from sunset.viewing.frames import is_shown
 from sunset.viewing.page import (
     Viewed,
     check_comparable,
@@ -12,6 +13,7 @@ __all__ = [
     "Viewed",
     "check_comparable",
     "check_page_file",
+    "is_shown",
     "page_text",
     "write_page",
 ]

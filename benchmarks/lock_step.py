@@ -62,11 +62,11 @@ def toy(*, remote: bool, questions: int) -> float:
         ours, theirs = socket.socketpair()
         thread = threading.Thread(target=lambda: RemoteProcess(Pipe(theirs), make).serve())
         thread.start()
-        gateway = Gateway(process, Pipe(ours), limit_s=60.0)
+        gateway = Gateway(process, Pipe(ours), limit_s=60.0, end=process.end)
         gateway.start()
     else:
         make(process)
-        process.run()
+    process.run()
     start = time.process_time()
     for _ in range(BATCH):
         out.publish(String(data="hello"))
@@ -87,7 +87,7 @@ def cpu_s() -> float:
 
 def watch_managers(log: Path) -> None:
     """Write the processor time and the memory of each managing system's process, when it ends, into a file."""
-    from sunset.experiments.manager_process import ManagerProcess  # noqa: PLC0415  older versions have none
+    from sunset.harness.confined_manager import ManagerProcess  # noqa: PLC0415  older versions have none
 
     end = ManagerProcess.end
 

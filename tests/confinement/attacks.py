@@ -541,6 +541,23 @@ def shared_memory(key: int) -> object:
     )
 
 
+def remove_shared_memory(key: int) -> None:
+    """Remove what `shared_memory` has made, of whatever it could make."""
+    name = f"sunset-{key}"
+    removals: list[Callable[[], object]] = [
+        lambda: _call((31, 195), _call((29, 194), key, 0, 0), 0, None),
+        lambda: _call((71, 187), _call((68, 186), key, 0), 0, None),
+        lambda: _call((66, 191), _call((64, 190), key, 0, 0), 0, 0),
+        lambda: _call((241, 181), name.encode()),
+        lambda: _call((250, 219), 9, _call((250, 219), 10, -4, b"user", name.encode(), 0), -4),
+    ]
+    for remove in removals:
+        with suppress(OSError):  # there is none
+            remove()
+    for folder in ("/dev/shm", "/tmp", "/var/tmp"):  # noqa: S108  that was the attack
+        Path(folder, name).unlink(missing_ok=True)
+
+
 # root's ways
 
 
@@ -577,3 +594,10 @@ def patching() -> object:
     json.loads = lambda *_, **__: "patched"
     os.getcwd = lambda: "patched"
     return [] if before else ["patched"]
+
+
+@attack
+def patching_twice() -> object:
+    """Replace functions, and notice it, as the next run would in the same process."""
+    patching()
+    return patching()

@@ -3,16 +3,22 @@
 from collections.abc import Iterator
 
 import pytest
-from tests.conformance.harness import CycloneHarness, Harness, RemoteHarness, SimHarness
+from tests.conformance.harness import CycloneHarness, Harness, HostedHarness, RemoteHarness, SimHarness
 
 HARNESSES: dict[str, type[Harness]] = {
     "sim": SimHarness,
     "remote": RemoteHarness,
     "cyclonedds": CycloneHarness,
+    "hosted": HostedHarness,
 }
 
 
-@pytest.fixture(params=list(HARNESSES))
+SLOW = {"hosted"}
+
+
+@pytest.fixture(
+    params=[pytest.param(name, marks=[pytest.mark.thorough] if name in SLOW else []) for name in HARNESSES]
+)
 def harness(request: pytest.FixtureRequest) -> Iterator[Harness]:
     made = HARNESSES[request.param]()
     yield made

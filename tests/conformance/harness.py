@@ -5,10 +5,10 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from multiprocessing.process import BaseProcess
-from typing import Any
+from typing import Any, ClassVar
 
 from tests.conformance.nodes import NODES
-from tests.conformance.processes import PROCESSES, join_domain, run_node, run_remote_node
+from tests.conformance.processes import PROCESSES, join_domain, run_hosted_node, run_node, run_remote_node
 
 from sunset.interfaces import Message
 from sunset.rmw.dds.domains import free_domain_id
@@ -115,8 +115,11 @@ class RemoteHarness(SimHarness):
             process.start()
         self._remote.append(process)
         self._processes[node] = self.simulation.create_process(node)
-        self._gateways.append(Gateway(self._processes[node], Pipe(ours), limit_s=30.0))
+        simulated = self._processes[node]
+        self._gateways.append(Gateway(simulated, Pipe(ours), limit_s=30.0, end=simulated.end))
         self._gateways[-1].start()
+        if simulated.alive:
+            simulated.run()
 
     def close(self) -> None:
         super().close()
@@ -130,6 +133,8 @@ class RemoteHarness(SimHarness):
 class CycloneHarness(Harness):
     """Operating system processes in a domain of DDS that nobody else uses."""
 
+    run: ClassVar = staticmethod(run_node)
+
     def __init__(self) -> None:
         self._held = ExitStack()
         self.domain_id = self._held.enter_context(free_domain_id())
@@ -140,7 +145,7 @@ class CycloneHarness(Harness):
         return join_domain(self.domain_id, arguments)
 
     def start(self, node: str, *arguments: str) -> None:
-        process = PROCESSES.Process(target=run_node, args=(self.domain_id, node, arguments))
+        process = PROCESSES.Process(target=self.run, args=(self.domain_id, node, arguments))
         process.start()
         self._processes[node] = process
 
@@ -165,3 +170,9 @@ class CycloneHarness(Harness):
             process.kill()
             process.join()
         self._held.close()
+
+
+class HostedHarness(CycloneHarness):
+    """The same, with started nodes at the other ends of pipes."""
+
+    run: ClassVar = staticmethod(run_hosted_node)

@@ -2,12 +2,13 @@
 
 import multiprocessing
 import socket
+import threading
 from collections.abc import Sequence
 
 from tests.conformance.nodes import NODES
 
 from sunset.rmw.dds import CycloneDDS
-from sunset.rmw.remote import Pipe, RemoteProcess
+from sunset.rmw.remote import Gateway, Pipe, RemoteProcess
 from sunset.ros import Context, SingleThreadedExecutor
 
 PROCESSES = multiprocessing.get_context("forkserver")
@@ -34,8 +35,10 @@ def run_node(domain_id: int, node: str, arguments: Sequence[str]) -> None:
     executor.spin()
 
 
-def run_remote_node(door: socket.socket, node: str, arguments: Sequence[str]) -> None:
-    """Run a node of a simulation that is at the other end of a socket."""
+def run_remote_node(
+    door: socket.socket, node: str, arguments: Sequence[str], describes_types: bool = False
+) -> None:
+    """Run a node of the network that is at the other end of a socket."""
 
     def make(process: RemoteProcess) -> None:
         context = Context()
@@ -43,4 +46,18 @@ def run_remote_node(door: socket.socket, node: str, arguments: Sequence[str]) ->
         executor = SingleThreadedExecutor(context=context)
         executor.add_node(NODES[node](context))
 
-    RemoteProcess(Pipe(door), make).serve()
+    RemoteProcess(Pipe(door), make, describes_types=describes_types).serve()
+
+
+def run_hosted_node(domain_id: int, node: str, arguments: Sequence[str]) -> None:
+    """Be on DDS for a node at the other end of a socket, until it shuts its context down."""
+    process = join_domain(domain_id).middleware
+    ours, theirs = socket.socketpair()
+    threading.Thread(
+        target=run_remote_node, args=(theirs, node, arguments, process.describes_types), daemon=True
+    ).start()
+    gateway = Gateway(process, Pipe(ours), limit_s=30.0, end=process.shutdown)
+    gateway.start()
+    while process.alive:
+        process.spin_once(None)
+    assert gateway.failure is None

@@ -12,7 +12,7 @@ import pytest
 from sunset.errors import ManagerError, SunsetError
 from sunset.experiments import RunSpec, Settings, Timing, manager_checksum, run
 from sunset.experiments.manager import isolate
-from sunset.experiments.manager_process import ManagerProcess, manager_process
+from sunset.harness.confined_manager import ManagerProcess, manager_process
 from sunset.managing import ManagingSystem, NoAdaptation, Symptoms, register_manager
 from sunset.recording import StoredRun, read_run, read_stored_run
 from sunset.scenarios import load_scenario

@@ -22,7 +22,7 @@ from tests.live.systems import (
     fork_server,
 )
 
-from sunset.errors import ManagerError, MiddlewareError
+from sunset.errors import MiddlewareError
 from sunset.experiments import RunSpec, Settings, Timing, run
 from sunset.interfaces.lifecycle_msgs.msg import Transition
 from sunset.interfaces.lifecycle_msgs.srv import ChangeState
@@ -127,37 +127,21 @@ def test_a_managing_system_that_keeps_the_system_from_coming_up_does_not_end_its
 
 
 @pytest.mark.thorough
-def test_a_run_ends_when_the_managing_system_fails(tmp_path: Path) -> None:
-    file, runs = tmp_path / "mine.py", tmp_path / "runs"
-    file.write_text(
-        "from sunset.managing import ManagingSystem\n"
-        "class Mine(ManagingSystem):\n"
-        "    def adapt(self, symptoms): raise ValueError('no plan')\n"
-    )
-    runs.mkdir()
-    with flying("nofault", f"{file}:Mine", 20.0, runs / "run") as process:
-        _, complaint = process.communicate(timeout=PATIENCE_S)
-    assert process.returncode == 1
-    assert "The process of the managing system" in complaint
-    assert "no plan" in complaint
-    assert list(runs.iterdir()) == []
-
-
-@pytest.mark.thorough
 @pytest.mark.parametrize("ends", [False, True])
 def test_a_program_manages_a_live_run(ends: bool, tmp_path: Path) -> None:
     command = "exec:sh -c 'exit 3'" if ends else f"exec:python3 {PROGRAMS}/baseline.py"
     settings = Settings(timing=Timing(duration_s=4.0), thinking_s=0.5, middleware="cyclonedds")
     spec = RunSpec(scenario=load_scenario("gpu_failure"), manager=command, settings=settings)
 
+    result = run(spec, tmp_path / "run")
+
     if ends:
-        with pytest.raises(
-            ManagerError, match=r"ended with exit code 2: sunset: Its program broke the protocol: "
-        ):
-            run(spec, tmp_path / "run")
+        failed = f"The managing system {command} failed in gpu_failure, seed 1: it broke the protocol: line 1 of its "
+        assert (result.record.manager_failed or "").startswith(failed)
+        assert result.timeline.commands == ()
     else:
-        timeline = run(spec, tmp_path / "run").timeline
-        (redeploy,) = timeline.commands
+        assert result.record.manager_failed is None
+        (redeploy,) = result.timeline.commands
         assert redeploy.time > 1.0 + settings.thinking_s - 0.2
 
 

@@ -72,8 +72,8 @@ class World:
     def connect(self, limit_s: float = 10.0) -> tuple[Gateway, socket.socket]:
         """Return what stands for a process, and where that process is expected."""
         ours, theirs = socket.socketpair()
-        process = self.simulation.create_process("remote")
-        return Gateway(process, Pipe(ours), limit_s=limit_s), theirs
+        self.remote = self.simulation.create_process("remote")
+        return Gateway(self.remote, Pipe(ours), limit_s=limit_s, end=self.remote.end), theirs
 
     def fly(self, main: Main, *, remote: bool, seconds: float = 2.0) -> Gateway | None:
         """Run the process `remote` for some time, here or behind a pipe, and return what stands for it."""
@@ -83,6 +83,8 @@ class World:
             thread = threading.Thread(target=serve, args=(theirs, main))
             thread.start()
             gateway.start()
+            if self.remote.alive:
+                self.remote.run()
         else:
             self.bring_up("remote", main)
         self.simulation.run_until(self.simulation.now + round(seconds * _S))
@@ -374,6 +376,29 @@ def test_whatever_a_process_says_the_simulation_goes_on(case: str) -> None:
     assert len([event for event in world.listener.events if "/chatter" in str(event)]) == len(
         [event for event in quiet.listener.events if "/chatter" in str(event)]
     )
+
+
+def test_a_predicate_that_raises_is_the_business_of_the_process_that_waits_for_it() -> None:
+    world = World()
+    gateway, theirs = world.connect()
+    told: list[bytes] = []
+
+    def wait_and_raise() -> None:
+        pipe = Pipe(theirs)
+        pipe.receive()
+        for said in ((15, 10**9), (13, "no reason"), DONE):
+            pipe.send(msgspec.msgpack.encode([said]))
+            with suppress(MiddlewareError):  # the simulation has left
+                told.append(pipe.receive())
+
+    thread = threading.Thread(target=wait_and_raise)
+    thread.start()
+    gateway.start()
+    gateway.close()
+    thread.join()
+    theirs.close()
+    assert gateway.failure is None
+    assert b"What it waits for raised." in told[1]
 
 
 def test_a_process_that_says_nothing_has_failed_when_its_time_is_over() -> None:

@@ -132,7 +132,7 @@ def add_run_options(parser: argparse.ArgumentParser) -> None:
         type=float,
         default="30",
         metavar="S",
-        help="simulation: wall time that one callback of the managing system may take",
+        help="wall time that one callback of the managing system may take",
     )
     parser.add_argument(
         "--thinking",

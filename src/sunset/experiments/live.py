@@ -109,7 +109,13 @@ class LiveSystem:
             spec_of = partial(NodeSpec, middleware=spec.settings.middleware, network=network, distro=distro)
             specs = {name: spec_of(node=name) for name in names}
             if spec.manager != EXTERNAL:
-                specs[MANAGER_PROCESS] = spec_of(node=MANAGER, manager=spec.manager)
+                specs[MANAGER_PROCESS] = spec_of(
+                    node=MANAGER,
+                    manager=spec.manager,
+                    manager_limit_s=spec.settings.manager_limit_s,
+                    parameters={"use_sim_time": True} | manager_parameters(spec, resources),
+                    occasion=f"{spec.scenario.name}, seed {spec.seed}",
+                )
             self.processes = NodeProcesses(specs, {"ROS_DOMAIN_ID": str(self.domain_id)}, on_line)
             stack.callback(self.processes.close)
             self.executor = SingleThreadedExecutor(context=self.context)
@@ -181,6 +187,11 @@ class LiveSystem:
             self.processes.poll()
         return True
 
+    @property
+    def manager_failure(self) -> str:
+        """How the managing system has failed, in a sentence, after which the system goes on; empty if it has not."""
+        return self.processes.manager_failure(MANAGER_PROCESS)
+
     def check(self, *, managed: bool) -> None:
         """Make sure that there is what an experiment needs.
 
@@ -189,7 +200,7 @@ class LiveSystem:
                 started anew.
 
         Raises:
-            ManagerError: the managing system's process ended by itself.
+            ManagerError: the managing system could not be loaded, or what is on the network for it ended by itself.
             SunsetError: that of a node did without which there is no experiment, or is stopped.
         """
         for node in (*self.essential, *(self._managed if managed else ())):
@@ -200,8 +211,8 @@ class LiveSystem:
                     f"The process of {node}, without which there is no experiment, "
                     f"{end or 'is stopped by a signal'}; run it again."
                 )
-        # a managing system that has ended in order has no more to do
-        if self.processes.has_failed(MANAGER_PROCESS):
+        # without a managing system that has ended in order, or has failed, the experiment goes on
+        if self.processes.has_failed(MANAGER_PROCESS) and not self.manager_failure:
             end = self.processes.end_of(MANAGER_PROCESS)
             raise ManagerError(f"The process of the managing system {self._spec.manager} {end}.")
 

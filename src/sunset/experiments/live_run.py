@@ -167,14 +167,17 @@ class LiveSupervisor(Supervisor):
 
 def run_live(
     spec: RunSpec, resources: Resources, observer: Observer, frames: FrameCount, *, log: bool = False
-) -> int:
+) -> tuple[int, str]:
     """Run one experiment with every node as a process of its own.
 
+    Where the managing system fails, the experiment goes on without one.
+
     Returns:
-        The time of the injection, nanoseconds of `/clock`.
+        The time of the injection, nanoseconds of `/clock`; and how the managing system has failed, in a sentence, empty
+        if it has not.
 
     Raises:
-        ManagerError: the managing system's process ended with an error.
+        ManagerError: the managing system could not be loaded, or kept the system from coming up.
         MissingExtraError: the extra `live` is not installed.
         SunsetError: the system did not come up or lost a node that it needs, or the scenario could not be injected.
     """
@@ -212,7 +215,7 @@ def run_live(
     frames.clock_step_ns = _clock_offset_ns() - offset_ns
     frames.ended_early = supervisor.phase is not Phase.OVER
     observer.finish(end_ns)
-    return supervisor.start_ns or 0
+    return supervisor.start_ns or 0, system.manager_failure
 
 
 def _clock_offset_ns() -> int:

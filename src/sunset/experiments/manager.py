@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import Any, Final
 
 from sunset.errors import ExtensionError, ManagerError, ScenarioError, SunsetError
-from sunset.experiments.manager_process import killed_error, manager_process
 from sunset.experiments.observer import Observer
 from sunset.experiments.spec import EXTERNAL, RunSpec
+from sunset.harness.confined_manager import killed_error, manager_process
 from sunset.harness.manager_process import described_error
 from sunset.isolation import ProcessDeath, Watch, call_isolated
 from sunset.ros import CallbackError

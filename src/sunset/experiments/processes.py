@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import IO, Final
 
 from sunset.forks import ONE_THREAD, UNSEEN, ForkedProcess, fork_server
-from sunset.harness.node_process import NodeSpec
+from sunset.harness.node_process import MANAGER_FAILED, NodeSpec
 
 _PARTING_S: Final = 3.0
 """How long processes may take to leave the graph when all of them are ended."""
@@ -142,15 +142,23 @@ class NodeProcesses:
         code = self._ended.get(node)
         if code is None:
             return ""
-        reader = self._readers.pop(node, None)
-        if reader is not None:
-            reader.join(timeout=1.0)  # others may hold the other end for ever, so not a second time
-        words = self._lines[node][-1] if self._lines[node] else ""
+        words = self._last_words(node)
         if code == UNSEEN:
             return "ended, it is not known how"
         if code < 0:
             return f"ended by signal {-code} ({_SIGNALS.get(-code) or signal.strsignal(-code)})"
         return f"ended with exit code {code}" + (f": {words}" if words else "")
+
+    def manager_failure(self, node: str) -> str:
+        """Return how the managing system that `node` has behind walls failed, in a sentence; empty if it did not."""
+        return self._last_words(node) if self._ended.get(node) == MANAGER_FAILED else ""
+
+    def _last_words(self, node: str) -> str:
+        """Return the last line that a process which has ended printed."""
+        reader = self._readers.pop(node, None)
+        if reader is not None:
+            reader.join(timeout=1.0)  # others may hold the other end for ever, so not a second time
+        return self._lines[node][-1] if self._lines[node] else ""
 
     def has_failed(self, node: str) -> bool:
         """Return whether the last process of `node` was seen to end, and not in order."""

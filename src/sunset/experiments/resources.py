@@ -22,8 +22,8 @@ from sunset.data import (
 )
 from sunset.data.bag_paths import check_bag_path
 from sunset.errors import DataError, InvalidInputError, ModelError
-from sunset.experiments.manager_process import start_server
 from sunset.experiments.spec import RunSpec
+from sunset.harness.confined_manager import start_server
 from sunset.isolation import FORKING
 from sunset.managing import is_registered
 from sunset.perception import InferenceCache, Modality, Model, Segmenter, load_model

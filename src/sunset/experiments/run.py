@@ -16,13 +16,13 @@ from msgspec.structs import replace
 from sunset import __version__
 from sunset.errors import ManagerError
 from sunset.experiments.manager import check_name, isolate, manager_checksum
-from sunset.experiments.manager_process import manager_process
 from sunset.experiments.observer import Observer
 from sunset.experiments.parameters import manager_parameters
 from sunset.experiments.resources import Resources, flight_name, prepare
 from sunset.experiments.simulated import run_simulated
 from sunset.experiments.spec import RunSpec
 from sunset.experiments.stored_faults import stored_faults
+from sunset.harness.confined_manager import manager_process
 from sunset.interfaces.stamps import NS_PER_S, ns_of
 from sunset.interfaces.system_interfaces.msg import FaultInjection
 from sunset.isolation import Watch
@@ -40,8 +40,8 @@ def run(spec: RunSpec, folder: Path, *, log: bool = False) -> StoredRun:
     """Run one experiment, write its record to a new folder, and score it.
 
     The folder appears when the run is complete, under its final name. A simulated experiment takes place in a process
-    of its own, and its managing system in another one; what is measured is computed here, from the recorded messages
-    and from nothing else. Where the managing system fails, the simulation goes on without one, and the record says so.
+    of its own, and the managing system in another one; what is measured is computed here, from the recorded messages
+    and from nothing else. Where the managing system fails, the run goes on without one, and the record says so.
 
     Args:
         spec: what is run.
@@ -49,7 +49,7 @@ def run(spec: RunSpec, folder: Path, *, log: bool = False) -> StoredRun:
         log: whether what the managing system logs goes to stderr as well as to the record.
 
     Raises:
-        ManagerError: the managing system could not be loaded, or was changed meanwhile; live, it ended.
+        ManagerError: the managing system could not be loaded, or was changed meanwhile.
         ExtensionError: a node of the extended system raised, hung, or ended its process, in the simulation.
         ModelError: the model cannot be used.
         DataError: the bag cannot be used.
@@ -192,12 +192,13 @@ def _run_live(
     observer = Observer(writer)
     now = partial(manager_checksum, spec.manager, limit_s=spec.settings.manager_limit_s)
     with _unchanged(spec.manager, now, known) as found:
-        start_ns = live_run.run_live(spec, resources, observer, frames, log=log)
+        start_ns, failure = live_run.run_live(spec, resources, observer, frames, log=log)
     return _Outcome(
         start_ns,
         tuple(observer.violations),
         found,
         lambda timeline: frames.shortfall(start_ns, timeline, spec.timing),
+        failure,
     )
 
 

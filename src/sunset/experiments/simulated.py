@@ -7,12 +7,12 @@ from typing import TypeVar
 
 from sunset.errors import SunsetError
 from sunset.experiments.manager import bring_up_timeout_error, check_injection, check_name, node_error
-from sunset.experiments.manager_process import ManagerProcess
 from sunset.experiments.observer import Observer
 from sunset.experiments.parameters import node_parameters
 from sunset.experiments.resources import Resources
 from sunset.experiments.spec import RunSpec
 from sunset.harness.bag_player import BagPlayer
+from sunset.harness.confined_manager import ManagerProcess
 from sunset.harness.executor import ScenarioExecutor
 from sunset.harness.launcher import Launcher
 from sunset.harness.supervisor import Phase, Supervisor
@@ -160,9 +160,12 @@ def _run(
         process,
         manager.pipe,
         limit_s=spec.settings.manager_limit_s,
+        end=process.end,
         on_failure=lambda failure: failed.append(manager.describe(failure, what)),
     )
     gateway.start()
+    if process.alive:
+        process.run()
     what = f"failed in {spec.scenario.name}, seed {spec.seed}"
     for node in list(process.nodes_here)[:1]:
         check_name(node.fully_qualified_name, spec.manager)

@@ -1,4 +1,4 @@
-"""The process of a managing system in the simulation: what it is told, what it says of itself, and what it runs."""
+"""The process of a managing system behind walls: what it is told, what it says of itself, and what it runs."""
 
 import inspect
 import socket
@@ -31,6 +31,8 @@ class ManagerTask(msgspec.Struct, frozen=True, kw_only=True):
         extensions: what the managed system is extended by.
         parameters: of its node, by name.
         log: whether what it logs goes to stderr, too.
+        live: whether that is a live run, in which a message that repeats goes there each time.
+        describes_types: whether its node tells others what its types are made of.
     """
 
     manager: str
@@ -38,6 +40,8 @@ class ManagerTask(msgspec.Struct, frozen=True, kw_only=True):
     extensions: tuple[str, ...] = ()
     parameters: dict[str, Value] = {}
     log: bool = False
+    live: bool = False
+    describes_types: bool = False
 
 
 class LoadedManager(msgspec.Struct, frozen=True, tag="loaded"):
@@ -81,7 +85,7 @@ def receive_loaded(pipe: Pipe, end_s: float) -> LoadedManager:
 
 
 def run_manager(connection: socket.socket, task: object) -> None:
-    """Load a managing system, and run it in the simulation at the other end of a connection; until that is closed."""
+    """Load a managing system, and run it for what is at the other end of a connection; until that is closed."""
     told = msgspec.convert(task, ManagerTask)
     pipe = Pipe(connection)
     folder = Path(told.folder)
@@ -104,12 +108,14 @@ def run_manager(connection: socket.socket, task: object) -> None:
 
     def make(process: RemoteProcess) -> None:
         context = Context()
-        context.init([], middleware=process, log_to_stderr=told.log, log_once=True)
+        context.init([], middleware=process, log_to_stderr=told.log, log_once=not told.live)
         overrides = [Parameter(name, value=value) for name, value in told.parameters.items()]
         manager = made(context=context, parameter_overrides=overrides)
         SingleThreadedExecutor(context=context).add_node(manager)
 
-    RemoteProcess(pipe, make, lambda error: _said_of(made, error)).serve()
+    RemoteProcess(
+        pipe, make, lambda error: _said_of(made, error), describes_types=told.describes_types
+    ).serve()
 
 
 def _said_of(made: type[ManagingSystem], error: BaseException) -> str:

@@ -11,8 +11,9 @@ import signal
 import socket
 import sys
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
+from functools import partial
 from typing import Final
 
 from sunset.errors import InvalidInputError, ManagerError, SunsetError
@@ -23,12 +24,15 @@ from sunset.rmw.core.port import CallbackError
 from sunset.ros import Context, Node, SingleThreadedExecutor
 from sunset.ros.signals import install_signal_handlers
 from sunset.shortage import complaint
-from sunset.system import HARNESS, current_system, load_extension, loaded_extensions
+from sunset.system import HARNESS, Value, current_system, load_extension, loaded_extensions
 
 MANAGER: Final = "managing_system"
 """The managing system, as a node that has a process."""
 
 EXECUTOR: Final = "scenario_executor"
+
+MANAGER_FAILED: Final = 3
+"""The exit code of a process whose managing system behind walls has failed; its last line says how."""
 
 _BAD_INPUT: Final = 2
 _PARTING_S: Final = 2.0
@@ -61,6 +65,12 @@ class NodeSpec:
     """One of `node_names`."""
     manager: str | None = None
     """Which managing system `MANAGER` is; None for any other node."""
+    manager_limit_s: float | None = None
+    """Wall time that each callback of the managing system may take, behind walls; None for one that has neither."""
+    parameters: Mapping[str, Value] = field(default_factory=dict)
+    """Of the node of a managing system behind walls, by name."""
+    occasion: str = ""
+    """What a managing system behind walls may fail in, in words."""
     middleware: str = LIVE
     network: bool = False
     """Whether to be heard beyond this computer."""
@@ -87,14 +97,17 @@ class NodeSpec:
         return json.dumps(asdict(self))
 
 
-def run_node(spec: NodeSpec) -> None:
+def run_node(spec: NodeSpec) -> str:
     """Run a node until its context is shut down: through its lifecycle, or by a signal.
+
+    Returns:
+        How a managing system behind walls has failed, in a sentence; empty if it has not.
 
     Raises:
         CallbackError: a callback of the managing system raised; that of another node is logged.
         SunsetError: the network cannot be joined, or the node cannot be made.
     """
-    factory = _factory(spec)
+    run = _runner(spec)
     context = Context()
     middleware = live_middleware(spec.middleware).join(network=spec.network, distro=spec.distro)
     with middleware:
@@ -105,15 +118,36 @@ def run_node(spec: NodeSpec) -> None:
         install_signal_handlers(context=context)
         if spec.ends_with_stdin:
             _end_with_stdin()
+        return run(context)
+
+
+def _runner(spec: NodeSpec) -> Callable[[Context], str]:
+    """Return what runs a node in a context; it returns how a managing system behind walls has failed."""
+    if spec.manager is not None and spec.manager_limit_s is not None:
+        from sunset.harness.live_manager import run_confined  # noqa: PLC0415  no other node needs it
+
+        return partial(
+            run_confined,
+            spec.manager,
+            limit_s=spec.manager_limit_s,
+            parameters=spec.parameters,
+            occasion=spec.occasion,
+        )
+    factory = _factory(spec)
+
+    def run(context: Context) -> str:
         try:
             node = factory(context)
         except SunsetError:
             if context.ok():
                 raise
-            return  # a signal came before the node was made
+            return ""  # a signal came before the node was made
         executor = SingleThreadedExecutor(context=context)
         executor.add_node(node)
         _spin(executor, node, lasting=spec.node != MANAGER)
+        return ""
+
+    return run
 
 
 def _factory(spec: NodeSpec) -> Callable[[Context], Node]:
@@ -167,13 +201,17 @@ def _main(text: str) -> int:
             load_extension(extension)
         spec = NodeSpec(**fields)
         setproctitle(f"sunset node {spec.node}")
-        run_node(spec)
+        failure = run_node(spec)
     except Exception as error:
         sentence = complaint(error)
         if not sentence:
             raise
         print(f"sunset: {sentence}", file=sys.stderr)  # noqa: T201  the last line of a node that could not run
         return _BAD_INPUT
+    if failure:
+        # what the managing system has printed last may be a line without an end
+        print(f"\n{failure}", file=sys.stderr)  # noqa: T201  the last line, which the run reads
+        return MANAGER_FAILED
     return 0
 
 
@@ -181,7 +219,7 @@ def _serve() -> None:
     """Import what nodes need, and run a node in every process that is forked from this one."""
     import setproctitle  # noqa: F401, PLC0415  what is forked gets its name from it
 
-    import sunset.managing  # noqa: F401, PLC0415  what a managing system needs
+    import sunset.harness.live_manager  # noqa: F401, PLC0415  what a managing system needs
 
     for name in _classes():
         current_system().node_class(name)

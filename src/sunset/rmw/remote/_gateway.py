@@ -1,10 +1,11 @@
-"""What stands for a process behind a pipe in a simulation, and takes turns with it."""
+"""What stands on the network for a process behind a pipe, and takes turns with it."""
 
 import time
 from collections.abc import Callable
 from typing import Final
 
 from sunset.errors import MiddlewareError
+from sunset.rmw.core.node import Middleware
 from sunset.rmw.core.port import CallbackError
 from sunset.rmw.remote._protocol import (
     Answer,
@@ -23,27 +24,27 @@ from sunset.rmw.remote._protocol import (
     write_order,
 )
 from sunset.rmw.remote._stand_ins import StandIns
-from sunset.rmw.sim import SimProcess
 
 _DEEPEST: Final = 20
 """Turns within turns: of a process that waits, in a predicate that it waits for, and so on."""
 
 
 class _NestedError(Exception):
-    """A callback raised while its own process spins, which is told of it."""
+    """A callback or predicate raised while its own process waits, which is told of it."""
 
 
 class Gateway:
-    """Stands in a simulation for a process that lives elsewhere, and does what that one says.
+    """Stands on the network for a process that lives elsewhere, and does what that one says.
 
-    Its nodes, endpoints and timers are those of the simulation. Where a handler of one of them is called, the other
-    side calls its own, and the simulation waits for it. A process that raises, says nothing in time, or says what is
-    not of the protocol has failed: it ends at once, and the simulation goes on.
+    Its nodes, endpoints and timers are those of a process of the network: simulated, or live. Where a handler of one of
+    them is called, the other side calls its own, and that process waits for it. A process that raises, says nothing in
+    time, or says what is not of the protocol has failed: it ends, and the network goes on.
 
     Args:
-        process: the process in the simulation.
+        process: the process on the network.
         pipe: the other side is at its other end.
         limit_s: how long the other side may take for a callback, in seconds of wall time.
+        end: ends the process on the network when the other side has failed.
         on_failure: called when the process has failed, with how.
 
     Attributes:
@@ -52,13 +53,15 @@ class Gateway:
 
     def __init__(
         self,
-        process: SimProcess,
+        process: Middleware,
         pipe: Pipe,
         *,
         limit_s: float,
+        end: Callable[[], object],
         on_failure: Callable[[PipeError], object] = lambda _: None,
     ) -> None:
         self.failure: PipeError | None = None
+        self._end = end
         self._on_failure = on_failure
         self._process = process
         self._pipe = pipe
@@ -68,10 +71,8 @@ class Gateway:
         self._stand_ins = StandIns(process, self._call)
 
     def start(self) -> None:
-        """Let the other side make its nodes, and run their callbacks from now on."""
+        """Let the other side make its nodes."""
         self._call(0, (), b"")
-        if self._process.alive:
-            self._process.run()
 
     def close(self) -> None:
         """Let the other side end."""
@@ -98,7 +99,7 @@ class Gateway:
                 order = self._answer(last)
         except PipeError as error:
             self.failure = error
-            self._process.end()
+            self._end()
             self._on_failure(error)
         finally:
             self._depth -= 1
@@ -133,6 +134,8 @@ class Gateway:
             if not isinstance(error.__cause__, _NestedError):  # it is not the other side's
                 raise
             return Answer(process.now_ns(), raised=(error.node, error.callback))
+        except _NestedError:
+            return Answer(process.now_ns(), error="What it waits for raised.")
         except PipeError:
             raise
         except MiddlewareError as error:

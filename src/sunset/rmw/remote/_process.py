@@ -64,6 +64,7 @@ class RemoteProcess(RemoteHost):
         pipe: what it talks to the simulation through.
         main: makes the nodes.
         describe: says what a callback or `main` has raised, as the end of a sentence.
+        describes_types: whether its nodes tell others what their types are made of; everybody in a simulation knows.
     """
 
     def __init__(
@@ -71,10 +72,13 @@ class RemoteProcess(RemoteHost):
         pipe: Pipe,
         main: "Callable[[RemoteProcess], None]",
         describe: Callable[[BaseException], str] = describe_error,
+        *,
+        describes_types: bool = False,
     ) -> None:
         self.handlers = {0: lambda _: main(self)}
         self._pipe = pipe
         self._describe = describe
+        self._describes_types = describes_types
         self._statements: list[Statement] = []
         self._size = 0
         self._numbers = count(1)
@@ -177,7 +181,7 @@ class RemoteProcess(RemoteHost):
 
     @property
     def describes_types(self) -> bool:
-        return False  # everybody in a simulation knows them
+        return self._describes_types
 
     def now_ns(self) -> int:
         """Virtual time: nanoseconds since the simulation began; constant during a callback."""

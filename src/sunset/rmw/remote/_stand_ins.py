@@ -1,4 +1,4 @@
-"""The nodes, endpoints and timers that stand in a simulation for those of a process behind a pipe."""
+"""The nodes, endpoints and timers that stand on the network for those of a process behind a pipe."""
 
 import re
 from collections.abc import Callable, Mapping
@@ -7,7 +7,7 @@ from typing import Any, Final
 
 from sunset.errors import MiddlewareError
 from sunset.interfaces import Message, deserialize, get_message, get_service, serialize
-from sunset.rmw.core.node import NodeHandle, Timer
+from sunset.rmw.core.node import Middleware, NodeHandle, Timer
 from sunset.rmw.core.port import (
     ClientHandle,
     EndpointKind,
@@ -40,7 +40,6 @@ from sunset.rmw.remote._protocol import (
     Shutdown,
     Statement,
 )
-from sunset.rmw.sim import SimProcess
 from sunset.texts import shorten
 
 _NAME: Final = re.compile(r"(/[A-Za-z_][A-Za-z0-9_]*)+")
@@ -51,14 +50,14 @@ _MOST: Final = 10_000
 
 
 class StandIns:
-    """Does in the simulation what the other side says.
+    """Does on the network what the other side says.
 
     Args:
-        process: the process in the simulation.
+        process: the process on the network.
         call: calls a handler of the other side: its number, and numbers and bytes as of `Call`.
     """
 
-    def __init__(self, process: SimProcess, call: Callable[[int, tuple[int, ...], bytes], None]) -> None:
+    def __init__(self, process: Middleware, call: Callable[[int, tuple[int, ...], bytes], None]) -> None:
         self._process = process
         self._call = call
         self._things: dict[int, tuple[object, type[Message] | None]] = {}
@@ -78,7 +77,7 @@ class StandIns:
             Shutdown: lambda _: process.shutdown(),
         }
         self._answers: Mapping[type, Callable[[Any], Answer]] = {
-            AskNodes: lambda _: Answer(process.now_ns(), nodes=process.nodes()),
+            AskNodes: lambda _: Answer(process.now_ns(), nodes=list(process.nodes())),
             AskEndpoints: self._endpoints,
             AskMatched: self._matched,
             AskWanted: lambda question: self._value(self._get(question.number, PublisherHandle).wanted),

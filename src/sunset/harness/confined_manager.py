@@ -1,10 +1,11 @@
-"""The managing system of a simulated run: a process of its own, as the run that starts, watches and ends it sees it."""
+"""A managing system behind walls: a process of its own, as what starts, watches and ends it sees it."""
 
 import os
 import signal
+import socket
 import time
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from types import MappingProxyType
 from typing import Final
@@ -98,6 +99,11 @@ class ManagerProcess:
             reason = f"{shorten(told, _LONGEST)}{_place(self.manager, death)}"
         return printable(f"The managing system {self.manager} {what}: it {reason}.")
 
+    def interrupt(self) -> None:
+        """Let who waits for it see its end at once; a signal handler may call it."""
+        with suppress(OSError):  # it has ended
+            self._process.socket.shutdown(socket.SHUT_RDWR)
+
     def end(self) -> None:
         """End it, having shown all that it has printed."""
         self._process.kill()
@@ -105,7 +111,13 @@ class ManagerProcess:
 
 @contextmanager
 def manager_process(
-    manager: str, *, limit_s: float, parameters: Mapping[str, Value] = MappingProxyType({}), log: bool = False
+    manager: str,
+    *,
+    limit_s: float,
+    parameters: Mapping[str, Value] = MappingProxyType({}),
+    log: bool = False,
+    live: bool = False,
+    describes_types: bool = False,
 ) -> Iterator[ManagerProcess]:
     """Load a managing system in a process of its own, which ends with the context.
 
@@ -117,6 +129,8 @@ def manager_process(
         limit_s: seconds of wall time that loading it, and each of its callbacks, may take.
         parameters: of its node, by name.
         log: whether what it logs goes to stderr, too.
+        live: whether it is of a live run.
+        describes_types: whether its node tells others what its types are made of.
 
     Raises:
         ManagerError: it cannot be loaded.
@@ -130,6 +144,8 @@ def manager_process(
         extensions=tuple(one.where for one in extensions),
         parameters=dict(parameters),
         log=log,
+        live=live,
+        describes_types=describes_types,
     )
     try:
         if is_registered(manager):

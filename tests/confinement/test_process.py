@@ -190,7 +190,7 @@ def test_a_process_that_cannot_be_confined_runs_nothing(confinement: Confinement
     with confinement.start({"name": "nothing"}, View(readable=(Path("/a\0b"),))) as process:
         assert process.wait(_PATIENCE_S)
         assert process.socket.recv(1) == b""
-        with pytest.raises(SunsetError, match=r"could not be confined: ValueError: embedded null byte"):
+        with pytest.raises(SunsetError, match=r"could not be confined: ValueError: .*embedded null"):
             process.death()
 
 

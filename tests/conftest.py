@@ -38,8 +38,13 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 @pytest.hookimpl(trylast=True)  # when -m has chosen
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    # a large process takes long to be forked, and most tests fork it
-    items.sort(key=lambda item: any(map(item.path.is_relative_to, LARGE)))
+    # a large process takes long to be forked, and most tests fork it; a group is run by one process, while others help
+    items.sort(
+        key=lambda item: (
+            any(map(item.path.is_relative_to, LARGE)),
+            item.get_closest_marker("xdist_group") is None,
+        )
+    )
     if config.getoption("--first-cases"):
         first = {item.nodeid.partition("[")[0]: item for item in reversed(items)}
         left_out = [item for item in items if first[item.nodeid.partition("[")[0]] is not item]

@@ -213,6 +213,14 @@ def test_runs_that_lack_a_figure_are_told() -> None:
     assert "timid: IoU is of 2 of 3 runs; in the others no frame came." in text
 
 
+def test_what_a_reader_must_know_of_a_flight_is_told_once(store: Callable[..., Path], tmp_path: Path) -> None:
+    warning = "No threshold of the entropy tells healthy frames of this flight from all faulty ones."
+    for place, manager in enumerate(("none", "none", "baseline")):
+        store(str(place), manager=manager, bag_checksum="ab12" * 16, flight_warning=warning, seed=place)
+    text = " ".join(render_report(tmp_path).split())
+    assert text.count(f"Flight ab12ab12: {warning}") == text.count(warning) == 1
+
+
 def test_a_managing_system_that_fails_for_one_reason_in_many_runs_is_told_of_once() -> None:
     reason = "The managing system m.py:M failed in {}, seed {}: it raised KeyError: " + "'k' " * 1000
     failed = [

@@ -264,6 +264,7 @@ def _notes(rows: Sequence[SystemRow]) -> list[str]:
     notes += [_invalid_note(row) for row in rows if row.invalid]
     notes += [_failed_note(row) for row in rows if row.failed]
     notes += [_differing_note(row) for row in rows if row.differing]
+    notes += dict.fromkeys(f"Flight {row.flight.short_bag}: {row.warning}" for row in rows if row.warning)
     if not any(row.invalid for row in rows):
         notes.append("Every run is valid.")
     return notes

@@ -86,6 +86,7 @@ class RunRow:
         reason: why it does not; empty if it does.
         thinking_s: what every decision of its managing system took of the experiment's time [s].
         failed: how its managing system failed, in a sentence; empty if it did not.
+        warning: what a reader must know of the flight with this model, in a sentence; empty if nothing.
         is_empty: whether it failed as a whole, so that there is no record and no figure.
         differing: the figures that were computed again and are stored otherwise.
     """
@@ -108,6 +109,7 @@ class RunRow:
     valid: bool = True
     reason: str = ""
     failed: str = ""
+    warning: str = ""
     is_empty: bool = False
     differing: tuple[str, ...] = ()
 
@@ -216,6 +218,7 @@ def _read(folder: Path, *, again: bool) -> RunRow:
         thinking_s=run.thinking_s or 0.0,
         faults=_checksum({"faults": to_builtins(run.faults)}),
         failed=run.manager_failed or "",
+        warning=run.flight_warning or "",
         is_empty=run.is_empty,
     )
 

@@ -61,6 +61,7 @@ class SystemRow:
         invalid: the runs that do not count, each with its reason.
         failed: the runs in which the managing system failed, whether they count or not.
         differing: the runs whose stored figures are not what was computed again.
+        warning: what a reader must know of the flight with this model, in a sentence; empty if nothing.
     """
 
     system: str
@@ -79,6 +80,7 @@ class SystemRow:
     invalid: tuple[RunRow, ...] = ()
     failed: tuple[RunRow, ...] = ()
     differing: tuple[RunRow, ...] = ()
+    warning: str = ""
 
     @property
     def published(self) -> str | None:
@@ -224,4 +226,5 @@ def _row(system: str, group: Sequence[RunRow]) -> SystemRow:
         invalid=tuple(run for run in group if not run.valid),
         failed=tuple(run for run in group if run.failed),
         differing=tuple(run for run in group if run.differing),
+        warning=first.warning,
     )

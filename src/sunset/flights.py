@@ -4,7 +4,7 @@ What is said of a flight stands here, apart from what renders and reads frames, 
 """
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Annotated, Any, Final
@@ -140,10 +140,14 @@ def parse_flights(texts: Sequence[str]) -> tuple[FlightSpec, ...]:
     return flights
 
 
-def _parse_bag(text: str, known: Iterable[str]) -> FlightSpec:
+def _parse_bag(text: str, known: Collection[str]) -> FlightSpec:
     label, separator, path = text.partition("=")
     if not separator or "/" in label:
         label, path = "", text
+    if label in known:
+        raise InvalidInputError(
+            f"The label {label} is the name of another flight; call {shown(path)} something else."
+        )
     if not path or "\0" in path or not ("/" in path or Path(path).suffix or Path(path).exists()):
         raise InvalidInputError(
             f"There is no flight {shown(text)}: {suggestion(text, known)}name default, panel, one of the panel "

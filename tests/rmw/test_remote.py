@@ -197,7 +197,7 @@ def talkative(context: Context) -> Node:
     """Say more at once than a frame holds."""
     node = Node("talkative", context=context)
     out = node.create_publisher(String, "seen", 10)
-    for number in range(20):
+    for number in range(10):
         out.publish(String(data=str(number) * (4 << 20)))
     return node
 

@@ -151,11 +151,11 @@ _NAMESPACES: Final = 0x7E020080  # time, mount, cgroup, UTS, IPC, user, process,
 _INET, _INET6, _NETLINK = 2, 10, 16
 _STREAM, _SEQPACKET, _TYPE = 1, 5, 0xF
 _SET_DEATH_SIGNAL, _KILL = 1, 9
-_OWNED: Final = (8, 15, 1024)
-"""F_SETOWN, F_SETOWN_EX, F_SETLEASE: signals to others, and others' waiting."""
+_OWNED: Final = (8, 15, 1024, 1026)
+"""F_SETOWN, F_SETOWN_EX, F_SETLEASE, F_NOTIFY: signals to others, others' waiting, and what they read."""
 _OWNING: Final = (0x8901, 0x8902, 0x5412)
 """FIOSETOWN, SIOCSPGRP; TIOCSTI."""
-_SHARED, _ANONYMOUS = 0x01, 0x20
+_SHARED, _ANONYMOUS, _GROWS_DOWN = 0x01, 0x20, 0x100
 _NEGATIVE, _OF_A_THREAD = 0x80000000, 4
 
 _ALLOW: Final = 0x7FFF0000
@@ -276,7 +276,16 @@ def _tests(*, network: bool, signals: bool) -> Iterator[tuple[tuple[int, int], l
     yield _IOCTL, [_argument(1), *_deny_any(_OWNING), _allow()]
     yield (
         _MMAP,
-        [_argument(3), (_ANY_BIT, 1, 0, _ANONYMOUS), _allow(), (_ANY_BIT, 1, 0, _SHARED), _allow(), *deny],
+        [
+            _argument(3),
+            (_ANY_BIT, 0, 1, _GROWS_DOWN),  # a stack, which the limit of memory does not count
+            *deny,
+            (_ANY_BIT, 1, 0, _ANONYMOUS),
+            _allow(),
+            (_ANY_BIT, 1, 0, _SHARED),
+            _allow(),
+            *deny,
+        ],
     )
     for numbers in _OWN_ONLY:
         yield numbers, [_argument(0), *_allow_any([0]), *deny]

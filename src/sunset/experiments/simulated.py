@@ -160,6 +160,7 @@ def _run(
         process,
         manager.pipe,
         limit_s=spec.settings.manager_limit_s,
+        longest_ns=round((timing.bring_up_limit_s + timing.warm_up_s + timing.duration_s) * _S),
         end=process.end,
         on_failure=lambda failure: failed.append(manager.describe(failure, what)),
     )

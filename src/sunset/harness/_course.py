@@ -55,7 +55,8 @@ def _growth(full: float, rise_s: float, onset_s: float) -> Iterator[Change]:
     last: float = 0
     for number in range(1, steps + 1):
         share = full * number / steps
-        value = round(share) if isinstance(full, int) else share
+        # a whole number has its least strength at once
+        value = (round(share) or (1 if full > 0 else -1)) if isinstance(full, int) else share
         if value != last:
             yield onset_s + rise_s * number / steps, value
         last = value

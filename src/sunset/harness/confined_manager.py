@@ -17,7 +17,7 @@ from sunset.errors import ManagerError, OutputError, SunsetError
 from sunset.harness.manager_process import ENTRY, LoadedManager, ManagerTask, receive_loaded, run_manager
 from sunset.isolation import ProcessDeath
 from sunset.managing import MANAGERS, PREFIX, is_registered, parse_command, sources_digest
-from sunset.managing.files import manager_code, manager_data
+from sunset.managing.files import check_sources, manager_code, manager_data
 from sunset.rmw.remote import EndError, Pipe, PipeError, RaisedError, SilenceError
 from sunset.source_files import modules_beside
 from sunset.system import Value, loaded_extensions
@@ -147,6 +147,7 @@ def manager_process(
         live=live,
         describes_types=describes_types,
     )
+    places: tuple[Path, ...] = ()
     try:
         if is_registered(manager):
             process = copy_process(run_manager, task)
@@ -159,11 +160,15 @@ def manager_process(
                 modules=(*modules, *sources, *beside),
                 readable=(*manager_data(manager), *(command.places if command else ())),
             )
+            places = (*view.modules, *view.readable)
             process = _server().start(to_builtins(task), view)
     except OSError as error:
         raise OutputError(f"No process can be started for the managing system: {error.strerror}.") from error
     with process:
-        yield ManagerProcess(manager, process, limit_s=limit_s)
+        made = ManagerProcess(manager, process, limit_s=limit_s)
+        if not is_registered(manager):
+            check_sources(manager, made.loaded.sources, places)
+        yield made
 
 
 def start_server() -> None:

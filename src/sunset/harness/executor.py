@@ -91,10 +91,14 @@ class ScenarioExecutor(Node):
         self._world.settle()
         self._played = tuple(map(Occurrence, self.scenario.faults))
         by_themselves = [one for one in self._played if one.plan.after is None]
+        due = [
+            one
+            for one in by_themselves
+            if one.plan.at == 0 and one.plan.profile.rise is None and not self._must_wait(one)
+        ]
         for one in by_themselves:
-            if one.plan.at > 0 or self._must_wait(one):
+            if one not in due:
                 self._at(one.plan.at, partial(self._come, one))
-        due = [one for one in by_themselves if one.plan.at == 0 and not one.waiting]
         answers = [(one, self._begin(one)) for one in due]
         problems = []
         for one, future in answers:
@@ -119,7 +123,8 @@ class ScenarioExecutor(Node):
 
     def _come(self, one: Occurrence) -> None:
         """Let a fault come, or wait until its node is up; what lives in the world does not wait."""
-        if one.over or (one.plan.until is not None and self._seconds() >= one.plan.until):
+        _, strength = next(course(one.plan, self._seconds()))
+        if one.over or strength is None:  # it has healed before it would be there
             one.over, one.waiting = True, False
             return
         one.waiting = self._must_wait(one)

@@ -62,6 +62,10 @@ def parse_command(spec: str, folder: Path = Path()) -> Command:
             f"The managing system {spec!r} cannot be started: {reason}; name it as exec:PROGRAM ARGUMENTS, with words "
             "that have spaces in quotes."
         ) from error
+    if any("__pycache__" in Path(word).parts for word in arguments):
+        raise ManagerError(
+            f"The managing system {spec} names a path in __pycache__, which is Python's own: keep its files elsewhere."
+        )
     found = _found(spec, program, folder)
     paths = {word: (folder / word).absolute() for word in arguments if word and (folder / word).exists()}
     named = [*paths.values(), *([] if found.parent.name in _INSTALLED else [found])]

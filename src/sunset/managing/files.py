@@ -3,7 +3,7 @@
 import ast
 import importlib.util
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Final
 
@@ -57,6 +57,32 @@ def manager_data(spec: str, folder: Path | None = None) -> tuple[Path, ...]:
             )
         found.append(path)
     return tuple(found)
+
+
+def check_sources(spec: str, sources: Iterable[str], places: Iterable[Path]) -> None:
+    """Make sure that a managing system is written in files that it may read, its own among them.
+
+    Args:
+        spec: its name, as of `load_manager`.
+        sources: the files that its process says it is written in.
+        places: the files and folders that the process may read, beside what is installed.
+
+    Raises:
+        ManagerError: it is not.
+    """
+    found = [Path(source).resolve() for source in sources]
+    shown = [place.resolve() for place in places]
+    own = _file(spec)
+    if own is not None and spec.rpartition(":")[0].endswith(".py") and own not in found:
+        raise ManagerError(
+            f"The managing system {spec} says that it is not written in {own}: let it be as it is."
+        )
+    for path in found:
+        if not (_is_installed(path) or any(path.is_relative_to(place) for place in shown)):
+            raise ManagerError(
+                f"The managing system {spec} says that it is written in {path}, which it cannot read: let it be as "
+                "it is."
+            )
 
 
 def _declared(file: Path, name: str) -> Iterator[str]:

@@ -90,7 +90,10 @@ class _Redeploy(_Adaptation, frozen=True, tag="redeploy"):
 class Answer(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """A line of a program's output."""
 
-    adaptations: list[_SetParameter | _ChangeTopic | _Activate | _Deactivate | _Restart | _Redeploy] = []
+    adaptations: Annotated[
+        list[_SetParameter | _ChangeTopic | _Activate | _Deactivate | _Restart | _Redeploy],
+        Meta(max_length=100),
+    ] = []
     diagnosis: dict[str, Annotated[float, Meta(ge=0, le=1)]] | None = None
     think_s: Annotated[float, Meta(ge=0, le=LONGEST_THOUGHT_S)] = 0.0
 

@@ -217,9 +217,18 @@ def _episodes(
                 holds=spell.holds,
                 ended=spell.ended,
                 injected=bool(causes),
-                adaptation=None if _healed(spell, able, resolving) else resolving,
+                adaptation=None if _healed(failure.name, spell, able, resolving) else resolving,
             )
         )
+        # what came while it lasted does not begin another one when it comes back
+        last = timeline.duration_s if spell.ended is None else spell.ended - SILENCE_S
+        blamed += [
+            injection
+            for injection in timeline.injections
+            if injection.failure == failure.name
+            and injection not in blamed
+            and spell.holds < injection.time <= last
+        ]
     return episodes
 
 
@@ -239,7 +248,8 @@ def _is_past(injection: Injection, spell: Spell, adaptations: Sequence[ExecutedA
 
 def _ended_before(injection: Injection, spell: Spell) -> bool:
     """Return whether a fault had ended before a spell; what it did to frames that were on their way comes later."""
-    return injection.ended is not None and injection.ended + SILENCE_S < spell.origin
+    lag_s = TOLERANCE_S if injection.failure in current_system().outages else SILENCE_S
+    return injection.ended is not None and injection.ended + lag_s < spell.origin
 
 
 def _able_faults(failure: str, spell: Spell, injections: Sequence[Injection]) -> list[Injection]:
@@ -262,10 +272,16 @@ def _is_behind(injection: Injection, failure: str, spell: Spell) -> bool:
     return injection.time <= spell.holds
 
 
-def _healed(spell: Spell, able: Sequence[Injection], adaptation: ExecutedAdaptation | None) -> bool:
-    """Return whether a spell ended since faults healed by themselves, and not by an adaptation."""
+def _healed(
+    failure: str, spell: Spell, able: Sequence[Injection], adaptation: ExecutedAdaptation | None
+) -> bool:
+    """Return whether a spell ended since faults healed by themselves, and not by an adaptation.
+
+    Those of the failure itself decide, where there are any.
+    """
     if spell.ended is None or adaptation is None:
         return False
+    able = [one for one in able if one.failure == failure] or able
     ends = [
         (one.ended, one.healed is not None)
         for one in able

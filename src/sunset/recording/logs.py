@@ -7,7 +7,7 @@ from typing import Final
 
 from sunset.interfaces.rcl_interfaces.msg import Log
 from sunset.recording.reader import read_messages
-from sunset.recording.timelines import content_of, start_of
+from sunset.recording.timelines import start_of
 from sunset.recording.values import RecordedMessage
 from sunset.system import LOG_TOPIC
 
@@ -50,12 +50,15 @@ def read_log(folder: Path) -> tuple[LogLine, ...]:
 
 
 def log_of(messages: Sequence[RecordedMessage]) -> tuple[LogLine, ...]:
-    """Return what the nodes of a run logged, from messages that are read already; as `read_log`."""
+    """Return what the nodes of a run logged, from messages that are read already; as `read_log`.
+
+    What else somebody sent on the topic is not a log.
+    """
     start_ns = start_of([one for one in messages if one.topic == LOG_TOPIC])
     lines = []
     for one in messages:
-        if one.topic == ROSOUT:
-            entry = content_of(one, Log)
+        entry = one.message
+        if one.topic == ROSOUT and isinstance(entry, Log):
             severity = _SEVERITIES.get(entry.level, str(entry.level))
             lines.append(LogLine((one.time_ns - start_ns) / 1e9, severity, entry.name, entry.msg))
     return tuple(lines)

@@ -95,13 +95,14 @@ def _conflicts(faults: Sequence[ScenarioFault], begun: Sequence[float]) -> Itera
     ]
     for one, other in combinations(range(len(faults)), 2):
         first, second = sorted((spans[one], spans[other]))
-        if second[0] >= first[1]:
-            continue
         names = {faults[one].name, faults[other].name}
+        are_same = faults[one].name == faults[other].name
+        if second[0] > first[1] or (second[0] == first[1] and not are_same):
+            continue
         pairs = [pair for pair in current_system().exclusive if set(pair) == names]
-        if len(names) == 1 and first == second:
+        if are_same and first == second:
             yield other, f"The scenario has the fault {faults[one].name} twice; name each once."
-        elif len(names) == 1:
+        elif are_same:
             until = "on" if first[1] == inf else f"to {first[1]:g} s"
             yield (
                 other,

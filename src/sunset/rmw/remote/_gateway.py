@@ -44,6 +44,7 @@ class Gateway:
         process: the process on the network.
         pipe: the other side is at its other end.
         limit_s: how long the other side may take for a callback, in seconds of wall time.
+        longest_ns: how long it may wait in a callback, in the network's time; None for ever.
         end: ends the process on the network when the other side has failed.
         on_failure: called when the process has failed, with how.
 
@@ -57,6 +58,7 @@ class Gateway:
         pipe: Pipe,
         *,
         limit_s: float,
+        longest_ns: int | None = None,
         end: Callable[[], object],
         on_failure: Callable[[PipeError], object] = lambda _: None,
     ) -> None:
@@ -67,6 +69,8 @@ class Gateway:
         self._pipe = pipe
         self._limit_s = limit_s
         self._left_s = limit_s
+        self._longest_ns = longest_ns
+        self._began_ns = process.now_ns()
         self._depth = 0
         self._stand_ins = StandIns(process, self._call)
 
@@ -88,6 +92,7 @@ class Gateway:
         """
         if self._depth == 0:
             self._left_s = self._limit_s
+            self._began_ns = self._process.now_ns()
         self._depth += 1
         try:
             while self.failure is None:
@@ -109,6 +114,8 @@ class Gateway:
         """Send an order, and do what the other side says until it gives the turn back; return how it does."""
         if self._depth > _DEEPEST:
             raise PipeError("waits for itself")
+        if self._longest_ns is not None and self._process.now_ns() - self._began_ns >= self._longest_ns:
+            raise PipeError(f"waits for more than {self._longest_ns / 1e9:g} s in a callback")
         start_s = time.monotonic()
         end_s = start_s + self._left_s
         self._pipe.send(write_order(order), end_s)
@@ -124,10 +131,11 @@ class Gateway:
         process = self._process
         try:
             if isinstance(question, Spin):
-                called = process.spin_once(question.timeout_ns)
+                called = process.spin_once(self._bounded(question.timeout_ns))
                 return Answer(process.now_ns(), value=called)
             if isinstance(question, Wait):
-                value = process.wait_for(lambda: self._turn(Check(process.now_ns())), question.timeout_ns)
+                timeout_ns = self._bounded(question.timeout_ns)
+                value = process.wait_for(lambda: self._turn(Check(process.now_ns())), timeout_ns)
                 return Answer(process.now_ns(), value=value)
             return self._stand_ins.answer(question)
         except CallbackError as error:
@@ -140,3 +148,7 @@ class Gateway:
             raise
         except MiddlewareError as error:
             return Answer(process.now_ns(), error=str(error))
+
+    def _bounded(self, timeout_ns: int | None) -> int | None:
+        """Return how long the other side may wait at most, of the time that it asks for."""
+        return min((one for one in (timeout_ns, self._longest_ns) if one is not None), default=None)

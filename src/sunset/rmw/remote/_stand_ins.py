@@ -47,6 +47,8 @@ _LONGEST_NAME: Final = 256
 """Characters."""
 _MOST: Final = 10_000
 """Nodes, endpoints and timers that a process may have at a time."""
+_BYTES: Final = 2**26
+"""That a process may send at once; they come back over a minute."""
 
 
 class StandIns:
@@ -62,6 +64,8 @@ class StandIns:
         self._call = call
         self._things: dict[int, tuple[object, type[Message] | None]] = {}
         self._last = 0
+        self._began_ns = process.now_ns()
+        self._sent = 0
         self._changes: Mapping[type, Callable[[Any], None]] = {
             MakeNode: self._make_node,
             MakeEndpoint: self._make_endpoint,
@@ -193,6 +197,9 @@ class StandIns:
         _, kind = self._things.get(number, (None, None))
         if kind is None:
             raise PipeError(f"speaks of {number}, which sends nothing")
+        self._sent += len(body)
+        if self._sent > _BYTES * (1 + (self._process.now_ns() - self._began_ns) / 60e9):
+            raise PipeError(f"sends more than {_BYTES >> 20} MiB in a minute")
         return deserialize(body, kind)
 
     def _destroy(self, change: Destroy) -> None:

@@ -6,7 +6,7 @@ import pytest
 
 from sunset.data import HEIGHTS_M, PITCHES_DEG
 from sunset.errors import InvalidInputError
-from sunset.flights import HELD_OUT, KEYS, PANEL, TIMES, WEATHERS, FlightSpec
+from sunset.flights import HELD_OUT, KEYS, PANEL, TIMES, WEATHERS, FlightSpec, parse_flights
 from sunset.training.frames import TRAINING_TOWNS, VALIDATION_TOWN
 
 
@@ -84,3 +84,9 @@ def test_the_panel_varies_what_flights_are_made_of_and_half_of_it_was_never_trai
 def test_a_label_is_fit_for_a_table() -> None:
     with pytest.raises(InvalidInputError, match="The label of a flight must be 1 to 40 of the letters"):
         FlightSpec(label="a b")
+
+
+def test_a_bag_goes_by_no_name_of_another_flight() -> None:
+    for name in ("default", "panel", PANEL[0].name):
+        with pytest.raises(InvalidInputError, match=f"The label {name} is the name of another flight"):
+            parse_flights([f"{name}=over/town.mcap"])

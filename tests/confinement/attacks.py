@@ -360,6 +360,7 @@ def uncounted_memory() -> object:
             lambda: os.memfd_create("mine") and 1,
             lambda: _call((447, 447), 0) + 1,
             lambda: len(mmap.mmap(-1, 5 << 30, flags=mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS)),
+            lambda: len(mmap.mmap(-1, 5 << 30, flags=mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS | 0x100)),
         ]
     )
 

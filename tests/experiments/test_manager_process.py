@@ -165,3 +165,76 @@ def test_the_checksum_is_that_of_its_files(sudden: str, tmp_path: Path) -> None:
 
     assert manager_checksum(sudden, limit_s=30.0) != one
     assert manager_checksum(register_manager(NoAdaptation, "own"), limit_s=30.0)
+
+
+CHEATS = """
+import sys
+import sunset.harness.manager_process
+from sunset.interfaces.std_msgs.msg import String
+from sunset.managing import ManagingSystem
+
+class Liar(ManagingSystem):
+    def adapt(self, symptoms): pass
+
+class Flooding(ManagingSystem):
+    def on_start(self):
+        self.out = self.create_publisher(String, "/rosout", 10)
+
+    def adapt(self, symptoms):
+        self.out.publish(String(data="x" * (9 << 20)))
+
+class Waiting(ManagingSystem):
+    def on_start(self):
+        for thing in (*self.timers, *self.subscriptions):
+            thing.destroy()
+        while True:
+            self.context.middleware.spin_once(None)
+
+    def adapt(self, symptoms): pass
+
+class Chatting(ManagingSystem):
+    def on_start(self):
+        self.create_publisher(String, "/rosout", 10).publish(String(data="not a log"))
+
+    def adapt(self, symptoms): pass
+"""
+
+
+@pytest.fixture
+def cheats(tmp_path: Path) -> Path:
+    (tmp_path / "cheats.py").write_text(CHEATS, encoding="utf-8")
+    return tmp_path / "cheats.py"
+
+
+@pytest.mark.parametrize(
+    ("told", "reason"),
+    [("(__file__, '/etc/passwd')", "/etc/passwd, which it cannot read"), ("()", "not written in .*lying.py")],
+)
+def test_one_is_written_where_it_was_found_whatever_its_process_says(
+    told: str, reason: str, cheats: Path
+) -> None:
+    lie = f"\nsunset.harness.manager_process.manager_sources = lambda *_: {told}"
+    (cheats.parent / "lying.py").write_text(CHEATS + lie, encoding="utf-8")
+    with pytest.raises(ManagerError, match=reason):
+        manager_checksum(f"{cheats.parent / 'lying.py'}:Liar", limit_s=30.0)
+
+
+@pytest.mark.parametrize(
+    ("name", "reason"),
+    [
+        ("Flooding", "it sends more than 64 MiB in a minute"),
+        ("Waiting", "it waits for more than .* in a callback"),
+    ],
+)
+def test_one_that_takes_too_much_is_ended_and_the_run_goes_on(
+    name: str, reason: str, cheats: Path, tmp_path: Path
+) -> None:
+    result = fly(tmp_path / "run", f"{cheats}:{name}")
+    assert result.valid
+    assert re.search(reason, result.record.manager_failed or "")
+
+
+def test_what_is_no_log_on_its_topic_is_left_out(cheats: Path, tmp_path: Path) -> None:
+    result = fly(tmp_path / "run", f"{cheats}:Chatting")
+    assert "not a log" not in {one.text for one in result.log}
+    assert read_stored_run(tmp_path / "run").log == result.log

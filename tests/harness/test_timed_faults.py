@@ -233,6 +233,23 @@ def test_a_configuration_heals_and_leaves_alone_what_was_there_before(world: "Wo
     ]
 
 
+def test_a_ramp_holds_up_no_other_fault(world: "World") -> None:
+    play = Play(
+        world,
+        "name: image_shift, value: 1, profile: {kind: ramp, rise: 3600}",
+        "name: hardware_disconnect",
+    )
+    play.until(2)
+    assert sorted(fault for _, fault in play.onsets) == ["hardware_disconnect", "image_shift"]
+    assert all(time < 0.1 or fault == "image_shift" for time, fault in play.onsets)
+
+
+def test_a_ramp_that_heals_before_its_first_step_never_comes(world: "World") -> None:
+    play = Play(world, "name: image_degradation, at: 1, until: 1.05, profile: {kind: ramp, rise: 2}")
+    play.until(3)
+    assert play.onsets == play.ends == []
+
+
 def test_an_internal_fault_waits_until_its_node_is_up(world: "World") -> None:
     play = Play(world, "name: camera_driver_issue, at: 1", "name: autofocus_needed, at: 1, until: 1.5")
     play.until(0.7)

@@ -95,3 +95,8 @@ def test_a_command_that_cannot_be_started_is_refused(spec: str, told: str) -> No
 )
 def test_a_label_stands_before_exec(text: str, parts: tuple[str, str]) -> None:
     assert split_label(text) == parts
+
+
+def test_what_python_keeps_for_itself_is_no_place_for_a_programs_files(tmp_path: Path) -> None:
+    with pytest.raises(ManagerError, match="names a path in __pycache__, which is Python's own"):
+        parse_command("exec:sh mine/__pycache__/weights", tmp_path)

@@ -489,3 +489,33 @@ def test_an_outage_that_another_one_prolongs_is_resolved_with_the_other() -> Non
         injections=(HEALED, sync),
     )
     assert fusion.resolved
+
+
+def test_a_cure_of_another_failure_takes_no_credit_for_what_healed() -> None:
+    blur = Injection(
+        3.55, "autofocus_needed", "F5", "camera", ended=4.1, cause="set camera.perform_autofocus"
+    )
+    passing = replace(NOISE, time=2.0, ended=4.0)
+    entropy = samples((-3, 2, 0.1), (2, 4.1, 0.4), (4.1, 20, 0.1))
+    (episode,) = episodes(
+        adaptation(4.07, "camera", "set_parameter"), entropy=entropy, injections=(passing, blur)
+    )
+    assert not episode.resolved
+    assert episode.subsided
+
+
+def test_an_outage_that_has_healed_is_not_to_blame_once_messages_came() -> None:
+    brief = replace(HEALED, time=0.0, ended=0.3)
+    later = replace(DISCONNECT, time=0.9)
+    camera = np.concatenate([steady(-3, 0), steady(0.4, 0.9), steady(5, 20)])
+    (episode,) = episodes(camera=camera, injections=(brief, later))
+    assert episode.began == 0.9
+
+
+def test_a_relapse_is_not_that_of_a_fault_which_came_in_the_symptom_before() -> None:
+    dark = replace(NOISE, fault="image_degradation", time=1.0)
+    noise = replace(NOISE, time=3.0)
+    entropy = samples((-3, 1, 0.1), (1, 5.5, 0.4), (5.5, 11.1, 0.1), (11.1, 20, 0.4))
+    first, second = episodes(entropy=entropy, injections=(dark, noise))
+    assert first.began == 1.0
+    assert second.began == pytest.approx(11.1, abs=0.3)

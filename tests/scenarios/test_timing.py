@@ -94,6 +94,10 @@ def test_a_scenario_without_times_is_written_as_before() -> None:
             "line 4: The fault gpu_failure comes at 5 s, and is there from 2 s to 6 s",
         ),
         (
+            "{name: gpu_failure, at: 2, until: 6}\n- {name: gpu_failure, at: 6}",
+            "line 4: The fault gpu_failure comes at 6 s, and is there from 2 s to 6 s",
+        ),
+        (
             "{name: gpu_failure, after: {fault: sync_issue, delay: 2}}",
             "line 3: The fault gpu_failure comes after sync_issue, which is not in the scenario",
         ),

@@ -202,4 +202,5 @@ def test_a_process_that_is_forked_can_use_it(confinement: Confinement) -> None:
         if pid == 0:
             os._exit(process.death("did not return").reason != "did not return")
         assert os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1]) == 0
+        assert process.wait(_PATIENCE_S)
         assert process.ended

@@ -127,6 +127,19 @@ def test_an_external_fault_outlasts_a_redeploy(
     assert len(injections(world)) == 1
 
 
+def test_an_external_fault_comes_when_its_node_is_back(
+    world: "World", nodes: dict[str, AdaptiveNode]
+) -> None:
+    assert nodes
+    world.start(ScenarioExecutor, generate(("image_degradation",)))
+    world.run(0.1)
+    assert world.transition("camera", "shutdown")
+    response = world.call(Trigger, "/scenario_executor/inject", Trigger.Request(), within=3.0)
+    assert (response.success, [one.confirmed for one in injections(world)]) == (True, [True])
+    node = start(world, Camera)
+    assert node.parameter_values["image_degradation"] == FAULTS["image_degradation"].value
+
+
 def test_the_weather_does_not_change_by_a_parameter(world: "World", nodes: dict[str, AdaptiveNode]) -> None:
     inject(world, "image_degradation")
     assert world.set("camera", "image_degradation", 0.0).successful

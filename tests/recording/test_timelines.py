@@ -140,16 +140,22 @@ def test_an_injection_is_never_before_the_start_that_orders_it() -> None:
     assert [injection.time for injection in of(*messages).injections] == [0.0, 0.02]
 
 
-def test_what_was_done_before_the_first_frame_is_held_against_nobody() -> None:
+@pytest.mark.parametrize(
+    ("kind", "counted"),
+    [("redeploy", [2.0]), ("shutdown", [2.0]), ("set_parameters", [1.0, 2.0]), ("activate", [1.0, 2.0])],
+)
+def test_before_the_first_frame_only_what_leaves_nothing_behind_does_not_count(
+    kind: str, counted: list[float]
+) -> None:
     messages = [
         RecordedMessage("/gt_segmentation", 3 * 10**9, ImageDigest()),
         RecordedMessage("/gt_segmentation", 4 * 10**9, ImageDigest()),
         *(
-            RecordedMessage("/experiment/commands", 9, Command(stamp=Time(sec=sec), kind="activate"))
+            RecordedMessage("/experiment/commands", 9, Command(stamp=Time(sec=sec), kind=kind))
             for sec in (2, 3)
         ),
     ]
-    assert [command.time for command in of(*messages).commands] == [2.0]
+    assert [command.time for command in of(*messages).commands] == counted
 
 
 def test_commands_are_in_order_of_their_requests_not_of_their_answers() -> None:

@@ -54,3 +54,9 @@ def test_jitter_must_be_in_range(jitter: float) -> None:
 def test_the_seed_must_be_valid() -> None:
     with pytest.raises(InvalidInputError, match="seed"):
         ComputeModel({}, 0.1, -1)
+
+
+def test_a_node_of_the_same_name_elsewhere_has_no_part_in_it() -> None:
+    model = ComputeModel({"/managed/camera": 0.002}, 0.1, 1)
+    assert model.sampler("/other/camera") is None
+    assert model.sampler("/managed/camera") is not None

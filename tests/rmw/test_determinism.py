@@ -42,7 +42,7 @@ def build(sim, name, source, target):
     sim.on_exit(process, lambda ended: build(sim, name, source, target))
     return process
 
-sim = Simulation(seed=SEED, compute={"a": 0.002, "b": 0.003, "c": 0.004})
+sim = Simulation(seed=SEED, compute={"/ns/a": 0.002, "/ns/b": 0.003, "/ns/c": 0.004})
 sim.add_tap(Recorder())
 processes = [build(sim, name, source, target) for name, source, target in
              (("a", "/x", "/y"), ("b", "/y", "/z"), ("c", "/z", "/x"))]

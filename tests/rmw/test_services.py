@@ -93,6 +93,38 @@ def test_a_server_holds_no_more_requests_than_its_depth() -> None:
     assert [request.data for request in requests] == [False, False, True]  # type: ignore[attr-defined]
 
 
+def test_requests_of_a_protected_process_are_never_those_that_a_full_queue_drops() -> None:
+    sim = Simulation()
+    server = node_of(sim, "server")
+    handled: list[int] = []
+    server.create_service(
+        SetBool,
+        "/switch",
+        QoSProfile(depth=2),
+        lambda number, _: handled.append(number.sequence),
+        label="answer",
+    )
+    protected = sim.create_process("protected", is_protected=True).create_node("protected", "/")
+    asking, other = (
+        node.create_client(SetBool, "/switch", QOS, lambda *_: None, label="on_response")
+        for node in (protected, node_of(sim, "other"))
+    )
+    for _ in range(5):
+        other.send_request(SetBool.Request())
+    asking.send_request(SetBool.Request())
+    asking.send_request(SetBool.Request())
+    for _ in range(5):
+        other.send_request(SetBool.Request())
+    sim.run_until(100 * MS)
+    assert handled == [1, 1, 2]  # the first was being handled while the others came
+
+    handled.clear()
+    for _ in range(4):
+        asking.send_request(SetBool.Request())
+    sim.run_until(200 * MS)
+    assert handled == [3, 5, 6]  # where all are protected, the oldest
+
+
 def test_a_request_can_be_answered_later_but_once() -> None:
     sim = Simulation()
     server = node_of(sim, "server")

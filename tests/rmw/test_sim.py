@@ -58,7 +58,7 @@ def test_a_message_arrives_after_the_latency() -> None:
 
 
 def test_what_a_callback_sends_leaves_when_its_modelled_time_is_over() -> None:
-    sim = Simulation(compute={"relay": 0.040}, jitter=0.0, latency_s=0.0005)
+    sim = Simulation(compute={"/relay": 0.040}, jitter=0.0, latency_s=0.0005)
     departures = Departures()
     sim.add_tap(departures)
     _, relay = start(sim, "relay")
@@ -80,7 +80,7 @@ def test_what_a_callback_sends_leaves_when_its_modelled_time_is_over() -> None:
 
 
 def test_the_clock_is_not_charged_as_the_nodes_own_work() -> None:
-    sim = Simulation(compute={"busy": 0.5}, jitter=0.0, latency_s=0.0)
+    sim = Simulation(compute={"/busy": 0.5}, jitter=0.0, latency_s=0.0)
     _, busy = start(sim, "busy")
     _, talker = start(sim, "talker")
     heard: list[float] = []
@@ -93,7 +93,7 @@ def test_the_clock_is_not_charged_as_the_nodes_own_work() -> None:
 
 
 def test_timers_take_a_fifth_of_a_millisecond_whatever_the_node() -> None:
-    sim = Simulation(compute={"slow": 0.040}, jitter=0.0)
+    sim = Simulation(compute={"/slow": 0.040}, jitter=0.0)
     departures = Departures()
     sim.add_tap(departures)
     _, node = start(sim, "slow")
@@ -104,7 +104,7 @@ def test_timers_take_a_fifth_of_a_millisecond_whatever_the_node() -> None:
 
 
 def test_a_subscription_keeps_the_latest_samples_while_its_process_is_busy() -> None:
-    sim = Simulation(compute={"slow": 0.040}, jitter=0.0)
+    sim = Simulation(compute={"/slow": 0.040}, jitter=0.0)
     seen: list[str] = []
     _, slow = start(sim, "slow")
     _, talker = start(sim, "talker")
@@ -117,7 +117,7 @@ def test_a_subscription_keeps_the_latest_samples_while_its_process_is_busy() -> 
 
 
 def test_callbacks_of_a_process_run_in_the_order_in_which_they_became_ready() -> None:
-    sim = Simulation(compute={"node": 0.010}, jitter=0.0)
+    sim = Simulation(compute={"/node": 0.010}, jitter=0.0)
     seen: list[str] = []
     _, node = start(sim, "node")
     _, talker = start(sim, "talker")
@@ -153,7 +153,7 @@ def test_callbacks_wait_until_the_node_is_attached_and_the_process_runs() -> Non
 
 
 def test_killing_a_process_drops_what_it_was_about_to_send_and_what_was_on_its_way_to_it() -> None:
-    sim = Simulation(compute={"relay": 0.040}, jitter=0.0)
+    sim = Simulation(compute={"/relay": 0.040}, jitter=0.0)
     departures = Departures()
     sim.add_tap(departures)
     calls: list[int] = []
@@ -178,7 +178,7 @@ def test_killing_a_process_drops_what_it_was_about_to_send_and_what_was_on_its_w
 
 
 def test_shutdown_in_a_callback_ends_the_process_when_what_it_sent_has_left() -> None:
-    sim = Simulation(compute={"node": 0.010}, jitter=0.0)
+    sim = Simulation(compute={"/node": 0.010}, jitter=0.0)
     departures = Departures()
     sim.add_tap(departures)
     exits: list[tuple[str, float]] = []

@@ -107,7 +107,7 @@ def test_a_late_reader_does_not_get_what_is_older_than_the_lifespan() -> None:
 
 
 def test_keep_all_drops_nothing() -> None:
-    sim = Simulation(compute={"listener": 0.1})
+    sim = Simulation(compute={"/listener": 0.1})
     seen: list[Message] = []
     listen(node_of(sim, "listener"), seen, QoSProfile(history=HistoryPolicy.KEEP_ALL))
     publisher = node_of(sim, "talker").create_publisher(String, "/chat", RELIABLE)

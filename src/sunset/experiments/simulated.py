@@ -21,7 +21,7 @@ from sunset.rmw.remote import Gateway
 from sunset.rmw.sim import SimProcess, Simulation, Tap
 from sunset.ros import Context, Node, Parameter, SingleThreadedExecutor
 from sunset.seeding import generator
-from sunset.system import MANAGER_PROCESS, SURROUNDING, current_system
+from sunset.system import MANAGER_PROCESS, SURROUNDING, current_system, full_name
 
 NodeFactory = Callable[[Context], Node]
 Around = Callable[[Callable[[], None]], None]
@@ -129,7 +129,10 @@ def _run(
 ) -> tuple[int, str]:
     timing, system = spec.timing, current_system()
     simulation = Simulation(
-        seed=spec.seed, compute=system.compute_s, jitter=timing.jitter, latency_s=timing.latency_s
+        seed=spec.seed,
+        compute={full_name(node): seconds for node, seconds in system.compute_s.items()},
+        jitter=timing.jitter,
+        latency_s=timing.latency_s,
     )
     simulation.add_tap(observer)
     simulation.add_tap(_SignOfLife(watch))
@@ -137,7 +140,7 @@ def _run(
     processes = SimulatedProcesses(simulation, _factories(spec, resources, watch), around)
 
     def started(name: str, factory: Callable[[Context], NodeT]) -> NodeT:
-        return bring_up(simulation.create_process(name), factory)
+        return bring_up(simulation.create_process(name, is_protected=True), factory)
 
     started("launcher", lambda context: Launcher(processes, tuple(system.nodes), context=context))
     started("scenario_executor", lambda context: ScenarioExecutor(resources.scenario, context=context))

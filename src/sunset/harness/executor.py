@@ -99,10 +99,10 @@ class ScenarioExecutor(Node):
         for one in by_themselves:
             if one not in due:
                 self._at(one.plan.at, partial(self._come, one))
-        answers = [(one, self._begin(one)) for one in due]
+        answers = [(one, self._is_up(one), self._begin(one)) for one in due]
         problems = []
-        for one, future in answers:
-            refusal = (await future).refusal
+        for one, is_up, future in answers:
+            refusal = (await future).refusal if is_up else ""
             problems += [f"{one.plan.name}: {refusal}"] * bool(refusal)
             self._arrive(one, self._start_ns, refusal)
         response.success = not problems
@@ -135,10 +135,14 @@ class ScenarioExecutor(Node):
         """Return whether a fault lives in a node that is being started."""
         return one.is_internal and not self._world.is_settled(one.fault.node)
 
+    def _is_up(self, one: Occurrence) -> bool:
+        """Return whether the nodes that a fault is injected into can take it; else it comes when they do."""
+        return all(self._world.is_settled(step.node) for step in one.plan.injection)
+
     def _order(self, one: Occurrence, inject: Callable[[Occurrence], Future[Answer]]) -> None:
         """Inject a fault after the measured time began, and say so."""
         ordered_ns = self.get_clock().now().nanoseconds
-        is_up = all(self._world.is_settled(step.node) for step in one.plan.injection)
+        is_up = self._is_up(one)
 
         def answered(future: Future[Answer]) -> None:
             answer = future.result() or Answer()
@@ -247,7 +251,7 @@ class ScenarioExecutor(Node):
     def _check(self, one: Occurrence, future: Future[Answer]) -> None:
         """Say so if a change was refused by a node that is up; such a run does not count."""
         answer = future.result() or Answer()
-        if answer.refusal and all(self._world.is_settled(step.node) for step in one.plan.injection):
+        if answer.refusal and self._is_up(one):
             self._publish(one, self.get_clock().now().nanoseconds, confirmed=False)
 
     def _end(self, one: Occurrence, cause: str) -> None:

@@ -39,6 +39,8 @@ _OTHERS: Final = (
     TRUTH_TOPIC,
 )
 
+_ENDING: Final = ("redeploy", "shutdown")  # commands that end a process, so that nothing of it is left
+
 _M = TypeVar("_M", bound=Message)
 
 
@@ -61,8 +63,8 @@ def timeline(
     Time 0 is what the experiment's log gives as its start, the moment at which faults are injected. A
     message's time is when it left its publisher, an injection's and a command's is their stamp. A frame's
     is when its true segmentation left the bag, so that it belongs to the moment at which the picture was
-    taken, however late it was evaluated; where the record lacks that, when it was evaluated. Commands from before the
-    first frame are left out: the system was being brought up, and what was done to it then does not count.
+    taken, however late it was evaluated; where the record lacks that, when it was evaluated. Redeploys from before the
+    first frame are left out: the system was being brought up, and they leave nothing behind.
 
     Args:
         messages: those on topics that are not among `measured_topics()` do not matter.
@@ -197,7 +199,7 @@ def _commands(
             successful=one.successful,
         )
         for one in found
-        if ns_of(one.stamp) >= first_ns
+        if ns_of(one.stamp) >= first_ns or one.kind not in _ENDING
     ]
     return tuple(sorted(commands, key=lambda command: command.time))
 

@@ -14,7 +14,7 @@ class ComputeModel:
     """Draws the duration of callbacks.
 
     Args:
-        seconds: node name → mean duration of a subscription callback.
+        seconds: full name of a node → mean duration of a subscription callback.
         jitter: half-width of the uniform factor, in [0, 1): a callback takes seconds * (1 ± jitter).
         seed: a whole number in [0, 2**32 - 1].
 
@@ -43,7 +43,7 @@ class ComputeModel:
         if node not in self._seconds:
             return None
         if node not in self._samplers:
-            random = generator(self._seed, "compute", node).random
+            random = generator(self._seed, "compute", node.rpartition("/")[2]).random
             low = self._seconds[node] * 1e9 * (1 - self._jitter)
             width = self._seconds[node] * 1e9 * 2 * self._jitter
             self._samplers[node] = lambda: round(low + width * random())

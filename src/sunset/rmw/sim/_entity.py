@@ -21,10 +21,12 @@ class SimHost(Middleware):
     Attributes:
         name: names it in errors.
         network: the world.
+        is_protected: whether no full queue of a service drops its requests.
     """
 
     name: str
     network: Network
+    is_protected: bool
 
     @abstractmethod
     def notify(self, entity: "SimEntity") -> None:

@@ -25,10 +25,16 @@ class SimProcess(SimHost):
     """
 
     def __init__(
-        self, network: Network, name: str, around: Callable[[Callable[[], None]], None] | None
+        self,
+        network: Network,
+        name: str,
+        around: Callable[[Callable[[], None]], None] | None,
+        *,
+        is_protected: bool,
     ) -> None:
         self.name = name
         self.network = network
+        self.is_protected = is_protected
         self.nodes_here: dict[NodeHandle, None] = {}
         self._around = around
         self._alive = True

@@ -56,6 +56,15 @@ class SimService(SimReceiver[tuple[RequestId, SimClient, Message]], ServiceHandl
         self._asking: dict[RequestId, SimClient] = {}
         super().join()
 
+    def deliver(self, item: tuple[RequestId, SimClient, Message]) -> None:
+        """Take in a request; a full queue drops the oldest that a process without protection has sent."""
+        if len(self._items) == self._limit:
+            self._items.append(item)
+            protected = [client.process.is_protected for _, client, _ in self._items]
+            del self._items[protected.index(False) if False in protected else 0]
+        else:
+            super().deliver(item)
+
     def run(self) -> None:
         request_id, client, request = self._items.popleft()
         network = self.process.network

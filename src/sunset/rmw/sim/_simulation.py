@@ -25,7 +25,7 @@ class Simulation:
 
     Args:
         seed: a whole number in [0, 2**32 - 1]; decides the jitter of durations.
-        compute: node name without namespace → seconds that each of its subscription callbacks takes. Everything
+        compute: full name of a node → seconds that each of its subscription callbacks takes. Everything
             else takes 0.2 ms.
         jitter: those durations vary uniformly by this fraction, in [0, 1).
         latency_s: seconds from a message leaving one process to its arrival in another.
@@ -53,15 +53,21 @@ class Simulation:
         return self._network.scheduler.now
 
     def create_process(
-        self, name: str, *, around: Callable[[Callable[[], None]], None] | None = None
+        self,
+        name: str,
+        *,
+        around: Callable[[Callable[[], None]], None] | None = None,
+        is_protected: bool = False,
     ) -> SimProcess:
         """Start a process, to be given to `Context.init(middleware=…)`.
 
         Args:
             name: names it in errors; two processes may have the same.
             around: calls each callback of this process, in the place of the simulation; None to just call it.
+            is_protected: whether no full queue of a service drops its requests, so that others who ask for more than
+                a service can answer do not silence it.
         """
-        return SimProcess(self._network, name, around)
+        return SimProcess(self._network, name, around, is_protected=is_protected)
 
     def run_until(self, t_ns: int) -> None:
         """Let everything happen that is due at or before `t_ns`; the clock then reads `t_ns`.

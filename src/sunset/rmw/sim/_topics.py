@@ -24,7 +24,7 @@ class SimSubscription(SimReceiver[Message], SubscriptionHandle):
     def join(self) -> None:
         network = self.process.network
         is_charged = self.name not in _UNCHARGED_TOPICS
-        self._draw_cost = network.compute.sampler(self.node.name) if is_charged else None
+        self._draw_cost = network.compute.sampler(self.node.fully_qualified_name) if is_charged else None
         self.publishers: list[SimPublisher] = []
         super().join()
         for publisher in network.named(self.name, SimPublisher):

@@ -108,3 +108,28 @@ def test_a_fault_of_an_extension_grows_and_heals(tmp_path: Path) -> None:
     assert (episode.failure, episode.began, episode.adaptation) == ("F6", drift.time, None)
     assert 0.5 < episode.t_detect < 1.5
     assert episode.ended == pytest.approx(2.9, abs=0.3)
+
+
+FLOOD = """
+from sunset.interfaces.rcl_interfaces.srv import SetParameters
+from sunset.managing import ManagingSystem
+
+class Flood(ManagingSystem):
+    def on_start(self):
+        self.asking = self.create_client(SetParameters, "/managed_subsystem/camera/set_parameters")
+        self.sent = 0
+
+    def adapt(self, symptoms):
+        for _ in range(1100 if self.sent else 8000):
+            self.asking.call_async(SetParameters.Request())
+        self.sent += 1
+"""
+
+
+@pytest.mark.thorough
+def test_no_flood_of_requests_keeps_a_fault_away(tmp_path: Path) -> None:
+    (tmp_path / "flood.py").write_text(FLOOD, encoding="utf-8")
+    scenario = "name: one\nduration: 2\nfaults: [{name: hardware_disconnect, at: 0.5}]"
+    flooded = fly(tmp_path / "run", scenario, f"{tmp_path / 'flood.py'}:Flood")
+    assert [one.fault for one in flooded.timeline.injections] == ["hardware_disconnect"]
+    assert flooded.metrics.t_down_s > 1

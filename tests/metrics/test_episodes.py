@@ -470,7 +470,7 @@ def test_a_degradation_that_has_healed_is_not_to_blame_for_a_later_one() -> None
     assert episode.began == 12.0
 
 
-@pytest.mark.parametrize(("acted", "resolved"), [(9.0, False), (10.3, True)])
+@pytest.mark.parametrize(("acted", "resolved"), [(9.0, False), (10.3, True), (10.7, False)])
 def test_of_two_degradations_one_heals_and_the_other_is_cured(acted: float, resolved: bool) -> None:
     passing = replace(NOISE, time=2.0, ended=10.0)
     entropy = samples((-3, 2, 0.1), (2, 10.6, 0.4), (10.6, 20, 0.1))
@@ -519,3 +519,15 @@ def test_a_relapse_is_not_that_of_a_fault_which_came_in_the_symptom_before() -> 
     first, second = episodes(entropy=entropy, injections=(dark, noise))
     assert first.began == 1.0
     assert second.began == pytest.approx(11.1, abs=0.3)
+
+
+def test_a_failure_that_is_brought_about_while_a_fault_is_left_alone_is_resolved_once() -> None:
+    blur = Injection(0.0, "autofocus_needed", "F5", "camera")
+    toggled = samples(
+        (-3, 2, 0.1), (2, 4, 0.4), (4, 6, 0.1), (6, 8, 0.4), (8, 10, 0.1), (10, 12, 0.4), (12, 20, 0.1)
+    )
+    done = [adaptation(time, "sensor_fusion", "set_parameter") for time in (2.0, 4.0, 6.0, 8.0, 10.0, 12.0)]
+    found = episodes(*done, entropy=toggled, injections=(blur,))
+    assert [one.resolved for one in found] == [True, False, False]
+    again = (blur, replace(NOISE, time=5.9))
+    assert [one.resolved for one in episodes(*done, entropy=toggled, injections=again)] == [True, True, False]

@@ -18,12 +18,13 @@ The definitions, which the paper leaves open:
   one upstream of it since it began. The last such adaptation is the one that resolved it.
 - An episode counts as resolved only if an injected fault explains it. None explains a silence that does not begin
   within 1 s of a fault that shows as an outage, in the failing node or one upstream of it, or another failure before
-  which there was no fault that shows as such. Else a managing system could break what it then repairs.
+  which there was no fault that shows as such. A fault explains one resolved episode of each failure: what comes back
+  was not cured, or was brought about. Else a managing system could break what it then repairs.
 """
 
 import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -42,11 +43,13 @@ class Spell:
         origin: the last message before the silence, or the first sample of the window [s].
         holds: when the symptom began to hold [s].
         ended: when it stopped [s]; None if it held to the end.
+        turned: since when each sample was on the right side of the threshold [s]; None of a silence.
     """
 
     origin: float
     holds: float
     ended: float | None
+    turned: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -136,16 +139,21 @@ def excesses(samples: Samples, threshold: float, *, below: bool = False, duratio
     """
     spells: list[Spell] = []
     holding: tuple[float, float] | None = None
+    turned: float | None = None
     moving = MovingMean(WINDOW.gap_s + TOLERANCE_S)
     for time, value in zip(samples.times.tolist(), samples.values.tolist(), strict=True):
         mean = moving.add(time, value) if time <= duration_s else None
+        if value < threshold if below else value > threshold:
+            turned = None
+        elif turned is None:
+            turned = time
         if mean is None:
             continue
         beyond = mean < threshold if below else mean > threshold
         if beyond and holding is None:
             holding = (moving.since, time)
         elif holding is not None and not beyond:
-            spells.append(Spell(*holding, time))
+            spells.append(Spell(*holding, time, turned))
             holding = None
     if holding is not None:
         spells.append(Spell(*holding, None))
@@ -155,7 +163,7 @@ def excesses(samples: Samples, threshold: float, *, below: bool = False, duratio
 def _within(spells: Sequence[Spell]) -> list[Spell]:
     """Return the spells that hold after 0, cut off there."""
     return [
-        Spell(spell.origin, max(spell.holds, 0.0), spell.ended)
+        replace(spell, holds=max(spell.holds, 0.0))
         for spell in spells
         if spell.ended is None or spell.ended > 0
     ]
@@ -192,6 +200,7 @@ def _episodes(
     """Say of each spell of one failure when the failure began, and what resolved it."""
     episodes = []
     blamed: list[Injection] = []
+    spent: list[Injection] = []
     for spell in spells:
         # one that is injected again while it is there is not a new one
         there = {one.fault for one in blamed if one.ended is None}
@@ -207,9 +216,12 @@ def _episodes(
         causes = [injection.time for injection in due if not _is_past(injection, spell, adaptations)]
         began = min(causes) if causes else max(spell.origin, 0.0)
         able = _able_faults(failure.name, spell, timeline.injections)
-        resolving = None
-        if any(_is_behind(one, failure.name, spell) for one in able):
-            resolving = _resolving(failure.name, began, spell.ended, adaptations)
+        behind = [one for one in able if one not in spent and _is_behind(one, failure.name, spell)]
+        resolving = _resolving(failure.name, began, spell.ended, adaptations) if behind else None
+        if _healed(failure.name, spell, able, resolving):
+            resolving = None
+        if resolving is not None:  # its own fault explains it, if there is one
+            spent.append(min(behind, key=lambda one: one.failure != failure.name))
         episodes.append(
             Episode(
                 failure=failure.name,
@@ -217,7 +229,7 @@ def _episodes(
                 holds=spell.holds,
                 ended=spell.ended,
                 injected=bool(causes),
-                adaptation=None if _healed(failure.name, spell, able, resolving) else resolving,
+                adaptation=resolving,
             )
         )
         # what came while it lasted does not begin another one when it comes back
@@ -291,7 +303,9 @@ def _healed(
         return False
     last, by_itself = max(ends)
     if len(ends) < len(able):
-        return by_itself and adaptation.time < last and spell.ended - last <= SILENCE_S
+        # the adaptation came before it healed, or after the symptom had begun to go
+        came_too_late = spell.turned is not None and spell.turned < adaptation.time
+        return by_itself and (adaptation.time < last or came_too_late) and spell.ended - last <= SILENCE_S
     return by_itself
 
 

@@ -208,6 +208,11 @@ def noticing(folder: str) -> object:
         [
             lambda: _call((254, 27), _LIBRARY.inotify_init(), folder.encode(), 0xFFF),
             lambda: _call((300, 262), 0x200, 0) + 1,
+            # of a folder that it may read
+            lambda: (
+                fcntl.fcntl(os.open(Path(json.__file__).parent, os.O_RDONLY), fcntl.F_NOTIFY, fcntl.DN_ACCESS)
+                + 1
+            ),
         ]
     )
 

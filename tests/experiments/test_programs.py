@@ -137,6 +137,17 @@ BAD = {
     "a negative time": (answering("""print('{"think_s": -1}')"""), ">= 0.0 - at"),
     "NaN": (answering("""print('{"think_s": NaN}')"""), "malformed"),
     "a number without bounds": (answering("""print('{"think_s": 1e999}')"""), "out of range"),
+    "a number that no parameter holds": (
+        answering(
+            """print(json.dumps({"adaptations": [
+        {"kind": "set_parameter", "node": "camera", "name": "x", "value": 2**70}]}))"""
+        ),
+        "which is not an answer .Expected `int` <= 9223372036854775807",
+    ),
+    "101 adaptations": (
+        answering("""print(json.dumps({"adaptations": [{"kind": "redeploy", "node": "camera"}] * 101}))"""),
+        "which is not an answer .Expected `array` of length <= 100",
+    ),
     "deep nesting": (answering("""print('{"adaptations": ' + '[' * 100000)"""), "is not an answer"),
     "two answers": (
         answering("""print('{}\\n{}')"""),

@@ -53,7 +53,7 @@ class _Adaptation(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
 
 class _SetParameter(_Adaptation, frozen=True, tag="set_parameter"):
     name: str
-    value: Value
+    value: bool | Annotated[int, Meta(ge=-(2**63), le=2**63 - 1)] | float | str
 
     def do(self, manager: ManagingSystem) -> Future[bool]:
         return manager.set_parameter(self.node, self.name, self.value)

@@ -159,6 +159,17 @@ def test_one_that_cannot_be_loaded_is_refused(line: str, reason: str, tmp_path: 
         manager_checksum(f"{tmp_path / 'mine.py'}:Mine", limit_s=1.0)
 
 
+def test_a_program_cannot_name_a_folder_that_holds_the_cache(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "program.py").write_text("", encoding="utf-8")
+    monkeypatch.setenv("SUNSET_CACHE_DIR", str(tmp_path / "cache"))
+    with pytest.raises(
+        ManagerError, match=f"names {tmp_path}, in which SUNSET keeps flights and their labels"
+    ):
+        manager_checksum(f"exec:python3 {tmp_path / 'program.py'} {tmp_path}", limit_s=1.0)
+
+
 def test_the_checksum_is_that_of_its_files(sudden: str, tmp_path: Path) -> None:
     one = manager_checksum(sudden, limit_s=30.0)
     (tmp_path / "sudden.py").write_text(SUDDEN.replace("5.0", "6.0"), encoding="utf-8")

@@ -17,6 +17,7 @@ from sunset.managing.names import MANAGERS, split_label
 from sunset.managing.none import NoAdaptation
 from sunset.managing.oracle import ORACLE, Oracle
 from sunset.managing.program import PROTOCOL, Program
+from sunset.managing.random_adaptation import RandomAdaptation
 from sunset.managing.reactive import Reactive
 from sunset.managing.symptoms import FloatOrNaN, Symptoms
 
@@ -33,6 +34,7 @@ __all__ = [
     "NoAdaptation",
     "Oracle",
     "Program",
+    "RandomAdaptation",
     "Reactive",
     "Symptoms",
     "checksum",

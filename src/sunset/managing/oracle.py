@@ -9,6 +9,7 @@ from sunset.errors import ManagerError
 from sunset.interfaces.stamps import ns_of
 from sunset.interfaces.system_interfaces.msg import FaultEnd, FaultInjection
 from sunset.managing.base import ManagingSystem
+from sunset.managing.configuration import WITHOUT, Configuration, Setting, settings_of
 from sunset.managing.known import KnownFault, KnownScenario
 from sunset.managing.requesting import request
 from sunset.managing.symptoms import Symptoms
@@ -32,26 +33,13 @@ _RESTART_S: Final = 0.1
 """How long a node sends nothing for a restart."""
 _RETRY_S: Final = 1.0
 """So long after a request without effect it is made again."""
+_TOLERABLE: Final[Mapping[str, float]] = {"depth_degradation": 0.18}
+"""Fault → the strength up to which its cure costs more than it: with less noise, the fusion is better than the colour
+image alone (`sunset models curves lite`)."""
 _UNSEGMENTED: Final = 0.5
 """What a degradation costs of the output, next to an outage: the paper's severities are from a tenth to 70 %."""
 
-_WITHOUT: Final = {
-    "rgb_camera": (("sensor_fusion", "modality"), 2),
-    "depth_camera": (("sensor_fusion", "modality"), 1),
-}
-"""Topic → what is to be set so that the pipeline works without it."""
-
-_HEALTHY: Final[Mapping[tuple[str, str], Value]] = {
-    ("image_enhancement", "image_degradation"): described_faults()["image_degradation"].value,
-    ("sensor_fusion", "modality"): 0,
-    ("sensor_fusion", "topic_camera_input"): "rgb_camera",
-}
-
-_LASTING: Final = {AdaptationKind.SET_PARAMETER, AdaptationKind.CHANGE_TOPIC, AdaptationKind.ACTIVATE}
-
 Cure = tuple[Adaptation, ...]
-Setting = tuple[str, str]
-"""A node and its parameter; an empty one is for whether the node is active."""
 
 
 @dataclass(eq=False)
@@ -95,11 +83,10 @@ class Oracle(ManagingSystem):
     def on_start(self) -> None:
         """Listen for what comes and goes; nothing is wrong yet."""
         self.present: dict[str, _Present] = {}
-        self.booting: dict[str, float] = {}  # node → when it was redeployed
-        self.settings: dict[Setting, Value] = {}  # what it has changed, as it is now
+        self.configuration = Configuration(self)
         self.start_s = math.inf  # when the measured time began, as the first fault tells
         self.symptoms = Symptoms({})
-        self.nodes = {node.name: node for node in described_nodes()}
+        self.outputs = {node.name: node.outputs for node in described_nodes()}
         self.create_subscription(FaultInjection, INJECTIONS_TOPIC, self.on_injection, 100)
         self.create_subscription(FaultEnd, FAULT_ENDS_TOPIC, self.on_end, 100)
 
@@ -127,23 +114,18 @@ class Oracle(ManagingSystem):
     def adapt(self, symptoms: Symptoms) -> None:
         """Cure what can be cured, and set what works around the rest."""
         self.symptoms = symptoms
-        for node, since_s in list(self.booting.items()):
-            if self.now_s - since_s > self.boot_s(node) and symptoms.state(node) == "active":
-                del self.booting[node]
+        self.configuration.see(symptoms)
         cures = {name: self.best_cure(one) for name, one in self.present.items()}
-        redeployed = {cure[0].node for cure in cures.values() if _kind(cure) is AdaptationKind.REDEPLOY}
+        redeploys = {cure for cure in cures.values() if _kind(cure) is AdaptationKind.REDEPLOY}
         wanted: dict[Setting, Value] = {}
         for name, cure in cures.items():
-            fault = self.present[name].fault
-            if fault.kind is FaultKind.EXTERNAL and all(step.kind in _LASTING for step in cure):
-                wanted |= self.lasting(self.present[name], cure)
-            elif not (fault.node in redeployed and _redeploy(fault.node) in fault.cures):
-                self.do(self.present[name], cure)
-        for name, cure in cures.items():
-            if _kind(cure) is AdaptationKind.REDEPLOY:
-                self.do(self.present[name], cure)
-        wanted |= self.workarounds(cures)
-        self.set_all(wanted)
+            one = self.present[name]
+            settings = settings_of(cure, self.strength(one)) if one.fault.kind is FaultKind.EXTERNAL else None
+            if settings is not None:
+                wanted |= settings
+            elif cure and (cure in redeploys or not redeploys.intersection(one.fault.cures)):
+                self.do(one, cure)
+        self.configuration.want(wanted | self.workarounds(cures), symptoms)
 
     def best_cure(self, one: _Present) -> Cure:
         """Return the cheapest cure of a fault; nothing if it costs more than the fault."""
@@ -151,6 +133,9 @@ class Oracle(ManagingSystem):
         if one.known.until is not None:
             end_s = min(end_s, self.start_s + one.known.until - self.now_s)
         remaining_s = one.known.remaining_s(self.now_s - one.since_s, max(0.0, end_s))
+        strength = self.strength(one)
+        if isinstance(strength, float) and strength < _TOLERABLE.get(one.fault.name, 0.0):
+            return ()
         share = 1.0 if described_failures()[one.fault.failure].topic else _UNSEGMENTED
         cures = sorted(one.fault.cures, key=self.cost_s)
         if not cures or (self.cost_s(cures[0]) >= share * remaining_s and not one.known.brings):
@@ -161,70 +146,39 @@ class Oracle(ManagingSystem):
         """Return for how long a cure stops the output [s]."""
         costs = {AdaptationKind.RESTART: _RESTART_S}
         return sum(
-            self.boot_s(step.node) if step.kind is AdaptationKind.REDEPLOY else costs.get(step.kind, 0.0)
+            self.configuration.boot_s(step.node)
+            if step.kind is AdaptationKind.REDEPLOY
+            else costs.get(step.kind, 0.0)
             for step in cure
         )
 
-    def boot_s(self, node: str) -> float:
-        """Return how long a node is away for a redeploy [s]."""
-        return max(0.0, self.nodes[node].activation_delay_s)
-
     def do(self, one: _Present, cure: Cure) -> None:
         """Do a cure, unless it was just done or its nodes are away."""
-        if not cure or self.now_s - one.tried_s < _RETRY_S or any(step.node in self.booting for step in cure):
+        is_away = any(step.node in self.configuration.booting for step in cure)
+        if is_away or self.now_s - one.tried_s < _RETRY_S:
             return
         one.tried_s = self.now_s
         for step in cure:
-            request(self, step)
             if step.kind is AdaptationKind.REDEPLOY:
-                self.booting[step.node] = self.now_s
-                self.settings = {key: value for key, value in self.settings.items() if key[0] != step.node}
+                self.configuration.redeploy(step.node)
+            else:
+                request(self, step)
 
-    def lasting(self, one: _Present, cure: Cure) -> dict[Setting, Value]:
-        """Return the settings that work around a fault of the world."""
-        wanted: dict[Setting, Value] = {}
-        for step in cure:
-            value = True if step.value is None else step.value
-            wanted[step.node, step.parameter] = value
-            if step.kind is AdaptationKind.ACTIVATE and step.node == "image_enhancement":
-                wanted[step.node, one.fault.parameter] = one.known.strength(self.now_s - one.since_s)
-        return wanted
+    def strength(self, one: _Present) -> Value:
+        """Return how strong a fault is now."""
+        return one.known.strength(self.now_s - one.since_s)
 
     def workarounds(self, cures: Mapping[str, Cure]) -> dict[Setting, Value]:
-        """Return the settings by which the pipeline does without what is away."""
+        """Return the settings by which the pipeline does without what is away for longer than a restart."""
         failures = described_failures()
         away = {
             failures[one.fault.failure].topic
             for name, one in self.present.items()
             if _kind(cures[name]) is not AdaptationKind.RESTART
         }
-        away |= {topic for node in self.booting for topic in self.nodes[node].outputs}
-        return {key: value for topic, (key, value) in _WITHOUT.items() if topic in away}
-
-    def set_all(self, wanted: Mapping[Setting, Value]) -> None:
-        """Set what is wanted, and what it has set before as it was."""
-        undone = {
-            key: _HEALTHY.get(key, False)
-            for key in self.settings
-            if key not in wanted and (key in _HEALTHY or not key[1])
-        }
-        for key, value in (undone | dict(wanted)).items():
-            node, parameter = key
-            is_away = node in self.booting and self.symptoms.state(node) != "inactive"
-            if is_away or self.settings.get(key, _HEALTHY.get(key)) == value:
-                continue
-            self.settings[key] = value
-            if parameter:
-                self.set_parameter(node, parameter, value)
-            elif value and self.symptoms.state(node) != "active":
-                self.activate(node)
-            elif not value:
-                self.deactivate(node)
+        away |= {topic for node in self.configuration.booting for topic in self.outputs[node]}
+        return {key: value for topic, (key, value) in WITHOUT.items() if topic in away}
 
 
 def _kind(cure: Cure) -> AdaptationKind | None:
     return cure[0].kind if cure else None
-
-
-def _redeploy(node: str) -> Cure:
-    return (Adaptation(AdaptationKind.REDEPLOY, node),)

@@ -14,6 +14,7 @@ from sunset.system.description import (
     Fault,
     FaultKind,
     NodeDescription,
+    Sensor,
     Signal,
     Value,
 )
@@ -38,6 +39,7 @@ __all__ = [
     "Fault",
     "FaultKind",
     "NodeDescription",
+    "Sensor",
     "Signal",
     "Value",
     "described_failures",

@@ -4,14 +4,14 @@ import os
 import time
 from collections.abc import Callable
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
 from types import TracebackType
 from typing import Final, Self
 
 from sunset.errors import InvalidInputError, ManagerError, SunsetError
-from sunset.experiments.parameters import Parameters, manager_parameters, node_parameters
+from sunset.experiments.parameters import Parameters, known_scenario, manager_parameters, node_parameters
 from sunset.experiments.processes import NodeProcesses
 from sunset.experiments.resources import Resources
 from sunset.experiments.spec import EXTERNAL, RunSpec
@@ -109,12 +109,14 @@ class LiveSystem:
             spec_of = partial(NodeSpec, middleware=spec.settings.middleware, network=network, distro=distro)
             specs = {name: spec_of(node=name) for name in names}
             if spec.manager != EXTERNAL:
+                known = known_scenario(spec, resources)
                 specs[MANAGER_PROCESS] = spec_of(
                     node=MANAGER,
                     manager=spec.manager,
                     manager_limit_s=spec.settings.manager_limit_s,
                     parameters={"use_sim_time": True} | manager_parameters(spec, resources),
                     occasion=f"{spec.scenario.name}, seed {spec.seed}",
+                    scenario=None if known is None else asdict(known),
                 )
             self.processes = NodeProcesses(specs, {"ROS_DOMAIN_ID": str(self.domain_id)}, on_line)
             stack.callback(self.processes.close)

@@ -3,6 +3,7 @@
 It listens at the middleware, not at any node: what a managing system says of itself has no weight.
 """
 
+from collections.abc import Collection
 from typing import Final, Protocol
 
 from sunset.interfaces import Message
@@ -18,6 +19,7 @@ from sunset.interfaces.rcl_interfaces.srv import (
 from sunset.interfaces.stamps import stamp_of
 from sunset.interfaces.system_interfaces.msg import Command
 from sunset.interfaces.system_interfaces.srv import Redeploy
+from sunset.managing import ORACLE, Oracle
 from sunset.names import base_name, ros_text
 from sunset.rmw.core.port import EndpointKind, RequestId
 from sunset.rmw.core.tap import Tap
@@ -27,8 +29,10 @@ from sunset.ros.lifecycle._state_machine import TRANSITIONS
 from sunset.ros.parameter import parameter_value_to_python
 from sunset.system import (
     COMMANDS_TOPIC,
+    FAULT_ENDS_TOPIC,
     HARNESS,
     INFRASTRUCTURE,
+    INJECTIONS_TOPIC,
     MANAGER_PROCESS,
     NAMESPACE,
     OFF_LIMITS_TOPICS,
@@ -45,6 +49,7 @@ _OFF_LIMITS_SERVERS: Final = frozenset(f"/{node.name}" for node in HARNESS.value
 END_SERVICE: Final = "/experiment/end"
 """By which a managing system of another process may say that it is done."""
 
+_ORACLE_NODE: Final = f"/{Oracle.node_name}"
 _USE_SIM_TIME: Final = "use_sim_time"
 """The parameter that chooses a node's clock: where that jumps, a redeployed node need not boot."""
 
@@ -59,6 +64,11 @@ _AFTER: Final = {
 """Id of the state that a node is in during a transition → that of the state after it, if it succeeds."""
 
 
+def shown_topics(manager: str) -> frozenset[str]:
+    """Return the topics with the truth that a managing system may read: none, unless it is the oracle."""
+    return frozenset({INJECTIONS_TOPIC, FAULT_ENDS_TOPIC}) if manager == ORACLE else frozenset()
+
+
 class Sink(Protocol):
     """What the observer writes to."""
 
@@ -71,10 +81,12 @@ class Observer(Tap):
 
     Args:
         sink: gets every message, in the order in which it left its publisher.
+        shown: topics with the truth that the node of the managing system may read; others must not.
     """
 
-    def __init__(self, sink: Sink) -> None:
+    def __init__(self, sink: Sink, *, shown: Collection[str] = ()) -> None:
         self._sink = sink
+        self._shown = shown
         self._system = current_system()
         self._own_services = tuple(f"{node}/" for node in sorted(self._system.all_nodes))
         self._pending: dict[tuple[str, RequestId], Command] = {}
@@ -102,7 +114,8 @@ class Observer(Tap):
             self._note(f"{node} subscribes to {name}, on which the managed system does not publish")
         if node in self._system.all_nodes:
             return
-        if subscribes and name in OFF_LIMITS_TOPICS:
+        is_shown = node == _ORACLE_NODE and name in self._shown
+        if subscribes and name in OFF_LIMITS_TOPICS and not is_shown:
             self._note(f"{node} subscribes to {name}, which carries the truth")
         if kind is EndpointKind.SERVICE and name.startswith(self._own_services):
             self._note(f"{node} offers {name}, which belongs to the system")

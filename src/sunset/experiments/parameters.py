@@ -1,9 +1,12 @@
 """The initial parameters of an experiment's nodes."""
 
+from typing import cast
+
 from sunset.experiments.resources import Resources
 from sunset.experiments.spec import RunSpec
+from sunset.managing import ORACLE, KnownFault, KnownScenario
 from sunset.seeding import generator
-from sunset.system import current_system
+from sunset.system import Value, current_system
 
 Parameters = dict[str, bool | int | float | str]
 
@@ -17,6 +20,29 @@ def manager_parameters(spec: RunSpec, resources: Resources) -> Parameters:
         "manager_seed": int(generator(spec.seed, "manager").integers(2**31)),
     }
     return parameters | ({"thinking": spec.settings.thinking_s} if spec.settings.thinking_s else {})
+
+
+def known_scenario(spec: RunSpec, resources: Resources) -> KnownScenario | None:
+    """Return what the oracle is told of a run; None for every other managing system."""
+    if spec.manager != ORACLE:
+        return None
+    faults = resources.scenario.faults
+    causes = {fault.after.fault for fault in faults if fault.after is not None}
+    known = [
+        KnownFault(
+            name=fault.name,
+            value=cast("Value", fault.value),
+            at=fault.at,
+            follows=fault.after is not None,
+            until=fault.until,
+            rise=fault.profile.rise or 0.0,
+            on=fault.profile.on or 0.0,
+            off=fault.profile.off or 0.0,
+            brings=fault.name in causes,
+        )
+        for fault in faults
+    ]
+    return KnownScenario(faults=tuple(known), duration_s=spec.timing.duration_s)
 
 
 def node_parameters(spec: RunSpec, resources: Resources) -> dict[str, Parameters]:

@@ -16,8 +16,8 @@ from msgspec.structs import replace
 from sunset import __version__
 from sunset.errors import ManagerError
 from sunset.experiments.manager import check_name, isolate, manager_checksum
-from sunset.experiments.observer import Observer
-from sunset.experiments.parameters import manager_parameters
+from sunset.experiments.observer import Observer, shown_topics
+from sunset.experiments.parameters import known_scenario, manager_parameters
 from sunset.experiments.resources import Resources, flight_name, prepare
 from sunset.experiments.simulated import run_simulated
 from sunset.experiments.spec import RunSpec
@@ -166,11 +166,17 @@ def _run_simulated(
 ) -> _Outcome:
     parameters = manager_parameters(spec, resources)
     limit_s = spec.settings.manager_limit_s
-    with manager_process(spec.manager, limit_s=limit_s, parameters=parameters, log=log) as manager:
+    with manager_process(
+        spec.manager,
+        limit_s=limit_s,
+        parameters=parameters,
+        log=log,
+        scenario=known_scenario(spec, resources),
+    ) as manager:
         check_name(f"/{manager.loaded.node_name}", spec.manager)
 
         def run_isolated(watch: Watch) -> dict[str, object]:
-            observer = Observer(writer)
+            observer = Observer(writer, shown=shown_topics(spec.manager))
             start_ns, failure = run_simulated(spec, resources, watch, manager, observer)
             manager.end()
             writer.store()
@@ -189,7 +195,7 @@ def _run_live(
     from sunset.experiments import live_run  # noqa: PLC0415  needs an optional extra
 
     frames = live_run.FrameCount()
-    observer = Observer(writer)
+    observer = Observer(writer, shown=shown_topics(spec.manager))
     now = partial(manager_checksum, spec.manager, limit_s=spec.settings.manager_limit_s)
     with _unchanged(spec.manager, now, known) as found:
         start_ns, failure = live_run.run_live(spec, resources, observer, frames, log=log)

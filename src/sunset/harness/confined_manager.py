@@ -17,7 +17,15 @@ from sunset.data import cache_folder
 from sunset.errors import ManagerError, OutputError, SunsetError
 from sunset.harness.manager_process import ENTRY, LoadedManager, ManagerTask, receive_loaded, run_manager
 from sunset.isolation import ProcessDeath
-from sunset.managing import MANAGERS, PREFIX, is_registered, parse_command, sources_digest
+from sunset.managing import (
+    MANAGERS,
+    ORACLE,
+    PREFIX,
+    KnownScenario,
+    is_registered,
+    parse_command,
+    sources_digest,
+)
 from sunset.managing.files import check_sources, manager_code, manager_data
 from sunset.rmw.remote import EndError, Pipe, PipeError, RaisedError, SilenceError
 from sunset.source_files import modules_beside
@@ -119,6 +127,7 @@ def manager_process(
     log: bool = False,
     live: bool = False,
     describes_types: bool = False,
+    scenario: KnownScenario | None = None,
 ) -> Iterator[ManagerProcess]:
     """Load a managing system in a process of its own, which ends with the context.
 
@@ -132,6 +141,7 @@ def manager_process(
         log: whether what it logs goes to stderr, too.
         live: whether it is of a live run.
         describes_types: whether its node tells others what its types are made of.
+        scenario: that of the run, which only the oracle is told.
 
     Raises:
         ManagerError: it cannot be loaded.
@@ -147,6 +157,7 @@ def manager_process(
         log=log,
         live=live,
         describes_types=describes_types,
+        scenario=scenario if manager == ORACLE else None,
     )
     places: tuple[Path, ...] = ()
     try:

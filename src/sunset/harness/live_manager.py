@@ -3,13 +3,20 @@
 from collections.abc import Mapping
 
 from sunset.harness.confined_manager import manager_process
+from sunset.managing import KnownScenario
 from sunset.rmw.remote import Gateway, PipeError
 from sunset.ros import Context
 from sunset.system import Value
 
 
 def run_confined(
-    manager: str, context: Context, *, limit_s: float, parameters: Mapping[str, Value], occasion: str
+    manager: str,
+    context: Context,
+    *,
+    limit_s: float,
+    parameters: Mapping[str, Value],
+    occasion: str,
+    scenario: KnownScenario | None = None,
 ) -> str:
     """Be on the network for a managing system in a confined process, until it leaves, fails, or a signal comes.
 
@@ -21,6 +28,7 @@ def run_confined(
         limit_s: seconds of wall time that loading it, and each of its callbacks, may take.
         parameters: of its node, by name.
         occasion: what it may fail in, such as `gpu_failure, seed 1`.
+        scenario: that of the run, which only the oracle is told.
 
     Returns:
         How it has failed, in a sentence; empty if it has not.
@@ -39,6 +47,7 @@ def run_confined(
         log=True,
         live=True,
         describes_types=middleware.describes_types,
+        scenario=scenario,
     ) as process:
         is_wanted = context.ok()
 

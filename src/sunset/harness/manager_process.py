@@ -4,12 +4,20 @@ import inspect
 import socket
 import traceback
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import msgspec
 
 from sunset.errors import ManagerError
-from sunset.managing import ManagingSystem, Program, load_manager, manager_sources, unfiled_sources
+from sunset.managing import (
+    KnownScenario,
+    ManagingSystem,
+    Oracle,
+    Program,
+    load_manager,
+    manager_sources,
+    unfiled_sources,
+)
 from sunset.managing.files import manager_data
 from sunset.rmw.core.port import CallbackError
 from sunset.rmw.remote import Pipe, PipeError, RemoteProcess
@@ -33,6 +41,7 @@ class ManagerTask(msgspec.Struct, frozen=True, kw_only=True):
         log: whether what it logs goes to stderr, too.
         live: whether that is a live run, in which a message that repeats goes there each time.
         describes_types: whether its node tells others what its types are made of.
+        scenario: that of the run, if it is the oracle; None for any other.
     """
 
     manager: str
@@ -42,6 +51,7 @@ class ManagerTask(msgspec.Struct, frozen=True, kw_only=True):
     log: bool = False
     live: bool = False
     describes_types: bool = False
+    scenario: KnownScenario | None = None
 
 
 class LoadedManager(msgspec.Struct, frozen=True, tag="loaded"):
@@ -110,7 +120,8 @@ def run_manager(connection: socket.socket, task: object) -> None:
         context = Context()
         context.init([], middleware=process, log_to_stderr=told.log, log_once=not told.live)
         overrides = [Parameter(name, value=value) for name, value in told.parameters.items()]
-        manager = made(context=context, parameter_overrides=overrides)
+        truth: dict[str, Any] = {"scenario": told.scenario} if made is Oracle else {}
+        manager = made(context=context, parameter_overrides=overrides, **truth)
         SingleThreadedExecutor(context=context).add_node(manager)
 
     RemoteProcess(

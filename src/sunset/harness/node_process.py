@@ -16,6 +16,8 @@ from dataclasses import asdict, dataclass, field
 from functools import partial
 from typing import Final
 
+import msgspec
+
 from sunset.errors import InvalidInputError, ManagerError, SunsetError
 from sunset.forks import await_order, signal_after_parent
 from sunset.harness.deployment import deployed_parameters
@@ -71,6 +73,8 @@ class NodeSpec:
     """Of the node of a managing system behind walls, by name."""
     occasion: str = ""
     """What a managing system behind walls may fail in, in words."""
+    scenario: Mapping[str, object] | None = None
+    """The scenario that the oracle is told, as JSON has it; None for any other."""
     middleware: str = LIVE
     network: bool = False
     """Whether to be heard beyond this computer."""
@@ -125,6 +129,7 @@ def _runner(spec: NodeSpec) -> Callable[[Context], str]:
     """Return what runs a node in a context; it returns how a managing system behind walls has failed."""
     if spec.manager is not None and spec.manager_limit_s is not None:
         from sunset.harness.live_manager import run_confined  # noqa: PLC0415  no other node needs it
+        from sunset.managing import KnownScenario  # noqa: PLC0415  likewise
 
         return partial(
             run_confined,
@@ -132,6 +137,7 @@ def _runner(spec: NodeSpec) -> Callable[[Context], str]:
             limit_s=spec.manager_limit_s,
             parameters=spec.parameters,
             occasion=spec.occasion,
+            scenario=None if spec.scenario is None else msgspec.convert(spec.scenario, KnownScenario),
         )
     factory = _factory(spec)
 

@@ -3,6 +3,7 @@
 from sunset.managing.base import ManagingSystem
 from sunset.managing.baseline import Baseline
 from sunset.managing.command import PREFIX, parse_command
+from sunset.managing.known import KnownFault, KnownScenario
 from sunset.managing.loading import (
     checksum,
     is_registered,
@@ -14,19 +15,26 @@ from sunset.managing.loading import (
 )
 from sunset.managing.names import MANAGERS, split_label
 from sunset.managing.none import NoAdaptation
+from sunset.managing.oracle import ORACLE, Oracle
 from sunset.managing.program import PROTOCOL, Program
+from sunset.managing.random_adaptation import RandomAdaptation
 from sunset.managing.reactive import Reactive
 from sunset.managing.symptoms import FloatOrNaN, Symptoms
 
 __all__ = [
     "MANAGERS",
+    "ORACLE",
     "PREFIX",
     "PROTOCOL",
     "Baseline",
     "FloatOrNaN",
+    "KnownFault",
+    "KnownScenario",
     "ManagingSystem",
     "NoAdaptation",
+    "Oracle",
     "Program",
+    "RandomAdaptation",
     "Reactive",
     "Symptoms",
     "checksum",

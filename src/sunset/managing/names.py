@@ -9,10 +9,18 @@ from sunset.errors import ManagerError
 from sunset.managing.base import ManagingSystem
 from sunset.managing.baseline import Baseline
 from sunset.managing.none import NoAdaptation
+from sunset.managing.oracle import ORACLE, Oracle
+from sunset.managing.random_adaptation import RandomAdaptation
 from sunset.managing.reactive import Reactive
 
 MANAGERS: Final[Mapping[str, type[ManagingSystem]]] = MappingProxyType(
-    {"none": NoAdaptation, "baseline": Baseline, "reactive": Reactive}
+    {
+        "none": NoAdaptation,
+        "random": RandomAdaptation,
+        "baseline": Baseline,
+        "reactive": Reactive,
+        ORACLE: Oracle,
+    }
 )
 """The managing systems that come with SUNSET, by name."""
 

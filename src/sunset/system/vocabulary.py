@@ -1,19 +1,49 @@
-"""What a managing system may know of the managed one: names of nodes, topics and the blackboard's entries.
+"""What a managing system may know of the managed one: its nodes, topics and signals, and what can go wrong with it.
 
-What can go wrong and what cures it is in other modules, which managing systems do not import.
+What is wrong in a run is not known here: the catalogue says of every fault that there could be how it shows and what
+cures it. The topics of the experiment are here for the oracle, which is the only one that may read them.
 """
 
+from collections.abc import Mapping
+
 from sunset.system.current import current_system
-from sunset.system.description import Adaptation, AdaptationKind, NodeDescription, Signal, Value
-from sunset.system.harness import BLACKBOARD_TOPIC, DIAGNOSIS_TOPIC, RESULT_TOPIC
+from sunset.system.description import (
+    Adaptation,
+    AdaptationKind,
+    Failure,
+    Fault,
+    FaultKind,
+    NodeDescription,
+    Sensor,
+    Signal,
+    Value,
+)
+from sunset.system.harness import (
+    BLACKBOARD_TOPIC,
+    DIAGNOSIS_TOPIC,
+    FAULT_ENDS_TOPIC,
+    INJECTIONS_TOPIC,
+    RESULT_TOPIC,
+)
 from sunset.system.names import frequency_entry, full_name
 
 __all__ = [
     "BLACKBOARD_TOPIC",
     "DIAGNOSIS_TOPIC",
+    "FAULT_ENDS_TOPIC",
+    "INJECTIONS_TOPIC",
     "RESULT_TOPIC",
+    "Adaptation",
     "AdaptationKind",
+    "Failure",
+    "Fault",
+    "FaultKind",
+    "NodeDescription",
+    "Sensor",
+    "Signal",
     "Value",
+    "described_failures",
+    "described_faults",
     "described_nodes",
     "described_signals",
     "frequency_entry",
@@ -48,6 +78,16 @@ def described_nodes() -> tuple[NodeDescription, ...]:
 def described_signals() -> tuple[Signal, ...]:
     """Return the signals."""
     return tuple(current_system().signals.values())
+
+
+def described_faults() -> Mapping[str, Fault]:
+    """Return the faults that there could be, by name."""
+    return current_system().faults
+
+
+def described_failures() -> Mapping[str, Failure]:
+    """Return the failures that they show as, by name."""
+    return current_system().failures
 
 
 def offered_adaptations() -> tuple[Adaptation, ...]:

@@ -22,7 +22,7 @@ from sunset.system import extended_system
 
 pytestmark = pytest.mark.usefixtures("flight")
 
-SHORT = Settings(timing=Timing(duration_s=1.0))
+SHORT = Settings(timing=Timing(duration_s=1.0, warm_up_s=0.5))
 
 
 def test_the_papers_campaign() -> None:
@@ -89,10 +89,15 @@ def test_the_last_seed_must_be_a_seed_too() -> None:
         BenchSpec(seed=2**32 - 1, repetitions=2)
 
 
+SHORT_WARM_UP = "17"
+"""A seed that draws a warm-up that is about as short as can be."""
+
+
 def _bench(out: Path, jobs: int) -> list[str]:
     command = [sys.executable, "-m", "sunset", "bench", "--suite", "degraded", "--managers", "baseline"]
     command += ["--scenarios", "image_degradation+image_shift,depth_degradation+autofocus_needed"]
-    return [*command, "--duration", "2", "--repetitions", "1", "--jobs", str(jobs), "--out", str(out)]
+    command += ["--duration", "1", "--repetitions", "1", "--seed", SHORT_WARM_UP]
+    return [*command, "--jobs", str(jobs), "--out", str(out)]
 
 
 def _content(folder: Path) -> dict[str, bytes]:
@@ -368,7 +373,7 @@ def test_nothing_that_a_managing_system_does_ends_a_campaign_or_shows_in_the_run
         managers=(*(f"{file}:{name}" for name in (*TROUBLEMAKERS, *HARMLESS)), "baseline"),
         references=False,
         repetitions=2,
-        settings=Settings(timing=Timing(duration_s=1.0), manager_limit_s=2.0),
+        settings=replace(SHORT, manager_limit_s=2.0),
     )
 
     assert bench(spec, tmp_path / "out", jobs=1) == 22

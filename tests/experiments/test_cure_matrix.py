@@ -17,9 +17,9 @@ ADAPTATIONS = current_system().adaptations
 FAULTS = current_system().faults
 
 ADAPTERS = Path(__file__).with_name("adapters.py")
-REDEPLOYED = Timing(duration_s=6.5, warm_up_s=0.5)
+REDEPLOYED = Timing(duration_s=6.6, warm_up_s=0.5, period_s=0.2)
 """Long enough for the longest redeploy (4 s) and for what follows it to settle."""
-CHANGED = Timing(duration_s=3.5, warm_up_s=0.5)
+CHANGED = Timing(duration_s=3.6, warm_up_s=0.5, period_s=0.2)
 """The same for what takes no redeploy, a second at most."""
 
 LAST_S = 1.0

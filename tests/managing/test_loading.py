@@ -14,6 +14,8 @@ from sunset.managing import (
     Baseline,
     ManagingSystem,
     NoAdaptation,
+    Oracle,
+    RandomAdaptation,
     Reactive,
     checksum,
     load_manager,
@@ -70,7 +72,13 @@ def test_nobody_goes_by_the_name_of_a_shipped_one(label: str) -> None:
 
 
 def test_the_registered_ones_are_found_by_name() -> None:
-    assert dict(MANAGERS) == {"none": NoAdaptation, "baseline": Baseline, "reactive": Reactive}
+    assert dict(MANAGERS) == {
+        "none": NoAdaptation,
+        "random": RandomAdaptation,
+        "baseline": Baseline,
+        "reactive": Reactive,
+        "oracle": Oracle,
+    }
     assert load_manager("none") is NoAdaptation
     assert load_manager("baseline") is Baseline
 
@@ -200,7 +208,9 @@ def test_a_name_that_no_record_can_hold_is_refused(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("spec", ["basline", "", ":", "Mine:", ":Mine"])
 def test_an_unknown_name_is_answered_with_the_known_ones(spec: str) -> None:
-    with pytest.raises(ManagerError, match="name none, baseline, reactive, or your own as module:Class"):
+    with pytest.raises(
+        ManagerError, match="name none, random, baseline, reactive, oracle, or your own as module:Class"
+    ):
         load_manager(spec)
 
 

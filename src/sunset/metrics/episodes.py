@@ -112,8 +112,8 @@ def silences(times: npt.NDArray[np.float64], *, duration_s: float) -> list[Spell
         times: (N,) ascending, when its messages left [s], with those before 0.
         duration_s: the end of the experiment; what came later is not looked at.
 
-    >>> silences(np.array([0.0, 0.5, 3.0]), duration_s=5.0)
-    [Spell(origin=0.5, holds=1.5, ended=3.0), Spell(origin=3.0, holds=4.0, ended=None)]
+    >>> [(one.origin, one.holds, one.ended) for one in silences(np.array([0.0, 0.5, 3.0]), duration_s=5.0)]
+    [(0.5, 1.5, 3.0), (3.0, 4.0, None)]
     """
     moments = times[times <= duration_s].tolist()
     if not moments or moments[0] > 0:

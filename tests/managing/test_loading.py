@@ -12,6 +12,7 @@ from sunset.errors import ManagerError
 from sunset.managing import (
     MANAGERS,
     Baseline,
+    Diagnosing,
     ManagingSystem,
     NoAdaptation,
     Oracle,
@@ -77,6 +78,7 @@ def test_the_registered_ones_are_found_by_name() -> None:
         "random": RandomAdaptation,
         "baseline": Baseline,
         "reactive": Reactive,
+        "diagnosing": Diagnosing,
         "oracle": Oracle,
     }
     assert load_manager("none") is NoAdaptation
@@ -209,7 +211,8 @@ def test_a_name_that_no_record_can_hold_is_refused(tmp_path: Path) -> None:
 @pytest.mark.parametrize("spec", ["basline", "", ":", "Mine:", ":Mine"])
 def test_an_unknown_name_is_answered_with_the_known_ones(spec: str) -> None:
     with pytest.raises(
-        ManagerError, match="name none, random, baseline, reactive, oracle, or your own as module:Class"
+        ManagerError,
+        match="name none, random, baseline, reactive, diagnosing, oracle, or your own as module:Class",
     ):
         load_manager(spec)
 
@@ -225,7 +228,7 @@ def test_an_unknown_name_is_answered_with_the_known_ones(spec: str) -> None:
         ("mine.py", "is a file: name its class too, as mine.py:Class"),
         (
             "sunset.managing:Mine",
-            "There is no class Mine in sunset.managing: name one of Baseline, NoAdaptation",
+            "There is no class Mine in sunset.managing: name one of Baseline, Diagnosing, NoAdaptation",
         ),
         (
             "sunset.managing:Basline",

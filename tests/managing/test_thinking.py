@@ -149,5 +149,23 @@ def test_a_diagnosis_is_published(world: "World") -> None:
         "gpu_failure": 0.9,
         "sync_issue": 0.0,
     }
-    with pytest.raises(ValueError, match=r"probability of gpu_failure must be from 0 to 1, got 1\.5"):
-        thinker.diagnose({"gpu_failure": 1.5})
+
+
+@pytest.mark.parametrize(
+    ("probabilities", "said"),
+    [
+        ({"gpu_failure": 1.5}, r"probability of gpu_failure must be a number from 0 to 1, got 1\.5"),
+        ({"gpu_failure": -0.1}, r"must be a number from 0 to 1, got -0\.1"),
+        ({"gpu_failure": math.nan}, "must be a number from 0 to 1, got nan"),
+        ({"gpu_failure": True}, "must be a number from 0 to 1, got True"),
+        ({"gpu_failure": "0.9"}, "must be a number from 0 to 1, got '0.9'"),
+        ({3: 0.9}, "name of a fault in a diagnosis must be a text, got 3"),
+        (["gpu_failure"], "must map faults to probabilities"),
+    ],
+)
+def test_no_such_diagnosis_can_be_published(world: "World", probabilities: object, said: str) -> None:
+    thinker = world.start(Plain)
+    with pytest.raises(ValueError, match=said):
+        thinker.diagnose(probabilities)  # type: ignore[arg-type]
+    world.run(0.1)
+    assert "/managing_system/diagnosis" not in world.messages

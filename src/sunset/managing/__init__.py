@@ -3,6 +3,7 @@
 from sunset.managing.base import ManagingSystem
 from sunset.managing.baseline import Baseline
 from sunset.managing.command import PREFIX, parse_command
+from sunset.managing.diagnosing import Diagnosing
 from sunset.managing.known import KnownFault, KnownScenario
 from sunset.managing.loading import (
     checksum,
@@ -27,6 +28,7 @@ __all__ = [
     "PREFIX",
     "PROTOCOL",
     "Baseline",
+    "Diagnosing",
     "FloatOrNaN",
     "KnownFault",
     "KnownScenario",

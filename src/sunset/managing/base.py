@@ -244,11 +244,18 @@ class ManagingSystem(Node):
             probabilities: fault → how sure it is that the fault is there, from 0 to 1.
 
         Raises:
-            ValueError: one is not such a number.
+            ValueError: a fault's name is not a text, or a probability not such a number.
         """
+        if not isinstance(probabilities, Mapping):
+            raise ValueError(f"A diagnosis must map faults to probabilities, got {shown(probabilities)}.")  # noqa: TRY004  one kind of error for a bad value
         for fault, probability in probabilities.items():
-            if not 0 <= probability <= 1:
-                raise ValueError(f"The probability of {fault} must be from 0 to 1, got {shown(probability)}.")
+            if not isinstance(fault, str):
+                raise ValueError(f"The name of a fault in a diagnosis must be a text, got {shown(fault)}.")  # noqa: TRY004  likewise
+            is_number = isinstance(probability, int | float) and not isinstance(probability, bool)
+            if not (is_number and 0 <= probability <= 1):
+                raise ValueError(
+                    f"The probability of {shorten(fault)} must be a number from 0 to 1, got {shown(probability)}."
+                )
         if self.__diagnoses is None:
             self.__diagnoses = self.create_publisher(Diagnosis, DIAGNOSIS_TOPIC, 10)
         self.__diagnoses.publish(

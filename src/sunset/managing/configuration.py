@@ -12,6 +12,7 @@ from sunset.system.vocabulary import (
     Value,
     described_faults,
     described_nodes,
+    full_name,
 )
 
 Setting = tuple[str, str]
@@ -27,10 +28,10 @@ SEEN: Final[Mapping[Value, frozenset[Sensor]]] = {
 """Modality → the sensors that the segmentation sees with it."""
 
 WITHOUT: Final[Mapping[str, tuple[Setting, Value]]] = {
-    "rgb_camera": (MODALITY, 2),
-    "depth_camera": (MODALITY, 1),
+    full_name("rgb_camera"): (MODALITY, 2),
+    full_name("depth_camera"): (MODALITY, 1),
 }
-"""Topic → the setting by which the pipeline works without it."""
+"""Full name of a topic → the setting by which the pipeline works without it."""
 
 _STRENGTH: Final = ("image_enhancement", "image_degradation")
 """The strength that the enhancement undoes."""

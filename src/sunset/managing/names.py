@@ -8,6 +8,7 @@ from typing import Final
 from sunset.errors import ManagerError
 from sunset.managing.base import ManagingSystem
 from sunset.managing.baseline import Baseline
+from sunset.managing.diagnosing import Diagnosing
 from sunset.managing.none import NoAdaptation
 from sunset.managing.oracle import ORACLE, Oracle
 from sunset.managing.random_adaptation import RandomAdaptation
@@ -19,6 +20,7 @@ MANAGERS: Final[Mapping[str, type[ManagingSystem]]] = MappingProxyType(
         "random": RandomAdaptation,
         "baseline": Baseline,
         "reactive": Reactive,
+        "diagnosing": Diagnosing,
         ORACLE: Oracle,
     }
 )

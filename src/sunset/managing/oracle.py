@@ -24,6 +24,7 @@ from sunset.system.vocabulary import (
     described_failures,
     described_faults,
     described_nodes,
+    full_name,
 )
 
 ORACLE: Final = "oracle"
@@ -172,11 +173,11 @@ class Oracle(ManagingSystem):
         """Return the settings by which the pipeline does without what is away for longer than a restart."""
         failures = described_failures()
         away = {
-            failures[one.fault.failure].topic
+            full_name(failures[one.fault.failure].topic)
             for name, one in self.present.items()
             if _kind(cures[name]) is not AdaptationKind.RESTART
         }
-        away |= {topic for node in self.configuration.booting for topic in self.outputs[node]}
+        away |= {full_name(topic) for node in self.configuration.booting for topic in self.outputs[node]}
         return {key: value for topic, (key, value) in WITHOUT.items() if topic in away}
 
 

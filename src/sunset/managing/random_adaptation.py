@@ -5,36 +5,47 @@ from typing import Final, cast
 from sunset.managing.base import ManagingSystem
 from sunset.managing.requesting import request
 from sunset.managing.symptoms import Symptoms
+from sunset.managing.thresholds import Thresholds
 from sunset.seeding import generator
-from sunset.system.vocabulary import offered_adaptations
+from sunset.system.vocabulary import Adaptation, Failure, described_failures, described_faults
 
-_EVERY_S: Final = 3.0
-"""Mean time between two adaptations [s]."""
+_SHARE: Final = 0.1
+"""Of the calls of `adapt` in which something is wrong, the share in which it adapts: one in two seconds, on average."""
 
 
 class RandomAdaptation(ManagingSystem):
-    """Adapts at random moments, whatever the symptoms: any adaptation that the system offers, each as often.
+    """Does any cure of any fault that could show as it does, at random moments, each as often.
 
-    It knows nothing. Both are drawn from the seed of the run.
+    It knows what cures which failure, but tells neither causes from ripples nor faults from each other, and sees not
+    what its adaptations do. Moments and cures are drawn from the seed of the run.
 
     Parameters:
         manager_seed: what it draws from.
     """
 
     def on_start(self) -> None:
-        """Draw the first moment."""
+        """Make what it draws from."""
         seed = cast("int", self.declare_parameter("manager_seed", 0).value)
         self.random = generator(seed, "random adaptation")
-        self.adaptations = offered_adaptations()
-        self.next_s = self.draw_moment()
+        self.thresholds = Thresholds(self)
 
     def adapt(self, symptoms: Symptoms) -> None:
-        """Do one of the adaptations if it is time for it."""
-        del symptoms
-        if self.get_clock().now().nanoseconds / 1e9 >= self.next_s:
-            request(self, self.adaptations[int(self.random.integers(len(self.adaptations)))])
-            self.next_s = self.draw_moment()
+        """Draw whether to adapt now, and what to do."""
+        showing = {one.name for one in described_failures().values() if self.shows(one, symptoms)}
+        faults = (fault for fault in described_faults().values() if fault.failure in showing)
+        cures = dict.fromkeys(cure for fault in faults for cure in fault.cures)
+        possible = [cure for cure in cures if is_possible(cure, symptoms)]
+        if possible and self.random.random() < _SHARE:
+            for step in possible[int(self.random.integers(len(possible)))]:
+                request(self, step)
 
-    def draw_moment(self) -> float:
-        """Return when the next adaptation is due, in seconds of the experiment's time."""
-        return self.get_clock().now().nanoseconds / 1e9 + float(self.random.exponential(_EVERY_S))
+    def shows(self, failure: Failure, symptoms: Symptoms) -> bool:
+        """Return whether a failure shows."""
+        if failure.topic:
+            return symptoms.stopped(failure.topic)
+        return self.thresholds.is_beyond(failure.signal, symptoms)
+
+
+def is_possible(cure: tuple[Adaptation, ...], symptoms: Symptoms) -> bool:
+    """Return whether the node that a cure begins with is there: a node that boots cannot be asked."""
+    return symptoms.state(cure[0].node) in {"active", "inactive"}

@@ -1,0 +1,51 @@
+"""Whoever masks, prevents blindly, silences, toggles or boasts scores under the baseline, and the columns name why."""
+
+from pathlib import Path
+
+import pytest
+from tests.managing import cheats
+
+import sunset
+from sunset.evaluation import summarise
+
+SCENARIOS = ("gpu_failure", "image_shift", "depth_degradation")
+DURATION_S = 7.0
+
+
+@pytest.mark.thorough
+def test_every_cheat_scores_under_the_baseline_and_is_seen_through(tmp_path: Path) -> None:
+    names = [cheat.__name__ for cheat in cheats.CHEATS]
+    assert len(names) >= 12
+    results = sunset.bench(
+        "single",
+        {"baseline": "baseline"} | {name: f"{cheats.__file__}:{name}" for name in names},
+        out=tmp_path / "out",
+        scenarios=SCENARIOS,
+        repetitions=1,
+        duration=DURATION_S,
+        references=False,
+    )
+    assert all(run.valid for run in results.runs)
+    (table,) = results.scores
+    scores = {row.manager: row.score.mean for row in table.rows if row.score is not None}
+    assert scores["none"] == 0.0
+    assert scores["oracle"] == 1.0
+    assert scores["baseline"] > 0.3
+    for name in names:
+        assert scores[name] < scores["baseline"] - 0.1, name
+
+    found = {row.system.split()[0]: row for row in summarise(results.runs)}
+    for name in ("ColourAlways", "DepthWhenUnsure"):
+        masked = found[name].estimates["masked_s"]
+        assert masked is not None, name
+        assert masked.mean > 1.0, name
+    for name in sorted(
+        {*names} - {"DepthWhenUnsure", "SilenceWhenUnsure", "OnlyTheCamera", "NameEveryFault"}
+    ):
+        mistreated = found[name].estimates["adaptations_mistreated"]
+        assert mistreated is not None, name
+        assert mistreated.mean >= 1.0, name
+    precision = found["NameEveryFault"].estimates["diagnosis_precision"]
+    assert precision is not None
+    assert precision.mean < 0.2
+    assert found["NameEveryFault"].estimates["t_diagnosis_s"] is None

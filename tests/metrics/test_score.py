@@ -86,6 +86,14 @@ def test_healthy_run_without_a_manager() -> None:
         "episodes_unresolved": 0,
         "episodes_subsided": 0,
         "adaptations": 0,
+        "faults_injected": 0,
+        "faults_cured": None,
+        "faults_masked": None,
+        "masked_s": None,
+        "adaptations_mistreated": 0,
+        "diagnosis_precision": None,
+        "diagnosis_recall": None,
+        "t_diagnosis_s": None,
     }
 
 

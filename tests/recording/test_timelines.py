@@ -7,16 +7,21 @@ from sunset.errors import RecordError
 from sunset.interfaces import Message
 from sunset.interfaces.builtin_interfaces.msg import Time
 from sunset.interfaces.diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from sunset.interfaces.lifecycle_msgs.msg import State, TransitionEvent
+from sunset.interfaces.rcl_interfaces.msg import Parameter as RosParameter
+from sunset.interfaces.rcl_interfaces.msg import ParameterEvent, ParameterValue
 from sunset.interfaces.std_msgs.msg import String
 from sunset.interfaces.system_interfaces.msg import (
     Command,
+    Diagnosis,
     ExperimentLogging,
+    FaultEnd,
     FaultInjection,
     FrameEvaluation,
     ImageDigest,
 )
 from sunset.metrics import Command as ObservedCommand
-from sunset.metrics import Injection, Timeline
+from sunset.metrics import Injection, Setting, Timeline
 from sunset.recording import RecordedMessage, RecordWriter, read_messages, timeline
 
 Row = tuple[str, int, Message]
@@ -230,3 +235,65 @@ def test_messages_on_other_topics_do_not_matter(tmp_path: Path) -> None:
     assert len(messages) == 2
     found = timeline(messages, thresholds=THRESHOLDS)
     assert found.message_times == {}
+
+
+def test_settings_are_what_managed_nodes_say_of_themselves() -> None:
+    fusion, elsewhere = "/managed_subsystem/sensor_fusion", "/managing_system"
+    rgb = ParameterValue(type=2, integer_value=1)
+    states = TransitionEvent(start_state=State(label="activating"), goal_state=State(label="active"))
+    found = of(
+        RecordedMessage(f"{fusion}/transition_event", 4 * 10**9, states),
+        RecordedMessage(
+            "/parameter_events",
+            2 * 10**9,
+            ParameterEvent(
+                node=fusion,
+                new_parameters=[RosParameter(name="do", value=ParameterValue(type=1, bool_value=False))],
+            ),
+        ),
+        RecordedMessage(
+            "/parameter_events",
+            3 * 10**9,
+            ParameterEvent(
+                node=fusion,
+                changed_parameters=[
+                    RosParameter(name="modality", value=rgb),
+                    RosParameter(name="list", value=ParameterValue(type=9, string_array_value=["a"])),
+                ],
+            ),
+        ),
+        RecordedMessage(
+            "/parameter_events",
+            3 * 10**9,
+            ParameterEvent(node=elsewhere, changed_parameters=[RosParameter(name="modality", value=rgb)]),
+        ),
+    ).settings
+    assert found == (
+        Setting(1.0, fusion, "do", "false", declared=True),
+        Setting(2.0, fusion, "modality", "1"),
+        Setting(3.0, fusion, "", "active"),
+    )
+
+
+def test_diagnoses_have_the_time_at_which_they_left_and_other_messages_do_not_count() -> None:
+    topic = "/managing_system/diagnosis"
+    found = of(
+        RecordedMessage(topic, 3 * 10**9, Diagnosis(faults=["a", "b"], probabilities=[0.25, 1.0])),
+        RecordedMessage(topic, 4 * 10**9, String(data="gpu_failure")),
+        RecordedMessage(topic, 5 * 10**9, Diagnosis(faults=["a", "b"], probabilities=[1.0])),
+    ).diagnoses
+    assert [(one.time, dict(one.probabilities)) for one in found] == [
+        (2.0, {"a": 0.25, "b": 1.0}),
+        (4.0, {"a": 1.0}),
+    ]
+
+
+@pytest.mark.parametrize(("stamp_s", "recorded_s"), [(2, 3), (3, 2)])
+def test_a_fault_ends_no_sooner_than_its_end_was_seen(stamp_s: int, recorded_s: int) -> None:
+    injection = FaultInjection(stamp=Time(sec=1), fault="sync_issue", confirmed=True)
+    end = FaultEnd(stamp=Time(sec=stamp_s), fault="sync_issue", cause="redeploy")
+    (found,) = of(
+        RecordedMessage("/experiment/injections", 10**9, injection),
+        RecordedMessage("/experiment/fault_ends", recorded_s * 10**9, end),
+    ).injections
+    assert (found.ended, found.cause) == (2.0, "redeploy")

@@ -5,20 +5,53 @@ from sunset.metrics.confusion import ClassCounts, accumulated_iou, class_iou, co
 from sunset.metrics.downtime import downtime
 from sunset.metrics.entropy import normalised_entropy
 from sunset.metrics.episodes import Episode, Spell, excesses, failure_episodes, silences
+from sunset.metrics.published_log import (
+    SCRIPT_FIGURES,
+    WALL_NS,
+    LogFigures,
+    LogRow,
+    LogSource,
+    Pool,
+    StrategyStatus,
+    log_figures,
+)
+from sunset.metrics.published_rules import rule_rows
 from sunset.metrics.score import RunMetrics, score
-from sunset.metrics.timeline import NUMBER_OF_CLASSES, Command, Frames, Injection, Samples, Timeline
+from sunset.metrics.timeline import (
+    NUMBER_OF_CLASSES,
+    STATE,
+    Command,
+    Diagnosis,
+    Frames,
+    Injection,
+    Samples,
+    Setting,
+    Timeline,
+)
+from sunset.metrics.treatments import FaultOutcome
 
 __all__ = [
     "NUMBER_OF_CLASSES",
+    "SCRIPT_FIGURES",
+    "STATE",
+    "WALL_NS",
     "ClassCounts",
     "Command",
+    "Diagnosis",
     "Episode",
     "ExecutedAdaptation",
+    "FaultOutcome",
     "Frames",
     "Injection",
+    "LogFigures",
+    "LogRow",
+    "LogSource",
+    "Pool",
     "RunMetrics",
     "Samples",
+    "Setting",
     "Spell",
+    "StrategyStatus",
     "Timeline",
     "accumulated_iou",
     "class_iou",
@@ -28,7 +61,9 @@ __all__ = [
     "executed_adaptations",
     "failure_episodes",
     "image_iou",
+    "log_figures",
     "normalised_entropy",
+    "rule_rows",
     "score",
     "silences",
     "unnecessary_redeploys",

@@ -1,7 +1,7 @@
 """One run's figures (paper, section 4; `docs/metrics.md`): what the table is made of."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Annotated, Final
 
 import numpy as np
@@ -9,9 +9,11 @@ from msgspec import Meta
 
 from sunset.metrics.adaptations import ExecutedAdaptation, executed_adaptations, unnecessary_redeploys
 from sunset.metrics.confusion import accumulated_iou
+from sunset.metrics.diagnoses import diagnosis_figures
 from sunset.metrics.downtime import TOLERANCE_S, downtime
 from sunset.metrics.episodes import Episode, failure_episodes
 from sunset.metrics.timeline import Timeline
+from sunset.metrics.treatments import FaultOutcome, Treatments
 from sunset.system import RESULT_TOPIC
 
 _MOST: Final = 10**6
@@ -42,8 +44,18 @@ class RunMetrics:
         episodes_unresolved: all others.
         episodes_subsided: those of the others that ended by themselves.
         adaptations: how many adaptations were executed.
+        faults_injected: how many faults came; None of this and what follows where a run is of a version without it.
+        faults_cured: those of them that the managing system cured; None without a fault.
+        faults_masked: those that were masked for some time; None without a fault.
+        masked_s: time in which any was masked [s]; None without a fault.
+        adaptations_mistreated: the adaptations that treat no fault.
+        diagnosis_precision: of the time that faults were named in diagnoses, the share in which they were there.
+        diagnosis_recall: of the time that faults were there, the share in which they were named.
+        t_diagnosis_s: mean over faults that were part of a right diagnosis, from when they came to the first [s].
         failures: the episodes, in order of time.
         executed: the adaptations, in order of time.
+        outcomes: what became of each fault, in order of time.
+        mistreating: the adaptations that treat no fault, in order of time.
     """
 
     f_resolved_per_adaptation: _Amount | None
@@ -62,13 +74,23 @@ class RunMetrics:
     episodes_unresolved: _Count
     episodes_subsided: _Count
     adaptations: _Count
+    faults_injected: _Count | None = None
+    faults_cured: _Count | None = None
+    faults_masked: _Count | None = None
+    masked_s: _Amount | None = None
+    adaptations_mistreated: _Count | None = None
+    diagnosis_precision: _Share | None = None
+    diagnosis_recall: _Share | None = None
+    t_diagnosis_s: _Amount | None = None
     failures: tuple[Episode, ...] = ()
     executed: tuple[ExecutedAdaptation, ...] = ()
+    outcomes: tuple[FaultOutcome, ...] = ()
+    mistreating: tuple[ExecutedAdaptation, ...] = ()
 
     @classmethod
     def names(cls) -> tuple[str, ...]:
-        """Return the names of the figures: all fields but the lists of episodes and adaptations."""
-        return tuple(field.name for field in fields(cls) if field.name not in {"failures", "executed"})
+        """Return the names of the figures: all fields but the lists of episodes, adaptations and outcomes."""
+        return tuple(field.name for field in fields(cls) if field.default != ())
 
     def to_json(self) -> dict[str, float | None]:
         """Return the figures by name."""
@@ -86,6 +108,13 @@ def score(timeline: Timeline) -> RunMetrics:
         duration_s=timeline.duration_s,
     )
     iou, iou_all, miou = _frame_figures(timeline)
+    treatments = Treatments(timeline, executed)
+    found, masked_s = treatments.outcomes(failures)
+    mistreating = treatments.mistreating()
+    diagnosed = diagnosis_figures(timeline, treatments.faults)
+    if diagnosed is not None:
+        pairs = zip(found, diagnosed.right, strict=True)
+        found = tuple(replace(one, diagnosed=right) for one, right in pairs)
     return RunMetrics(
         f_resolved_per_adaptation=len(resolved) / len(executed) if executed else None,
         t_react_s=_mean([episode.t_react for episode in resolved]),
@@ -103,8 +132,18 @@ def score(timeline: Timeline) -> RunMetrics:
         episodes_unresolved=len(failures) - len(resolved),
         episodes_subsided=sum(episode.subsided for episode in failures),
         adaptations=len(executed),
+        faults_injected=len(found),
+        faults_cured=sum(one.cured is not None for one in found) if found else None,
+        faults_masked=sum(one.masked_s > 0 for one in found) if found else None,
+        masked_s=masked_s if found else None,
+        adaptations_mistreated=len(mistreating),
+        diagnosis_precision=None if diagnosed is None else diagnosed.precision,
+        diagnosis_recall=None if diagnosed is None else diagnosed.recall,
+        t_diagnosis_s=_mean([None if one.diagnosed is None else one.diagnosed - one.began for one in found]),
         failures=failures,
         executed=executed,
+        outcomes=found,
+        mistreating=mistreating,
     )
 
 

@@ -19,6 +19,9 @@ from sunset.system import DURATION_S, PERIOD_S, current_system
 NUMBER_OF_CLASSES: Final = len(CLASSES)
 """28."""
 
+STATE: Final = ""
+"""What stands in the place of a parameter's name for a node's lifecycle state."""
+
 Times = npt.NDArray[np.float64]
 Values = npt.NDArray[np.float64]
 Counts = npt.NDArray[np.int64]
@@ -118,6 +121,38 @@ class Command:
     successful: bool = True
 
 
+@dataclass(frozen=True, slots=True)
+class Setting:
+    """A value that a parameter of a managed node got, or a lifecycle state that the node came into.
+
+    Attributes:
+        time: when the node said so [s].
+        node: the node, with or without the managed system's namespace.
+        name: the parameter's name; `STATE` of a lifecycle state.
+        value: the value as text, or the state.
+        declared: whether it is the first value that a new process gave the parameter.
+    """
+
+    time: float
+    node: str
+    name: str
+    value: str
+    declared: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Diagnosis:
+    """What a managing system said was wrong.
+
+    Attributes:
+        time: when it was published [s].
+        probabilities: fault → how sure it was.
+    """
+
+    time: float
+    probabilities: Mapping[str, float]
+
+
 def _no_counts() -> Counts:
     return np.empty((0, NUMBER_OF_CLASSES), dtype=np.int64)
 
@@ -194,6 +229,8 @@ class Timeline:
             description is put in.
         injections: in order of time.
         commands: in order of time, of all clients.
+        settings: in order of time, those of the bring-up included.
+        diagnoses: in order of time.
         frames: the evaluated frames.
         expected_frames: how many frames the experiment has, had none been lost.
 
@@ -209,6 +246,8 @@ class Timeline:
     thresholds: Mapping[str, float]
     injections: tuple[Injection, ...] = ()
     commands: tuple[Command, ...] = ()
+    settings: tuple[Setting, ...] = ()
+    diagnoses: tuple[Diagnosis, ...] = ()
     frames: Frames = field(default_factory=Frames)
     expected_frames: int = round(DURATION_S / PERIOD_S)
 
@@ -219,5 +258,5 @@ class Timeline:
         object.__setattr__(self, "thresholds", _complete(self.thresholds))
         for topic, times in self.message_times.items():
             _check_times(topic, times)
-        _check_times("injections", np.array([injection.time for injection in self.injections]))
-        _check_times("commands", np.array([command.time for command in self.commands]))
+        for name in ("injections", "commands", "settings", "diagnoses"):
+            _check_times(name, np.array([one.time for one in getattr(self, name)]))

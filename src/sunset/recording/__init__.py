@@ -10,16 +10,19 @@ from sunset.recording.bag_metadata import describes_bag
 from sunset.recording.contradictions import TELLING_TOPICS, contradictions
 from sunset.recording.images import IMAGES_FILE, StoredImage, read_images
 from sunset.recording.logs import LogLine, log_of, read_log
+from sunset.recording.published_log import published_log
 from sunset.recording.reader import check_extensions, read_messages, read_timeline, timeline_of
 from sunset.recording.schema import (
     PLAN_FILE,
     PLAN_VERSION,
     RECORD_VERSION,
     RUN_FILE,
+    SCORE_REFERENCES,
     CampaignPlan,
     RunRecord,
     StoredFault,
     StoredFlight,
+    differences,
     differing_figures,
     read_plan,
     read_run,
@@ -37,6 +40,7 @@ __all__ = [
     "PLAN_VERSION",
     "RECORD_VERSION",
     "RUN_FILE",
+    "SCORE_REFERENCES",
     "TELLING_TOPICS",
     "CampaignPlan",
     "LogLine",
@@ -50,9 +54,11 @@ __all__ = [
     "check_extensions",
     "contradictions",
     "describes_bag",
+    "differences",
     "differing_figures",
     "log_of",
     "measured_topics",
+    "published_log",
     "read_images",
     "read_log",
     "read_messages",

@@ -3,9 +3,10 @@
 The version of a schema changes when an older reader would misread a newer file. What was added since is optional.
 """
 
+import dataclasses
 import math
 import reprlib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Annotated, Final
 
@@ -13,8 +14,9 @@ import msgspec
 from msgspec import UNSET, Meta, UnsetType
 
 from sunset.errors import RecordError
-from sunset.metrics import RunMetrics
+from sunset.metrics import FaultOutcome, LogFigures, RunMetrics
 from sunset.schemas import convert, fields_of, read_json
+from sunset.texts import shown
 
 RECORD_VERSION: Final = 1
 """The version of the layout of records."""
@@ -26,8 +28,12 @@ RUN_FILE: Final = "run.json"
 PLAN_FILE: Final = "bench.json"
 """The file of a campaign's folder that says what is run in it."""
 
+SCORE_REFERENCES: Final = ("none", "oracle")
+"""The managing systems that scores are measured between: 0 is the first, 1 the second."""
+
 _MOST: Final = 10**6
 """No number of a run is larger; twelve days, of those that are times."""
+_REMEDY: Final = "run it again, or use --recompute"
 _Positive = Annotated[float, Meta(gt=0, le=_MOST)]
 _Period = Annotated[float, Meta(gt=0.001, le=_MOST)]
 _WarmUp = Annotated[float, Meta(ge=0, le=_MOST)]
@@ -101,6 +107,8 @@ class RunRecord(msgspec.Struct, frozen=True, kw_only=True):
         versions: of everything that the record's bytes may depend on.
         start_ns: when faults were injected, in nanoseconds of the experiment's clock.
         metrics: the figures by name; `stored_figures` checks them.
+        fault_outcomes: what became of each fault; of a version that says so, where there are figures.
+        by_paper_script: what the paper's evaluation script would take from the run; where there are messages.
         valid: whether the run counts.
         reason: why it does not; empty if it does.
         digest: SHA-256 of the messages; the record's writer sets it.
@@ -143,6 +151,8 @@ class RunRecord(msgspec.Struct, frozen=True, kw_only=True):
     versions: dict[str, str] = {}
     start_ns: int | UnsetType = UNSET
     metrics: Mapping[str, object]
+    fault_outcomes: tuple[FaultOutcome, ...] | UnsetType = UNSET
+    by_paper_script: LogFigures | UnsetType = UNSET
     valid: bool
     reason: str
     digest: str = ""
@@ -159,8 +169,20 @@ class RunRecord(msgspec.Struct, frozen=True, kw_only=True):
         return {"entropy_threshold": self.entropy_threshold, "sharpness_threshold": self.sharpness_threshold}
 
 
+_OPTIONAL: Final = {field.name for field in dataclasses.fields(RunMetrics) if field.default is None}
+"""The figures that runs of the first versions lack."""
+
+
+def _fields(names: Iterable[str]) -> list[tuple[str, object]]:
+    return [(name, fields_of(RunMetrics)[name] | None) for name in names]
+
+
 _Figures = msgspec.defstruct(
-    "_Figures", [(name, fields_of(RunMetrics)[name] | None) for name in RunMetrics.names()]
+    "_Figures",
+    [
+        *_fields(name for name in RunMetrics.names() if name not in _OPTIONAL),
+        *((name, kind, None) for name, kind in _fields(sorted(_OPTIONAL))),
+    ],
 )
 
 
@@ -190,7 +212,7 @@ def _missing_text(folder: Path) -> str:
 
 
 def stored_figures(run: RunRecord, file: Path) -> dict[str, float | None]:
-    """Return the figures that the `run.json` of a run gives.
+    """Return the figures that the `run.json` of a run gives; None of those that its version did not know.
 
     Raises:
         RecordError: one is missing, or is not one that a run can have.
@@ -200,10 +222,15 @@ def stored_figures(run: RunRecord, file: Path) -> dict[str, float | None]:
         _Figures,
         str(file),
         RecordError,
-        remedy="run it again, or use --recompute",
+        remedy=_REMEDY,
         path=("metrics",),
     )
-    return msgspec.structs.asdict(figures)
+    for one in run.fault_outcomes or ():
+        if not one.began <= (one.until if one.cured is None else one.cured) <= one.until:
+            raise RecordError(
+                f"The fault_outcomes in {file} must begin before they end, got {shown(one)}; {_REMEDY}."
+            )
+    return {name: getattr(figures, name) for name in RunMetrics.names()}
 
 
 def differing_figures(stored: Mapping[str, object], computed: Mapping[str, float | None]) -> tuple[str, ...]:
@@ -211,6 +238,19 @@ def differing_figures(stored: Mapping[str, object], computed: Mapping[str, float
     return tuple(
         name for name, value in computed.items() if name in stored and not _same(stored[name], value)
     )
+
+
+def differences(run: RunRecord, computed: RunMetrics) -> tuple[str, ...]:
+    """Return the names of what a run's `run.json` says otherwise than it was computed from the messages."""
+    figures = differing_figures(run.metrics, computed.to_json())
+    if run.fault_outcomes is UNSET:
+        return figures
+    stored, found = (
+        [value for one in outcomes for value in dataclasses.astuple(one)]
+        for outcomes in (run.fault_outcomes, computed.outcomes)
+    )
+    same = len(stored) == len(found) and all(map(_same, stored, found))
+    return figures if same else (*figures, "fault_outcomes")
 
 
 def _same(one: object, other: object) -> bool:
@@ -246,6 +286,7 @@ class CampaignPlan(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True
         scenarios_checksum: of all scenarios that are run.
         split: the hash that pins the split in the suite's folder; empty if it has none.
         references: whether the paper's two reference rows are run too.
+        score: whether the managing systems that scores are measured between are run too.
         manager_checksums: of the files that they are written in, by name.
         seed: of the first repetition.
         runs: how many there are in all.
@@ -265,6 +306,7 @@ class CampaignPlan(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True
     scenarios_checksum: str
     split: str = ""
     references: bool = True
+    score: bool = False
     managers: tuple[str, ...]
     manager_checksums: dict[str, str]
     repetitions: int

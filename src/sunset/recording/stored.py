@@ -11,7 +11,7 @@ from sunset.metrics import Episode, ExecutedAdaptation, RunMetrics, Samples, Tim
 from sunset.recording.causes import Cause, causes_of
 from sunset.recording.logs import ROSOUT, LogLine, log_of
 from sunset.recording.reader import check_extensions, read_messages, timeline_of
-from sunset.recording.schema import RUN_FILE, RunRecord, differing_figures, read_run, stored_figures
+from sunset.recording.schema import RUN_FILE, RunRecord, differences, read_run, stored_figures
 from sunset.recording.story import Event, events_of, print_story
 from sunset.recording.timelines import measured_topics
 from sunset.texts import shorten
@@ -140,13 +140,14 @@ def read_stored_run(folder: Path) -> StoredRun:
     messages = read_messages(folder, told_topics())
     timeline = timeline_of(run, messages)
     figures = score(timeline)
+    stored_figures(run, folder / RUN_FILE)
     return StoredRun(
         folder=folder,
         record=run,
         timeline=timeline,
         metrics=figures,
         log=log_of(messages),
-        differing=differing_figures(stored_figures(run, folder / RUN_FILE), figures.to_json()),
+        differing=differences(run, figures),
     )
 
 

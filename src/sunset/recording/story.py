@@ -209,3 +209,11 @@ def figures_of(score: RunMetrics) -> Iterator[tuple[str, str, str]]:
     yield "unnecessary redeploys", str(score.redeploys_unnecessary), "of nodes that did not need one"
     yield "downtime", shown(score.t_down_s, " s"), f"availability {score.availability:.0%}"
     yield "segmentation IoU", shown(score.iou), f"{shown(score.iou_all)} if a lost frame counts as 0"
+    treated = (
+        f"masked for {shown(score.masked_s or 0.0, ' s')}; {counted(len(score.mistreating), 'adaptation')}"
+    )
+    cured = f"{score.faults_cured or 0} of {len(score.outcomes)}"
+    yield "faults cured", cured, f"{treated} treated no fault"
+    if score.diagnosis_recall is not None:
+        found = f"recall {shown(score.diagnosis_recall)}, right after {shown(score.t_diagnosis_s, ' s')}"
+        yield "diagnosis precision", shown(score.diagnosis_precision), found

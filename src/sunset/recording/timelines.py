@@ -10,18 +10,34 @@ import numpy.typing as npt
 from sunset.errors import RecordError
 from sunset.interfaces import Message, type_name
 from sunset.interfaces.diagnostic_msgs.msg import DiagnosticArray
+from sunset.interfaces.lifecycle_msgs.msg import TransitionEvent
+from sunset.interfaces.parameters import scalar_of
+from sunset.interfaces.rcl_interfaces.msg import ParameterEvent
 from sunset.interfaces.stamps import ns_of
 from sunset.interfaces.system_interfaces import msg
-from sunset.metrics import NUMBER_OF_CLASSES, Command, Frames, Injection, Samples, Timeline
+from sunset.metrics import (
+    NUMBER_OF_CLASSES,
+    STATE,
+    Command,
+    Diagnosis,
+    Frames,
+    Injection,
+    Samples,
+    Setting,
+    Timeline,
+)
+from sunset.names import ros_text
 from sunset.recording.values import RecordedMessage
 from sunset.system import (
     COMMANDS_TOPIC,
+    DIAGNOSIS_TOPIC,
     DIAGNOSTICS_TOPIC,
     DURATION_S,
     EVALUATION_TOPIC,
     FAULT_ENDS_TOPIC,
     INJECTIONS_TOPIC,
     LOG_TOPIC,
+    PARAMETER_EVENTS_TOPIC,
     PERIOD_S,
     RESULT_TOPIC,
     TRUTH_TOPIC,
@@ -31,13 +47,17 @@ from sunset.system import (
 
 _OTHERS: Final = (
     COMMANDS_TOPIC,
+    DIAGNOSIS_TOPIC,
     DIAGNOSTICS_TOPIC,
     EVALUATION_TOPIC,
     FAULT_ENDS_TOPIC,
     INJECTIONS_TOPIC,
     LOG_TOPIC,
+    PARAMETER_EVENTS_TOPIC,
     TRUTH_TOPIC,
 )
+_TRANSITIONS: Final = "/transition_event"
+"""How the topics end on which managed nodes say what their lifecycle states are."""
 
 _ENDING: Final = ("redeploy", "shutdown")  # commands that end a process, so that nothing of it is left
 
@@ -46,8 +66,18 @@ _M = TypeVar("_M", bound=Message)
 
 def measured_topics() -> frozenset[str]:
     """Return the full names of the topics that a timeline is made of; messages on others do not matter."""
-    stopping = (full_name(failure.topic) for failure in current_system().failures.values() if failure.topic)
-    return frozenset({RESULT_TOPIC, *stopping, *_OTHERS})
+    return frozenset({*_topics_of_messages(), *_topics_of_states(), *_OTHERS})
+
+
+def _topics_of_messages() -> set[str]:
+    """Return the topics of which only the times of messages matter."""
+    failures = current_system().failures.values()
+    return {RESULT_TOPIC, *(full_name(failure.topic) for failure in failures if failure.topic)}
+
+
+def _topics_of_states() -> dict[str, str]:
+    """Return the topic on which each managed node says what its lifecycle state is, with the node."""
+    return {f"{node}{_TRANSITIONS}": node for node in current_system().managed_nodes}
 
 
 def timeline(
@@ -87,7 +117,7 @@ def timeline(
         message_times={
             topic: _times(recorded, start_ns)
             for topic, recorded in topics.items()
-            if topic in measured_topics().difference(_OTHERS)
+            if topic in _topics_of_messages()
         },
         samples={
             signal.name: _samples(diagnostics, signal.node, signal.key, start_ns)
@@ -96,6 +126,8 @@ def timeline(
         thresholds=thresholds,
         injections=_injections(topics.get(INJECTIONS_TOPIC, []), topics.get(FAULT_ENDS_TOPIC, []), start_ns),
         commands=_commands(topics.get(COMMANDS_TOPIC, []), topics.get(TRUTH_TOPIC, []), start_ns),
+        settings=_settings(topics, start_ns),
+        diagnoses=_diagnoses(topics.get(DIAGNOSIS_TOPIC, []), start_ns),
         frames=_frames(topics.get(EVALUATION_TOPIC, []), topics.get(TRUTH_TOPIC, []), start_ns),
         expected_frames=expected_frames,
     )
@@ -174,8 +206,10 @@ def _injections(
         if one.confirmed
     ]
     injections.sort(key=lambda injection: injection.time)
-    for end in (content_of(one, msg.FaultEnd) for one in ends):
-        time = max(0.0, _seconds(ns_of(end.stamp), start_ns))
+    for recorded_end in ends:
+        end = content_of(recorded_end, msg.FaultEnd)
+        # nor may the clock of the node that says so be behind that by which the adaptation that ended it was seen
+        time = max(0.0, _seconds(max(ns_of(end.stamp), recorded_end.time_ns), start_ns))
         # a fault is there once at a time, so that it is the last that came before
         began = [place for place, one in enumerate(injections) if one.fault == end.fault and one.time <= time]
         if began and injections[began[-1]].ended is None:
@@ -202,6 +236,36 @@ def _commands(
         if ns_of(one.stamp) >= first_ns or one.kind not in _ENDING
     ]
     return tuple(sorted(commands, key=lambda command: command.time))
+
+
+def _settings(topics: Mapping[str, Sequence[RecordedMessage]], start_ns: int) -> tuple[Setting, ...]:
+    found = []
+    for recorded in topics.get(PARAMETER_EVENTS_TOPIC, []):
+        event, time = content_of(recorded, ParameterEvent), _seconds(recorded.time_ns, start_ns)
+        if event.node not in current_system().managed_nodes:
+            continue
+        for parameters, declared in ((event.new_parameters, True), (event.changed_parameters, False)):
+            for one in parameters:
+                value = scalar_of(one.value)
+                if value is not None:
+                    found.append(Setting(time, event.node, one.name, ros_text(value), declared))
+    for topic, node in sorted(_topics_of_states().items()):
+        for recorded in topics.get(topic, []):
+            state = content_of(recorded, TransitionEvent).goal_state.label
+            found.append(Setting(_seconds(recorded.time_ns, start_ns), node, STATE, state))
+    return tuple(sorted(found, key=lambda setting: setting.time))
+
+
+def _diagnoses(recorded: Sequence[RecordedMessage], start_ns: int) -> tuple[Diagnosis, ...]:
+    """Return what was published on a managing system's own topic; what is not a diagnosis does not count."""
+    return tuple(
+        Diagnosis(
+            _seconds(one.time_ns, start_ns),
+            dict(zip(one.message.faults, one.message.probabilities, strict=False)),
+        )
+        for one in recorded
+        if isinstance(one.message, msg.Diagnosis)
+    )
 
 
 def _frames(

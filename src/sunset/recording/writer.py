@@ -2,7 +2,7 @@
 
 import os
 import shutil
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, Self
@@ -129,11 +129,20 @@ class RecordWriter:
             raise RecordError(f"{RUN_FILE} cannot hold what the run left: {error}.") from error
         if not self._stored:
             self.store()
+        self.adopt({RUN_FILE: text.encode()})
+        return run
+
+    def adopt(self, files: Mapping[str, bytes]) -> None:
+        """Write files, name → content, and give the record its final name: of one that was made elsewhere, all of them.
+
+        Raises:
+            OutputError: there is no space, no permission, or the folder was filled meanwhile.
+        """
         with _translated(self._folder):
-            (self._partial / RUN_FILE).write_text(text, encoding="utf-8")
+            for name, content in files.items():
+                (self._partial / name).write_bytes(content)
             self._partial.rename(self._folder)
         self._release()
-        return run
 
     def abort(self) -> None:
         """Remove what was written so far; after `close` there is nothing to remove."""

@@ -1,0 +1,96 @@
+"""What was set in the managed system, and when: parameters and lifecycle states, as the nodes themselves said."""
+
+import itertools
+from bisect import bisect_right
+from collections.abc import Sequence
+
+from sunset.metrics.adaptations import ExecutedAdaptation
+from sunset.metrics.timeline import STATE, Setting
+from sunset.names import ros_text
+from sunset.system import Adaptation, AdaptationKind, current_system, full_name, short_name
+
+Key = tuple[str, str]
+"""A node, without namespace, and a parameter of it, or `STATE`."""
+Stretch = tuple[float, float]
+"""From when to when [s], the end not included."""
+
+_STATES = {AdaptationKind.ACTIVATE: "active", AdaptationKind.DEACTIVATE: "inactive"}
+
+
+class Settings:
+    """What every parameter and every lifecycle state was from when on.
+
+    Args:
+        settings: in order of time.
+    """
+
+    def __init__(self, settings: Sequence[Setting]) -> None:
+        self._times: dict[Key, list[float]] = {}
+        self._values: dict[Key, list[str]] = {}
+        self._first: dict[Key, str] = {
+            (node, STATE): state for node, state in current_system().initial_states.items()
+        }
+        for one in settings:
+            key = short_name(one.node), one.name
+            value = _plain(key, one.value)
+            if one.declared:
+                self._first.setdefault(key, value)
+            values = self._values.setdefault(key, [])
+            if values[-1:] != [value]:
+                self._times.setdefault(key, []).append(one.time)
+                values.append(value)
+
+    def at(self, key: Key, time: float) -> str | None:
+        """Return what is set at a time; None if that is not known."""
+        place = bisect_right(self._times.get(key, []), time)
+        return self._values[key][place - 1] if place else self._first.get(key)
+
+    def first(self, key: Key) -> str | None:
+        """Return what is set when all is well; None if that is not known."""
+        return self._first.get(key)
+
+    def until(self, key: Key, value: str, time: float, end: float) -> float:
+        """Return up to when a value stays that is set at a time or just after it; `end` at the latest [s]."""
+        times, values = self._times.get(key, []), self._values.get(key, [])
+        place = bisect_right(times, time)
+        place += values[place : place + 1] == [value]
+        return min(times[place], end) if place < len(times) else end
+
+    def stretches(self, steps: Sequence[Adaptation], start: float, end: float) -> list[Stretch]:
+        """Return when all of some steps were in place within `[start, end)`; never, if one of them sets nothing."""
+        wanted = [setting_of(step) for step in steps]
+        known = [one for one in wanted if one is not None]
+        if len(known) < len(wanted):
+            return []
+        moments = {time for key, _ in known for time in self._times.get(key, []) if start < time < end}
+        edges = [start, *sorted(moments), end]
+        found: list[Stretch] = []
+        for begin, following in itertools.pairwise(edges):
+            if begin < following and all(self.at(key, begin) == value for key, value in known):
+                joined = bool(found) and found[-1][1] == begin
+                found[-1:] = [(found[-1][0], following)] if joined else [*found[-1:], (begin, following)]
+        return found
+
+
+def setting_of(step: Adaptation) -> tuple[Key, str] | None:
+    """Return what a step of a cure sets, and to what; None of a restart and a redeploy, which set nothing."""
+    if step.parameter:
+        key = step.node, step.parameter
+        return key, _plain(key, ros_text(step.value))
+    state = _STATES.get(step.kind)
+    return None if state is None else ((step.node, STATE), state)
+
+
+def settings_of(adaptation: ExecutedAdaptation) -> list[tuple[Key, str]]:
+    """Return what an adaptation sets, and to what."""
+    if adaptation.parameters:
+        pairs = zip(adaptation.parameters, adaptation.values, strict=True)
+        keys = [((adaptation.node, name), value) for name, value in pairs]
+        return [(key, _plain(key, value)) for key, value in keys]
+    states = {str(kind): state for kind, state in _STATES.items()}
+    return [((adaptation.node, STATE), states[adaptation.kind])] if adaptation.kind in states else []
+
+
+def _plain(key: Key, value: str) -> str:
+    """Return a value as it is compared: a topic by its full name."""
+    return full_name(value) if key in current_system().topic_parameters else value

@@ -1,0 +1,232 @@
+"""What became of each fault under a managing system: cured, masked or neither, and which adaptations treated none.
+
+- A fault is *cured* when an adaptation has ended it. One that lives in the world does not end, but is worked around: it
+  is cured from when on all steps of a cure are in place, if they are so until the fault heals or the experiment ends,
+  and for a second at least.
+- It is *masked* while it is there and no cure of it is in place, its symptom does not hold although frames come,
+  something that the managing system has set is in place (or was in one of the last five frames, of which a symptom is
+  the mean) at the failing node or upstream of it, which is no step of its cure, and the mean IoU of such a stretch,
+  which lasts a second at least, is under 0.85 of that of the healthy frames. These are the frames before the first
+  fault and the first adaptation; where there are fewer than five of them, the IoU does not matter.
+- An adaptation is *mistreating* if it treats no fault: it is a step of no cure of a fault that is there, and does not
+  set something back to what it was at first. What is in place already is no step of a cure. Parts of a restart and what
+  is set of a node that a cure activates are steps of it.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Annotated, Final
+
+import numpy as np
+import numpy.typing as npt
+from msgspec import Meta
+
+from sunset.metrics.adaptations import ExecutedAdaptation, affects
+from sunset.metrics.episodes import Episode
+from sunset.metrics.settings import Key, Settings, Stretch, setting_of, settings_of
+from sunset.metrics.timeline import Injection, Timeline
+from sunset.system import SILENCE_S, WINDOW, Adaptation, AdaptationKind, FaultKind, current_system
+
+MASKING_SHARE: Final = 0.85
+"""A fault is masked only if the IoU is under this share of that of healthy frames."""
+
+_PARTS_OF_RESTART: Final = frozenset({"deactivate", "cleanup", "configure", "activate"})
+
+
+_MOST: Final = 10**6
+_Time = Annotated[float, Meta(ge=0, le=_MOST)]
+
+
+@dataclass(frozen=True, slots=True)
+class FaultOutcome:
+    """What became of one fault.
+
+    Attributes:
+        fault: its name.
+        failure: what it shows as.
+        began: when it came [s].
+        until: when it healed, was ended by an adaptation or the experiment ended [s].
+        cured: from when on it was cured [s]; None if it was not.
+        masked_s: how long it was masked [s].
+        diagnosed: when it was first part of a right diagnosis [s]; None if it was not, or none was published.
+    """
+
+    fault: str
+    failure: str
+    began: _Time
+    until: _Time
+    cured: _Time | None = None
+    masked_s: _Time = 0.0
+    diagnosed: _Time | None = None
+
+    @property
+    def fate(self) -> str:
+        """`cured`; or `masked`, of one that was so for a while; or `missed`."""
+        return "cured" if self.cured is not None else "masked" if self.masked_s else "missed"
+
+    @property
+    def observed_s(self) -> float:
+        """From when it came to when it was cured, else to when it could be cured no more [s]."""
+        return (self.until if self.cured is None else self.cured) - self.began
+
+
+class Treatments:
+    """What a managing system did about the faults of a run, and what became of them.
+
+    Args:
+        timeline: of the run.
+        executed: its adaptations, in order of time.
+    """
+
+    def __init__(self, timeline: Timeline, executed: Sequence[ExecutedAdaptation]) -> None:
+        self._timeline = timeline
+        self._executed = executed
+        self._settings = Settings(timeline.settings)
+        self.faults = _faults_there(timeline)
+        """The faults, in order of time; one that is injected again while it is there is the same one."""
+
+    def mistreating(self) -> tuple[ExecutedAdaptation, ...]:
+        """Return the adaptations that treat no fault and set nothing back."""
+        return tuple(
+            one
+            for one in self._executed
+            if not any(self._treats(one, fault) for fault in self.faults) and not self._sets_back(one)
+        )
+
+    def outcomes(self, episodes: Sequence[Episode]) -> tuple[tuple[FaultOutcome, ...], float]:
+        """Return what became of each fault, and for how long any of them was masked [s].
+
+        Args:
+            episodes: those of all failures, which say when symptoms held.
+        """
+        period_s, found = self._timeline.period_s, list(map(self._outcome, self.faults))
+        masked = [self._masked(one, episodes) for one in found]
+        lengths = [round(int(frames.sum()) * period_s, 9) for frames in masked]
+        total = round(int(np.any(masked, axis=0).sum()) * period_s, 9) if masked else 0.0
+        pairs = zip(found, lengths, strict=True)
+        return tuple(replace(one, masked_s=length) for one, length in pairs), total
+
+    def _outcome(self, fault: Injection) -> FaultOutcome:
+        end = self._timeline.duration_s
+        until = end if fault.ended is None else min(fault.ended, end)
+        around = [
+            start
+            for start, stop in self._around(fault.fault, fault.time, until)
+            if stop >= until and stop - start >= SILENCE_S
+        ]
+        cured = min(around, default=None)
+        was_ended = fault.cause and until == fault.ended
+        if was_ended and any(self._treats(one, fault) for one in self._executed):
+            cured = until  # without an adaptation, its process has ended by itself
+        return FaultOutcome(fault.fault, fault.failure, fault.time, until, cured)
+
+    def _treats(self, adaptation: ExecutedAdaptation, fault: Injection) -> bool:
+        """Return whether an adaptation is a step of a cure of a fault that is there."""
+        if not _is_there(fault, adaptation.time):
+            return False
+        described = current_system().faults.get(fault.fault)
+        lives_on = described is not None and described.kind is FaultKind.EXTERNAL
+        # what is set already works around nothing more
+        done = [
+            (key, value)
+            for key, value in settings_of(adaptation)
+            if not lives_on or self._settings.at(key, adaptation.time) != value
+        ]
+        return any(_is_step(adaptation, step, done) for cure in _cures(fault.fault) for step in cure)
+
+    def _sets_back(self, adaptation: ExecutedAdaptation) -> bool:
+        """Return whether an adaptation sets something back to what it was at first, and takes no cure away by that."""
+        there = [fault.fault for fault in self.faults if _is_there(fault, adaptation.time)]
+        cures = [setting_of(step) for fault in there for cure in _cures(fault) for step in cure]
+        for key, value in settings_of(adaptation):
+            present = self._settings.at(key, adaptation.time)
+            changes = present not in (value, None) and (key, present) not in cures
+            if changes and value == self._settings.first(key):
+                return True
+        return False
+
+    def _masked(self, outcome: FaultOutcome, episodes: Sequence[Episode]) -> npt.NDArray[np.bool_]:
+        """Return of each evaluated frame whether a fault was masked in it."""
+        frames, period_s, end = self._timeline.frames, self._timeline.period_s, self._timeline.duration_s
+        times, masked = frames.times, np.zeros(len(frames.times), dtype=bool)
+        hidden = (times >= outcome.began) & (times < outcome.began + outcome.observed_s)
+        for episode in episodes:
+            if episode.failure == outcome.failure:
+                hidden &= (times < episode.holds) | (
+                    times >= (end if episode.ended is None else episode.ended)
+                )
+        for start, stop in self._around(outcome.fault, outcome.began, outcome.until):
+            hidden &= (times < start) | (times >= stop)
+        changed = np.zeros(len(times), dtype=bool)
+        for start, stop in self._changes(outcome):
+            lasts = stop - start >= period_s  # what a node sets back at once is an act, and masks nothing
+            changed |= lasts & (times >= start) & (times < stop + WINDOW.samples * period_s)
+        edges = np.flatnonzero(np.diff(np.concatenate([[False], hidden & changed, [False]]).astype(np.int8)))
+        for first, last in zip(edges[::2], edges[1::2], strict=True):
+            is_bad = self._healthy is None or frames.iou[first:last].mean() < MASKING_SHARE * self._healthy
+            masked[first:last] = is_bad and (last - first) * period_s >= SILENCE_S
+        return masked
+
+    def _changes(self, outcome: FaultOutcome) -> list[Stretch]:
+        """Return when something was in place that the managing system has set, and that can mask a fault.
+
+        It is of the failing node or of one upstream of it, and no step of a cure of the fault.
+        """
+        cures = [setting_of(step) for cure in _cures(outcome.fault) for step in cure]
+        return [
+            (one.time, self._settings.until(key, value, one.time, self._timeline.duration_s))
+            for one in self._executed
+            if affects(one.node, outcome.failure)
+            for key, value in settings_of(one)
+            if value != self._settings.first(key) and (key, value) not in cures
+        ]
+
+    def _around(self, fault: str, start: float, end: float) -> list[Stretch]:
+        """Return when a cure was in place within `[start, end)` of a fault that lives in the world."""
+        described = current_system().faults.get(fault)
+        if described is None or described.kind is not FaultKind.EXTERNAL:
+            return []
+        return [stretch for cure in described.cures for stretch in self._settings.stretches(cure, start, end)]
+
+    @cached_property
+    def _healthy(self) -> float | None:
+        """The mean IoU of the frames before the first fault and the first adaptation; None of too few."""
+        moments = [fault.time for fault in self.faults[:1]] + [one.time for one in self._executed[:1]]
+        frames = self._timeline.frames
+        iou = frames.iou[frames.times < min(moments, default=self._timeline.duration_s)]
+        return float(iou.mean()) if len(iou) >= WINDOW.samples else None
+
+
+def _faults_there(timeline: Timeline) -> list[Injection]:
+    there: list[Injection] = []
+    for injection in timeline.injections:
+        same = [place for place, one in enumerate(there) if one.fault == injection.fault]
+        if same and _is_there(there[same[-1]], injection.time):
+            there[same[-1]] = replace(there[same[-1]], ended=injection.ended, cause=injection.cause)
+        elif injection.time < timeline.duration_s:
+            there.append(injection)
+    return there
+
+
+def _is_there(fault: Injection, time: float) -> bool:
+    return fault.time <= time and (fault.ended is None or time < fault.ended)
+
+
+def _cures(fault: str) -> tuple[tuple[Adaptation, ...], ...]:
+    """Return the cures of a fault; none of one that is of another version's catalogue."""
+    described = current_system().faults.get(fault)
+    return described.cures if described else ()
+
+
+def _is_step(adaptation: ExecutedAdaptation, step: Adaptation, done: Sequence[tuple[Key, str]]) -> bool:
+    """Return whether an adaptation, of what it sets `done` counts, does a step of a cure or a part of it."""
+    setting = setting_of(step)
+    if setting in done:
+        return True
+    if adaptation.node != step.node:
+        return False
+    if step.kind is AdaptationKind.ACTIVATE:
+        return bool(adaptation.parameters and done)
+    is_part = step.kind is AdaptationKind.RESTART and adaptation.kind in _PARTS_OF_RESTART
+    return setting is None and (adaptation.kind == step.kind or is_part)

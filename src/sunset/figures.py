@@ -19,6 +19,16 @@ _VARYING: Final = {".pdf": "CreationDate", ".png": "Software", ".svg": "Date"}
 """What matplotlib writes beside a drawing that is not the same for the same drawing."""
 
 
+NEEDS_MATPLOTLIB: Final = (
+    'Figures need matplotlib, which is not installed; run: pip install "sunset-exemplar[plots]".'
+)
+
+
+def can_draw() -> bool:
+    """Return whether matplotlib is installed."""
+    return find_spec("matplotlib") is not None
+
+
 def check_figure(path: Path) -> None:
     """Check what can be checked before there is anything to draw.
 
@@ -26,10 +36,8 @@ def check_figure(path: Path) -> None:
         MissingExtraError: matplotlib is not installed.
         InvalidInputError: the path has none of the suffixes `.pdf`, `.png`, `.svg`.
     """
-    if find_spec("matplotlib") is None:
-        raise MissingExtraError(
-            'Figures need matplotlib, which is not installed; run: pip install "sunset-exemplar[plots]".'
-        )
+    if not can_draw():
+        raise MissingExtraError(NEEDS_MATPLOTLIB)
     if path.suffix.lower() not in _VARYING:
         raise InvalidInputError(f"A figure's file must end in {', '.join(_VARYING)}, got {path}.")
 

@@ -22,8 +22,8 @@ from sunset.interfaces.system_interfaces.msg import (
     FrameEvaluation,
     SensorFusion,
 )
-from sunset.metrics import score
-from sunset.recording import RecordWriter, timeline
+from sunset.metrics import log_figures, score
+from sunset.recording import RecordWriter, published_log, timeline
 from sunset.recording.timelines import measured_topics
 
 START_NS = 3 * 10**9
@@ -130,8 +130,17 @@ def store(tmp_path: Path) -> Store:
             run = f"{record.scenario}, seed {record.seed}, {about.get('faults')}"
             for topic, time_ns, message in messages(run, command_s, iou):
                 writer.write(topic, time_ns, message)
-            observed = timeline(writer.messages(measured_topics()), thresholds=record.thresholds)
-            writer.close(replace(record, metrics=score(observed).to_json()))
+            recorded = writer.messages(measured_topics())
+            observed = timeline(recorded, thresholds=record.thresholds)
+            figures = score(observed)
+            writer.close(
+                replace(
+                    record,
+                    metrics=figures.to_json(),
+                    fault_outcomes=figures.outcomes,
+                    by_paper_script=log_figures(published_log(recorded, observed)),
+                )
+            )
         return folder
 
     return write

@@ -124,7 +124,7 @@ def test_text_without_a_pair_has_no_table() -> None:
 
 
 def test_text_says_why_a_figure_has_no_interval() -> None:
-    note = "Figures of fewer than 3 clusters have no confidence interval."
+    note = "Figures of fewer than 3 seeds have no confidence interval:"
     assert note not in format_agreement([agreement()])
     few = Comparison(
         name="iou", sim=0.5, live=0.3, difference=Estimate(-0.2, 0.1, None, None, 2), one_sided=0

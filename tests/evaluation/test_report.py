@@ -60,6 +60,7 @@ def run(
         middleware="sim",
         digest="",
         metrics=figures | metrics,
+        outcomes=(),
         valid=not reason,
         reason=reason,
     )
@@ -90,7 +91,7 @@ def row_of(text: str, label: str) -> list[str]:
 
 
 def test_text_shows_runs_means_and_deviations() -> None:
-    main, _, _ = format_report(table()).partition("More about")
+    main, _, _ = format_report(table()).partition("What became")
     assert row_of(main, "none, no faults") == [
         "none, no faults",
         "3",
@@ -113,13 +114,13 @@ def test_text_shows_runs_means_and_deviations() -> None:
 
 def test_text_shows_intervals_and_the_papers_figures_beneath_ours() -> None:
     fourth = run(
-        "baseline", "paper", 2, t_react_s=1.5, f_resolved_per_adaptation=1.0, redeploys_unnecessary=2
+        "baseline", "paper", 4, t_react_s=1.5, f_resolved_per_adaptation=1.0, redeploys_unnecessary=2
     )
     lines = format_report(table(fourth)).splitlines()
     place = next(number for number, line in enumerate(lines) if line.startswith("baseline "))
-    # runs of one scenario: 1.50 ± 4.303 · 0.5 / √3 of three, 0.42 ± 3.182 · 0.00816 / √4 of four
+    # runs of one scenario: 1.50 ± 4.303 · 0.5 / √3 of three, 0.425 ± 3.182 · 0.0129 / √4 of four
     assert " ".join(lines[place + 1].split()) == (
-        "95 % conf. [1.00, 1.00] [0.26, 2.74] [2.00, 2.00] [6.00, 6.00] [0.41, 0.43]"
+        "95 % conf. [1.00, 1.00] [0.26, 2.74] [2.00, 2.00] [6.00, 6.00] [0.40, 0.45]"
     )
     assert " ".join(lines[place + 2].split()) == (
         "published 0.89 ± 0.16 1.44 ± 1.32 2.02 ± 1.04 6.52 ± 4.67 0.30 ± 0.09"
@@ -134,7 +135,7 @@ def test_text_fits_a_hundred_columns_and_long_names_have_their_own_line() -> Non
 
 
 def test_columns_of_text_are_aligned() -> None:
-    main, _, _ = format_report(table()).partition("More about")
+    main, _, _ = format_report(table()).partition("What became")
     lines = [line for line in main.splitlines() if " ± " in line or "N/A" in line]
     starts = {match.start() for line in lines for match in re.finditer(r"(?<=\s\s)\S", line[20:])}
     assert len(starts) <= 6  # five figures, and the number of runs
@@ -189,9 +190,9 @@ def test_what_was_run_is_said_in_one_line(form: str) -> None:
     )
 
 
-def test_figures_of_fewer_than_three_clusters_have_no_interval_and_a_note_says_so() -> None:
+def test_figures_of_fewer_than_three_seeds_have_no_interval_and_a_note_says_so() -> None:
     two = [run("mine", "artifact", seed, scenario=f"artifact/{seed}") for seed in (1, 2)]
-    note = "Figures of fewer than 3 clusters have no confidence interval."
+    note = "Figures of fewer than 3 seeds have no confidence interval:"
     text = format_report(summarise(two))
     assert "95 % conf." not in text
     assert note in text
@@ -257,7 +258,7 @@ def test_invalid_runs_are_told_with_their_reasons() -> None:
 def test_a_single_run_has_no_interval() -> None:
     text = format_report(summarise([run("baseline", "paper", 1)]))
     assert "95 % conf." not in text
-    assert row_of(text.partition("More about")[0], "baseline")[-1] == "0.41"
+    assert row_of(text.partition("What became")[0], "baseline")[-1] == "0.41"
 
 
 def test_json_has_the_names_of_the_command_line() -> None:
@@ -318,8 +319,9 @@ def test_latex_is_a_document_with_balanced_groups_and_full_lines() -> None:
     assert text.isascii()
     bare = re.sub(r"\\[{}]", "", text)
     assert bare.count("{") == bare.count("}")
-    assert re.findall(r"\\begin{(\w+\*?)}", text)[1:] == ["table*", "tabular"] * 2
-    assert {len(cells) for cells in latex_rows(text)} == {7}
+    assert re.findall(r"\\begin{(\w+\*?)}", text)[1:] == ["table*", "tabular"] * 3
+    widths = [{len(cells) for cells in latex_rows(part)} for part in text.split(r"\begin{tabular}")[1:]]
+    assert widths == [{7}, {5}, {7}]
 
 
 def test_latex_shows_the_same_figures() -> None:

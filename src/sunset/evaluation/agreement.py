@@ -8,6 +8,7 @@ from typing import Final
 
 from sunset.errors import RecordError
 from sunset.evaluation.estimates import Estimate, compare_means
+from sunset.evaluation.resampling import Cluster
 from sunset.evaluation.results import FIGURES, Flight, RunRow, load_results
 from sunset.metrics import RunMetrics, score
 from sunset.recording import read_timeline
@@ -25,12 +26,17 @@ _Key = tuple[str, str, str, int, str, str, Flight]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Pair:
-    """One experiment, simulated and live, with the figures that were computed from the recorded messages."""
+    """One experiment, simulated and live, with the figures that were computed from the recorded messages.
+
+    Attributes:
+        alike: what makes scenarios fly alike, as of `RunRow`.
+    """
 
     scenario: str
     seed: int
     sim: RunMetrics
     live: RunMetrics
+    alike: str = ""
 
     @property
     def failures(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
@@ -133,7 +139,9 @@ def compare(sim: Path, live: Path, *, progress: Progress | None = None) -> list[
             left_out.append(LeftOut(scenario=scenario, seed=seed, reason=reason))
         else:
             sim_figures, live_figures = (score(read_timeline(run.folder)) for run in (one, other))
-            pairs.append(Pair(scenario=scenario, seed=seed, sim=sim_figures, live=live_figures))
+            pairs.append(
+                Pair(scenario=scenario, seed=seed, sim=sim_figures, live=live_figures, alike=one.alike)
+            )
         if progress is not None:
             progress(done, len(keys))
     return [
@@ -182,7 +190,14 @@ def _reason(sim: RunRow | None, live: RunRow | None) -> str:
 
 
 def _comparison(name: str, pairs: Sequence[Pair]) -> Comparison:
-    rows = [(pair.scenario, getattr(pair.live, name), getattr(pair.sim, name)) for pair in pairs]
+    rows = [
+        (
+            Cluster(pair.alike or pair.scenario, "", pair.seed),
+            getattr(pair.live, name),
+            getattr(pair.sim, name),
+        )
+        for pair in pairs
+    ]
     live, sim, difference, one_sided = compare_means(rows)
     return Comparison(name=name, sim=sim, live=live, difference=difference, one_sided=one_sided)
 

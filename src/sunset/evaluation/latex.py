@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from types import MappingProxyType
 from typing import Final
 
-from sunset.evaluation.layout import Block, Cell, Interval, LineKind, Quantity, Report
+from sunset.evaluation.blocks import Block, Cell, Interval, LineKind, Quantity, Report
 
 _ESCAPES: Final = MappingProxyType(
     {character: rf"\{character}" for character in "{}$&#%_"}
@@ -20,6 +20,7 @@ _ESCAPES: Final = MappingProxyType(
         "`": r"\textasciigrave{}",
         "-": "{-}",  # so that two do not become a dash
         "±": r"$\pm$",
+        "−": "$-$",
         "→": r"$\rightarrow$",
         "…": r"\ldots{}",
         "\n": " ",
@@ -42,9 +43,10 @@ def as_latex(report: Report, *, standalone: bool = True) -> str:
 
     Where it is not standalone, it is the tables only, which need the packages `booktabs` and `textcomp`.
     """
-    tables = [_table(report.main, (report.main.title + ".", *report.notes), "tab:sunset")]
-    if report.more.groups:
-        tables.append(_table(report.more, (report.more.title + ".",), "tab:sunset-more"))
+    tables = [
+        _table(block, (f"{block.title}.", *(() if place else report.notes)))
+        for place, block in enumerate(report.blocks)
+    ]
     body = "\n".join(tables)
     return f"{_HEAD}{body}\\end{{document}}\n" if standalone else body
 
@@ -80,13 +82,13 @@ def _cell(cell: Cell) -> str:
     return escape_latex(cell)
 
 
-def _table(block: Block, caption: Sequence[str], label: str) -> str:
+def _table(block: Block, caption: Sequence[str]) -> str:
     heads = " & ".join(["system", "runs", *(column.latex for column in block.columns)])
     out = [
         r"\begin{table*}[htbp]",
         r"\centering\footnotesize\setlength{\tabcolsep}{3pt}",
         rf"\caption{{{' '.join(map(escape_latex, caption))}}}",
-        rf"\label{{{label}}}\par\medskip",
+        rf"\label{{{block.label}}}\par\medskip",
         rf"\begin{{tabular}}{{lr{'c' * len(block.columns)}}}",
         r"\toprule",
         heads + r" \\",

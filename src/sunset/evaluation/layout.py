@@ -2,100 +2,19 @@
 
 from collections import Counter
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass
-from enum import Enum
 from types import MappingProxyType
 from typing import Final
 
-from sunset.evaluation.estimates import METHOD, NO_INTERVAL, Estimate
+from sunset.evaluation.blocks import PAPER_LABEL, Block, Cell, Column, Line, LineKind, Quantity, Report
+from sunset.evaluation.estimates import METHOD, NO_INTERVAL
 from sunset.evaluation.results import RunRow
+from sunset.evaluation.score_layout import lead_blocks, lead_notes
+from sunset.evaluation.scores import ScoreTable
+from sunset.evaluation.script_block import script_blocks, script_notes
 from sunset.evaluation.summary import PUBLISHED, PUBLISHED_SOURCE, SystemRow
+from sunset.evaluation.treatments import fault_blocks, fault_notes, lines_of
 from sunset.system import DURATION_S
 from sunset.texts import printable, shorten
-
-
-@dataclass(frozen=True, slots=True)
-class Quantity:
-    """A mean and, where there is one, a standard deviation."""
-
-    mean: float
-    std: float | None
-
-
-@dataclass(frozen=True, slots=True)
-class Interval:
-    """A confidence interval."""
-
-    low: float
-    high: float
-
-
-Cell = Quantity | Interval | str | None
-"""What stands in a cell; None is N/A, an empty string is nothing."""
-
-
-def plain(cell: Cell) -> str:
-    """Return a cell as text.
-
-    >>> plain(Quantity(-0.0012, 0.02)), plain(Interval(0.1, 1.234)), plain(None)
-    ('0.00 ± 0.02', '[0.10, 1.23]', 'N/A')
-    """
-    match cell:
-        case None:
-            return "N/A"
-        case Quantity(mean, None):
-            return f"{mean:z.2f}"
-        case Quantity(mean, std):
-            return f"{mean:z.2f} ± {std:.2f}"
-        case Interval(low, high):
-            return f"[{low:z.2f}, {high:z.2f}]"
-    return cell
-
-
-@dataclass(frozen=True, slots=True)
-class Column:
-    """A figure's column: its heading in plain text and in LaTeX, and what it says."""
-
-    text: str
-    latex: str
-    meaning: str
-
-
-class LineKind(Enum):
-    """What a line of a table shows."""
-
-    OURS = "ours"
-    CONFIDENCE = "confidence"
-    PUBLISHED = "published"
-
-
-@dataclass(frozen=True, slots=True)
-class Line:
-    """One line of a table; an empty `runs` where it makes no sense to give a number."""
-
-    kind: LineKind
-    label: str
-    runs: str
-    cells: tuple[Cell, ...]
-
-
-@dataclass(frozen=True, slots=True)
-class Block:
-    """A table: a title, columns, and groups of lines that belong together."""
-
-    title: str
-    columns: tuple[Column, ...]
-    groups: tuple[tuple[Line, ...], ...]
-
-
-@dataclass(frozen=True, slots=True)
-class Report:
-    """All that a report says, in any format."""
-
-    main: Block
-    more: Block
-    notes: tuple[str, ...]
-
 
 _COLUMNS: Final[Mapping[str, Column]] = MappingProxyType(
     {
@@ -156,25 +75,40 @@ _PUBLISHED_NOTE: Final = (
 )
 
 
-def arrange(rows: Sequence[SystemRow]) -> Report:
-    """Return the report of a table's rows, with the paper's beside those that it can be compared with."""
+def arrange(rows: Sequence[SystemRow], scores: Sequence[ScoreTable] = ()) -> Report:
+    """Return the report of a table's rows, with the paper's beside those that it can be compared with.
+
+    Args:
+        rows: those of the paper's table.
+        scores: what it leads with.
+    """
     main = tuple((*_group(row, _MAIN), *_published(row.published)) for row in rows)
     more = tuple(_group(row, _MORE) for row in rows if not row.is_reference)
+    blocks = (
+        *lead_blocks(scores),
+        Block("The paper's figures", tuple(_COLUMNS[name] for name in _MAIN), main, PAPER_LABEL),
+        *fault_blocks(rows),
+        Block("More about the same runs", tuple(_COLUMNS[name] for name in _MORE), more, "tab:sunset-more"),
+        *script_blocks(rows),
+    )
     return Report(
-        main=Block("The paper's figures", tuple(_COLUMNS[name] for name in _MAIN), main),
-        more=Block("More about the same runs", tuple(_COLUMNS[name] for name in _MORE), more),
-        notes=(*_provenance(rows), METHOD, *_comparability(rows), *_notes(rows)),
+        tuple(block for block in blocks if block.groups),
+        notes=(
+            *_provenance(rows),
+            *lead_notes(scores),
+            METHOD,
+            *fault_notes(rows),
+            *_comparability(rows),
+            *_notes(rows),
+            *script_notes(rows),
+        ),
     )
 
 
 def _group(row: SystemRow, names: Sequence[str]) -> tuple[Line, ...]:
     """Return a row's figures and, where there are any, their confidence intervals."""
     figures = tuple(_figure(row, name) for name in names)
-    intervals = tuple(_interval(row.estimates.get(name)) for name in names)
-    line = Line(LineKind.OURS, row.system, str(row.runs), figures)
-    if not any(intervals):
-        return (line,)
-    return (line, Line(LineKind.CONFIDENCE, "  95 % conf.", "", intervals))
+    return lines_of(row, figures, tuple(row.estimates.get(name) for name in names))
 
 
 def _figure(row: SystemRow, name: str) -> Cell:
@@ -183,12 +117,6 @@ def _figure(row: SystemRow, name: str) -> Cell:
         return None if rate is None else f"{row.unresolved}/{row.episodes} ({rate:.0%})"
     found = row.estimates[name]
     return None if found is None else Quantity(found.mean, found.std)
-
-
-def _interval(found: Estimate | None) -> Cell:
-    if found is None or found.low is None or found.high is None:
-        return ""
-    return Interval(found.low, found.high)
 
 
 def _published(name: str | None) -> tuple[Line, ...]:

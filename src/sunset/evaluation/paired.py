@@ -130,14 +130,10 @@ def compare_managers(runs: Sequence[RunRow], first: str, second: str) -> PairedC
 
 def _by_experiment(runs: Sequence[RunRow], manager: str) -> dict[tuple[object, ...], RunRow]:
     """Return the runs of a managing system that count, by what makes two of them a pair."""
-    return {
-        (run.suite, run.scenario, run.seed, run.model, run.setting, run.flight, run.middleware): run
-        for run in runs
-        if run.manager == manager and run.valid
-    }
+    return {run.experiment: run for run in runs if run.manager == manager and run.valid}
 
 
 def _difference(figure: str, pairs: Sequence[tuple[RunRow, RunRow]]) -> Difference:
-    rows = [(one.scenario, one.metrics[figure], other.metrics[figure]) for one, other in pairs]
+    rows = [(one.cluster, one.metrics[figure], other.metrics[figure]) for one, other in pairs]
     first, second, difference, one_sided = compare_means(rows)
     return Difference(figure=figure, first=first, second=second, difference=difference, one_sided=one_sided)

@@ -1,22 +1,35 @@
 """From a folder of runs to a report, in the format that is asked for."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Final
 
 from sunset.errors import InvalidInputError
-from sunset.evaluation.estimates import METHOD
+from sunset.evaluation.chart_page import charts_as_html
+from sunset.evaluation.charts import Chart
+from sunset.evaluation.differences import DIFFERENCE_METHOD
+from sunset.evaluation.estimates import METHOD, Estimate
 from sunset.evaluation.latex import as_latex
 from sunset.evaluation.layout import arrange
-from sunset.evaluation.results import FIGURES, load_results
+from sunset.evaluation.report_charts import report_charts
+from sunset.evaluation.results import FIGURES, RunRow, load_results
+from sunset.evaluation.scores import SCORE_METHOD, ScoreTable, score_tables
 from sunset.evaluation.summary import PUBLISHED, PUBLISHED_SOURCE, SystemRow, published_names, summarise
 from sunset.evaluation.text import as_text
+from sunset.evaluation.treatments import TimeToCure, cured_rate, fates, times_to_cure
 from sunset.evaluation.webpage import as_html
 from sunset.texts import csv_text
 from sunset.workers import Progress
 
+_PARTS: Final = ("mean", "std", "ci_low", "ci_high", "runs")
 FORMATS: Final = ("table", "latex", "csv", "json", "html")
+
+_LEAD_COLUMNS: Final = (
+    *(f"{name}_{part}" for name in ("score", "harm") for part in _PARTS),
+    *("runs_unpaired", "is_reference", "other", "a12", "p_holm", "told", "runs_needed"),
+)
+"""Columns of the lines that scores and differences have in CSV, beside those of the table."""
 
 
 def render_report(
@@ -34,40 +47,66 @@ def render_report(
         RecordError: there is no run, or one is damaged.
         InvalidInputError: there is no such format.
     """
-    return format_report(summarise(load_results(folder, again=recompute, progress=progress)), form)
+    runs = load_results(folder, again=recompute, progress=progress)
+    return format_runs(runs, form)
 
 
-def format_report(rows: Sequence[SystemRow], form: str = "table") -> str:
+def format_runs(runs: Sequence[RunRow], form: str = "table") -> str:
+    """Return the report of runs in one of `FORMATS`; a page has figures.
+
+    Raises:
+        InvalidInputError: there is no such format.
+    """
+    tables = score_tables(runs)
+    charts = report_charts(runs, tables) if form == "html" else ()
+    return format_report(summarise(runs), form, tables, charts)
+
+
+def format_report(
+    rows: Sequence[SystemRow],
+    form: str = "table",
+    scores: Sequence[ScoreTable] = (),
+    charts: Sequence[Chart] = (),
+) -> str:
     """Return the report of a table's rows in one of `FORMATS`.
+
+    Args:
+        rows: those of the table.
+        form: one of `FORMATS`.
+        scores: what it leads with.
+        charts: the figures of a page.
 
     Raises:
         InvalidInputError: there is no such format.
     """
     match form:
         case "json":
-            return _as_json(rows)
+            return _as_json(rows, scores)
         case "csv":
-            return _as_csv(rows)
+            return _as_csv(rows, scores)
         case "table":
-            return as_text(arrange(rows))
+            return as_text(arrange(rows, scores))
         case "latex":
-            return as_latex(arrange(rows))
+            return as_latex(arrange(rows, scores))
         case "html":
-            return as_html(arrange(rows))
+            return as_html(arrange(rows, scores), figures=charts_as_html(charts) if charts else "")
     raise InvalidInputError(f"The format of a report must be one of {', '.join(FORMATS)}, got {form!r}.")
 
 
-def _as_json(rows: Sequence[SystemRow]) -> str:
+def _as_json(rows: Sequence[SystemRow], scores: Sequence[ScoreTable]) -> str:
     published = [
         {"system": name}
         | {figure: {"mean": mean, "std": std} for figure, (mean, std) in PUBLISHED[name].items()}
         for name in published_names(rows)
     ]
-    content = {
+    content: dict[str, object] = {
+        "scores": [table.to_json() for table in scores],
         "rows": [_json_row(row) for row in rows],
         "published": {"source": PUBLISHED_SOURCE, "rows": published},
         "method": METHOD,
     }
+    if scores:
+        content |= {"score_method": SCORE_METHOD, "difference_method": DIFFERENCE_METHOD}
     return json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
 
@@ -90,6 +129,9 @@ def _json_row(row: SystemRow) -> dict[str, object]:
         **_described(row),
         **{name: found and found.to_json() for name, found in row.estimates.items()},
         "unresolved_rate": row.unresolved_rate,
+        "cured_rate": cured_rate(row),
+        "time_to_cure": {failure: found.to_json() for failure, found in _times(row).items()},
+        "fates": {fault: dict(found) for fault, found in fates(row.outcomes).items()},
         "runs_invalid": len(row.invalid),
         "runs_failed": len(row.failed),
         "invalid": [
@@ -101,11 +143,15 @@ def _json_row(row: SystemRow) -> dict[str, object]:
             for run in row.differing
         ],
         "published": row.published,
+        "by_paper_script": row.by_paper_script and row.by_paper_script.to_json(),
     }
 
 
-def _as_csv(rows: Sequence[SystemRow]) -> str:
-    """Return one line a row, then the paper's rows; a cell is empty where a figure is not applicable."""
+def _as_csv(rows: Sequence[SystemRow], scores: Sequence[ScoreTable]) -> str:
+    """Return a line for each score, difference and row, then the paper's; a cell is empty where there is no figure.
+
+    The column `source` says what a line is: `score`, `difference`, `ours` or `published`.
+    """
     head = [
         "system",
         "source",
@@ -119,8 +165,9 @@ def _as_csv(rows: Sequence[SystemRow]) -> str:
     ]
     head += ["middleware", "version", "runs", "runs_invalid", "runs_failed", "runs_differing"]
     columns = [part for name in FIGURES for part in _parts(name)]
-    names = [*head, *columns, "unresolved_rate"]
-    lines: list[dict[str, object]] = []
+    failures = sorted({failure for row in rows for failure in _times(row)})
+    names = [*head, *columns, "unresolved_rate", "cured_rate", *map(_time_column, failures), *_LEAD_COLUMNS]
+    lines: list[dict[str, object]] = [line for table in scores for line in _lead_lines(table)]
     for row in rows:
         cells: dict[str, object] = {
             **_described(row),
@@ -129,11 +176,12 @@ def _as_csv(rows: Sequence[SystemRow]) -> str:
             "runs_failed": len(row.failed),
             "runs_differing": len(row.differing),
             "unresolved_rate": row.unresolved_rate,
+            "cured_rate": cured_rate(row),
+            **{_time_column(failure): found.mean_s for failure, found in _times(row).items()},
         }
         for name, found in row.estimates.items():
             if found is not None:
-                parts = (found.mean, found.std, found.low, found.high, found.runs)
-                cells |= dict(zip(_parts(name), parts, strict=True))
+                cells |= _cells(name, found)
         lines.append(cells)
     for name in published_names(rows):
         cells = {"system": name, "source": "published"}
@@ -143,5 +191,44 @@ def _as_csv(rows: Sequence[SystemRow]) -> str:
     return csv_text([names, *([cells.get(name) for name in names] for cells in lines)])
 
 
+def _times(row: SystemRow) -> Mapping[str, TimeToCure]:
+    return times_to_cure(row.outcomes, row.flight.duration_s)
+
+
+def _time_column(failure: str) -> str:
+    return f"t_cure_{failure}_s"
+
+
+def _lead_lines(table: ScoreTable) -> Iterator[dict[str, object]]:
+    """Give the lines of scores and of differences."""
+    for row in table.rows:
+        line = {"system": row.system, "source": "score", "suite": table.suite, "manager": row.manager}
+        yield line | {
+            "runs": row.runs,
+            **_cells("score", row.score),
+            **_cells("harm", row.harm),
+            "runs_unpaired": row.unpaired,
+            "is_reference": row.is_reference,
+        }
+    for one in table.differences:
+        line = {"system": one.first, "source": "difference", "suite": table.suite, "other": one.second}
+        yield line | {
+            "runs": one.pairs,
+            **_cells("score", one.score),
+            **_cells("iou_all", one.iou_all),
+            "a12": one.a12,
+            "p_holm": one.p,
+            "told": one.told,
+            "runs_needed": one.runs_needed,
+        }
+
+
+def _cells(name: str, found: Estimate | None) -> dict[str, object]:
+    if found is None:
+        return {}
+    parts = (found.mean, found.std, found.low, found.high, found.runs)
+    return dict(zip(_parts(name), parts, strict=True))
+
+
 def _parts(name: str) -> tuple[str, ...]:
-    return tuple(f"{name}_{part}" for part in ("mean", "std", "ci_low", "ci_high", "runs"))
+    return tuple(f"{name}_{part}" for part in _PARTS)

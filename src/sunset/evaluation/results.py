@@ -3,18 +3,30 @@
 import hashlib
 import json
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Final
 
-from msgspec import to_builtins
+from msgspec import UNSET, to_builtins
 
 from sunset.errors import RecordError
-from sunset.metrics import RunMetrics, score
-from sunset.recording import RUN_FILE, differing_figures, read_run, read_timeline, stored_figures
-from sunset.system import DURATION_S
+from sunset.evaluation.resampling import Cluster
+from sunset.metrics import FaultOutcome, LogFigures, RunMetrics, log_figures, score
+from sunset.recording import (
+    RUN_FILE,
+    RunRecord,
+    check_extensions,
+    differences,
+    measured_topics,
+    published_log,
+    read_messages,
+    read_run,
+    stored_figures,
+    timeline_of,
+)
+from sunset.system import DURATION_S, current_system
 from sunset.workers import Progress
 
 FIGURES: Final = RunMetrics.names()
@@ -79,8 +91,10 @@ class RunRow:
         setting: a short checksum of the model's networks, and of its thresholds on the flight.
         sources: a short checksum of the files that the managing system is written in; empty if it is unknown.
         faults: a short checksum of the scenario's faults.
+        alike: what makes scenarios fly alike: the degradations in this one or, where there are none, its outages.
         digest: of the record's messages.
         metrics: the figures by name; None where there is none to take.
+        outcomes: what became of its faults; None where a run is of a version that did not say so.
         version: of the package that it was run with; empty if it is unknown.
         valid: whether the run counts.
         reason: why it does not; empty if it does.
@@ -89,6 +103,7 @@ class RunRow:
         warning: what a reader must know of the flight with this model, in a sentence; empty if nothing.
         is_empty: whether it failed as a whole, so that there is no record and no figure.
         differing: the figures that were computed again and are stored otherwise.
+        by_paper_script: what the paper's evaluation script takes from the run; None if that is not known.
     """
 
     folder: Path
@@ -102,8 +117,10 @@ class RunRow:
     digest: str
     metrics: Mapping[str, float | None]
     flight: Flight
+    outcomes: tuple[FaultOutcome, ...] | None = None
     sources: str = ""
     faults: str = ""
+    alike: str = ""
     thinking_s: float = 0.0
     version: str = ""
     valid: bool = True
@@ -112,12 +129,32 @@ class RunRow:
     warning: str = ""
     is_empty: bool = False
     differing: tuple[str, ...] = ()
+    by_paper_script: LogFigures | None = None
+
+    @property
+    def cluster(self) -> Cluster:
+        """What the run has in common with others."""
+        return Cluster(self.alike or self.scenario, self.flight, self.seed)
+
+    @property
+    def experiment(self) -> tuple[object, ...]:
+        """What makes runs of two managing systems a pair: the same scenario, seed, model, flight and middleware."""
+        return (
+            self.suite,
+            self.scenario,
+            self.seed,
+            self.model,
+            self.setting,
+            self.flight,
+            self.middleware,
+        )
 
 
 def load_results(folder: Path, *, again: bool = False, progress: Progress | None = None) -> list[RunRow]:
-    """Return every run below a folder, in order of its path.
+    """Return every run below a folder, in order of its path in its campaign.
 
-    A run that lies there twice, with the same messages, is returned once.
+    So the shards of a campaign give, from folders of their own, the rows of the whole in the same order. A run that
+    lies there twice, with the same messages, is returned once.
 
     Args:
         folder: of one run, of a campaign, or of several; hidden folders in it are not looked at, since
@@ -133,7 +170,7 @@ def load_results(folder: Path, *, again: bool = False, progress: Progress | None
         raise RecordError(f"There is no folder {folder}; name the one that 'sunset bench --out' wrote.")
     found = [
         file.parent
-        for file in sorted(folder.rglob(RUN_FILE))
+        for file in sorted(folder.rglob(RUN_FILE), key=_place)
         if not any(part.startswith(".") for part in file.relative_to(folder).parts)
     ]
     if not found:
@@ -152,14 +189,22 @@ def load_results(folder: Path, *, again: bool = False, progress: Progress | None
     return runs
 
 
+def _place(file: Path) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return where a run stands among others: its path from its campaign's folder on, and its whole path."""
+    parts = file.parts
+    start = len(parts) - parts[::-1].index("runs") if "runs" in parts else 0
+    return parts[start:], parts
+
+
 def _check_copy(row: RunRow, known: RunRow) -> None:
     """Refuse a run with the messages of another one, unless it is the same.
 
     Raises:
         RecordError: something else is stored beside them, so that one of the two was edited.
     """
-    for name in ("scenario", "faults", "model", "seed", "valid", "metrics"):
-        if getattr(row, name) != getattr(known, name):
+    for name in ("scenario", "faults", "model", "seed", "valid", "metrics", "by_paper_script"):
+        values = getattr(row, name), getattr(known, name)
+        if values[0] != values[1] and None not in values:
             raise RecordError(
                 f"The runs {known.folder} and {row.folder} have the same messages and must be the same run, but differ "
                 f"in their {name}: one of them was edited; remove that one."
@@ -190,13 +235,21 @@ def recompute(folder: Path) -> Mapping[str, float | None]:
     Raises:
         RecordError: the record is missing or damaged.
     """
-    return MappingProxyType(score(read_timeline(folder)).to_json())
+    return MappingProxyType(_computed(read_run(folder), folder)[0].to_json())
+
+
+def _computed(run: RunRecord, folder: Path) -> tuple[RunMetrics, LogFigures]:
+    """Return a run's figures, and those of the paper's evaluation script, from its recorded messages."""
+    check_extensions(run, folder)
+    messages = read_messages(folder, measured_topics())
+    observed = timeline_of(run, messages)
+    return score(observed), log_figures(published_log(messages, observed))
 
 
 def _read(folder: Path, *, again: bool) -> RunRow:
     """Read one run's `run.json` and check what the table needs of it."""
     run = read_run(folder)
-    metrics = recompute(folder) if again and not run.is_empty else stored_figures(run, folder / RUN_FILE)
+    metrics, outcomes, log, differing = _figures(run, folder, again=again and not run.is_empty)
     extensions = {"extensions": run.extensions} if run.extensions else {}
     return RunRow(
         folder=folder,
@@ -210,17 +263,45 @@ def _read(folder: Path, *, again: bool) -> RunRow:
         valid=run.valid,
         reason=run.reason,
         metrics=metrics,
-        differing=differing_figures(run.metrics, metrics),
+        outcomes=outcomes,
+        by_paper_script=log,
+        differing=differing,
         version=run.versions.get("sunset", ""),
         setting=_checksum({"model_checksums": run.model_checksums, **run.thresholds, **extensions}),
         flight=Flight(run.duration_s, run.bag_looped, run.bag_checksum, run.flight),
         sources=run.manager_checksum[:_CHECKSUM],
         thinking_s=run.thinking_s or 0.0,
         faults=_checksum({"faults": to_builtins(run.faults)}),
+        alike=alike(fault.name for fault in run.faults),
         failed=run.manager_failed or "",
         warning=run.flight_warning or "",
         is_empty=run.is_empty,
     )
+
+
+def _figures(
+    run: RunRecord, folder: Path, *, again: bool
+) -> tuple[Mapping[str, float | None], tuple[FaultOutcome, ...] | None, LogFigures | None, tuple[str, ...]]:
+    """Return a run's figures, what became of its faults, what the paper's script takes, and what of it differs."""
+    log = None if run.by_paper_script is UNSET else run.by_paper_script
+    if not again:
+        outcomes = None if run.fault_outcomes is UNSET else run.fault_outcomes
+        return stored_figures(run, folder / RUN_FILE), outcomes, log, ()
+    computed, log_computed = _computed(run, folder)
+    differing = (*differences(run, computed), *["by_paper_script"] * (log not in {None, log_computed}))
+    return MappingProxyType(computed.to_json()), computed.outcomes, log_computed, differing
+
+
+def alike(names: Iterable[str]) -> str:
+    """Return what scenarios with these faults have in common with others that fly alike.
+
+    What a segmentation is worth depends on its degradations. Outages differ in little but how long they last, and two
+    of the same failure in nothing but what cures them.
+    """
+    system = current_system()
+    failures = {name: system.faults[name].failure if name in system.faults else "" for name in names}
+    degradations = [name for name, failure in failures.items() if failure not in system.outages]
+    return "+".join(sorted(degradations or set(failures.values())))
 
 
 def _checksum(values: Mapping[str, object]) -> str:

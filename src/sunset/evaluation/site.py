@@ -4,20 +4,25 @@ from collections.abc import Mapping, Sequence
 from html import escape
 from pathlib import Path
 
+from sunset.evaluation.chart_page import charts_as_html
 from sunset.evaluation.layout import arrange
+from sunset.evaluation.report_charts import report_charts
 from sunset.evaluation.results import RunRow
+from sunset.evaluation.scores import score_tables
 from sunset.evaluation.summary import summarise
 from sunset.evaluation.webpage import as_html
 
 
 def index_page(runs: Sequence[RunRow], pages: Mapping[Path, str]) -> str:
-    """Return the first page: the report of runs, and below it a table of links to the pages of these runs.
+    """Return the first page: the report of runs, its figures, and a table of links to the pages of these runs.
 
     Args:
         runs: the runs.
         pages: folder of a run → its page, relative to this one; those that failed have none.
     """
-    return as_html(arrange(summarise(runs)), _listing(runs, pages))
+    tables = score_tables(runs)
+    figures = charts_as_html(report_charts(runs, tables))
+    return as_html(arrange(summarise(runs), tables), _listing(runs, pages), figures)
 
 
 def _listing(runs: Sequence[RunRow], pages: Mapping[Path, str]) -> str:

@@ -1,13 +1,15 @@
 """From runs to the rows of the table: one a managing system."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import PurePath
 from types import MappingProxyType
 from typing import Final
 
 from sunset.evaluation.estimates import Estimate, estimate
 from sunset.evaluation.results import FIGURES, Flight, RunRow
+from sunset.evaluation.script_figures import ScriptFigures
+from sunset.metrics import FaultOutcome
 from sunset.system import DURATION_S, current_system, names_in_suite
 
 PUBLISHED_SOURCE: Final = "Wiedholz et al., SUNSET, RoSE'26, Table 1"
@@ -36,10 +38,10 @@ _PUBLISHED_OF: Final = MappingProxyType(
         ("paper", "baseline"): "baseline",
     }
 )
-_REFERENCES: Final = (("nofault", "none"), ("degraded", "none"))
+REFERENCES: Final = (("nofault", "none"), ("degraded", "none"))
 _REFERENCE_FIGURES: Final = ("iou", "iou_all", "miou")  # there is no managing system to judge
 _SUITES: Final = ("paper", "artifact", "nofault", "degraded")
-_MANAGERS: Final = ("none", "baseline")
+_MANAGERS: Final = ("none", "random", "baseline", "reactive", "diagnosing", "oracle")
 _SUITE_LABELS: Final = MappingProxyType(
     {"paper": "", "nofault": ", no faults", "degraded": ", F4 and F5", "": " (own scenarios)"}
 )
@@ -62,6 +64,9 @@ class SystemRow:
         failed: the runs in which the managing system failed, whether they count or not.
         differing: the runs whose stored figures are not what was computed again.
         warning: what a reader must know of the flight with this model, in a sentence; empty if nothing.
+        by_paper_script: the figures of the paper's evaluation script; None if those of a valid run are not known.
+        outcomes: what became of the faults of all valid runs; nothing of reference rows.
+        untold: how many of the valid runs do not say that.
     """
 
     system: str
@@ -81,6 +86,9 @@ class SystemRow:
     failed: tuple[RunRow, ...] = ()
     differing: tuple[RunRow, ...] = ()
     warning: str = ""
+    by_paper_script: ScriptFigures | None = None
+    outcomes: tuple[FaultOutcome, ...] = ()
+    untold: int = 0
 
     @property
     def published(self) -> str | None:
@@ -102,7 +110,13 @@ class SystemRow:
     @property
     def is_reference(self) -> bool:
         """Whether it shows what can be had without a managing system, and judges none."""
-        return (self.suite, self.manager) in _REFERENCES
+        return (self.suite, self.manager) in REFERENCES
+
+    @property
+    def has_adapted(self) -> bool:
+        """Whether anything was adapted in its runs."""
+        adaptations = self.estimates["adaptations"]
+        return adaptations is not None and adaptations.mean > 0
 
     @property
     def unresolved_rate(self) -> float | None:
@@ -118,18 +132,29 @@ def summarise(rows: Iterable[RunRow]) -> list[SystemRow]:
     the paper's, of a suite that only a part of its scenarios was run, and of decisions that they took time. Invalid
     runs take no part in any figure, and are listed.
     """
+    return [_row(name, group) for name, group in named_groups(rows)]
+
+
+def named_groups(rows: Iterable[RunRow], *, by_flight: bool = True) -> list[tuple[str, list[RunRow]]]:
+    """Return the runs that `summarise` puts into one row, with the row's name.
+
+    Args:
+        rows: the runs.
+        by_flight: whether those on different flights are apart; those of different durations always are.
+    """
     runs = list(rows)
     groups: dict[tuple[str, str, str, Flight, float, str, str], list[RunRow]] = {}
     for run in sorted(runs, key=_order):
-        key = (run.suite, run.manager, run.model, run.flight, run.thinking_s, run.middleware, run.version)
+        flight = run.flight if by_flight else replace(run.flight, bag="", name="")
+        key = (run.suite, run.manager, run.model, flight, run.thinking_s, run.middleware, run.version)
         groups.setdefault(key, []).append(run)
-    names = _manager_names({run.manager for run in runs})
+    names = manager_names({run.manager for run in runs})
     several_models = len({run.model for run in runs}) > 1
-    several_bags = len({run.flight.bag for run in runs}) > 1
+    several_bags = by_flight and len({run.flight.bag for run in runs}) > 1
     several_middlewares = len({run.middleware for run in runs}) > 1
     several_versions = len({run.version for run in runs}) > 1
     return [
-        _row(
+        (
             names[manager]
             + _SUITE_LABELS.get(suite, f" ({suite})")
             + (f" [{model}]" if several_models else "")
@@ -169,7 +194,7 @@ def _order(run: RunRow) -> tuple[object, ...]:
     """Return what rows are sorted by: references, then suites, then managing systems."""
     pair = (run.suite, run.manager)
     return (
-        _place(pair, _REFERENCES),
+        _place(pair, REFERENCES),
         _place(run.suite, _SUITES),
         run.suite,
         _place(run.manager, _MANAGERS),
@@ -188,7 +213,7 @@ def _place(item: object, order: Sequence[object]) -> int:
     return order.index(item) if item in order else len(order)
 
 
-def _manager_names(managers: set[str]) -> dict[str, str]:
+def manager_names(managers: set[str]) -> dict[str, str]:
     """Return managing system → short name: a file's without its folder, unless two would be the same.
 
     A command keeps its folders, which are those of several words.
@@ -202,8 +227,9 @@ def _manager_names(managers: set[str]) -> dict[str, str]:
 def _row(system: str, group: Sequence[RunRow]) -> SystemRow:
     first = group[0]
     valid = [run for run in group if run.valid]
-    judged = _REFERENCE_FIGURES if (first.suite, first.manager) in _REFERENCES else FIGURES
-    scenarios = [run.scenario for run in valid]
+    is_reference = (first.suite, first.manager) in REFERENCES
+    judged = _REFERENCE_FIGURES if is_reference else FIGURES
+    clusters = [run.cluster for run in valid]
     return SystemRow(
         system=system,
         suite=first.suite,
@@ -217,7 +243,7 @@ def _row(system: str, group: Sequence[RunRow]) -> SystemRow:
         runs=len(valid),
         estimates=MappingProxyType(
             {
-                name: estimate([run.metrics[name] for run in valid], scenarios) if name in judged else None
+                name: estimate([run.metrics[name] for run in valid], clusters) if name in judged else None
                 for name in FIGURES
             }
         ),
@@ -227,4 +253,13 @@ def _row(system: str, group: Sequence[RunRow]) -> SystemRow:
         failed=tuple(run for run in group if run.failed),
         differing=tuple(run for run in group if run.differing),
         warning=first.warning,
+        outcomes=tuple(one for run in valid if not is_reference for one in run.outcomes or ()),
+        untold=sum(run.outcomes is None and not is_reference for run in valid),
+        by_paper_script=_by_paper_script(valid),
     )
+
+
+def _by_paper_script(runs: Sequence[RunRow]) -> ScriptFigures | None:
+    """Return the figures of the paper's evaluation script; None if there is no run, or those of one are not known."""
+    logs = [run.by_paper_script for run in runs if run.by_paper_script is not None]
+    return ScriptFigures.of(logs) if runs and len(logs) == len(runs) else None

@@ -5,7 +5,7 @@ from typing import Final
 
 from rich.cells import cell_len
 
-from sunset.evaluation.layout import Block, Report, plain
+from sunset.evaluation.blocks import Block, Report, plain
 from sunset.tables import aligned, table_width
 
 _WIDTH: Final = 100
@@ -15,7 +15,7 @@ _LEAST: Final = 16  # so wide is the first column at least
 
 def as_text(report: Report) -> str:
     """Return a report as text; a name that is too long for its column has a line of its own."""
-    parts = [_table(block) for block in (report.main, report.more) if block.groups]
+    parts = [_table(block) for block in report.blocks]
     parts.append("\n".join(map(wrapped, report.notes)))
     return "\n\n".join(parts) + "\n"
 

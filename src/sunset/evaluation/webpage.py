@@ -3,7 +3,7 @@
 from html import escape
 from typing import Final
 
-from sunset.evaluation.layout import Block, Line, LineKind, Report, plain
+from sunset.evaluation.blocks import PAPER_LABEL, Block, Line, LineKind, Report, plain
 
 _STYLE: Final = """
 :root { color-scheme: light dark; --ink: #1b1b1b; --soft: #666;
@@ -28,16 +28,39 @@ tr.confidence th, tr.published th { padding-left: 2rem; }
 a { color: inherit; }
 dt { font-weight: 600; } dd { margin: 0 0 .5rem 1.5rem; }
 li { margin-bottom: .35rem; overflow-wrap: anywhere; }
+figure { margin: 0 0 2.5rem; } figcaption h3 { font-size: 1rem; margin-bottom: .25rem; }
+figcaption p { margin: .25rem 0; max-width: 50rem; overflow-wrap: anywhere; } .missing { color: var(--soft); }
+.legend { display: flex; flex-wrap: wrap; gap: .25rem 1.5rem; margin: .75rem 0; overflow-wrap: anywhere; }
+.legend svg { width: 3.5em; height: 1.2em; vertical-align: middle; }
+.panels { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(19rem, 100%), 1fr));
+  gap: 1rem; margin: .75rem 0; }
+.panels svg { width: 100%; max-width: 28rem; height: auto; }
+figure pre { overflow: auto; max-height: 20rem; font-size: .8rem; }
+@media print {
+  :root { color-scheme: light; --ink: #1b1b1b; --soft: #666; --line: #ccc; --paper: #fff; --band: #f4f6f8; }
+  body { max-width: none; margin: 0; padding: 0; font-size: 10pt; } .scroll { overflow: visible; }
+  table, tr.confidence > *, tr.published > * { font-size: 8pt; } th, td { padding: .2rem .4rem; }
+  tr, .legend, .panels svg { break-inside: avoid; }
+  h2, h3, figcaption, .legend { break-after: avoid; } details { display: none; }
+}
 """
 
 
-def as_html(report: Report, more: str = "") -> str:
-    """Return a report as a page of HTML, with `more` of it behind the tables."""
-    blocks = [block for block in (report.main, report.more) if block.groups]
-    tables = "\n".join(_table(block) for block in blocks)
+def as_html(report: Report, more: str = "", figures: str = "") -> str:
+    """Return a report as a page of HTML.
+
+    Args:
+        report: its tables and notes.
+        more: HTML behind the tables.
+        figures: HTML between what the report leads with and the paper's table.
+    """
+    parts = [_table(block) for block in report.blocks]
+    labels = [block.label for block in report.blocks]
+    parts.insert(labels.index(PAPER_LABEL) if PAPER_LABEL in labels else len(parts), figures)
+    tables = "\n".join(filter(None, parts))
     meanings = "\n".join(
         f"<dt>{escape(column.text)}</dt><dd>{escape(column.meaning)}</dd>"
-        for block in blocks
+        for block in report.blocks
         for column in block.columns
     )
     notes = "\n".join(f"<li>{escape(note)}</li>" for note in report.notes)
@@ -58,7 +81,7 @@ def as_html(report: Report, more: str = "") -> str:
 <ul>
 {notes}
 </ul>
-<h2>The figures</h2>
+<h2>The columns</h2>
 <dl>
 {meanings}
 </dl>

@@ -1,0 +1,184 @@
+"""The score of managing systems: how much of what repairing can win each of them wins."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from statistics import fmean
+from typing import Final
+
+from sunset.evaluation.differences import Figures, ManagerDifference, differences
+from sunset.evaluation.estimates import Estimate, estimate, estimate_ratio
+from sunset.evaluation.results import RunRow
+from sunset.evaluation.summary import named_groups
+from sunset.recording import SCORE_REFERENCES
+
+LEAST_GAIN: Final = 0.02
+"""Where the references differ by less in IoU_all, there is nothing to repair: such a run counts for harm."""
+
+SCORE_METHOD: Final = (
+    "Score: mean(IoU_all - none) / mean(oracle - none) over runs with the same scenario, flight and seed; 0 is never "
+    "repairing, 1 is being told the faults. Harm: mean(none - IoU_all) over the runs in which there is nothing to "
+    f"repair, oracle - none being under {LEAST_GAIN}."
+)
+"""How scores come about, in words."""
+
+NO_SCORE: Final = (
+    "There is no score: it needs runs of none and oracle with the same scenarios, flights and seeds."
+)
+"""What stands beneath a report without scores."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ScoreRow:
+    """The score of a managing system.
+
+    Attributes:
+        system: what the row is called.
+        runs: how many valid runs there are.
+        score: over those in which there is something to repair; None where there is none, or none has a counterpart.
+        harm: what IoU_all loses against never repairing, over the others; None likewise.
+        unpaired: how many have no valid counterpart of both references, and count for neither.
+    """
+
+    system: str
+    manager: str
+    runs: int
+    score: Estimate | None
+    harm: Estimate | None
+    unpaired: int
+
+    @property
+    def is_reference(self) -> bool:
+        """Whether it is one of the two that scores are measured between."""
+        return self.manager in SCORE_REFERENCES
+
+    def to_json(self) -> dict[str, object]:
+        """Return it as JSON values."""
+        return {
+            "system": self.system,
+            "manager": self.manager,
+            "is_reference": self.is_reference,
+            "runs": self.runs,
+            "score": self.score and self.score.to_json(),
+            "harm": self.harm and self.harm.to_json(),
+            "runs_unpaired": self.unpaired,
+        }
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ScoreTable:
+    """The managing systems of a suite, on all its flights, from the best to the worst.
+
+    Attributes:
+        suite: empty for scenarios of one's own.
+        rows: by score or, where there is none, by the mean of IoU_all.
+        differences: between every two of them, the better first.
+    """
+
+    suite: str
+    rows: tuple[ScoreRow, ...]
+    differences: tuple[ManagerDifference, ...]
+
+    @property
+    def has_scores(self) -> bool:
+        """Whether there are any."""
+        return any(row.score or row.harm for row in self.rows)
+
+    @property
+    def neighbours(self) -> tuple[ManagerDifference, ...]:
+        """The differences between rows that follow one another."""
+        names = [row.system for row in self.rows]
+        places = {name: place for place, name in enumerate(names)}
+        return tuple(one for one in self.differences if places[one.second] - places[one.first] == 1)
+
+    def to_json(self) -> dict[str, object]:
+        """Return it as JSON values."""
+        return {
+            "suite": self.suite,
+            "rows": [row.to_json() for row in self.rows],
+            "differences": [one.to_json() for one in self.differences],
+        }
+
+
+def score_tables(runs: Sequence[RunRow]) -> list[ScoreTable]:
+    """Return a table for each suite of which several managing systems were run.
+
+    Runs of different models, durations, middlewares, thinking times or versions of the package are never put together;
+    those on different flights are, since a score is of pairs.
+    """
+    tables: dict[tuple[object, ...], dict[str, list[RunRow]]] = {}
+    for name, group in named_groups(runs, by_flight=False):
+        first = group[0]
+        flight = replace(first.flight, bag="", name="")
+        key = (first.suite, first.model, flight, first.thinking_s, first.middleware, first.version)
+        valid = [run for run in group if run.valid]
+        if valid:
+            tables.setdefault(key, {})[name] = valid
+    return [_table(systems) for systems in tables.values() if len(systems) > 1]
+
+
+def score_rows(systems: Mapping[str, Sequence[RunRow]]) -> tuple[ScoreRow, ...]:
+    """Return the scores of managing systems, from the best to the worst.
+
+    Args:
+        systems: what the row is called → valid runs, that can be put side by side.
+    """
+    nothing, scored, others = _gains(systems)
+    rows = []
+    for name, runs in systems.items():
+        known = _iou_all(runs)
+        clusters = {run.experiment: run.cluster for run in runs}
+        shared = [key for key in known if key in scored]
+        harmed = [key for key in known if key in others]
+        rows.append(
+            ScoreRow(
+                system=name,
+                manager=runs[0].manager,
+                runs=len(runs),
+                score=estimate_ratio(
+                    [known[key] - nothing[key] for key in shared],
+                    [scored[key] for key in shared],
+                    [clusters[key] for key in shared],
+                )
+                if shared
+                else None,
+                harm=estimate(
+                    [nothing[key] - known[key] for key in harmed], [clusters[key] for key in harmed]
+                ),
+                unpaired=len(runs) - len(shared) - len(harmed),
+            )
+        )
+    return tuple(sorted(rows, key=lambda row: _rank(row, _iou_all(systems[row.system]))))
+
+
+def _table(systems: Mapping[str, Sequence[RunRow]]) -> ScoreTable:
+    rows = score_rows(systems)
+    return ScoreTable(
+        suite=next(iter(systems.values()))[0].suite,
+        rows=rows,
+        differences=differences(
+            {row.system: _iou_all(systems[row.system]) for row in rows},
+            _gains(systems)[1],
+            {run.experiment: run.cluster for runs in systems.values() for run in runs},
+        ),
+    )
+
+
+def _gains(systems: Mapping[str, Sequence[RunRow]]) -> tuple[Figures, Figures, Figures]:
+    """Return what never repairing gives, and what repairing can win: enough for a score, or not."""
+    nothing, everything = (
+        next((_iou_all(runs) for runs in systems.values() if runs[0].manager == reference), {})
+        for reference in SCORE_REFERENCES
+    )
+    gains = {key: everything[key] - nothing[key] for key in nothing if key in everything}
+    scored = {key: gain for key, gain in gains.items() if gain >= LEAST_GAIN}
+    return nothing, scored, {key: gain for key, gain in gains.items() if key not in scored}
+
+
+def _iou_all(runs: Sequence[RunRow]) -> Figures:
+    return {run.experiment: iou for run in runs if (iou := run.metrics["iou_all"]) is not None}
+
+
+def _rank(row: ScoreRow, figures: Figures) -> tuple[float, float]:
+    """Return what rows are sorted by: the score and, where there is none, the mean of IoU_all; the best first."""
+    mean = fmean(figures.values()) if figures else 0.0
+    return (-row.score.mean if row.score else 0.0, -mean)

@@ -1,0 +1,110 @@
+from fractions import Fraction
+from itertools import product
+
+import numpy as np
+import pytest
+
+from sunset.evaluation import Cluster
+from sunset.evaluation.differences import Experiment, a12, differences, holm
+from sunset.seeding import generator
+
+
+def rejected(p_values: list[float], level: float) -> set[int]:
+    """Return which hypotheses Holm's procedure rejects, step by step as in his article."""
+    left = sorted(range(len(p_values)), key=lambda place: p_values[place])
+    gone: set[int] = set()
+    while left and p_values[left[0]] <= level / len(left):
+        gone.add(left.pop(0))
+    return gone
+
+
+def test_holm_gives_the_level_from_which_on_a_hypothesis_is_rejected() -> None:
+    random = generator(1, "test")
+    for _ in range(50):
+        p_values = random.uniform(0, 0.2, 6).tolist()
+        for place, level in enumerate(holm(p_values)):
+            assert place in rejected(p_values, level * 1.000001) or level == 1
+            assert place not in rejected(p_values, level * 0.999999)
+
+
+def test_holm_of_nothing_and_of_one_changes_nothing() -> None:
+    assert holm([]) == []
+    assert holm([0.3]) == [0.3]
+
+
+def test_a12_counts_pairs_and_ties_by_half() -> None:
+    random = generator(2, "test")
+    first, second = random.integers(9, size=40).tolist(), random.integers(7, size=30).tolist()
+    wins = sum(
+        Fraction(1) if one > other else Fraction(one == other, 2) for one, other in product(first, second)
+    )
+    assert a12(first, second) == pytest.approx(float(wins / 1200))
+    assert a12(first, first) == 0.5
+
+
+def test_a12_is_the_statistic_of_mann_and_whitney_per_pair() -> None:
+    stats = pytest.importorskip("scipy.stats")
+    random = generator(3, "test")
+    first, second = random.normal(0.3, 1, 50), random.normal(0, 2, 70)
+    expected = stats.mannwhitneyu(first, second).statistic / 3500
+    assert a12(first.tolist(), second.tolist()) == pytest.approx(expected)
+
+
+def test_differences_are_of_the_runs_that_both_have() -> None:
+    clusters: dict[Experiment, Cluster] = {
+        (a, s): Cluster(a, "flight", s) for a in range(9) for s in range(3)
+    }
+    keys: list[tuple[object, ...]] = list(clusters)
+    noise = 0.01 * generator(4, "test").standard_normal(len(keys))
+    worse = dict(zip(keys, noise.tolist(), strict=True))
+    better = {key: 0.1 + 2 * value for key, value in worse.items()}
+    extra = {**better, ("alone", 1): 9.0}
+    gains = dict.fromkeys(keys, 0.5)
+    (one,) = differences({"better": extra, "worse": worse}, gains, clusters)
+    assert (one.first, one.second, one.pairs) == ("better", "worse", 27)
+    assert one.iou_all is not None
+    assert one.score is not None
+    assert one.iou_all.mean == pytest.approx(0.1 + noise.mean())
+    assert one.score.mean == pytest.approx(2 * one.iou_all.mean)
+    assert one.a12 == 1
+    assert one.p is not None
+    assert one.p < 0.001
+    assert one.told is not None
+    assert 0 < one.told < 0.02
+    assert one.runs_needed == 27
+    assert one.to_json()["p_holm"] == one.p
+
+
+def test_p_values_are_adjusted_over_all_pairs() -> None:
+    clusters: dict[Experiment, Cluster] = {
+        (a, s): Cluster(a, "flight", s) for a in range(9) for s in range(3)
+    }
+    random = generator(5, "test")
+    systems = {
+        name: dict(zip(clusters, random.normal(mean, 0.1, len(clusters)).tolist(), strict=True))
+        for name, mean in (("a", 0.05), ("b", 0.03), ("c", 0.0))
+    }
+    found = differences(systems, {}, clusters)
+    raw = [
+        one.iou_all.spread.p_value(one.iou_all.mean) for one in found if one.iou_all and one.iou_all.spread
+    ]
+    assert [one.p for one in found] == holm(raw)
+    assert np.all([one.score is None for one in found])
+
+
+def test_two_seeds_tell_a_mean_but_no_p_and_no_number_of_runs() -> None:
+    clusters: dict[Experiment, Cluster] = {
+        (a, s): Cluster(a, "flight", s) for a in range(9) for s in range(2)
+    }
+    first, second = dict.fromkeys(clusters, 0.4), dict.fromkeys(clusters, 0.3)
+    (one,) = differences({"first": first, "second": second}, {}, clusters)
+    assert one.iou_all is not None
+    assert one.iou_all.low is None
+    assert (one.p, one.told, one.runs_needed) == (None, None, None)
+
+
+def test_systems_without_a_common_run_have_no_difference() -> None:
+    clusters: dict[Experiment, Cluster] = {(place, 1): Cluster(place, "flight", 1) for place in range(2)}
+    systems: dict[str, dict[Experiment, float]] = {"first": {(0, 1): 0.4}, "second": {(1, 1): 0.3}}
+    (one,) = differences(systems, {}, clusters)
+    assert (one.pairs, one.iou_all, one.a12, one.p) == (0, None, None, None)

@@ -1,0 +1,129 @@
+"""The score: from stored runs to tables, blocks and formats."""
+
+import csv
+import io
+import json
+from dataclasses import replace
+from itertools import product
+
+import pytest
+from tests.evaluation.test_report import run
+
+from sunset.evaluation import FORMATS, Flight, RunRow, format_report, score_tables, summarise
+from sunset.evaluation.score_layout import lead_blocks, lead_notes
+from sunset.evaluation.scores import NO_SCORE, SCORE_METHOD, ScoreTable
+
+NOTHING_TO_REPAIR = "calm"
+
+
+def campaign(**wins: float) -> list[RunRow]:
+    """Return runs of none, of oracle and of managing systems that win a share of what there is to win.
+
+    Of what repairing can win there is 0.1, 0.2 and 0.3 by degradation, a little more with each seed; and 0.01 with a
+    last one, where each managing system that is named loses 0.05.
+    """
+    rows = []
+    gains = {"a": 0.1, "b": 0.2, "c": 0.3, NOTHING_TO_REPAIR: 0.01}
+    for (alike, gain), seed in product(gains.items(), (1, 2, 3)):
+        most = gain + 0.001 * seed * (alike != NOTHING_TO_REPAIR)
+        for manager, share in {"none": 0.0, "oracle": 1.0, **wins}.items():
+            won = -0.05 if alike == NOTHING_TO_REPAIR and manager in wins else share * most
+            row = run(manager, "timed", seed, scenario=f"timed/{alike}", iou_all=0.2 + won)
+            rows.append(replace(row, alike=alike))
+    return rows
+
+
+def only(tables: list[ScoreTable]) -> ScoreTable:
+    (table,) = tables
+    return table
+
+
+def test_a_score_is_what_is_won_of_what_can_be_won() -> None:
+    table = only(score_tables(campaign(half=0.5, most=0.9)))
+    assert [row.manager for row in table.rows] == ["oracle", "most", "half", "none"]
+    scores = [row.score.mean for row in table.rows if row.score]
+    assert scores == pytest.approx([1.0, 0.9, 0.5, 0.0])
+    assert [row.is_reference for row in table.rows] == [True, False, False, True]
+    assert all(row.score and row.score.runs == 9 and row.runs == 12 for row in table.rows)
+    assert [(one.first, one.second) for one in table.neighbours] == list(
+        zip([row.system for row in table.rows], [row.system for row in table.rows[1:]], strict=False)
+    )
+
+
+def test_where_there_is_nothing_to_repair_runs_count_for_harm() -> None:
+    table = only(score_tables(campaign(half=0.5)))
+    harm = {row.manager: row.harm.mean for row in table.rows if row.harm}
+    assert harm == pytest.approx({"oracle": -0.01, "half": 0.05, "none": 0.0})
+    assert all(row.harm and row.harm.runs == 3 for row in table.rows)
+
+
+def test_runs_without_both_references_are_counted_beside_the_score() -> None:
+    runs = [
+        one
+        for one in campaign(half=0.5)
+        if (one.manager, one.alike, one.seed) not in {("oracle", "a", 1), ("none", "b", 2)}
+    ]
+    (half,) = (row for row in only(score_tables(runs)).rows if row.manager == "half")
+    assert half.unpaired == 2
+    assert half.score is not None
+    assert half.score.runs == 7
+    assert any("2 of 12 runs have no score" in note for note in lead_notes(score_tables(runs)))
+
+
+def test_runs_that_do_not_count_have_no_part_in_it() -> None:
+    broken = replace(run("half", "timed", 1, scenario="timed/a", reason="broken", iou_all=9.0), alike="a")
+    assert score_tables([*campaign(half=0.5)[:], broken])[0].rows == score_tables(campaign(half=0.5))[0].rows
+
+
+def test_without_the_references_there_are_differences_but_no_score() -> None:
+    runs = [one for one in campaign(half=0.5, most=0.9) if one.manager in {"half", "most"}]
+    table = only(score_tables(runs))
+    assert not table.has_scores
+    assert [row.manager for row in table.rows] == ["most", "half"]
+    (one,) = table.neighbours
+    assert one.score is None
+    assert one.iou_all is not None
+    assert lead_notes([table])[0] == NO_SCORE
+
+
+def test_a_single_managing_system_has_no_table() -> None:
+    assert score_tables([one for one in campaign() if one.manager == "none"]) == []
+    assert lead_notes([]) == ()
+
+
+def test_flights_are_put_together_and_durations_are_not() -> None:
+    runs = campaign(half=0.5)
+    town = [replace(one, flight=Flight(20.0, bag="3c", name="town")) for one in runs]
+    short = [replace(one, flight=Flight(4.0)) for one in runs]
+    both = score_tables([*runs, *town, *short])
+    assert sorted(row.runs for table in both for row in table.rows if row.manager == "half") == [12, 24]
+
+
+def test_the_blocks_lead_from_the_best_to_the_worst() -> None:
+    scores, differences = lead_blocks(score_tables(campaign(half=0.5)))
+    labels = [line.label for group in scores.groups for line in group if line.runs]
+    assert labels == ["oracle (timed) (reference)", "half (timed)", "none (timed) (reference)"] or [
+        label.split()[0] for label in labels
+    ] == ["oracle", "half", "none"]
+    assert len([line for group in differences.groups for line in group if line.runs]) == 2
+
+
+@pytest.mark.parametrize("form", FORMATS)
+def test_every_format_has_the_score(form: str) -> None:
+    runs = campaign(half=0.5)
+    text = format_report(summarise(runs), form, score_tables(runs))
+    if form == "json":
+        document = json.loads(text)
+        (table,) = document["scores"]
+        assert table["rows"][1]["score"]["mean"] == pytest.approx(0.5)
+        assert table["rows"][1]["harm"]["mean"] == pytest.approx(0.05)
+        assert document["score_method"] == SCORE_METHOD
+    elif form == "csv":
+        lines = list(csv.DictReader(io.StringIO(text)))
+        (half,) = (one for one in lines if one["source"] == "score" and one["manager"] == "half")
+        assert float(half["score_mean"]) == pytest.approx(0.5)
+        assert float(half["harm_mean"]) == pytest.approx(0.05)
+        assert sum(one["source"] == "difference" for one in lines) == 3
+    else:
+        assert text.index("The score") < text.index("Differences between neighbours")
+        assert "0.50" in text

@@ -41,12 +41,15 @@ __all__ = [
     "measure_curves",
     "measure_flights",
     "measure_iou",
+    "plan_bench",
     "render_flight",
     "report",
     "run",
     "train_model",
     "verify",
     "view",
+    "write_figures",
+    "write_logs",
     "write_site",
 ]
 

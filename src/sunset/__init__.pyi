@@ -24,12 +24,15 @@ from sunset.api import make_scenario as make_scenario
 from sunset.api import measure_curves as measure_curves
 from sunset.api import measure_flights as measure_flights
 from sunset.api import measure_iou as measure_iou
+from sunset.api import plan_bench as plan_bench
 from sunset.api import render_flight as render_flight
 from sunset.api import report as report
 from sunset.api import run as run
 from sunset.api import train_model as train_model
 from sunset.api import verify as verify
 from sunset.api import view as view
+from sunset.api import write_figures as write_figures
+from sunset.api import write_logs as write_logs
 from sunset.api import write_site as write_site
 from sunset.data import FlightPlan as FlightPlan
 from sunset.errors import SunsetError as SunsetError
@@ -68,12 +71,15 @@ __all__ = [
     "measure_curves",
     "measure_flights",
     "measure_iou",
+    "plan_bench",
     "render_flight",
     "report",
     "run",
     "train_model",
     "verify",
     "view",
+    "write_figures",
+    "write_logs",
     "write_site",
 ]
 

@@ -17,7 +17,7 @@ import sunset
 from sunset.api import Manager
 from sunset.cli import main
 from sunset.errors import InvalidInputError, MissingExtraError, RecordError
-from sunset.evaluation import Difference, PairedComparison
+from sunset.evaluation import Cluster, Difference, PairedComparison
 from sunset.evaluation.estimates import compare_means
 from sunset.managing import ManagingSystem, Symptoms
 from sunset.recording import read_messages
@@ -94,6 +94,7 @@ def test_a_campaign_of_classes_is_flown_by_several_processes_and_compared(tmp_pa
         out=tmp_path / "results",
         repetitions=2,
         references=False,
+        score=False,
         duration=1,
         jobs=2,
         progress=lambda done, total: calls.append((done, total)),
@@ -136,6 +137,7 @@ def test_labels_tell_managers_of_one_name_apart(tmp_path: Path) -> None:
         out=tmp_path / "results",
         repetitions=1,
         references=False,
+        score=False,
         duration=2,
         jobs=2,
     )
@@ -145,7 +147,9 @@ def test_labels_tell_managers_of_one_name_apart(tmp_path: Path) -> None:
 
 
 def bench_focus(out: Path, manager: Manager) -> sunset.Results:
-    return sunset.bench("nofault", manager, out=out, repetitions=1, references=False, duration=1, jobs=1)
+    return sunset.bench(
+        "nofault", manager, out=out, repetitions=1, references=False, score=False, duration=1, jobs=1
+    )
 
 
 def test_a_campaign_is_continued_by_the_same_arguments_only(tmp_path: Path) -> None:
@@ -173,6 +177,7 @@ def test_numbers_of_other_libraries_are_numbers(tmp_path: Path) -> None:
         "none",
         out=tmp_path,
         references=False,
+        score=False,
         repetitions=np.int64(1),  # type: ignore[arg-type]
         jobs=np.int64(1),  # type: ignore[arg-type]
         duration=1,
@@ -266,7 +271,7 @@ def test_a_run_is_printed_as_its_report_and_named_in_one_line(
 
 
 def test_a_comparison_is_printed_as_a_table() -> None:
-    rows = [("a", 0.6, 0.5), ("b", 0.7, 0.5), ("c", 0.8, 0.5)]
+    rows = [(Cluster("a", "flight", seed), 0.5 + seed / 10, 0.5) for seed in (1, 2, 3)]
     first, second, difference, one_sided = compare_means(rows)
     iou = Difference(figure="iou", first=first, second=second, difference=difference, one_sided=one_sided)
     downtime = Difference(figure="t_down_s", first=None, second=None, difference=None, one_sided=1)

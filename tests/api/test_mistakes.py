@@ -349,7 +349,7 @@ def test_fifty_mistakes_are_tried() -> None:
 
 
 CALLS = {
-    "bench": 'sunset.bench("nofault", ["none"], out="results", references=False, duration=1)',
+    "bench": 'sunset.bench("nofault", ["none"], out="results", references=False, score=False, duration=1)',
     "check_manager": 'sunset.check_manager("none", "nofault", duration=1)',
 }
 
@@ -373,7 +373,7 @@ def test_a_script_that_cannot_be_imported_is_told_of_the_guard(call: str, tmp_pa
 
 def _bench(out: Path) -> str:
     with pytest.raises(SunsetError) as caught:
-        sunset.bench("nofault", ["none"], out=out, references=False, duration=1)
+        sunset.bench("nofault", ["none"], out=out, references=False, score=False, duration=1)
     return str(caught.value)
 
 

@@ -12,7 +12,10 @@ from sunset.cli import main
 from sunset.errors import OutputError, RecordError
 from sunset.managing import ManagingSystem, Symptoms
 
-pytestmark = pytest.mark.usefixtures("flight")
+pytestmark = [
+    pytest.mark.usefixtures("flight"),
+    pytest.mark.xdist_group("site"),  # the campaign that is shown is run once
+]
 
 
 class Broken(ManagingSystem):
@@ -32,6 +35,7 @@ def campaign(flight: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
         out=folder,
         scenarios=["gpu_failure+image_shift+autofocus_needed"],
         references=False,
+        score=False,
         repetitions=1,
         duration=2,
         jobs=1,

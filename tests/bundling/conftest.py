@@ -44,6 +44,7 @@ def campaign(folder: Path, *, seed: int = 1) -> Path:
         suite=str(folder / "rain"),
         managers=("none", f"mine={folder / 'mine.py'}:Mine"),
         references=False,
+        score=False,
         repetitions=2,
         seed=seed,
         settings=SETTINGS,

@@ -131,6 +131,11 @@ FORGERIES: dict[str, tuple[Edit, str, str]] = {
         WET,
         "its t_react_s is stored as 1, and the messages give N/A",
     ),
+    "figure by the paper's evaluation script": (
+        changed(f"{WET}/run.json", by_paper_script__succeeded=9),
+        WET,
+        "its figures by the paper's evaluation script are stored otherwise than the messages give them",
+    ),
     "figure that is missing": (changed(f"{WET}/run.json", metrics={}), WET, "must be"),
     "damaged messages": (flipped, WET, "is damaged: "),
     "message": (with_messages(without_last_clock, digest=False), WET, "gives the digest"),
@@ -516,6 +521,7 @@ def test_an_extension_is_packed_and_runs_only_where_it_is_trusted(
             scenarios=("image_degradation=1.2",),
             managers=("none",),
             references=False,
+            score=False,
             repetitions=1,
             settings=SETTINGS,
         )
@@ -576,7 +582,9 @@ def of_seed_7(folder: Path) -> None:
 def test_a_campaign_on_a_split_keeps_what_pins_it(tmp_path: Path, forge: Forge) -> None:
     described = generate_split("train", 1, tmp_path / "split", seed=4)
     bench(
-        BenchSpec(suite=str(tmp_path / "split"), managers=("none",), references=False, repetitions=1),
+        BenchSpec(
+            suite=str(tmp_path / "split"), managers=("none",), references=False, score=False, repetitions=1
+        ),
         tmp_path / "results",
         jobs=1,
     )

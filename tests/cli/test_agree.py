@@ -52,7 +52,9 @@ def stored(tmp_path: Path, flight: Path) -> Path:
     """Return a folder with simulated runs in the place of the live ones, too."""
     del flight
     out = tmp_path / "stored"
-    spec = BenchSpec(suite="nofault", references=False, managers=("none",), repetitions=1, settings=SHORT)
+    spec = BenchSpec(
+        suite="nofault", references=False, score=False, managers=("none",), repetitions=1, settings=SHORT
+    )
     assert bench(spec, out / "sim", jobs=1) == 1
     shutil.copytree(out / "sim", out / "live")
     return out

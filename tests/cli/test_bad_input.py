@@ -394,6 +394,7 @@ def test_a_folder_that_holds_something(
 SHORT_CAMPAIGN = [
     "bench",
     "--no-references",
+    "--no-score",
     "--managers",
     "none",
     "--repetitions",

@@ -13,7 +13,17 @@ from sunset.experiments import BenchSpec, Settings, Timing, bench, count_runs
 from sunset.recording import read_plan, read_run
 
 FRAMES = 80
-CAMPAIGN = ("bench", "--suite", "nofault", "--managers", "none", "--no-references", "--repetitions", "1")
+CAMPAIGN = (
+    "bench",
+    "--suite",
+    "nofault",
+    "--managers",
+    "none",
+    "--no-references",
+    "--no-score",
+    "--repetitions",
+    "1",
+)
 
 BAD = {
     "unknown town": (
@@ -123,6 +133,7 @@ def test_a_campaign_crosses_scenarios_with_flights(
         managers=("none",),
         flights=("default", f"part={bag}"),
         references=False,
+        score=False,
         repetitions=1,
         settings=Settings(timing=Timing(duration_s=1.0)),
     )

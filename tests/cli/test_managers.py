@@ -87,7 +87,17 @@ def test_a_managing_system_that_ends_its_process_is_not_passed_over(
     assert "deterministic    yes" in out
     assert f"walls            {confinement_report()}" in out
 
-    bench = ["bench", "--suite", "nofault", "--no-references", "--repetitions", "1", "--managers", manager]
+    bench = [
+        "bench",
+        "--suite",
+        "nofault",
+        "--no-references",
+        "--no-score",
+        "--repetitions",
+        "1",
+        "--managers",
+        manager,
+    ]
     assert main([*bench, "--out", str(tmp_path / "out")]) == 0
     out, _ = capsys.readouterr()
     told = " ".join(out.split())
@@ -99,7 +109,17 @@ def test_a_managing_system_that_ends_its_process_is_not_passed_over(
 @pytest.mark.thorough
 def test_a_source_in_another_encoding_is_run(mine: Callable[[str], str], tmp_path: Path) -> None:
     source = "# -*- coding: latin-1 -*-\n# für alle\n" + STEADY
-    command = ["bench", "--suite", "nofault", "--no-references", "--repetitions", "1", "--duration", "4"]
+    command = [
+        "bench",
+        "--suite",
+        "nofault",
+        "--no-references",
+        "--no-score",
+        "--repetitions",
+        "1",
+        "--duration",
+        "4",
+    ]
     assert main([*command, "--managers", mine(source), "--out", str(tmp_path / "out")]) == 0
 
 
@@ -112,7 +132,7 @@ def test_a_campaign_says_what_it_consists_of_and_a_report_that_it_is_not_finishe
     command = ["bench", "--suite", "nofault", "--managers", "none", "--repetitions", "1", "--duration", "1"]
     assert main([*command, "--out", str(out)]) == 0
     errors = capsys.readouterr().err
-    assert "Running the campaign with 9 reference runs: 10 of 10" in errors
+    assert "Running the campaign with 9 reference runs and 1 run of oracle for the score: 11 of 11" in errors
     assert f"Next:\n  sunset report {out} --site site" in errors
     assert main(["report", str(out)]) == 0
     assert "is not finished" not in capsys.readouterr().err
@@ -120,5 +140,5 @@ def test_a_campaign_says_what_it_consists_of_and_a_report_that_it_is_not_finishe
     (next(out.glob("runs/nofault/none/*/seed-1")) / "run.json").unlink()
 
     assert main(["report", str(out)]) == 0
-    planned = 1 + 9  # both reference suites
+    planned = 2 + 9  # that of oracle, and both reference suites
     assert f"is not finished: {planned - 1} of {planned} runs are there." in capsys.readouterr().err

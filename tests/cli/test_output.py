@@ -29,7 +29,8 @@ class Mine(ManagingSystem):
 
 @pytest.mark.thorough
 @pytest.mark.parametrize(
-    "arguments", [["run", "nofault"], ["bench", "--suite", "nofault", "--no-references", "--jobs", "2"]]
+    "arguments",
+    [["run", "nofault"], ["bench", "--suite", "nofault", "--no-references", "--no-score", "--jobs", "2"]],
 )
 def test_what_a_managing_system_prints_is_no_part_of_the_json(
     arguments: list[str], tmp_path: Path, capfd: pytest.CaptureFixture[str]
@@ -112,7 +113,9 @@ def test_runs_are_listed_a_row_each(tmp_path: Path, capsys: pytest.CaptureFixtur
         "--jobs",
         "1",
     ]
-    assert main([*command, "--no-references", "--duration", "1", "--out", str(out), "--json"]) == 0
+    assert (
+        main([*command, "--no-references", "--no-score", "--duration", "1", "--out", str(out), "--json"]) == 0
+    )
     capsys.readouterr()
 
     assert main(["report", str(out), "--runs", "--format", "json"]) == 0

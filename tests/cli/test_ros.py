@@ -14,6 +14,8 @@ import yaml
 from sunset.cli import main
 from sunset.rmw.dds.domains import free_domain_id
 
+pytestmark = pytest.mark.xdist_group("ros")  # the two processes are started once
+
 CAMERA = "/managed_subsystem/camera"
 SUNSET = (sys.executable, "-m", "sunset")
 Ros = Callable[..., str]
@@ -33,14 +35,14 @@ def domain_id() -> Iterator[int]:
         commands = [(*SUNSET, "node", "camera", *delay), (sys.executable, stranger, str(domain))]
         processes = [subprocess.Popen(command, env=environment(domain)) for command in commands]
         try:
-            there = ("--domain-id", str(domain), "--timeout", "10")
+            there = ("--domain-id", str(domain), "--timeout", "60")
             assert main(["ros", "topic", "echo", "--once", "/notice", *there]) == 0
             assert main(["ros", "lifecycle", "get", CAMERA, *there]) == 0
             yield domain
         finally:
             for process in processes:
                 process.terminate()
-            ended = [process.wait(timeout=10) for process in processes]
+            ended = [process.wait(timeout=60) for process in processes]
     assert ended[0] == 0
 
 
@@ -52,7 +54,7 @@ def ros(
     for name in ("ROS_LOCALHOST_ONLY", "ROS_AUTOMATIC_DISCOVERY_RANGE", "CYCLONEDDS_URI"):
         monkeypatch.delenv(name, raising=False)
 
-    def call(*words: str, code: int = 0, timeout: float = 10.0) -> str:
+    def call(*words: str, code: int = 0, timeout: float = 60.0) -> str:
         arguments = ["ros", *words, "--domain-id", str(domain_id), "--timeout", str(timeout)]
         assert main(arguments) == code
         out, err = capfd.readouterr()
@@ -236,7 +238,7 @@ def test_listening_ends_cleanly_with_a_signal(
         assert process.stdout is not None
         line = process.stdout.readline()
         process.send_signal(number)
-        _, err = process.communicate(timeout=10)
+        _, err = process.communicate(timeout=60)
 
     assert re.fullmatch(first, line)
     assert (process.returncode, err) == (0, "")
@@ -253,6 +255,6 @@ def test_the_reader_of_the_output_may_have_seen_enough(domain_id: int) -> None:
         assert process.stderr is not None
         process.stdout.readline()
         process.stdout.close()
-        code, err = process.wait(timeout=10), process.stderr.read()
+        code, err = process.wait(timeout=60), process.stderr.read()
 
     assert (code, err) == (0, "")

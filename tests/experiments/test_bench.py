@@ -5,12 +5,12 @@ import os
 import re
 import signal
 import subprocess
-import sys
 import time
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from tests.experiments.campaigns import RUNS, bench_command, content_of
 
 from sunset.data import read_bag, write_bag
 from sunset.errors import InvalidInputError, OutputError
@@ -28,15 +28,29 @@ SHORT = Settings(timing=Timing(duration_s=1.0, warm_up_s=0.5))
 def test_the_papers_campaign() -> None:
     runs = plan(BenchSpec())
 
-    assert len(runs) == 3 * (1 + 9 + 2 * 54)
+    assert len(runs) == 3 * (1 + 9 + 3 * 54)
     assert len({run_folder(Path("out"), one) for one in runs}) == len(runs)
     assert sorted({one.seed for one in runs}) == [1, 2, 3]
 
 
 def test_a_reference_row_is_not_run_twice() -> None:
-    runs = plan(BenchSpec(suite="degraded", managers=("none", "baseline"), repetitions=1))
+    runs = plan(BenchSpec(suite="degraded", managers=("none", "baseline"), score=False, repetitions=1))
 
     assert len(runs) == 1 + 9 + 9
+
+
+def test_the_managing_systems_that_scores_are_measured_between_are_run_once() -> None:
+    spec = BenchSpec(suite="degraded", managers=("baseline", "oracle"), references=False, repetitions=1)
+
+    assert [one.manager for one in plan(spec)] == ["baseline"] * 9 + ["oracle"] * 9 + ["none"] * 9
+    assert {one.manager for one in plan(replace(spec, score=False))} == {"baseline", "oracle"}
+
+
+def test_a_program_that_is_started_by_hand_has_no_runs_of_others_beside_it() -> None:
+    live = Settings(middleware="cyclonedds")
+    spec = BenchSpec(suite="degraded", managers=("external",), references=False, repetitions=1, settings=live)
+
+    assert {one.manager for one in plan(spec)} == {"external"}
 
 
 def test_some_scenarios_without_the_reference_rows() -> None:
@@ -45,7 +59,7 @@ def test_some_scenarios_without_the_reference_rows() -> None:
         "artifact/gpu_failure+image_shift+autofocus_needed",
     )
 
-    runs = plan(BenchSpec(suite="artifact", scenarios=names, references=False, repetitions=2))
+    runs = plan(BenchSpec(suite="artifact", scenarios=names, references=False, score=False, repetitions=2))
 
     planned = [(one.scenario.name, one.manager) for one in runs if one.seed == 2]
     assert planned == [
@@ -72,6 +86,8 @@ def test_a_campaign_over_scenarios_of_ones_own(tmp_path: Path) -> None:
         ("", "none"),
         ("", "baseline"),
         ("nofault", "baseline"),
+        ("", "oracle"),
+        ("nofault", "oracle"),
     ]
     folders = [run_folder(Path("out"), one) for one in runs]
     assert len(set(folders)) == len(folders)
@@ -89,38 +105,12 @@ def test_the_last_seed_must_be_a_seed_too() -> None:
         BenchSpec(seed=2**32 - 1, repetitions=2)
 
 
-SHORT_WARM_UP = "17"
-"""A seed that draws a warm-up that is about as short as can be."""
-
-
-def _bench(out: Path, jobs: int) -> list[str]:
-    command = [sys.executable, "-m", "sunset", "bench", "--suite", "degraded", "--managers", "baseline"]
-    command += ["--scenarios", "image_degradation+image_shift,depth_degradation+autofocus_needed"]
-    command += ["--duration", "1", "--repetitions", "1", "--seed", SHORT_WARM_UP]
-    return [*command, "--jobs", str(jobs), "--out", str(out)]
-
-
-def _content(folder: Path) -> dict[str, bytes]:
-    return {
-        str(path.relative_to(folder)): path.read_bytes()
-        for path in sorted(folder.rglob("*"))
-        if path.is_file()
-    }
-
-
-@pytest.fixture(scope="module")
-def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("bench")
-    subprocess.run(_bench(folder, jobs=1), check=True, capture_output=True)
-    return folder
-
-
 @pytest.mark.thorough
 @pytest.mark.xdist_group("campaign")
 def test_killing_a_campaign_loses_nothing_and_changes_nothing(undisturbed: Path, tmp_path: Path) -> None:
     disturbed = tmp_path
     process = subprocess.Popen(
-        _bench(disturbed, jobs=2),
+        bench_command(disturbed, "--jobs", "2"),
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,
         start_new_session=True,
@@ -131,13 +121,15 @@ def test_killing_a_campaign_loses_nothing_and_changes_nothing(undisturbed: Path,
     os.killpg(process.pid, signal.SIGKILL)
     process.wait()
     finished = {path: path.stat().st_mtime_ns for path in disturbed.rglob("run.json")}
-    assert len(finished) < 12
+    assert len(finished) < RUNS
 
-    again = subprocess.run(_bench(disturbed, jobs=2), check=True, capture_output=True, text=True)
+    again = subprocess.run(
+        bench_command(disturbed, "--jobs", "2"), check=True, capture_output=True, text=True
+    )
 
-    assert f"{12 - len(finished)} runs done, {len(finished)} were there already." in again.stderr
+    assert f"{RUNS - len(finished)} runs done, {len(finished)} were there already." in again.stderr
     assert {path: path.stat().st_mtime_ns for path in finished} == finished
-    assert _content(disturbed) == _content(undisturbed)
+    assert content_of(disturbed) == content_of(undisturbed)
     assert render_report(disturbed, "json") == render_report(undisturbed, "json")
 
 
@@ -153,7 +145,7 @@ def _processes_of(group: int) -> list[str]:
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
 def test_an_interrupted_campaign_leaves_no_process_behind(number: signal.Signals, tmp_path: Path) -> None:
     process = subprocess.Popen(
-        _bench(tmp_path, jobs=2),
+        bench_command(tmp_path, "--jobs", "2"),
         stdout=subprocess.DEVNULL,
         stderr=subprocess.PIPE,
         start_new_session=True,
@@ -203,6 +195,7 @@ def test_a_managing_system_cannot_change_itself(tmp_path: Path) -> None:
         suite="nofault",
         managers=(f"{file}:Mine", "none"),
         references=False,
+        score=False,
         repetitions=2,
         settings=SHORT,
     )
@@ -223,7 +216,9 @@ def test_a_campaign_is_not_continued_with_a_managing_system_that_was_rewritten(t
     file = tmp_path / "mine.py"
     file.write_text(MANAGER)
     managers = (f"{file}:Mine",)
-    spec = BenchSpec(suite="nofault", managers=managers, references=False, repetitions=1, settings=SHORT)
+    spec = BenchSpec(
+        suite="nofault", managers=managers, references=False, score=False, repetitions=1, settings=SHORT
+    )
     assert bench(spec, tmp_path / "out", jobs=1) == 1
     assert bench(spec, tmp_path / "out", jobs=1) == 0
 
@@ -238,7 +233,9 @@ def test_a_campaign_is_continued_with_the_same_extensions_only(tmp_path: Path) -
     file, other = tmp_path / "dark.py", tmp_path / "light.py"
     for path in (file, other):
         path.write_text("from sunset.system import Extension\n\nEXTENSION = Extension()\n")
-    spec = BenchSpec(suite="nofault", managers=("none",), references=False, repetitions=1, settings=SHORT)
+    spec = BenchSpec(
+        suite="nofault", managers=("none",), references=False, score=False, repetitions=1, settings=SHORT
+    )
     out = tmp_path / "out"
 
     def run_with(*extensions: Path) -> int:
@@ -258,7 +255,9 @@ def test_a_campaign_is_continued_with_the_same_extensions_only(tmp_path: Path) -
 
 @pytest.mark.thorough
 def test_a_campaign_says_in_what_it_differs(tmp_path: Path) -> None:
-    spec = BenchSpec(suite="nofault", managers=("none",), references=False, repetitions=1, settings=SHORT)
+    spec = BenchSpec(
+        suite="nofault", managers=("none",), references=False, score=False, repetitions=1, settings=SHORT
+    )
     bench(spec, tmp_path / "out", jobs=1)
     told = r"its managers are \['none'\], this one's are \['baseline'\]"
     with pytest.raises(InvalidInputError, match=told):
@@ -274,7 +273,12 @@ def test_a_campaign_is_not_continued_with_another_bag(tmp_path: Path, flight: Pa
         frames = SHORT.timing.of_run(Scenario("nofault"), 1).frames
         write_bag(bag, map(reader.frame, range(frames)), reader.stamps_ns[:frames])
     spec = BenchSpec(
-        suite="nofault", managers=("none",), references=False, repetitions=1, settings=replace(SHORT, bag=bag)
+        suite="nofault",
+        managers=("none",),
+        references=False,
+        score=False,
+        repetitions=1,
+        settings=replace(SHORT, bag=bag),
     )
     bench(spec, tmp_path / "out", jobs=1)
 
@@ -290,7 +294,9 @@ def test_a_label_is_the_name_everywhere(tmp_path: Path) -> None:
     file = tmp_path / "mine.py"
     file.write_text(MANAGER)
     managers = (f"mine={file}:Mine", "idle=none", "none")
-    spec = BenchSpec(suite="nofault", managers=managers, references=False, repetitions=1, settings=SHORT)
+    spec = BenchSpec(
+        suite="nofault", managers=managers, references=False, score=False, repetitions=1, settings=SHORT
+    )
 
     assert bench(spec, tmp_path / "out", jobs=1) == 3
 
@@ -317,7 +323,7 @@ def test_labels_must_differ() -> None:
 @pytest.mark.thorough
 def test_a_campaign_without_references_is_another(tmp_path: Path) -> None:
     spec = BenchSpec(suite="nofault", managers=("none",), repetitions=1, settings=SHORT)
-    bench(replace(spec, references=False), tmp_path / "out", jobs=1)
+    bench(replace(spec, references=False, score=False), tmp_path / "out", jobs=1)
 
     with pytest.raises(InvalidInputError, match="its references is False"):
         bench(spec, tmp_path / "out", jobs=1)
@@ -325,7 +331,7 @@ def test_a_campaign_without_references_is_another(tmp_path: Path) -> None:
 
 @pytest.mark.thorough
 def test_a_campaign_is_not_continued_with_another_clockwork(tmp_path: Path) -> None:
-    spec = BenchSpec(suite="nofault", managers=("none",), references=False, repetitions=1)
+    spec = BenchSpec(suite="nofault", managers=("none",), references=False, score=False, repetitions=1)
     bench(replace(spec, settings=SHORT), tmp_path / "out", jobs=1)
 
     with pytest.raises(InvalidInputError, match=r"timing\.duration_s is 1\.0"):
@@ -338,6 +344,7 @@ def test_a_campaign_is_run_by_one_process_at_a_time(tmp_path: Path) -> None:
         suite="nofault",
         managers=("none",),
         references=False,
+        score=False,
         repetitions=1,
         settings=SHORT,
     )
@@ -372,6 +379,7 @@ def test_nothing_that_a_managing_system_does_ends_a_campaign_or_shows_in_the_run
         suite="nofault",
         managers=(*(f"{file}:{name}" for name in (*TROUBLEMAKERS, *HARMLESS)), "baseline"),
         references=False,
+        score=False,
         repetitions=2,
         settings=replace(SHORT, manager_limit_s=2.0),
     )
@@ -391,7 +399,7 @@ def test_nothing_that_a_managing_system_does_ends_a_campaign_or_shows_in_the_run
         assert (row["runs"], row["runs_failed"]) == (2, 0)
         assert row["iou"]["mean"] < 0.9
     assert len(rows) == 5
-    alone = _content(tmp_path / "alone" / "runs")
+    alone = content_of(tmp_path / "alone" / "runs")
     assert alone
-    together = _content(tmp_path / "out" / "runs")
+    together = content_of(tmp_path / "out" / "runs")
     assert {path: content for path, content in together.items() if path in alone} == alone

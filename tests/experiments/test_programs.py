@@ -314,7 +314,7 @@ def test_recorded_answers_take_the_place_of_a_language_model(tmp_path: Path) -> 
 
 
 def _await_door(port: int) -> None:
-    for _ in range(100):
+    for _ in range(1000):
         with contextlib.suppress(OSError), socket.create_connection(("localhost", port)):
             return
         threading.Event().wait(0.05)

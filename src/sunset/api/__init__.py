@@ -14,11 +14,13 @@ from sunset.api.catalogue import (
     measure_iou,
     render_flight,
 )
+from sunset.api.figures import write_figures
+from sunset.api.logs import write_logs
 from sunset.api.options import Manager, Options
 from sunset.api.pictures import fault_picture
 from sunset.api.publishing import bundle, verify
 from sunset.api.results import Results
-from sunset.api.running import agree, bench, check_manager, load, make_scenario, report, run
+from sunset.api.running import agree, bench, check_manager, load, make_scenario, plan_bench, report, run
 from sunset.api.site import write_site
 from sunset.api.splits import check_split, generate_split
 from sunset.api.training import import_model, train_model
@@ -54,11 +56,14 @@ __all__ = [
     "measure_curves",
     "measure_flights",
     "measure_iou",
+    "plan_bench",
     "render_flight",
     "report",
     "run",
     "train_model",
     "verify",
     "view",
+    "write_figures",
+    "write_logs",
     "write_site",
 ]

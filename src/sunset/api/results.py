@@ -9,10 +9,12 @@ from sunset.dataframes import data_frame
 from sunset.evaluation import (
     PairedComparison,
     RunRow,
+    ScoreTable,
     SystemRow,
     compare_managers,
-    format_report,
+    format_runs,
     run_fields,
+    score_tables,
     summarise,
 )
 
@@ -37,6 +39,11 @@ class Results:
         """The rows of the table: one a managing system and suite."""
         return summarise(self.runs)
 
+    @property
+    def scores(self) -> list[ScoreTable]:
+        """The scores, and how managing systems differ: a table a suite of which several were run."""
+        return score_tables(self.runs)
+
     def table(self, form: str = "table") -> str:
         """Return the report, as `sunset report` prints it.
 
@@ -46,7 +53,7 @@ class Results:
         Raises:
             InvalidInputError: there is no such format.
         """
-        return format_report(self.rows, form)
+        return format_runs(self.runs, form)
 
     def compare(self, first: str, second: str) -> PairedComparison:
         """Compare two managing systems in the runs that both have: the same scenario, seed, model and flight.

@@ -1,7 +1,8 @@
 """Runs and campaigns: flown, stored, opened again, compared."""
 
 import tempfile
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
+from concurrent.futures import Executor
 from dataclasses import replace
 from pathlib import Path
 from typing import TypeAlias, Unpack
@@ -24,11 +25,20 @@ from sunset.api.options import (
     settings_of,
     whole_of,
 )
+from sunset.api.planning import CampaignForecast, forecast
 from sunset.api.results import Results
 from sunset.api.viewing import Run
 from sunset.errors import InvalidInputError, ManagerError, RecordError
-from sunset.evaluation import Agreement, compare, load_results, render_report
-from sunset.experiments import CHECK_SCENARIO, DEFAULT_SCENARIO, BenchSpec, ManagerCheck, RunSpec, Settings
+from sunset.evaluation import Agreement, compare, find_logs, load_results, render_logs, render_report
+from sunset.experiments import (
+    CHECK_SCENARIO,
+    DEFAULT_SCENARIO,
+    BenchSpec,
+    ManagerCheck,
+    RunSpec,
+    Settings,
+    Shard,
+)
 from sunset.recording import RUN_FILE, read_stored_run
 from sunset.rmw.backends import LIVE, SIMULATED, live_middleware
 from sunset.scenarios import Scenario, generate
@@ -82,9 +92,12 @@ def bench(
     scenarios: _Names = (),
     flights: _Flights = (),
     references: bool = True,
+    score: bool = True,
     repetitions: int = 3,
     seed: int = 1,
     jobs: int | None = None,
+    executor: Executor | None = None,
+    shard: str | None = None,
     progress: Progress | None = None,
     **options: Unpack[Options],
 ) -> Results:
@@ -100,19 +113,26 @@ def bench(
         flights: what every scenario is run on: `panel`, names of its flights, `default`, or bags, also as `LABEL=PATH`;
             if empty, each is run on its own flight.
         references: whether the paper's two reference rows are run too.
+        score: whether `none` and `oracle` are run too, which scores are measured between.
         repetitions: runs a scenario, at least 1.
         seed: of the first repetition.
         jobs: worker processes; one a core if None. They change no result of the simulation.
+        executor: does the runs in the place of worker processes: any of `concurrent.futures`, such as one of dask's or
+            mpi4py's, whose workers may be on other computers. It changes no result either, and is not shut down.
+        shard: do a part of the campaign only, as `I/N`, the I-th of N.
         progress: called with (runs that are done, runs in all).
         **options: those of `sunset.Options`: `model`, `bag`, `loop`, `device`, `duration`, `cache`, `images`,
             `manager_limit`, `thinking`, `middleware`, `rate`, `extensions`.
 
     Raises:
-        InvalidInputError: an argument is not usable, or `out` holds another campaign.
+        InvalidInputError: an argument is not usable, `out` holds another campaign, or a worker of the executor has not
+            what the runs need.
         ManagerError: a managing system cannot be loaded.
-        OutputError: `out` cannot be written, or another process flies its campaign.
+        OutputError: `out` cannot be written, or another process runs its campaign.
+        SunsetError: a worker was killed, or the executor has failed; what was finished is kept.
     """
     check_progress(progress)
+    part = None if shard is None else Shard.parse(shard)
     with extended(options.get("extensions", ())):
         spec = _campaign_of(
             suite,
@@ -123,10 +143,57 @@ def bench(
             repetitions=repetitions,
             seed=seed,
             references=references,
+            score=score,
         )
         folder = as_path(out, "folder of the results")
-        experiments.bench(spec, folder, jobs=whole_of(jobs), progress=progress)
+        experiments.bench(spec, folder, jobs=whole_of(jobs), executor=executor, shard=part, progress=progress)
         return Results(folder, load_results(folder))
+
+
+def plan_bench(
+    suite: str | Path = "paper",
+    managers: _Managers = ("none", "baseline"),
+    *,
+    like: str | Path | None = None,
+    scenarios: _Names = (),
+    flights: _Flights = (),
+    references: bool = True,
+    score: bool = True,
+    repetitions: int = 3,
+    seed: int = 1,
+    **options: Unpack[Options],
+) -> CampaignForecast:
+    """Return what a campaign would be, as `sunset bench --plan` prints it; nothing is run.
+
+    Args:
+        suite: as of `bench`, like all that is not described here.
+        managers: as of `bench`.
+        like: the folder of an earlier campaign, from which time and variances are taken.
+        scenarios: as of `bench`.
+        flights: as of `bench`.
+        references: as of `bench`.
+        score: as of `bench`.
+        repetitions: as of `bench`.
+        seed: as of `bench`.
+        **options: as of `bench`.
+
+    Raises:
+        InvalidInputError: an argument is not usable.
+        RecordError: there is no such earlier campaign, or it says nothing of how differences vary.
+    """
+    with extended(options.get("extensions", ())):
+        spec = _campaign_of(
+            suite,
+            managers,
+            options,
+            scenarios=scenarios,
+            flights=flights,
+            repetitions=repetitions,
+            seed=seed,
+            references=references,
+            score=score,
+        )
+        return forecast(spec, None if like is None else as_path(like, "folder of an earlier campaign"))
 
 
 def load(path: str | Path, *, recompute: bool = False, extensions: Extensions = ()) -> Run | Results:
@@ -151,12 +218,16 @@ def load(path: str | Path, *, recompute: bool = False, extensions: Extensions = 
 
 
 def report(
-    path: str | Path, form: str | None = None, *, recompute: bool = False, extensions: Extensions = ()
+    path: str | Path | Sequence[str | Path],
+    form: str | None = None,
+    *,
+    recompute: bool = False,
+    extensions: Extensions = (),
 ) -> str:
     """Return the report of stored runs, as `sunset report` prints it; with extensions as `load`.
 
     Args:
-        path: as of `load`.
+        path: as of `load`; or logs of the published exemplar, files of CSV or folders of such, one or several.
         form: `table`, `latex`, `csv`, `json` or `html`; if it is None, `table`, but of the folder of one run its time
             line.
         recompute: as of `load`; of a table.
@@ -166,8 +237,12 @@ def report(
         RecordError: as `load`.
         InvalidInputError: there is no such format.
     """
-    folder = as_path(path, "folder of stored runs")
+    paths = [path] if isinstance(path, str | Path) or not isinstance(path, Sequence) else path
+    folder, *others = [as_path(one, "folder of stored runs") for one in paths or [""]]
     check_flags(recompute=recompute)
+    logs = find_logs([folder, *others])
+    if logs:
+        return render_logs(logs, "table" if form is None else form)
     with extended(extensions):
         if form is None and not recompute and (folder / RUN_FILE).is_file():
             return f"{read_stored_run(folder)}\n"
@@ -246,6 +321,7 @@ def agree(
             repetitions=repetitions,
             seed=seed,
             references=False,
+            score=False,
         )
         done = 0
 
@@ -304,6 +380,7 @@ def _campaign_of(
     repetitions: int,
     seed: int,
     references: bool,
+    score: bool,
 ) -> BenchSpec:
     settings = settings_of(options)
     _check_named(managers, settings)
@@ -311,6 +388,7 @@ def _campaign_of(
         suite=str(suite) if isinstance(suite, Path) else suite,
         scenarios=chosen_scenarios(scenarios),
         references=references,
+        score=score,
         managers=manager_names(managers),
         flights=chosen_flights(flights),
         repetitions=whole_of(repetitions),

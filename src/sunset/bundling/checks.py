@@ -24,21 +24,23 @@ from sunset.experiments import (
     stored_faults,
 )
 from sunset.managing import MANAGERS, split_label
-from sunset.metrics import RunMetrics, score
+from sunset.metrics import RunMetrics, log_figures, score
 from sunset.names import base_name
 from sunset.output_files import folder_name
 from sunset.perception import ModelCard
 from sunset.recording import (
     PLAN_FILE,
     RUN_FILE,
+    SCORE_REFERENCES,
     TELLING_TOPICS,
     CampaignPlan,
     RunRecord,
     check_extensions,
     contradictions,
     describes_bag,
-    differing_figures,
+    differences,
     measured_topics,
+    published_log,
     read_messages,
     read_run,
     stored_figures,
@@ -94,6 +96,7 @@ def planned_runs(described: CampaignPlan, suite: str) -> tuple[RunSpec, ...]:
             suite=suite,
             scenarios=tuple(map(base_name, described.scenarios)),
             references=described.references,
+            score=described.score,
             managers=described.managers,
             flights=described.flights,
             repetitions=described.repetitions,
@@ -205,6 +208,7 @@ def _check_unextended(
     settings = _settings(described)
     managers = {label or manager: (label, manager) for label, manager in map(split_label, described.managers)}
     managers |= {"none": ("", "none")} if described.references else {}
+    managers |= {name: ("", name) for name in SCORE_REFERENCES} if described.score else {}
     every = range(described.seed, described.seed + described.repetitions)
     seeds: dict[Path, set[int]] = {}
     firsts: dict[str, RunRecord] = {}
@@ -289,8 +293,15 @@ def _recomputed(run: RunRecord, place: Path) -> Iterator[str]:
     check_extensions(run, place)
     messages = read_messages(place, measured_topics() | TELLING_TOPICS)
     yield from contradictions(run, messages)
-    stored, computed = stored_figures(run, place / RUN_FILE), score(timeline_of(run, messages)).to_json()
-    for name in differing_figures(stored, computed):
+    observed = timeline_of(run, messages)
+    stored, metrics = stored_figures(run, place / RUN_FILE), score(observed)
+    if run.by_paper_script not in {UNSET, log_figures(published_log(messages, observed))}:
+        yield "its figures by the paper's evaluation script are stored otherwise than the messages give them"
+    computed = metrics.to_json()
+    for name in differences(run, metrics):
+        if name not in computed:
+            yield f"its {name} are not what the messages give"
+            continue
         yield f"its {name} is stored as {_number(stored[name])}, and the messages give {_number(computed[name])}"
 
 

@@ -56,12 +56,13 @@ def add_campaign_options(
     parser.add_argument("--seed", type=int, default=1, metavar="N", help="seed of the first repetition")
 
 
-def campaign(arguments: argparse.Namespace, *, references: bool) -> BenchSpec:
+def campaign(arguments: argparse.Namespace, *, references: bool, score: bool) -> BenchSpec:
     """Return the campaign that the options of `add_campaign_options` and those of its runs describe."""
     return BenchSpec(
         suite=arguments.suite,
         scenarios=chosen_scenarios(arguments.scenarios),
         references=references,
+        score=score,
         managers=names_of(arguments.managers, "managing systems"),
         flights=chosen_flights(arguments.flights),
         repetitions=arguments.repetitions,

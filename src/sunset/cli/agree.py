@@ -55,7 +55,7 @@ def execute(arguments: argparse.Namespace) -> None:
 
 
 def _run(arguments: argparse.Namespace) -> None:
-    campaigns = paired_campaigns(campaign(arguments, references=False), arguments.jobs)
+    campaigns = paired_campaigns(campaign(arguments, references=False, score=False), arguments.jobs)
     runs = plan(campaigns[0][1])
     prepare_flights(flights_of(runs))
     for name, spec, jobs in campaigns:

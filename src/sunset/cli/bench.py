@@ -1,12 +1,14 @@
 """`sunset bench`: a campaign over a suite, and the table of the paper."""
 
 import argparse
+import json
 import shlex
 import sys
-from contextlib import redirect_stdout
+from contextlib import nullcontext, redirect_stdout
 from dataclasses import replace
 from pathlib import Path
 
+from sunset.api.planning import forecast
 from sunset.cli._options import (
     add_campaign_options,
     add_count_option,
@@ -20,16 +22,18 @@ from sunset.cli._prepare import prepare_flights
 from sunset.cli._progress import progress_bar
 from sunset.cli._steps import print_next_steps
 from sunset.cli.report import print_report
+from sunset.errors import InvalidInputError
 from sunset.evaluation import FORMATS
-from sunset.experiments import BenchSpec, bench, flights_of, plan
-from sunset.texts import counted
+from sunset.experiments import BenchSpec, Shard, bench, connected_scheduler, flights_of, plan
+from sunset.texts import counted, listed
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Complete the verb's parser."""
     parser.description = (
-        "Run every scenario of a suite with every managing system, several times, and the two reference "
-        "rows of the paper. Finished runs are kept: the same command continues an interrupted campaign."
+        "Run every scenario of a suite with every managing system, several times, the two reference rows "
+        "of the paper, and the managing systems that scores are measured between. Finished runs are kept: the same "
+        "command continues an interrupted campaign."
     )
     add_campaign_options(
         parser,
@@ -44,23 +48,63 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         dest="references",
         help="leave out the paper's two reference rows, which --scenarios does not make smaller",
     )
+    parser.add_argument(
+        "--no-score",
+        action="store_false",
+        dest="score",
+        help="leave out the runs of none and oracle, without which there is no score",
+    )
     add_run_options(parser)
     add_middleware_options(parser)
     add_count_option(parser, "--jobs", "worker processes (default: one a core; live: 1)")
-    parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder of the results")
+    parser.add_argument(
+        "--scheduler",
+        metavar="tcp://HOST:PORT",
+        help="let the workers of a dask scheduler do the runs, on any computers (extra cluster)",
+    )
+    parser.add_argument(
+        "--shard",
+        metavar="I/N",
+        help="do the I-th of N parts of the campaign only, as a job of an array does",
+    )
+    parser.add_argument("--out", type=Path, metavar="DIR", help="folder of the results")
+    parser.add_argument(
+        "--plan",
+        action="store_true",
+        help="run nothing: print what would be run, how long that takes, and how small a difference it tells",
+    )
+    parser.add_argument(
+        "--like",
+        type=Path,
+        metavar="DIR",
+        help="with --plan: an earlier campaign, from which time and variances are taken",
+    )
     add_images_option(parser)
     add_format_options(parser, FORMATS, "how the table is printed")
 
 
 def execute(arguments: argparse.Namespace) -> None:
     """Run the campaign, and print the table."""
-    spec = campaign(arguments, references=arguments.references)
+    spec = campaign(arguments, references=arguments.references, score=arguments.score)
+    if arguments.plan:
+        _print_plan(spec, arguments)
+        return
+    if arguments.like is not None:
+        raise InvalidInputError("An earlier campaign is for a plan only: add --plan, or leave out --like.")
+    if arguments.out is None:
+        raise InvalidInputError("The results need a folder: name one with --out DIR.")
+    shard = None if arguments.shard is None else Shard.parse(arguments.shard)
     runs = plan(spec)
-    prepare_flights(flights_of(runs))
-    # what a managing system prints must not get into the table
-    with progress_bar(_title(spec)) as progress, redirect_stdout(sys.stderr):
-        done = bench(spec, arguments.out, jobs=arguments.jobs, progress=progress)
-    print(f"{done} runs done, {len(runs) - done} were there already.", file=sys.stderr)
+    wanted = runs if shard is None else shard.of(runs)
+    address = arguments.scheduler
+    with nullcontext() if address is None else connected_scheduler(address) as executor:
+        prepare_flights(flights_of(runs))
+        # what a managing system prints must not get into the table
+        with progress_bar(_title(spec)) as progress, redirect_stdout(sys.stderr):
+            done = bench(
+                spec, arguments.out, jobs=arguments.jobs, executor=executor, shard=shard, progress=progress
+            )
+    print(f"{done} runs done, {len(wanted) - done} were there already.", file=sys.stderr)
     print_report(arguments.out, arguments.format)
     if arguments.format == "table":
         out = shlex.quote(str(arguments.out))
@@ -75,11 +119,19 @@ def execute(arguments: argparse.Namespace) -> None:
         )
 
 
+def _print_plan(spec: BenchSpec, arguments: argparse.Namespace) -> None:
+    """Print what the campaign would be, as text or JSON."""
+    if arguments.format not in {"table", "json"}:
+        raise InvalidInputError(f"A plan is printed as table or json, got {arguments.format!r}.")
+    found = forecast(spec, arguments.like)
+    print(json.dumps(found.to_json(), indent=2, ensure_ascii=False) if arguments.format == "json" else found)
+
+
 def _title(spec: BenchSpec) -> str:
     """Return what is done while a campaign runs, and how many runs of it nobody asked for by name."""
-    references = len(plan(spec)) - len(plan(replace(spec, references=False)))
-    return (
-        f"Running the campaign with {counted(references, 'reference run')}"
-        if references
-        else "Running the campaign"
-    )
+    bare = replace(spec, score=False)
+    references = len(plan(bare)) - len(plan(replace(bare, references=False)))
+    scored = len(plan(spec)) - len(plan(bare))
+    added = [counted(references, "reference run")] if references else []
+    added += [f"{counted(scored, 'run')} of {listed(spec.added)} for the score"] if scored else []
+    return f"Running the campaign with {listed(added)}" if added else "Running the campaign"

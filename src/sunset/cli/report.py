@@ -1,29 +1,53 @@
-"""`sunset report`: the table of stored runs, or the time line of one."""
+"""`sunset report`: the table of stored runs or of published logs, or the time line of one run."""
 
 import argparse
 import sys
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Final
 
 from sunset.api.site import write_site
 from sunset.cli._options import add_format_options
 from sunset.cli._progress import progress_bar
 from sunset.errors import InvalidInputError
-from sunset.evaluation import FORMATS, RUNS_FORMATS, render_report, render_runs
+from sunset.evaluation import (
+    FORMATS,
+    RUNS_FORMATS,
+    find_logs,
+    render_logs,
+    render_report,
+    render_runs,
+    write_figures,
+    write_logs,
+)
 from sunset.experiments import count_runs
 from sunset.recording import RUN_FILE, read_stored_run
+
+_ORIGINAL_CSV: Final = "original-csv"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Complete the verb's parser."""
     parser.description = (
         "Read the runs below a folder and print the paper's table; of the folder of one run, print its "
-        "time line. Nothing is run again."
+        "time line. Or read logs of the published exemplar, and print what can be had from them. Nothing is run again."
     )
     parser.add_argument(
-        "folder", type=Path, metavar="DIR", help="what 'sunset bench --out' or 'run --out' wrote"
+        "paths",
+        type=Path,
+        nargs="+",
+        metavar="PATH",
+        help="what 'sunset bench --out' or 'run --out' wrote; or published logs: files of CSV, or folders of such",
     )
     add_format_options(
-        parser, FORMATS, "how the table is printed (default: table; of one run, its time line)", default=None
+        parser,
+        (*FORMATS, _ORIGINAL_CSV),
+        "how the table is printed (default: table; of one run, its time line); or original-csv: write a log of each "
+        "run into the folder --out, which the paper's evaluation script reads",
+        default=None,
+    )
+    parser.add_argument(
+        "--out", type=Path, metavar="DIR", help=f"with --format {_ORIGINAL_CSV}: the new folder of the logs"
     )
     parser.add_argument(
         "--runs",
@@ -38,6 +62,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="write a new folder to publish: the table, and a page for each run",
     )
     parser.add_argument(
+        "--figures",
+        type=Path,
+        metavar="DIR",
+        help="write a new folder with the figures of the table, each as PDF, PNG and CSV",
+    )
+    parser.add_argument(
         "--recompute",
         action="store_true",
         help="compute every metric from the recorded messages again instead of reading the stored ones",
@@ -46,8 +76,22 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> None:
     """Print the report."""
-    folder, form, again = arguments.folder, arguments.format, arguments.recompute
-    if arguments.site is not None:
+    form, again = arguments.format, arguments.recompute
+    if (arguments.out is not None) is not (form == _ORIGINAL_CSV):
+        raise InvalidInputError(
+            f"--format {_ORIGINAL_CSV} and --out, the folder that it is written to, need each other; any other format "
+            "is printed."
+        )
+    logs = find_logs(arguments.paths)
+    if logs:
+        _print_logs(logs, arguments)
+        return
+    (folder,) = arguments.paths
+    if form == _ORIGINAL_CSV:
+        _write_logs(folder, arguments)
+    elif arguments.figures is not None:
+        _write_figures(folder, arguments)
+    elif arguments.site is not None:
         if form or again or arguments.runs:
             raise InvalidInputError(
                 "A site has a format of its own: leave out --format, --json, --runs and --recompute."
@@ -65,6 +109,45 @@ def execute(arguments: argparse.Namespace) -> None:
         read_stored_run(folder).print_story()
     else:
         print_report(folder, form or "table", recompute=again)
+
+
+def _print_logs(logs: Sequence[Path], arguments: argparse.Namespace) -> None:
+    """Print the report of published logs."""
+    others = (arguments.runs, arguments.recompute, arguments.site, arguments.figures, arguments.out)
+    if any(others):
+        raise InvalidInputError(
+            f"{arguments.paths[0]} has published logs and not runs: leave out --runs, --site, --figures, "
+            f"--recompute and --format {_ORIGINAL_CSV}."
+        )
+    with progress_bar("Reading logs") as progress:
+        text = render_logs(logs, arguments.format or "table", progress=progress)
+    print(text.rstrip("\n"))
+
+
+def _write_figures(folder: Path, arguments: argparse.Namespace) -> None:
+    """Write the figures of stored runs."""
+    if arguments.format or arguments.runs or arguments.site:
+        raise InvalidInputError(
+            "Figures have formats of their own: leave out --format, --json, --runs and --site with --figures."
+        )
+    again = arguments.recompute
+    with progress_bar("Reading runs") as progress:
+        written = write_figures(
+            folder, arguments.figures, recompute=again, progress=progress if again else None
+        )
+    print(written, file=sys.stderr)
+
+
+def _write_logs(folder: Path, arguments: argparse.Namespace) -> None:
+    """Write the logs of stored runs."""
+    if arguments.runs or arguments.recompute or arguments.site or arguments.figures:
+        raise InvalidInputError(
+            "Logs are written from the messages: leave out --runs, --site, --figures and --recompute with "
+            f"{_ORIGINAL_CSV}."
+        )
+    with progress_bar("Writing logs") as progress:
+        written = write_logs(folder, arguments.out, progress=progress)
+    print(written, file=sys.stderr)
 
 
 def print_report(folder: Path, form: str, *, recompute: bool = False) -> None:

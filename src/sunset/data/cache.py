@@ -7,7 +7,7 @@ import shutil
 import tempfile
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Future
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from dataclasses import asdict
 from functools import lru_cache, partial
 from pathlib import Path
@@ -55,6 +55,8 @@ def flight_bags(
 ) -> list[Path]:
     """Return the bags of flights, rendered on first use by several processes, and kept as by `kept_bag`.
 
+    Who else on this computer renders into the same cache folder is waited for.
+
     Args:
         plans: of the flights.
         progress: called with (frames done, frames in all) of those that are rendered.
@@ -67,13 +69,28 @@ def flight_bags(
     """
     check_jobs(jobs)
     missing = [plan for plan in dict.fromkeys(plans) if not _is_there(plan)]
-    if missing:  # it is not begun where nothing can be kept
-        with _translated():
-            flights_folder().mkdir(parents=True, exist_ok=True)
-    with _rendered(missing, progress, jobs) as frames:
-        for plan in missing:
-            kept_bag(f"town{plan.town}", asdict(plan), partial(frames, plan), plan.stamps_ns())
+    with _locked() if missing else nullcontext():  # it is not begun where nothing can be kept
+        missing = [plan for plan in missing if not _is_there(plan)]
+        with _rendered(missing, progress, jobs) as frames:
+            for plan in missing:
+                kept_bag(f"town{plan.town}", asdict(plan), partial(frames, plan), plan.stamps_ns())
     return list(map(flight_place, plans))
+
+
+@contextmanager
+def _locked() -> Iterator[None]:
+    """Make the folder of flights, and keep other processes of this computer from rendering into it."""
+    import fcntl  # noqa: PLC0415  not on every system
+
+    with _translated():
+        flights_folder().mkdir(parents=True, exist_ok=True)
+        lock = os.open(flights_folder(), os.O_RDONLY)
+    try:
+        with _translated():
+            fcntl.flock(lock, fcntl.LOCK_EX)
+        yield
+    finally:
+        os.close(lock)
 
 
 def flight_place(plan: FlightPlan) -> Path:

@@ -6,16 +6,24 @@ from sunset.experiments.bench import (
     bench,
     count_runs,
     flights_of,
-    model_checksum,
     plan,
     run_folder,
     scenarios_checksum,
 )
 from sunset.experiments.checking import ManagerCheck, check_manager
+from sunset.experiments.cluster import connected_scheduler
 from sunset.experiments.last import keep_last_run, last_run
 from sunset.experiments.manager import manager_checksum, manager_files
-from sunset.experiments.resources import Resources, flight_name, inference_file, prepare, prepare_all
+from sunset.experiments.resources import (
+    Resources,
+    flight_name,
+    inference_file,
+    model_checksum,
+    prepare,
+    prepare_all,
+)
 from sunset.experiments.run import run
+from sunset.experiments.shards import Shard
 from sunset.experiments.spec import (
     CHECK_SCENARIO,
     DEFAULT_SCENARIO,
@@ -39,9 +47,11 @@ __all__ = [
     "RunSpec",
     "RunTiming",
     "Settings",
+    "Shard",
     "Timing",
     "bench",
     "check_manager",
+    "connected_scheduler",
     "count_runs",
     "flight_name",
     "flights_of",

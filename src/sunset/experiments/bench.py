@@ -2,10 +2,8 @@
 
 import dataclasses
 import hashlib
-import json
 from collections.abc import Iterator, Sequence
-from concurrent.futures import as_completed
-from contextlib import contextmanager
+from concurrent.futures import Executor, as_completed
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
@@ -14,29 +12,35 @@ from typing import Annotated, Final
 from msgspec import UNSET, Meta
 from msgspec.structs import asdict
 
-from sunset.errors import (
-    ExtensionError,
-    InvalidInputError,
-    ManagerError,
-    OutputError,
-    RecordError,
-    SunsetError,
-)
+from sunset.errors import InvalidInputError, RecordError
+from sunset.experiments.campaign_lock import locked_campaign
+from sunset.experiments.campaign_run import run_of_campaign
+from sunset.experiments.cluster import check_executor, run_on_workers
 from sunset.experiments.manager import manager_checksum
-from sunset.experiments.resources import Resources, flight_name, flight_plan, prepare, prepare_all
-from sunset.experiments.run import record_failure, run_prepared, versions
-from sunset.experiments.spec import RunSpec, Settings
+from sunset.experiments.resources import Resources, flight_name, flight_plan, model_checksum, prepare_all
+from sunset.experiments.run import versions
+from sunset.experiments.shards import Shard
+from sunset.experiments.spec import EXTERNAL, RunSpec, Settings
+from sunset.experiments.worker import facts_of
 from sunset.flights import parse_flights
-from sunset.managing import MANAGERS, is_registered, split_label
+from sunset.managing import is_registered, split_label
 from sunset.names import base_name
-from sunset.output_files import folder_name, make_folder, write_text
-from sunset.perception import ModelCard, load_model
-from sunset.recording import PLAN_FILE, PLAN_VERSION, RUN_FILE, CampaignPlan, StoredFlight, read_plan
+from sunset.output_files import folder_name, write_text
+from sunset.perception import load_model
+from sunset.recording import (
+    PLAN_FILE,
+    PLAN_VERSION,
+    RUN_FILE,
+    SCORE_REFERENCES,
+    CampaignPlan,
+    StoredFlight,
+    read_plan,
+)
 from sunset.scenarios import Scenario, load_suite, split_hash, suite
 from sunset.schemas import check_fields, document_text
 from sunset.seeding import check_seed
 from sunset.system import loaded_extensions
-from sunset.texts import suggestion
+from sunset.texts import counted, suggestion
 from sunset.workers import Progress, check_jobs, end_if_imported, processors, worker_pool
 
 REFERENCE_SUITES: Final = ("nofault", "degraded")
@@ -44,7 +48,6 @@ REFERENCE_SUITES: Final = ("nofault", "degraded")
 
 _CHANGING: Final = MappingProxyType({"manager_checksums": "managing system", "extensions": "extension"})
 """Key of a campaign's plan that holds checksums by name → what they are of, where that is the user's own."""
-_LOCK_FILE: Final = ".lock"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,6 +64,8 @@ class BenchSpec:
     """Those of the suite that are run, named with or without the suite; all if empty."""
     references: bool = True
     """Whether the paper's two reference rows are run too."""
+    score: bool = True
+    """Whether the managing systems that scores are measured between are run too, if none is `external`."""
     managers: tuple[str, ...] = ("none", "baseline")
     flights: tuple[str, ...] = ()
     """Flights that every scenario is run on, as `parse_flights` takes them; if empty, each is run on its own."""
@@ -90,6 +95,16 @@ class BenchSpec:
                 "A campaign has one bag or several flights, not both: name the bag as a flight."
             )
 
+    @property
+    def added(self) -> tuple[str, ...]:
+        """The managing systems that are run for the score, beside those that are named.
+
+        None where one is `external`: it would take part in their runs.
+        """
+        if not self.score or any(manager == EXTERNAL for _, manager in map(split_label, self.managers)):
+            return ()
+        return tuple(name for name in SCORE_REFERENCES if name not in self.managers)
+
 
 def plan(spec: BenchSpec) -> tuple[RunSpec, ...]:
     """Return all runs of a campaign, reference rows first, in the order in which they are started.
@@ -100,7 +115,7 @@ def plan(spec: BenchSpec) -> tuple[RunSpec, ...]:
     """
     chosen = _chosen(spec)
     groups = [(suite(name), "none") for name in REFERENCE_SUITES] if spec.references else []
-    groups += [(chosen, manager) for manager in spec.managers]
+    groups += [(chosen, manager) for manager in (*spec.managers, *spec.added)]
     flights = [dataclasses.replace(spec.settings, flight=flight) for flight in parse_flights(spec.flights)]
     runs = (
         RunSpec(scenario=scenario, manager=manager, seed=spec.seed + repetition, settings=settings)
@@ -115,7 +130,12 @@ def plan(spec: BenchSpec) -> tuple[RunSpec, ...]:
 
 def flights_of(runs: Sequence[RunSpec]) -> list[RunSpec]:
     """Return the first run on each flight."""
-    return list({(one.flight, flight_plan(one)): one for one in reversed(runs)}.values())[::-1]
+    return list({_flown(one): one for one in reversed(runs)}.values())[::-1]
+
+
+def _flown(one: RunSpec) -> tuple[object, ...]:
+    """Return what tells a run's flight from another."""
+    return one.flight, flight_plan(one)
 
 
 def _chosen(spec: BenchSpec) -> tuple[Scenario, ...]:
@@ -131,12 +151,21 @@ def _chosen(spec: BenchSpec) -> tuple[Scenario, ...]:
 
 
 def count_runs(out: Path) -> tuple[int, int] | None:
-    """Return how many runs of a folder's campaign are there, and how many it has; None if it holds no campaign."""
-    try:
-        planned = read_plan(out).runs
-    except RecordError:
+    """Return how many runs of a folder's campaign are there, and how many it has; None if it holds no campaign.
+
+    Those of folders in it count, too: of one campaign, once, such as its shards.
+    """
+    found: dict[bytes, tuple[int, set[Path]]] = {}
+    for file in sorted([*out.glob(PLAN_FILE), *out.glob(f"*/{PLAN_FILE}")]):
+        try:
+            planned = read_plan(file.parent).runs
+        except RecordError:
+            continue
+        runs = found.setdefault(file.read_bytes(), (planned, set()))[1]
+        runs.update(run.relative_to(file.parent) for run in file.parent.glob(f"runs/*/*/*/seed-*/{RUN_FILE}"))
+    if not found:
         return None
-    return sum(1 for _ in out.glob(f"runs/*/*/*/seed-*/{RUN_FILE}")), planned
+    return sum(len(runs) for _, runs in found.values()), sum(planned for planned, _ in found.values())
 
 
 def run_folder(out: Path, spec: RunSpec) -> Path:
@@ -148,7 +177,15 @@ def run_folder(out: Path, spec: RunSpec) -> Path:
     )
 
 
-def bench(spec: BenchSpec, out: Path, *, jobs: int | None = None, progress: Progress | None = None) -> int:
+def bench(
+    spec: BenchSpec,
+    out: Path,
+    *,
+    jobs: int | None = None,
+    executor: Executor | None = None,
+    shard: Shard | None = None,
+    progress: Progress | None = None,
+) -> int:
     """Run a campaign; runs that `out` holds already are not repeated.
 
     Every run is written to a temporary folder and renamed when it is complete, so that nothing that was
@@ -160,55 +197,69 @@ def bench(spec: BenchSpec, out: Path, *, jobs: int | None = None, progress: Prog
         out: the folder of results; it is made if there is none, and must belong to the same campaign.
         jobs: number of worker processes; if None one a core, or one in all for live runs, which need the processor
             in time. It has no influence on any result of the simulation.
+        executor: does the runs in the place of worker processes, also on other computers; it is not shut down.
+        shard: the part of the campaign that is run; all if None.
         progress: called with (runs that are done, runs in all), first with those that an earlier call had done.
 
     Returns:
         How many runs this call has done.
 
     Raises:
-        InvalidInputError: `out` holds another campaign, or a scenario, model or bag is not usable.
+        InvalidInputError: `out` holds another campaign, or a scenario, model or bag is not usable; or an executor
+            cannot do the runs.
         ManagerError: a managing system cannot be loaded or failed.
         OutputError: `out` cannot be written, or another process runs its campaign.
+        SunsetError: a worker process was killed, or the executor has failed.
     """
     end_if_imported()
     check_jobs(jobs)
+    if executor is not None:
+        _check_executor(executor, spec, jobs)
     runs = plan(spec)
+    wanted = runs if shard is None else shard.of(runs)
     # rendering and measuring flights and loading a model are done once, before the workers need them
     of_flights = flights_of(runs)
-    described = _describe(spec, runs, list(zip(of_flights, prepare_all(of_flights), strict=True)))
+    prepared = list(zip(of_flights, prepare_all(of_flights), strict=True))
+    described = _describe(spec, runs, prepared)
     checksums = described.manager_checksums
-    with _alone(out):
+    with locked_campaign(out, shard):
         _claim(out, described)
-        places = [(one, run_folder(out, one), checksums.get(one.manager_name)) for one in runs]
+        places = [(one, run_folder(out, one), checksums.get(one.manager_name)) for one in wanted]
         todo = [place for place in places if not (place[1] / RUN_FILE).is_file()]
-        done = len(runs) - len(todo)
+        done = len(wanted) - len(todo)
         if progress is not None:
-            progress(done, len(runs))
-        if todo:
+            progress(done, len(wanted))
+        if todo and executor is not None:
+            facts = {_flown(one): facts_of(resources) for one, resources in prepared}
+            counts = run_on_workers(executor, [(*place, facts[_flown(place[0])]) for place in todo])
+        else:
             jobs = jobs or (1 if spec.settings.live else processors())
-            for count in _run_all(todo, min(jobs, len(todo))):
-                if progress is not None:
-                    progress(done + count, len(runs))
+            counts = _run_all(todo, min(jobs, len(todo)))
+        for count in counts if todo else ():
+            if progress is not None:
+                progress(done + count, len(wanted))
     return len(todo)
 
 
-@contextmanager
-def _alone(out: Path) -> Iterator[None]:
-    """Make a campaign's folder, if there is none, and keep other processes from running one in it."""
-    import fcntl  # noqa: PLC0415  not on every system
+def _check_executor(executor: Executor, spec: BenchSpec, jobs: int | None) -> None:
+    """Make sure that an executor can do the runs of a campaign.
 
-    make_folder(out)
-    names = {path.name for path in out.iterdir()}
-    if names - {_LOCK_FILE} and PLAN_FILE not in names:
-        raise OutputError(f"The folder {out} is not empty and holds no campaign; name a new folder.")
-    with (out / _LOCK_FILE).open("ab") as file:
-        try:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError as error:
-            raise OutputError(
-                f"The campaign in {out} is being run by another process: wait for its end, or name another folder."
-            ) from error
-        yield
+    Raises:
+        InvalidInputError: it cannot.
+    """
+    check_executor(executor)
+    if jobs is not None:
+        raise InvalidInputError(
+            f"An executor has workers of its own, got {counted(jobs, 'job')} besides: leave the jobs out."
+        )
+    if spec.settings.live:
+        raise InvalidInputError("Live runs take place on this computer: leave the executor out.")
+    for label, manager in map(split_label, spec.managers):
+        if is_registered(manager):
+            raise InvalidInputError(
+                f"An executor's workers do not have the managing system {label or manager}, which was passed as a "
+                "class or function: name it FILE.py:Class or module:Class."
+            )
 
 
 def _run_all(todo: Sequence[tuple[RunSpec, Path, str | None]], jobs: int) -> Iterator[int]:
@@ -218,32 +269,15 @@ def _run_all(todo: Sequence[tuple[RunSpec, Path, str | None]], jobs: int) -> Ite
     """
     if todo[0][0].settings.live and jobs == 1:
         for count, one in enumerate(todo, 1):
-            _run(*one)
+            run_of_campaign(*one)
             yield count
         return
     forked = any(is_registered(spec.manager) for spec, _, _ in todo)
     with worker_pool(jobs, forked=forked) as pool:
-        futures = [pool.submit(_run, *one) for one in todo]
+        futures = [pool.submit(run_of_campaign, *one) for one in todo]
         for count, future in enumerate(as_completed(futures), 1):
             future.result()
             yield count
-
-
-def _run(spec: RunSpec, folder: Path, known: str | None) -> None:
-    """Do one run of a campaign; one whose managing system, or an extension's node, fails is recorded as such.
-
-    Raises:
-        SunsetError: the run failed, and neither can be the reason.
-    """
-    spec.load_extensions()
-    resources = prepare(spec)  # no managing system has a part in what is wrong with these
-    try:
-        run_prepared(spec, resources, folder, known=known)
-    except SunsetError as error:
-        ours = spec.manager in MANAGERS or (spec.settings.live and not isinstance(error, ManagerError))
-        if ours and not isinstance(error, ExtensionError):
-            raise
-        record_failure(spec, resources, folder, manager_checksum=known or "", reason=str(error))
 
 
 def _claim(out: Path, plan: CampaignPlan) -> None:
@@ -323,10 +357,11 @@ def _describe(
         scenarios_checksum=scenarios_checksum(runs),
         split=split_hash(spec.suite),
         references=spec.references,
+        score=spec.score,
         managers=spec.managers,
         manager_checksums={
             label or manager: manager_checksum(manager, limit_s=spec.settings.manager_limit_s)
-            for label, manager in map(split_label, spec.managers)
+            for label, manager in map(split_label, (*spec.managers, *spec.added))
         },
         repetitions=spec.repetitions,
         seed=spec.seed,
@@ -382,11 +417,6 @@ def _flight_facts(prepared: Sequence[tuple[RunSpec, Resources]]) -> dict[str, St
 def scenarios_checksum(runs: Sequence[RunSpec]) -> str:
     """Return the SHA-256 of the scenarios of a campaign's runs, in hexadecimal."""
     return _checksum(repr([one.scenario for one in runs]))
-
-
-def model_checksum(card: ModelCard) -> str:
-    """Return the SHA-256 of what a model's card says, in hexadecimal."""
-    return _checksum(json.dumps(card.to_json(), sort_keys=True))
 
 
 def _checksum(text: str) -> str:

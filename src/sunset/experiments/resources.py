@@ -1,5 +1,7 @@
 """What a run needs besides its specification: the model, the bag, the cache of inferences."""
 
+import hashlib
+import json
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -26,7 +28,7 @@ from sunset.experiments.spec import RunSpec
 from sunset.harness.confined_manager import start_server
 from sunset.isolation import FORKING
 from sunset.managing import is_registered
-from sunset.perception import InferenceCache, Modality, Model, Segmenter, load_model
+from sunset.perception import InferenceCache, Modality, Model, ModelCard, Segmenter, load_model
 from sunset.scenarios import Scenario, with_strengths
 from sunset.texts import listed
 from sunset.workers import Progress, Stages
@@ -153,6 +155,11 @@ def _with_thresholds(spec: RunSpec, resources: Resources, progress: Progress | N
     )
     warning = "" if found is None else found.warning(model.card.name)
     return replace(resources, model=model, of_flight=found is not None, warning=warning)
+
+
+def model_checksum(card: ModelCard) -> str:
+    """Return the SHA-256 of what a model's card says, in hexadecimal."""
+    return hashlib.sha256(json.dumps(card.to_json(), sort_keys=True).encode()).hexdigest()
 
 
 def missing_networks(model: Model) -> str:

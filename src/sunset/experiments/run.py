@@ -26,8 +26,16 @@ from sunset.harness.confined_manager import manager_process
 from sunset.interfaces.stamps import NS_PER_S, ns_of
 from sunset.interfaces.system_interfaces.msg import FaultInjection
 from sunset.isolation import Watch
-from sunset.metrics import RunMetrics, Timeline, score
-from sunset.recording import RecordedMessage, RecordWriter, RunRecord, StoredRun, log_of, told_topics
+from sunset.metrics import RunMetrics, Timeline, log_figures, score
+from sunset.recording import (
+    RecordedMessage,
+    RecordWriter,
+    RunRecord,
+    StoredRun,
+    log_of,
+    published_log,
+    told_topics,
+)
 from sunset.recording.reader import timeline_of
 from sunset.rmw.backends import live_middleware
 from sunset.system import current_system, short_name
@@ -93,6 +101,8 @@ def run_prepared(
                 manager_failed=outcome.failure or None,
                 start_ns=outcome.start_ns,
                 metrics=figures.to_json(),
+                fault_outcomes=figures.outcomes,
+                by_paper_script=log_figures(published_log(messages, observed)),
                 valid=not reasons,
                 reason="; ".join(reasons),
             )

@@ -1,0 +1,253 @@
+"""What a campaign would be: how many runs, how long it takes, and what it would tell. Nothing is run."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from datetime import timedelta
+from itertools import pairwise
+from pathlib import Path
+from statistics import median
+from types import MappingProxyType
+from typing import Final
+
+from sunset.errors import RecordError
+from sunset.evaluation import load_results, score_tables
+from sunset.evaluation.power import (
+    DIFFERENCE,
+    POWER,
+    VARIANCES,
+    Design,
+    Variances,
+    least_difference,
+    power,
+    repetitions_needed,
+    variances,
+)
+from sunset.evaluation.resampling import LEAST_LEVELS
+from sunset.evaluation.results import alike
+from sunset.experiments import BenchSpec, RunSpec, plan
+from sunset.managing import split_label
+from sunset.recording import RUN_FILE
+from sunset.texts import counted, listed
+
+_PAUSE: Final = 20
+"""A run that comes so many times later than the median one came after a pause."""
+
+_MOMENT_S: Final = 0.01
+"""Files that are so close together were copied."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Prospect:
+    """What a campaign would tell of two managing systems that differ as two others do.
+
+    Attributes:
+        pair: the two others.
+        power: how probably it tells a difference of `DIFFERENCE` in IoU_all; None where it has no interval.
+        told: the difference that it tells with a probability of `POWER`; None likewise.
+        repetitions: how many of them tell `DIFFERENCE` with that probability; None where no number does.
+    """
+
+    pair: str
+    power: float | None
+    told: float | None
+    repetitions: int | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CampaignForecast:
+    """What a campaign would be.
+
+    Attributes:
+        runs: what they are of → how many.
+        design: over what they are spread, where every scenario is run on the same flights; otherwise None.
+        pace_s: seconds a run took in the campaign that was named; None if it is not known.
+        source: where the variances are from.
+        prospects: what the campaign would tell.
+    """
+
+    runs: Mapping[str, int]
+    design: Design | None
+    pace_s: float | None
+    source: str
+    prospects: tuple[Prospect, ...]
+
+    @property
+    def total(self) -> int:
+        """How many runs there are in all."""
+        return sum(self.runs.values())
+
+    @property
+    def duration_s(self) -> float | None:
+        """How long they take at the measured pace [s]; None if that is not known."""
+        return None if self.pace_s is None else self.total * self.pace_s
+
+    def to_json(self) -> dict[str, object]:
+        """Return it as JSON values."""
+        design = self.design and {
+            "alike": self.design.alike,
+            "flights": self.design.flights,
+            "repetitions": self.design.repetitions,
+        }
+        return {
+            "runs": dict(self.runs),
+            "total": self.total,
+            "design": design,
+            "pace_s": self.pace_s,
+            "duration_s": self.duration_s,
+            "difference": DIFFERENCE,
+            "chance": POWER,
+            "variances": self.source,
+            "power": [
+                {
+                    "pair": one.pair,
+                    "power": one.power,
+                    "told": one.told,
+                    "repetitions": one.repetitions,
+                }
+                for one in self.prospects
+            ],
+        }
+
+    def __str__(self) -> str:
+        """Return it as lines of text."""
+        lines = [f"{what}: {counted(number, 'run')}" for what, number in self.runs.items()]
+        lines.append(f"In all: {counted(self.total, 'run')}{_spread(self.design)}.")
+        if self.pace_s is None or self.duration_s is None:
+            lines.append("How long they take is not known: --like DIR names a campaign to take it from.")
+        else:
+            whole = timedelta(seconds=round(self.duration_s))
+            lines.append(f"They take {whole}, at the {self.pace_s:.2g} s a run that were measured.")
+        return "\n".join([*lines, *self._power()])
+
+    def _power(self) -> list[str]:
+        if self.design is None:
+            return ["What they tell is not known: the scenarios are on flights of their own."]
+        if not self.design.is_enough:
+            return [f"They tell no difference: fewer than {LEAST_LEVELS} repetitions have no interval."]
+        where = f"on {counted(self.design.flights, 'flight')}"
+        lines = [
+            (
+                f"Between two managing systems that differ as those of a line do ({self.source}), a difference of "
+                f"{DIFFERENCE:g} in IoU_all is told with this probability:"
+            )
+        ]
+        for one in self.prospects:
+            if one.power is None or one.told is None:
+                lines.append(f"  {one.pair}: not known {where}, since the variances are of fewer.")
+                continue
+            needed = (
+                f"no number of repetitions {where} does with {100 * POWER:g} %"
+                if one.repetitions is None
+                else f"{one.repetitions} repetitions {where} do with {100 * POWER:g} %"
+            )
+            lines.append(
+                f"  {one.pair}: {100 * one.power:.0f} %; {needed}; this campaign does a difference of {one.told:.3f}"
+            )
+        return lines
+
+
+def forecast(spec: BenchSpec, like: Path | None = None) -> CampaignForecast:
+    """Return what a campaign would be.
+
+    Args:
+        spec: the campaign.
+        like: the folder of an earlier one, from which pace and variances are taken.
+
+    Raises:
+        RecordError: there is no such folder, no run in it, or one that is damaged.
+        InvalidInputError: the campaign is not usable.
+    """
+    found, source = dict(VARIANCES), "baseline, reactive and oracle on the panel"
+    if like is not None:
+        found, source = _measured(like), f"in {like}"
+    design = _design(spec)
+    return CampaignForecast(
+        runs=MappingProxyType(_counts(spec)),
+        design=design,
+        pace_s=None if like is None else _pace(like),
+        source=source,
+        prospects=tuple(_prospect(pair, one, design) for pair, one in found.items()) if design else (),
+    )
+
+
+def _counts(spec: BenchSpec) -> dict[str, int]:
+    """Return what the runs of a campaign are of, and how many they are."""
+    bare = replace(spec, references=False, score=False)
+    names = [label or manager for label, manager in map(split_label, spec.managers)]
+    counts = {listed(names): len(plan(bare))}
+    if spec.added:
+        counts[f"{listed(spec.added)}, for the score"] = len(plan(replace(bare, score=True))) - len(
+            plan(bare)
+        )
+    references = len(plan(spec)) - len(plan(replace(spec, references=False)))
+    return counts | ({"the paper's reference rows": references} if references else {})
+
+
+def _design(spec: BenchSpec) -> Design | None:
+    """Return over what a campaign is spread; None where some scenarios are on flights of their own."""
+    runs = plan(replace(spec, references=False, score=False))
+    flights: dict[str, set[object]] = {}
+    for one in runs:
+        flights.setdefault(one.scenario.name, set()).add(one.flight)
+    if len({frozenset(each) for each in flights.values()}) > 1:
+        return None
+    return Design(
+        alike=len({_alike(one) for one in runs}),
+        flights=len(next(iter(flights.values()))),
+        repetitions=spec.repetitions,
+    )
+
+
+def _alike(run: RunSpec) -> str:
+    return alike(fault.name for fault in run.scenario.faults) or run.scenario.name
+
+
+def _spread(design: Design | None) -> str:
+    if design is None:
+        return ""
+    parts = (
+        f"{design.alike} different degradations",
+        counted(design.flights, "flight"),
+        counted(design.repetitions, "repetition"),
+    )
+    return f", over {listed(parts)}"
+
+
+def _prospect(pair: str, found: Variances, design: Design) -> Prospect:
+    if not design.is_enough or not found.reaches(design):
+        return Prospect(pair=pair, power=None, told=None, repetitions=None)
+    return Prospect(
+        pair=pair,
+        power=power(found, design),
+        told=least_difference(found, design),
+        repetitions=repetitions_needed(found, design),
+    )
+
+
+def _measured(folder: Path) -> dict[str, Variances]:
+    """Return what makes the differences of neighbours vary in a campaign.
+
+    Raises:
+        RecordError: it has no difference with an interval.
+    """
+    found = {
+        f"{one.first} − {one.second}": variances(one.iou_all.spread)
+        for table in score_tables(load_results(folder))
+        for one in table.neighbours
+        if one.iou_all and one.iou_all.spread
+    }
+    if not found:
+        raise RecordError(
+            f"The runs in {folder} say nothing of how differences vary: they need two managing systems and "
+            f"{LEAST_LEVELS} repetitions."
+        )
+    return found
+
+
+def _pace(folder: Path) -> float | None:
+    """Return how many seconds there were between two runs of a campaign; None if the files do not tell."""
+    times = sorted(file.stat().st_mtime for file in folder.rglob(RUN_FILE))
+    gaps = [later - earlier for earlier, later in pairwise(times)]
+    usual = median(gaps) if gaps else 0.0
+    working = [gap for gap in gaps if gap <= _PAUSE * usual]
+    return sum(working) / len(working) if usual > _MOMENT_S else None

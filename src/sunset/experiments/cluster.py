@@ -1,0 +1,149 @@
+"""The runs of a campaign on an executor, whose workers may be on other computers and share no files with this one."""
+
+import logging
+import pickle
+import re
+import socket
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import CancelledError, Executor, Future, as_completed
+from contextlib import contextmanager
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from sunset.errors import InvalidInputError, MissingExtraError, SunsetError
+from sunset.experiments.spec import RunSpec
+from sunset.experiments.worker import Order, check_same, do_run, labelled_versions, on_worker
+from sunset.recording import RecordWriter
+from sunset.texts import shorten, shown
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+_ADDRESS: Final = re.compile(r"tcp://(?P<host>[^:/\[\]\s]+|\[[^\[\]\s]+\]):(?P<port>[0-9]{1,5})")
+_PATIENCE_S: Final = 10
+"""How long a scheduler may take to answer."""
+_LONGEST: Final = 300
+"""Of what an executor says of a failure, in characters."""
+_log: Final = logging.getLogger(__name__)
+_KEPT: Final = "what was finished is kept: run the same command again"
+
+
+def check_executor(executor: object) -> None:
+    """Make sure that something is an executor.
+
+    Raises:
+        InvalidInputError: it is not one.
+    """
+    if not isinstance(executor, Executor):
+        hint = ": it gives one by get_executor()" if hasattr(executor, "get_executor") else ""
+        raise InvalidInputError(
+            f"The executor must be a concurrent.futures.Executor, got {shown(executor)}{hint}."
+        )
+
+
+def run_on_workers(
+    executor: Executor, todo: Sequence[tuple[RunSpec, Path, str | None, Mapping[str, str]]]
+) -> Iterator[int]:
+    """Do runs on an executor's workers and write their records; yield how many are finished, after each.
+
+    Args:
+        executor: it may do them in any order, and again if it has lost one.
+        todo: each run, its folder, the checksum of its managing system, and what it must be made with.
+
+    Raises:
+        SunsetError: a worker could not do a run, or the executor has failed.
+    """
+    expected, here, search = labelled_versions(), str(Path.cwd()), tuple(filter(None, sys.path))
+    folders: dict[Future[dict[str, bytes]], Path] = {}
+    try:
+        with _translated():
+            for spec, folder, known, facts in todo:
+                order = pickle.dumps(Order(spec, known, facts, here, search))
+                folders[executor.submit(do_run, expected, order)] = folder
+        for count, future in enumerate(as_completed(folders), 1):
+            with _translated():
+                files = future.result()
+            with RecordWriter(folders.pop(future)) as writer:
+                writer.adopt(files)
+            yield count
+    finally:
+        for future in folders:
+            future.cancel()
+
+
+@contextmanager
+def _translated() -> Iterator[None]:
+    """Turn whatever an executor raises into one error of ours."""
+    try:
+        yield
+    except SunsetError:
+        raise
+    except CancelledError as error:
+        raise SunsetError(f"The executor or its scheduler is gone; {_KEPT}.") from error
+    except Exception as error:
+        raise SunsetError(f"The executor has failed, {_described(error)}; {_KEPT}.") from error
+
+
+def _described(error: Exception) -> str:
+    """Return what an executor has raised as part of a sentence."""
+    return shorten(" ".join(f"{type(error).__name__}: {error}".split()), _LONGEST).rstrip(".")
+
+
+@contextmanager
+def connected_scheduler(address: str) -> Iterator[Executor]:
+    """Give an executor on the workers of a scheduler of dask, all of which have the same versions as this computer.
+
+    Args:
+        address: the scheduler's, such as `tcp://10.0.0.1:8786`.
+
+    Raises:
+        MissingExtraError: dask is not installed.
+        InvalidInputError: nothing answers there, or a worker has another version.
+    """
+    if find_spec("distributed") is None:
+        raise MissingExtraError(
+            "A scheduler needs dask.distributed, not installed: pip install 'sunset-exemplar[cluster]'."
+        )
+    with _client(address) as client:
+        try:
+            versions = client.run(labelled_versions)
+        except Exception as error:
+            raise SunsetError(
+                f"A worker of the scheduler {address} does not tell its versions, {_described(error)}: install the "
+                "same SUNSET on all workers."
+            ) from error
+        for where, theirs in versions.items():
+            with on_worker(where):
+                check_same(theirs, labelled_versions())
+        if not versions:
+            _log.warning("The scheduler %s has no workers yet: the campaign waits for them.", address)
+        yield client.get_executor(pure=False)
+
+
+@contextmanager
+def _client(address: str) -> Iterator["Client"]:
+    found = _ADDRESS.fullmatch(address)
+    if found is None:
+        raise InvalidInputError(
+            f"The scheduler's address must be tcp://HOST:PORT, as 'dask scheduler' prints it, got {shown(address)}."
+        )
+    from distributed import Client  # noqa: PLC0415  an optional extra
+
+    for name in ("distributed", "distributed.client"):
+        logging.getLogger(name).setLevel(logging.CRITICAL)  # what is wrong is said once
+    try:
+        # dask's client waits for ever for what is not a scheduler, which speaks first
+        host, port = found["host"].strip("[]"), int(found["port"])
+        with socket.create_connection((host, port), _PATIENCE_S) as connection:
+            if not connection.recv(1):
+                raise ConnectionError("what is there is not a scheduler")
+        client = Client(address, timeout=_PATIENCE_S, set_as_default=False)
+    except (OSError, OverflowError, ValueError) as error:
+        raise InvalidInputError(
+            f"No scheduler answers at {address}: {error}; start one with 'dask scheduler', and workers with 'dask "
+            f"worker {address}'."
+        ) from error
+    with client:
+        yield client

@@ -1,0 +1,160 @@
+"""A run of a campaign on behalf of another process, which may be on another computer: its record goes back as bytes.
+
+What takes orders may have many threads, as a worker of dask has, and a copy of such a process may hang. So each run is
+done by a *helper*: a process that is started anew, has loaded nothing but what runs need, and does one run at a time.
+"""
+
+import os
+import socket
+import subprocess
+import sys
+from collections import defaultdict, deque
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from multiprocessing import Pipe
+from typing import Final
+
+from sunset.errors import InvalidInputError, SunsetError
+from sunset.experiments.resources import Resources, model_checksum
+from sunset.experiments.run import versions
+from sunset.experiments.spec import RunSpec
+
+_PROGRAM: Final = "sunset.experiments.worker_process"
+_ATTEMPTS: Final = 3
+"""How often a run is begun whose helper is killed."""
+_SHORT: Final = 12
+"""Of a checksum in a message, in characters."""
+
+
+@dataclass(frozen=True)
+class Order:
+    """A run that is to be done.
+
+    Attributes:
+        spec: the run.
+        known: the checksum of its managing system; None if that is one of a reference row.
+        facts: what the run must be made with, as `facts_of`.
+        folder: where paths begin that are not absolute.
+        search: where modules are looked for, after the places where a worker looks.
+    """
+
+    spec: RunSpec
+    known: str | None
+    facts: Mapping[str, str]
+    folder: str
+    search: tuple[str, ...]
+
+
+def facts_of(resources: Resources) -> dict[str, str]:
+    """Return what a record's bytes depend on of what a run is made with, by the word for it."""
+    return {
+        "model": model_checksum(resources.model.card),
+        "flight": resources.bag_checksum,
+        "device": resources.segmenter.device,
+    }
+
+
+def check_same(theirs: Mapping[str, str], ours: Mapping[str, str]) -> None:
+    """Make sure that a worker has what the computer has that began the campaign: both say it by the word for it.
+
+    Raises:
+        InvalidInputError: it has another one.
+    """
+    for name, expected in ours.items():
+        if (found := theirs.get(name, "")) != expected:
+            raise InvalidInputError(
+                f"its {name} is {found[:_SHORT] or 'none'}, that of the computer which began the campaign is "
+                f"{expected[:_SHORT] or 'none'}; let both have the same."
+            )
+
+
+def labelled_versions() -> dict[str, str]:
+    """Return `versions` by the words for them."""
+    return {f"version of {name}": version for name, version in versions().items()}
+
+
+@contextmanager
+def on_worker(where: str) -> Iterator[None]:
+    """Say of what is wrong in the context on which worker it is.
+
+    Raises:
+        SunsetError: what was raised, with that.
+    """
+    try:
+        yield
+    except SunsetError as error:
+        raise type(error)(f"The worker at {where} cannot do a run: {error}") from error
+
+
+def do_run(expected: Mapping[str, str], order: bytes) -> dict[str, bytes]:
+    """Do a run, and return its record: file name → content.
+
+    Args:
+        expected: the versions that a worker must have, as of `labelled_versions`. They are compared before the order is
+            opened, which another version might misunderstand.
+        order: an `Order`, pickled.
+
+    Raises:
+        SunsetError: this worker has not what the run needs, or has something else; or its helpers were killed.
+        UnexpectedError: anything else was raised.
+    """
+    with on_worker(socket.gethostname()):
+        check_same(labelled_versions(), expected)
+        for _ in range(_ATTEMPTS):
+            helper = _free_helper()
+            try:
+                answer = helper.ask(order)
+            except (EOFError, OSError):
+                helper.close()
+                continue
+            _helpers[os.getpid()].append(helper)
+            if isinstance(answer, Exception):
+                raise answer
+            return answer
+        raise SunsetError(
+            f"the process that did it was killed {_ATTEMPTS} times, for instance for want of memory; what was "
+            "finished is kept: run the same command again, with fewer workers if memory was short."
+        )
+
+
+class _Helper:
+    """A process that does runs, as who gives it orders sees it."""
+
+    def __init__(self) -> None:
+        self._pipe, theirs = Pipe()
+        with theirs:
+            # -P: modules are not looked for in whatever folder a worker was started in
+            self._process = subprocess.Popen(  # noqa: S603  the command is ours
+                [sys.executable, "-P", "-m", _PROGRAM, str(theirs.fileno())],
+                stdin=subprocess.DEVNULL,
+                pass_fds=[theirs.fileno()],
+                start_new_session=True,
+            )
+
+    def ask(self, order: bytes) -> dict[str, bytes] | Exception:
+        """Return the files of a record, or what was raised.
+
+        Raises:
+            EOFError: the helper has ended; or OSError.
+        """
+        self._pipe.send_bytes(order)
+        answer: dict[str, bytes] | Exception = self._pipe.recv()
+        return answer
+
+    def close(self) -> None:
+        """End it."""
+        self._pipe.close()
+        self._process.kill()
+        self._process.wait()
+
+
+_helpers: Final[defaultdict[int, deque[_Helper]]] = defaultdict(deque)
+"""Those of each process that have nothing to do, by its number: one that is forked has its own."""
+
+
+def _free_helper() -> _Helper:
+    try:
+        return _helpers[os.getpid()].pop()
+    except IndexError:
+        return _Helper()

@@ -1,0 +1,88 @@
+"""The process of a worker that does runs, one after the other: what `worker.do_run` starts."""
+
+import os
+import pickle
+import shutil
+import signal
+import sys
+import tempfile
+import threading
+import traceback
+from contextlib import suppress
+from functools import cache
+from multiprocessing.connection import Connection
+from pathlib import Path
+from select import poll
+from typing import Final
+
+from sunset.errors import SunsetError
+from sunset.experiments.campaign_run import record_run
+from sunset.experiments.manager import manager_checksum
+from sunset.experiments.resources import prepare
+from sunset.experiments.worker import Order, check_same, facts_of
+from sunset.isolation import UnexpectedError
+from sunset.system import extended_system
+
+_IDLE_S: Final = 60
+"""A process that has had nothing to do for so long ends."""
+_GRACE_S: Final = 5
+"""What the end of one may take that is in the middle of a run."""
+
+
+def serve(pipe: Connection) -> None:
+    """Do runs until nobody is there to order any, or has for long."""
+    os.dup2(2, 1)
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))
+    threading.Thread(target=_end_with_the_other_side, args=(pipe,), daemon=True).start()
+    with tempfile.TemporaryDirectory(prefix="sunset-worker-") as folder, suppress(EOFError, OSError):
+        while pipe.poll(_IDLE_S):
+            pipe.send(_answer(pipe.recv_bytes(), Path(folder, "record")))
+
+
+def _end_with_the_other_side(pipe: Connection) -> None:
+    """End this process, in the middle of a run if need be, when whoever gives it orders has ended."""
+    end = poll()
+    end.register(pipe.fileno(), 0)  # it wakes up for the end only
+    end.poll()
+    os.kill(os.getpid(), signal.SIGTERM)  # the run's process ends first, and then its folder is removed
+    threading.Event().wait(_GRACE_S)
+    os._exit(1)
+
+
+def _answer(order: bytes, folder: Path) -> dict[str, bytes] | Exception:
+    try:
+        return _do(pickle.loads(order), folder)  # noqa: S301  who gives orders may run anything here
+    except SunsetError as error:
+        return error
+    except Exception:  # noqa: BLE001  the other side raises it
+        return UnexpectedError(traceback.format_exc())
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+def _do(order: Order, folder: Path) -> dict[str, bytes]:
+    """Do a run, if what it is made with is what it is to be made with, and return the files of its record."""
+    spec = order.spec
+    if Path(order.folder).is_dir():
+        os.chdir(order.folder)
+    sys.path += [place for place in order.search if place not in sys.path]
+    with extended_system(()):
+        spec.load_extensions()
+        resources = prepare(spec)
+        check_same(facts_of(resources), order.facts)
+        if order.known is not None:
+            _check_manager(spec.manager, spec.settings.manager_limit_s, order.known, order.folder)
+        record_run(spec, resources, folder, order.known)
+    return {file.name: file.read_bytes() for file in folder.iterdir()}
+
+
+@cache
+def _check_manager(manager: str, limit_s: float, known: str, _: str) -> None:
+    """Make sure, once, that a managing system is the one that a campaign was begun with; the last one is the folder."""
+    name = f"managing system {manager}"
+    check_same({name: manager_checksum(manager, limit_s=limit_s)}, {name: known})
+
+
+if __name__ == "__main__":
+    serve(Connection(int(sys.argv[1])))

@@ -1,0 +1,66 @@
+"""What a campaign would be, before it is run."""
+
+import json
+from pathlib import Path
+
+import pytest
+from tests.evaluation.test_scores import campaign
+
+import sunset
+from sunset.api import planning
+from sunset.cli import main
+from sunset.errors import RecordError
+from sunset.evaluation.power import VARIANCES
+
+
+def test_a_plan_counts_the_runs_and_tells_the_difference_that_they_tell() -> None:
+    found = sunset.plan_bench(managers=("baseline", "reactive"), flights=("panel",), repetitions=5)
+    assert found.design is not None
+    assert (found.design.alike, found.design.flights, found.design.repetitions) == (9, 8, 5)
+    assert list(found.runs.values())[:2] == [2 * 54 * 8 * 5] * 2
+    assert found.total == sum(found.runs.values())
+    assert found.duration_s is None
+    assert {one.pair for one in found.prospects} == set(VARIANCES)
+    for one in found.prospects:
+        assert one.power is not None
+        assert one.told is not None
+        assert (one.power >= 0.8) == (one.told <= 0.02)
+    assert "told with this probability" in str(found)
+
+
+def test_a_plan_of_two_repetitions_tells_no_difference() -> None:
+    found = sunset.plan_bench(repetitions=2)
+    assert all((one.power, one.told, one.repetitions) == (None,) * 3 for one in found.prospects)
+    assert "They tell no difference" in str(found)
+
+
+def test_an_earlier_campaign_gives_variances_and_says_where_they_do_not_reach(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(planning, "load_results", lambda _: campaign(half=0.5, most=0.9))
+    here = sunset.plan_bench(like=tmp_path)
+    assert len(here.prospects) == 3
+    assert all(one.power is not None for one in here.prospects)
+    elsewhere = sunset.plan_bench(like=tmp_path, flights=("panel",))
+    assert all(one.power is None for one in elsewhere.prospects)
+    assert "not known on 8 flights" in str(elsewhere)
+
+
+def test_an_earlier_campaign_of_one_managing_system_is_refused(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(
+        planning, "load_results", lambda _: [one for one in campaign() if one.manager == "none"]
+    )
+    with pytest.raises(RecordError, match="need two managing systems and 3 repetitions"):
+        sunset.plan_bench(like=tmp_path)
+
+
+def test_the_command_line_prints_a_plan_as_text_or_json(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["bench", "--plan", "--repetitions", "3"]) in {0, None}
+    assert "In all: 516 runs" in capsys.readouterr().out
+    assert main(["bench", "--plan", "--json"]) in {0, None}
+    document = json.loads(capsys.readouterr().out)
+    assert document["total"] == 516
+    assert document["design"] == {"alike": 9, "flights": 1, "repetitions": 3}
+    assert document["chance"] == 0.8

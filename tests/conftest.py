@@ -4,6 +4,7 @@ import fcntl
 import signal
 from collections import defaultdict
 from collections.abc import Callable, Mapping
+from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -27,7 +28,12 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # as a shell does for wha
 LARGE = tuple(
     Path(__file__).parent / name for name in ("bundling", "cli/test_models.py", "data", "training", "viewing")
 )
-"""Tests that leave their process large."""
+
+
+@cache
+def leaves_a_large_process(path: Path) -> bool:
+    """Whether the tests of a file leave their process large."""
+    return any(map(path.is_relative_to, LARGE))
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -41,7 +47,7 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     # a large process takes long to be forked, and most tests fork it; a group is run by one process, while others help
     items.sort(
         key=lambda item: (
-            any(map(item.path.is_relative_to, LARGE)),
+            leaves_a_large_process(item.path),
             item.get_closest_marker("xdist_group") is None,
         )
     )

@@ -56,30 +56,30 @@ def _start_a_thread(_: Watch) -> str:
 def test_what_a_call_returns_comes_back() -> None:
     here = os.getpid()
 
-    assert call_isolated(lambda _: {"other": os.getpid() != here}, limit_s=5) == {"other": True}
+    assert call_isolated(lambda _: {"other": os.getpid() != here}, limit_s=30) == {"other": True}
 
 
 def test_nothing_that_a_call_does_to_the_interpreter_is_left(monkeypatch: pytest.MonkeyPatch) -> None:
-    call_isolated(lambda _: monkeypatch.setattr(os, "sep", "broken"), limit_s=5)
+    call_isolated(lambda _: monkeypatch.setattr(os, "sep", "broken"), limit_s=30)
 
     assert os.sep == "/"
 
 
 def test_an_error_of_ours_comes_back_as_the_class_that_both_sides_know() -> None:
     with pytest.raises(ModelError, match=r"^No network\.$") as caught:
-        call_isolated(lambda _: _raise(_UnknownError("No network.")), limit_s=5)
+        call_isolated(lambda _: _raise(_UnknownError("No network.")), limit_s=30)
 
     assert type(caught.value) is ModelError
 
 
 def test_any_other_exception_comes_back_with_its_traceback() -> None:
     with pytest.raises(UnexpectedError, match=r"in _raise\n(.*\n)*KeyError: 'what'"):
-        call_isolated(lambda _: _raise(KeyError("what")), limit_s=5)
+        call_isolated(lambda _: _raise(KeyError("what")), limit_s=30)
 
 
 def test_a_long_error_comes_back_shortened() -> None:
     with pytest.raises(ModelError, match=r"^😀{4000}…$"):
-        call_isolated(lambda _: _raise(ModelError("😀" * 100_000)), limit_s=5)
+        call_isolated(lambda _: _raise(ModelError("😀" * 100_000)), limit_s=30)
 
 
 @pytest.mark.parametrize(
@@ -96,13 +96,13 @@ def test_a_long_error_comes_back_shortened() -> None:
 )
 def test_a_process_that_dies_is_told_of(function: Callable[[Watch], object], reason: str) -> None:
     with pytest.raises(ProcessDeath, match=f"^{reason}$"):
-        call_isolated(function, limit_s=5)
+        call_isolated(function, limit_s=30)
 
 
 @pytest.mark.parametrize("function", [_hang, _hold_the_interpreter])
 def test_a_call_that_hangs_is_ended_and_says_where(function: Callable[[Watch], object]) -> None:
-    with pytest.raises(ProcessDeath, match=r"^did nothing for 0.1 s$") as caught:
-        call_isolated(function, limit_s=0.1)
+    with pytest.raises(ProcessDeath, match=r"^did nothing for 1 s$") as caught:
+        call_isolated(function, limit_s=1)  # by then it runs, however busy the computer is
 
     assert function.__name__ in [name for file, _, name in caught.value.frames if file == __file__]
 
@@ -116,11 +116,11 @@ def test_a_call_that_refuses_every_signal_is_ended_too() -> None:
 def test_the_limit_is_one_of_the_time_without_a_sign_of_life() -> None:
     def sleep_thrice(watch: Watch) -> str:
         for _ in range(3):
-            time.sleep(0.15)  # noqa: TID251
+            time.sleep(0.7)  # noqa: TID251
             watch.tick()
         return "done"
 
-    assert call_isolated(sleep_thrice, limit_s=0.3) == "done"
+    assert call_isolated(sleep_thrice, limit_s=2) == "done"
 
 
 def test_a_call_that_returns_while_it_is_ended_has_passed_its_limit() -> None:
@@ -145,9 +145,9 @@ def test_a_caller_that_loses_the_ends_of_its_processes_gets_what_they_return(
 ) -> None:
     before = signal.signal(signal.SIGCHLD, handler)
     try:
-        assert call_isolated(lambda _: "done", limit_s=5) == "done"
+        assert call_isolated(lambda _: "done", limit_s=30) == "done"
         with pytest.raises(ProcessDeath, match=r"^ended its process$"):
-            call_isolated(lambda _: os._exit(3), limit_s=5)
+            call_isolated(lambda _: os._exit(3), limit_s=30)
     finally:
         signal.signal(signal.SIGCHLD, before)
 
@@ -159,13 +159,13 @@ def test_a_caller_without_streams_gets_what_a_call_returns(
     monkeypatch.setattr(sys, "stdout", stream)
     monkeypatch.setattr(sys, "stderr", stream)
 
-    assert call_isolated(lambda _: "done", limit_s=5) == "done"
+    assert call_isolated(lambda _: "done", limit_s=30) == "done"
 
 
 def test_no_pipe_takes_the_place_of_a_stream_that_is_closed() -> None:
     program = (
         "import os; from sunset.isolation import call_isolated; os.closerange(0, 3);"
-        "os._exit(call_isolated(lambda _: 7, limit_s=5))"
+        "os._exit(call_isolated(lambda _: 7, limit_s=30))"
     )
 
     assert subprocess.run([sys.executable, "-c", program], check=False).returncode == 7
@@ -177,17 +177,17 @@ def test_it_is_told_whose_code_ended_the_process() -> None:
         os._exit(3)
 
     with pytest.raises(ProcessDeath) as caught:
-        call_isolated(end, limit_s=5)
+        call_isolated(end, limit_s=30)
 
     assert caught.value.running == "a node"
 
 
 def test_closed_streams_are_no_failure() -> None:
-    assert call_isolated(lambda _: [sys.stdout.close(), sys.stderr.close()], limit_s=5) == [None, None]
+    assert call_isolated(lambda _: [sys.stdout.close(), sys.stderr.close()], limit_s=30) == [None, None]
 
 
 def test_what_is_written_to_stdout_goes_to_stderr(capfd: pytest.CaptureFixture[str]) -> None:
-    call_isolated(lambda _: os.system("echo said"), limit_s=5)  # noqa: S605, S607
+    call_isolated(lambda _: os.system("echo said"), limit_s=30)  # noqa: S605, S607
 
     assert capfd.readouterr() == ("", "said\n")
 
@@ -202,15 +202,15 @@ def test_pipes_of_the_caller_are_closed() -> None:
             return str(error.strerror)
         return "written"
 
-    assert call_isolated(write, limit_s=5) == "Bad file descriptor"
+    assert call_isolated(write, limit_s=30) == "Bad file descriptor"
     os.close(ours)
     os.close(theirs)
 
 
 def test_what_a_call_has_started_ends_with_it() -> None:
-    pid = call_isolated(lambda _: subprocess.Popen(["/bin/sleep", "60"]).pid, limit_s=5)
+    pid = call_isolated(lambda _: subprocess.Popen(["/bin/sleep", "60"]).pid, limit_s=30)
 
-    deadline = time.monotonic() + 5
+    deadline = time.monotonic() + 30
     while _is_running(pid) and time.monotonic() < deadline:
         time.sleep(0.01)  # noqa: TID251  another process's end is waited for
     assert not _is_running(pid)
@@ -224,11 +224,11 @@ def test_an_answer_that_cannot_be_read_is_told_of() -> None:
                     os.write(number, b"x")
 
     with pytest.raises(ProcessDeath, match=r"^ended its process without an answer that can be read$"):
-        call_isolated(tamper, limit_s=5)
+        call_isolated(tamper, limit_s=30)
 
 
 def test_threads_do_not_keep_a_process_from_ending() -> None:
-    assert call_isolated(_start_a_thread, limit_s=5) == "left a thread"
+    assert call_isolated(_start_a_thread, limit_s=30) == "left a thread"
 
 
 def test_a_process_that_a_call_forks_ends_with_it(tmp_path: Path) -> None:
@@ -239,9 +239,9 @@ def test_a_process_that_a_call_forks_ends_with_it(tmp_path: Path) -> None:
         while not list(tmp_path.iterdir()):
             pass
 
-    call_isolated(fork, limit_s=5)
+    call_isolated(fork, limit_s=30)
     (file,) = tmp_path.iterdir()
-    deadline = time.monotonic() + 5
+    deadline = time.monotonic() + 30
     while _is_running(int(file.name)) and time.monotonic() < deadline:
         time.sleep(0.01)  # noqa: TID251  another process's end is waited for
     assert not _is_running(int(file.name))
@@ -265,7 +265,7 @@ def test_an_interrupted_caller_leaves_no_process_behind(tmp_path: Path) -> None:
 
     for _ in range(20):  # whatever the caller is about
         with pytest.raises(KeyboardInterrupt):
-            call_isolated(interrupt, limit_s=5)
+            call_isolated(interrupt, limit_s=30)
 
     assert len(list(tmp_path.iterdir())) == 20
     for file in tmp_path.iterdir():

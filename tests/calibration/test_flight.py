@@ -13,6 +13,8 @@ from sunset.calibration import flight as module
 from sunset.data import BagReader, flights_folder, read_bag, write_bag
 from sunset.perception import Modality, Segmenter, load_model
 
+pytestmark = pytest.mark.xdist_group("calibration")  # what is found is found once
+
 MODEL = load_model("lite")
 FRAMES = 25
 

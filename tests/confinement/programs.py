@@ -41,6 +41,8 @@ def die(number: int) -> None:
 
 
 def hang() -> None:
+    sys.stdout.write("hanging\n")
+    sys.stdout.flush()
     while True:
         with suppress(BaseException):
             threading.Event().wait()

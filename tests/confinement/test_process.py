@@ -54,7 +54,11 @@ def test_it_is_told_how_it_ended(confinement: Confinement, task: dict[str, objec
 
 @pytest.mark.parametrize("name", ["hang", "refuse", "chatter"])
 def test_one_that_hangs_says_where_if_it_can(confinement: Confinement, name: str) -> None:
-    with confinement.start({"name": name}, View(), on_text=lambda _: None) as process:
+    said: list[str] = []
+    with confinement.start({"name": name}, View(), on_text=said.append) as process:
+        limit_s = time.monotonic() + _PATIENCE_S
+        while not said and time.monotonic() < limit_s:
+            assert not process.wait(0.1)
         assert not process.wait(0.3)
         death = process.death("did not return within 0.3 s")
         assert death.reason == "did not return within 0.3 s"

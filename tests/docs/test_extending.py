@@ -73,7 +73,12 @@ def test_its_suite_in_time_is_listed_run_and_known_by_name(capsys: pytest.Captur
         "--repetitions",
         "1",
     )
-    assert main([*bench, "--no-references", "--duration", "3", "--out", "storms", *words, "--json"]) == 0
+    assert (
+        main(
+            [*bench, "--no-references", "--no-score", "--duration", "3", "--out", "storms", *words, "--json"]
+        )
+        == 0
+    )
     (row,) = json.loads(capsys.readouterr().out)["rows"]
     assert "[1 of 2 scenarios]" in row["system"]
     assert row["runs"] == 1
@@ -137,7 +142,18 @@ def test_a_fault_of_a_node_that_is_there_shows_and_is_cured(capsys: pytest.Captu
 def test_its_suite_is_run_as_a_campaign_and_recomputed(capsys: pytest.CaptureFixture[str]) -> None:
     words = ("--suite", "heights", "--managers", "none,Level=levelling.py:Levelling", "--repetitions", "1")
     extension = ("--extension", "altimeter.py")
-    bench = ["bench", *words, "--no-references", *SHORT, *extension, "--out", "campaign", "--jobs", "2"]
+    bench = [
+        "bench",
+        *words,
+        "--no-references",
+        "--no-score",
+        *SHORT,
+        *extension,
+        "--out",
+        "campaign",
+        "--jobs",
+        "2",
+    ]
     assert main(bench) == 0
     table = capsys.readouterr().out
     assert "Level" in table
@@ -172,7 +188,7 @@ def test_it_is_run_live(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 @pytest.mark.thorough
-@pytest.mark.xdist_group("live")
+@pytest.mark.xdist_group("processes")
 @pytest.mark.usefixtures("page")
 def test_its_node_is_up_its_fault_injected_and_a_redeploy_cures_it() -> None:
     with going_up("--extension", "altimeter.py", "--scenario", "altimeter_drift") as (up, tool):

@@ -182,7 +182,7 @@ from sunset.experiments import BenchSpec, Settings, Timing, bench
 out, manager, limit_s = sys.argv[1:]
 timing = Timing(duration_s=1.0, warm_up_s=1.0, bring_up_limit_s=float(limit_s))
 spec = BenchSpec(
-    suite="nofault", references=False, managers=(manager,), repetitions=2,
+    suite="nofault", references=False, score=False, managers=(manager,), repetitions=2,
     settings=Settings(timing=timing, middleware="cyclonedds"),
 )
 bench(spec, Path(out))

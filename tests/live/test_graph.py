@@ -7,7 +7,7 @@ from sunset.harness.executor import ScenarioExecutor
 from sunset.rmw.dds.domains import free_domain_id
 from sunset.scenarios import Scenario, suite
 
-pytestmark = pytest.mark.xdist_group("live")
+pytestmark = pytest.mark.xdist_group("processes")
 
 
 @pytest.mark.thorough

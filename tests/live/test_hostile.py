@@ -23,7 +23,7 @@ from sunset.interfaces.system_interfaces.srv import Redeploy
 from sunset.rmw.dds import CycloneDDS
 from sunset.seeding import generator
 
-pytestmark = [pytest.mark.xdist_group("live"), pytest.mark.thorough]
+pytestmark = [pytest.mark.xdist_group("processes"), pytest.mark.thorough]
 
 SAMPLES = int(os.environ.get("SUNSET_HOSTILE_SAMPLES", "150"))
 """For each topic and service, the half of them before memory is measured first."""

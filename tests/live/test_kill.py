@@ -26,7 +26,7 @@ from tests.live.systems import (
 from sunset.interfaces.std_srvs.srv import Trigger
 from sunset.recording import read_timeline
 
-pytestmark = [pytest.mark.xdist_group("live"), pytest.mark.thorough]
+pytestmark = [pytest.mark.xdist_group("processes"), pytest.mark.thorough]
 
 TURNS = (("image_enhancement", "segmentation"), ("sensor_fusion",), ("camera", "depth"))
 """Those whose outages can be told apart are done away with at once, to save time."""

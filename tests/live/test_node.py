@@ -14,7 +14,7 @@ from sunset.interfaces.lifecycle_msgs.srv import ChangeState
 from sunset.interfaces.sensor_msgs.msg import Image
 from sunset.rmw.dds.domains import free_domain_id
 
-pytestmark = [pytest.mark.xdist_group("live"), pytest.mark.thorough]
+pytestmark = [pytest.mark.xdist_group("processes"), pytest.mark.thorough]
 
 Process = subprocess.Popen[str]
 

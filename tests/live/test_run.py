@@ -29,6 +29,7 @@ from sunset.interfaces.lifecycle_msgs.srv import ChangeState
 from sunset.interfaces.std_srvs.srv import Trigger
 from sunset.interfaces.system_interfaces.msg import ExperimentLogging
 from sunset.interfaces.system_interfaces.srv import Redeploy
+from sunset.names import base_name
 from sunset.recording import read_run, read_timeline
 from sunset.rmw.dds import CycloneTap
 from sunset.rmw.dds.domains import free_domain_id
@@ -41,7 +42,7 @@ PROGRAMS = Path(__file__).parents[2] / "docs" / "programs"
 
 def test_a_managing_system_of_another_process_redeploys_a_node_that_was_killed(tmp_path: Path) -> None:
     out = tmp_path / "run"
-    with free_domain_id() as domain_id, flying("nofault", "external", 20.0, out, domain_id) as process:
+    with free_domain_id() as domain_id, flying("nofault", "external", 35.0, out, domain_id) as process:
         tool = Tool(domain_id)
         flow = Flow(tool)
         log: list[ExperimentLogging] = []
@@ -130,7 +131,8 @@ def test_a_managing_system_that_keeps_the_system_from_coming_up_does_not_end_its
 @pytest.mark.parametrize("ends", [False, True])
 def test_a_program_manages_a_live_run(ends: bool, tmp_path: Path) -> None:
     command = "exec:sh -c 'exit 3'" if ends else f"exec:python3 {PROGRAMS}/baseline.py"
-    settings = Settings(timing=Timing(duration_s=4.0), thinking_s=0.5, middleware="cyclonedds")
+    timing = Timing(duration_s=1.0 if ends else 3.0, warm_up_s=1.0)
+    settings = Settings(timing=timing, thinking_s=0.5, middleware="cyclonedds")
     spec = RunSpec(scenario=load_scenario("gpu_failure"), manager=command, settings=settings)
 
     result = run(spec, tmp_path / "run")
@@ -143,6 +145,25 @@ def test_a_program_manages_a_live_run(ends: bool, tmp_path: Path) -> None:
         assert result.record.manager_failed is None
         (redeploy,) = result.timeline.commands
         assert redeploy.time > 1.0 + settings.thinking_s - 0.2
+
+
+@pytest.mark.thorough
+def test_the_oracle_is_told_live_too(tmp_path: Path) -> None:
+    timing = Timing(duration_s=3.0, warm_up_s=1.0)
+    settings = Settings(timing=timing, middleware="cyclonedds")
+    scenario = load_scenario("cuda_out_of_memory+autofocus_needed")
+
+    result = run(RunSpec(scenario=scenario, manager="oracle", settings=settings), tmp_path / "run")
+
+    assert result.record.manager_failed is None
+    assert {(command.kind, base_name(command.node)) for command in result.timeline.commands} == {
+        ("deactivate", "segmentation"),
+        ("activate", "segmentation"),
+        ("set_parameters", "camera"),
+    }
+    assert all(command.time < 0.5 for command in result.timeline.commands)  # before a symptom can show
+    assert result.metrics.faults_cured == 2
+    assert "the truth" not in result.record.reason
 
 
 @pytest.mark.thorough

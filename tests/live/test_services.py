@@ -41,7 +41,7 @@ from sunset.interfaces.rcl_interfaces.srv import (
 )
 from sunset.interfaces.system_interfaces.srv import Redeploy
 
-pytestmark = [pytest.mark.xdist_group("live"), pytest.mark.thorough]
+pytestmark = [pytest.mark.xdist_group("processes"), pytest.mark.thorough]
 
 OF_EVERY_NODE = {
     name: f"rcl_interfaces/srv/{kind}"

@@ -11,7 +11,7 @@ from sunset.interfaces.lifecycle_msgs.srv import GetState
 from sunset.interfaces.rcl_interfaces.srv import GetParameters
 from sunset.interfaces.system_interfaces.srv import Redeploy
 
-pytestmark = [pytest.mark.xdist_group("live"), pytest.mark.thorough]
+pytestmark = [pytest.mark.xdist_group("processes"), pytest.mark.thorough]
 
 NODES = {
     *("camera", "depth", "image_enhancement", "sensor_fusion", "segmentation"),

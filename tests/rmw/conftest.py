@@ -56,6 +56,19 @@ class Live:
             executor.spin_once(timeout_sec=0.005)
         return True
 
+    def collect(self, executor: SingleThreadedExecutor, reader: Any, count: int) -> list[bytes]:
+        """Run callbacks until so many samples came to a reader, and for a while; return all that came."""
+        samples: list[bytes] = []
+
+        def enough() -> bool:
+            samples.extend(Peer.take(reader))
+            return len(samples) >= count
+
+        self.spin(executor, enough)
+        self.spin(executor, lambda: False, 0.1)
+        enough()
+        return samples
+
     def close(self) -> None:
         """End everything."""
         for peer in self._peers:

@@ -107,7 +107,7 @@ with CycloneDDS(domain_id=int(sys.argv[1]), environment={}) as process:
 def test_processes_with_the_settings_of_ros_nodes_are_found(live: "Live", settings: str) -> None:
     live.process(environment={"CYCLONEDDS_URI": settings}).create_node("found", "/")
     seen = subprocess.run(
-        [sys.executable, "-c", LOOK, str(live.domain_id), "10"], check=True, capture_output=True, text=True
+        [sys.executable, "-c", LOOK, str(live.domain_id), "60"], check=True, capture_output=True, text=True
     )
     assert seen.stdout == "[('found', '/')]\n"
 
@@ -204,7 +204,7 @@ domain = Domain(number, "<CycloneDDS><Domain><General><AllowMulticast>false</All
     "<MaxAutoParticipantIndex>9</MaxAutoParticipantIndex></Discovery></Domain></CycloneDDS>")
 participant = DomainParticipant(number)
 reader = BuiltinDataReader(participant, BuiltinTopicDcpsParticipant)
-end = time.monotonic() + 10
+end = time.monotonic() + 60
 while time.monotonic() < end and len(reader.read(9)) < 2: time.sleep(0.02)
 print(len(reader.read(9)))
 """

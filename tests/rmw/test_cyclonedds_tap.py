@@ -15,7 +15,8 @@ from sunset.interfaces.std_srvs.srv import SetBool
 from sunset.rmw.core.port import EndpointKind, RequestId
 from sunset.rmw.core.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from sunset.rmw.core.tap import Tap
-from sunset.rmw.dds import CycloneTap
+from sunset.rmw.dds import CycloneTap, _tap
+from sunset.rmw.dds import _library as dds
 from sunset.rmw.dds._graph import NodeEntities, Participant
 from sunset.rmw.dds._wheel import Endpoint
 from sunset.ros import Node
@@ -100,12 +101,16 @@ def test_it_sees_who_asks_whom_and_what_is_answered(live: "Live") -> None:
     notes = Notes()
     with tapped(live, notes):
         server, serving = live.node("server")
-        server.create_service(SetBool, "~/set", lambda request, _: SetBool.Response(success=request.data))
+        service = server.create_service(
+            SetBool, "~/set", lambda request, _: SetBool.Response(success=request.data)
+        )
         node, executor = live.node("client")
         client = node.create_client(SetBool, "/server/set")
         assert client.wait_for_service(10.0)
         assert until(lambda: ("/server", EndpointKind.SERVICE, "/server/set") in notes.endpoints)
         assert until(lambda: "/client" in notes.nodes)
+        ends: list[Any] = [service.handle, client.handle]
+        assert until(lambda: all(len(dds.matched_subscriptions(end._writer)) == 2 for end in ends))
         threading.Event().wait(0.2)
         for data in (True, False):
             future = client.call_async(SetBool.Request(data=data))
@@ -260,7 +265,10 @@ def test_a_request_that_nobody_gets_is_not_told(live: "Live") -> None:
     assert notes.calls == []
 
 
-def test_a_request_that_comes_after_its_response_is_told_before_it(live: "Live") -> None:
+def test_a_request_that_comes_after_its_response_is_told_before_it(
+    live: "Live", monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(_tap, "_PATIENCE_NS", 60 * S)
     notes = Notes()
     with tapped(live, notes) as tap:
         live.process()

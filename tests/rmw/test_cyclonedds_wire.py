@@ -116,8 +116,7 @@ def test_a_request_is_answered(live: "Live") -> None:
         lambda: bool(requests.get_matched_subscriptions() and replies.get_matched_publications())
     )
     peer.send(requests, CAPTURED_REQUEST)
-    live.spin(executor, lambda: False, 0.3)
-    assert peer.collect(replies, 1) == [RESPONSE_TO_IT]
+    assert live.collect(executor, replies, 1) == [RESPONSE_TO_IT]
 
 
 def test_a_request_without_fields_is_one_octet_behind_the_header(live: "Live") -> None:

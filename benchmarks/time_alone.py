@@ -5,7 +5,7 @@ several such moments; or at a moment that is drawn anew for every run, uniformly
 does nothing else (`alone`), or answers symptoms as the baseline does (`with-baseline`).
 
 Prints, for each, the downtime and the IoU over all frames, and the paired differences to the same action at random
-moments, with 95 % intervals, a scenario as a cluster. No two scenarios share a seed, which draws the onset. A moment
+moments, with 95 % intervals. No two scenarios share a seed, which draws the onset. A moment
 that is worth knowing would show as less downtime and more IoU than at random moments; and one that makes symptoms
 unnecessary, as less downtime than the baseline's.
 """
@@ -88,7 +88,7 @@ def managers(actions: Sequence[str], moments: Sequence[float]) -> dict[str, Call
 def print_table(rows: Sequence[RunRow], names: Sequence[str], random_one: str) -> None:
     """Print the figures of managing systems, and their differences to the one of random moments."""
     figures = {(row.manager, row.scenario, row.seed): row.metrics for row in rows if row.valid}
-    runs = sorted({(row.scenario, row.seed) for row in rows})
+    runs = {(row.scenario, row.seed): row.cluster for row in rows}
     head = ["", *(text for label in FIGURES.values() for text in (label, "- random", "95 % conf."))]
     table = [head]
     for name in names:
@@ -97,7 +97,7 @@ def print_table(rows: Sequence[RunRow], names: Sequence[str], random_one: str) -
             values = [
                 [figures.get((one, *run), {}).get(figure) for run in runs] for one in (name, random_one)
             ]
-            compared = [(run[0], one, other) for run, one, other in zip(runs, *values, strict=True)]
+            compared = list(zip(runs.values(), *values, strict=True))
             mean, _, difference, _ = compare_means(compared)
             if mean is None or difference is None or difference.low is None or difference.high is None:
                 raise SystemExit(f"{name}: there are too few runs for an interval.")

@@ -18,7 +18,7 @@ ROOT: Final = Path(__file__).parents[1]
 order = {
     "First flight": ("docs/first_flight", "docs/faults", "docs/viewing", "docs/glossary"),
     "Your own managing system": ("docs/managing-systems",),
-    "Metrics": ("docs/metrics", "docs/results", "docs/publishing", "ARTIFACT"),
+    "Metrics": ("docs/metrics", "docs/results", "docs/publishing", "docs/clusters", "ARTIFACT"),
     "Scenarios": ("docs/scenarios", "docs/data"),
     "Extending": ("docs/extending", "docs/adding-a-node"),
     "Live": ("docs/live", "docs/agreement"),

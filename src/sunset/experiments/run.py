@@ -189,13 +189,13 @@ def _run_simulated(
             observer = Observer(writer, shown=shown_topics(spec.manager))
             start_ns, failure = run_simulated(spec, resources, watch, manager, observer)
             manager.end()
-            writer.store()
+            writer.hand_over()
             return {"start_ns": start_ns, "violations": list(observer.violations), "failure": failure}
 
         with _unchanged(spec.manager, manager.checksum, known) as found:
             nodes = current_system().nodes if spec.extensions else ()
             told = isolate(spec, run_isolated, kept=manager.descriptors, nodes=nodes)
-    writer.load()
+    writer.take_over()
     return _Outcome(int(told["start_ns"]), tuple(told["violations"]), found, failure=str(told["failure"]))
 
 

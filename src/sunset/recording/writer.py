@@ -11,7 +11,7 @@ import msgspec
 
 from sunset.errors import OutputError, RecordError
 from sunset.interfaces import Message, serialize, type_name
-from sunset.recording._bag import read_bag, write_bag
+from sunset.recording._bag import write_bag
 from sunset.recording._images import recorded
 from sunset.recording.images import ImageWriter
 from sunset.recording.schema import RUN_FILE, RunRecord
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
 _SUFFIX: Final = ".partial"
+_HANDED_OVER: Final = "messages"
 
 
 class RecordWriter:
@@ -52,7 +53,6 @@ class RecordWriter:
         self._wanted = wanted
         self._images: ImageWriter | None = None  # made by the process that has something to write
         self._closed = False
-        self._stored = False
         with _translated(self._folder):
             if self._folder.exists() and (not self._folder.is_dir() or any(self._folder.iterdir())):
                 raise OutputError(f"The record {folder} exists already; remove it or name another folder.")
@@ -89,26 +89,31 @@ class RecordWriter:
         """Return the messages on some topics so far, in order of time: the same that `read_messages` returns."""
         return tuple(payload.decoded() for payload in self._in_order() if payload.topic in topics)
 
-    def store(self) -> None:
-        """Write the messages so far into the hidden folder, from which the writer of a forking process can load them.
+    def hand_over(self) -> None:
+        """Leave the messages so far in the hidden folder, where the writer of a forking process can take them over.
 
         Raises:
             OutputError: there is no space or no permission.
         """
         with _translated(self._folder):
-            write_bag(self._partial, self._in_order())
             if self._images is not None:
                 self._images.close()
-        self._stored = True
+            (self._partial / _HANDED_OVER).write_bytes(msgspec.msgpack.encode(self._payloads))
 
-    def load(self) -> None:
-        """Take the messages that a forked process has stored.
+    def take_over(self) -> None:
+        """Take the messages that a forked process has left.
 
         Raises:
             RecordError: they are missing or damaged.
         """
-        self._payloads = list(read_bag(self._partial))
-        self._stored = True
+        left = self._partial / _HANDED_OVER
+        try:
+            self._payloads = msgspec.msgpack.decode(left.read_bytes(), type=list[Payload])
+            left.unlink()
+        except (OSError, msgspec.MsgspecError) as error:
+            raise RecordError(
+                f"The messages of the run in {self._partial} cannot be read: {error}."
+            ) from error
 
     def close(self, run: RunRecord) -> RunRecord:
         """Write the record and give it its final name.
@@ -127,8 +132,10 @@ class RecordWriter:
             text = document_text(run)
         except (TypeError, ValueError) as error:
             raise RecordError(f"{RUN_FILE} cannot hold what the run left: {error}.") from error
-        if not self._stored:
-            self.store()
+        with _translated(self._folder):
+            write_bag(self._partial, self._in_order())
+            if self._images is not None:
+                self._images.close()
         self.adopt({RUN_FILE: text.encode()})
         return run
 

@@ -94,7 +94,8 @@ def scores_chart(found: Sequence[Setup]) -> Chart:
         name="scores",
         title="Score by suite and by flight",
         meaning="How much each managing system wins of what repairing can win: 0 is none, 1 is oracle, which is told "
-        f"the faults. A flight's is over the runs of all suites. Marks are scores, {_LINES}.",
+        "the faults. Suites of which most runs have nothing to repair are left out; a flight's score is over the runs "
+        f"of all suites. Marks are scores, {_LINES}.",
         panels=tuple(panels),
         missing=_interval_notes(panels) if panels else (NO_SCORE,),
         head=("setup", "suite", "flight", "system", "runs", "score", "ci_low", "ci_high"),
@@ -198,7 +199,7 @@ def costs_chart(found: Sequence[Setup]) -> Chart:
 def _scores(setup: Setup) -> Iterator[tuple[str, str, str, list[tuple[str, Estimate | None]]]]:
     """Give suite, flight and title of a panel, and the scores by managing system."""
     for table in setup.tables:
-        rows = [(setup.managers[row.system], row.score) for row in table.rows]
+        rows = [(setup.managers[row.system], row.score) for row in table.rows if not row.is_calm]
         yield table.suite, "", suite_title(table.suite), rows
     systems = setup.all_suites
     flights = sorted({run.flight for runs in systems.values() for run in runs})

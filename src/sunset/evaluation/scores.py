@@ -51,6 +51,11 @@ class ScoreRow:
         """Whether it is one of the two that scores are measured between."""
         return self.manager in SCORE_REFERENCES
 
+    @property
+    def is_calm(self) -> bool:
+        """Whether most of its runs had nothing to repair, so that its harm tells more of it than its score."""
+        return self.harm is not None and 2 * self.harm.runs > self.runs
+
     def to_json(self) -> dict[str, object]:
         """Return it as JSON values."""
         return {

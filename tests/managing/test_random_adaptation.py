@@ -52,5 +52,9 @@ def test_the_seed_decides(world: "World") -> None:
     assert first == again != other
 
 
+def test_runs_of_a_seed_that_look_otherwise_share_no_luck(world: "World") -> None:
+    assert watch(world, 1, camera_sharpness=0.1) != watch(world, 1, camera_sharpness=0.11)
+
+
 def test_a_node_that_boots_is_left_alone(world: "World") -> None:
     assert watch(world, 1, camera_sharpness=0.1, camera_lc_state="unknown") == []

@@ -17,16 +17,17 @@ class RandomAdaptation(ManagingSystem):
     """Does any cure of any fault that could show as it does, at random moments, each as often.
 
     It knows what cures which failure, but tells neither causes from ripples nor faults from each other, and sees not
-    what its adaptations do. Moments and cures are drawn from the seed of the run.
+    what its adaptations do. Moments and cures are drawn anew at each look, from the seed of the run and from what it
+    sees: were it the seed alone, the luck of one sequence of draws would be that of all scenarios and flights.
 
     Parameters:
         manager_seed: what it draws from.
     """
 
     def on_start(self) -> None:
-        """Make what it draws from."""
-        seed = cast("int", self.declare_parameter("manager_seed", 0).value)
-        self.random = generator(seed, "random adaptation")
+        """Take what it draws from."""
+        self.seed = cast("int", self.declare_parameter("manager_seed", 0).value)
+        self.looks = 0
         self.thresholds = Thresholds(self)
 
     def adapt(self, symptoms: Symptoms) -> None:
@@ -35,8 +36,10 @@ class RandomAdaptation(ManagingSystem):
         faults = (fault for fault in described_faults().values() if fault.failure in showing)
         cures = dict.fromkeys(cure for fault in faults for cure in fault.cures)
         possible = [cure for cure in cures if is_possible(cure, symptoms)]
-        if possible and self.random.random() < _SHARE:
-            for step in possible[int(self.random.integers(len(possible)))]:
+        self.looks += 1
+        random = generator(self.seed, "random adaptation", self.looks, repr(symptoms))
+        if possible and random.random() < _SHARE:
+            for step in possible[int(random.integers(len(possible)))]:
                 request(self, step)
 
     def shows(self, failure: Failure, symptoms: Symptoms) -> bool:

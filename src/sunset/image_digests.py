@@ -7,14 +7,17 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
+Pixels = npt.NDArray[Any]
+"""Those of an image, of whatever type a sensor has."""
+
 _BYTES: Final = 16
 _KEPT: Final = 32
 
-_known: OrderedDict[tuple[int, int], tuple[npt.NDArray[Any], bytes]] = OrderedDict()
+_known: OrderedDict[tuple[int, int], tuple[Pixels, bytes]] = OrderedDict()
 """Place and size in memory of the last few that nobody may write to, which stay theirs for as long as they are kept."""
 
 
-def image_digest(pixels: npt.NDArray[Any]) -> bytes:
+def image_digest(pixels: Pixels) -> bytes:
     """Return the digest of an image's bytes: BLAKE2b, 16 bytes long, whatever its shape and type are."""
     pixels = np.ascontiguousarray(pixels)
     place = pixels.ctypes.data, pixels.nbytes

@@ -194,7 +194,7 @@ def test_an_agreement_without_the_live_extra_runs_nothing(
     def missing() -> None:
         raise MissingExtraError("The live middleware needs cyclonedds.")
 
-    monkeypatch.setattr("sunset.api.running.live_middleware", missing)
+    monkeypatch.setattr("sunset.api.agreeing.live_middleware", missing)
 
     with pytest.raises(MissingExtraError, match="needs cyclonedds"):
         sunset.agree("nofault", "none", out=tmp_path / "out")

@@ -1,5 +1,6 @@
 """What the command line does, one call each; `sunset` has all of it as attributes."""
 
+from sunset.api.agreeing import agree
 from sunset.api.catalogue import (
     bag_statistics,
     calibrate_model,
@@ -20,7 +21,7 @@ from sunset.api.options import Manager, Options
 from sunset.api.pictures import fault_picture
 from sunset.api.publishing import bundle, verify
 from sunset.api.results import Results
-from sunset.api.running import agree, bench, check_manager, load, make_scenario, plan_bench, report, run
+from sunset.api.running import bench, check_manager, load, make_scenario, plan_bench, report, run
 from sunset.api.site import write_site
 from sunset.api.splits import check_split, generate_split
 from sunset.api.training import import_model, train_model

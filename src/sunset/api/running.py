@@ -3,7 +3,6 @@
 import tempfile
 from collections.abc import Collection, Mapping, Sequence
 from concurrent.futures import Executor
-from dataclasses import replace
 from pathlib import Path
 from typing import TypeAlias, Unpack
 
@@ -28,8 +27,8 @@ from sunset.api.options import (
 from sunset.api.planning import CampaignForecast, forecast
 from sunset.api.results import Results
 from sunset.api.viewing import Run
-from sunset.errors import InvalidInputError, ManagerError, RecordError
-from sunset.evaluation import Agreement, compare, find_logs, load_results, render_logs, render_report
+from sunset.errors import ManagerError, RecordError
+from sunset.evaluation import find_logs, load_results, render_logs, render_report
 from sunset.experiments import (
     CHECK_SCENARIO,
     DEFAULT_SCENARIO,
@@ -40,15 +39,14 @@ from sunset.experiments import (
     Shard,
 )
 from sunset.recording import RUN_FILE, read_stored_run
-from sunset.rmw.backends import LIVE, SIMULATED, live_middleware
 from sunset.scenarios import Scenario, generate
 from sunset.texts import shown
 from sunset.workers import Progress
 
 _Scenario: TypeAlias = str | Path | Scenario
-_Managers: TypeAlias = Manager | Mapping[str, Manager] | list[Manager] | tuple[Manager, ...]
-_Names: TypeAlias = str | list[str] | tuple[str, ...]
-_Flights: TypeAlias = str | Path | list[str | Path] | tuple[str | Path, ...]
+Managers: TypeAlias = Manager | Mapping[str, Manager] | list[Manager] | tuple[Manager, ...]
+Names: TypeAlias = str | list[str] | tuple[str, ...]
+Flights: TypeAlias = str | Path | list[str | Path] | tuple[str | Path, ...]
 
 
 def run(
@@ -86,11 +84,11 @@ def run(
 
 def bench(
     suite: str | Path = "paper",
-    managers: _Managers = ("none", "baseline"),
+    managers: Managers = ("none", "baseline"),
     *,
     out: str | Path,
-    scenarios: _Names = (),
-    flights: _Flights = (),
+    scenarios: Names = (),
+    flights: Flights = (),
     references: bool = True,
     score: bool = True,
     repetitions: int = 3,
@@ -134,7 +132,7 @@ def bench(
     check_progress(progress)
     part = None if shard is None else Shard.parse(shard)
     with extended(options.get("extensions", ())):
-        spec = _campaign_of(
+        spec = campaign_of(
             suite,
             managers,
             options,
@@ -152,11 +150,11 @@ def bench(
 
 def plan_bench(
     suite: str | Path = "paper",
-    managers: _Managers = ("none", "baseline"),
+    managers: Managers = ("none", "baseline"),
     *,
     like: str | Path | None = None,
-    scenarios: _Names = (),
-    flights: _Flights = (),
+    scenarios: Names = (),
+    flights: Flights = (),
     references: bool = True,
     score: bool = True,
     repetitions: int = 3,
@@ -182,7 +180,7 @@ def plan_bench(
         RecordError: there is no such earlier campaign, or it says nothing of how differences vary.
     """
     with extended(options.get("extensions", ())):
-        spec = _campaign_of(
+        spec = campaign_of(
             suite,
             managers,
             options,
@@ -276,80 +274,6 @@ def check_manager(
         return experiments.check_manager(spec, progress=progress)
 
 
-def agree(
-    suite: str | Path = "artifact",
-    managers: _Managers = ("baseline",),
-    *,
-    out: str | Path,
-    scenarios: _Names = (),
-    flights: _Flights = (),
-    repetitions: int = 1,
-    seed: int = 1,
-    jobs: int | None = None,
-    progress: Progress | None = None,
-    **options: Unpack[Options],
-) -> list[Agreement]:
-    """Run the same seeds in the simulation and live, and return how well they agree, as `sunset agree` does.
-
-    Args:
-        suite: as of `bench`.
-        managers: as of `bench`; by name, since live they are processes of their own.
-        out: the folder of the results.
-        scenarios: as of `bench`.
-        flights: as of `bench`.
-        repetitions: pairs a scenario.
-        seed: of the first repetition.
-        jobs: worker processes of the simulation; one a core if None. Live runs take place one at a time.
-        progress: called with (runs that are done, runs in all), those of the simulation first.
-        **options: as `sunset.Options`; the rate is that of the live runs.
-
-    Raises:
-        SunsetError: as `bench`.
-    """
-    check_progress(progress)
-    folder = as_path(out, "folder of the results")
-    if "middleware" in options:
-        raise InvalidInputError("An agreement is of the simulation with live runs: leave the middleware out.")
-    with extended(options.get("extensions", ())):
-        options["middleware"] = LIVE
-        live = _campaign_of(
-            suite,
-            managers,
-            options,
-            scenarios=scenarios,
-            flights=flights,
-            repetitions=repetitions,
-            seed=seed,
-            references=False,
-            score=False,
-        )
-        done = 0
-
-        def update(count: int, total: int) -> None:
-            if progress is not None:
-                progress(done + count, 2 * total)
-
-        for name, spec, workers in paired_campaigns(live, whole_of(jobs)):
-            experiments.bench(spec, folder / name, jobs=workers, progress=update)
-            done = len(experiments.plan(spec))
-        return compare(folder / "sim", folder / "live")
-
-
-def paired_campaigns(
-    live: BenchSpec, jobs: int | None
-) -> tuple[tuple[str, BenchSpec, int | None], tuple[str, BenchSpec, int | None]]:
-    """Return the simulated and the live campaign of an agreement: its folder's name, what it is, and its processes.
-
-    Raises:
-        SunsetError: one of them cannot be run, which is said before either is.
-    """
-    live_middleware()
-    sim = replace(live, settings=replace(live.settings, middleware=SIMULATED, speed=1.0))
-    for spec in (live, sim):
-        experiments.plan(spec)
-    return ("sim", sim, jobs), ("live", live, 1)
-
-
 def make_scenario(*faults: str, name: str = "") -> Scenario:
     """Make a scenario of faults, each as `FAULT` or `FAULT=STRENGTH`, as `sunset scenarios generate` does.
 
@@ -370,18 +294,23 @@ def _spec_of(scenario: _Scenario, manager: Manager, seed: int, options: Options)
     )
 
 
-def _campaign_of(
+def campaign_of(
     suite: str | Path,
-    managers: _Managers,
+    managers: Managers,
     options: Options,
     *,
-    scenarios: _Names,
-    flights: _Flights,
+    scenarios: Names,
+    flights: Flights,
     repetitions: int,
     seed: int,
     references: bool,
     score: bool,
 ) -> BenchSpec:
+    """Return the campaign that arguments as those of `bench` describe.
+
+    Raises:
+        InvalidInputError: one of them is not usable.
+    """
     settings = settings_of(options)
     _check_named(managers, settings)
     return BenchSpec(
@@ -397,7 +326,7 @@ def _campaign_of(
     )
 
 
-def _check_named(managers: _Managers, settings: Settings) -> None:
+def _check_named(managers: Managers, settings: Settings) -> None:
     """Check that managing systems of live runs are names, since each is a process that this one does not fork.
 
     Raises:

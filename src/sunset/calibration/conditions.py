@@ -4,13 +4,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 from types import MappingProxyType
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 import numpy.typing as npt
 
 from sunset.errors import ExtensionError, InvalidInputError
 from sunset.faults import sharpness
+from sunset.image_digests import Pixels
 from sunset.perception import Modality, ModelCard
 from sunset.system import Adaptation, Effect, ImageFunction, current_system, get_fault
 
@@ -24,8 +25,6 @@ _NETWORKS: Final[Mapping[tuple[str, str, object], Modality]] = MappingProxyType(
     {("sensor_fusion", "modality", modality): modality for modality in Modality}
 )
 """Node, parameter and value → the network that segments then."""
-
-_Image = npt.NDArray[Any]
 
 
 def effects() -> Mapping[str, Effect]:
@@ -99,7 +98,7 @@ class Condition:
             depth: (H, W).
             rng: draws the random numbers of faults.
         """
-        images: dict[str, _Image] = {"camera": bgr, "depth": depth}
+        images: dict[str, Pixels] = {"camera": bgr, "depth": depth}
         system, known = current_system(), effects()
         camera = system.signals[SHARPNESS].node
         first = {camera, *system.upstream[camera]}
@@ -124,7 +123,7 @@ def is_seen(effect: Effect, modality: Modality) -> bool:
 
 
 def _apply(
-    fault: str, function: ImageFunction, strength: float, images: dict[str, _Image], rng: np.random.Generator
+    fault: str, function: ImageFunction, strength: float, images: dict[str, Pixels], rng: np.random.Generator
 ) -> None:
     """Replace the image of a sensor by what a function of a fault's effect makes of it.
 

@@ -5,7 +5,7 @@ import sys
 from contextlib import redirect_stdout
 from pathlib import Path
 
-from sunset.api.running import paired_campaigns
+from sunset.api.agreeing import paired_campaigns
 from sunset.cli._options import (
     add_campaign_options,
     add_count_option,

@@ -4,8 +4,9 @@ import argparse
 import json
 import sys
 from collections.abc import Mapping
+from dataclasses import asdict, dataclass
 from time import perf_counter
-from typing import Any, Final
+from typing import Final
 
 from sunset.cli._options import add_device_option
 from sunset.cli._parser import EXIT_BAD_INPUT
@@ -52,19 +53,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def list_models(arguments: argparse.Namespace) -> int:
     """Print what there is, and what could be."""
     names = installed_models()
-    models, complaints = [], []
+    rows, complaints = [], []
     with progress_bar("Measuring"):
         for name in names:
             try:
-                models.append(_described(name, load_model(name), arguments.device))
+                rows.append(_measured(name, load_model(name), arguments.device))
             except ModelError as error:  # maybe of another distribution, whose model is broken
                 complaints.append(str(error))
     missing = {name: command for name, command in OFFERED.items() if name not in names}
     if arguments.json:
-        print(json.dumps({"models": models, "not_installed": missing}, sort_keys=True))
+        print(json.dumps({"models": [asdict(row) for row in rows], "not_installed": missing}, sort_keys=True))
     else:
         header = ("MODEL", "IMAGES", "WEIGHTS", "FILES", "IOU", "A FRAME TAKES")
-        print("\n".join(aligned([header, *map(_cells, models)], left=range(len(header)))))
+        print("\n".join(aligned([header, *map(_cells, rows)], left=range(len(header)))))
         for name, command in missing.items():
             print(f"{name} is not installed; in a clone of SUNSET's repository: {command}")
     for complaint in complaints:
@@ -72,18 +73,31 @@ def list_models(arguments: argparse.Namespace) -> int:
     return EXIT_BAD_INPUT if complaints else 0
 
 
-def _cells(model: Mapping[str, Any]) -> tuple[str, ...]:
+@dataclass(frozen=True)
+class _Row:
+    """What a list tells of a model; the IoU is None where the training that wrote its card did not measure it."""
+
+    name: str
+    width: int
+    height: int
+    parameters: int
+    bytes: int
+    iou: float | None
+    frame_ms: float
+
+
+def _cells(row: _Row) -> tuple[str, ...]:
     return (
-        model["name"],
-        f"{model['width']}x{model['height']}",
-        f"{model['parameters'] / 1e6:.1f} million",
-        f"{model['bytes'] / 1e6:.1f} MB",
-        "N/A" if model["iou"] is None else f"{model['iou']:.2f}",
-        f"{model['frame_ms']:.0f} ms",
+        row.name,
+        f"{row.width}x{row.height}",
+        f"{row.parameters / 1e6:.1f} million",
+        f"{row.bytes / 1e6:.1f} MB",
+        "N/A" if row.iou is None else f"{row.iou:.2f}",
+        f"{row.frame_ms:.0f} ms",
     )
 
 
-def _described(name: str, model: Model, device: str) -> dict[str, Any]:
+def _measured(name: str, model: Model, device: str) -> _Row:
     """Return what a list tells of a model; how long its fusion takes for a frame is measured, here and now."""
     card, modality = model.card, min(model.card.networks)
     files = {file for network in card.networks.values() for file in network.files}
@@ -93,15 +107,15 @@ def _described(name: str, model: Model, device: str) -> dict[str, Any]:
         begun = perf_counter()
         segmenter.warm_up(modality)
         times.append(perf_counter() - begun)
-    return {
-        "name": name,
-        "width": card.width,
-        "height": card.height,
-        "parameters": card.networks[modality].parameters,
-        "bytes": sum((model.folder / file).stat().st_size for file in files),
-        "iou": _test_iou(card.results, modality),
-        "frame_ms": min(times) * 1e3,
-    }
+    return _Row(
+        name=name,
+        width=card.width,
+        height=card.height,
+        parameters=card.networks[modality].parameters,
+        bytes=sum((model.folder / file).stat().st_size for file in files),
+        iou=_test_iou(card.results, modality),
+        frame_ms=min(times) * 1e3,
+    )
 
 
 def _test_iou(results: Mapping[str, object], modality: Modality) -> float | None:

@@ -26,8 +26,9 @@ from sunset.data.bag_images import COMPRESSED_IMAGE, IMAGE, SENSORS, TOPICS, Rec
 from sunset.data.bag_paths import STORAGES, check_bag_path, check_uri
 from sunset.data.frame import Frame
 from sunset.data.pairing import pair
-from sunset.data.pixels import FAR, Pixels, check_ids, dimensions, resample
+from sunset.data.pixels import FAR, check_ids, dimensions, resample
 from sunset.errors import DataError, InvalidInputError, OutputError
+from sunset.image_digests import Pixels
 from sunset.interfaces import message_definition, type_hash
 from sunset.interfaces.sensor_msgs.msg import Image
 from sunset.shortage import shortage

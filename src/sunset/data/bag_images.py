@@ -13,13 +13,13 @@ from sunset.data.pixels import (
     COLOUR_PNG,
     DEPTH_PNG,
     LABEL_PNG,
-    Pixels,
     bgr_of,
     counts_of,
     picture,
     raw_pixels,
 )
 from sunset.errors import DataError
+from sunset.image_digests import Pixels
 from sunset.interfaces import deserialize, serialize
 from sunset.interfaces.sensor_msgs.msg import CompressedImage, Image
 from sunset.interfaces.stamps import ns_of, stamp_of

@@ -8,7 +8,7 @@ import zlib
 from collections.abc import Collection
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, Final
+from typing import Final
 
 import cv2
 import numpy as np
@@ -17,11 +17,9 @@ import numpy.typing as npt
 from sunset.classes import CARLA_IDS
 from sunset.data.frame import DEPTH_RANGE_M, Frame
 from sunset.errors import DataError
+from sunset.image_digests import Pixels
 from sunset.input_files import read_bytes
 from sunset.interfaces.sensor_msgs.msg import Image
-
-Pixels = npt.NDArray[Any]
-"""Of whatever type a sensor has."""
 
 FAR: Final = 65535
 """The depth count of what is 1000 m away or further, or of no measured depth."""

@@ -18,7 +18,6 @@ from sunset.data.pixels import (
     COLOUR_JPEG,
     DEPTH_PNG,
     LABEL_PNG,
-    Pixels,
     check_ids,
     dimensions,
     read_picture,
@@ -26,6 +25,7 @@ from sunset.data.pixels import (
 )
 from sunset.data.reading_ahead import read_ahead
 from sunset.errors import DataError
+from sunset.image_digests import Pixels
 
 TOWNS: Final = ("01", "02", "03", "04", "05", "06", "07", "10HD")
 SIZE: Final = (1080, 1920)

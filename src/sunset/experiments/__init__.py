@@ -1,15 +1,8 @@
 """The composition root: (scenario, seed, managing system, middleware) → one record."""
 
 from sunset.experiments.again import run_again
-from sunset.experiments.bench import (
-    BenchSpec,
-    bench,
-    count_runs,
-    flights_of,
-    plan,
-    run_folder,
-    scenarios_checksum,
-)
+from sunset.experiments.bench import bench, count_runs
+from sunset.experiments.campaign import BenchSpec, flights_of, plan, run_folder, scenarios_checksum
 from sunset.experiments.checking import ManagerCheck, check_manager
 from sunset.experiments.cluster import connected_scheduler
 from sunset.experiments.last import keep_last_run, last_run

@@ -3,8 +3,9 @@
 import inspect
 import socket
 import traceback
+from functools import partial
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import msgspec
 
@@ -120,8 +121,8 @@ def run_manager(connection: socket.socket, task: object) -> None:
         context = Context()
         context.init([], middleware=process, log_to_stderr=told.log, log_once=not told.live)
         overrides = [Parameter(name, value=value) for name, value in told.parameters.items()]
-        truth: dict[str, Any] = {"scenario": told.scenario} if made is Oracle else {}
-        manager = made(context=context, parameter_overrides=overrides, **truth)
+        construct = partial(Oracle, scenario=told.scenario) if made is Oracle else made
+        manager = construct(context=context, parameter_overrides=overrides)
         SingleThreadedExecutor(context=context).add_node(manager)
 
     RemoteProcess(

@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 from functools import partial
 from itertools import chain
-from typing import Any, Final
+from typing import Any, Final, Generic, TypeVar
 
 from sunset.interfaces import Message, get_message
 from sunset.interfaces.diagnostic_msgs.msg import DiagnosticArray
@@ -27,6 +27,8 @@ _ROOM: Final = 200
 _LONGEST: Final = 200
 """Characters of a name or text; longer ones are ignored."""
 
+_T = TypeVar("_T")
+
 
 @dataclass
 class _Node:
@@ -36,14 +38,14 @@ class _Node:
     state: str = ""
 
 
-class _BoundedEntries:
+class _BoundedEntries(Generic[_T]):
     """Caps the number of entries, since anything may publish on `/diagnostics`.
 
     When it is full, an entry of a heartbeat takes the place of one that no heartbeat has confirmed, else of the one
     that was confirmed longest ago; other entries are ignored.
     """
 
-    def __init__(self, entries: dict[str, Any]) -> None:
+    def __init__(self, entries: dict[str, _T]) -> None:
         self._entries = entries
         self._told: dict[str, None] = {}  # by heartbeats, the latest last
 

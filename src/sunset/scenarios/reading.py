@@ -109,7 +109,7 @@ def _flight(item: Item | None) -> FlightSpec | None:
     if item is None:
         return None
     fields = item.mapping(required=(), optional=KEYS)
-    values: dict[str, Any] = {key: one.value() for key, one in fields.items()}
+    values: dict[str, object] = {key: one.value() for key, one in fields.items()}
     if "bag" in fields:
         values["bag"] = str(Path(item.source).parent / fields["bag"].text())
     try:

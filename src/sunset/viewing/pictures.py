@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from math import sqrt
-from typing import Any, Final, NamedTuple
+from typing import Final, NamedTuple
 
 import cv2
 import numpy as np
@@ -15,13 +15,12 @@ import numpy.typing as npt
 from sunset.classes import CLASS_OF_CARLA_ID, CLASSES
 from sunset.errors import RecordError
 from sunset.faults import DEPTH_COUNTS_PER_METRE
+from sunset.image_digests import Pixels
 from sunset.recording import StoredImage
 from sunset.system import TRUTH_TOPIC
 from sunset.viewing.document import DepthScale, PicturesView
 from sunset.viewing.labels import pack
 from sunset.workers import Progress, processors
-
-_Pixels = npt.NDArray[Any]
 
 _QUALITIES: Final = {80: 1.0, 70: 0.8, 60: 0.7, 50: 0.62}
 """Quality of WebP → about how large a picture is, compared with the first one."""
@@ -272,19 +271,19 @@ def _placed(source: Source, album: _Album, every: int, progress: Progress | None
             progress(min(len(stamps), source.frames), source.frames)
 
 
-def _resized(pixels: _Pixels, size: tuple[int, int], interpolation: int) -> _Pixels:
+def _resized(pixels: Pixels, size: tuple[int, int], interpolation: int) -> Pixels:
     if pixels.shape[:2] == size:
         return pixels
-    resized: _Pixels = cv2.resize(pixels, size[::-1], interpolation=interpolation)
+    resized: Pixels = cv2.resize(pixels, size[::-1], interpolation=interpolation)
     return resized
 
 
-def _webp(bgr: _Pixels, quality: int) -> bytes:
+def _webp(bgr: Pixels, quality: int) -> bytes:
     encoded: bytes = cv2.imencode(".webp", bgr, [cv2.IMWRITE_WEBP_QUALITY, quality])[1].tobytes()
     return encoded
 
 
-def _depth_scale(depth: _Pixels) -> DepthScale:
+def _depth_scale(depth: Pixels) -> DepthScale:
     """Return a scale for the depths of a flight, by its first image."""
     near, far = np.percentile(depth, _PERCENTILES) / DEPTH_COUNTS_PER_METRE
     near, far = max(float(near) / _MARGIN, 0.1), min(float(far) * _MARGIN, 1000.0)

@@ -10,13 +10,14 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager, nullcontext
-from multiprocessing.synchronize import Event
-from pathlib import Path
-from traceback import walk_stack
-from typing import TypeVar
+from multiprocessing.context import SpawnContext, SpawnProcess
+from types import ModuleType
+from typing import Final, TypeVar
 
 from sunset.errors import InvalidInputError, SunsetError
 from sunset.texts import shown
+
+_STARTING: Final = threading.Lock()
 
 _Item = TypeVar("_Item")
 _Result = TypeVar("_Result")
@@ -43,33 +44,36 @@ def check_jobs(jobs: int | None) -> None:
         raise InvalidInputError(f"There must be at least 1 job, got {shown(jobs)}.")
 
 
-def end_if_imported() -> None:
-    """End this process at once if it is a worker process that still imports the script whose work it is to do.
+class _Worker(SpawnProcess):
+    """A process that imports what it is to do, and not the script whose work that is, which would do it again."""
 
-    It would do all of the script's work again. Its parent says what is wrong.
-    """
-    for frame, _ in walk_stack(None):
-        if frame.f_code.co_name == "<module>" and frame.f_globals.get("__name__") == "__mp_main__":
-            os._exit(1)
+    def start(self) -> None:
+        """Start it; meanwhile there is no script that Python could have it import."""
+        with _STARTING:
+            script = sys.modules["__main__"]
+            sys.modules["__main__"] = ModuleType("__main__")
+            try:
+                super().start()
+            finally:
+                sys.modules["__main__"] = script
 
 
-def _check_caller(*, forked: bool) -> None:
+class _Workers(SpawnContext):
+    """Makes such processes."""
+
+    Process = _Worker
+
+
+def _check_caller() -> None:
     """Make sure that this process can have worker processes.
 
     Raises:
-        InvalidInputError: it is one of `multiprocessing.Pool`, or its script cannot be imported.
+        InvalidInputError: it is one of `multiprocessing.Pool`.
     """
     if multiprocessing.current_process().daemon:
         raise InvalidInputError(
             "A daemonic process, such as one of multiprocessing.Pool, can have no worker processes: use "
             "concurrent.futures.ProcessPoolExecutor."
-        )
-    main = sys.modules["__main__"]
-    script = getattr(main, "__file__", None) if main.__spec__ is None else None
-    if script is not None and not forked and not Path(script).is_file():
-        raise InvalidInputError(
-            f"Worker processes import the script that calls this, and {script} is not a file: save it as one, with "
-            "the call below 'if __name__ == \"__main__\":'."
         )
 
 
@@ -77,22 +81,21 @@ def _check_caller(*, forked: bool) -> None:
 def worker_pool(jobs: int, *, forked: bool = False) -> Iterator[ProcessPoolExecutor]:
     """Give worker processes, which end with the context: at once if it ends with an exception.
 
-    They also end when this process does, however it does. They leave interrupts to it, and print to stderr.
+    They also end when this process does, however it does. They leave interrupts to it, and print to stderr. They do not
+    import the script that this process runs, which therefore needs no guard.
 
     Args:
         jobs: how many there are.
         forked: whether they have what this process has defined, instead of importing what they need.
 
     Raises:
-        InvalidInputError: this process can have none, or its script does not let itself be imported.
+        InvalidInputError: this process can have none.
         SunsetError: a worker process was killed.
     """
-    end_if_imported()
-    _check_caller(forked=forked)
+    _check_caller()
     others = multiprocessing.active_children()
-    context = multiprocessing.get_context("fork" if forked else "spawn")
-    begun = context.Event()
-    pool = ProcessPoolExecutor(jobs, mp_context=context, initializer=_set_up, initargs=(begun,))
+    context = multiprocessing.get_context("fork") if forked else _Workers()
+    pool = ProcessPoolExecutor(jobs, mp_context=context, initializer=_set_up)
     try:
         with warnings.catch_warnings():
             if forked:  # of Python from 3.12 on; the other threads that there may be are not needed there
@@ -105,11 +108,6 @@ def worker_pool(jobs: int, *, forked: bool = False) -> Iterator[ProcessPoolExecu
                 worker.terminate()
         if not isinstance(error, BrokenProcessPool):
             raise
-        if not begun.is_set():
-            raise InvalidInputError(
-                "Worker processes import the script that calls this, and ended while they did: the call must stand "
-                "below 'if __name__ == \"__main__\":'."
-            ) from None
         raise SunsetError(
             "A worker process ended in the middle of its work: it was killed, for instance for want of memory; what "
             "was finished is kept: run the same command again, with fewer --jobs "
@@ -148,8 +146,7 @@ def spread(
                 progress(done, len(items))
 
 
-def _set_up(begun: Event) -> None:
-    begun.set()
+def _set_up() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     sys.stdout = sys.stderr
     threading.Thread(target=_end_with_the_parent, daemon=True).start()

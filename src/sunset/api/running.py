@@ -101,8 +101,6 @@ def bench(
 ) -> Results:
     """Run managing systems over a suite, as `sunset bench` does; runs that `out` holds already are not repeated.
 
-    A script calls this below `if __name__ == "__main__":`, since worker processes import it.
-
     Args:
         suite: a suite's name, or a folder of scenario files.
         managers: managing systems, as of `run`: a list, or a dictionary of them by their labels in tables.

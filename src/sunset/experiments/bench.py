@@ -27,7 +27,7 @@ from sunset.recording import (
 )
 from sunset.schemas import document_text
 from sunset.texts import counted
-from sunset.workers import Progress, check_jobs, end_if_imported, processors, worker_pool
+from sunset.workers import Progress, check_jobs, processors, worker_pool
 
 _CHANGING: Final = MappingProxyType({"manager_checksums": "managing system", "extensions": "extension"})
 """Key of a campaign's plan that holds checksums by name → what they are of, where that is the user's own."""
@@ -64,7 +64,6 @@ def bench(
 
     Every run is written to a temporary folder and renamed when it is complete, so that nothing that was
     finished is lost, whatever ends this process, and an interrupted campaign is continued by the same call.
-    Worker processes import the script that calls this, which should therefore do so below `if __name__ == "__main__":`.
 
     Args:
         spec: what to run.
@@ -85,7 +84,6 @@ def bench(
         OutputError: `out` cannot be written, or another process runs its campaign.
         SunsetError: a worker process was killed, or the executor has failed.
     """
-    end_if_imported()
     check_jobs(jobs)
     if executor is not None:
         _check_executor(executor, spec, jobs)

@@ -20,7 +20,7 @@ from sunset.recording import read_messages
 from sunset.recording.reader import first_difference
 from sunset.system import COMMANDS_TOPIC
 from sunset.texts import counted, shorten
-from sunset.workers import Progress, end_if_imported, worker_pool
+from sunset.workers import Progress, worker_pool
 
 _HASH_SEED: Final = "PYTHONHASHSEED"
 _SHOWN: Final = 3
@@ -97,7 +97,6 @@ def check_manager(spec: RunSpec, *, progress: Progress | None = None) -> Manager
     Raises:
         SunsetError: as `run`.
     """
-    end_if_imported()
     # what is wrong with it is said at once
     manager_checksum(spec.manager, limit_s=spec.settings.manager_limit_s)
     prepare(spec)

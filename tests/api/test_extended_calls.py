@@ -41,6 +41,8 @@ def test_a_run_has_the_faults_of_several_extensions(page: Path) -> None:
     assert "set altimeter.recalibrate to true" in map(str, run.adaptations)
     assert sunset.load(page / "run", extensions=extensions).digest == run.digest  # type: ignore[union-attr]
     assert re.search(" symptom +F6 ", str(run))
+    assert run.view(out=page / "run.html", show=False).stat().st_size > 10_000
+    assert "<iframe" in str(run._repr_html_())
     with pytest.raises(RecordError, match="name it with --extension, in Python with extensions"):
         sunset.load(page / "run")
     with pytest.raises(SunsetError, match="There is no scenario 'altimeter_drift'"):

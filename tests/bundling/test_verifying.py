@@ -120,6 +120,25 @@ def appended(name: str, text: str = "# changed\n") -> Edit:
     return edit
 
 
+def test_what_is_run_for_the_score_is_verified_too(flight: Path, tmp_path: Path) -> None:
+    assert flight.exists()
+    spec = BenchSpec(
+        suite="single",
+        scenarios=("gpu_failure",),
+        managers=("baseline",),
+        references=False,
+        repetitions=1,
+        settings=SETTINGS,
+    )
+    bench(spec, tmp_path / "results", jobs=1)
+    bundle(tmp_path / "results", tmp_path / "results.zip", published=DATE)
+
+    found = verify(tmp_path / "results.zip", NOTHING)
+
+    assert found.problems == ()
+    assert sorted(read_plan(tmp_path / "results").manager_checksums) == ["baseline", "none", "oracle"]
+
+
 FORGERIES: dict[str, tuple[Edit, str, str]] = {
     "figure": (
         changed(f"{WET}/run.json", metrics__t_down_s=0.5),

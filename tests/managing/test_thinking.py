@@ -62,6 +62,28 @@ class Rash(ManagingSystem):
         self.think(1.0)
 
 
+class RashCoroutine(ManagingSystem):
+    """The same in a coroutine."""
+
+    async def adapt(self, symptoms: Symptoms) -> None:  # type: ignore[override]  # it may be one
+        self.redeploy("camera")
+        self.think(1.0)
+
+
+class Repeating(ManagingSystem):
+    """Thinks, acts, waits for the outcome, and thinks again."""
+
+    def on_start(self) -> None:
+        self.times: list[float] = []
+
+    async def adapt(self, symptoms: Symptoms) -> None:  # type: ignore[override]  # it may be one
+        if not self.times:
+            for _ in range(2):
+                self.times.append(self.get_clock().now().nanoseconds / 1e9)
+                self.think(0.3)
+                await self.redeploy("camera")
+
+
 class Patient(ManagingSystem):
     """Waits for the outcome of its decision, which it has thought about."""
 
@@ -124,12 +146,21 @@ def test_what_is_awaited_comes_when_it_was_thought_about(world: "World") -> None
     assert accepted
 
 
-def test_who_thinks_after_acting_is_told(world: "World") -> None:
+@pytest.mark.parametrize("rash", [Rash, RashCoroutine])
+def test_who_thinks_after_acting_is_told(world: "World", rash: type[ManagingSystem]) -> None:
     world.start(Launcher)
-    world.start(Rash)
+    world.start(rash)
     show(world)
     with pytest.raises(CallbackError, match="think must be called before the adaptations that it delays"):
         world.run(1.0)
+
+
+def test_a_coroutine_that_has_waited_for_the_outcome_may_think_again(world: "World") -> None:
+    world.start(Launcher)
+    repeating = world.start(Repeating)
+    show(world)
+    world.run(1.0)
+    assert repeating.times == pytest.approx([0.2, 0.5], abs=0.01)
 
 
 @pytest.mark.parametrize("seconds", [-0.1, math.nan, math.inf, 3601.0, True, "1"])

@@ -2,14 +2,15 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 
-from sunset.metrics import Episode, ExecutedAdaptation, Injection, RunMetrics, Timeline, score
+from sunset.metrics import Episode, FaultOutcome, Injection, RunMetrics, Timeline, score
 from sunset.recording.causes import Cause, causes_of
 
 
-def metrics(episodes: Sequence[Episode] = (), done: Sequence[ExecutedAdaptation] = ()) -> RunMetrics:
+def metrics(episodes: Sequence[Episode] = (), outcomes: Sequence[FaultOutcome] = ()) -> RunMetrics:
     nothing = score(Timeline(thresholds={"entropy_threshold": 0.1, "sharpness_threshold": 1.0}))
-    return replace(nothing, failures=tuple(episodes), executed=tuple(done))
+    return replace(nothing, failures=tuple(episodes), outcomes=tuple(outcomes))
 
 
 def episode(failure: str, *, injected: bool) -> Episode:
@@ -17,7 +18,8 @@ def episode(failure: str, *, injected: bool) -> Episode:
 
 
 def only_cause(fault: str, failure: str, seen: RunMetrics) -> Cause:
-    (cause,) = causes_of([Injection(0.0, fault, failure, "some_node")], seen)
+    there = replace(seen, outcomes=(FaultOutcome(fault, failure, 0.0, 20.0),))
+    (cause,) = causes_of([Injection(0.0, fault, failure, "some_node")], there)
     return cause
 
 
@@ -37,19 +39,29 @@ def test_a_fault_that_was_gone_before_it_showed_is_said_to_have_shown_as_nothing
     assert cause.looks_like == ""
 
 
-def test_a_cure_of_two_steps_is_done_with_the_later_one_and_only_from_the_injection_on() -> None:
-    activate = ExecutedAdaptation(-1.0, "image_enhancement", "activate")
-    change = ExecutedAdaptation(
-        4.0, "sensor_fusion", "change_topic", "", ("modality", "topic_camera_input"), ("0", "rgb_enhanced")
+def test_what_is_said_of_its_cure_is_what_the_figures_count() -> None:
+    noise = partial(FaultOutcome, "depth_degradation", "F4")
+    healing = partial(Injection, fault="depth_degradation", failure="F4", node="depth", internal=False)
+    injections = [
+        healing(0.0, ended=3.0),
+        healing(5.0, ended=8.0),
+        healing(10.0, ended=13.0),
+        healing(15.0, ended=None),
+    ]
+    outcomes = [noise(0.0, 3.0), noise(5.0, 8.0, 6.25), noise(10.0, 13.0, 10.0), noise(15.0, 20.0)]
+
+    (cause,) = causes_of(injections, metrics(outcomes=outcomes))
+
+    assert cause.cured_by.partition("; ")[2] == (
+        "healed by itself at 3.00 s, done at 6.25 s, in place at 10.00 s and not done"
     )
 
-    def cured_by(*done: ExecutedAdaptation) -> str:
-        return only_cause("image_degradation", "F4", metrics(done=done)).cured_by.rpartition("; ")[2]
 
-    assert cured_by(activate, change) == "not done"
-    assert cured_by(replace(activate, time=5.0), change) == "done at 5.00 s"
-    assert cured_by(replace(activate, time=2.0), change) == "done at 4.00 s"
+def test_a_fault_that_came_when_all_was_over_is_left_out() -> None:
+    assert causes_of([Injection(20.0, "gpu_failure", "F3", "segmentation")], metrics()) == ()
 
 
 def test_a_fault_of_another_version_is_left_out() -> None:
-    assert causes_of([Injection(0.0, "unheard_of", "F9", "some_node")], metrics()) == ()
+    seen = metrics(outcomes=[FaultOutcome("unheard_of", "F9", 0.0, 20.0)])
+
+    assert causes_of([Injection(0.0, "unheard_of", "F9", "some_node")], seen) == ()

@@ -24,7 +24,7 @@ from sunset.evaluation.power import (
 )
 from sunset.evaluation.resampling import LEAST_LEVELS
 from sunset.evaluation.results import alike
-from sunset.experiments import BenchSpec, RunSpec, plan
+from sunset.experiments import BenchSpec, RunSpec, added_managers, plan
 from sunset.managing import split_label
 from sunset.recording import RUN_FILE
 from sunset.texts import counted, listed
@@ -175,10 +175,8 @@ def _counts(spec: BenchSpec) -> dict[str, int]:
     bare = replace(spec, references=False, score=False)
     names = [label or manager for label, manager in map(split_label, spec.managers)]
     counts = {listed(names): len(plan(bare))}
-    if spec.added:
-        counts[f"{listed(spec.added)}, for the score"] = len(plan(replace(bare, score=True))) - len(
-            plan(bare)
-        )
+    if added := added_managers(spec):
+        counts[f"{listed(added)}, for the score"] = len(plan(replace(bare, score=True))) - len(plan(bare))
     references = len(plan(spec)) - len(plan(replace(spec, references=False)))
     return counts | ({"the paper's reference rows": references} if references else {})
 

@@ -57,7 +57,7 @@ def run(
     out: str | Path | None = None,
     **options: Unpack[Options],
 ) -> Run:
-    """Run one faulted mission and measure the adaptation, as `sunset run` does.
+    """Run one scenario and measure the adaptation, as `sunset run` does.
 
     Args:
         scenario: a scenario's name, a YAML file, faults joined by `+`, or what `load_scenario` returned.
@@ -71,15 +71,16 @@ def run(
 
     Raises:
         InvalidInputError: an argument is not usable.
-        ManagerError: the managing system could not be loaded, raised, did not return, or ended its process.
+        ManagerError: the managing system could not be loaded, or kept the system from coming up.
         OutputError: the record cannot be written.
     """
-    with extended(options.get("extensions", ())):
+    extensions = options.get("extensions", ())
+    with extended(extensions):
         spec = _spec_of(scenario, manager, seed, options)
         if out is not None:
-            return Run.of(experiments.run(spec, as_path(out, "folder of the record")))
+            return Run.of(experiments.run(spec, as_path(out, "folder of the record")), extensions=extensions)
         with tempfile.TemporaryDirectory(prefix="sunset-") as folder:
-            return Run.of(experiments.run(spec, Path(folder) / "run"), is_kept=False)
+            return Run.of(experiments.run(spec, Path(folder) / "run"), extensions=extensions, is_kept=False)
 
 
 def bench(
@@ -209,7 +210,7 @@ def load(path: str | Path, *, recompute: bool = False, extensions: Extensions = 
     check_flags(recompute=recompute)
     with extended(extensions):
         if (folder / RUN_FILE).exists():
-            return Run.of(read_stored_run(folder))
+            return Run.of(read_stored_run(folder), extensions=extensions)
         return Results(folder, load_results(folder, again=recompute))
 
 

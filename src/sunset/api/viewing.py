@@ -37,16 +37,19 @@ _LIVE: Final = "It was run live, and its images were not kept, so that there are
 class Run(StoredRun):
     """A run, as its record tells it, that can be looked at.
 
-    Where its record is not kept, it has the record's files but images with it.
+    It knows the extensions of the managed system that it was made with. Where its record is not kept, it carries the
+    record's files except images.
     """
 
-    __slots__ = ("_files",)
+    __slots__ = ("_extensions", "_files")
+    _extensions: Extensions
     _files: Mapping[str, bytes]
 
     @classmethod
-    def of(cls, run: StoredRun, *, is_kept: bool = True) -> Self:
+    def of(cls, run: StoredRun, *, extensions: Extensions = (), is_kept: bool = True) -> Self:
         """Return a stored run as one that can be looked at."""
         made = cls(**{field.name: getattr(run, field.name) for field in fields(run) if field.init})
+        object.__setattr__(made, "_extensions", extensions)
         files = [] if is_kept else [path for path in run.folder.iterdir() if path.name != IMAGES_FILE]
         object.__setattr__(made, "_files", {path.name: path.read_bytes() for path in files})
         return made
@@ -60,10 +63,10 @@ class Run(StoredRun):
     def _repr_html_(self) -> str | None:
         """Return the run for a notebook: its time lines, and pictures if its record has them.
 
-        It is None, so that its text is shown, where the record is gone, or the managed system has not its extensions.
+        It is None, so that its text is shown, where the record or an extension is gone.
         """
         try:
-            with self.at_hand() as run:
+            with extended(self.extensions), self.at_hand() as run:
                 viewed = Viewed.of(run, run.folder)
                 text = page_text([viewed])
         except SunsetError:
@@ -72,6 +75,11 @@ class Run(StoredRun):
             f'<iframe srcdoc="{escape(text)}" sandbox="allow-scripts" title="{escape(repr(self))}" '
             f'style="width: 100%; height: {940 if viewed.images else 720}px; border: 0"></iframe>'
         )
+
+    @property
+    def extensions(self) -> Extensions:
+        """The extensions that the managed system had, as they were passed."""
+        return getattr(self, "_extensions", ())  # not where it was sent to another process
 
     @contextmanager
     def at_hand(self) -> Iterator[StoredRun]:
@@ -109,11 +117,11 @@ def view(
         out: the page's file; in the current folder, named after the runs' folders, if it is None.
         show: whether it is opened in a browser, where there is a screen.
         manager: the managing system of `run`, if it is not what the record calls it.
-        other_manager: likewise, of `other`.
+        other_manager: the same for `other`.
         model: the model, if it is not one of the record's name.
         bag: the runs' flight, if that is not the default one.
         progress: called with (what is done, how much of it, how much in all).
-        extensions: those of the managed system that the runs were made with.
+        extensions: those of the managed system that the runs were made with; a `Run` knows its own.
 
     Raises:
         RecordError: there is no such run, it failed, it cannot be run again, or the two cannot be compared.
@@ -122,7 +130,8 @@ def view(
     check_progress(progress)
     check_flags(show=show)
     listed = [run] if other is None else [run, other]
-    with extended(extensions), ExitStack() as stack:
+    known = (one.extensions for one in listed if isinstance(one, Run) and one.extensions)
+    with extended(extensions or next(known, ())), ExitStack() as stack:
         given = [one if isinstance(one, Run) else Run.of(_stored(one)) for one in listed]
         file = _default_page(given) if out is None else as_path(out, "page's file")
         check_page_file(file)

@@ -16,6 +16,7 @@ from sunset.experiments import (
     RunTiming,
     Settings,
     Timing,
+    campaign_managers,
     flight_name,
     model_checksum,
     plan,
@@ -23,7 +24,7 @@ from sunset.experiments import (
     scenarios_checksum,
     stored_faults,
 )
-from sunset.managing import MANAGERS, split_label
+from sunset.managing import MANAGERS
 from sunset.metrics import RunMetrics, log_figures, score
 from sunset.names import base_name
 from sunset.output_files import folder_name
@@ -31,7 +32,6 @@ from sunset.perception import ModelCard
 from sunset.recording import (
     PLAN_FILE,
     RUN_FILE,
-    SCORE_REFERENCES,
     TELLING_TOPICS,
     CampaignPlan,
     RunRecord,
@@ -206,9 +206,7 @@ def _check_unextended(
             f"{PLAN_FILE}: it has {counted(described.runs, 'run')}, and {len(found)} are there."
         )
     settings = _settings(described)
-    managers = {label or manager: (label, manager) for label, manager in map(split_label, described.managers)}
-    managers |= {"none": ("", "none")} if described.references else {}
-    managers |= {name: ("", name) for name in SCORE_REFERENCES} if described.score else {}
+    managers = ({"none": "none"} if described.references else {}) | campaign_managers(described)
     every = range(described.seed, described.seed + described.repetitions)
     seeds: dict[Path, set[int]] = {}
     firsts: dict[str, RunRecord] = {}
@@ -221,13 +219,13 @@ def _check_unextended(
             flight = f"-{run.flight}" if described.flights else ""
             if place != folder.joinpath("runs", *map(folder_name, (*named, f"seed-{run.seed}{flight}"))):
                 problems.append(f"it says that it is seed {run.seed} of {run.scenario} with {run.manager}")
-            label, manager = managers.get(run.manager, ("", ""))
+            manager = managers.get(run.manager, "")
             if not manager or run.seed not in every:
                 problems.append(f"no run of {run.manager} with seed {run.seed} is part of the plan")
             # the scenario, which may be of an extension, is not looked at
             timing = settings.timing.of_run(Scenario(run.scenario, duration=run.duration_s), run.seed)
             expected = _expected_of_all(run.manager, settings, timing, described, card, flight=run.flight)
-            expected["manager_spec"] = manager if label else UNSET
+            expected["manager_spec"] = UNSET if manager == run.manager else manager
             problems.extend(_misfits(run, place, expected, described, manager=manager, first=first))
             messages = read_messages(place)
             problems.extend(contradictions(run, messages))
@@ -248,7 +246,7 @@ def _check_scenarios(findings: Findings, described: CampaignPlan, scenarios: Col
             for place in scenarios
             if place.parts[-3] in of_suite and place.parts[-2] == folder_name(manager)
         }
-        for manager in (label or manager for label, manager in map(split_label, described.managers))
+        for manager in campaign_managers(described)
     }
     wanted = wanted or set().union(*ran.values())
     for manager in sorted(name for name, names in ran.items() if names != wanted):

@@ -11,7 +11,7 @@ from typing import Final
 from sunset import __version__
 from sunset.bundling.layout import CAMPAIGN, MANIFEST_FILE, ManagerSources, Manifest
 from sunset.errors import ManagerError, RecordError
-from sunset.experiments import EXTERNAL, manager_files
+from sunset.experiments import EXTERNAL, campaign_managers, manager_files
 from sunset.input_files import file_digest
 from sunset.managing import (
     MANAGERS,
@@ -22,7 +22,6 @@ from sunset.managing import (
     manager_sources,
     parse_command,
     sources_digest,
-    split_label,
     unfiled_sources,
 )
 from sunset.output_files import folder_name
@@ -34,11 +33,6 @@ _UNFILED: Final = re.compile(r"unfiled-[0-9]+\.py")
 """What a class that has no file is packed as, behind the files."""
 _LIMIT_S: Final = 30.0
 """Wall time that loading a managing system may take."""
-
-
-def campaign_managers(described: CampaignPlan) -> dict[str, str]:
-    """Return the managing systems of a campaign: the name in tables → as what it was loaded."""
-    return {label or manager: manager for label, manager in map(split_label, described.managers)}
 
 
 def find_manager_sources(

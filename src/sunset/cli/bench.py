@@ -24,7 +24,7 @@ from sunset.cli._steps import print_next_steps
 from sunset.cli.report import print_report
 from sunset.errors import InvalidInputError
 from sunset.evaluation import FORMATS
-from sunset.experiments import BenchSpec, Shard, bench, connected_scheduler, flights_of, plan
+from sunset.experiments import BenchSpec, Shard, added_managers, bench, connected_scheduler, flights_of, plan
 from sunset.texts import counted, listed
 
 
@@ -133,5 +133,5 @@ def _title(spec: BenchSpec) -> str:
     references = len(plan(bare)) - len(plan(replace(bare, references=False)))
     scored = len(plan(spec)) - len(plan(bare))
     added = [counted(references, "reference run")] if references else []
-    added += [f"{counted(scored, 'run')} of {listed(spec.added)} for the score"] if scored else []
+    added += [f"{counted(scored, 'run')} of {listed(added_managers(spec))} for the score"] if scored else []
     return f"Running the campaign with {listed(added)}" if added else "Running the campaign"

@@ -10,6 +10,7 @@ from sunset.cli._prepare import prepare_flight
 from sunset.cli._progress import progress_bar
 from sunset.experiments import CHECK_SCENARIO, check_manager, manager_checksum
 from sunset.managing import MANAGERS
+from sunset.tables import aligned
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -39,7 +40,7 @@ def list_managers(arguments: argparse.Namespace) -> None:
         managers = [{"name": name, "description": text} for name, text in described.items()]
         print(json.dumps({"managers": managers}, sort_keys=True))
     else:
-        print("\n".join(f"{name:10}{text}" for name, text in described.items()))
+        print("\n".join(aligned(list(described.items()), left=range(2))))
 
 
 def check(arguments: argparse.Namespace) -> int:

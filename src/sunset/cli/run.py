@@ -20,7 +20,7 @@ from sunset.texts import printable
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Complete the verb's parser."""
     parser.description = (
-        "Bring the managed system up, run it for 3 s without a fault, inject the scenario's faults, let the "
+        "Bring the managed system up, run it for 3 to 6 s without a fault, inject the scenario's faults, let the "
         "managing system adapt for 20 s, and print what happened and how well it did."
     )
     parser.add_argument(

@@ -138,7 +138,10 @@ class RunRow:
 
     @property
     def experiment(self) -> tuple[object, ...]:
-        """What makes runs of two managing systems a pair: the same scenario, seed, model, flight and middleware."""
+        """What makes runs of two managing systems a pair.
+
+        The same scenario, seed, model, flight, middleware, thinking time and version.
+        """
         return (
             self.suite,
             self.scenario,
@@ -147,6 +150,8 @@ class RunRow:
             self.setting,
             self.flight,
             self.middleware,
+            self.thinking_s,
+            self.version,
         )
 
 

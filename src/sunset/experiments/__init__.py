@@ -2,7 +2,15 @@
 
 from sunset.experiments.again import run_again
 from sunset.experiments.bench import bench, count_runs
-from sunset.experiments.campaign import BenchSpec, flights_of, plan, run_folder, scenarios_checksum
+from sunset.experiments.campaign import (
+    BenchSpec,
+    added_managers,
+    campaign_managers,
+    flights_of,
+    plan,
+    run_folder,
+    scenarios_checksum,
+)
 from sunset.experiments.checking import ManagerCheck, check_manager
 from sunset.experiments.cluster import connected_scheduler
 from sunset.experiments.last import keep_last_run, last_run
@@ -42,7 +50,9 @@ __all__ = [
     "Settings",
     "Shard",
     "Timing",
+    "added_managers",
     "bench",
+    "campaign_managers",
     "check_manager",
     "connected_scheduler",
     "count_runs",

@@ -9,7 +9,15 @@ from typing import Final
 from msgspec.structs import asdict
 
 from sunset.errors import InvalidInputError, RecordError
-from sunset.experiments.campaign import BenchSpec, describe_campaign, flights_of, flown, plan, run_folder
+from sunset.experiments.campaign import (
+    BenchSpec,
+    campaign_managers,
+    describe_campaign,
+    flights_of,
+    flown,
+    plan,
+    run_folder,
+)
 from sunset.experiments.campaign_lock import locked_campaign
 from sunset.experiments.campaign_run import run_of_campaign
 from sunset.experiments.cluster import check_executor, run_on_workers
@@ -17,7 +25,7 @@ from sunset.experiments.resources import prepare_all
 from sunset.experiments.shards import Shard
 from sunset.experiments.spec import RunSpec
 from sunset.experiments.worker import facts_of
-from sunset.managing import is_registered, split_label
+from sunset.managing import is_registered
 from sunset.output_files import write_text
 from sunset.recording import (
     PLAN_FILE,
@@ -101,13 +109,15 @@ def bench(
         done = len(wanted) - len(todo)
         if progress is not None:
             progress(done, len(wanted))
-        if todo and executor is not None:
+        if not todo:
+            return 0
+        if executor is not None:
             facts = {flown(one): facts_of(resources) for one, resources in prepared}
             counts = run_on_workers(executor, [(*place, facts[flown(place[0])]) for place in todo])
         else:
             jobs = jobs or (1 if spec.settings.live else processors())
             counts = _run_all(todo, min(jobs, len(todo)))
-        for count in counts if todo else ():
+        for count in counts:
             if progress is not None:
                 progress(done + count, len(wanted))
     return len(todo)
@@ -126,10 +136,10 @@ def _check_executor(executor: Executor, spec: BenchSpec, jobs: int | None) -> No
         )
     if spec.settings.live:
         raise InvalidInputError("Live runs take place on this computer: leave the executor out.")
-    for label, manager in map(split_label, spec.managers):
+    for name, manager in campaign_managers(spec).items():
         if is_registered(manager):
             raise InvalidInputError(
-                f"An executor's workers do not have the managing system {label or manager}, which was passed as a "
+                f"An executor's workers do not have the managing system {name}, which was passed as a "
                 "class or function: name it FILE.py:Class or module:Class."
             )
 
@@ -181,17 +191,19 @@ def _claim(out: Path, plan: CampaignPlan) -> None:
                 f"The campaign in {out} was begun {word} the extension {name}; name the same extensions, or a new "
                 "folder."
             )
-        several = kind == key and key.endswith("s") and not isinstance(ours[key], bool)
+        several = (
+            kind == key and key.endswith("s") and not (key.endswith("_s") or isinstance(ours[key], bool))
+        )
         verb = "are" if several else "is"
         raise InvalidInputError(
             f"The folder {out} holds another campaign: its {key} {verb} {theirs.get(key)!r}, this one's {verb} "
             f"{ours.get(key)!r}; name a new folder."
         )
-    for label, manager in map(split_label, plan.managers):
-        if is_registered(manager) and not plan.manager_checksums[label or manager]:
+    for name, manager in campaign_managers(plan).items():
+        if is_registered(manager) and not plan.manager_checksums[name]:
             raise InvalidInputError(
-                f"The campaign in {out} cannot be continued: nothing says whether its managing system "
-                f"{label or manager} is the same as then: pass a class, or name a new folder."
+                f"The campaign in {out} cannot be continued: nothing says whether its managing system {name} "
+                f"is the same as then: pass a class, or name a new folder."
             )
 
 

@@ -75,15 +75,21 @@ class BenchSpec:
                 "A campaign has one bag or several flights, not both: name the bag as a flight."
             )
 
-    @property
-    def added(self) -> tuple[str, ...]:
-        """The managing systems that are run for the score, beside those that are named.
 
-        None where one is `external`: it would take part in their runs.
-        """
-        if not self.score or any(manager == EXTERNAL for _, manager in map(split_label, self.managers)):
-            return ()
-        return tuple(name for name in SCORE_REFERENCES if name not in self.managers)
+def added_managers(campaign: BenchSpec | CampaignPlan) -> tuple[str, ...]:
+    """Return the managing systems that are run for the score, beside those that are named.
+
+    There are none where one is `external`: it would take part in their runs.
+    """
+    if not campaign.score or any(manager == EXTERNAL for _, manager in map(split_label, campaign.managers)):
+        return ()
+    return tuple(name for name in SCORE_REFERENCES if name not in campaign.managers)
+
+
+def campaign_managers(campaign: BenchSpec | CampaignPlan) -> dict[str, str]:
+    """Return all managing systems that a campaign runs: the name in tables → as what it is loaded."""
+    named = map(split_label, (*campaign.managers, *added_managers(campaign)))
+    return {label or manager: manager for label, manager in named}
 
 
 def plan(spec: BenchSpec) -> tuple[RunSpec, ...]:
@@ -95,7 +101,7 @@ def plan(spec: BenchSpec) -> tuple[RunSpec, ...]:
     """
     chosen = _chosen(spec)
     groups = [(suite(name), "none") for name in REFERENCE_SUITES] if spec.references else []
-    groups += [(chosen, manager) for manager in (*spec.managers, *spec.added)]
+    groups += [(chosen, manager) for manager in (*spec.managers, *added_managers(spec))]
     flights = [dataclasses.replace(spec.settings, flight=flight) for flight in parse_flights(spec.flights)]
     runs = (
         RunSpec(scenario=scenario, manager=manager, seed=spec.seed + repetition, settings=settings)
@@ -161,8 +167,8 @@ def describe_campaign(
         score=spec.score,
         managers=spec.managers,
         manager_checksums={
-            label or manager: manager_checksum(manager, limit_s=spec.settings.manager_limit_s)
-            for label, manager in map(split_label, (*spec.managers, *spec.added))
+            name: manager_checksum(manager, limit_s=spec.settings.manager_limit_s)
+            for name, manager in campaign_managers(spec).items()
         },
         repetitions=spec.repetitions,
         seed=spec.seed,

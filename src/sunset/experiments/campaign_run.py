@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from sunset.errors import ExtensionError, ManagerError, SunsetError
+from sunset.errors import ExtensionError, ManagerError, MiddlewareError
 from sunset.experiments.resources import Resources, prepare
 from sunset.experiments.run import record_failure, run_prepared
 from sunset.experiments.spec import RunSpec
@@ -13,12 +13,10 @@ def run_of_campaign(spec: RunSpec, folder: Path, known: str | None) -> None:
     """Load and prepare what a run needs, and do it as `record_run`.
 
     Raises:
-        SunsetError: the run failed, and neither its managing system nor an extension's node can be the reason.
+        SunsetError: the run failed, and neither its managing system nor an extension's node is the reason.
     """
     spec.load_extensions()
-    record_run(
-        spec, prepare(spec), folder, known
-    )  # no managing system has a part in what is wrong with these
+    record_run(spec, prepare(spec), folder, known)
 
 
 def record_run(spec: RunSpec, resources: Resources, folder: Path, known: str | None) -> None:
@@ -31,12 +29,13 @@ def record_run(spec: RunSpec, resources: Resources, folder: Path, known: str | N
         known: the checksum that the managing system's files must have; None for any.
 
     Raises:
-        SunsetError: the run failed, and neither can be the reason.
+        SunsetError: the run failed, and neither is the reason.
     """
     try:
         run_prepared(spec, resources, folder, known=known)
-    except SunsetError as error:
-        ours = spec.manager in MANAGERS or (spec.settings.live and not isinstance(error, ManagerError))
+    except (ManagerError, MiddlewareError, ExtensionError) as error:
+        # what has misused the middleware in the simulation is what is not SUNSET's own there
+        ours = spec.manager in MANAGERS or (spec.settings.live and isinstance(error, MiddlewareError))
         if ours and not isinstance(error, ExtensionError):
             raise
         record_failure(spec, resources, folder, manager_checksum=known or "", reason=str(error))

@@ -85,7 +85,7 @@ class FrameCount:
             return f"the computer was too slow to observe it: times are wrong by up to {late_s:.2f} s"
         times = sorted(self.taken.values())
         gaps = [(after - before) / _S for before, after in pairwise(times)]
-        if len(times) < timing.least_frames or max(gaps) > _LATE * timing.period_s:
+        if len(times) < timing.least_frames or max(gaps, default=0.0) > _LATE * timing.period_s:
             return (
                 f"the computer was too slow for the flight: {len(times)} of {timing.least_frames} frames were played, "
                 f"with gaps of up to {max(gaps, default=0.0):.2f} s in place of {timing.period_s:g} s"

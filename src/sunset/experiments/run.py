@@ -38,6 +38,7 @@ from sunset.recording import (
 )
 from sunset.recording.reader import timeline_of
 from sunset.rmw.backends import live_middleware
+from sunset.scenarios import Scenario
 from sunset.system import current_system, short_name
 
 _AT_ONCE_S: Final = 0.1
@@ -90,7 +91,7 @@ def run_prepared(
         figures = score(observed)
         reasons = [
             *outcome.violations,
-            *_unconfirmed(messages, outcome.start_ns),
+            *_unconfirmed(messages, spec.scenario, outcome.start_ns),
             *_unseen(observed),
             *filter(None, [outcome.shortfall(observed)]),
         ]
@@ -110,13 +111,18 @@ def run_prepared(
     return StoredRun(folder, stored, observed, figures, log_of(messages))
 
 
-def _unconfirmed(messages: Sequence[RecordedMessage], start_ns: int) -> Iterator[str]:
-    """Yield which faults were refused after the measured time began; the scenario executor answers for those before."""
+def _unconfirmed(messages: Sequence[RecordedMessage], scenario: Scenario, start_ns: int) -> Iterator[str]:
+    """Yield which faults were refused, but for those that the scenario executor answers for when the time begins."""
+    answered = {
+        fault.name
+        for fault in scenario.faults
+        if fault.at == 0 and fault.after is None and fault.profile.rise is None
+    }
     for recorded in messages:
         one = recorded.message
         if isinstance(one, FaultInjection) and not one.confirmed:
             time_s = (ns_of(one.stamp) - start_ns) / NS_PER_S
-            if time_s > _AT_ONCE_S:
+            if time_s > _AT_ONCE_S or one.fault not in answered:
                 yield f"{short_name(one.node)} did not confirm {one.fault} at {time_s:.2f} s"
 
 

@@ -224,7 +224,8 @@ class ManagingSystem(Node):
 
         Raises:
             ValueError: it is not such a number.
-            RuntimeError: this call of `adapt` has done something already, which cannot be delayed any more.
+            RuntimeError: this call of `adapt` has done something already, which cannot be delayed any more; one that
+                awaits the outcome may think again then.
         """
         if isinstance(seconds, bool) or not isinstance(seconds, int | float):
             raise ValueError(f"The time to think must be a number of seconds, got {shown(seconds)}.")  # noqa: TRY004  one kind of error for a bad value
@@ -275,12 +276,14 @@ class ManagingSystem(Node):
         if symptoms.up and self.__thought is None:
             adapt: Callable[[Symptoms], object] = self.adapt
             self.__adapting, self.__acted = True, False
-            outcome = adapt(symptoms)
-            self.__adapting = self.__acted = False
-            if isgenerator(outcome) or isasyncgen(outcome):
-                raise TypeError("adapt contains yield, so that calling it does nothing")
-            if iscoroutine(outcome):
-                await outcome
+            try:
+                outcome = adapt(symptoms)
+                if isgenerator(outcome) or isasyncgen(outcome):
+                    raise TypeError("adapt contains yield, so that calling it does nothing")
+                if iscoroutine(outcome):
+                    await outcome
+            finally:
+                self.__adapting = self.__acted = False
 
     def __declare_thinking(self) -> float:
         parameter = self.declare_parameter(
@@ -342,6 +345,10 @@ class ManagingSystem(Node):
         """Call a service, `at_once` where an earlier call asks for it; the future has the outcome of its response."""
         result: Future[bool] = Future()
 
+        def answered(done: Future[Any]) -> None:
+            self.__acted = False  # a coroutine that has waited for it decides anew
+            result.set_result(outcome(done.result()))
+
         def send() -> None:
             if name not in self.__callers:
                 self.__callers[name] = self.create_client(service, name)
@@ -350,8 +357,7 @@ class ManagingSystem(Node):
                 nodes = node_names()
                 hint = "" if node in nodes else f": {suggestion(node, nodes)}name one of {', '.join(nodes)}"
                 self.get_logger().warning(f"No node offers {name} now, so the request is lost{hint}.")
-            answer = self.__callers[name].call_async(request)
-            answer.add_done_callback(lambda done: result.set_result(outcome(done.result())))
+            self.__callers[name].call_async(request).add_done_callback(answered)
 
         if at_once:
             send()

@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from sunset.metrics import ExecutedAdaptation, Injection, RunMetrics
-from sunset.system import Adaptation, Fault, current_system
+from sunset.metrics import FaultOutcome, Injection, RunMetrics
+from sunset.system import Fault, current_system
 from sunset.texts import listed
 
 _MOST: Final = 4
@@ -32,12 +32,15 @@ class Cause:
 def causes_of(injections: Sequence[Injection], metrics: RunMetrics) -> tuple[Cause, ...]:
     """Return the faults of a run in the order of their injection, less those that this version's catalogue lacks.
 
-    One that came several times is there once.
+    One that came several times is there once. What became of it is what `metrics` counts.
     """
     faults = current_system().faults
-    came: dict[str, list[Injection]] = {}
-    for injection in injections:
-        came.setdefault(injection.fault, []).append(injection)
+    healed = {(injection.fault, injection.healed) for injection in injections}
+    came: dict[str, list[str]] = {}
+    for outcome in metrics.outcomes:
+        came.setdefault(outcome.fault, []).append(
+            _became(outcome, healed=(outcome.fault, outcome.until) in healed)
+        )
     return tuple(
         Cause(
             fault.name,
@@ -45,9 +48,9 @@ def causes_of(injections: Sequence[Injection], metrics: RunMetrics) -> tuple[Cau
             ", ".join(
                 one.name for one in faults.values() if one.failure == fault.failure and one is not fault
             ),
-            _cured_by(fault, times, metrics.executed),
+            _cured_by(fault, became),
         )
-        for name, times in came.items()
+        for name, became in came.items()
         if (fault := faults.get(name))
     )
 
@@ -67,37 +70,16 @@ def _showed_as(failure: str, metrics: RunMetrics) -> str:
     return f"{text}; {listed(sorted(ripples))} by ripple, for lack of input" if ripples else text
 
 
-def _cured_by(fault: Fault, injections: Sequence[Injection], executed: Sequence[ExecutedAdaptation]) -> str:
+def _became(outcome: FaultOutcome, *, healed: bool) -> str:
+    """Return when a fault was cured, or when it healed; empty if neither."""
+    if outcome.cured is not None:
+        in_place = outcome.cured == outcome.began > 0
+        return f"{'in place' if in_place else 'done'} at {outcome.cured:.2f} s"
+    return f"healed by itself at {outcome.until:.2f} s" if healed else ""
+
+
+def _cured_by(fault: Fault, became: Sequence[str]) -> str:
     """Return what cures a fault, and when that was done, or when the fault healed."""
-    what = []
-    for injection in injections:
-        done = _first_cure(fault, injection, executed)
-        if done is not None:
-            what.append(f"done at {done:.2f} s")
-        elif injection.healed is not None:
-            what.append(f"healed by itself at {injection.healed:.2f} s")
-        else:
-            what.append("not done")
-    if not fault.cures:
-        what = [text for text in what if text != "not done"]
+    what = [text or "not done" for text in became if text or fault.cures]
     more = f" … {len(what) - _MOST} times more" if len(what) > _MOST else ""
     return "; ".join(filter(None, (fault.cured_by, listed(what[:_MOST]) + more)))
-
-
-def _first_cure(fault: Fault, injection: Injection, executed: Sequence[ExecutedAdaptation]) -> float | None:
-    """Return when a fault was cured first, of which what was done after it had healed is not a cure."""
-    meanwhile = [one for one in executed if injection.healed is None or one.time < injection.healed]
-    times = [_done(cure, injection.time, meanwhile) for cure in fault.cures]
-    return min((time for time in times if time is not None), default=None)
-
-
-def _done(
-    cure: Sequence[Adaptation], injected_s: float, executed: Sequence[ExecutedAdaptation]
-) -> float | None:
-    """Return when the last step of a cure was done for the first time since the injection; None if one was not."""
-    times = [
-        next((one.time for one in executed if one.time >= injected_s and str(step) in one.steps), None)
-        for step in cure
-    ]
-    known = [time for time in times if time is not None]
-    return max(known) if len(known) == len(times) else None

@@ -149,10 +149,13 @@ def events_of(timeline: Timeline, metrics: RunMetrics, log: Sequence[LogLine]) -
 
 def _events(timeline: Timeline, metrics: RunMetrics, log: Sequence[LogLine]) -> Iterator[Event]:
     system = current_system()
+    end_s = timeline.duration_s
     for injection in timeline.injections:
+        if injection.time >= end_s:  # it counts for nothing
+            continue
         known = system.faults.get(injection.fault)  # that of a record may be of another version
         yield injection.time, "fault", f"{injection.fault}: {known.description}" if known else injection.fault
-        if injection.healed is not None:
+        if injection.healed is not None and injection.healed < end_s:
             yield injection.healed, "fault", f"{injection.fault} has healed by itself"
     for episode in metrics.failures:
         symptom = f"{episode.failure} {_cause(episode)}{system.failures[episode.failure].symptom}"
@@ -168,7 +171,7 @@ def _events(timeline: Timeline, metrics: RunMetrics, log: Sequence[LogLine]) -> 
     for line in log:
         if line.logger not in loggers:
             yield line.time, "log", str(line)
-    yield timeline.duration_s, "end", _ending(metrics)
+    yield end_s, "end", _ending(metrics)
 
 
 def _cause(episode: Episode) -> str:

@@ -70,9 +70,61 @@ def test_runs_without_both_references_are_counted_beside_the_score() -> None:
     assert any("2 of 12 runs have no score" in note for note in lead_notes(score_tables(runs)))
 
 
-def test_runs_that_do_not_count_have_no_part_in_it() -> None:
-    broken = replace(run("half", "timed", 1, scenario="timed/a", reason="broken", iou_all=9.0), alike="a")
-    assert score_tables([*campaign(half=0.5)[:], broken])[0].rows == score_tables(campaign(half=0.5))[0].rows
+@pytest.mark.parametrize(("iou_all", "counted"), [(9.0, 0.2), (0.2 + 0.1, 0.2), (0.125, 0.125), (None, 0.2)])
+def test_an_invalid_run_counts_as_never_repairing_or_as_it_was_if_that_is_worse(
+    iou_all: float | None, counted: float
+) -> None:
+    whole = campaign(half=0.5)
+    place = next(
+        place for place, one in enumerate(whole) if (one.manager, one.alike, one.seed) == ("half", "a", 1)
+    )
+    broken, honest = list(whole), list(whole)
+    broken[place] = replace(
+        whole[place], valid=False, reason="broken", metrics={**whole[place].metrics, "iou_all": iou_all}
+    )
+    honest[place] = replace(whole[place], metrics={**whole[place].metrics, "iou_all": counted})
+
+    found, expected = (only(score_tables(runs)) for runs in (broken, honest))
+
+    (half,) = (row for row in found.rows if row.manager == "half")
+    assert (half.runs, half.invalid) == (12, 1)
+    assert [replace(row, invalid=0) for row in found.rows] == list(expected.rows)
+    assert found.differences == expected.differences
+
+
+def test_no_managing_system_is_ranked_by_the_runs_that_it_lets_count() -> None:
+    runs = [
+        replace(one, valid=False, reason="subscribed to the truth")
+        if one.manager == "cheat" and one.alike != "a"
+        else one
+        for one in campaign(cheat=0.9, honest=0.5)
+    ]
+    names = [row.manager for row in only(score_tables(runs)).rows]
+    assert names == ["oracle", "honest", "cheat", "none"]
+
+
+def test_invalid_live_runs_are_left_out_since_the_computer_may_be_the_reason() -> None:
+    live = [replace(one, middleware="cyclonedds") for one in campaign(half=0.5)]
+    slow = [replace(one, valid=one.manager != "half" or one.seed != 1) for one in live]
+    (half,) = (row for row in only(score_tables(slow)).rows if row.manager == "half")
+    assert (half.runs, half.invalid, half.score and half.score.runs) == (8, 0, 6)
+    assert half.score
+    assert half.score.mean == pytest.approx(0.5)
+
+
+def test_unlike_runs_of_one_experiment_count_by_their_mean_whichever_comes_last() -> None:
+    whole = campaign(half=0.5)
+    better = replace(
+        next(one for one in whole if (one.manager, one.alike, one.seed) == ("half", "a", 1)), digest="another"
+    )
+    better = replace(better, metrics={**better.metrics, "iou_all": 0.3})
+    scores = [
+        next(row.score for row in only(score_tables(runs)).rows if row.manager == "half")
+        for runs in ([*whole, better], [better, *whole])
+    ]
+    assert scores[0] == scores[1]
+    assert scores[0]
+    assert scores[0].mean > 0.5
 
 
 def test_without_the_references_there_are_differences_but_no_score() -> None:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from sunset.evaluation.results import RunRow
-from sunset.evaluation.scores import ScoreTable
+from sunset.evaluation.scores import ScoreTable, is_scored
 from sunset.evaluation.summary import REFERENCES, manager_names, named_groups
 from sunset.evaluation.system_styles import in_order
 from sunset.texts import counted
@@ -24,6 +24,7 @@ class Setup:
         label: what tells it from others; empty of the only one.
         duration_s: how long a run is measured [s].
         suites: by name, empty for scenarios of one's own.
+        scored: by managing system, the runs that have a part in its score.
         tables: the scores and differences of those suites of which several managing systems were run.
         managers: name of a row of these tables → name of its managing system.
     """
@@ -31,6 +32,7 @@ class Setup:
     label: str
     duration_s: float
     suites: Mapping[str, Systems]
+    scored: Systems
     tables: tuple[ScoreTable, ...]
     managers: Mapping[str, str]
 
@@ -61,6 +63,9 @@ def setups(runs: Sequence[RunRow], tables: Sequence[ScoreTable]) -> list[Setup]:
     for run in (run for _, group in groups for run in group if run.valid):
         suites = found.setdefault(_key(run), {})
         suites.setdefault(run.suite, {}).setdefault(names[run.manager], []).append(run)
+    scored: dict[tuple[str, ...], dict[str, list[RunRow]]] = {}
+    for run in (run for _, group in groups for run in group if is_scored(run)):
+        scored.setdefault(_key(run), {}).setdefault(names[run.manager], []).append(run)
     durations = {_key(run): run.flight.duration_s for run in runs}
     several = [len(set(values)) > 1 for values in zip(*found, strict=True)]
     return [
@@ -68,6 +73,7 @@ def setups(runs: Sequence[RunRow], tables: Sequence[ScoreTable]) -> list[Setup]:
             label=", ".join(text for text, differs in zip(key, several, strict=True) if differs),
             duration_s=durations[key],
             tables=tuple(table for table in tables if _key(rows[table.rows[0].system]) == key),
+            scored={name: scored[key][name] for name in in_order(scored[key])},
             managers={name: names[run.manager] for name, run in rows.items()},
             suites={
                 suite: {name: systems[name] for name in in_order(systems)}

@@ -201,7 +201,7 @@ def _scores(setup: Setup) -> Iterator[tuple[str, str, str, list[tuple[str, Estim
     for table in setup.tables:
         rows = [(setup.managers[row.system], row.score) for row in table.rows if not row.is_calm]
         yield table.suite, "", suite_title(table.suite), rows
-    systems = setup.all_suites
+    systems = setup.scored
     flights = sorted({run.flight for runs in systems.values() for run in runs})
     for flight in flights if len(flights) > 1 else []:
         parts = {name: [run for run in runs if run.flight == flight] for name, runs in systems.items()}

@@ -18,6 +18,7 @@ _SCORE_COLUMNS: Final = (
     ),
     Column("scored", "scored", "runs in which there is something to repair"),
     Column("nothing to repair", "nothing to repair", "runs that count for harm"),
+    Column("invalid", "invalid", "invalid runs, which count as those of none, or as they were if worse"),
     Column("without a pair", "without a pair", "runs without a valid one of none and of oracle beside them"),
 )
 _DIFFERENCE_COLUMNS: Final = (
@@ -66,7 +67,7 @@ def lead_notes(tables: Sequence[ScoreTable]) -> tuple[str, ...]:
 
 
 def _score_lines(row: ScoreRow) -> tuple[Line, ...]:
-    counts = (_runs(row.score), _runs(row.harm), str(row.unpaired))
+    counts = (_runs(row.score), _runs(row.harm), str(row.invalid), str(row.unpaired))
     label = f"{row.system} (reference)" if row.is_reference else row.system
     line = Line(LineKind.OURS, label, str(row.runs), (_mean(row.score), _mean(row.harm), *counts))
     # the references are what they are by definition

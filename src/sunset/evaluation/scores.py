@@ -5,11 +5,13 @@ from dataclasses import dataclass, replace
 from statistics import fmean
 from typing import Final
 
-from sunset.evaluation.differences import Figures, ManagerDifference, differences
+from sunset.evaluation.differences import Experiment, Figures, ManagerDifference, differences
 from sunset.evaluation.estimates import Estimate, estimate, estimate_ratio
 from sunset.evaluation.results import RunRow
 from sunset.evaluation.summary import named_groups
 from sunset.recording import SCORE_REFERENCES
+
+_SIMULATED: Final = "sim"
 
 LEAST_GAIN: Final = 0.02
 """Where the references differ by less in IoU_all, there is nothing to repair: such a run counts for harm."""
@@ -17,7 +19,8 @@ LEAST_GAIN: Final = 0.02
 SCORE_METHOD: Final = (
     "Score: mean(IoU_all - none) / mean(oracle - none) over runs with the same scenario, flight and seed; 0 is never "
     "repairing, 1 is being told the faults. Harm: mean(none - IoU_all) over the runs in which there is nothing to "
-    f"repair, oracle - none being under {LEAST_GAIN}."
+    f"repair, oracle - none being under {LEAST_GAIN}. An invalid run of the simulation counts as that of none, "
+    "or as it was if that is worse, so that breaking a rule hides no run that goes badly."
 )
 """How scores come about, in words."""
 
@@ -33,7 +36,8 @@ class ScoreRow:
 
     Attributes:
         system: what the row is called.
-        runs: how many valid runs there are.
+        runs: how many there are; live, only valid ones.
+        invalid: how many of them are not valid; such a run counts as that of none, or as it was if that is worse.
         score: over those in which there is something to repair; None where there is none, or none has a counterpart.
         harm: what IoU_all loses against never repairing, over the others; None likewise.
         unpaired: how many have no valid counterpart of both references, and count for neither.
@@ -42,6 +46,7 @@ class ScoreRow:
     system: str
     manager: str
     runs: int
+    invalid: int
     score: Estimate | None
     harm: Estimate | None
     unpaired: int
@@ -63,6 +68,7 @@ class ScoreRow:
             "manager": self.manager,
             "is_reference": self.is_reference,
             "runs": self.runs,
+            "runs_invalid": self.invalid,
             "score": self.score and self.score.to_json(),
             "harm": self.harm and self.harm.to_json(),
             "runs_unpaired": self.unpaired,
@@ -104,6 +110,14 @@ class ScoreTable:
         }
 
 
+def is_scored(run: RunRow) -> bool:
+    """Return whether a run has a part in scores: also an invalid one, unless the computer may be the reason for that.
+
+    That may be so in live runs. References must be valid.
+    """
+    return run.valid or (run.middleware == _SIMULATED and run.manager not in SCORE_REFERENCES)
+
+
 def score_tables(runs: Sequence[RunRow]) -> list[ScoreTable]:
     """Return a table for each suite of which several managing systems were run.
 
@@ -115,9 +129,9 @@ def score_tables(runs: Sequence[RunRow]) -> list[ScoreTable]:
         first = group[0]
         flight = replace(first.flight, bag="", name="")
         key = (first.suite, first.model, flight, first.thinking_s, first.middleware, first.version)
-        valid = [run for run in group if run.valid]
-        if valid:
-            tables.setdefault(key, {})[name] = valid
+        scored = [run for run in group if is_scored(run)]
+        if scored:
+            tables.setdefault(key, {})[name] = scored
     return [_table(systems) for systems in tables.values() if len(systems) > 1]
 
 
@@ -125,12 +139,12 @@ def score_rows(systems: Mapping[str, Sequence[RunRow]]) -> tuple[ScoreRow, ...]:
     """Return the scores of managing systems, from the best to the worst.
 
     Args:
-        systems: what the row is called → valid runs, that can be put side by side.
+        systems: what the row is called → runs that have a part in scores, that can be put side by side.
     """
     nothing, scored, others = _gains(systems)
-    rows = []
+    rows, figures = [], _figures(systems)
     for name, runs in systems.items():
-        known = _iou_all(runs)
+        known = figures[name]
         clusters = {run.experiment: run.cluster for run in runs}
         shared = [key for key in known if key in scored]
         harmed = [key for key in known if key in others]
@@ -139,6 +153,7 @@ def score_rows(systems: Mapping[str, Sequence[RunRow]]) -> tuple[ScoreRow, ...]:
                 system=name,
                 manager=runs[0].manager,
                 runs=len(runs),
+                invalid=sum(not run.valid for run in runs),
                 score=estimate_ratio(
                     [known[key] - nothing[key] for key in shared],
                     [scored[key] for key in shared],
@@ -149,19 +164,19 @@ def score_rows(systems: Mapping[str, Sequence[RunRow]]) -> tuple[ScoreRow, ...]:
                 harm=estimate(
                     [nothing[key] - known[key] for key in harmed], [clusters[key] for key in harmed]
                 ),
-                unpaired=len(runs) - len(shared) - len(harmed),
+                unpaired=sum(run.experiment not in scored.keys() | others.keys() for run in runs),
             )
         )
-    return tuple(sorted(rows, key=lambda row: _rank(row, _iou_all(systems[row.system]))))
+    return tuple(sorted(rows, key=lambda row: _rank(row, figures[row.system])))
 
 
 def _table(systems: Mapping[str, Sequence[RunRow]]) -> ScoreTable:
-    rows = score_rows(systems)
+    rows, figures = score_rows(systems), _figures(systems)
     return ScoreTable(
         suite=next(iter(systems.values()))[0].suite,
         rows=rows,
         differences=differences(
-            {row.system: _iou_all(systems[row.system]) for row in rows},
+            {row.system: figures[row.system] for row in rows},
             _gains(systems)[1],
             {run.experiment: run.cluster for runs in systems.values() for run in runs},
         ),
@@ -179,8 +194,28 @@ def _gains(systems: Mapping[str, Sequence[RunRow]]) -> tuple[Figures, Figures, F
     return nothing, scored, {key: gain for key, gain in gains.items() if key not in scored}
 
 
+def _figures(systems: Mapping[str, Sequence[RunRow]]) -> Mapping[str, Figures]:
+    """Return IoU_all of the runs of managing systems, as their scores are computed from it."""
+    nothing = _gains(systems)[0]
+    figures = {}
+    for name, runs in systems.items():
+        known = dict(_iou_all(runs))
+        for run in runs:
+            if not run.valid and run.experiment in nothing:
+                iou = run.metrics["iou_all"]
+                least = nothing[run.experiment]
+                known.setdefault(run.experiment, least if iou is None else min(iou, least))
+        figures[name] = known
+    return figures
+
+
 def _iou_all(runs: Sequence[RunRow]) -> Figures:
-    return {run.experiment: iou for run in runs if (iou := run.metrics["iou_all"]) is not None}
+    """Return IoU_all of valid runs by experiment; the mean of several that one managing system has made unlike."""
+    found: dict[Experiment, list[float]] = {}
+    for run in runs:
+        if run.valid and (iou := run.metrics["iou_all"]) is not None:
+            found.setdefault(run.experiment, []).append(iou)
+    return {experiment: fmean(values) for experiment, values in found.items()}
 
 
 def _rank(row: ScoreRow, figures: Figures) -> tuple[float, float]:

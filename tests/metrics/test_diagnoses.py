@@ -61,6 +61,24 @@ def test_a_diagnosis_that_was_there_before_is_right_from_the_onset_on() -> None:
     assert metrics.diagnosis_precision == pytest.approx(6 / 20)
 
 
+def test_who_names_all_in_turn_has_found_nothing_out() -> None:
+    names = ("sync_issue", "gpu_failure", "image_shift", "memory_leakage")
+    turns = [(2.0 + number / 100, {names[number % 4]: 1.0}) for number in range(500)]
+    metrics = diagnosed(*turns, faults=(GPU,))
+    assert [one.diagnosed for one in metrics.outcomes] == [None]
+
+
+def test_a_right_diagnosis_lasts_a_second_or_as_long_as_the_same_faults_are_there() -> None:
+    def found(*diagnoses: tuple[float, Mapping[str, float]]) -> float | None:
+        return diagnosed(*diagnoses, faults=(GPU,)).outcomes[0].diagnosed
+
+    right, wrong = {"gpu_failure": 1.0}, {"gpu_failure": 1.0, "sync_issue": 1.0}
+    assert found((3.0, right), (4.0, wrong)) == 3.0
+    assert found((3.0, right), (3.5, right), (4.25, {})) == 3.0
+    assert found((3.0, right), (3.9, wrong)) is None
+    assert found((7.9, right), (8.0, {})) == 7.9  # until it was cured
+
+
 def test_a_fault_that_is_worked_around_is_there() -> None:
     depth = Injection(0.0, "depth_degradation", "F4", "depth", internal=False)
     timeline = Timeline(

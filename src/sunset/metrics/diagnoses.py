@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from sunset.metrics.timeline import Injection, Timeline
+from sunset.system import SILENCE_S
 
 SURE: Final = 0.5
 """A diagnosis names the faults whose probability is at least this."""
@@ -21,8 +22,8 @@ class DiagnosisFigures:
             none was named.
         recall: of the time that faults were there, added up likewise, the share in which they were named; None if none
             was there.
-        right: of each fault, when the diagnosis first named all faults that were there, this one among them, and no
-            other [s]; None if it never did.
+        right: of each fault, from when on the diagnosis first named all faults that were there, this one among them,
+            and no other [s], for a second or for as long as the same faults were there; None if it never did.
     """
 
     precision: float | None
@@ -44,6 +45,8 @@ def diagnosis_figures(timeline: Timeline, faults: Sequence[Injection]) -> Diagno
     moments |= {fault.ended for fault in faults if fault.ended is not None}
     named_s = there_s = both_s = 0.0
     right: dict[int, float] = {}
+    changes = {moment for fault in faults for moment in (fault.time, fault.ended)} | {timeline.duration_s}
+    since: float | None = None
     edges = sorted(moment for moment in moments if 0 <= moment <= timeline.duration_s)
     times = [one.time for one in diagnoses]
     for start, stop in itertools.pairwise(edges):
@@ -59,8 +62,12 @@ def diagnosis_figures(timeline: Timeline, faults: Sequence[Injection]) -> Diagno
         named_s += len(named) * (stop - start)
         there_s += len(there) * (stop - start)
         both_s += len(named & there) * (stop - start)
+        if start in changes or named != there:
+            since = None
         if named == there:
-            right = dict.fromkeys(present, start) | right
+            since = start if since is None else since
+            if stop in changes or stop - since >= SILENCE_S:  # who names all in turn has not found it out
+                right = dict.fromkeys(present, since) | right
     return DiagnosisFigures(
         precision=min(1.0, both_s / named_s) if named_s else None,
         recall=min(1.0, both_s / there_s) if there_s else None,

@@ -81,7 +81,10 @@ def find_modules(folders: Iterable[Path], files: Iterable[Path]) -> None:
 
 
 def modules_beside(folder: Path) -> tuple[Path, ...]:
-    """Return the Python files in a folder, and those of the packages in it."""
+    """Return the Python files in a folder, and those of the packages in it.
+
+    A link to what is not such a file is none, nor is what Python cannot be told of, since its name is not UTF-8.
+    """
     suffixes = (*SOURCE_SUFFIXES, *EXTENSION_SUFFIXES)
     found: list[Path] = []
     try:
@@ -89,8 +92,10 @@ def modules_beside(folder: Path) -> tuple[Path, ...]:
     except OSError:  # it may be closed to the user, too
         return ()
     for entry in entries:
+        if any("\udc80" <= letter <= "\udcff" for letter in entry.name):
+            continue
         if entry.name.endswith(suffixes) and entry.is_file():
-            found.append(entry)
+            found += [entry] if entry.resolve().name.endswith(suffixes) else []
         elif (entry / "__init__.py").is_file():
             found += modules_beside(entry)
     return tuple(found)

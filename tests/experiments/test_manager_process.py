@@ -165,9 +165,80 @@ def test_a_program_cannot_name_a_folder_that_holds_the_cache(
     (tmp_path / "program.py").write_text("", encoding="utf-8")
     monkeypatch.setenv("SUNSET_CACHE_DIR", str(tmp_path / "cache"))
     with pytest.raises(
-        ManagerError, match=f"names {tmp_path}, in which SUNSET keeps flights and their labels"
+        ManagerError,
+        match=f"names {tmp_path}, and {tmp_path / 'cache'} is where SUNSET keeps flights and their",
     ):
         manager_checksum(f"exec:python3 {tmp_path / 'program.py'} {tmp_path}", limit_s=30.0)
+
+
+READER = """
+from pathlib import Path
+from sunset.managing import ManagingSystem
+
+class Reader(ManagingSystem):
+    files = ("{name}",)
+
+    def on_start(self):
+        self.seen = (Path(__file__).parent / self.files[0]).read_bytes()
+
+    def adapt(self, symptoms):
+        pass
+"""
+HIDDEN = {
+    "cache/inference.sqlite": ("", "is where SUNSET keeps flights and their labels"),
+    "beside.mcap": ("", "which is a bag"),
+    "runs/run.json": ("{}", "which is of the record of a run"),
+    "suite/wet.yaml": ("name: wet\nfaults: [gpu_failure]\n", "which is a scenario"),
+}
+
+
+@pytest.mark.parametrize("name", HIDDEN)
+@pytest.mark.parametrize("way", ["files", "link", "program"])
+def test_what_decides_what_it_is_measured_by_is_not_shown_to_it(
+    name: str, way: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    content, what = HIDDEN[name]
+    monkeypatch.setenv("SUNSET_CACHE_DIR", str(tmp_path / "cache"))
+    file = tmp_path / name
+    file.parent.mkdir(exist_ok=True)
+    file.write_text(content, encoding="utf-8")
+    named = "weights.npz" if way == "link" else name
+    if way == "link":
+        (tmp_path / named).symlink_to(file)
+    (tmp_path / "reader.py").write_text(READER.replace("{name}", named), encoding="utf-8")
+    program = f"exec:python3 {tmp_path / 'reader.py'} {tmp_path / name}"
+    manager = program if way == "program" else f"{tmp_path / 'reader.py'}:Reader"
+    with pytest.raises(ManagerError, match=what):
+        manager_checksum(manager, limit_s=30.0)
+
+
+def test_its_own_files_are_shown_to_it(tmp_path: Path) -> None:
+    (tmp_path / "weights.yaml").write_text("gain: 3\n", encoding="utf-8")
+    (tmp_path / "reader.py").write_text(READER.replace("{name}", "weights.yaml"), encoding="utf-8")
+    assert fly(tmp_path / "run", f"{tmp_path / 'reader.py'}:Reader").record.manager_failed is None
+
+
+def test_a_link_beside_it_to_what_is_not_python_is_not_shown_to_it(tmp_path: Path) -> None:
+    (tmp_path / "labels.mcap").write_text("labels", encoding="utf-8")
+    (tmp_path / "notes.py").symlink_to(tmp_path / "labels.mcap")
+    reader = READER.replace('files = ("{name}",)', 'beside = ("notes.py",)').replace("files", "beside")
+    (tmp_path / "reader.py").write_text(reader, encoding="utf-8")
+    told = fly(tmp_path / "run", f"{tmp_path / 'reader.py'}:Reader").record.manager_failed
+    assert "PermissionError" in str(told) or "FileNotFoundError" in str(told)
+
+
+def test_a_bystander_whose_name_is_not_utf8_hinders_nothing(sudden: str, tmp_path: Path) -> None:
+    own = manager_checksum(sudden, limit_s=30.0)
+    (tmp_path / os.fsdecode(b"caf\xe9.py")).write_text("", encoding="utf-8")
+    assert manager_checksum(sudden, limit_s=30.0) == own
+
+
+def test_a_folder_whose_name_is_not_utf8_is_said_to_be_unfit(tmp_path: Path) -> None:
+    folder = tmp_path / os.fsdecode(b"caf\xe9")
+    folder.mkdir()
+    (folder / "sudden.py").write_text(SUDDEN, encoding="utf-8")
+    with pytest.raises(ManagerError, match="whose name is not UTF-8: rename it"):
+        manager_checksum(f"{folder / 'sudden.py'}:Sudden", limit_s=30.0)
 
 
 def test_the_checksum_is_that_of_its_files(sudden: str, tmp_path: Path) -> None:

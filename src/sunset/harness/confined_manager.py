@@ -4,7 +4,7 @@ import os
 import signal
 import socket
 import time
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from types import MappingProxyType
@@ -13,9 +13,9 @@ from typing import Final
 from msgspec import to_builtins
 
 from sunset.confinement import ConfinedProcess, Confinement, View, copy_process
-from sunset.data import cache_folder
 from sunset.errors import ManagerError, OutputError, SunsetError
 from sunset.harness.manager_process import ENTRY, LoadedManager, ManagerTask, receive_loaded, run_manager
+from sunset.harness.shown_files import check_shown
 from sunset.isolation import ProcessDeath
 from sunset.managing import (
     MANAGERS,
@@ -173,7 +173,7 @@ def manager_process(
                 readable=(*manager_data(manager), *(command.places if command else ())),
             )
             places = (*view.modules, *view.readable)
-            _check_readable(manager, view.readable)
+            check_shown(manager, places, (*manager_data(manager), *(command.files if command else ())))
             process = _server().start(to_builtins(task), view)
     except OSError as error:
         raise OutputError(f"No process can be started for the managing system: {error.strerror}.") from error
@@ -182,17 +182,6 @@ def manager_process(
         if not is_registered(manager):
             check_sources(manager, made.loaded.sources, places)
         yield made
-
-
-def _check_readable(manager: str, readable: Iterable[Path]) -> None:
-    """Refuse a managing system that names a folder in which the flights' labels are kept."""
-    cache = cache_folder().resolve()
-    for place in readable:
-        if cache.is_relative_to(place.resolve()):
-            raise ManagerError(
-                f"The managing system {manager} names {place}, in which SUNSET keeps flights and their labels "
-                f"({cache}): keep its files in a folder of their own."
-            )
 
 
 def start_server() -> None:

@@ -293,6 +293,29 @@ def test_an_extension_is_loaded_once_and_gone_after_its_context(tmp_path: Path) 
     assert "sonar" not in current_system().nodes
 
 
+def test_the_order_in_which_extensions_are_named_has_no_influence(tmp_path: Path) -> None:
+    adds = {
+        "sonar": "nodes=(NodeDescription('sonar', Sonar, ()),)",
+        "alarm": "nodes=(NodeDescription('alarm', Sonar, ()),)",
+    }
+    for name, added in adds.items():
+        source = SONAR.replace("'sonar'", f"'{name}'").replace('"sonar"', f'"{name}"')
+        (tmp_path / f"{name}.py").write_text(f"{source}EXTENSION = Extension({added})\n")
+    (tmp_path / "first.py").write_text(
+        f"{HEAD}from sunset.nodes import Camera\nclass First(Camera): pass\n"
+        "EXTENSION = Extension(node_classes={'camera': First})\n"
+    )
+    (tmp_path / "again.py").write_text(
+        f"{HEAD}from sunset.system import current_system\nclass Again(current_system().node_class('camera')): pass\n"
+        "EXTENSION = Extension(node_classes={'camera': Again})\n"
+    )
+    for order in (("sonar", "alarm"), ("alarm", "sonar")):
+        with extended_system([tmp_path / f"{name}.py" for name in order]) as system:
+            assert list(system.nodes)[-2:] == ["alarm", "sonar"]
+    with extended_system([tmp_path / "first.py", tmp_path / "again.py"]) as system:
+        assert system.node_class("camera").__name__ == "Again"
+
+
 def test_a_second_class_of_a_node_must_be_a_subclass_of_the_first(tmp_path: Path) -> None:
     for name in ("One", "Other"):
         (tmp_path / f"{name}.py").write_text(

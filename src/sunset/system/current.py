@@ -1,7 +1,7 @@
 """The managed system of this process: the paper's, and what extensions add to it."""
 
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, redirect_stdout
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -44,10 +44,18 @@ class LoadedExtension:
 
 @dataclass
 class _State:
-    """What this process describes, runs and scores."""
+    """What this process describes, runs and scores.
+
+    Attributes:
+        system: the managed system.
+        loaded: its extensions, in the order in which they were loaded.
+        added: what they add, by their names.
+        loading: those that are being loaded.
+    """
 
     system: System = field(default_factory=lambda: System(PAPER))
     loaded: tuple[LoadedExtension, ...] = ()
+    added: Mapping[str, Extension] = field(default_factory=dict)
     loading: set[str] = field(default_factory=set)
 
 
@@ -114,8 +122,9 @@ def load_extension(where: str | Path, *, checksum: str = "") -> None:
             f"The extension {where} has changed since the run was planned; run it in a new folder."
         )
     if added is not None:
-        _state.system = _extended(where, added)
-        _state.loaded = (*_state.loaded, loaded)
+        extensions = {**_state.added, loaded.name: added}
+        _state.system = _extended(where, added, extensions)
+        _state.loaded, _state.added = (*_state.loaded, loaded), extensions
 
 
 @contextmanager
@@ -125,19 +134,20 @@ def extended_system(wheres: Iterable[str | Path]) -> Iterator[System]:
     Raises:
         ExtensionError: as `load_extension`.
     """
-    before = _state.system, _state.loaded
+    before = _state.system, _state.loaded, _state.added
     try:
         for where in wheres:
             load_extension(where)
         yield _state.system
     finally:
-        _state.system, _state.loaded = before
+        _state.system, _state.loaded, _state.added = before
 
 
-def _extended(where: str | Path, extension: Extension) -> System:
+def _extended(where: str | Path, extension: Extension, extensions: Mapping[str, Extension]) -> System:
+    """Return the system with all extensions by their names, whose order is that of the names, whichever came first."""
     try:
         check_added_signals(extension.signals)
-        system = System(*_state.system.parts, extension)
+        system = System(PAPER, *(extensions[name] for name in sorted(extensions)))
         for name, node_class in extension.node_classes.items():
             check_subclass(name, node_class, _state.system.node_class(name))
         for node in extension.nodes:

@@ -342,11 +342,15 @@ class System:
     def node_class(self, name: str) -> type:
         """Return the class of a managed node, or of one of the harness that a process runs.
 
+        Of those that extensions put in the place of each other it is the last subclass.
+
         Raises:
             ExtensionError: it cannot be imported.
         """
         replaced = [part.node_classes[name] for part in self.parts if name in part.node_classes]
-        found = replaced[-1] if replaced else (self.nodes.get(name) or HARNESS[name]).node_class
+        if replaced:
+            return max(replaced, key=lambda node_class: len(node_class.__mro__))
+        found = (self.nodes.get(name) or HARNESS[name]).node_class
         if isinstance(found, type):
             return found
         imported: type = _imported(found, f"The class {found} of the node {name}")

@@ -40,6 +40,22 @@ def test_it_repairs_before_any_symptom_shows(tmp_path: Path) -> None:
     assert command.time < 0.1
 
 
+def test_it_hinders_no_fault_that_comes_when_another_heals(tmp_path: Path) -> None:
+    (tmp_path / "turn.yaml").write_text(
+        "name: turn\nfaults:\n"
+        "  - {name: image_degradation, at: 0, until: 2}\n"
+        "  - {name: unneeded_enhancement, at: 2}\n",
+        encoding="utf-8",
+    )
+    result = fly(tmp_path / "run", "oracle", str(tmp_path / "turn.yaml"), duration=5.0)
+
+    assert result.record.valid, result.record.reason
+    assert [outcome.fault for outcome in result.metrics.outcomes if outcome.cured is not None] == [
+        "image_degradation",
+        "unneeded_enhancement",
+    ]
+
+
 def test_no_other_class_is_told(tmp_path: Path) -> None:
     result = fly(tmp_path / "run", register_manager(Impostor))
 

@@ -79,5 +79,11 @@ class KnownScenario:
         )
 
 
+    def brings(self, time_s: float) -> bool:
+        """Return whether a fault comes so many seconds after the measured time began, or within a frame of it."""
+        return any(not fault.follows and abs(fault.at - time_s) < _FRAME_S for fault in self.faults)
+
+
+_FRAME_S: Final = 0.1
 _LATE_S: Final = 0.05
 """A fault may be found to have come so much too early."""

@@ -110,7 +110,8 @@ class Oracle(ManagingSystem):
     def on_end(self, end: FaultEnd) -> None:
         """Take note of a fault that is over."""
         self.present.pop(end.fault, None)
-        self.adapt(self.symptoms)
+        if not self.scenario.brings(self.now_s - self.start_s):  # else what comes now may need what would be set back
+            self.adapt(self.symptoms)
 
     def adapt(self, symptoms: Symptoms) -> None:
         """Cure what can be cured, and set what works around the rest."""

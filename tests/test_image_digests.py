@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sunset import image_digests
-from sunset.image_digests import image_digest
+from sunset.image_digests import image_digest, remember_digest
 
 BGR = np.arange(24, dtype=np.uint8).reshape(2, 4, 3)
 
@@ -34,3 +34,20 @@ def test_what_nobody_may_write_to_is_looked_at_once(monkeypatch: pytest.MonkeyPa
         others.flags.writeable = False
         image_digest(others)
     assert image_digest(pixels) == b"computed again"
+
+
+def test_a_remembered_digest_is_that_of_the_pixels_and_goes_with_them(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    pixels = np.arange(24, dtype=np.uint8).reshape(4, 6)
+    pixels.flags.writeable = False
+    expected = hashlib.blake2b(pixels.tobytes(), digest_size=16).digest()
+    remembered = image_digests._remembered
+    before = dict(remembered)
+
+    remember_digest(pixels)
+    monkeypatch.setattr(image_digests, "digest_of", None)  # it is not computed again
+
+    assert image_digest(pixels) == image_digest(pixels.view()) == expected
+    del pixels
+    assert remembered == before

@@ -1,6 +1,7 @@
 """Digests of images, of which each is computed once, however many look at the same pixels."""
 
 import hashlib
+import weakref
 from collections import OrderedDict
 from typing import Any, Final
 
@@ -15,12 +16,16 @@ _KEPT: Final = 32
 
 _known: OrderedDict[tuple[int, int], tuple[Pixels, bytes]] = OrderedDict()
 """Place and size in memory of the last few that nobody may write to, which stay theirs for as long as they are kept."""
+_remembered: dict[tuple[int, int], bytes] = {}
+"""The same of those whose owners keep them."""
 
 
 def image_digest(pixels: Pixels) -> bytes:
     """Return the digest of an image's bytes: BLAKE2b, 16 bytes long, whatever its shape and type are."""
     pixels = np.ascontiguousarray(pixels)
     place = pixels.ctypes.data, pixels.nbytes
+    if place in _remembered:
+        return _remembered[place]
     if place in _known:
         return _known[place][1]
     digest = digest_of(pixels.data)
@@ -29,6 +34,13 @@ def image_digest(pixels: Pixels) -> bytes:
         if len(_known) > _KEPT:
             _known.popitem(last=False)
     return digest
+
+
+def remember_digest(pixels: Pixels) -> None:
+    """Compute the digest of read-only pixels, and remember it for as long as they exist; in forked processes, too."""
+    place = pixels.ctypes.data, pixels.nbytes
+    _remembered[place] = digest_of(pixels.data)
+    weakref.finalize(pixels, _remembered.pop, place, None).atexit = False
 
 
 def digest_of(content: bytes | memoryview) -> bytes:

@@ -12,6 +12,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
+from math import prod
 from pathlib import Path
 from types import MappingProxyType
 from typing import Final, Self
@@ -28,7 +29,7 @@ from sunset.data.frame import Frame
 from sunset.data.pairing import pair
 from sunset.data.pixels import FAR, check_ids, dimensions, resample
 from sunset.errors import DataError, InvalidInputError, OutputError
-from sunset.image_digests import Pixels
+from sunset.image_digests import Pixels, remember_digest
 from sunset.interfaces import message_definition, type_hash
 from sunset.interfaces.sensor_msgs.msg import Image
 from sunset.shortage import shortage
@@ -36,6 +37,11 @@ from sunset.shortage import shortage
 __all__ = ["TOPICS", "BagReader", "read_bag", "write_bag"]
 
 REMEDY: Final = "record, copy or import it again"
+
+_BYTES_PER_PIXEL: Final = 6
+"""Of a frame: colour, depth and label."""
+_MOST_KEPT: Final = 128 << 20
+"""Bytes of frames that a reader keeps."""
 
 
 def write_bag(
@@ -135,8 +141,8 @@ class _Entry:
 class BagReader:
     """A bag that was opened and checked; made by `read_bag`.
 
-    Frames are read when they are asked for, none is kept, by as many threads and forked processes as like. Use it as a
-    context manager, or `close` it.
+    Frames are read when they are asked for, and none is kept unless `keep` is called, by as many threads and forked
+    processes as like. Use it as a context manager, or `close` it.
     """
 
     def __init__(self, path: Path, reader: Reader, survey: "_Survey", size: tuple[int, int] | None) -> None:
@@ -151,6 +157,7 @@ class BagReader:
         self._reader = reader
         self._survey = survey
         self._moments = survey.moments()
+        self._kept: tuple[Frame, ...] = ()
         # a reader that nobody closed gives its file back with its memory
         weakref.finalize(self, _close, reader)
 
@@ -196,6 +203,21 @@ class BagReader:
         """
         if not 0 <= index < len(self):
             raise IndexError(f"The bag {self.path} has frames 0 to {len(self) - 1}, got {index}.")
+        return self._kept[index] if self._kept else self._read(index)
+
+    def keep(self) -> None:
+        """Keep all frames, with the digests of their images, if they take 128 MiB at most.
+
+        So forked processes, which many runs take place in, need not read them again.
+        """
+        if not self._kept and len(self) * prod(self.size) * _BYTES_PER_PIXEL <= _MOST_KEPT:
+            frames = tuple(map(self._read, range(len(self))))
+            for frame in frames:
+                for pixels in (frame.rgb, frame.depth, frame.labels):
+                    remember_digest(pixels)
+            self._kept = frames
+
+    def _read(self, index: int) -> Frame:
         wanted = dict(zip(TOPICS, self._moments[index], strict=True))
         images: dict[str, Recorded] = {}
         with _translated(self.path, opened=True), reopened(self._reader) as reader:

@@ -223,7 +223,11 @@ def _reader(path: Path, size: tuple[int, int]) -> tuple[BagReader, str]:
     """
     check_bag_path(path)
     checksum = bag_checksum(path)
-    return _opened(path, size, checksum), checksum
+    before = _opened.cache_info().hits
+    reader = _opened(path, size, checksum)
+    if _opened.cache_info().hits > before:  # this process has several runs on it
+        reader.keep()
+    return reader, checksum
 
 
 @lru_cache(maxsize=_OPEN_BAGS)

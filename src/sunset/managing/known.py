@@ -78,7 +78,6 @@ class KnownScenario:
             (fault for fault in reversed(faults) if fault.at <= time_s + _LATE_S), next(iter(faults), None)
         )
 
-
     def brings(self, time_s: float) -> bool:
         """Return whether a fault comes so many seconds after the measured time began, or within a frame of it."""
         return any(not fault.follows and abs(fault.at - time_s) < _FRAME_S for fault in self.faults)

@@ -110,7 +110,9 @@ class Oracle(ManagingSystem):
     def on_end(self, end: FaultEnd) -> None:
         """Take note of a fault that is over."""
         self.present.pop(end.fault, None)
-        if not self.scenario.brings(self.now_s - self.start_s):  # else what comes now may need what would be set back
+        if not self.scenario.brings(
+            self.now_s - self.start_s
+        ):  # else what comes now may need what would be set back
             self.adapt(self.symptoms)
 
     def adapt(self, symptoms: Symptoms) -> None:

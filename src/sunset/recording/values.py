@@ -4,6 +4,8 @@ import hashlib
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+from msgspec import Struct
+
 from sunset.errors import InterfaceError, RecordError
 from sunset.interfaces import Message, deserialize, get_message
 
@@ -23,9 +25,11 @@ class RecordedMessage:
     message: Message
 
 
-@dataclass(frozen=True, slots=True)
-class Payload:
-    """A message in a record as it is stored: with the name of its type, and its CDR."""
+class Payload(Struct, frozen=True, array_like=True, gc=False):
+    """A message in a record as it is stored: with the name of its type, and its CDR.
+
+    A run has thousands, which Python's collector of garbage need not look at.
+    """
 
     topic: str
     type: str

@@ -103,6 +103,13 @@ def test_no_managing_system_is_ranked_by_the_runs_that_it_lets_count() -> None:
     assert names == ["oracle", "honest", "cheat", "none"]
 
 
+def test_runs_that_were_taken_away_are_missed() -> None:
+    runs = [one for one in campaign(half=0.5) if (one.manager, one.alike, one.seed) != ("half", "a", 1)]
+    notes = lead_notes(score_tables(runs))
+    assert any("half (timed) has 11 runs in its score where others have 12" in note for note in notes)
+    assert not any("where others have" in note for note in lead_notes(score_tables(campaign(half=0.5))))
+
+
 def test_invalid_live_runs_are_left_out_since_the_computer_may_be_the_reason() -> None:
     live = [replace(one, middleware="cyclonedds") for one in campaign(half=0.5)]
     slow = [replace(one, valid=one.manager != "half" or one.seed != 1) for one in live]

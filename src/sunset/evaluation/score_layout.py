@@ -8,6 +8,7 @@ from sunset.evaluation.differences import DIFFERENCE_METHOD, ManagerDifference
 from sunset.evaluation.estimates import Estimate
 from sunset.evaluation.power import DIFFERENCE, POWER
 from sunset.evaluation.scores import NO_SCORE, SCORE_METHOD, ScoreRow, ScoreTable
+from sunset.texts import counted
 
 _SCORE_COLUMNS: Final = (
     Column(
@@ -63,7 +64,15 @@ def lead_notes(tables: Sequence[ScoreTable]) -> tuple[str, ...]:
         for row in table.rows
         if row.unpaired
     ]
-    return (SCORE_METHOD if scored else NO_SCORE, *unpaired, DIFFERENCE_METHOD)
+    uneven = [
+        f"{row.system} has {counted(row.runs, 'run')} in its score where others have {most}: it may lack those that go "
+        "badly."
+        for table in scored
+        if (most := max(row.runs for row in table.rows))
+        for row in table.rows
+        if row.runs < most
+    ]
+    return (SCORE_METHOD if scored else NO_SCORE, *unpaired, *uneven, DIFFERENCE_METHOD)
 
 
 def _score_lines(row: ScoreRow) -> tuple[Line, ...]:

@@ -111,7 +111,7 @@ def connected_scheduler(address: str) -> Iterator[Executor]:
             versions = client.run(labelled_versions)
         except Exception as error:
             raise SunsetError(
-                f"A worker of the scheduler {address} does not tell its versions, {_described(error)}: install the "
+                f"A worker of the scheduler {address} did not report its versions, {_described(error)}: install the "
                 "same SUNSET on all workers."
             ) from error
         for where, theirs in versions.items():

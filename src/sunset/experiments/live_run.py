@@ -219,12 +219,12 @@ def run_live(
 
 
 def _clock_offset_ns() -> int:
-    """Return what the system's clock shows more than one that cannot be set."""
+    """Return by how much the system's clock is ahead of the monotonic one."""
     return time.time_ns() - time.monotonic_ns()
 
 
 def _readiness(spec: RunSpec, watch: _Watch, system: LiveSystem) -> Callable[[], bool]:
-    """Return what says, of a system that is up, whether the observer is there, and the managing system."""
+    """Return a predicate: the observer and the managing system are ready, in a system that is up."""
     if spec.manager != EXTERNAL:
         return lambda: watch.is_ready
     invitations = iter(
@@ -249,7 +249,7 @@ def _conduct(
     observer: Observer,
     look: Callable[[], None],
 ) -> None:
-    """Let the experiment happen; call `look` often, which may end it by an error."""
+    """Run the experiment, calling `look` in every step; an error that it raises ends the run."""
     timing = spec.timing
 
     def wait(predicate: Callable[[], bool], seconds: float) -> bool:
@@ -270,7 +270,7 @@ def _conduct(
     planned = (timing.warm_up_s + timing.duration_s) / spec.settings.speed
     if not wait(lambda: supervisor.phase is Phase.OVER or supervisor.ended, planned + _PATIENCE_S):
         raise SunsetError(
-            f"The experiment did not end in time: {planned + _PATIENCE_S:g} s after its begin it is still in its phase "
+            f"The experiment did not end in time: {planned + _PATIENCE_S:g} s after it began it is still in its phase "
             f"{supervisor.phase.value}; does the bag player, which publishes /clock, still run?"
         )
     check_injection(supervisor.injection_problem, observer)

@@ -73,7 +73,7 @@ def isolate(
 
 
 def check_name(name: str, given: str) -> None:
-    """Refuse a managing system whose node has the full name of another; `given` is what the user calls it.
+    """Refuse a managing system whose node has the full name of a node of the system; `given` is what the user calls it.
 
     Raises:
         ManagerError: it has.
@@ -110,10 +110,12 @@ def bring_up_timeout_error(
 
 
 def check_injection(problem: str, observer: Observer) -> None:
-    """Hold a problem of the injection, if there is one, against a managing system that has requested anything.
+    """Report a failed injection: as a violation if the managing system sent requests, else as an error.
+
+    `problem` is empty if nothing failed.
 
     Raises:
-        ScenarioError: they could not, and the managing system has done nothing.
+        ScenarioError: the faults could not be injected, and the managing system has sent no request.
     """
     if problem and not observer.commands:
         raise ScenarioError(f"{problem[:1].upper()}{problem[1:]}.")

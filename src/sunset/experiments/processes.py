@@ -19,7 +19,7 @@ from sunset.harness.node_process import MANAGER_FAILED, NodeSpec
 _PARTING_S: Final = 3.0
 """How long processes may take to leave the graph when all of them are ended."""
 _TURN_S: Final = 0.1
-"""Longest wait for one process before the next is started: all at once would take the processor from others."""
+"""Longest wait for one process before the next is ended: ending all at once would take the processor from others."""
 _STEP_S: Final = 0.01
 _LOOK_S: Final = 0.1
 _LAST_WORDS: Final = 20
@@ -165,7 +165,7 @@ class NodeProcesses:
         return self._ended.get(node, 0) not in {0, UNSEEN}
 
     def close(self) -> None:
-        """End all processes, the last one that was made first, and wait until they are gone."""
+        """End all processes, the newest first, and wait until they are gone."""
         limit = time.monotonic() + _PARTING_S
         for process in reversed(self._running.values()):
             _send(process, signal.SIGTERM)

@@ -160,7 +160,7 @@ def record_failure(
 
 @dataclass(frozen=True)
 class _Outcome:
-    """What a record's messages do not tell of the experiment that left them.
+    """What a run yields besides its messages.
 
     Attributes:
         start_ns: the time of the injection, nanoseconds of the experiment's clock.

@@ -79,7 +79,7 @@ class SimulatedProcesses:
 
 
 class _SignOfLife(Tap):
-    """Shows the process that waits for the experiment that it goes on, hundreds of times in a second of it."""
+    """Tells the waiting parent process, hundreds of times per simulated second, that the simulation is alive."""
 
     def __init__(self, watch: Watch) -> None:
         self._watch = watch

@@ -99,14 +99,17 @@ class Timing:
 
 @dataclass(frozen=True, kw_only=True)
 class RunTiming(Timing):
-    """The clockwork of one run; nothing of it is open."""
+    """The clockwork of one run, in which no value is open any more."""
 
     duration_s: float
     warm_up_s: Annotated[float, Meta(ge=0, le=3600)]
 
     @property
     def frames(self) -> int:
-        """How many frames the bag player can publish; where a seed may have drawn the warm-up, they do not tell it."""
+        """How many frames the bag player can publish.
+
+        For a drawn warm-up it is the number for the longest one, so that it reveals nothing about the seed.
+        """
         shortest_s, longest_s = _WARM_UP_S
         if not shortest_s <= self.warm_up_s <= longest_s:
             longest_s = self.warm_up_s

@@ -24,13 +24,13 @@ from sunset.isolation import UnexpectedError
 from sunset.system import extended_system
 
 _IDLE_S: Final = 60
-"""A process that has had nothing to do for so long ends."""
+"""A process ends after so long without an order."""
 _GRACE_S: Final = 5
-"""What the end of one may take that is in the middle of a run."""
+"""How long a process in the middle of a run may take to end."""
 
 
 def serve(pipe: Connection) -> None:
-    """Do runs until nobody is there to order any, or has for long."""
+    """Serve runs until the pipe closes or stays idle for a minute."""
     os.dup2(2, 1)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))

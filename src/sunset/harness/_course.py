@@ -9,7 +9,7 @@ from sunset.scenarios import ScenarioFault
 from sunset.system import Value
 
 STEP_S: Final = 0.1
-"""A ramp grows every so many seconds, as often as a frame comes."""
+"""Seconds between two steps of a ramp; frames come as often."""
 
 Change = tuple[float, Value | None]
 """Seconds after the measured time began, and the strength from then on; None without the fault."""

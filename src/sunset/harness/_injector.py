@@ -42,8 +42,8 @@ class Answer:
 
     Attributes:
         refusal: why it was not confirmed; empty if it was.
-        late: whether that is so since nobody answered.
-        changed: whether a node was activated or deactivated by it, that was not so before.
+        late: whether it was not confirmed because the node did not answer in time.
+        changed: whether the step has changed a node's state, by activating or deactivating it.
     """
 
     refusal: str = ""

@@ -56,7 +56,7 @@ class Occurrence:
 
     @property
     def is_due(self) -> bool:
-        """Whether it has not come yet, and nothing was done so that it does."""
+        """Whether it has not come yet, and its injection was not ordered."""
         return not self.begun and not self.coming
 
     @property

@@ -33,7 +33,7 @@ from sunset.system import Value, loaded_extensions
 from sunset.texts import printable, shorten
 
 _LONGEST: Final = 2000
-"""Of what is told of a failure, in characters."""
+"""Longest failure text, in characters."""
 
 _servers: dict[int, Confinement] = {}
 """The server of each process, by its number: one that is forked has its own."""
@@ -109,12 +109,12 @@ class ManagerProcess:
         return printable(f"The managing system {self.manager} {what}: it {reason}.")
 
     def interrupt(self) -> None:
-        """Let who waits for it see its end at once; a signal handler may call it."""
+        """Shut the socket down, so that a waiting reader returns at once; safe in a signal handler."""
         with suppress(OSError):  # it has ended
             self._process.socket.shutdown(socket.SHUT_RDWR)
 
     def end(self) -> None:
-        """End it, having shown all that it has printed."""
+        """End it, after printing all its remaining output."""
         self._process.kill()
 
 

@@ -74,4 +74,4 @@ class Evaluator(Node):
 def _keep(waiting: dict[int, Image], message: Image) -> None:
     waiting[stamp_ns(message.header)] = message
     if len(waiting) > _WAITING:
-        del waiting[next(iter(waiting))]  # not the least stamp: others may be of a far future
+        del waiting[next(iter(waiting))]  # not the smallest stamp: a wrong stamp may lie far in the future

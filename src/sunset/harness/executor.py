@@ -49,9 +49,9 @@ class ScenarioExecutor(Node):
     started comes when the node is up.
 
     Meanwhile it plays the world. A fault that lives outside of the nodes outlasts their processes: it
-    is put back when its node starts anew. An external one is put back also when somebody sets its
-    parameter, since the weather does not change by that; a configuration that somebody else changed is
-    theirs from then on.
+    is put back when its node starts anew. An external fault is put back also when its parameter is set,
+    since that does not change the weather. If the managing system changes a faulty configuration, it
+    owns this configuration from then on.
 
     Its endpoints are the same in every scenario, so that the graph does not tell what is about to be injected.
 

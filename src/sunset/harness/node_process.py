@@ -238,7 +238,7 @@ def _serve() -> None:
     (text,) = words
     code = _main(text)
     if json.loads(text)["node"] == MANAGER:
-        sys.exit(code)  # whatever others wrote may have to tidy up
+        sys.exit(code)  # user code may have exit handlers
     sys.stdout.flush()
     sys.stderr.flush()
     os._exit(code)  # the node has left the network; the interpreter would take a tenth of a second to tidy up

@@ -24,9 +24,9 @@ from sunset.system import (
 )
 
 _FORGOTTEN_NS: Final = 2 * 10**9
-"""So long after a process ended, the blackboard does not tell of it any more."""
+"""After this time the blackboard no longer shows a dead process."""
 _LONGEST: Final = 20
-"""Characters that a state has at most."""
+"""A state has fewer characters than this."""
 
 
 class Processes(Protocol):

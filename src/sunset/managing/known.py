@@ -80,4 +80,4 @@ class KnownScenario:
 
 
 _LATE_S: Final = 0.05
-"""A fault may be found to have come so much too early."""
+"""Tolerance when an injection time is compared with the plan."""

@@ -53,9 +53,7 @@ def load_manager(spec: str, folder: Path = Path()) -> type[ManagingSystem]:
     if known := MANAGERS.get(spec) or _registered.get(spec):
         return known
     if not spec.isprintable():
-        raise ManagerError(
-            f"The managing system {spec!r} has a character in its name that no record can hold."
-        )
+        raise ManagerError(f"The managing system {spec!r} contains an unprintable character.")
     if spec.startswith(PREFIX):
         return load_program(spec, folder)
     where, separator, name = spec.rpartition(":")
@@ -372,5 +370,5 @@ def _check_signatures(spec: str, found: type[ManagingSystem]) -> None:
         inspect.signature(found.adapt).bind(None, None)
     except TypeError as error:
         raise ManagerError(
-            f"The method adapt of {spec} must accept one argument, symptoms ({error})."
+            f"The method adapt of {spec} must accept one argument, symptoms: 'def adapt(self, symptoms)'."
         ) from error

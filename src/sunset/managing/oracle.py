@@ -31,9 +31,9 @@ ORACLE: Final = "oracle"
 """The name under which the harness tells it the scenario."""
 
 _RESTART_S: Final = 0.1
-"""How long a node sends nothing for a restart."""
+"""Seconds without output during a restart."""
 _RETRY_S: Final = 1.0
-"""So long after a request without effect it is made again."""
+"""A request without effect is repeated after this time."""
 _TOLERABLE: Final[Mapping[str, float]] = {"depth_degradation": 0.18}
 """Fault → the strength up to which its cure costs more than it: with less noise, the fusion is better than the colour
 image alone (`sunset models curves lite`)."""

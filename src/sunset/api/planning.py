@@ -121,14 +121,14 @@ class CampaignForecast:
 
     def _power(self) -> list[str]:
         if self.design is None:
-            return ["What they tell is not known: the scenarios are on flights of their own."]
+            return ["Which differences they detect is not known: the scenarios are on flights of their own."]
         if not self.design.is_enough:
-            return [f"They tell no difference: fewer than {LEAST_LEVELS} repetitions have no interval."]
+            return [f"They detect no difference: fewer than {LEAST_LEVELS} repetitions have no interval."]
         where = f"on {counted(self.design.flights, 'flight')}"
         lines = [
             (
-                f"Between two managing systems that differ as those of a line do ({self.source}), a difference of "
-                f"{DIFFERENCE:g} in IoU_all is told with this probability:"
+                f"If two managing systems differ as those of a line do ({self.source}), a difference of "
+                f"{DIFFERENCE:g} in IoU_all is detected with this probability:"
             )
         ]
         for one in self.prospects:
@@ -136,12 +136,13 @@ class CampaignForecast:
                 lines.append(f"  {one.pair}: not known {where}, since the variances are of fewer.")
                 continue
             needed = (
-                f"no number of repetitions {where} does with {100 * POWER:g} %"
+                f"no number of repetitions {where} reaches {100 * POWER:g} %"
                 if one.repetitions is None
-                else f"{one.repetitions} repetitions {where} do with {100 * POWER:g} %"
+                else f"{one.repetitions} repetitions {where} reach {100 * POWER:g} %"
             )
             lines.append(
-                f"  {one.pair}: {100 * one.power:.0f} %; {needed}; this campaign does a difference of {one.told:.3f}"
+                f"  {one.pair}: {100 * one.power:.0f} %; {needed}; this campaign detects a difference of "
+                f"{one.told:.3f} with {100 * POWER:g} %"
             )
         return lines
 

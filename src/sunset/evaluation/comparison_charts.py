@@ -104,7 +104,7 @@ def scores_chart(found: Sequence[Setup]) -> Chart:
 
 
 def profiles_chart(found: Sequence[Setup]) -> Chart:
-    """Return in which share of its runs each managing system does at least so well."""
+    """Return, by managing system, the share of runs with at most x downtime, or with more than x IoU_all."""
     panels, lines = [], []
     for setup in found:
         for figure, label in (("t_down_s", "t_down [s]"), ("iou_all", "IoU_all")):
@@ -134,8 +134,8 @@ def profiles_chart(found: Sequence[Setup]) -> Chart:
     return Chart(
         name="profiles",
         title="Performance profiles",
-        meaning="In which share of its runs each managing system is at least so good: has at most so much downtime, or "
-        "more IoU_all than that. A curve above another one is better.",
+        meaning="Share of each managing system's runs that have a downtime of at most x, or an IoU_all of more than x. "
+        "A higher curve is better.",
         panels=tuple(panels),
         missing=uneven_notes(found) if panels else (NO_RUN,),
         head=("setup", "suite", "figure", "system", "runs", "x", "share"),

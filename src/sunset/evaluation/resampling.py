@@ -1,6 +1,6 @@
 """How sure a figure of many runs is: the crossed cluster bootstrap.
 
-Runs are not independent. Those with the same degradations fly alike, whatever outage comes with them; so do those on
+Runs are not independent. Those with the same degradations are alike, whatever outage comes with them; so are those on
 one flight, and those with one seed. A resample draws the degradations with replacement from those that were run, and
 likewise the flights and the seeds; a run counts as often as the product of the three says (the pigeonhole bootstrap).
 
@@ -88,7 +88,10 @@ class Spread:
         return math.sqrt(float(self._half_squares(quantile)))
 
     def p_value(self, distance: float) -> float:
-        """Return the p at which an interval of confidence 1 - p is half so wide; at least 10⁻⁶, for a distance."""
+        """Return the p at which the half-width of the interval with confidence 1 - p equals the distance.
+
+        It is at least 10⁻⁶, and 1 for a distance of 0.
+        """
         if not distance:  # whose interval may have no width either
             return 1.0
         halves = np.sqrt(self._half_squares(quantiles))

@@ -214,13 +214,13 @@ def _is_there(fault: Injection, time: float) -> bool:
 
 
 def _cures(fault: str) -> tuple[tuple[Adaptation, ...], ...]:
-    """Return the cures of a fault; none of one that is of another version's catalogue."""
+    """Return the cures of a fault; an empty tuple for a fault of another version's catalogue."""
     described = current_system().faults.get(fault)
     return described.cures if described else ()
 
 
 def _is_step(adaptation: ExecutedAdaptation, step: Adaptation, done: Sequence[tuple[Key, str]]) -> bool:
-    """Return whether an adaptation, of what it sets `done` counts, does a step of a cure or a part of it."""
+    """Return whether an adaptation performs a cure's step, or a part of it; `done`: its settings that count."""
     setting = setting_of(step)
     if setting in done:
         return True

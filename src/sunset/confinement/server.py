@@ -254,7 +254,7 @@ def _receive(task_socket: socket.socket, size: int) -> bytes:
     while len(data) < size:
         part = task_socket.recv(size - len(data))
         if not part:
-            raise ConnectionError("nobody says what it is to be")
+            raise ConnectionError("the task's connection closed early")
         data += part
     return bytes(data)
 

@@ -257,7 +257,7 @@ class RemoteProcess(RemoteHost):
             self._end()
 
     def _end(self) -> None:
-        """Have ended, with all nodes, as the one in the simulation has."""
+        """Mark the process as ended and destroy its nodes, as the simulation has done."""
         self._alive = False
         for node in list(self._nodes):
             node.destroy()

@@ -174,7 +174,7 @@ def scenario_of(scenario: str | Path | Scenario) -> Scenario:
     """Return a scenario by name, from a file, made of faults, or as it is.
 
     Raises:
-        ScenarioError: there is none of that name, or it is none.
+        ScenarioError: there is none of that name, or it is not a scenario.
     """
     return scenario if isinstance(scenario, Scenario) else load_scenario(scenario)
 
@@ -238,7 +238,7 @@ def manager_names(
     """Return the names, with their labels, of managing systems that were given as a list, or by label.
 
     Raises:
-        ManagerError: one is none, or two have the same name.
+        ManagerError: one is not a managing system, or two have the same name.
     """
     if isinstance(managers, Mapping):
         if not all(isinstance(label, str) for label in managers):

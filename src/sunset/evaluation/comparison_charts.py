@@ -34,19 +34,20 @@ def differences_chart(found: Sequence[Setup]) -> Chart:
     for setup in found:
         for table in setup.tables:
             pairs = [
-                (setup.managers[one.first], setup.managers[one.second], one) for one in table.differences
+                (setup.managers[difference.first], setup.managers[difference.second], difference)
+                for difference in table.differences
             ]
             lines += [
                 (
-                    *(setup.label, table.suite, first, second, one.pairs, *_ends(one.iou_all)),
-                    *(one.a12, one.p, *_ends(one.score)),
+                    *(setup.label, table.suite, first, second, difference.pairs, *_ends(difference.iou_all)),
+                    *(difference.a12, difference.p, *_ends(difference.score)),
                 )
-                for first, second, one in pairs
+                for first, second, difference in pairs
             ]
             marks = [
-                _mark(_pair(first, second), first, one.iou_all)
-                for first, second, one in pairs
-                if one.iou_all and one in table.neighbours
+                _mark(_pair(first, second), first, difference.iou_all)
+                for first, second, difference in pairs
+                if difference.iou_all and difference in table.neighbours
             ]
             if marks:
                 panels.append(
@@ -180,7 +181,7 @@ def costs_chart(found: Sequence[Setup]) -> Chart:
                     *_ends(gain),
                 )
                 lines.append((*line, point in panel.front))
-    has_intervals = all(one.y_interval for panel in panels for one in panel.points)
+    has_intervals = all(point.y_interval for panel in panels for point in panel.points)
     return Chart(
         name="costs",
         title="IoU_all against adaptations",

@@ -90,8 +90,12 @@ class FrameCount:
                 f"the computer was too slow for the flight: {len(times)} of {timing.least_frames} frames were played, "
                 f"with gaps of up to {max(gaps, default=0.0):.2f} s in place of {timing.period_s:g} s"
             )
-        outages = [one.time for one in timeline.injections if one.failure in current_system().outages]
-        disturbed = [one.time for one in timeline.commands] + outages
+        outages = [
+            injection.time
+            for injection in timeline.injections
+            if injection.failure in current_system().outages
+        ]
+        disturbed = [command.time for command in timeline.commands] + outages
         if self.disturbed_ns is not None:
             disturbed.append((self.disturbed_ns - start_ns) / _S)
         until_ns = start_ns + round((min(disturbed, default=timing.duration_s) - _ON_ITS_WAY_S) * _S)

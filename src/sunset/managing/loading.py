@@ -172,9 +172,9 @@ def manager_sources(
         sources.update(Path(source) for _, source in written if source and passed)
         parts = [
             *((source, None) for source in sources),
-            *((Path(source), one) for one, source in written if source),
+            *((Path(source), origin) for origin, source in written if source),
         ]
-        if any(is_edited(source, one) for source, one in parts if source in sources):
+        if any(is_edited(source, origin) for source, origin in parts if source in sources):
             raise _edited_error(spec)
         return tuple(sorted(sources))
 
@@ -249,9 +249,9 @@ def _passed_texts(manager: Callable[..., ManagingSystem]) -> list[bytes] | None:
         told = not origin.__closure__ and origin.__name__ != "<lambda>" and _source_file(origin) is not None
     else:
         lineage = _lineage(origin)
-        told = all(isinstance(one, type) and "<locals>" not in one.__qualname__ for one in lineage)
+        told = all(isinstance(kind, type) and "<locals>" not in kind.__qualname__ for kind in lineage)
         try:
-            texts += [text for one in lineage if not _source_file(one) for text in class_texts(one)]
+            texts += [text for kind in lineage if not _source_file(kind) for text in class_texts(kind)]
         except (OSError, SyntaxError):
             told = False
     if not told or not _is_plain(values):

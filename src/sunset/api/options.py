@@ -30,7 +30,7 @@ _ITEMS: Final = re.compile(r"""(?:[^,'"\\]|\\.|'[^']*'|"(?:\\.|[^"\\])*"|['"\\])
 
 
 class Options(TypedDict, total=False):
-    """How experiments are run, whatever their scenario and whoever manages them; each can be left out.
+    """How experiments are run, whatever their scenario and managing system; each can be left out.
 
     Attributes:
         model: a model's name, or the folder of one's own; `lite` if left out.
@@ -227,7 +227,7 @@ def manager_name(manager: Manager) -> str:
     """Return the name by which experiments load a managing system.
 
     Raises:
-        ManagerError: it is none.
+        ManagerError: it is not a managing system.
     """
     return manager if isinstance(manager, str) else register_manager(manager)
 

@@ -16,7 +16,7 @@ from sunset.scenarios import load_scenario
 from sunset.system import current_system, get_fault
 
 OUTAGE_S: Final = 8.0
-"""So much of an outage is drawn, from the injection on, unless another duration is asked for."""
+"""How much of an outage is drawn, from the injection on, unless another duration is asked for."""
 
 
 def fault_picture(

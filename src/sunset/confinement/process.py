@@ -279,7 +279,7 @@ def copy_process(
         finally:
             for file in files:
                 os.close(file)
-        with suppress(ChildProcessError):  # somebody else has waited for it
+        with suppress(ChildProcessError):  # it has been waited for elsewhere
             os.waitpid(pid, 0)
     except OSError:
         process.close()

@@ -36,7 +36,7 @@ from sunset.seeding import generator
 _Array = npt.NDArray[np.float64]
 
 LEAST_LEVELS: Final = 3
-"""Of fewer degradations or flights, an interval says nothing of others; of fewer seeds there is none."""
+"""With fewer degradations or flights, an interval says nothing of others; with fewer seeds there is none."""
 
 _RESAMPLES: Final = 2000
 _SEED: Final = 0
@@ -122,8 +122,8 @@ def spread(top: Sequence[float], bottom: Sequence[float], clusters: Sequence[Clu
     """Return how sure Σ top / Σ bottom is; None where an interval would not hold.
 
     A factor of fewer than three levels is held as it is: the spread is that of other campaigns with the same
-    degradations, or on the same flights. There is none of fewer than three seeds, without which nothing says how much
-    repetitions differ.
+    degradations, or on the same flights. With fewer than three seeds there is none, since
+    nothing then says how much repetitions differ.
 
     Args:
         top: a number a run.

@@ -22,7 +22,7 @@ _CAUSES: Final = {
     "compute_s": "the nodes' compute times",
     "versions": "the versions",
 }
-"""What a record has → of what, of that in which the records of two runs of one specification may differ."""
+"""Field of a record → its name for messages: the causes for which two runs of one specification may differ."""
 
 
 def run_again(

@@ -25,7 +25,7 @@ _ADDRESS: Final = re.compile(r"tcp://(?P<host>[^:/\[\]\s]+|\[[^\[\]\s]+\]):(?P<p
 _PATIENCE_S: Final = 10
 """How long a scheduler may take to answer."""
 _LONGEST: Final = 300
-"""Of what an executor says of a failure, in characters."""
+"""Longest failure text of an executor, in characters."""
 _log: Final = logging.getLogger(__name__)
 _KEPT: Final = "what was finished is kept: run the same command again"
 

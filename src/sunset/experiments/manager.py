@@ -16,7 +16,7 @@ from sunset.system import current_system
 
 _PACKAGE: Final = Path(__file__).parents[1]
 _STILL_S: Final = 60.0
-"""A simulation that has shown no sign of life for so long, longer than its managing system may take, hangs."""
+"""A simulation without a sign of life for this time beyond the limit of its managing system hangs."""
 
 
 def manager_checksum(manager: str, *, limit_s: float) -> str:

@@ -90,9 +90,9 @@ class Observer(Tap):
         self._system = current_system()
         self._own_services = tuple(f"{node}/" for node in sorted(self._system.all_nodes))
         self._pending: dict[tuple[str, RequestId], Command] = {}
-        """What was asked for and not answered yet, by the experiment's own clients too."""
+        """Requests that are not answered yet, also those of the experiment's own clients."""
         self.commands = 0
-        """How often the managed system was asked for something."""
+        """How many requests of the managing system reached the managed one."""
         self.violations: dict[str, None] = {}
         """What the managing system did that it must not, in words; in order, each once."""
 

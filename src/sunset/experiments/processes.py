@@ -23,7 +23,7 @@ _TURN_S: Final = 0.1
 _STEP_S: Final = 0.01
 _LOOK_S: Final = 0.1
 _LAST_WORDS: Final = 20
-_SIGNALS: Final = {one.value: one.name for one in signal.Signals}  # real-time ones have no names
+_SIGNALS: Final = {number.value: number.name for number in signal.Signals}  # real-time ones have no names
 
 _PROGRAM: Final = NodeSpec.__module__
 """What runs a node as a process, and forks such processes."""
@@ -130,7 +130,9 @@ class NodeProcesses:
         now = time.monotonic()
         if now >= self._next_look_s:
             self._next_look_s = now + _LOOK_S
-            self._stopped = frozenset(node for node, one in self._running.items() if _is_stopped(one.pid))
+            self._stopped = frozenset(
+                node for node, process in self._running.items() if _is_stopped(process.pid)
+            )
         for node, process in list(self._running.items()):
             if process.poll() is not None:
                 self._note_end(node)

@@ -34,7 +34,7 @@ from sunset.texts import listed
 from sunset.workers import Progress, Stages
 
 _OPEN_BAGS: Final = 16
-"""So many are kept open: those of a panel, and some more."""
+"""How many are kept open: those of a panel, and some more."""
 
 MEASURING: Final = "Measuring the flight"
 

@@ -83,8 +83,8 @@ class Timing:
     def of_run(self, scenario: Scenario, seed: int) -> "RunTiming":
         """Return the clockwork of a run, in which the scenario and the seed say what is open here.
 
-        The length of the warm-up is drawn uniformly and independent of the frames, so that nobody can act on time
-        instead of on symptoms.
+        The length of the warm-up is drawn uniformly and independent of the frames, so that a managing system cannot
+        act on time instead of on symptoms.
 
         Raises:
             InvalidInputError: the scenario's duration is no whole number of frames.

@@ -24,7 +24,7 @@ _PROGRAM: Final = "sunset.experiments.worker_process"
 _ATTEMPTS: Final = 3
 """How often a run is begun whose helper is killed."""
 _SHORT: Final = 12
-"""Of a checksum in a message, in characters."""
+"""Length of a checksum in a message, in characters."""
 
 
 @dataclass(frozen=True)
@@ -122,7 +122,7 @@ def do_run(expected: Mapping[str, str], order: bytes) -> dict[str, bytes]:
 
 
 class _Helper:
-    """A process that does runs, as who gives it orders sees it."""
+    """A process that does runs, seen from the process that orders them."""
 
     def __init__(self) -> None:
         self._pipe, theirs = Pipe()
@@ -153,7 +153,7 @@ class _Helper:
 
 
 _helpers: Final[defaultdict[int, deque[_Helper]]] = defaultdict(deque)
-"""Those of each process that have nothing to do, by its number: one that is forked has its own."""
+"""The idle helpers of each process, by its number: a forked process has its own."""
 
 
 def _free_helper() -> _Helper:

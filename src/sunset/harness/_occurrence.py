@@ -10,7 +10,7 @@ from sunset.system import Adaptation, AdaptationKind, Fault, FaultKind, Value
 
 @dataclass(eq=False)
 class Occurrence:
-    """A fault of a scenario, and how far it is.
+    """A fault of a scenario, and its state.
 
     Attributes:
         plan: what the scenario says of it.

@@ -44,7 +44,7 @@ class World:
         return any(_key(step) in self._lasting for step in steps)
 
     def settle(self) -> None:
-        """Take all nodes for up, which they are when the first fault is injected, but those that were redeployed."""
+        """Take all nodes except redeployed ones as up, which they are when the first fault is injected."""
         self._starting &= self._started_anew
 
     def is_settled(self, node: str) -> bool:

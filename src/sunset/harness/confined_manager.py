@@ -1,4 +1,4 @@
-"""A managing system behind walls: a process of its own, as what starts, watches and ends it sees it."""
+"""A managing system behind walls, seen from the process that starts, watches and ends it."""
 
 import os
 import signal
@@ -61,7 +61,7 @@ class ManagerProcess:
 
     @property
     def descriptors(self) -> frozenset[int]:
-        """The open files that it is talked to through."""
+        """The open files through which it is addressed."""
         return self._process.descriptors
 
     @property
@@ -152,7 +152,7 @@ def manager_process(
     task = ManagerTask(
         manager=str(command or manager),
         folder=str(Path.cwd()),
-        extensions=tuple(one.where for one in extensions),
+        extensions=tuple(extension.where for extension in extensions),
         parameters=dict(parameters),
         log=log,
         live=live,
@@ -164,7 +164,7 @@ def manager_process(
         if is_registered(manager):
             process = copy_process(run_manager, task)
         else:
-            sources = [Path(one.source) for one in extensions]
+            sources = [Path(extension.source) for extension in extensions]
             beside = [file for source in sources for file in modules_beside(source.parent)]
             folders, modules = ((), ()) if manager in MANAGERS else manager_code(manager)
             view = View(
@@ -196,7 +196,7 @@ def _check_readable(manager: str, readable: Iterable[Path]) -> None:
 
 
 def start_server() -> None:
-    """Start what processes of managing systems are forked from ahead, so that it imports what they need meanwhile."""
+    """Start ahead the server from which managing systems are forked, so that it imports meanwhile what they need."""
     _server()
 
 

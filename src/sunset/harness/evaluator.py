@@ -18,7 +18,7 @@ from sunset.ros.node import Node
 from sunset.system import EVALUATION_TOPIC, RESULT_TOPIC, TRUTH_TOPIC
 
 _WAITING: Final = 100
-"""Frames whose partner has not come that are kept; ten seconds at 10 Hz."""
+"""How many frames without a partner are kept: ten seconds at 10 Hz."""
 
 
 class Evaluator(Node):

@@ -27,7 +27,7 @@ from sunset.system.vocabulary import (
 _BLIND_S: Final = 1.0
 """Cost of doing without a sensor, in seconds of output, when nothing is known of what is wrong."""
 _FIRST_LOOK_S: Final = 3.0
-"""So long after it has hidden a sensor from the segmentation it looks at it again; each time it waits twice as long."""
+"""Time from hiding a sensor from the segmentation to looking at it again; each time it is twice as long."""
 _RISE: Final = 0.015
 """A signal that is higher by so much than at the last look says that something has come."""
 _DOUBTFUL: Final = 0.05

@@ -90,10 +90,10 @@ def _declared(file: Path, name: str) -> Iterator[str]:
     """Yield what the class of this name says in `files`."""
     try:
         tree = ast.parse(file.read_bytes())
-    except (OSError, SyntaxError, ValueError):  # whoever loads it says so
+    except (OSError, SyntaxError, ValueError):  # loading it reports that
         return
     classes = [node for node in tree.body if isinstance(node, ast.ClassDef) and node.name == name]
-    for statement in (statement for one in classes for statement in one.body):
+    for statement in (statement for kind in classes for statement in kind.body):
         if isinstance(statement, ast.AnnAssign):
             targets: list[ast.expr] = [statement.target]
         elif isinstance(statement, ast.Assign):
@@ -137,5 +137,5 @@ def _file(spec: str, folder: Path | None = None) -> Path | None:
 
 def _is_installed(path: Path) -> bool:
     """Return whether a file or folder is Python's, or installed for it, or holds or belongs to this package."""
-    prefixes = [Path(one).resolve() for one in (sys.prefix, sys.base_prefix)]
-    return path == _PACKAGE.parent or any(path.is_relative_to(one) for one in (*prefixes, _PACKAGE))
+    prefixes = [Path(prefix).resolve() for prefix in (sys.prefix, sys.base_prefix)]
+    return path == _PACKAGE.parent or any(path.is_relative_to(prefix) for prefix in (*prefixes, _PACKAGE))

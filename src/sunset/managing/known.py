@@ -40,7 +40,7 @@ class KnownFault:
         return type(self.value)(self.value * share)
 
     def remaining_s(self, age_s: float, end_s: float) -> float:
-        """Return for how many seconds it is still there, if nobody cures it.
+        """Return for how many seconds it is still there, if it is not cured.
 
         Args:
             age_s: how long ago it came.

@@ -52,7 +52,7 @@ def read_log(folder: Path) -> tuple[LogLine, ...]:
 def log_of(messages: Sequence[RecordedMessage]) -> tuple[LogLine, ...]:
     """Return what the nodes of a run logged, from messages that are read already; as `read_log`.
 
-    What else somebody sent on the topic is not a log.
+    Other messages on the topic are not a log.
     """
     start_ns = start_of([one for one in messages if one.topic == LOG_TOPIC])
     lines = []

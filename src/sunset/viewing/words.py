@@ -1,4 +1,4 @@
-"""What happened in a run, in sentences for somebody who sees SUNSET for the first time."""
+"""What happened in a run, in sentences for a reader who sees SUNSET for the first time."""
 
 from collections.abc import Iterator, Sequence
 from typing import Final

@@ -64,7 +64,7 @@ class RemoteProcess(RemoteHost):
         pipe: what it talks to the simulation through.
         main: makes the nodes.
         describe: says what a callback or `main` has raised, as the end of a sentence.
-        describes_types: whether its nodes tell others what their types are made of; everybody in a simulation knows.
+        describes_types: whether its nodes tell others what their types are made of; in a simulation all know.
     """
 
     def __init__(
@@ -238,7 +238,7 @@ class RemoteProcess(RemoteHost):
             self._predicates.pop()
 
     def wake(self) -> None:
-        """Do nothing: while `spin_once` runs, nobody else does."""
+        """Do nothing: while `spin_once` runs, nothing else does."""
 
     @property
     def alive(self) -> bool:

@@ -25,7 +25,7 @@ ONE_THREAD: Final = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_N
 """A node computes little but inference, which has one thread anyway; idle threads cost time to start."""
 
 UNSEEN: Final = 256
-"""Takes the place of an exit code that nobody saw, for the server was gone."""
+"""Takes the place of an exit code that was not seen, since the server was gone."""
 
 _LONGEST: Final = 65536
 _FIRST_S: Final = 30.0
@@ -181,7 +181,7 @@ def fork_server(module: str) -> ForkServer | None:
     """Start a module as a server, unless that was done ahead; it is ready when it has imported what it needs.
 
     Returns:
-        The server, which the caller closes; None where the system has not what one needs.
+        The server, which the caller closes; None where the system lacks what a server needs.
     """
     if not can_fork():
         return None
@@ -209,7 +209,7 @@ def await_order(door: socket.socket) -> list[str] | None:
     """Fork whenever it is asked for at a door: the server's side.
 
     Returns:
-        In each forked process, the arguments that it shall run; in the server None, when nobody is there to order.
+        In each forked process, the arguments that it shall run; in the server None, when its user has gone.
     """
     signal_after_parent(signal.SIGKILL)
     while True:

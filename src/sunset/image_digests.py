@@ -15,7 +15,7 @@ _BYTES: Final = 16
 _KEPT: Final = 32
 
 _known: OrderedDict[tuple[int, int], tuple[Pixels, bytes]] = OrderedDict()
-"""Place and size in memory of the last few that nobody may write to, which stay theirs for as long as they are kept."""
+"""Place and size in memory of the last few read-only ones; while they are kept here, no others can be at that place."""
 _remembered: dict[tuple[int, int], bytes] = {}
 """The same of those whose owners keep them."""
 

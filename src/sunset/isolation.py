@@ -174,7 +174,7 @@ def fork(made: list[int]) -> int:
 
 
 class _Pipe:
-    """A pipe that nobody waits at: it holds 64 KiB, and is read when its writer has ended."""
+    """A pipe without a waiting reader: it holds 64 KiB, and is read when its writer has ended."""
 
     def __init__(self) -> None:
         self._end, self.writer = os.pipe()

@@ -30,7 +30,7 @@ _LIBRARIES: Final = frozenset({"cv2", "onnxruntime"})
 """Packages whose errors are of types of their own."""
 
 _STARTERS: Final = frozenset({"fork", "forkpty", "fork_exec", "_fork_exec", "posix_spawn"})
-"""What starts a process; a file that somebody else has locked gives the same error."""
+"""Functions that start a process; a file that another process has locked gives the same error."""
 
 
 def complaint(error: Exception) -> str:

@@ -102,7 +102,7 @@ def worker_pool(jobs: int, *, forked: bool = False) -> Iterator[ProcessPoolExecu
                 warnings.simplefilter("ignore", DeprecationWarning)
             yield pool
     except BaseException as error:
-        # nobody waits for results that are not wanted any more
+        # the results of running workers are not wanted any more
         for worker in multiprocessing.active_children():
             if worker not in others:
                 worker.terminate()

@@ -66,7 +66,7 @@ def test_an_outage_is_drawn_over_time_with_its_ripples_and_repairs(tmp_path: Pat
 @pytest.mark.parametrize(
     ("fault", "file", "frame", "said"),
     [
-        ("gpu_failure", "a.png", 3, "stops messages: it is drawn over time, on no frame"),
+        ("gpu_failure", "a.png", 3, "stops messages: it is drawn over time; leave out --frame"),
         ("image_shift", "a.png", 400, "The frame must be from 0 to 399 in "),
         ("image_shift", "a.doc", None, "must end in .pdf, .png, .svg"),
     ],

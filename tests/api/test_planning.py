@@ -25,13 +25,13 @@ def test_a_plan_counts_the_runs_and_tells_the_difference_that_they_tell() -> Non
         assert one.power is not None
         assert one.told is not None
         assert (one.power >= 0.8) == (one.told <= 0.02)
-    assert "told with this probability" in str(found)
+    assert "detected with this probability" in str(found)
 
 
 def test_a_plan_of_two_repetitions_tells_no_difference() -> None:
     found = sunset.plan_bench(repetitions=2)
     assert all((one.power, one.told, one.repetitions) == (None,) * 3 for one in found.prospects)
-    assert "They tell no difference" in str(found)
+    assert "They detect no difference" in str(found)
 
 
 def test_an_earlier_campaign_gives_variances_and_says_where_they_do_not_reach(

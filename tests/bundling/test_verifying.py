@@ -225,7 +225,7 @@ FORGERIES: dict[str, tuple[Edit, str, str]] = {
     "model": (
         changed("model/card.json", entropy_threshold=0.9),
         "campaign/bench.json",
-        "its model is another one than the card that is there",
+        "its model differs from the card that is there",
     ),
     "versions": (
         changed(f"{WET}/run.json", versions={"sunset": "0.1.0"}),
@@ -475,6 +475,18 @@ def test_what_fits_together_and_never_happened_is_found_by_running_it_again(
     assert verify(forged, NOTHING).passed
     (problem,) = verify(forged, ALL).problems
     assert problem.startswith(f"{WET}: The run in {WET} was run again, and left other messages")
+
+
+def test_of_a_forged_figure_only_that_figure_is_said_to_differ_when_it_is_run_again(
+    packed: Path, forge: Forge
+) -> None:
+    forged = forge(packed, changed(f"{WET}/run.json", metrics__t_down_s=0.5))
+
+    again = [problem for problem in verify(forged, ALL).problems if "running it again" in problem]
+
+    (sentence,) = again
+    assert sentence.startswith(f"{WET}: Its t_down_s is stored as 0.5, and running it again gave 2")
+    assert "{" not in sentence
 
 
 def test_an_untouched_bundle_verifies_and_runs_none_of_its_code(

@@ -164,9 +164,9 @@ ARGUMENTS: dict[str, tuple[Sequence[str], str]] = {
     "unknown suite": (["bench", "--suite", "rainy", "--out", "o"], "rainy"),
     "suite of an extension": (
         ["bench", "--suite", "dusk", "--out", "o"],
-        "extension adds needs --extension.",
+        "If an extension adds it, pass --extension.",
     ),
-    "scenario of an extension": (["run", "dusk"], "what an extension adds needs --extension."),
+    "scenario of an extension": (["run", "dusk"], "If an extension adds it, pass --extension."),
     "unknown fault": (["faults", "show", "rotor_failure"], "rotor_failure"),
     "unknown manager": (["run", "--manager", "magic"], "magic"),
     "missing manager file": (["run", "--manager", "nowhere.py:Mine"], "nowhere.py"),

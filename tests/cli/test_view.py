@@ -52,6 +52,17 @@ def test_the_page_is_named_after_the_run_and_opened(
     assert page.stat().st_size < 5_000_000
 
 
+def test_a_page_that_is_not_opened_is_said_to_be_opened_in_a_browser(
+    run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("BROWSER", "false")
+
+    assert main(["view", str(run), "--no-open"]) == 0
+
+    assert capsys.readouterr().err.endswith("The page is short.html: open it in a browser.\n")
+
+
 def moved(_: Path, tmp_path: Path) -> list[str]:
     """Return the run of a managing system whose file is gone."""
     folder = tmp_path / "moved"

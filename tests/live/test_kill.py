@@ -89,7 +89,7 @@ def test_a_run_ends_with_what_there_is_no_experiment_without(tmp_path: Path, nod
         _, complaint = process.communicate(timeout=PATIENCE_S)
     assert process.returncode == 1
     how = "ended by signal 9 (SIGKILL)" if number == signal.SIGKILL else "is stopped by a signal"
-    assert f"The process of {node}, without which there is no experiment, {how}" in complaint
+    assert f"The process of {node}, which the experiment needs, {how}" in complaint
     assert list(tmp_path.iterdir()) == []
 
 

@@ -76,7 +76,7 @@ def test_a_command_is_resolved_for_another_folder(monkeypatch: pytest.MonkeyPatc
         ("exec:./mine.py", r"let it be run \(chmod \+x \./mine\.py\), or name what runs it, as exec:python3"),
         ("exec:./package", r"there is no file \./package"),
         ("exec:./run.sh /usr", "names the folder /usr, which holds more than 1000 files"),
-        ("exec:./run.sh \x1b[2J", "has a character in its name that no record can hold"),
+        ("exec:./run.sh \x1b[2J", "contains an unprintable character"),
     ],
 )
 @pytest.mark.usefixtures("folder")

@@ -204,7 +204,7 @@ def test_a_file_that_changes_while_it_is_imported_is_refused(
 def test_a_name_that_no_record_can_hold_is_refused(tmp_path: Path) -> None:
     folder = tmp_path / "d\udcff"
     folder.mkdir()
-    with pytest.raises(ManagerError, match="has a character in its name that no record can hold"):
+    with pytest.raises(ManagerError, match="contains an unprintable character"):
         load_manager(f"{write(folder, MINE)}:Mine")
 
 

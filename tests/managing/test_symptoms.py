@@ -102,8 +102,8 @@ def test_a_signal_is_read_by_name() -> None:
     assert math.isnan(Symptoms({}).signal("camera_sharpness"))
     assert Symptoms({"altimeter_height": 12.0}).signal("altimeter_height") == 12.0
     match = (
-        r"The monitor knows no signal 'segmentation_entropie': did you mean 'segmentation_entropy', or name one of "
-        r"segmentation_entropy, camera_sharpness; what an extension adds needs --extension\."
+        r"There is no signal 'segmentation_entropie': did you mean 'segmentation_entropy', or name one of "
+        r"segmentation_entropy, camera_sharpness\. If an extension adds it, pass --extension\."
     )
     with pytest.raises(ValueError, match=match):
         Symptoms({}).signal("segmentation_entropie")

@@ -214,6 +214,15 @@ def of_fault(options: str) -> str:
             "needs a value and another one of the same type when healthy, got 0.0 and 0.0",
         ),
         (of_fault("cures=(), value=[1]"), "The value must be true or false or a whole number"),
+        (of_fault("cures=(), value=2.0"), "The fault smear needs limits, since its value 2.0 is a number"),
+        (
+            of_fault("cures=(), value=True, limits=(0.0, 1.0)"),
+            "The fault smear must have no limits, since its value True is not a number, got (0.0, 1.0)",
+        ),
+        (
+            of_fault("cures=(), value=9.0, limits=(0.0, 5.0)"),
+            "The fault smear needs a value within its limits (0.0, 5.0), got 9.0",
+        ),
         (
             HEAD + "EXTENSION = Extension(suites={'mine': ({'gpu_failure', 'image_shift'},)})",
             "must be tuples of faults",

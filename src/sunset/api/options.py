@@ -30,7 +30,7 @@ _ITEMS: Final = re.compile(r"""(?:[^,'"\\]|\\.|'[^']*'|"(?:\\.|[^"\\])*"|['"\\])
 
 
 class Options(TypedDict, total=False):
-    """How experiments are run, whatever their scenario and whoever manages them; each can be left out.
+    """How experiments are run, whatever their scenario and managing system; each can be left out.
 
     Attributes:
         model: a model's name, or the folder of one's own; `lite` if left out.
@@ -174,7 +174,7 @@ def scenario_of(scenario: str | Path | Scenario) -> Scenario:
     """Return a scenario by name, from a file, made of faults, or as it is.
 
     Raises:
-        ScenarioError: there is none of that name, or it is none.
+        ScenarioError: there is none of that name, or it is not a scenario.
     """
     return scenario if isinstance(scenario, Scenario) else load_scenario(scenario)
 
@@ -227,7 +227,7 @@ def manager_name(manager: Manager) -> str:
     """Return the name by which experiments load a managing system.
 
     Raises:
-        ManagerError: it is none.
+        ManagerError: it is not a managing system.
     """
     return manager if isinstance(manager, str) else register_manager(manager)
 
@@ -238,7 +238,7 @@ def manager_names(
     """Return the names, with their labels, of managing systems that were given as a list, or by label.
 
     Raises:
-        ManagerError: one is none, or two have the same name.
+        ManagerError: one is not a managing system, or two have the same name.
     """
     if isinstance(managers, Mapping):
         if not all(isinstance(label, str) for label in managers):

@@ -16,7 +16,7 @@ from sunset.scenarios import load_scenario
 from sunset.system import current_system, get_fault
 
 OUTAGE_S: Final = 8.0
-"""So much of an outage is drawn, from the injection on, unless another duration is asked for."""
+"""How much of an outage is drawn, from the injection on, unless another duration is asked for."""
 
 
 def fault_picture(
@@ -56,7 +56,9 @@ def draw_fault_picture(name: str, file: Path, settings: Settings, frame: int | N
         save_figure(views_figure(views, name, model), file)
     elif fault.failure in current_system().outages:
         if frame is not None:
-            raise InvalidInputError(f"The fault {name} stops messages: it is drawn over time, on no frame.")
+            raise InvalidInputError(
+                f"The fault {name} stops messages: it is drawn over time; leave out --frame."
+            )
         spec = RunSpec(scenario=load_scenario(name), manager="reactive", settings=settings)
         with tempfile.TemporaryDirectory(prefix="sunset-") as folder:
             run = experiments.run(spec, Path(folder) / "run")

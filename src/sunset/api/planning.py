@@ -99,12 +99,12 @@ class CampaignForecast:
             "variances": self.source,
             "power": [
                 {
-                    "pair": one.pair,
-                    "power": one.power,
-                    "told": one.told,
-                    "repetitions": one.repetitions,
+                    "pair": prospect.pair,
+                    "power": prospect.power,
+                    "told": prospect.told,
+                    "repetitions": prospect.repetitions,
                 }
-                for one in self.prospects
+                for prospect in self.prospects
             ],
         }
 
@@ -121,27 +121,30 @@ class CampaignForecast:
 
     def _power(self) -> list[str]:
         if self.design is None:
-            return ["What they tell is not known: the scenarios are on flights of their own."]
+            return ["Which differences they detect is not known: the scenarios are on flights of their own."]
         if not self.design.is_enough:
-            return [f"They tell no difference: fewer than {LEAST_LEVELS} repetitions have no interval."]
+            return [f"They detect no difference: fewer than {LEAST_LEVELS} repetitions have no interval."]
         where = f"on {counted(self.design.flights, 'flight')}"
         lines = [
             (
-                f"Between two managing systems that differ as those of a line do ({self.source}), a difference of "
-                f"{DIFFERENCE:g} in IoU_all is told with this probability:"
+                f"If two managing systems differ as those of a line do ({self.source}), a difference of "
+                f"{DIFFERENCE:g} in IoU_all is detected with this probability:"
             )
         ]
-        for one in self.prospects:
-            if one.power is None or one.told is None:
-                lines.append(f"  {one.pair}: not known {where}, since the variances are of fewer.")
+        for prospect in self.prospects:
+            if prospect.power is None or prospect.told is None:
+                lines.append(
+                    f"  {prospect.pair}: not known {where}, since the variances are of fewer flights."
+                )
                 continue
             needed = (
-                f"no number of repetitions {where} does with {100 * POWER:g} %"
-                if one.repetitions is None
-                else f"{one.repetitions} repetitions {where} do with {100 * POWER:g} %"
+                f"no number of repetitions {where} reaches {100 * POWER:g} %"
+                if prospect.repetitions is None
+                else f"{prospect.repetitions} repetitions {where} reach {100 * POWER:g} %"
             )
             lines.append(
-                f"  {one.pair}: {100 * one.power:.0f} %; {needed}; this campaign does a difference of {one.told:.3f}"
+                f"  {prospect.pair}: {100 * prospect.power:.0f} %; {needed}; this campaign detects a difference of "
+                f"{prospect.told:.3f} with {100 * POWER:g} %"
             )
         return lines
 
@@ -185,12 +188,12 @@ def _design(spec: BenchSpec) -> Design | None:
     """Return over what a campaign is spread; None where some scenarios are on flights of their own."""
     runs = plan(replace(spec, references=False, score=False))
     flights: dict[str, set[object]] = {}
-    for one in runs:
-        flights.setdefault(one.scenario.name, set()).add(one.flight)
+    for run in runs:
+        flights.setdefault(run.scenario.name, set()).add(run.flight)
     if len({frozenset(each) for each in flights.values()}) > 1:
         return None
     return Design(
-        alike=len({_alike(one) for one in runs}),
+        alike=len({_alike(run) for run in runs}),
         flights=len(next(iter(flights.values()))),
         repetitions=spec.repetitions,
     )
@@ -229,10 +232,10 @@ def _measured(folder: Path) -> dict[str, Variances]:
         RecordError: it has no difference with an interval.
     """
     found = {
-        f"{one.first} − {one.second}": variances(one.iou_all.spread)
+        f"{difference.first} − {difference.second}": variances(difference.iou_all.spread)
         for table in score_tables(load_results(folder))
-        for one in table.neighbours
-        if one.iou_all and one.iou_all.spread
+        for difference in table.neighbours
+        if difference.iou_all and difference.iou_all.spread
     }
     if not found:
         raise RecordError(

@@ -143,8 +143,8 @@ def view(
         with _with_images(runs, named, None if model is None else str(model), place, progress) as viewed:
             making = None if progress is None else partial(progress, "Making pictures")
             write_page(viewed, file, progress=making)
-    if show:
-        _show_page(file)
+    if show and can_show_pages():
+        webbrowser.open(file.resolve().as_uri())
     return file
 
 
@@ -165,10 +165,9 @@ def _default_page(runs: Sequence[StoredRun]) -> Path:
     return Path("-".join(dict.fromkeys(run.folder.resolve().name for run in runs)) + ".html")
 
 
-def _show_page(file: Path) -> None:
-    """Open a page in a browser, where there is a screen, or the environment names a browser."""
-    if sys.platform == "darwin" or any(map(os.environ.get, ("BROWSER", "DISPLAY", "WAYLAND_DISPLAY"))):
-        webbrowser.open(file.resolve().as_uri())
+def can_show_pages() -> bool:
+    """Return whether pages can be opened: there is a screen, or the environment names a browser."""
+    return sys.platform == "darwin" or any(map(os.environ.get, ("BROWSER", "DISPLAY", "WAYLAND_DISPLAY")))
 
 
 @contextmanager

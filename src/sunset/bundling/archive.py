@@ -27,7 +27,7 @@ _SMALL: Final = 2**28
 _RATIO: Final = 50
 """A larger one may expand to so many times its size; records are compressed already."""
 _MOST: Final = 100_000
-"""So many files has no bundle: three for each of ten thousand runs, and sources."""
+"""More files than any bundle has: three for each of ten thousand runs, and sources."""
 _LONGEST: Final = 255
 """Bytes that a part of a name may have."""
 _PATH: Final = 2048

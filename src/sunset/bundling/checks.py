@@ -149,7 +149,7 @@ def check_campaign(
     findings = Findings()
     found = {file.parent for file in folder.glob(f"runs/*/*/*/*/{RUN_FILE}")}
     if model_checksum(card) != described.model_checksum:
-        findings.problems.append(f"{PLAN_FILE}: its model is another one than the card that is there.")
+        findings.problems.append(f"{PLAN_FILE}: its model differs from the card that is there.")
     if {one.name: one.checksum for one in loaded_extensions()} != described.extensions:
         try:
             _check_unextended(findings, folder, described, card, found)

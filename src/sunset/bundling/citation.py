@@ -1,4 +1,4 @@
-"""Who is to be cited for a bundle: its authors, SUNSET, and the paper."""
+"""What is to be cited for a bundle: its authors, SUNSET, and the paper."""
 
 import re
 from dataclasses import dataclass
@@ -53,7 +53,7 @@ class Citation:
 
     Attributes:
         title: its title.
-        authors: who made it; nobody where it is anonymous.
+        authors: who made it; empty if it is anonymous.
         licence: the name of a licence as SPDX has it, or its address; empty if there is none.
         published: the day.
     """

@@ -40,7 +40,7 @@ _MEDIA_TYPES: Final = {
     "yaml": "application/yaml",
     "yml": "application/yaml",
 }
-"""Of files, by the suffixes that bundles have."""
+"""Media types of files, by the suffixes that bundles have."""
 
 _Entity = dict[str, object]
 

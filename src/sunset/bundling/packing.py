@@ -139,7 +139,7 @@ def _read(folder: Path) -> CampaignPlan:
     """Return the plan of a finished campaign, whose extensions are loaded.
 
     Raises:
-        RecordError: it is none.
+        RecordError: it is not a campaign.
     """
     if not (folder / PLAN_FILE).is_file():
         raise RecordError(

@@ -2,11 +2,12 @@
 
 import shlex
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
+from msgspec import UNSET
 from msgspec.structs import asdict
 
 from sunset.bundling.checks import Findings
@@ -109,7 +110,18 @@ def rerun_run(opened: OpenedBundle, one: _Run, rerun: Rerun, into: Path) -> Iter
     for name in sorted(stored.keys() - {"versions", "manager_spec", "flight"}):
         # how a managing system hung depends on the limit of the time that it had
         if stored[name] != now[name] and not (name == "manager_failed" and stored[name] and now[name]):
-            yield f"Its {name} is stored as {stored[name]!r}, and running it again gave {now[name]!r}."
+            yield from _contrasts(name, stored[name], now[name])
+
+
+def _contrasts(name: str, stored: object, now: object) -> Iterator[str]:
+    """Yield, as sentences, how a stored value differs from that of the run made again: of a mapping, its entries."""
+    if not (isinstance(stored, Mapping) and isinstance(now, Mapping)):
+        yield f"Its {name} is stored as {stored!r}, and running it again gave {now!r}."
+        return
+    for key in sorted(stored.keys() | now.keys()):
+        before, after = stored.get(key, UNSET), now.get(key, UNSET)
+        if before != after:
+            yield f"Its {key} is stored as {before!r}, and running it again gave {after!r}."
 
 
 @contextmanager

@@ -209,9 +209,7 @@ def _other_model(opened: OpenedBundle, findings: Findings) -> Iterator[str]:
     if described.versions.get("sunset") == __version__:
         yield f"{CAMPAIGN}/{PLAN_FILE}: its model {described.model} is not the installed one of that name."
     else:
-        findings.unchecked.append(
-            f"The model {described.model} is another one than the one that is installed."
-        )
+        findings.unchecked.append(f"The model {described.model} differs from the installed one.")
 
 
 def _other_texts(opened: OpenedBundle, findings: Findings) -> Iterator[str]:

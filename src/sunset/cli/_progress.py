@@ -18,11 +18,11 @@ BUILDING: Final = "Building the town"
 """What is done before the first frame of a flight is rendered."""
 
 _QUICK_S: Final = 0.5
-"""What takes no longer gets no line."""
+"""Stages shorter than this print no line."""
 _LINE_EVERY_S: Final = 1.5
 _FRAME_EVERY_S: Final = 0.1
 _LONG_S: Final = 600
-"""Of what takes longer, lines are further apart: by `_SHARE` of the time so far."""
+"""After this time, lines are further apart: by `_SHARE` of the time so far."""
 _SHARE: Final = 1 / 30
 
 

@@ -128,7 +128,7 @@ def _print_plan(spec: BenchSpec, arguments: argparse.Namespace) -> None:
 
 
 def _title(spec: BenchSpec) -> str:
-    """Return what is done while a campaign runs, and how many runs of it nobody asked for by name."""
+    """Return what is done while a campaign runs, and how many runs are added automatically."""
     bare = replace(spec, score=False)
     references = len(plan(bare)) - len(plan(replace(bare, references=False)))
     scored = len(plan(spec)) - len(plan(bare))

@@ -17,7 +17,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--manager",
         metavar="SPEC",
-        help=f"which managing system {MANAGER} is: none, baseline, reactive, or your own",
+        help=f"which managing system {MANAGER} is: none, random, baseline, reactive, diagnosing, oracle, or your own",
     )
     add_network_options(parser)
     parser.add_argument(

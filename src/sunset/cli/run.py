@@ -14,6 +14,7 @@ from sunset.cli._progress import progress_bar
 from sunset.cli._steps import print_next_steps
 from sunset.errors import OutputError
 from sunset.experiments import DEFAULT_SCENARIO, keep_last_run, run
+from sunset.managing import MANAGERS
 from sunset.texts import printable
 
 
@@ -33,7 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--manager",
         default="baseline",
         metavar="[LABEL=]NAME|FILE.py:CLASS|MODULE:CLASS|exec:COMMAND",
-        help="the managing system: none, baseline, reactive, or your own; live, also external, which you start",
+        help=f"the managing system: {', '.join(MANAGERS)}, or your own; live, also external, which you start",
     )
     parser.add_argument("--seed", type=int, default=1, metavar="N", help="a whole number from 0 on")
     add_run_options(parser)

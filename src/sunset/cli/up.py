@@ -16,6 +16,7 @@ from sunset.experiments import RunSpec, manager_checksum
 from sunset.experiments.live import LiveSystem
 from sunset.experiments.spec import EXTERNAL
 from sunset.harness.operator import NodeStatus, Operator
+from sunset.managing import MANAGERS
 from sunset.rmw.backends import LIVE, live_middleware
 from sunset.scenarios import Scenario, load_scenario
 
@@ -28,14 +29,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "Run every node as a process on Cyclone DDS until Ctrl-C, and let the flight repeat. Other ROS 2 "
         "nodes on this computer can connect: managing systems, the ros2 command line, viewers."
     )
-    parser.add_argument(
-        "--scenario", metavar="S", help="inject these faults once, 3 s after the flight began"
-    )
+    parser.add_argument("--scenario", metavar="S", help="inject these faults once, when the warm-up is over")
     parser.add_argument(
         "--manager",
         default=EXTERNAL,
         metavar="NAME|FILE.py:CLASS|MODULE:CLASS|exec:COMMAND",
-        help="the managing system: none, baseline, reactive, or your own (default: one that you start, or none)",
+        help=f"the managing system: {', '.join(MANAGERS)}, or your own (default: one that you start, or none)",
     )
     add_rate_option(parser, "seconds of /clock in a second")
     parser.add_argument(

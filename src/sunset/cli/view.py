@@ -4,7 +4,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from sunset.api.viewing import view
+from sunset.api.viewing import can_show_pages, view
 from sunset.cli._progress import stages_progress
 from sunset.experiments import last_run
 
@@ -37,12 +37,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--no-open", action="store_false", dest="show", help="do not open the page in a browser"
     )
     where = "[LABEL=]NAME|FILE.py:CLASS|MODULE:CLASS|exec:COMMAND"
-    parser.add_argument("--manager", metavar=where, help="where the managing system is now")
-    parser.add_argument("--other-manager", metavar=where, help="likewise, that of the second run")
-    parser.add_argument("--model", metavar="NAME|DIR", help="where the model is now")
+    parser.add_argument("--manager", metavar=where, help="the managing system, if it has moved since the run")
     parser.add_argument(
-        "--bag", type=Path, metavar="PATH", help="where the flight is, if it is not the default one"
+        "--other-manager", metavar=where, help="the managing system of the second run, likewise"
     )
+    parser.add_argument("--model", metavar="NAME|DIR", help="the model, if it has moved since the run")
+    parser.add_argument("--bag", type=Path, metavar="PATH", help="the flight, if it is not the default one")
 
 
 def execute(arguments: argparse.Namespace) -> None:
@@ -59,4 +59,5 @@ def execute(arguments: argparse.Namespace) -> None:
             bag=arguments.bag,
             progress=stage,
         )
-    print(f"The page is {file}.", file=sys.stderr)
+    remedy = "" if arguments.show and can_show_pages() else ": open it in a browser"
+    print(f"The page is {file}{remedy}.", file=sys.stderr)

@@ -1,4 +1,4 @@
-"""A file system of one's own: a process in it finds at other paths nothing, not even whether something is there.
+"""A file system of its own for a process, which cannot see other paths, not even by `stat`.
 
 Landlock keeps a process from opening files, but not from asking with `stat` whether there is one and when it was
 changed. Root may have such a file system, and other users where the system lets them have a namespace of users.

@@ -100,7 +100,7 @@ class ConfinedProcess:
         return frozenset(files if self._printed is None else {*files, self._printed})
 
     def wait(self, timeout_s: float | None = None) -> bool:
-        """Wait until something can be received, and hand on meanwhile what it prints, with which it would be stuck.
+        """Wait until something can be received, and forward its output meanwhile; a full pipe would block it.
 
         Returns:
             Whether something can be, the end of the stream included; False if it has ended, or time is up.
@@ -279,7 +279,7 @@ def copy_process(
         finally:
             for file in files:
                 os.close(file)
-        with suppress(ChildProcessError):  # somebody else has waited for it
+        with suppress(ChildProcessError):  # it has been waited for elsewhere
             os.waitpid(pid, 0)
     except OSError:
         process.close()

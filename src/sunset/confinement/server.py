@@ -50,7 +50,7 @@ Entry = Callable[[socket.socket, Any], object]
 
 
 def serve(entry: str) -> None:
-    """Fork a process whenever it is asked for at the door, which is stdin; return when nobody is there to ask.
+    """Fork a process whenever it is asked for at the door, which is stdin; return when the asking process has gone.
 
     Args:
         entry: `module:function`, which each process calls with its socket and its task.
@@ -59,7 +59,7 @@ def serve(entry: str) -> None:
     function: Entry = getattr(importlib.import_module(module), name)
     prepare()
     signal_after_parent(signal.SIGCONT)  # to see that its user is gone, even if it was stopped
-    signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # keepers are nobody's concern
+    signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # nothing waits for keepers
     gc.collect()
     gc.freeze()  # the garbage collector would write to pages that all forked processes share
     with socket.socket(fileno=os.dup(0)) as door:
@@ -254,7 +254,7 @@ def _receive(task_socket: socket.socket, size: int) -> bytes:
     while len(data) < size:
         part = task_socket.recv(size - len(data))
         if not part:
-            raise ConnectionError("nobody says what it is to be")
+            raise ConnectionError("the task's connection closed early")
         data += part
     return bytes(data)
 

@@ -45,7 +45,7 @@ _SYSTEM: Final = (
     ),
     *("/dev/zero", "/dev/random", "/dev/urandom"),
 )
-"""What programs need of a system; nobody's own files are there."""
+"""What programs need of a system; no user's own files are there."""
 _PROGRAMS: Final = "/etc", "java-*"
 """Where Debian has the configuration of a language's runtime."""
 _DEVICES: Final = (Path("/dev/null"), Path("/dev/full"))

@@ -29,7 +29,7 @@ class Pair:
     """One experiment, simulated and live, with the figures that were computed from the recorded messages.
 
     Attributes:
-        alike: what makes scenarios fly alike, as of `RunRow`.
+        alike: the degradations by which runs are clustered, as of `RunRow`.
     """
 
     scenario: str

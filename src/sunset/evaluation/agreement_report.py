@@ -45,7 +45,7 @@ def format_agreement(agreements: Sequence[Agreement], form: str = "table") -> st
 
 
 def _notes(agreements: Sequence[Agreement]) -> tuple[str, ...]:
-    differences = [one.difference for agreement in agreements for one in agreement.comparisons]
+    differences = [comparison.difference for agreement in agreements for comparison in agreement.comparisons]
     lacking = any(difference and difference.lacks_interval for difference in differences)
     return (_METHOD, *((NO_INTERVAL,) if lacking else ()), _RULE)
 
@@ -64,9 +64,9 @@ def _text(agreement: Agreement, *, bag: bool) -> Iterator[str]:
         head, *lines = aligned(rows, left=(0, len(_COLUMNS) - 1))
         yield from (head, "─" * table_width(rows), *lines, "")
         yield from (
-            f"Only one of the two runs has {one.name} in {counted(one.one_sided, 'more pair')}."
-            for one in agreement.comparisons
-            if one.one_sided
+            f"Only one of the two runs has {comparison.name} in {counted(comparison.one_sided, 'more pair')}."
+            for comparison in agreement.comparisons
+            if comparison.one_sided
         )
         same_failures = [pair.same_failures for pair in pairs]
         same_adaptations = [pair.same_adaptations for pair in pairs]
@@ -75,7 +75,7 @@ def _text(agreement: Agreement, *, bag: bool) -> Iterator[str]:
         yield from _differing(pairs)
     if agreement.left_out:
         yield "Left out:"
-        yield from (_item(one, one.reason) for one in agreement.left_out)
+        yield from (_item(run, run.reason) for run in agreement.left_out)
 
 
 def _differing(pairs: Sequence[Pair]) -> Iterator[str]:
@@ -95,14 +95,14 @@ def _item(run: Pair | LeftOut, text: str) -> str:
     return wrapped(f"  {run.scenario}, seed {run.seed}: {text}", "    ")
 
 
-def _cells(one: Comparison) -> tuple[str, ...]:
-    verdict = {True: "yes", False: "no", None: "N/A"}[one.agrees]
-    if one.difference is None or one.sim is None or one.live is None:
-        return (one.name, "N/A", "N/A", "N/A", "", "0", verdict)
-    low, high = one.difference.low, one.difference.high
+def _cells(comparison: Comparison) -> tuple[str, ...]:
+    verdict = {True: "yes", False: "no", None: "N/A"}[comparison.agrees]
+    if comparison.difference is None or comparison.sim is None or comparison.live is None:
+        return (comparison.name, "N/A", "N/A", "N/A", "", "0", verdict)
+    low, high = comparison.difference.low, comparison.difference.high
     interval = "" if low is None or high is None else f"[{low:+.3f}, {high:+.3f}]"
-    means = (f"{one.sim:.3f}", f"{one.live:.3f}", f"{one.difference.mean:+.3f}")
-    return (one.name, *means, interval, str(one.pairs), verdict)
+    means = (f"{comparison.sim:.3f}", f"{comparison.live:.3f}", f"{comparison.difference.mean:+.3f}")
+    return (comparison.name, *means, interval, str(comparison.pairs), verdict)
 
 
 def _share(pairs: Sequence[Pair], verdicts: Sequence[bool]) -> str:
@@ -126,19 +126,21 @@ def _as_json(agreements: Sequence[Agreement]) -> str:
     content = {
         "rows": [
             {
-                "manager": one.manager,
-                "suite": one.suite,
-                "model": one.model,
-                **one.flight.to_json(),
-                "pairs": len(one.pairs),
-                "figures": {comparison.name: _json_comparison(comparison) for comparison in one.comparisons},
-                "scenarios": [_json_pair(pair) for pair in one.pairs],
+                "manager": agreement.manager,
+                "suite": agreement.suite,
+                "model": agreement.model,
+                **agreement.flight.to_json(),
+                "pairs": len(agreement.pairs),
+                "figures": {
+                    comparison.name: _json_comparison(comparison) for comparison in agreement.comparisons
+                },
+                "scenarios": [_json_pair(pair) for pair in agreement.pairs],
                 "left_out": [
                     {"scenario": left.scenario, "seed": left.seed, "reason": left.reason}
-                    for left in one.left_out
+                    for left in agreement.left_out
                 ],
             }
-            for one in agreements
+            for agreement in agreements
         ],
         "method": _METHOD,
         "rule": _RULE,
@@ -146,14 +148,14 @@ def _as_json(agreements: Sequence[Agreement]) -> str:
     return json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
 
-def _json_comparison(one: Comparison) -> dict[str, object]:
+def _json_comparison(comparison: Comparison) -> dict[str, object]:
     return {
-        "sim": one.sim,
-        "live": one.live,
-        "difference": None if one.difference is None else one.difference.to_json(),
-        "pairs": one.pairs,
-        "one_sided": one.one_sided,
-        "agrees": one.agrees,
+        "sim": comparison.sim,
+        "live": comparison.live,
+        "difference": None if comparison.difference is None else comparison.difference.to_json(),
+        "pairs": comparison.pairs,
+        "one_sided": comparison.one_sided,
+        "agrees": comparison.agrees,
     }
 
 
@@ -177,9 +179,9 @@ def _as_csv(agreements: Sequence[Agreement]) -> str:
     ]
     for agreement in agreements:
         group = (agreement.manager, agreement.suite, agreement.model, *agreement.flight.to_json().values())
-        for one in agreement.comparisons:
-            found = one.difference
+        for comparison in agreement.comparisons:
+            found = comparison.difference
             numbers = (None,) * 3 if found is None else (found.mean, found.low, found.high)
-            counts = (one.pairs, one.one_sided, one.agrees)
-            rows.append((*group, one.name, one.sim, one.live, *numbers, *counts))
+            counts = (comparison.pairs, comparison.one_sided, comparison.agrees)
+            rows.append((*group, comparison.name, comparison.sim, comparison.live, *numbers, *counts))
     return csv_text(rows)

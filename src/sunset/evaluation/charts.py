@@ -136,7 +136,7 @@ class Points:
     def front(self) -> tuple[Point, ...]:
         """The points that no other one beats, from left to right."""
         found: list[Point] = []
-        for point in sorted(self.points, key=lambda one: (one.x, -one.y)):
+        for point in sorted(self.points, key=lambda point: (point.x, -point.y)):
             if not found or point.y > found[-1].y:
                 found.append(point)
         return tuple(found)
@@ -172,10 +172,10 @@ class Chart:
         """The managing systems that are drawn without their names beside them, in the order in which they come."""
         return tuple(
             dict.fromkeys(
-                one.system
+                drawn.system
                 for panel in self.panels
                 if isinstance(panel, Curves | Points)
-                for one in (panel.curves if isinstance(panel, Curves) else panel.points)
+                for drawn in (panel.curves if isinstance(panel, Curves) else panel.points)
             )
         )
 

@@ -34,19 +34,20 @@ def differences_chart(found: Sequence[Setup]) -> Chart:
     for setup in found:
         for table in setup.tables:
             pairs = [
-                (setup.managers[one.first], setup.managers[one.second], one) for one in table.differences
+                (setup.managers[difference.first], setup.managers[difference.second], difference)
+                for difference in table.differences
             ]
             lines += [
                 (
-                    *(setup.label, table.suite, first, second, one.pairs, *_ends(one.iou_all)),
-                    *(one.a12, one.p, *_ends(one.score)),
+                    *(setup.label, table.suite, first, second, difference.pairs, *_ends(difference.iou_all)),
+                    *(difference.a12, difference.p, *_ends(difference.score)),
                 )
-                for first, second, one in pairs
+                for first, second, difference in pairs
             ]
             marks = [
-                _mark(_pair(first, second), first, one.iou_all)
-                for first, second, one in pairs
-                if one.iou_all and one in table.neighbours
+                _mark(_pair(first, second), first, difference.iou_all)
+                for first, second, difference in pairs
+                if difference.iou_all and difference in table.neighbours
             ]
             if marks:
                 panels.append(
@@ -104,7 +105,7 @@ def scores_chart(found: Sequence[Setup]) -> Chart:
 
 
 def profiles_chart(found: Sequence[Setup]) -> Chart:
-    """Return in which share of its runs each managing system does at least so well."""
+    """Return, by managing system, the share of runs with at most x downtime, or with more than x IoU_all."""
     panels, lines = [], []
     for setup in found:
         for figure, label in (("t_down_s", "t_down [s]"), ("iou_all", "IoU_all")):
@@ -134,8 +135,8 @@ def profiles_chart(found: Sequence[Setup]) -> Chart:
     return Chart(
         name="profiles",
         title="Performance profiles",
-        meaning="In which share of its runs each managing system is at least so good: has at most so much downtime, or "
-        "more IoU_all than that. A curve above another one is better.",
+        meaning="Share of each managing system's runs that have a downtime of at most x, or an IoU_all of more than x. "
+        "A higher curve is better.",
         panels=tuple(panels),
         missing=uneven_notes(found) if panels else (NO_RUN,),
         head=("setup", "suite", "figure", "system", "runs", "x", "share"),
@@ -180,7 +181,7 @@ def costs_chart(found: Sequence[Setup]) -> Chart:
                     *_ends(gain),
                 )
                 lines.append((*line, point in panel.front))
-    has_intervals = all(one.y_interval for panel in panels for one in panel.points)
+    has_intervals = all(point.y_interval for panel in panels for point in panel.points)
     return Chart(
         name="costs",
         title="IoU_all against adaptations",

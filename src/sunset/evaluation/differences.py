@@ -80,10 +80,11 @@ def differences(
         clusters: what each run has in common with others.
     """
     found = [_difference(*pair, systems, gains, clusters) for pair in combinations(systems, 2)]
-    p_values = [None if one.iou_all is None else _p_value(one.iou_all) for one in found]
+    p_values = [None if difference.iou_all is None else _p_value(difference.iou_all) for difference in found]
     adjusted = iter(holm([p for p in p_values if p is not None]))
     return tuple(
-        one if p is None else replace(one, p=next(adjusted)) for one, p in zip(found, p_values, strict=True)
+        difference if p is None else replace(difference, p=next(adjusted))
+        for difference, p in zip(found, p_values, strict=True)
     )
 
 

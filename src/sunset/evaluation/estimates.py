@@ -56,7 +56,7 @@ class Estimate:
 def estimate(values: Sequence[float | None], clusters: Sequence[Cluster]) -> Estimate | None:
     """Return the mean of the values that are there, and how sure it is; None if there is no value.
 
-    The interval is that of `resampling`: runs of the same degradations, flight or seed are alike. There is none of
+    The interval is that of `resampling`: runs of the same degradations, flight or seed are alike. There is none for
     fewer than three seeds.
 
     Args:
@@ -111,10 +111,12 @@ def compare_means(
         Over the pairs in which both have it: the mean of the first, of the second, and the estimate of first - second,
         each None where there is no such pair; and in how many more pairs only one has it.
     """
-    both = [(cluster, one, other) for cluster, one, other in rows if one is not None and other is not None]
+    both = [
+        (cluster, first, other) for cluster, first, other in rows if first is not None and other is not None
+    ]
     return (
-        statistics.fmean(one for _, one, _ in both) if both else None,
+        statistics.fmean(first for _, first, _ in both) if both else None,
         statistics.fmean(other for _, _, other in both) if both else None,
-        estimate([one - other for _, one, other in both], [cluster for cluster, _, _ in both]),
-        sum((one is None) != (other is None) for _, one, other in rows),
+        estimate([first - other for _, first, other in both], [cluster for cluster, _, _ in both]),
+        sum((first is None) != (other is None) for _, first, other in rows),
     )

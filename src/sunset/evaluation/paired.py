@@ -55,9 +55,9 @@ class PairedComparison:
         Raises:
             InvalidInputError: there is no such figure.
         """
-        for one in self.differences:
-            if one.figure == figure:
-                return one
+        for compared in self.differences:
+            if compared.figure == figure:
+                return compared
         raise InvalidInputError(
             f"There is no figure {figure!r}: {suggestion(figure, FIGURES)}choose among {', '.join(FIGURES)}."
         )
@@ -70,11 +70,20 @@ class PairedComparison:
 
         head = ("figure", self.first, self.second, "difference", "95 % interval", "pairs")
         rows = [head]
-        for one in self.differences:
-            found = one.difference
+        for compared in self.differences:
+            found = compared.difference
             sure = "N/A" if found is None or found.low is None else f"{found.low:z.2f} to {found.high:z.2f}"
             mean, pairs = (None, 0) if found is None else (found.mean, found.runs)
-            rows.append((one.figure, shown(one.first), shown(one.second), shown(mean), sure, str(pairs)))
+            rows.append(
+                (
+                    compared.figure,
+                    shown(compared.first),
+                    shown(compared.second),
+                    shown(mean),
+                    sure,
+                    str(pairs),
+                )
+            )
         return "\n".join(aligned(rows))
 
     def to_frame(self) -> "DataFrame":
@@ -85,15 +94,15 @@ class PairedComparison:
         """
         return data_frame(
             {
-                "figure": one.figure,
-                self.first: one.first,
-                self.second: one.second,
-                "difference": one.difference and one.difference.mean,
-                "low": one.difference and one.difference.low,
-                "high": one.difference and one.difference.high,
-                "pairs": one.difference.runs if one.difference else 0,
+                "figure": compared.figure,
+                self.first: compared.first,
+                self.second: compared.second,
+                "difference": compared.difference and compared.difference.mean,
+                "low": compared.difference and compared.difference.low,
+                "high": compared.difference and compared.difference.high,
+                "pairs": compared.difference.runs if compared.difference else 0,
             }
-            for one in self.differences
+            for compared in self.differences
         )
 
 

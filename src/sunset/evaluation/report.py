@@ -210,16 +210,21 @@ def _lead_lines(table: ScoreTable) -> Iterator[dict[str, object]]:
             "runs_unpaired": row.unpaired,
             "is_reference": row.is_reference,
         }
-    for one in table.differences:
-        line = {"system": one.first, "source": "difference", "suite": table.suite, "other": one.second}
+    for difference in table.differences:
+        line = {
+            "system": difference.first,
+            "source": "difference",
+            "suite": table.suite,
+            "other": difference.second,
+        }
         yield line | {
-            "runs": one.pairs,
-            **_cells("score", one.score),
-            **_cells("iou_all", one.iou_all),
-            "a12": one.a12,
-            "p_holm": one.p,
-            "told": one.told,
-            "runs_needed": one.runs_needed,
+            "runs": difference.pairs,
+            **_cells("score", difference.score),
+            **_cells("iou_all", difference.iou_all),
+            "a12": difference.a12,
+            "p_holm": difference.p,
+            "told": difference.told,
+            "runs_needed": difference.runs_needed,
         }
 
 

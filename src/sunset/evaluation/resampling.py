@@ -1,6 +1,6 @@
 """How sure a figure of many runs is: the crossed cluster bootstrap.
 
-Runs are not independent. Those with the same degradations fly alike, whatever outage comes with them; so do those on
+Runs are not independent. Those with the same degradations are alike, whatever outage comes with them; so are those on
 one flight, and those with one seed. A resample draws the degradations with replacement from those that were run, and
 likewise the flights and the seeds; a run counts as often as the product of the three says (the pigeonhole bootstrap).
 
@@ -36,7 +36,7 @@ from sunset.seeding import generator
 _Array = npt.NDArray[np.float64]
 
 LEAST_LEVELS: Final = 3
-"""Of fewer degradations or flights, an interval says nothing of others; of fewer seeds there is none."""
+"""With fewer degradations or flights, an interval says nothing of others; with fewer seeds there is none."""
 
 _RESAMPLES: Final = 2000
 _SEED: Final = 0
@@ -88,7 +88,10 @@ class Spread:
         return math.sqrt(float(self._half_squares(quantile)))
 
     def p_value(self, distance: float) -> float:
-        """Return the p at which an interval of confidence 1 - p is half so wide; at least 10⁻⁶, for a distance."""
+        """Return the p at which the half-width of the interval with confidence 1 - p equals the distance.
+
+        It is at least 10⁻⁶, and 1 for a distance of 0.
+        """
         if not distance:  # whose interval may have no width either
             return 1.0
         halves = np.sqrt(self._half_squares(quantiles))
@@ -119,8 +122,8 @@ def spread(top: Sequence[float], bottom: Sequence[float], clusters: Sequence[Clu
     """Return how sure Σ top / Σ bottom is; None where an interval would not hold.
 
     A factor of fewer than three levels is held as it is: the spread is that of other campaigns with the same
-    degradations, or on the same flights. There is none of fewer than three seeds, without which nothing says how much
-    repetitions differ.
+    degradations, or on the same flights. With fewer than three seeds there is none, since
+    nothing then says how much repetitions differ.
 
     Args:
         top: a number a run.

@@ -91,7 +91,7 @@ class RunRow:
         setting: a short checksum of the model's networks, and of its thresholds on the flight.
         sources: a short checksum of the files that the managing system is written in; empty if it is unknown.
         faults: a short checksum of the scenario's faults.
-        alike: what makes scenarios fly alike: the degradations in this one or, where there are none, its outages.
+        alike: the degradations by which runs are clustered; the outages, if there are none.
         digest: of the record's messages.
         metrics: the figures by name; None where there is none to take.
         outcomes: what became of its faults; None where a run is of a version that did not say so.
@@ -298,7 +298,7 @@ def _figures(
 
 
 def alike(names: Iterable[str]) -> str:
-    """Return what scenarios with these faults have in common with others that fly alike.
+    """Return the degradations by which runs with these faults are clustered.
 
     What a segmentation is worth depends on its degradations. Outages differ in little but how long they last, and two
     of the same failure in nothing but what cures them.

@@ -99,14 +99,18 @@ class ScoreTable:
         """The differences between rows that follow one another."""
         names = [row.system for row in self.rows]
         places = {name: place for place, name in enumerate(names)}
-        return tuple(one for one in self.differences if places[one.second] - places[one.first] == 1)
+        return tuple(
+            difference
+            for difference in self.differences
+            if places[difference.second] - places[difference.first] == 1
+        )
 
     def to_json(self) -> dict[str, object]:
         """Return it as JSON values."""
         return {
             "suite": self.suite,
             "rows": [row.to_json() for row in self.rows],
-            "differences": [one.to_json() for one in self.differences],
+            "differences": [difference.to_json() for difference in self.differences],
         }
 
 

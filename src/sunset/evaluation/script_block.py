@@ -37,7 +37,7 @@ SCRIPT_COLUMNS: Final = (
         "IoU ↑", r"IoU $\uparrow$", "by the script: mean over the frames until shortly after the last event"
     ),
 )
-"""Of each of `SCRIPT_FIGURES`."""
+"""The column of each of `SCRIPT_FIGURES`."""
 
 
 def script_blocks(rows: Sequence[SystemRow]) -> tuple[Block, ...]:
@@ -45,7 +45,9 @@ def script_blocks(rows: Sequence[SystemRow]) -> tuple[Block, ...]:
 
     A managing system of which the script refuses all logs, since nothing was adapted, is not in the block.
     """
-    groups = tuple((script_line(row.system, one), *_published(row.published)) for row, one in _shown(rows))
+    groups = tuple(
+        (script_line(row.system, figures), *_published(row.published)) for row, figures in _shown(rows)
+    )
     return (Block(SCRIPT_TITLE, SCRIPT_COLUMNS, groups, "tab:sunset-script"),) if groups else ()
 
 

@@ -253,7 +253,7 @@ def _row(system: str, group: Sequence[RunRow]) -> SystemRow:
         failed=tuple(run for run in group if run.failed),
         differing=tuple(run for run in group if run.differing),
         warning=first.warning,
-        outcomes=tuple(one for run in valid if not is_reference for one in run.outcomes or ()),
+        outcomes=tuple(outcome for run in valid if not is_reference for outcome in run.outcomes or ()),
         untold=sum(run.outcomes is None and not is_reference for run in valid),
         by_paper_script=_by_paper_script(valid),
     )

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Survival:
-    """Which share has not had the event yet, over time.
+    """The share that has not had the event yet, over time.
 
     Attributes:
         times: (K,) ascending, when there were events.

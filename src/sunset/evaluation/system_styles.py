@@ -69,6 +69,6 @@ def styles(names: Iterable[str]) -> Mapping[str, Style]:
         if style is None:
             first = int.from_bytes(hashlib.sha256(name.encode()).digest()[:4])
             choices = [_OTHERS[(first + step) % len(_OTHERS)] for step in range(len(_OTHERS))]
-            style = next((one for one in choices if one not in found.values()), choices[0])
+            style = next((choice for choice in choices if choice not in found.values()), choices[0])
         found[name] = style
     return MappingProxyType(found)

@@ -1,4 +1,4 @@
-"""Stored runs, run again: whoever doubts a record, or wants to see what it does not keep, makes it anew."""
+"""Run a stored run again and check that its messages are the same."""
 
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -22,7 +22,7 @@ _CAUSES: Final = {
     "compute_s": "the nodes' compute times",
     "versions": "the versions",
 }
-"""What a record has → of what, of that in which the records of two runs of one specification may differ."""
+"""Field of a record → its name for messages: the causes for which two runs of one specification may differ."""
 
 
 def run_again(
@@ -108,7 +108,7 @@ def _spec_of(
 
 
 def _differences(stored: RunRecord, again: RunRecord) -> Iterator[str]:
-    """Yield in what two runs differ that should be one."""
+    """Yield the differences between two runs that should be identical."""
     for name, what in _CAUSES.items():
         before, now = getattr(stored, name), getattr(again, name)
         if before == now:

@@ -104,7 +104,7 @@ def bench(
     checksums = described.manager_checksums
     with locked_campaign(out, shard):
         _claim(out, described)
-        places = [(one, run_folder(out, one), checksums.get(one.manager_name)) for one in wanted]
+        places = [(run, run_folder(out, run), checksums.get(run.manager_name)) for run in wanted]
         todo = [place for place in places if not (place[1] / RUN_FILE).is_file()]
         done = len(wanted) - len(todo)
         if progress is not None:
@@ -112,7 +112,7 @@ def bench(
         if not todo:
             return 0
         if executor is not None:
-            facts = {flown(one): facts_of(resources) for one, resources in prepared}
+            facts = {flown(run): facts_of(resources) for run, resources in prepared}
             counts = run_on_workers(executor, [(*place, facts[flown(place[0])]) for place in todo])
         else:
             jobs = jobs or (1 if spec.settings.live else processors())
@@ -150,13 +150,13 @@ def _run_all(todo: Sequence[tuple[RunSpec, Path, str | None]], jobs: int) -> Ite
     Simulated ones are done by other processes, as many at a time as there are jobs.
     """
     if todo[0][0].settings.live and jobs == 1:
-        for count, one in enumerate(todo, 1):
-            run_of_campaign(*one)
+        for count, order in enumerate(todo, 1):
+            run_of_campaign(*order)
             yield count
         return
     forked = any(is_registered(spec.manager) for spec, _, _ in todo)
     with worker_pool(jobs, forked=forked) as pool:
-        futures = [pool.submit(run_of_campaign, *one) for one in todo]
+        futures = [pool.submit(run_of_campaign, *order) for order in todo]
         for count, future in enumerate(as_completed(futures), 1):
             future.result()
             yield count
@@ -211,10 +211,12 @@ def _flat(plan: CampaignPlan) -> dict[str, object]:
     """Return a plan by key, with the entries of its dictionaries as entries of its own: `versions.numpy`."""
     flat: dict[str, object] = {}
     for key, value in asdict(plan).items():
-        inner = {f"{key}.{name}": one for name, one in value.items()} if isinstance(value, dict) else {}
+        inner = {f"{key}.{name}": entry for name, entry in value.items()} if isinstance(value, dict) else {}
         if key == "flight_facts":
             inner = {
-                f"{name}.{part}": fact for name, one in inner.items() for part, fact in asdict(one).items()
+                f"{name}.{part}": fact
+                for name, facts in inner.items()
+                for part, fact in asdict(facts).items()
             }
         if not isinstance(value, dict):
             inner = {key: list(value) if isinstance(value, tuple) else value}

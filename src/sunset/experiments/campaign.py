@@ -111,17 +111,17 @@ def plan(spec: BenchSpec) -> tuple[RunSpec, ...]:
         for scenarios, manager in groups
         for scenario in scenarios
     )
-    return tuple({run_folder(Path(), one): one for one in runs}.values())  # each is run once
+    return tuple({run_folder(Path(), run): run for run in runs}.values())  # each is run once
 
 
 def flights_of(runs: Sequence[RunSpec]) -> list[RunSpec]:
     """Return the first run on each flight."""
-    return list({flown(one): one for one in reversed(runs)}.values())[::-1]
+    return list({flown(run): run for run in reversed(runs)}.values())[::-1]
 
 
-def flown(one: RunSpec) -> tuple[object, ...]:
+def flown(run: RunSpec) -> tuple[object, ...]:
     """Return what tells a run's flight from another."""
-    return one.flight, flight_plan(one)
+    return run.flight, flight_plan(run)
 
 
 def _chosen(spec: BenchSpec) -> tuple[Scenario, ...]:
@@ -160,7 +160,7 @@ def describe_campaign(
     return CampaignPlan(
         plan_version=PLAN_VERSION,
         suite=spec.suite,
-        scenarios=tuple(one.name for one in _chosen(spec)) if spec.scenarios else (),
+        scenarios=tuple(scenario.name for scenario in _chosen(spec)) if spec.scenarios else (),
         scenarios_checksum=scenarios_checksum(runs),
         split=split_hash(spec.suite),
         references=spec.references,
@@ -190,7 +190,7 @@ def describe_campaign(
         speed=spec.settings.speed,
         thinking_s=spec.settings.thinking_s,
         versions=versions(),
-        extensions={one.name: one.checksum for one in loaded_extensions()},
+        extensions={extension.name: extension.checksum for extension in loaded_extensions()},
     )
 
 
@@ -201,10 +201,10 @@ def _flight_facts(prepared: Sequence[tuple[RunSpec, Resources]]) -> dict[str, St
         InvalidInputError: two flights have the same name.
     """
     facts: dict[str, StoredFlight] = {}
-    for one, resources in prepared:
+    for run, resources in prepared:
         if not resources.of_flight:
             continue
-        name = flight_name(one)
+        name = flight_name(run)
         if name in facts:
             raise InvalidInputError(
                 f"Two flights of the campaign are called {name}, and the bag {resources.bag.path} is one of them: "
@@ -213,7 +213,7 @@ def _flight_facts(prepared: Sequence[tuple[RunSpec, Resources]]) -> dict[str, St
         card = resources.model.card
         facts[name] = StoredFlight(
             bag_checksum=resources.bag_checksum,
-            conditions=UNSET if one.flight.bag else one.flight.conditions(),
+            conditions=UNSET if run.flight.bag else run.flight.conditions(),
             entropy_threshold=card.entropy_threshold,
             sharpness_threshold=card.sharpness_threshold,
             warning=resources.warning,
@@ -223,7 +223,7 @@ def _flight_facts(prepared: Sequence[tuple[RunSpec, Resources]]) -> dict[str, St
 
 def scenarios_checksum(runs: Sequence[RunSpec]) -> str:
     """Return the SHA-256 of the scenarios of a campaign's runs, in hexadecimal."""
-    return _checksum(repr([one.scenario for one in runs]))
+    return _checksum(repr([run.scenario for run in runs]))
 
 
 def _checksum(text: str) -> str:

@@ -1,4 +1,4 @@
-"""Who may run a campaign in a folder: one process all of it, or several processes a shard each."""
+"""Locks a campaign's folder: for one process that runs all of it, or for several that run a shard each."""
 
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager

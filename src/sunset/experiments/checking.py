@@ -154,7 +154,7 @@ def _hash_seed(value: str) -> Iterator[None]:
 
 def _judged(spec: RunSpec, folder: Path, *, log: bool) -> _Judged:
     result = run(spec, folder, log=log)
-    commands = [one.message for one in read_messages(folder, [COMMANDS_TOPIC])]
+    commands = [recorded.message for recorded in read_messages(folder, [COMMANDS_TOPIC])]
     refusals = Counter(
         command.reason for command in commands if isinstance(command, Command) and not command.successful
     )

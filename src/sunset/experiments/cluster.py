@@ -25,7 +25,7 @@ _ADDRESS: Final = re.compile(r"tcp://(?P<host>[^:/\[\]\s]+|\[[^\[\]\s]+\]):(?P<p
 _PATIENCE_S: Final = 10
 """How long a scheduler may take to answer."""
 _LONGEST: Final = 300
-"""Of what an executor says of a failure, in characters."""
+"""Longest failure text of an executor, in characters."""
 _log: Final = logging.getLogger(__name__)
 _KEPT: Final = "what was finished is kept: run the same command again"
 
@@ -111,7 +111,7 @@ def connected_scheduler(address: str) -> Iterator[Executor]:
             versions = client.run(labelled_versions)
         except Exception as error:
             raise SunsetError(
-                f"A worker of the scheduler {address} does not tell its versions, {_described(error)}: install the "
+                f"A worker of the scheduler {address} did not report its versions, {_described(error)}: install the "
                 "same SUNSET on all workers."
             ) from error
         for where, theirs in versions.items():

@@ -127,7 +127,7 @@ class LiveSystem:
                 self.processes.start(node)
                 self.spin_until(partial(self._is_heard, node), _TURN_S)
             self.essential = tuple(name for name in specs if name not in {*self._managed, MANAGER_PROCESS})
-            """The nodes without which there is no experiment."""
+            """The nodes that the experiment cannot do without."""
             self._stack = stack.pop_all()
 
     def __enter__(self) -> Self:
@@ -195,22 +195,22 @@ class LiveSystem:
         return self.processes.manager_failure(MANAGER_PROCESS)
 
     def check(self, *, managed: bool) -> None:
-        """Make sure that there is what an experiment needs.
+        """Check that the processes that the experiment needs are running.
 
         Args:
-            managed: whether the managed nodes must be there too. One that was shut down through its lifecycle may be
-                started anew.
+            managed: whether the managed nodes must be there too. A node that was shut down through its
+                lifecycle may be started anew.
 
         Raises:
-            ManagerError: the managing system could not be loaded, or what is on the network for it ended by itself.
-            SunsetError: that of a node did without which there is no experiment, or is stopped.
+            ManagerError: the managing system could not be loaded, or its network process ended unexpectedly.
+            SunsetError: the process of a node that the experiment needs ended, or is stopped.
         """
         for node in (*self.essential, *(self._managed if managed else ())):
             needed = node in self.essential or self.processes.has_failed(node)
             end = self.processes.end_of(node) if needed and not self.processes.is_running(node) else ""
             if end or self.processes.is_stopped(node):
                 raise SunsetError(
-                    f"The process of {node}, without which there is no experiment, "
+                    f"The process of {node}, which the experiment needs, "
                     f"{end or 'is stopped by a signal'}; run it again."
                 )
         # without a managing system that has ended in order, or has failed, the experiment goes on

@@ -90,8 +90,12 @@ class FrameCount:
                 f"the computer was too slow for the flight: {len(times)} of {timing.least_frames} frames were played, "
                 f"with gaps of up to {max(gaps, default=0.0):.2f} s in place of {timing.period_s:g} s"
             )
-        outages = [one.time for one in timeline.injections if one.failure in current_system().outages]
-        disturbed = [one.time for one in timeline.commands] + outages
+        outages = [
+            injection.time
+            for injection in timeline.injections
+            if injection.failure in current_system().outages
+        ]
+        disturbed = [command.time for command in timeline.commands] + outages
         if self.disturbed_ns is not None:
             disturbed.append((self.disturbed_ns - start_ns) / _S)
         until_ns = start_ns + round((min(disturbed, default=timing.duration_s) - _ON_ITS_WAY_S) * _S)
@@ -219,12 +223,12 @@ def run_live(
 
 
 def _clock_offset_ns() -> int:
-    """Return what the system's clock shows more than one that cannot be set."""
+    """Return by how much the system's clock is ahead of the monotonic one."""
     return time.time_ns() - time.monotonic_ns()
 
 
 def _readiness(spec: RunSpec, watch: _Watch, system: LiveSystem) -> Callable[[], bool]:
-    """Return what says, of a system that is up, whether the observer is there, and the managing system."""
+    """Return a predicate: the observer and the managing system are ready, in a system that is up."""
     if spec.manager != EXTERNAL:
         return lambda: watch.is_ready
     invitations = iter(
@@ -249,7 +253,7 @@ def _conduct(
     observer: Observer,
     look: Callable[[], None],
 ) -> None:
-    """Let the experiment happen; call `look` often, which may end it by an error."""
+    """Run the experiment, calling `look` in every step; an error that it raises ends the run."""
     timing = spec.timing
 
     def wait(predicate: Callable[[], bool], seconds: float) -> bool:
@@ -270,7 +274,7 @@ def _conduct(
     planned = (timing.warm_up_s + timing.duration_s) / spec.settings.speed
     if not wait(lambda: supervisor.phase is Phase.OVER or supervisor.ended, planned + _PATIENCE_S):
         raise SunsetError(
-            f"The experiment did not end in time: {planned + _PATIENCE_S:g} s after its begin it is still in its phase "
+            f"The experiment did not end in time: {planned + _PATIENCE_S:g} s after it began it is still in its phase "
             f"{supervisor.phase.value}; does the bag player, which publishes /clock, still run?"
         )
     check_injection(supervisor.injection_problem, observer)

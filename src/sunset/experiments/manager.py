@@ -16,7 +16,7 @@ from sunset.system import current_system
 
 _PACKAGE: Final = Path(__file__).parents[1]
 _STILL_S: Final = 60.0
-"""A simulation that has shown no sign of life for so long, longer than its managing system may take, hangs."""
+"""A simulation without a sign of life for this time beyond the limit of its managing system hangs."""
 
 
 def manager_checksum(manager: str, *, limit_s: float) -> str:
@@ -73,7 +73,7 @@ def isolate(
 
 
 def check_name(name: str, given: str) -> None:
-    """Refuse a managing system whose node has the full name of another; `given` is what the user calls it.
+    """Refuse a managing system whose node has the full name of a node of the system; `given` is what the user calls it.
 
     Raises:
         ManagerError: it has.
@@ -110,10 +110,12 @@ def bring_up_timeout_error(
 
 
 def check_injection(problem: str, observer: Observer) -> None:
-    """Hold a problem of the injection, if there is one, against a managing system that has requested anything.
+    """Report a failed injection: as a violation if the managing system sent requests, else as an error.
+
+    `problem` is empty if nothing failed.
 
     Raises:
-        ScenarioError: they could not, and the managing system has done nothing.
+        ScenarioError: the faults could not be injected, and the managing system has sent no request.
     """
     if problem and not observer.commands:
         raise ScenarioError(f"{problem[:1].upper()}{problem[1:]}.")

@@ -90,14 +90,14 @@ class Observer(Tap):
         self._system = current_system()
         self._own_services = tuple(f"{node}/" for node in sorted(self._system.all_nodes))
         self._pending: dict[tuple[str, RequestId], Command] = {}
-        """What was asked for and not answered yet, by the experiment's own clients too."""
+        """Requests that are not answered yet, also those of the experiment's own clients."""
         self.commands = 0
-        """How often the managed system was asked for something."""
+        """How many requests of the managing system reached the managed one."""
         self.violations: dict[str, None] = {}
         """What the managing system did that it must not, in words; in order, each once."""
 
     def on_node(self, process: str, node: str) -> None:
-        """Note a node of the managing system that goes by the name of another, and who takes a dead node's place."""
+        """Note managing-system nodes that use the name of a system's node, and restarted nodes."""
         for command in self._pending.values():
             if command.node == node and command.kind != "redeploy":  # which the launcher answers
                 command.reason = command.reason or "the node ended"  # what the new one does is not evidence
@@ -105,7 +105,11 @@ class Observer(Tap):
             self._note(f"the managing system has a node {node}, which is a name of the system's")
 
     def on_endpoint(self, node: str, kind: EndpointKind, name: str) -> None:
-        """Note who goes past a sensor, is fed by others, listens to the truth, or answers for the system."""
+        """Note endpoints that break a rule.
+
+        Only a sensor's own readers may subscribe to its topic. Managed nodes may subscribe only to topics of the
+        managed system. No other node may subscribe to a topic with the truth, or offer a service of the system.
+        """
         subscribes = kind is EndpointKind.SUBSCRIPTION
         readers = self._system.sensors.get(name, {node})
         if subscribes and node not in {*readers, "/monitor"}:
@@ -183,9 +187,9 @@ class Observer(Tap):
             self._sink.write(COMMANDS_TOPIC, time_ns, command)
 
     def _note_transition(self, node: str, event: TransitionEvent) -> None:
-        """Take the outcome of a transition as that of the first command that asked for it and has none yet.
+        """Assign a transition's outcome to the oldest open command for it.
 
-        Where the experiment itself has asked for it too, it is the experiment's.
+        If the experiment itself has requested the transition too, the outcome belongs to the experiment.
         """
         during = event.start_state.id
         asked = [

@@ -19,11 +19,11 @@ from sunset.harness.node_process import MANAGER_FAILED, NodeSpec
 _PARTING_S: Final = 3.0
 """How long processes may take to leave the graph when all of them are ended."""
 _TURN_S: Final = 0.1
-"""Longest wait for one process before the next is started: all at once would take the processor from others."""
+"""Longest wait for one process before the next is ended: ending all at once would take the processor from others."""
 _STEP_S: Final = 0.01
 _LOOK_S: Final = 0.1
 _LAST_WORDS: Final = 20
-_SIGNALS: Final = {one.value: one.name for one in signal.Signals}  # real-time ones have no names
+_SIGNALS: Final = {number.value: number.name for number in signal.Signals}  # real-time ones have no names
 
 _PROGRAM: Final = NodeSpec.__module__
 """What runs a node as a process, and forks such processes."""
@@ -130,7 +130,9 @@ class NodeProcesses:
         now = time.monotonic()
         if now >= self._next_look_s:
             self._next_look_s = now + _LOOK_S
-            self._stopped = frozenset(node for node, one in self._running.items() if _is_stopped(one.pid))
+            self._stopped = frozenset(
+                node for node, process in self._running.items() if _is_stopped(process.pid)
+            )
         for node, process in list(self._running.items()):
             if process.poll() is not None:
                 self._note_end(node)
@@ -165,7 +167,7 @@ class NodeProcesses:
         return self._ended.get(node, 0) not in {0, UNSEEN}
 
     def close(self) -> None:
-        """End all processes, the last one that was made first, and wait until they are gone."""
+        """End all processes, the newest first, and wait until they are gone."""
         limit = time.monotonic() + _PARTING_S
         for process in reversed(self._running.values()):
             _send(process, signal.SIGTERM)

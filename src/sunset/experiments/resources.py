@@ -34,7 +34,7 @@ from sunset.texts import listed
 from sunset.workers import Progress, Stages
 
 _OPEN_BAGS: Final = 16
-"""So many are kept open: those of a panel, and some more."""
+"""How many are kept open: those of a panel, and some more."""
 
 MEASURING: Final = "Measuring the flight"
 
@@ -107,7 +107,7 @@ def _usable_model(spec: RunSpec) -> Model:
     """Load the model of a run.
 
     Raises:
-        ModelError: there is none, or it is none that a run can be made with.
+        ModelError: the model is missing, or lacks a network or thresholds.
     """
     model = load_model(spec.settings.model)
     if missing := missing_networks(model):

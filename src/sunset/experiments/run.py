@@ -42,7 +42,7 @@ from sunset.scenarios import Scenario
 from sunset.system import current_system, short_name
 
 _AT_ONCE_S: Final = 0.1
-"""Faults that are due when the measured time begins were injected by then."""
+"""Faults that are due when the measured time begins are injected by then."""
 
 
 def run(spec: RunSpec, folder: Path, *, log: bool = False) -> StoredRun:
@@ -127,7 +127,7 @@ def _unconfirmed(messages: Sequence[RecordedMessage], scenario: Scenario, start_
 
 
 def _unseen(observed: Timeline) -> Iterator[str]:
-    """Yield which failures could not be seen, since what they are of was never reported."""
+    """Yield which failures could not be seen, since their signals were never reported."""
     system = current_system()
     for failure in system.failures.values():
         if failure.signal and not observed.samples[failure.signal].times.size:
@@ -160,7 +160,7 @@ def record_failure(
 
 @dataclass(frozen=True)
 class _Outcome:
-    """What a record's messages do not tell of the experiment that left them.
+    """What a run yields besides its messages.
 
     Attributes:
         start_ns: the time of the injection, nanoseconds of the experiment's clock.
@@ -226,7 +226,7 @@ def _run_live(
 
 @contextmanager
 def _unchanged(manager: str, checksum_now: Callable[[], str], known: str | None) -> Iterator[str]:
-    """Give the checksum of a managing system's files, and make sure that it is the known one, and stays it.
+    """Give the checksum of a managing system's files, and check that it is the known one and does not change.
 
     Raises:
         ManagerError: it is not, or does not.
@@ -279,7 +279,7 @@ def _describe(spec: RunSpec, resources: Resources) -> RunRecord:
         expected_frames=timing.expected_frames,
         entropy_threshold=card.entropy_threshold,
         sharpness_threshold=card.sharpness_threshold,
-        extensions={one.name: one.checksum for one in spec.extensions} or UNSET,
+        extensions={extension.name: extension.checksum for extension in spec.extensions} or UNSET,
         versions=versions() | (live_middleware(settings.middleware).versions() if settings.live else {}),
         metrics={},
         valid=True,

@@ -27,10 +27,10 @@ class Shard:
 
     @classmethod
     def parse(cls, text: object) -> "Shard":
-        """Return what `I/N` says.
+        """Return the shard that the text `I/N` names.
 
         Raises:
-            InvalidInputError: it says nothing of the kind, or there is no such part.
+            InvalidInputError: the text is not of the form I/N, or there is no such part.
 
         >>> Shard.parse("2/4")
         Shard(number=2, count=4)

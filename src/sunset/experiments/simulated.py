@@ -30,7 +30,7 @@ NodeT = TypeVar("NodeT", bound=Node)
 
 _S = 10**9
 _LAUNCH_NS = _S
-"""Processes do not start all at once: the nodes within so long, the managing system within so long after the last."""
+"""Nodes start within this time, one after the other, and the managing system within this time after the last."""
 
 
 class SimulatedProcesses:
@@ -79,7 +79,7 @@ class SimulatedProcesses:
 
 
 class _SignOfLife(Tap):
-    """Shows the process that waits for the experiment that it goes on, hundreds of times in a second of it."""
+    """Tells the waiting parent process, hundreds of times per simulated second, that the simulation is alive."""
 
     def __init__(self, watch: Watch) -> None:
         self._watch = watch
@@ -184,7 +184,7 @@ def _launch_ns(seed: int, process: str) -> int:
 
 
 def _conduct(simulation: Simulation, supervisor: Supervisor, spec: RunSpec, observer: Observer) -> int:
-    """Let the experiment happen; return the time of the injection."""
+    """Run the experiment; return the time of the injection."""
     limit_s = spec.settings.timing.bring_up_limit_s
     simulation.run_while(lambda: supervisor.phase is Phase.BRING_UP, round(limit_s * _S))
     if supervisor.phase is Phase.BRING_UP:

@@ -83,8 +83,8 @@ class Timing:
     def of_run(self, scenario: Scenario, seed: int) -> "RunTiming":
         """Return the clockwork of a run, in which the scenario and the seed say what is open here.
 
-        The length of the warm-up is drawn uniformly and independent of the frames, so that nobody can act on time
-        instead of on symptoms.
+        The length of the warm-up is drawn uniformly and independent of the frames, so that a managing system cannot
+        act on time instead of on symptoms.
 
         Raises:
             InvalidInputError: the scenario's duration is no whole number of frames.
@@ -99,14 +99,17 @@ class Timing:
 
 @dataclass(frozen=True, kw_only=True)
 class RunTiming(Timing):
-    """The clockwork of one run; nothing of it is open."""
+    """The clockwork of one run, in which no value is open any more."""
 
     duration_s: float
     warm_up_s: Annotated[float, Meta(ge=0, le=3600)]
 
     @property
     def frames(self) -> int:
-        """How many frames the bag player can publish; where a seed may have drawn the warm-up, they do not tell it."""
+        """How many frames the bag player can publish.
+
+        For a drawn warm-up it is the number for the longest one, so that it reveals nothing about the seed.
+        """
         shortest_s, longest_s = _WARM_UP_S
         if not shortest_s <= self.warm_up_s <= longest_s:
             longest_s = self.warm_up_s

@@ -26,14 +26,14 @@ def scenario_of(run: RunRecord) -> Scenario:
     """
     faults = tuple(
         ScenarioFault(
-            one.name,
-            one.value if one.severity is None else None,
-            severity=one.severity,
-            at=one.at,
-            until=one.until,
-            profile=Profile(**one.profile) if one.profile else Profile(),  # type: ignore[arg-type]  # it checks itself
-            after=After(**one.after) if one.after else None,  # type: ignore[arg-type]  # it checks itself
+            fault.name,
+            fault.value if fault.severity is None else None,
+            severity=fault.severity,
+            at=fault.at,
+            until=fault.until,
+            profile=Profile(**fault.profile) if fault.profile else Profile(),  # type: ignore[arg-type]  # it checks itself
+            after=After(**fault.after) if fault.after else None,  # type: ignore[arg-type]  # it checks itself
         )
-        for one in run.faults
+        for fault in run.faults
     )
     return Scenario(run.scenario, faults, duration=run.duration_s)

@@ -1,7 +1,7 @@
 """A run of a campaign on behalf of another process, which may be on another computer: its record goes back as bytes.
 
-What takes orders may have many threads, as a worker of dask has, and a copy of such a process may hang. So each run is
-done by a *helper*: a process that is started anew, has loaded nothing but what runs need, and does one run at a time.
+A dask worker has many threads, and forking such a process may deadlock it. So each run is done by a *helper*: a fresh
+process that has loaded only what runs need and does one run at a time.
 """
 
 import os
@@ -24,7 +24,7 @@ _PROGRAM: Final = "sunset.experiments.worker_process"
 _ATTEMPTS: Final = 3
 """How often a run is begun whose helper is killed."""
 _SHORT: Final = 12
-"""Of a checksum in a message, in characters."""
+"""Length of a checksum in a message, in characters."""
 
 
 @dataclass(frozen=True)
@@ -56,10 +56,12 @@ def facts_of(resources: Resources) -> dict[str, str]:
 
 
 def check_same(theirs: Mapping[str, str], ours: Mapping[str, str]) -> None:
-    """Make sure that a worker has what the computer has that began the campaign: both say it by the word for it.
+    """Check that the worker's facts equal those of the computer that began the campaign.
+
+    Both are name → text, such as a version or a checksum.
 
     Raises:
-        InvalidInputError: it has another one.
+        InvalidInputError: a fact differs.
     """
     for name, expected in ours.items():
         if (found := theirs.get(name, "")) != expected:
@@ -70,16 +72,16 @@ def check_same(theirs: Mapping[str, str], ours: Mapping[str, str]) -> None:
 
 
 def labelled_versions() -> dict[str, str]:
-    """Return `versions` by the words for them."""
+    """Return the `versions` of this computer, each under a name for messages."""
     return {f"version of {name}": version for name, version in versions().items()}
 
 
 @contextmanager
 def on_worker(where: str) -> Iterator[None]:
-    """Say of what is wrong in the context on which worker it is.
+    """Prefix errors that are raised in the context with the worker's name.
 
     Raises:
-        SunsetError: what was raised, with that.
+        SunsetError: what was raised, with the name before its text.
     """
     try:
         yield
@@ -96,7 +98,8 @@ def do_run(expected: Mapping[str, str], order: bytes) -> dict[str, bytes]:
         order: an `Order`, pickled.
 
     Raises:
-        SunsetError: this worker has not what the run needs, or has something else; or its helpers were killed.
+        SunsetError: this worker lacks something that the run needs, or has another version of it; or its helpers were
+            killed.
         UnexpectedError: anything else was raised.
     """
     with on_worker(socket.gethostname()):
@@ -119,7 +122,7 @@ def do_run(expected: Mapping[str, str], order: bytes) -> dict[str, bytes]:
 
 
 class _Helper:
-    """A process that does runs, as who gives it orders sees it."""
+    """A process that does runs, seen from the process that orders them."""
 
     def __init__(self) -> None:
         self._pipe, theirs = Pipe()
@@ -150,7 +153,7 @@ class _Helper:
 
 
 _helpers: Final[defaultdict[int, deque[_Helper]]] = defaultdict(deque)
-"""Those of each process that have nothing to do, by its number: one that is forked has its own."""
+"""The idle helpers of each process, by its number: a forked process has its own."""
 
 
 def _free_helper() -> _Helper:

@@ -24,13 +24,13 @@ from sunset.isolation import UnexpectedError
 from sunset.system import extended_system
 
 _IDLE_S: Final = 60
-"""A process that has had nothing to do for so long ends."""
+"""A process ends after so long without an order."""
 _GRACE_S: Final = 5
-"""What the end of one may take that is in the middle of a run."""
+"""How long a process in the middle of a run may take to end."""
 
 
 def serve(pipe: Connection) -> None:
-    """Do runs until nobody is there to order any, or has for long."""
+    """Serve runs until the pipe closes or stays idle for a minute."""
     os.dup2(2, 1)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))
@@ -41,7 +41,7 @@ def serve(pipe: Connection) -> None:
 
 
 def _end_with_the_other_side(pipe: Connection) -> None:
-    """End this process, in the middle of a run if need be, when whoever gives it orders has ended."""
+    """End this process, in the middle of a run if need be, when the process that gives it orders has ended."""
     end = poll()
     end.register(pipe.fileno(), 0)  # it wakes up for the end only
     end.poll()
@@ -62,7 +62,7 @@ def _answer(order: bytes, folder: Path) -> dict[str, bytes] | Exception:
 
 
 def _do(order: Order, folder: Path) -> dict[str, bytes]:
-    """Do a run, if what it is made with is what it is to be made with, and return the files of its record."""
+    """Do a run, if model, flight and managing system are the expected ones; return the files of its record."""
     spec = order.spec
     if Path(order.folder).is_dir():
         os.chdir(order.folder)
@@ -79,7 +79,7 @@ def _do(order: Order, folder: Path) -> dict[str, bytes]:
 
 @cache
 def _check_manager(manager: str, limit_s: float, known: str, _: str) -> None:
-    """Make sure, once, that a managing system is the one that a campaign was begun with; the last one is the folder."""
+    """Check, once per folder, that a managing system is the one that the campaign was begun with."""
     name = f"managing system {manager}"
     check_same({name: manager_checksum(manager, limit_s=limit_s)}, {name: known})
 

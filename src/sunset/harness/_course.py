@@ -1,4 +1,4 @@
-"""How strong a fault is from its onset on, as long as nobody cures it."""
+"""How strong a fault is from its onset on, as long as it is not cured."""
 
 from collections.abc import Iterator
 from itertools import count
@@ -9,14 +9,14 @@ from sunset.scenarios import ScenarioFault
 from sunset.system import Value
 
 STEP_S: Final = 0.1
-"""A ramp grows every so many seconds, as often as a frame comes."""
+"""Seconds between two steps of a ramp; frames come as often."""
 
 Change = tuple[float, Value | None]
 """Seconds after the measured time began, and the strength from then on; None without the fault."""
 
 
 def course(fault: ScenarioFault, onset_s: float) -> Iterator[Change]:
-    """Yield the changes of a fault's strength in order of time; without end, of an intermittent one that stays.
+    """Yield the changes of a fault's strength in order of time; endlessly for an intermittent fault that stays.
 
     Args:
         fault: the fault.
@@ -50,7 +50,7 @@ def _changes(fault: ScenarioFault, onset_s: float) -> Iterator[Change]:
 
 
 def _growth(full: float, rise_s: float, onset_s: float) -> Iterator[Change]:
-    """Yield a strength that grows from nothing, each time that it is another one."""
+    """Yield a strength that grows from nothing, each time that it changes."""
     steps = max(1, round(rise_s / STEP_S))
     last: float = 0
     for number in range(1, steps + 1):

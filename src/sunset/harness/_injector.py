@@ -42,8 +42,8 @@ class Answer:
 
     Attributes:
         refusal: why it was not confirmed; empty if it was.
-        late: whether that is so since nobody answered.
-        changed: whether a node was activated or deactivated by it, that was not so before.
+        late: whether it was not confirmed because the node did not answer in time.
+        changed: whether the step has changed a node's state, by activating or deactivating it.
     """
 
     refusal: str = ""
@@ -97,7 +97,7 @@ class Injector:
         def answered(future: Future[SetParameters.Response]) -> None:
             response = future.result()
             assert response is not None  # noqa: S101  the future is done
-            finish(Answer("; ".join(one.reason for one in response.results if not one.successful)))
+            finish(Answer("; ".join(result.reason for result in response.results if not result.successful)))
 
         request = SetParameters.Request(parameters=messages)
         self._caller(SetParameters, step.node).call_async(request).add_done_callback(answered)

@@ -10,7 +10,7 @@ from sunset.system import Adaptation, AdaptationKind, Fault, FaultKind, Value
 
 @dataclass(eq=False)
 class Occurrence:
-    """A fault of a scenario, and how far it is.
+    """A fault of a scenario, and its state.
 
     Attributes:
         plan: what the scenario says of it.
@@ -56,7 +56,7 @@ class Occurrence:
 
     @property
     def is_due(self) -> bool:
-        """Whether it has not come yet, and nothing was done so that it does."""
+        """Whether it has not come yet, and its injection was not ordered."""
         return not self.begun and not self.coming
 
     @property

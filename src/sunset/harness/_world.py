@@ -16,9 +16,9 @@ _UP = frozenset({"inactive", "active"})
 
 
 class World:
-    """The external and configuration faults that are there now, what puts them back, and how the nodes are.
+    """The external and configuration faults that are there now, the steps that restore them, and the nodes' states.
 
-    Its methods are told what is seen of a node.
+    Its methods take what was observed of a node.
     """
 
     def __init__(self) -> None:
@@ -44,7 +44,7 @@ class World:
         return any(_key(step) in self._lasting for step in steps)
 
     def settle(self) -> None:
-        """Take all nodes for up, which they are when the first fault is injected, but those that were redeployed."""
+        """Take all nodes except redeployed ones as up, which they are when the first fault is injected."""
         self._starting &= self._started_anew
 
     def is_settled(self, node: str) -> bool:
@@ -85,7 +85,7 @@ class World:
         first messages may be lost while it is being discovered.
         """
         activation = Adaptation(AdaptationKind.ACTIVATE, node)
-        if (start, goal) == ("deactivating", "inactive"):  # somebody removed the node on purpose
+        if (start, goal) == ("deactivating", "inactive"):  # the node was removed on purpose
             self.release([activation])
             return []
         if goal not in _UP:
@@ -102,7 +102,7 @@ class World:
         if step is None or step.value == value:
             return []
         if kind is FaultKind.CONFIGURATION:
-            # the configuration is somebody else's from now on
+            # the managing system owns this configuration from now on
             self._lasting = {
                 key: held for key, held in self._lasting.items() if held[1] is not FaultKind.CONFIGURATION
             }

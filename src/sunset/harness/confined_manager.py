@@ -1,4 +1,4 @@
-"""A managing system behind walls: a process of its own, as what starts, watches and ends it sees it."""
+"""A managing system behind walls, seen from the process that starts, watches and ends it."""
 
 import os
 import signal
@@ -33,7 +33,7 @@ from sunset.system import Value, loaded_extensions
 from sunset.texts import printable, shorten
 
 _LONGEST: Final = 2000
-"""Of what is told of a failure, in characters."""
+"""Longest failure text, in characters."""
 
 _servers: dict[int, Confinement] = {}
 """The server of each process, by its number: one that is forked has its own."""
@@ -61,7 +61,7 @@ class ManagerProcess:
 
     @property
     def descriptors(self) -> frozenset[int]:
-        """The open files that it is talked to through."""
+        """The open files through which it is addressed."""
         return self._process.descriptors
 
     @property
@@ -109,12 +109,12 @@ class ManagerProcess:
         return printable(f"The managing system {self.manager} {what}: it {reason}.")
 
     def interrupt(self) -> None:
-        """Let who waits for it see its end at once; a signal handler may call it."""
+        """Shut the socket down, so that a waiting reader returns at once; safe in a signal handler."""
         with suppress(OSError):  # it has ended
             self._process.socket.shutdown(socket.SHUT_RDWR)
 
     def end(self) -> None:
-        """End it, having shown all that it has printed."""
+        """End it, after printing all its remaining output."""
         self._process.kill()
 
 
@@ -152,7 +152,7 @@ def manager_process(
     task = ManagerTask(
         manager=str(command or manager),
         folder=str(Path.cwd()),
-        extensions=tuple(one.where for one in extensions),
+        extensions=tuple(extension.where for extension in extensions),
         parameters=dict(parameters),
         log=log,
         live=live,
@@ -164,7 +164,7 @@ def manager_process(
         if is_registered(manager):
             process = copy_process(run_manager, task)
         else:
-            sources = [Path(one.source) for one in extensions]
+            sources = [Path(extension.source) for extension in extensions]
             beside = [file for source in sources for file in modules_beside(source.parent)]
             folders, modules = ((), ()) if manager in MANAGERS else manager_code(manager)
             view = View(
@@ -185,7 +185,7 @@ def manager_process(
 
 
 def start_server() -> None:
-    """Start what processes of managing systems are forked from ahead, so that it imports what they need meanwhile."""
+    """Start ahead the server from which managing systems are forked, so that it imports meanwhile what they need."""
     _server()
 
 

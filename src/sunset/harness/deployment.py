@@ -1,4 +1,4 @@
-"""The parameters that nodes of a domain get, whoever starts them.
+"""The parameters that nodes of a domain get, whichever program starts them.
 
 The launcher of a running system is not the only one that may start a node: a managing system may end one through
 its lifecycle and start it anew from a launch file of its own. So that the new one is like the old one, the system
@@ -20,7 +20,7 @@ Value = bool | int | float | str
 
 
 def _is_ours(folder: Path) -> bool:
-    """Return whether a folder in a place that everybody can write to is this user's, and nobody else's."""
+    """Return whether a folder in a place that everybody can write to is this user's, and no other user's."""
     state = folder.lstat()
     return stat.S_ISDIR(state.st_mode) and state.st_uid == os.getuid() and not state.st_mode & 0o022
 

@@ -18,7 +18,7 @@ from sunset.ros.node import Node
 from sunset.system import EVALUATION_TOPIC, RESULT_TOPIC, TRUTH_TOPIC
 
 _WAITING: Final = 100
-"""Frames whose partner has not come that are kept; ten seconds at 10 Hz."""
+"""How many frames without a partner are kept: ten seconds at 10 Hz."""
 
 
 class Evaluator(Node):
@@ -74,4 +74,4 @@ class Evaluator(Node):
 def _keep(waiting: dict[int, Image], message: Image) -> None:
     waiting[stamp_ns(message.header)] = message
     if len(waiting) > _WAITING:
-        del waiting[next(iter(waiting))]  # not the least stamp: others may be of a far future
+        del waiting[next(iter(waiting))]  # not the smallest stamp: a wrong stamp may lie far in the future

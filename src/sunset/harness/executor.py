@@ -49,9 +49,9 @@ class ScenarioExecutor(Node):
     started comes when the node is up.
 
     Meanwhile it plays the world. A fault that lives outside of the nodes outlasts their processes: it
-    is put back when its node starts anew. An external one is put back also when somebody sets its
-    parameter, since the weather does not change by that; a configuration that somebody else changed is
-    theirs from then on.
+    is put back when its node starts anew. An external fault is put back also when its parameter is set,
+    since that does not change the weather. If the managing system changes a faulty configuration, it
+    owns this configuration from then on.
 
     Its endpoints are the same in every scenario, so that the graph does not tell what is about to be injected.
 
@@ -90,21 +90,23 @@ class ScenarioExecutor(Node):
         self._start_ns = self.get_clock().now().nanoseconds
         self._world.settle()
         self._played = tuple(map(Occurrence, self.scenario.faults))
-        by_themselves = [one for one in self._played if one.plan.after is None]
+        by_themselves = [occurrence for occurrence in self._played if occurrence.plan.after is None]
         due = [
-            one
-            for one in by_themselves
-            if one.plan.at == 0 and one.plan.profile.rise is None and not self._must_wait(one)
+            occurrence
+            for occurrence in by_themselves
+            if occurrence.plan.at == 0
+            and occurrence.plan.profile.rise is None
+            and not self._must_wait(occurrence)
         ]
-        for one in by_themselves:
-            if one not in due:
-                self._at(one.plan.at, partial(self._come, one))
-        answers = [(one, self._is_up(one), self._begin(one)) for one in due]
+        for occurrence in by_themselves:
+            if occurrence not in due:
+                self._at(occurrence.plan.at, partial(self._come, occurrence))
+        answers = [(occurrence, self._is_up(occurrence), self._begin(occurrence)) for occurrence in due]
         problems = []
-        for one, is_up, future in answers:
+        for occurrence, is_up, future in answers:
             refusal = (await future).refusal if is_up else ""
-            problems += [f"{one.plan.name}: {refusal}"] * bool(refusal)
-            self._arrive(one, self._start_ns, refusal)
+            problems += [f"{occurrence.plan.name}: {refusal}"] * bool(refusal)
+            self._arrive(occurrence, self._start_ns, refusal)
         response.success = not problems
         later = len(self._played) - len(answers)
         more = f"; {later} more may follow" if later else ""
@@ -121,62 +123,62 @@ class ScenarioExecutor(Node):
 
     # What comes and goes
 
-    def _come(self, one: Occurrence) -> None:
+    def _come(self, occurrence: Occurrence) -> None:
         """Let a fault come, or wait until its node is up; what lives in the world does not wait."""
-        _, strength = next(course(one.plan, self._seconds()))
-        if one.over or strength is None:  # it has healed before it would be there
-            one.over, one.waiting = True, False
+        _, strength = next(course(occurrence.plan, self._seconds()))
+        if occurrence.over or strength is None:  # it has healed before it would be there
+            occurrence.over, occurrence.waiting = True, False
             return
-        one.waiting = self._must_wait(one)
-        if not one.waiting:
-            self._order(one, self._begin)
+        occurrence.waiting = self._must_wait(occurrence)
+        if not occurrence.waiting:
+            self._order(occurrence, self._begin)
 
-    def _must_wait(self, one: Occurrence) -> bool:
+    def _must_wait(self, occurrence: Occurrence) -> bool:
         """Return whether a fault lives in a node that is being started."""
-        return one.is_internal and not self._world.is_settled(one.fault.node)
+        return occurrence.is_internal and not self._world.is_settled(occurrence.fault.node)
 
-    def _is_up(self, one: Occurrence) -> bool:
+    def _is_up(self, occurrence: Occurrence) -> bool:
         """Return whether the nodes that a fault is injected into can take it; else it comes when they do."""
-        return all(self._world.is_settled(step.node) for step in one.plan.injection)
+        return all(self._world.is_settled(step.node) for step in occurrence.plan.injection)
 
-    def _order(self, one: Occurrence, inject: Callable[[Occurrence], Future[Answer]]) -> None:
-        """Inject a fault after the measured time began, and say so."""
+    def _order(self, occurrence: Occurrence, inject: Callable[[Occurrence], Future[Answer]]) -> None:
+        """Inject a fault after the measured time began, and publish that."""
         ordered_ns = self.get_clock().now().nanoseconds
-        is_up = self._is_up(one)
+        is_up = self._is_up(occurrence)
 
         def answered(future: Future[Answer]) -> None:
             answer = future.result() or Answer()
-            if one.is_internal and answer.late:
-                one.coming = False  # its process has ended, and there may be no other one yet
-                self._come(one)
+            if occurrence.is_internal and answer.late:
+                occurrence.coming = False  # its process has ended, and there may be no other one yet
+                self._come(occurrence)
             else:
-                self._arrive(one, ordered_ns, answer.refusal if is_up else "")
+                self._arrive(occurrence, ordered_ns, answer.refusal if is_up else "")
 
-        inject(one).add_done_callback(answered)
+        inject(occurrence).add_done_callback(answered)
 
-    def _begin(self, one: Occurrence) -> Future[Answer]:
-        """Let the course of a fault begin; the future has what its node said to the first of it."""
+    def _begin(self, occurrence: Occurrence) -> Future[Answer]:
+        """Let the course of a fault begin; the future has the node's answer to its first step."""
         outcome: Future[Answer] = Future()
-        one.changes = course(one.plan, self._seconds())
-        time_s, value = next(one.changes)
+        occurrence.changes = course(occurrence.plan, self._seconds())
+        time_s, value = next(occurrence.changes)
 
         def begin() -> None:
-            self._set(one, value).add_done_callback(
+            self._set(occurrence, value).add_done_callback(
                 lambda future: outcome.set_result(future.result() or Answer())
             )
 
         self._at(time_s, begin)
         return outcome
 
-    def _set(self, one: Occurrence, value: Value | None) -> Future[Answer]:
-        """Give a fault a strength; the future has the refusals."""
-        one.coming = not one.there
-        steps = one.plan.injection if value is None else one.injection(value)
-        self._world.hold(steps, one.fault.kind)
-        return self._apply(one, steps, access=one.is_internal and one.there)
+    def _set(self, occurrence: Occurrence, value: Value | None) -> Future[Answer]:
+        """Set the strength of a fault; the future has the refusals."""
+        occurrence.coming = not occurrence.there
+        steps = occurrence.plan.injection if value is None else occurrence.injection(value)
+        self._world.hold(steps, occurrence.fault.kind)
+        return self._apply(occurrence, steps, access=occurrence.is_internal and occurrence.there)
 
-    def _apply(self, one: Occurrence, steps: Iterable[Adaptation], *, access: bool) -> Future[Answer]:
-        """Do steps at once; the future has all refusals."""
+    def _apply(self, occurrence: Occurrence, steps: Iterable[Adaptation], *, access: bool) -> Future[Answer]:
+        """Do steps at the same time; the future has all refusals."""
         outcome: Future[Answer] = Future()
         steps = list(steps)
         answers: dict[int, Answer] = {}
@@ -184,81 +186,81 @@ class ScenarioExecutor(Node):
         def answered(place: int, future: Future[Answer]) -> None:
             answers[place] = future.result() or Answer()
             if answers[place].changed and steps[place].kind is AdaptationKind.ACTIVATE:
-                one.activated.add(steps[place].node)
+                occurrence.activated.add(steps[place].node)
             if len(answers) == len(steps):
                 refused = [answers[number] for number in sorted(answers) if answers[number].refusal]
-                reason = f"; {one.plan.name}: ".join(answer.refusal for answer in refused)
+                reason = f"; {occurrence.plan.name}: ".join(answer.refusal for answer in refused)
                 outcome.set_result(Answer(reason, late=any(answer.late for answer in refused)))
 
         for place, step in enumerate(steps):
             self._injector.apply(step, access=access).add_done_callback(partial(answered, place))
         return outcome
 
-    def _arrive(self, one: Occurrence, ordered_ns: int, refusal: str) -> None:
-        """Say that a fault came, or was refused, and go on with its course."""
-        self._publish(one, ordered_ns, confirmed=not refusal)
-        one.coming, one.over, one.there = False, bool(refusal), not refusal
+    def _arrive(self, occurrence: Occurrence, ordered_ns: int, refusal: str) -> None:
+        """Publish that a fault came, or was refused, and continue its course."""
+        self._publish(occurrence, ordered_ns, confirmed=not refusal)
+        occurrence.coming, occurrence.over, occurrence.there = False, bool(refusal), not refusal
         if refusal:
             return
-        if not one.begun:
-            one.begun = True
+        if not occurrence.begun:
+            occurrence.begun = True
             for other in self._played:
-                if other.plan.after is not None and other.plan.after.fault == one.plan.name:
+                if other.plan.after is not None and other.plan.after.fault == occurrence.plan.name:
                     onset_s = (ordered_ns - self._start_ns) / NS_PER_S
-                    self._at(onset_s + other.plan.after.delay, partial(self._follow, other, one))
-        self._go_on(one)
+                    self._at(onset_s + other.plan.after.delay, partial(self._follow, other, occurrence))
+        self._go_on(occurrence)
 
-    def _follow(self, one: Occurrence, cause: Occurrence) -> None:
+    def _follow(self, occurrence: Occurrence, cause: Occurrence) -> None:
         """Let a fault come if the one that it follows is still there."""
         if cause.over or self._world.is_worked_around(cause.fault):
-            one.over = True
+            occurrence.over = True
         else:
-            self._come(one)
+            self._come(occurrence)
 
-    def _go_on(self, one: Occurrence) -> None:
-        """Wait for the next change of a fault's strength; one that is not there is over if there is none."""
-        change = next(one.changes, None)
+    def _go_on(self, occurrence: Occurrence) -> None:
+        """Wait for the next change of a fault's strength; if there is none, a fault that is away is over."""
+        change = next(occurrence.changes, None)
         if change is None:
-            one.over = not one.there
+            occurrence.over = not occurrence.there
             return
         time_s, value = change
 
         def turn() -> None:
-            if one.over:
+            if occurrence.over:
                 return
             if value is None:
-                self._heal(one)
-                self._go_on(one)
-            elif one.there:
-                one.grown = value
-                self._set(one, value).add_done_callback(partial(self._check, one))
-                self._go_on(one)
+                self._heal(occurrence)
+                self._go_on(occurrence)
+            elif occurrence.there:
+                occurrence.grown = value
+                self._set(occurrence, value).add_done_callback(partial(self._check, occurrence))
+                self._go_on(occurrence)
             else:
-                self._order(one, lambda again: self._set(again, value))
+                self._order(occurrence, lambda again: self._set(again, value))
 
         self._at(time_s, turn)
 
-    def _heal(self, one: Occurrence) -> None:
+    def _heal(self, occurrence: Occurrence) -> None:
         """Take a fault away, unless it is away for a while already."""
-        if not one.there:
+        if not occurrence.there:
             return
-        one.there = False
-        self._world.release(one.plan.injection)
-        self._publish_end(one, "")
-        removed = self._apply(one, one.removal(), access=one.is_internal)
-        removed.add_done_callback(partial(self._check, one))
+        occurrence.there = False
+        self._world.release(occurrence.plan.injection)
+        self._publish_end(occurrence, "")
+        removed = self._apply(occurrence, occurrence.removal(), access=occurrence.is_internal)
+        removed.add_done_callback(partial(self._check, occurrence))
 
-    def _check(self, one: Occurrence, future: Future[Answer]) -> None:
-        """Say so if a change was refused by a node that is up; such a run does not count."""
+    def _check(self, occurrence: Occurrence, future: Future[Answer]) -> None:
+        """Publish it if a node that is up refused a change; such a run does not count."""
         answer = future.result() or Answer()
-        if answer.refusal and self._is_up(one):
-            self._publish(one, self.get_clock().now().nanoseconds, confirmed=False)
+        if answer.refusal and self._is_up(occurrence):
+            self._publish(occurrence, self.get_clock().now().nanoseconds, confirmed=False)
 
-    def _end(self, one: Occurrence, cause: str) -> None:
+    def _end(self, occurrence: Occurrence, cause: str) -> None:
         """Let a fault be over, since it was cured."""
-        if one.there:
-            self._publish_end(one, cause)
-        one.there, one.over = False, True
+        if occurrence.there:
+            self._publish_end(occurrence, cause)
+        occurrence.there, occurrence.over = False, True
 
     # What is seen
 
@@ -268,11 +270,15 @@ class ScenarioExecutor(Node):
             self._on_process_end(node)
         for step in self._world.after_transition(node, start, goal):
             self._restore(step)
-        for one in self._of(node):
-            if (start, goal) == ("activating", "active") and one.is_away and one.is_cured_by_restart:
-                self._end(one, f"restart {node}")
-            elif one.waiting and self._world.is_settled(node):
-                self._come(one)
+        for occurrence in self._of(node):
+            if (
+                (start, goal) == ("activating", "active")
+                and occurrence.is_away
+                and occurrence.is_cured_by_restart
+            ):
+                self._end(occurrence, f"restart {node}")
+            elif occurrence.waiting and self._world.is_settled(node):
+                self._come(occurrence)
 
     def _on_parameter_event(self, event: ParameterEvent) -> None:
         node = short_name(event.node)
@@ -291,29 +297,37 @@ class ScenarioExecutor(Node):
         done = f"set {node}.{parameter} to {ros_text(value)}"
         for step in self._world.after_change_to(node, parameter, value):
             self._restore(step)
-        for one in self._of(node):
-            if one.there and parameter == one.fault.parameter and value == one.fault.healthy:
-                self._end(one, self._world.cause_of(one.fault, done))
-            elif one.is_away and one.is_cured_by(parameter, value):
-                self._end(one, done)
-        its_own = [one for one in self._of(node) if parameter == one.fault.parameter]
-        if all(one.has_left or one.is_due for one in its_own):
+        for occurrence in self._of(node):
+            if (
+                occurrence.there
+                and parameter == occurrence.fault.parameter
+                and value == occurrence.fault.healthy
+            ):
+                self._end(occurrence, self._world.cause_of(occurrence.fault, done))
+            elif occurrence.is_away and occurrence.is_cured_by(parameter, value):
+                self._end(occurrence, done)
+        its_own = [occurrence for occurrence in self._of(node) if parameter == occurrence.fault.parameter]
+        if all(occurrence.has_left or occurrence.is_due for occurrence in its_own):
             # what was ordered before the cure was seen came after it
-            for one in [one for one in its_own if one.grown == value][:1]:
-                self._apply(one, one.removal(), access=True)
-        for one in self._played:
-            is_configuration = one.fault.kind is FaultKind.CONFIGURATION
-            if is_configuration and one.there and not self._world.holds(one.plan.injection):
-                self._end(one, done)
+            for occurrence in [occurrence for occurrence in its_own if occurrence.grown == value][:1]:
+                self._apply(occurrence, occurrence.removal(), access=True)
+        for occurrence in self._played:
+            is_configuration = occurrence.fault.kind is FaultKind.CONFIGURATION
+            if is_configuration and occurrence.there and not self._world.holds(occurrence.plan.injection):
+                self._end(occurrence, done)
 
     def _on_process_end(self, node: str) -> None:
-        for one in self._of(node):
-            if one.begun and not one.waiting:
-                self._end(one, f"redeploy {node}")
+        for occurrence in self._of(node):
+            if occurrence.begun and not occurrence.waiting:
+                self._end(occurrence, f"redeploy {node}")
 
     def _of(self, node: str) -> list[Occurrence]:
         """Return the internal faults of a node that may still be there, or come."""
-        return [one for one in self._played if one.is_internal and one.fault.node == node]
+        return [
+            occurrence
+            for occurrence in self._played
+            if occurrence.is_internal and occurrence.fault.node == node
+        ]
 
     def _restore(self, step: Adaptation) -> None:
         """Do a step of an injection again; if it fails, the node's next transition is the next attempt."""
@@ -325,8 +339,8 @@ class ScenarioExecutor(Node):
         """Return how long ago the measured time began."""
         return (self.get_clock().now().nanoseconds - self._start_ns) / NS_PER_S
 
-    def _publish(self, one: Occurrence, ordered_ns: int, *, confirmed: bool) -> None:
-        fault = one.fault
+    def _publish(self, occurrence: Occurrence, ordered_ns: int, *, confirmed: bool) -> None:
+        fault = occurrence.fault
         self._injections.publish(
             FaultInjection(
                 stamp=stamp_of(ordered_ns),
@@ -334,16 +348,16 @@ class ScenarioExecutor(Node):
                 failure=fault.failure,
                 node=full_name(fault.node),
                 parameter=fault.parameter,
-                value=ros_text(one.plan.value),
-                internal=one.is_internal,
+                value=ros_text(occurrence.plan.value),
+                internal=occurrence.is_internal,
                 redeploy_only=fault.redeploy_only,
                 confirmed=confirmed,
             )
         )
 
-    def _publish_end(self, one: Occurrence, cause: str) -> None:
-        """Say that a fault has ended, by what; by itself if that is empty."""
-        fault = one.fault
+    def _publish_end(self, occurrence: Occurrence, cause: str) -> None:
+        """Publish that a fault has ended, and its cause, which is empty if it healed by itself."""
+        fault = occurrence.fault
         now = self.get_clock().now().to_msg()
         self._ends.publish(
             FaultEnd(stamp=now, fault=fault.name, node=full_name(fault.node), healed=not cause, cause=cause)

@@ -37,14 +37,14 @@ class ProcessHost(Protocol):
 class Launcher(Node):
     """Serves `/launcher/redeploy`: lifecycle shutdown, end of the process, a new process.
 
-    A node whose process ends by itself stays dead until somebody redeploys it: that is a fault, and
+    A node whose process ends by itself stays dead until it is redeployed: that is a fault, and
     repairing it is a managing system's business. The new node waits its own
     `lifecycle_activation_delay` before it is active (paper, section 3.4), from the moment on at which it has started
     and knows the time. Live, a redeploy so costs in addition what the old process needs to end and the new one to
     start, a fraction of a second; in the simulation both take no time.
 
-    A node that somebody else has started after its process here had ended is not redeployed, for there would be two of
-    the name then.
+    A node that another program has started after its process here had ended is not redeployed, for there would be
+    two of the name then.
     """
 
     def __init__(self, host: ProcessHost, nodes: Sequence[str], *, context: Context | None = None) -> None:

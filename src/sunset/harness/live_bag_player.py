@@ -30,7 +30,7 @@ class LiveBagPlayer(BagPlayer):
         began_ns = self.get_clock().now().nanoseconds
         # from here on by the clock that never jumps
         self._offset_ns = began_ns - (self._value("origin_ns") or began_ns) - self._steady.now_ns()
-        # by /clock itself it would never begin, if somebody let this node follow that
+        # not by /clock: if this node followed that, which it publishes, it would never begin
         self.create_timer(_TICK_S / self._speed, self._tick, clock=self._steady)
 
     def _declare_parameters(self) -> None:

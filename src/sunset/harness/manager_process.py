@@ -1,4 +1,4 @@
-"""The process of a managing system behind walls: what it is told, what it says of itself, and what it runs."""
+"""The process of a managing system behind walls: its task, its description of itself, and what it runs."""
 
 import inspect
 import socket
@@ -96,7 +96,7 @@ def receive_loaded(pipe: Pipe, end_s: float) -> LoadedManager:
 
 
 def run_manager(connection: socket.socket, task: object) -> None:
-    """Load a managing system, and run it for what is at the other end of a connection; until that is closed."""
+    """Load a managing system, and run it for the process at the other end of a connection, until that is closed."""
     told = msgspec.convert(task, ManagerTask)
     pipe = Pipe(connection)
     folder = Path(told.folder)

@@ -68,13 +68,13 @@ class NodeSpec:
     manager: str | None = None
     """Which managing system `MANAGER` is; None for any other node."""
     manager_limit_s: float | None = None
-    """Wall time that each callback of the managing system may take, behind walls; None for one that has neither."""
+    """Wall time that each callback of a managing system behind walls may take; None for one without walls."""
     parameters: Mapping[str, Value] = field(default_factory=dict)
-    """Of the node of a managing system behind walls, by name."""
+    """Parameters of the node of a managing system behind walls, by name."""
     occasion: str = ""
     """What a managing system behind walls may fail in, in words."""
     scenario: Mapping[str, object] | None = None
-    """The scenario that the oracle is told, as JSON has it; None for any other."""
+    """The scenario that the oracle gets, as JSON; None for any other managing system."""
     middleware: str = LIVE
     network: bool = False
     """Whether to be heard beyond this computer."""
@@ -181,7 +181,7 @@ def _spin(executor: SingleThreadedExecutor, node: Node, *, lasting: bool) -> Non
 
 
 def _end_with_stdin() -> None:
-    """End this process, as by SIGTERM, when nobody holds the other end of stdin any more.
+    """End this process, as by SIGTERM, when no process holds the other end of stdin any more.
 
     Where the system can, a process that is stopped then goes on, to see it.
     """
@@ -238,7 +238,7 @@ def _serve() -> None:
     (text,) = words
     code = _main(text)
     if json.loads(text)["node"] == MANAGER:
-        sys.exit(code)  # whatever others wrote may have to tidy up
+        sys.exit(code)  # user code may have exit handlers
     sys.stdout.flush()
     sys.stderr.flush()
     os._exit(code)  # the node has left the network; the interpreter would take a tenth of a second to tidy up

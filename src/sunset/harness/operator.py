@@ -1,4 +1,4 @@
-"""The node that starts the flight of a live system, and sees how its nodes are."""
+"""The node that starts the flight of a live system, and watches the state of its nodes."""
 
 from collections import deque
 from collections.abc import Sequence
@@ -24,9 +24,9 @@ from sunset.system import (
 )
 
 _FORGOTTEN_NS: Final = 2 * 10**9
-"""So long after a process ended, the blackboard does not tell of it any more."""
+"""After this time the blackboard no longer shows a dead process."""
 _LONGEST: Final = 20
-"""Characters that a state has at most."""
+"""A state has fewer characters than this."""
 
 
 class Processes(Protocol):
@@ -45,13 +45,13 @@ class Processes(Protocol):
 
 @dataclass(frozen=True)
 class NodeStatus:
-    """How a node is.
+    """The state of a node.
 
     Attributes:
         name: its short name.
         state: its lifecycle state; `running` if it has none, how it ended if it has no process.
         pid: its process; None if it has none.
-        hertz: messages in the last second that it published; None where nobody counts.
+        hertz: messages in the last second that it published; None where they are not counted.
     """
 
     name: str
@@ -77,7 +77,7 @@ class Operator(Conductor):
         self.up = False
         """Whether all managed nodes were in their initial states once."""
         self.news: deque[str] = deque()
-        """What happened, in sentences, until somebody takes them out."""
+        """What happened, in sentences, until the caller takes them out."""
         self._invites = invites
         system = current_system()
         self._initial_states = system.initial_states

@@ -12,11 +12,11 @@ from sunset.ros.context import Context
 from sunset.system import DIAGNOSTICS_TOPIC, LOG_TOPIC, NAMESPACE, SENSOR_TOPICS, current_system, full_name
 
 _SILENT_NS: Final = 10**9
-"""Since its last heartbeat: after so long a node may have ended."""
+"""Time since its last heartbeat after which a node may have ended."""
 
 
 class Phase(Enum):
-    """Where an experiment is."""
+    """The phase of an experiment."""
 
     BRING_UP = "bring-up"
     WARM_UP = "warm-up"

@@ -5,17 +5,17 @@ from math import exp, prod
 from typing import Final
 
 _RARE: Final = 0.01
-"""How probable a fault is that nothing speaks for."""
+"""Probability of a fault without a symptom."""
 _USUAL: Final = 0.1
-"""How probable it is of each suspect of a symptom, before it is taken into account that one of them is there."""
+"""Probability of each suspect of a symptom, before it is taken into account that one of them is there."""
 _PLAUSIBLE: Final = 0.08
-"""Suspects that are less probable together, before one takes their symptom into account, are not."""
+"""Suspects whose joint probability, before their symptom is taken into account, is below this are implausible."""
 _EXCLUDED: Final = 0.002
 _CERTAIN: Final = 0.97
 _HEALED: Final = 0.25
-"""How probable it becomes with time that a fault has healed that was confirmed."""
+"""Probability, in the long run, that a confirmed fault has healed."""
 _FORGETTING_S: Final = 8.0
-"""In such a time it forgets two thirds of why a fault was excluded, since it may have come anew, or confirmed."""
+"""Time constant with which exclusions and confirmations decay, since a fault may come again or heal."""
 
 
 class Belief:

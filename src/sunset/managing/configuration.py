@@ -38,7 +38,7 @@ _STRENGTH: Final = ("image_enhancement", "image_degradation")
 
 
 def healthy_settings() -> dict[Setting, Value]:
-    """Return the settings of a system that nobody has changed, as far as they are known."""
+    """Return the settings of a system that was not changed, as far as they are known."""
     return {
         MODALITY: 0,
         ("sensor_fusion", "topic_camera_input"): "rgb_camera",

@@ -25,9 +25,9 @@ from sunset.system.vocabulary import (
 )
 
 _BLIND_S: Final = 1.0
-"""What it costs to do without a sensor, in seconds of output, when nothing is known of what is wrong."""
+"""Cost of doing without a sensor, in seconds of output, when nothing is known of what is wrong."""
 _FIRST_LOOK_S: Final = 3.0
-"""So long after it has hidden a sensor from the segmentation it looks at it again; each time it waits twice as long."""
+"""Time from hiding a sensor from the segmentation to looking at it again; each time it is twice as long."""
 _RISE: Final = 0.015
 """A signal that is higher by so much than at the last look says that something has come."""
 _DOUBTFUL: Final = 0.05
@@ -44,7 +44,7 @@ Cure = tuple[Adaptation, ...]
 
 @dataclass(frozen=True)
 class _Option:
-    """What could be done: a cure of some faults, or to do without the cure of one."""
+    """A possible action: a cure of some faults, or lifting the cure of one."""
 
     faults: tuple[str, ...]
     cure: Cure
@@ -197,7 +197,7 @@ class Diagnosing(ManagingSystem):
                 yield _Option(names, cure, self.belief.probability_of_any(names), self.cost_s(cure, names))
 
     def releases(self, faults: list[Fault]) -> Iterator[_Option]:
-        """Yield what could be done without, since the fault that it works around may have healed."""
+        """Yield the workarounds that could be lifted, since their faults may have healed."""
         for fault in faults:
             healed = self.belief.probability_healed(fault.name)
             if healed > _DOUBTFUL and MODALITY not in self.in_place.get(fault.name, {MODALITY: 0}):

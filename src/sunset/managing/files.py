@@ -60,28 +60,29 @@ def manager_data(spec: str, folder: Path | None = None) -> tuple[Path, ...]:
 
 
 def check_sources(spec: str, sources: Iterable[str], places: Iterable[Path]) -> None:
-    """Make sure that a managing system is written in files that it may read, its own among them.
+    """Check that a managing system's source files are ones that it may read, its own among them.
 
     Args:
         spec: its name, as of `load_manager`.
-        sources: the files that its process says it is written in.
+        sources: the source files that its process reports.
         places: the files and folders that the process may read, beside what is installed.
 
     Raises:
-        ManagerError: it is not.
+        ManagerError: they are not.
     """
     found = [Path(source).resolve() for source in sources]
     shown = [place.resolve() for place in places]
     own = _file(spec)
     if own is not None and spec.rpartition(":")[0].endswith(".py") and own not in found:
         raise ManagerError(
-            f"The managing system {spec} says that it is not written in {own}: let it be as it is."
+            f"The managing system {spec} reports another source file than {own}: do not change "
+            "__file__ or the class's module."
         )
     for path in found:
         if not (_is_installed(path) or any(path.is_relative_to(place) for place in shown)):
             raise ManagerError(
-                f"The managing system {spec} says that it is written in {path}, which it cannot read: let it be as "
-                "it is."
+                f"The managing system {spec} reports the source file {path}, which it cannot read: do not change "
+                "__file__ or the class's module."
             )
 
 
@@ -89,10 +90,10 @@ def _declared(file: Path, name: str) -> Iterator[str]:
     """Yield what the class of this name says in `files`."""
     try:
         tree = ast.parse(file.read_bytes())
-    except (OSError, SyntaxError, ValueError):  # whoever loads it says so
+    except (OSError, SyntaxError, ValueError):  # loading it reports that
         return
     classes = [node for node in tree.body if isinstance(node, ast.ClassDef) and node.name == name]
-    for statement in (statement for one in classes for statement in one.body):
+    for statement in (statement for kind in classes for statement in kind.body):
         if isinstance(statement, ast.AnnAssign):
             targets: list[ast.expr] = [statement.target]
         elif isinstance(statement, ast.Assign):
@@ -136,5 +137,5 @@ def _file(spec: str, folder: Path | None = None) -> Path | None:
 
 def _is_installed(path: Path) -> bool:
     """Return whether a file or folder is Python's, or installed for it, or holds or belongs to this package."""
-    prefixes = [Path(one).resolve() for one in (sys.prefix, sys.base_prefix)]
-    return path == _PACKAGE.parent or any(path.is_relative_to(one) for one in (*prefixes, _PACKAGE))
+    prefixes = [Path(prefix).resolve() for prefix in (sys.prefix, sys.base_prefix)]
+    return path == _PACKAGE.parent or any(path.is_relative_to(prefix) for prefix in (*prefixes, _PACKAGE))

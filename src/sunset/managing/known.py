@@ -40,7 +40,7 @@ class KnownFault:
         return type(self.value)(self.value * share)
 
     def remaining_s(self, age_s: float, end_s: float) -> float:
-        """Return for how many seconds it is still there, if nobody cures it.
+        """Return for how many seconds it is still there, if it is not cured.
 
         Args:
             age_s: how long ago it came.
@@ -85,4 +85,4 @@ class KnownScenario:
 
 _FRAME_S: Final = 0.1
 _LATE_S: Final = 0.05
-"""A fault may be found to have come so much too early."""
+"""Tolerance when an injection time is compared with the plan."""

@@ -53,9 +53,7 @@ def load_manager(spec: str, folder: Path = Path()) -> type[ManagingSystem]:
     if known := MANAGERS.get(spec) or _registered.get(spec):
         return known
     if not spec.isprintable():
-        raise ManagerError(
-            f"The managing system {spec!r} has a character in its name that no record can hold."
-        )
+        raise ManagerError(f"The managing system {spec!r} contains an unprintable character.")
     if spec.startswith(PREFIX):
         return load_program(spec, folder)
     where, separator, name = spec.rpartition(":")
@@ -174,9 +172,9 @@ def manager_sources(
         sources.update(Path(source) for _, source in written if source and passed)
         parts = [
             *((source, None) for source in sources),
-            *((Path(source), one) for one, source in written if source),
+            *((Path(source), origin) for origin, source in written if source),
         ]
-        if any(is_edited(source, one) for source, one in parts if source in sources):
+        if any(is_edited(source, origin) for source, origin in parts if source in sources):
             raise _edited_error(spec)
         return tuple(sorted(sources))
 
@@ -251,9 +249,9 @@ def _passed_texts(manager: Callable[..., ManagingSystem]) -> list[bytes] | None:
         told = not origin.__closure__ and origin.__name__ != "<lambda>" and _source_file(origin) is not None
     else:
         lineage = _lineage(origin)
-        told = all(isinstance(one, type) and "<locals>" not in one.__qualname__ for one in lineage)
+        told = all(isinstance(kind, type) and "<locals>" not in kind.__qualname__ for kind in lineage)
         try:
-            texts += [text for one in lineage if not _source_file(one) for text in class_texts(one)]
+            texts += [text for kind in lineage if not _source_file(kind) for text in class_texts(kind)]
         except (OSError, SyntaxError):
             told = False
     if not told or not _is_plain(values):
@@ -372,5 +370,5 @@ def _check_signatures(spec: str, found: type[ManagingSystem]) -> None:
         inspect.signature(found.adapt).bind(None, None)
     except TypeError as error:
         raise ManagerError(
-            f"The method adapt of {spec} must accept one argument, symptoms ({error})."
+            f"The method adapt of {spec} must accept one argument, symptoms: 'def adapt(self, symptoms)'."
         ) from error

@@ -31,9 +31,9 @@ ORACLE: Final = "oracle"
 """The name under which the harness tells it the scenario."""
 
 _RESTART_S: Final = 0.1
-"""How long a node sends nothing for a restart."""
+"""Seconds without output during a restart."""
 _RETRY_S: Final = 1.0
-"""So long after a request without effect it is made again."""
+"""A request without effect is repeated after this time."""
 _TOLERABLE: Final[Mapping[str, float]] = {"depth_degradation": 0.18}
 """Fault → the strength up to which its cure costs more than it: with less noise, the fusion is better than the colour
 image alone (`sunset models curves lite`)."""
@@ -119,30 +119,34 @@ class Oracle(ManagingSystem):
         """Cure what can be cured, and set what works around the rest."""
         self.symptoms = symptoms
         self.configuration.see(symptoms)
-        cures = {name: self.best_cure(one) for name, one in self.present.items()}
+        cures = {name: self.best_cure(present) for name, present in self.present.items()}
         redeploys = {cure for cure in cures.values() if _kind(cure) is AdaptationKind.REDEPLOY}
         wanted: dict[Setting, Value] = {}
         for name, cure in cures.items():
-            one = self.present[name]
-            settings = settings_of(cure, self.strength(one)) if one.fault.kind is FaultKind.EXTERNAL else None
+            present = self.present[name]
+            settings = (
+                settings_of(cure, self.strength(present))
+                if present.fault.kind is FaultKind.EXTERNAL
+                else None
+            )
             if settings is not None:
                 wanted |= settings
-            elif cure and (cure in redeploys or not redeploys.intersection(one.fault.cures)):
-                self.do(one, cure)
+            elif cure and (cure in redeploys or not redeploys.intersection(present.fault.cures)):
+                self.do(present, cure)
         self.configuration.want(wanted | self.workarounds(cures), symptoms)
 
-    def best_cure(self, one: _Present) -> Cure:
+    def best_cure(self, present: _Present) -> Cure:
         """Return the cheapest cure of a fault; nothing if it costs more than the fault."""
         end_s = self.start_s + self.scenario.duration_s - self.now_s
-        if one.known.until is not None:
-            end_s = min(end_s, self.start_s + one.known.until - self.now_s)
-        remaining_s = one.known.remaining_s(self.now_s - one.since_s, max(0.0, end_s))
-        strength = self.strength(one)
-        if isinstance(strength, float) and strength < _TOLERABLE.get(one.fault.name, 0.0):
+        if present.known.until is not None:
+            end_s = min(end_s, self.start_s + present.known.until - self.now_s)
+        remaining_s = present.known.remaining_s(self.now_s - present.since_s, max(0.0, end_s))
+        strength = self.strength(present)
+        if isinstance(strength, float) and strength < _TOLERABLE.get(present.fault.name, 0.0):
             return ()
-        share = 1.0 if described_failures()[one.fault.failure].topic else _UNSEGMENTED
-        cures = sorted(one.fault.cures, key=self.cost_s)
-        if not cures or (self.cost_s(cures[0]) >= share * remaining_s and not one.known.brings):
+        share = 1.0 if described_failures()[present.fault.failure].topic else _UNSEGMENTED
+        cures = sorted(present.fault.cures, key=self.cost_s)
+        if not cures or (self.cost_s(cures[0]) >= share * remaining_s and not present.known.brings):
             return ()
         return cures[0]
 
@@ -156,28 +160,28 @@ class Oracle(ManagingSystem):
             for step in cure
         )
 
-    def do(self, one: _Present, cure: Cure) -> None:
+    def do(self, present: _Present, cure: Cure) -> None:
         """Do a cure, unless it was just done or its nodes are away."""
         is_away = any(step.node in self.configuration.booting for step in cure)
-        if is_away or self.now_s - one.tried_s < _RETRY_S:
+        if is_away or self.now_s - present.tried_s < _RETRY_S:
             return
-        one.tried_s = self.now_s
+        present.tried_s = self.now_s
         for step in cure:
             if step.kind is AdaptationKind.REDEPLOY:
                 self.configuration.redeploy(step.node)
             else:
                 request(self, step)
 
-    def strength(self, one: _Present) -> Value:
+    def strength(self, present: _Present) -> Value:
         """Return how strong a fault is now."""
-        return one.known.strength(self.now_s - one.since_s)
+        return present.known.strength(self.now_s - present.since_s)
 
     def workarounds(self, cures: Mapping[str, Cure]) -> dict[Setting, Value]:
         """Return the settings by which the pipeline does without what is away for longer than a restart."""
         failures = described_failures()
         away = {
-            full_name(failures[one.fault.failure].topic)
-            for name, one in self.present.items()
+            full_name(failures[present.fault.failure].topic)
+            for name, present in self.present.items()
             if _kind(cures[name]) is not AdaptationKind.RESTART
         }
         away |= {full_name(topic) for node in self.configuration.booting for topic in self.outputs[node]}

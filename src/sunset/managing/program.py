@@ -142,7 +142,7 @@ class Program(ManagingSystem):
             ManagerError: it answered anything else than one line of the protocol.
         """
         known = [(name, future) for name, future in self.__pending if future.done()]
-        self.__pending = [one for one in self.__pending if one not in known]
+        self.__pending = [call for call in self.__pending if call not in known]
         answer = self.__ask(
             {
                 "time": self.get_clock().now().nanoseconds / 1e9,
@@ -176,10 +176,10 @@ class Program(ManagingSystem):
                 described |= {"threshold": threshold, "below": signal.below}
             signals.append(described)
         adaptations = []
-        for one in offered_adaptations():
-            adaptation: dict[str, object] = {"id": str(one), "kind": one.kind, "node": one.node}
-            if one.parameter:
-                adaptation |= {"name": one.parameter, "value": one.value}
+        for offered in offered_adaptations():
+            adaptation: dict[str, object] = {"id": str(offered), "kind": offered.kind, "node": offered.node}
+            if offered.parameter:
+                adaptation |= {"name": offered.parameter, "value": offered.value}
             adaptations.append(adaptation)
         nodes = [
             {
@@ -232,7 +232,7 @@ class Program(ManagingSystem):
                 f'{{"adaptations": [{{"kind": "redeploy", "node": "camera"}}]}}{kinds}'
             ) from error
         nodes = node_names()
-        for node in [one.node for one in answer.adaptations if one.node not in nodes]:
+        for node in [adaptation.node for adaptation in answer.adaptations if adaptation.node not in nodes]:
             raise self.__error(
                 f"names the node {shorten(repr(node), _QUOTED)}: {suggestion(node, nodes)}name one of "
                 f"{', '.join(nodes)}"

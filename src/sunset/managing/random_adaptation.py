@@ -10,7 +10,7 @@ from sunset.seeding import generator
 from sunset.system.vocabulary import Adaptation, Failure, described_failures, described_faults
 
 _SHARE: Final = 0.1
-"""Of the calls of `adapt` in which something is wrong, the share in which it adapts: one in two seconds, on average."""
+"""Share of the calls of `adapt` with something wrong in which it adapts: one in two seconds, on average."""
 
 
 class RandomAdaptation(ManagingSystem):
@@ -32,7 +32,7 @@ class RandomAdaptation(ManagingSystem):
 
     def adapt(self, symptoms: Symptoms) -> None:
         """Draw whether to adapt now, and what to do."""
-        showing = {one.name for one in described_failures().values() if self.shows(one, symptoms)}
+        showing = {failure.name for failure in described_failures().values() if self.shows(failure, symptoms)}
         faults = (fault for fault in described_faults().values() if fault.failure in showing)
         cures = dict.fromkeys(cure for fault in faults for cure in fault.cures)
         possible = [cure for cure in cures if is_possible(cure, symptoms)]

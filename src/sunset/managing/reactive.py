@@ -15,10 +15,10 @@ _PIPELINE: Final = (
 """Topics from upstream to downstream, the node that sends each, and in how many calls it is back after a redeploy."""
 
 _RESTART_CALLS: Final = 3
-"""In how many calls of `adapt`, one every 0.2 s, a restarted node would send again."""
+"""Calls of `adapt`, one every 0.2 s, until a restarted node would send again."""
 
 _ENTROPY_CALLS: Final = 4
-"""In how many calls the entropy, a mean over 5 frames, is one of new frames only."""
+"""Calls until the entropy, a mean over 5 frames, is one of new frames only."""
 
 
 class Reactive(ManagingSystem):

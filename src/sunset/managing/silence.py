@@ -39,12 +39,12 @@ class Silence:
                 self._last[topic] = frequency
 
     def forgive(self, topic: str) -> None:
-        """Begin anew with a topic, whose node was repaired: only what it loses from now on counts."""
+        """Forget a topic's history, since its node was repaired: only messages that it lacks from now on count."""
         self._before[topic] = self._last.get(topic, 0.0)
         self._risen.discard(topic)
 
     def is_back(self, topic: str) -> bool:
-        """Return whether messages came since a topic was begun anew with, beyond doubt."""
+        """Return whether messages have certainly come since a topic's history was forgotten."""
         return topic in self._risen
 
     def is_silent(self, topic: str) -> bool:

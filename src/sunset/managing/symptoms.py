@@ -174,6 +174,6 @@ def _missing_text(key: object, values: Iterable[str]) -> str:
 
 def _unknown_error(what: str, name: str, known: Iterable[str]) -> ValueError:
     return ValueError(
-        f"The monitor knows no {what} {name!r}: {suggestion(name, known)}name one of {', '.join(known)}; what an "
-        "extension adds needs --extension."
+        f"There is no {what} {name!r}: {suggestion(name, known)}name one of {', '.join(known)}. If an extension "
+        "adds it, pass --extension."
     )

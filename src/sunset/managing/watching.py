@@ -66,7 +66,7 @@ class Watch:
         return self._is_silent(full_name(failure.topic)) if failure.topic else self._is_beyond(failure.signal)
 
     def badness(self, failure: Failure) -> float:
-        """Return a failure's signal, such that less is better; 0 for a topic."""
+        """Return a failure's signal, negated if low is bad, so that less is better; 0 for a topic."""
         return 0.0 if failure.topic else self._thresholds.badness(failure.signal, self._symptoms)
 
     def _is_silent(self, topic: str) -> bool | None:

@@ -1,5 +1,6 @@
 """Which adaptations the managed system was given, made of the commands that reached it."""
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
@@ -21,6 +22,7 @@ _KINDS = MappingProxyType(
     }
 )
 _BETWEEN = ("cleanup", "configure")  # lifecycle steps that may lie within a restart
+_FRACTION = re.compile(r"-?\d+\.\d+(e[+-]\d+)?")
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,7 +57,19 @@ class ExecutedAdaptation:
         if not self.parameters:
             return (f"{self.kind} {self.node}",)
         pairs = zip(self.parameters, self.values, strict=True)
-        return tuple(f"set {self.node}.{name} to {value}" for name, value in pairs)
+        return tuple(f"set {self.node}.{name} to {_short(value)}" for name, value in pairs)
+
+
+def _short(value: str) -> str:
+    """Return a value's text with at most 6 significant digits.
+
+    >>> _short("0.25322999999999996"), _short("300.0"), _short("rgb_camera")
+    ('0.25323', '300.0', 'rgb_camera')
+    """
+    if not _FRACTION.fullmatch(value):
+        return value
+    rounded = f"{float(value):.6g}"
+    return value if float(rounded) == float(value) else rounded
 
 
 def affects(node: str, failure: str) -> bool:
@@ -123,7 +137,7 @@ def _append(done: list[ExecutedAdaptation], new: ExecutedAdaptation) -> None:
 
 
 def _begun_restart(done: Sequence[ExecutedAdaptation], new: ExecutedAdaptation) -> list[int]:
-    """Return where the steps are that an activation makes a restart of, latest first.
+    """Return the indices of the steps that an activation merges into a restart, latest first.
 
     The last of them is the deactivation; without one there is no restart, and the list is empty.
     """

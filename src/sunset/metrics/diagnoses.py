@@ -37,22 +37,24 @@ def diagnosis_figures(timeline: Timeline, faults: Sequence[Injection]) -> Diagno
     A diagnosis holds until the next one; before the first, nothing is named. Counted is the time from 0 to the end. A
     fault that lives in the world is there until it heals, also while it is worked around.
     """
-    diagnoses = [one for one in timeline.diagnoses if one.time < timeline.duration_s]
+    diagnoses = [diagnosis for diagnosis in timeline.diagnoses if diagnosis.time < timeline.duration_s]
     if not diagnoses:
         return None
     moments = {0.0, timeline.duration_s}
-    moments |= {one.time for one in diagnoses} | {fault.time for fault in faults}
+    moments |= {diagnosis.time for diagnosis in diagnoses} | {fault.time for fault in faults}
     moments |= {fault.ended for fault in faults if fault.ended is not None}
     named_s = there_s = both_s = 0.0
     right: dict[int, float] = {}
     changes = {moment for fault in faults for moment in (fault.time, fault.ended)} | {timeline.duration_s}
     since: float | None = None
     edges = sorted(moment for moment in moments if 0 <= moment <= timeline.duration_s)
-    times = [one.time for one in diagnoses]
+    times = [diagnosis.time for diagnosis in diagnoses]
     for start, stop in itertools.pairwise(edges):
         place = bisect_right(times, start)
         latest = diagnoses[max(0, place - 1) : place]
-        named = {name for one in latest for name, sure in one.probabilities.items() if sure >= SURE}
+        named = {
+            name for diagnosis in latest for name, sure in diagnosis.probabilities.items() if sure >= SURE
+        }
         present = [
             place
             for place, fault in enumerate(faults)

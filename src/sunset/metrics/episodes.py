@@ -203,7 +203,7 @@ def _episodes(
     spent: list[Injection] = []
     for spell in spells:
         # one that is injected again while it is there is not a new one
-        there = {one.fault for one in blamed if one.ended is None}
+        there = {fault.fault for fault in blamed if fault.ended is None}
         due = [
             injection
             for injection in timeline.injections
@@ -216,12 +216,12 @@ def _episodes(
         causes = [injection.time for injection in due if not _is_past(injection, spell, adaptations)]
         began = min(causes) if causes else max(spell.origin, 0.0)
         able = _able_faults(failure.name, spell, timeline.injections)
-        behind = [one for one in able if one not in spent and _is_behind(one, failure.name, spell)]
+        behind = [fault for fault in able if fault not in spent and _is_behind(fault, failure.name, spell)]
         resolving = _resolving(failure.name, began, spell.ended, adaptations) if behind else None
         if _healed(failure.name, spell, able, resolving):
             resolving = None
         if resolving is not None:  # its own fault explains it, if there is one
-            spent.append(min(behind, key=lambda one: one.failure != failure.name))
+            spent.append(min(behind, key=lambda fault: fault.failure != failure.name))
         episodes.append(
             Episode(
                 failure=failure.name,
@@ -293,11 +293,11 @@ def _healed(
     """
     if spell.ended is None or adaptation is None:
         return False
-    able = [one for one in able if one.failure == failure] or able
+    able = [fault for fault in able if fault.failure == failure] or able
     ends = [
-        (one.ended, one.healed is not None)
-        for one in able
-        if one.ended is not None and one.ended <= spell.ended
+        (fault.ended, fault.healed is not None)
+        for fault in able
+        if fault.ended is not None and fault.ended <= spell.ended
     ]
     if not ends:
         return False

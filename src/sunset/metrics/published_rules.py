@@ -1,4 +1,4 @@
-"""Which rows the published exemplar's analyzer and planning would have logged of a run that was observed from outside.
+"""The rows that the published exemplar's analyzer and planning would have logged of a run observed from outside.
 
 A managing system of SUNSET writes no such log. So every adaptation counts as a strategy that is executed. It answers
 the rule whose symptom held then, and there is a rule for each failure.
@@ -21,7 +21,7 @@ from sunset.system import SILENCE_S, WINDOW, Failure, MovingMean, current_system
 _LOOK_S: Final = 0.2
 """Time between two looks at a symptom [s]."""
 _NEWS_S: Final = 0.15
-"""So old may be what a managing system acts on [s]: the blackboard is published every 0.1 s."""
+"""Greatest age of what a managing system acts on [s]: the blackboard is published every 0.1 s."""
 _RECALIBRATION: Final = "do_recalibration"
 
 

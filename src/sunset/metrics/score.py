@@ -114,7 +114,7 @@ def score(timeline: Timeline) -> RunMetrics:
     diagnosed = diagnosis_figures(timeline, treatments.faults)
     if diagnosed is not None:
         pairs = zip(found, diagnosed.right, strict=True)
-        found = tuple(replace(one, diagnosed=right) for one, right in pairs)
+        found = tuple(replace(outcome, diagnosed=right) for outcome, right in pairs)
     return RunMetrics(
         f_resolved_per_adaptation=len(resolved) / len(executed) if executed else None,
         t_react_s=_mean([episode.t_react for episode in resolved]),
@@ -133,13 +133,15 @@ def score(timeline: Timeline) -> RunMetrics:
         episodes_subsided=sum(episode.subsided for episode in failures),
         adaptations=len(executed),
         faults_injected=len(found),
-        faults_cured=sum(one.cured is not None for one in found) if found else None,
-        faults_masked=sum(one.masked_s > 0 for one in found) if found else None,
+        faults_cured=sum(outcome.cured is not None for outcome in found) if found else None,
+        faults_masked=sum(outcome.masked_s > 0 for outcome in found) if found else None,
         masked_s=masked_s if found else None,
         adaptations_mistreated=len(mistreating),
         diagnosis_precision=None if diagnosed is None else diagnosed.precision,
         diagnosis_recall=None if diagnosed is None else diagnosed.recall,
-        t_diagnosis_s=_mean([None if one.diagnosed is None else one.diagnosed - one.began for one in found]),
+        t_diagnosis_s=_mean(
+            [None if outcome.diagnosed is None else outcome.diagnosed - outcome.began for outcome in found]
+        ),
         failures=failures,
         executed=executed,
         outcomes=found,

@@ -30,14 +30,14 @@ class Settings:
         self._first: dict[Key, str] = {
             (node, STATE): state for node, state in current_system().initial_states.items()
         }
-        for one in settings:
-            key = short_name(one.node), one.name
-            value = _plain(key, one.value)
-            if one.declared:
+        for setting in settings:
+            key = short_name(setting.node), setting.name
+            value = _plain(key, setting.value)
+            if setting.declared:
                 self._first.setdefault(key, value)
             values = self._values.setdefault(key, [])
             if values[-1:] != [value]:
-                self._times.setdefault(key, []).append(one.time)
+                self._times.setdefault(key, []).append(setting.time)
                 values.append(value)
 
     def at(self, key: Key, time: float) -> str | None:
@@ -59,7 +59,7 @@ class Settings:
     def stretches(self, steps: Sequence[Adaptation], start: float, end: float) -> list[Stretch]:
         """Return when all of some steps were in place within `[start, end)`; never, if one of them sets nothing."""
         wanted = [setting_of(step) for step in steps]
-        known = [one for one in wanted if one is not None]
+        known = [setting for setting in wanted if setting is not None]
         if len(known) < len(wanted):
             return []
         moments = {time for key, _ in known for time in self._times.get(key, []) if start < time < end}

@@ -259,4 +259,4 @@ class Timeline:
         for topic, times in self.message_times.items():
             _check_times(topic, times)
         for name in ("injections", "commands", "settings", "diagnoses"):
-            _check_times(name, np.array([one.time for one in getattr(self, name)]))
+            _check_times(name, np.array([event.time for event in getattr(self, name)]))

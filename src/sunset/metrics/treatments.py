@@ -89,9 +89,10 @@ class Treatments:
     def mistreating(self) -> tuple[ExecutedAdaptation, ...]:
         """Return the adaptations that treat no fault and set nothing back."""
         return tuple(
-            one
-            for one in self._executed
-            if not any(self._treats(one, fault) for fault in self.faults) and not self._sets_back(one)
+            adaptation
+            for adaptation in self._executed
+            if not any(self._treats(adaptation, fault) for fault in self.faults)
+            and not self._sets_back(adaptation)
         )
 
     def outcomes(self, episodes: Sequence[Episode]) -> tuple[tuple[FaultOutcome, ...], float]:
@@ -101,11 +102,11 @@ class Treatments:
             episodes: those of all failures, which say when symptoms held.
         """
         period_s, found = self._timeline.period_s, list(map(self._outcome, self.faults))
-        masked = [self._masked(one, episodes) for one in found]
+        masked = [self._masked(outcome, episodes) for outcome in found]
         lengths = [round(int(frames.sum()) * period_s, 9) for frames in masked]
         total = round(int(np.any(masked, axis=0).sum()) * period_s, 9) if masked else 0.0
         pairs = zip(found, lengths, strict=True)
-        return tuple(replace(one, masked_s=length) for one, length in pairs), total
+        return tuple(replace(outcome, masked_s=length) for outcome, length in pairs), total
 
     def _outcome(self, fault: Injection) -> FaultOutcome:
         end = self._timeline.duration_s
@@ -117,7 +118,7 @@ class Treatments:
         ]
         cured = min(around, default=None)
         was_ended = fault.cause and until == fault.ended
-        if was_ended and any(self._treats(one, fault) for one in self._executed):
+        if was_ended and any(self._treats(adaptation, fault) for adaptation in self._executed):
             cured = until  # without an adaptation, its process has ended by itself
         return FaultOutcome(fault.fault, fault.failure, fault.time, until, cured)
 
@@ -175,10 +176,10 @@ class Treatments:
         """
         cures = [setting_of(step) for cure in _cures(outcome.fault) for step in cure]
         return [
-            (one.time, self._settings.until(key, value, one.time, self._timeline.duration_s))
-            for one in self._executed
-            if affects(one.node, outcome.failure)
-            for key, value in settings_of(one)
+            (adaptation.time, self._settings.until(key, value, adaptation.time, self._timeline.duration_s))
+            for adaptation in self._executed
+            if affects(adaptation.node, outcome.failure)
+            for key, value in settings_of(adaptation)
             if value != self._settings.first(key) and (key, value) not in cures
         ]
 
@@ -192,7 +193,9 @@ class Treatments:
     @cached_property
     def _healthy(self) -> float | None:
         """The mean IoU of the frames before the first fault and the first adaptation; None of too few."""
-        moments = [fault.time for fault in self.faults[:1]] + [one.time for one in self._executed[:1]]
+        moments = [fault.time for fault in self.faults[:1]] + [
+            adaptation.time for adaptation in self._executed[:1]
+        ]
         frames = self._timeline.frames
         iou = frames.iou[frames.times < min(moments, default=self._timeline.duration_s)]
         return float(iou.mean()) if len(iou) >= WINDOW.samples else None
@@ -201,7 +204,7 @@ class Treatments:
 def _faults_there(timeline: Timeline) -> list[Injection]:
     there: list[Injection] = []
     for injection in timeline.injections:
-        same = [place for place, one in enumerate(there) if one.fault == injection.fault]
+        same = [place for place, fault in enumerate(there) if fault.fault == injection.fault]
         if same and _is_there(there[same[-1]], injection.time):
             there[same[-1]] = replace(there[same[-1]], ended=injection.ended, cause=injection.cause)
         elif injection.time < timeline.duration_s:
@@ -214,13 +217,13 @@ def _is_there(fault: Injection, time: float) -> bool:
 
 
 def _cures(fault: str) -> tuple[tuple[Adaptation, ...], ...]:
-    """Return the cures of a fault; none of one that is of another version's catalogue."""
+    """Return the cures of a fault; an empty tuple for a fault of another version's catalogue."""
     described = current_system().faults.get(fault)
     return described.cures if described else ()
 
 
 def _is_step(adaptation: ExecutedAdaptation, step: Adaptation, done: Sequence[tuple[Key, str]]) -> bool:
-    """Return whether an adaptation, of what it sets `done` counts, does a step of a cure or a part of it."""
+    """Return whether an adaptation performs a cure's step, or a part of it; `done`: its settings that count."""
     setting = setting_of(step)
     if setting in done:
         return True

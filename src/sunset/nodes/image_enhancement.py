@@ -9,7 +9,7 @@ from sunset.system import IMAGE_DEGRADATION_RANGE, get_fault
 
 
 class ImageEnhancement(AdaptiveNode):
-    """Publishes `rgb_enhanced` from `rgb_camera`; inactive until somebody activates it.
+    """Publishes `rgb_enhanced` from `rgb_camera`; inactive until it is activated.
 
     It does not look whether an image is degraded: a good one it makes worse.
     """

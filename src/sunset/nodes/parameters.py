@@ -71,7 +71,7 @@ class NodeParameter(Generic[ValueT]):
         return value
 
     def __set__(self, node: _Host, value: ValueT) -> None:
-        """Refuse an assignment, which no one else would hear of."""
+        """Refuse an assignment, which other nodes would not hear of."""
         raise AttributeError(f"Set the parameter {self.name} with set_parameters, not by assignment.")
 
     def descriptor(self) -> ParameterDescriptor:

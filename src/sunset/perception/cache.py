@@ -51,8 +51,8 @@ class InferenceCache:
     is in write-ahead mode, every answer is a transaction of its own, and a process that is killed leaves
     it intact. The file must be on a local file system.
 
-    Every answer has a checksum over its key and all that it says. One that does not match, because somebody else wrote
-    it, is not given; the first of them is told of on stderr.
+    Every answer has a checksum over its key and all that it says. One that does not match, because another program
+    wrote it, is not used; the first of them is reported on stderr.
 
     Args:
         path: the file; made with its folder if it does not exist. One of an older version is emptied.

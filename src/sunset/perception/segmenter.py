@@ -82,7 +82,7 @@ class Segmenter:
 
         Raises:
             ModelError: an input is missing or of another shape or type, the model has no such network, or
-                the network fails or gives an entropy that is none.
+                the network fails or gives an invalid entropy.
             DataError: the cache is damaged.
             OutputError: the cache cannot be written.
         """
@@ -103,7 +103,7 @@ class Segmenter:
         """Run a network once on an empty image, past the cache: what was never run takes several times as long.
 
         Raises:
-            ModelError: the model has no such network, or it fails or gives an entropy that is none.
+            ModelError: the model has no such network, or it fails or gives an invalid entropy.
         """
         size = (self.model.card.height, self.model.card.width)
         bgr, depth = np.zeros((*size, 3), np.uint8), np.zeros(size, np.uint16)

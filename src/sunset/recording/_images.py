@@ -6,8 +6,8 @@ from sunset.interfaces.sensor_msgs.msg import Image
 from sunset.interfaces.system_interfaces.msg import ImageDigest, SensorFusion
 
 
-def recorded(message: Message) -> Message:
-    """Return what stands for `message` in a record: itself, unless it carries images."""
+def without_pixels(message: Message) -> Message:
+    """Return `message` as a record has it: with digests in place of images."""
     if isinstance(message, Image):
         return _digest_message(message, image_digest(message.data))
     if isinstance(message, SensorFusion):

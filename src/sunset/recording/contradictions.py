@@ -32,11 +32,17 @@ def contradictions(run: RunRecord, messages: Iterable[RecordedMessage]) -> Itera
         messages: in order of time; those on topics that are not among `TELLING_TOPICS` do not matter.
     """
     told = [recorded.message for recorded in messages if recorded.topic in TELLING_TOPICS]
-    log = [one for one in told if isinstance(one, ExperimentLogging) and one.source == "experiment"]
-    moments = {one.rule_name: one.timestamp for one in log}
-    declared = dict(_declared([one for one in told if isinstance(one, ParameterEvent)]))
+    log = [
+        message
+        for message in told
+        if isinstance(message, ExperimentLogging) and message.source == "experiment"
+    ]
+    moments = {entry.rule_name: entry.timestamp for entry in log}
+    declared = dict(_declared([message for message in told if isinstance(message, ParameterEvent)]))
     injected = sorted(
-        (one.fault, one.value) for one in told if isinstance(one, FaultInjection) and one.confirmed
+        (message.fault, message.value)
+        for message in told
+        if isinstance(message, FaultInjection) and message.confirmed
     )
     uncertain = {(fault.name, ros_text(fault.value)) for fault in run.faults if not fault.is_certain}
     seeds = {(full_name(node), "seed"): run.seed for node in current_system().nodes}
@@ -51,13 +57,13 @@ def contradictions(run: RunRecord, messages: Iterable[RecordedMessage]) -> Itera
             if value != stored:
                 yield f"its {key[1].replace('_', ' ')} is stored as {stored}, and the messages say {value}"
                 break
-    for scenario in dict.fromkeys(one.scenario for one in log):
+    for scenario in dict.fromkeys(entry.scenario for entry in log):
         if scenario != run.scenario:
             yield f"its scenario is stored as {run.scenario}, and the messages say {scenario}"
     stored_faults = sorted((fault.name, ros_text(fault.value)) for fault in run.faults)
     certain = sorted((fault.name, ros_text(fault.value)) for fault in run.faults if fault.is_certain)
-    if run.valid and [one for one in injected if one not in uncertain] != [
-        one for one in certain if one not in uncertain
+    if run.valid and [fault for fault in injected if fault not in uncertain] != [
+        fault for fault in certain if fault not in uncertain
     ]:
         yield f"its faults are stored as {_words(stored_faults)}, and the messages say {_words(injected)}"
     start, end = moments.get("start"), moments.get("end")

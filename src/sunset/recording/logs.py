@@ -52,13 +52,13 @@ def read_log(folder: Path) -> tuple[LogLine, ...]:
 def log_of(messages: Sequence[RecordedMessage]) -> tuple[LogLine, ...]:
     """Return what the nodes of a run logged, from messages that are read already; as `read_log`.
 
-    What else somebody sent on the topic is not a log.
+    Other messages on the topic are not a log.
     """
-    start_ns = start_of([one for one in messages if one.topic == LOG_TOPIC])
+    start_ns = start_of([message for message in messages if message.topic == LOG_TOPIC])
     lines = []
-    for one in messages:
-        entry = one.message
-        if one.topic == ROSOUT and isinstance(entry, Log):
+    for message in messages:
+        entry = message.message
+        if message.topic == ROSOUT and isinstance(entry, Log):
             severity = _SEVERITIES.get(entry.level, str(entry.level))
-            lines.append(LogLine((one.time_ns - start_ns) / 1e9, severity, entry.name, entry.msg))
+            lines.append(LogLine((message.time_ns - start_ns) / 1e9, severity, entry.name, entry.msg))
     return tuple(lines)

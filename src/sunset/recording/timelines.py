@@ -152,7 +152,7 @@ def _seconds(time_ns: int, start_ns: int) -> float:
 
 
 def _times(recorded: Sequence[RecordedMessage], start_ns: int) -> npt.NDArray[np.float64]:
-    return np.array([_seconds(one.time_ns, start_ns) for one in recorded], dtype=np.float64)
+    return np.array([_seconds(message.time_ns, start_ns) for message in recorded], dtype=np.float64)
 
 
 def start_of(log: Sequence[RecordedMessage]) -> int:
@@ -191,19 +191,19 @@ def _number(text: str, node: str, key: str) -> float:
 def _injections(
     recorded: Sequence[RecordedMessage], ends: Sequence[RecordedMessage], start_ns: int
 ) -> tuple[Injection, ...]:
-    found = [content_of(one, msg.FaultInjection) for one in recorded]
+    found = [content_of(message, msg.FaultInjection) for message in recorded]
     injections = [
         Injection(
             # live, the clock of the node that injects may be a tick behind that of the node that lets it
-            time=max(0.0, _seconds(ns_of(one.stamp), start_ns)),
-            fault=one.fault,
-            failure=one.failure,
-            node=one.node,
-            internal=one.internal,
-            redeploy_only=one.redeploy_only,
+            time=max(0.0, _seconds(ns_of(injection.stamp), start_ns)),
+            fault=injection.fault,
+            failure=injection.failure,
+            node=injection.node,
+            internal=injection.internal,
+            redeploy_only=injection.redeploy_only,
         )
-        for one in found
-        if one.confirmed
+        for injection in found
+        if injection.confirmed
     ]
     injections.sort(key=lambda injection: injection.time)
     for recorded_end in ends:
@@ -211,7 +211,11 @@ def _injections(
         # nor may the clock of the node that says so be behind that by which the adaptation that ended it was seen
         time = max(0.0, _seconds(max(ns_of(end.stamp), recorded_end.time_ns), start_ns))
         # a fault is there once at a time, so that it is the last that came before
-        began = [place for place, one in enumerate(injections) if one.fault == end.fault and one.time <= time]
+        began = [
+            place
+            for place, injection in enumerate(injections)
+            if injection.fault == end.fault and injection.time <= time
+        ]
         if began and injections[began[-1]].ended is None:
             injections[began[-1]] = replace(injections[began[-1]], ended=time, cause=end.cause)
     return tuple(injections)
@@ -221,19 +225,19 @@ def _commands(
     recorded: Sequence[RecordedMessage], truths: Sequence[RecordedMessage], start_ns: int
 ) -> tuple[Command, ...]:
     first_ns = truths[0].time_ns if truths else 0
-    found = [content_of(one, msg.Command) for one in recorded]
+    found = [content_of(message, msg.Command) for message in recorded]
     commands = [
         Command(
-            time=_seconds(ns_of(one.stamp), start_ns),
-            client=one.client,
-            node=one.node,
-            kind=one.kind,
-            parameters=tuple(one.parameters),
-            values=tuple(one.values),
-            successful=one.successful,
+            time=_seconds(ns_of(command.stamp), start_ns),
+            client=command.client,
+            node=command.node,
+            kind=command.kind,
+            parameters=tuple(command.parameters),
+            values=tuple(command.values),
+            successful=command.successful,
         )
-        for one in found
-        if ns_of(one.stamp) >= first_ns or one.kind not in _ENDING
+        for command in found
+        if ns_of(command.stamp) >= first_ns or command.kind not in _ENDING
     ]
     return tuple(sorted(commands, key=lambda command: command.time))
 
@@ -245,10 +249,10 @@ def _settings(topics: Mapping[str, Sequence[RecordedMessage]], start_ns: int) ->
         if event.node not in current_system().managed_nodes:
             continue
         for parameters, declared in ((event.new_parameters, True), (event.changed_parameters, False)):
-            for one in parameters:
-                value = scalar_of(one.value)
+            for parameter in parameters:
+                value = scalar_of(parameter.value)
                 if value is not None:
-                    found.append(Setting(time, event.node, one.name, ros_text(value), declared))
+                    found.append(Setting(time, event.node, parameter.name, ros_text(value), declared))
     for topic, node in sorted(_topics_of_states().items()):
         for recorded in topics.get(topic, []):
             state = content_of(recorded, TransitionEvent).goal_state.label
@@ -260,18 +264,18 @@ def _diagnoses(recorded: Sequence[RecordedMessage], start_ns: int) -> tuple[Diag
     """Return what was published on a managing system's own topic; what is not a diagnosis does not count."""
     return tuple(
         Diagnosis(
-            _seconds(one.time_ns, start_ns),
-            dict(zip(one.message.faults, one.message.probabilities, strict=False)),
+            _seconds(diagnosis.time_ns, start_ns),
+            dict(zip(diagnosis.message.faults, diagnosis.message.probabilities, strict=False)),
         )
-        for one in recorded
-        if isinstance(one.message, msg.Diagnosis)
+        for diagnosis in recorded
+        if isinstance(diagnosis.message, msg.Diagnosis)
     )
 
 
 def _frames(
     evaluations: Sequence[RecordedMessage], truths: Sequence[RecordedMessage], start_ns: int
 ) -> Frames:
-    taken_ns = {ns_of(content_of(one, msg.ImageDigest).header.stamp): one.time_ns for one in truths}
+    taken_ns = {ns_of(content_of(truth, msg.ImageDigest).header.stamp): truth.time_ns for truth in truths}
     found = []
     for recorded in evaluations:
         evaluation = content_of(recorded, msg.FrameEvaluation)

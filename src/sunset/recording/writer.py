@@ -12,7 +12,7 @@ import msgspec
 from sunset.errors import OutputError, RecordError
 from sunset.interfaces import Message, serialize, type_name
 from sunset.recording._bag import write_bag
-from sunset.recording._images import recorded
+from sunset.recording._images import without_pixels
 from sunset.recording.images import ImageWriter
 from sunset.recording.schema import RUN_FILE, RunRecord
 from sunset.recording.values import Payload, RecordedMessage, digest_of
@@ -73,7 +73,7 @@ class RecordWriter:
         if self._closed or time_ns < 0:
             reason = "the record is closed" if self._closed else f"its time is negative, {time_ns} ns"
             raise RecordError(f"A message on {topic} cannot be recorded: {reason}.")
-        kept = recorded(message)
+        kept = without_pixels(message)
         if self._keeps_images:
             with _translated(self._folder):
                 self._images = self._images or ImageWriter(self._partial, self._wanted)
@@ -140,7 +140,9 @@ class RecordWriter:
         return run
 
     def adopt(self, files: Mapping[str, bytes]) -> None:
-        """Write files, name → content, and give the record its final name: of one that was made elsewhere, all of them.
+        """Write files, name → content, and give the record its final name.
+
+        For a record made elsewhere, pass all its files.
 
         Raises:
             OutputError: there is no space, no permission, or the folder was filled meanwhile.

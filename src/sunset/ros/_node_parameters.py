@@ -338,7 +338,7 @@ class NodeParameters:
             )
 
     def _offered_parameters(self) -> list[str]:
-        """Return what is offered to somebody who names a parameter that is not declared."""
+        """Return the names that are suggested for a parameter that is not declared."""
         return list(self._parameters)
 
     def _store_parameters(self, parameters: list[Parameter], *, declaring: bool) -> str | None:

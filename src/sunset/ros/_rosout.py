@@ -19,7 +19,7 @@ class NodeLogSink:
         self._written: set[tuple[int, str, str]] = set()
 
     def now_ns(self) -> int:
-        """Return the time by which messages are throttled, which nobody can set."""
+        """Return the time by which messages are throttled, which no node can set."""
         return self._context.middleware.steady_ns()
 
     def leave(self) -> None:

@@ -1,4 +1,4 @@
-"""When the faults of a scenario come and heal if nobody cures them, and why that cannot be."""
+"""When the faults of a scenario come and heal if they are not cured, and why that cannot be."""
 
 from collections.abc import Iterator, Sequence
 from itertools import combinations

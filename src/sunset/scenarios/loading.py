@@ -56,7 +56,7 @@ def load_scenario(name: str | Path) -> Scenario:
     hint = suggestion(text, [*scenario_names(), *current_system().faults])
     raise ScenarioError(
         f"There is no scenario {text!r}: {hint}name a scenario of the suites {', '.join(suite_names())} "
-        "('sunset scenarios list'), a YAML file, or faults joined by +; what an extension adds needs --extension."
+        "('sunset scenarios list'), a YAML file, or faults joined by +. If an extension adds it, pass --extension."
     )
 
 

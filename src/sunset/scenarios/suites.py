@@ -52,7 +52,7 @@ def suite(name: str) -> tuple[Scenario, ...]:
     if name not in names:
         raise ScenarioError(
             f"There is no suite {name!r}: {suggestion(name, names)}name {', '.join(names)} or a folder of "
-            "scenario files; what an extension adds needs --extension."
+            "scenario files. If an extension adds it, pass --extension."
         )
     return _suite(current_system(), name)
 

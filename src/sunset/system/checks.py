@@ -1,7 +1,7 @@
 """What the parts of a managed system must be, so that they fit each other; one sentence for each mistake."""
 
 from collections.abc import Collection, Iterable, Mapping
-from math import inf, isfinite
+from math import isfinite
 from typing import Final, TypeVar, get_args
 
 from sunset.errors import ExtensionError, ScenarioError
@@ -220,15 +220,15 @@ def check_fault(fault: Fault, nodes: Mapping[str, NodeDescription], failures: Ma
             f"{what} needs a value and another one of the same type when healthy, got {fault.value!r} and "
             f"{fault.healthy!r}."
         )
-    low, high = fault.limits or (-inf, inf)
-    is_number = not isinstance(fault.value, bool | str)
-    if is_number != (fault.limits is not None) or not (
-        isinstance(fault.value, str) or low <= fault.value <= high
-    ):
-        raise ExtensionError(
-            f"{what} needs limits if its value is a number, and only then, with the value between them, got "
-            f"{fault.limits} for {fault.value!r}."
-        )
+    if isinstance(fault.value, bool | str):
+        if fault.limits is not None:
+            raise ExtensionError(
+                f"{what} must have no limits, since its value {fault.value!r} is not a number, got {fault.limits}."
+            )
+    elif fault.limits is None:
+        raise ExtensionError(f"{what} needs limits, since its value {fault.value!r} is a number.")
+    elif not fault.limits[0] <= fault.value <= fault.limits[1]:
+        raise ExtensionError(f"{what} needs a value within its limits {fault.limits}, got {fault.value!r}.")
 
 
 def check_effect(fault: Fault, faults: Mapping[str, Fault], signal: Signal | None) -> None:

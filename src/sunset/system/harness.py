@@ -46,7 +46,7 @@ class HarnessNode:
     Attributes:
         name: its name.
         node_class: where the class is that a process of it runs, as `module:Class`; empty if none does.
-        outputs: the topics that nobody else may publish on.
+        outputs: the topics that no other node may publish on.
         commands: whether what it asks of the managed system is the experiment's own, such as to inject faults.
         off_limits: whether a managing system must not call its services.
     """

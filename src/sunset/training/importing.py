@@ -73,7 +73,7 @@ def import_checkpoints(
 
     Raises:
         MissingExtraError: torch or onnx is not installed.
-        InvalidInputError: the size is none that the networks can take, or the name none that a card can hold.
+        InvalidInputError: the networks cannot take the size, or a card cannot hold the name.
         ModelError: no checkpoint is there, or one is unusable.
         OutputError: the model's folder cannot be written.
     """

@@ -69,7 +69,7 @@ def train(
         OutputError: a folder cannot be written.
         InvalidInputError: the checkpoint to resume at is another training's or of other frames, or `start` has other
             networks.
-        ModelError: a network's file of `start` is none.
+        ModelError: a network's file of `start` is not a network.
     """
     _check_extra()
     from sunset.training.loop import check_work, find_torch_device  # noqa: PLC0415  torch is an optional dependency

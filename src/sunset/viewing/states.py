@@ -52,15 +52,15 @@ class States:
         self._settings: dict[tuple[str, str], list[_Setting]] = {}
         self._transitions: dict[str, list[tuple[float, TransitionEvent]]] = {}
         self._injections: dict[str, FaultInjection] = {}
-        for one in messages:
-            if one.topic == PARAMETER_EVENTS_TOPIC:
-                self._note_parameters(self._seconds(one.time_ns), content_of(one, ParameterEvent))
-            elif one.topic == INJECTIONS_TOPIC:
-                injection = content_of(one, FaultInjection)
+        for message in messages:
+            if message.topic == PARAMETER_EVENTS_TOPIC:
+                self._note_parameters(self._seconds(message.time_ns), content_of(message, ParameterEvent))
+            elif message.topic == INJECTIONS_TOPIC:
+                injection = content_of(message, FaultInjection)
                 self._injections.setdefault(injection.fault, injection)
-            elif one.topic.endswith(_TRANSITIONS):
-                node = one.topic.removesuffix(_TRANSITIONS)
-                event = self._seconds(one.time_ns), content_of(one, TransitionEvent)
+            elif message.topic.endswith(_TRANSITIONS):
+                node = message.topic.removesuffix(_TRANSITIONS)
+                event = self._seconds(message.time_ns), content_of(message, TransitionEvent)
                 self._transitions.setdefault(node, []).append(event)
 
     def _seconds(self, time_ns: int) -> float:
@@ -112,10 +112,10 @@ class States:
             [
                 (onset, True),
                 *(
-                    (max(one.time, onset), one.value != ros_text(known.healthy))
+                    (max(setting.time, onset), setting.value != ros_text(known.healthy))
                     if known
-                    else (max(one.time, onset), one.value == injection.value)
-                    for one in settings
+                    else (max(setting.time, onset), setting.value == injection.value)
+                    for setting in settings
                 ),
             ]
         )
@@ -138,10 +138,12 @@ class States:
         states = {AdaptationKind.ACTIVATE: "active", AdaptationKind.DEACTIVATE: "inactive"}
         if step.kind in states:
             return [
-                (one.since, one.until) for one in self.lifecycle(step.node) if one.state == states[step.kind]
+                (state.since, state.until)
+                for state in self.lifecycle(step.node)
+                if state.state == states[step.kind]
             ]
         settings = self._settings.get((full_name(step.node), step.parameter), [])
-        return self._spans([(one.time, one.value == ros_text(step.value)) for one in settings])
+        return self._spans([(setting.time, setting.value == ros_text(step.value)) for setting in settings])
 
     def _spans(self, changes: Sequence[tuple[float, bool]]) -> list[Span]:
         """Return the times from which something held to those at which it stopped, or to the end."""

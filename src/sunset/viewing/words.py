@@ -1,4 +1,4 @@
-"""What happened in a run, in sentences for somebody who sees SUNSET for the first time."""
+"""What happened in a run, in sentences for a reader who sees SUNSET for the first time."""
 
 from collections.abc import Iterator, Sequence
 from typing import Final
@@ -96,12 +96,18 @@ def _injected(run: StoredRun) -> Iterator[str]:
     number = _NUMBERS[len(injections)] if len(injections) < len(_NUMBERS) else str(len(injections))
     verb = "fault was" if len(injections) == 1 else "faults were"
     if injections[-1].time - injections[0].time < _AT_ONCE_S:
-        names = listed([f"{one.fault} ({one.failure})" for one in injections])
+        names = listed([f"{injection.fault} ({injection.failure})" for injection in injections])
         yield f"{number} {verb} injected at {injections[0].time:.0f} s: {names}."
     else:
-        names = listed([f"{one.fault} ({one.failure}) at {one.time:.1f} s" for one in injections])
+        names = listed(
+            [f"{injection.fault} ({injection.failure}) at {injection.time:.1f} s" for injection in injections]
+        )
         yield f"{number} {verb} injected: {names}."
-    healed = [f"{one.fault} at {one.healed:.1f} s" for one in injections if one.healed is not None]
+    healed = [
+        f"{injection.fault} at {injection.healed:.1f} s"
+        for injection in injections
+        if injection.healed is not None
+    ]
     if healed:
         yield f"By {'itself' if len(healed) == 1 else 'themselves'} healed {listed(healed)}."
 
@@ -138,7 +144,7 @@ def _outcome(run: StoredRun) -> Iterator[str]:
     if metrics.episodes:
         yield f"{metrics.episodes_resolved} of {counted(metrics.episodes, 'failure episode')} {_was(metrics)} resolved."
         failures = current_system().failures
-        still = sorted({one.failure for one in metrics.failures if one.ended is None})
+        still = sorted({episode.failure for episode in metrics.failures if episode.ended is None})
         if still:
             names = listed([f"{name} ({failures[name].description})" for name in still])
             yield f"Still there at the end: {names}."

@@ -94,7 +94,7 @@ class Channels:
             (requests, service.Request, EndpointKind.CLIENT, "serviceid"),
             (responses, service.Response, EndpointKind.SERVICE, "clientid"),
         ):
-            # an id that nobody else has, so that clients and servers are not misled
+            # an id that no other endpoint has, so that clients and servers are not misled
             self._open(topic, writers, ros.name, message, own_id=f"{own_id}={OBSERVER};")
 
     def _listen_to_topic(self, ros: RosName, qos: QoSProfile) -> None:

@@ -180,7 +180,7 @@ class Link:
                         self.look()
                         self.waitset.watch(number, self._conditions[number])
                     self._on_data(number)
-        except Exception as error:  # noqa: BLE001  nobody would see it on this thread
+        except Exception as error:  # noqa: BLE001  it would go unseen on this thread
             self._on_failure(error)
 
     # The graph

@@ -128,7 +128,7 @@ class CycloneDDS(DdsHost):
             except Empty:
                 pass
             else:
-                if entity is None:  # somebody calls `wake`
+                if entity is None:  # `wake` was called
                     break
                 if self._run(entity):
                     return True
@@ -137,7 +137,7 @@ class CycloneDDS(DdsHost):
         return False
 
     def _next(self, end_ns: int | None) -> DdsEntity | None:
-        """Return who is first in line, waiting until somebody is, an alarm goes off, or time is over."""
+        """Return the entity that is first in line; wait until there is one, an alarm goes off, or time is over."""
         alarm_ns = self._line_up_timers()
         if self._queue:
             return self._queue.get()

@@ -164,7 +164,7 @@ class DdsService(_ServiceEnd, ServiceHandle):
         try:
             self.process.call(self, self.handler, request_id, message)
         except CallbackError:
-            self._asked.pop(request_id, None)  # nobody will answer it
+            self._asked.pop(request_id, None)  # it will not be answered
             raise
         return True
 

@@ -1,4 +1,4 @@
-"""Domain ids that nobody uses, so that systems on one computer do not hear each other."""
+"""Domain ids that no other system uses, so that systems on one computer do not hear each other."""
 
 import os
 import socket
@@ -9,7 +9,7 @@ from itertools import count
 from sunset.errors import MiddlewareError
 
 _DOMAINS = range(1, 102)
-"""0 is what everybody uses unless told otherwise; the ports of those above 101 may be taken by any program on Linux."""
+"""0 is the default of all ROS 2 programs; the ports of those above 101 may be taken by any program on Linux."""
 
 _FIRST_PORT = 7400
 _PORTS_PER_DOMAIN = 250

@@ -64,7 +64,7 @@ class RemoteProcess(RemoteHost):
         pipe: what it talks to the simulation through.
         main: makes the nodes.
         describe: says what a callback or `main` has raised, as the end of a sentence.
-        describes_types: whether its nodes tell others what their types are made of; everybody in a simulation knows.
+        describes_types: whether its nodes tell others what their types are made of; in a simulation all know.
     """
 
     def __init__(
@@ -238,7 +238,7 @@ class RemoteProcess(RemoteHost):
             self._predicates.pop()
 
     def wake(self) -> None:
-        """Do nothing: while `spin_once` runs, nobody else does."""
+        """Do nothing: while `spin_once` runs, nothing else does."""
 
     @property
     def alive(self) -> bool:
@@ -257,7 +257,7 @@ class RemoteProcess(RemoteHost):
             self._end()
 
     def _end(self) -> None:
-        """Have ended, with all nodes, as the one in the simulation has."""
+        """Mark the process as ended and destroy its nodes, as the simulation has done."""
         self._alive = False
         for node in list(self._nodes):
             node.destroy()

@@ -112,12 +112,12 @@ class StandIns:
         """
         answer = self._answers.get(type(question))
         if answer is None:
-            raise PipeError("keeps its turn")
+            raise PipeError("sent no final statement")
         return answer(question)
 
     def _add(self, number: int, thing: object, kind: type[Message] | None = None) -> None:
         if number <= self._last:
-            raise PipeError(f"numbers two things {number}")
+            raise PipeError(f"used number {number} twice")
         if len(self._things) >= _MOST:
             raise PipeError(f"has more than {_MOST} endpoints and timers")
         self._last = number

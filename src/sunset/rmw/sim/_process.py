@@ -157,7 +157,7 @@ class SimProcess(SimHost):
 
     @property
     def describes_types(self) -> bool:
-        return False  # everybody in a simulation knows them
+        return False  # all processes of a simulation know them
 
     def now_ns(self) -> int:
         """Virtual time: nanoseconds since the simulation began; constant during a callback."""
@@ -221,7 +221,7 @@ class SimProcess(SimHost):
         return held
 
     def wake(self) -> None:
-        """Do nothing: while `spin_once` runs, nobody else does."""
+        """Do nothing: while `spin_once` runs, nothing else does."""
 
     @property
     def alive(self) -> bool:

@@ -22,9 +22,9 @@ from sunset.managing import (
     ORACLE,
     PREFIX,
     KnownScenario,
+    contents_checksum,
     is_registered,
     parse_command,
-    sources_digest,
 )
 from sunset.managing.files import check_sources, manager_code, manager_data
 from sunset.rmw.remote import EndError, Pipe, PipeError, RaisedError, SilenceError
@@ -75,15 +75,12 @@ class ManagerProcess:
         Raises:
             ManagerError: one of them is not there any more.
         """
-        if self.loaded.others is None:
-            return ""
         try:
-            texts = [Path(source).read_bytes() for source in self.loaded.sources]
+            return contents_checksum(map(Path, self.loaded.sources), self.loaded.others)
         except OSError as error:
             raise ManagerError(
                 f"A file of the managing system {self.manager} cannot be read any more: {error}."
             ) from error
-        return sources_digest([*texts, *self.loaded.others])
 
     def describe(self, failure: PipeError, what: str) -> str:
         """Return in a sentence how it has failed, and end it.

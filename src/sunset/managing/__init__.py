@@ -7,6 +7,7 @@ from sunset.managing.diagnosing import Diagnosing
 from sunset.managing.known import KnownFault, KnownScenario
 from sunset.managing.loading import (
     checksum,
+    contents_checksum,
     is_registered,
     load_manager,
     manager_sources,
@@ -40,6 +41,7 @@ __all__ = [
     "Reactive",
     "Symptoms",
     "checksum",
+    "contents_checksum",
     "is_registered",
     "load_manager",
     "manager_sources",

@@ -154,6 +154,11 @@ class AdaptationKind(StrEnum):
     ACTIVATE = "activate"
     DEACTIVATE = "deactivate"
 
+    @property
+    def goal_state(self) -> str | None:
+        """The lifecycle state that it brings a node into; None where it is for something else."""
+        return {AdaptationKind.ACTIVATE: "active", AdaptationKind.DEACTIVATE: "inactive"}.get(self)
+
 
 @dataclass(frozen=True, slots=True)
 class Adaptation:

@@ -16,7 +16,7 @@ from sunset.confinement import ConfinedProcess, Confinement, View, copy_process
 from sunset.data import cache_folder
 from sunset.errors import ManagerError, OutputError, SunsetError
 from sunset.harness.manager_process import ENTRY, LoadedManager, ManagerTask, receive_loaded, run_manager
-from sunset.isolation import ProcessDeath
+from sunset.isolation import ProcessDeath, line_text
 from sunset.managing import (
     MANAGERS,
     ORACLE,
@@ -219,7 +219,7 @@ def _place(manager: str, death: ProcessDeath) -> str:
     """Return where in a managing system's own file its process ended, if that is known."""
     source = Path(manager.rpartition(":")[0])
     places = [
-        f" ({source.name}, line {line}, in {function})"
+        line_text(source, line, function)
         for file, line, function in death.frames
         if source.suffix and Path(file) == source.resolve()
     ]

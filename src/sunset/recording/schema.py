@@ -28,6 +28,8 @@ RUN_FILE: Final = "run.json"
 PLAN_FILE: Final = "bench.json"
 """The file of a campaign's folder that says what is run in it."""
 
+TABLE_REFERENCES: Final = (("nofault", "none"), ("degraded", "none"))
+"""The suites and managing systems of the first two rows of the paper's table."""
 SCORE_REFERENCES: Final = ("none", "oracle")
 """The managing systems that scores are measured between: 0 is the first, 1 the second."""
 

@@ -9,6 +9,7 @@ from typing import Final
 from sunset.evaluation.estimates import Estimate, estimate
 from sunset.evaluation.results import FIGURES, Flight, RunRow
 from sunset.evaluation.script_figures import ScriptFigures
+from sunset.evaluation.system_styles import SHIPPED
 from sunset.metrics import FaultOutcome
 from sunset.recording import TABLE_REFERENCES
 from sunset.system import DURATION_S, current_system, names_in_suite
@@ -41,7 +42,6 @@ _PUBLISHED_OF: Final = MappingProxyType(
 )
 _REFERENCE_FIGURES: Final = ("iou", "iou_all", "miou")  # there is no managing system to judge
 _SUITES: Final = ("paper", "artifact", "nofault", "degraded")
-_MANAGERS: Final = ("none", "random", "baseline", "reactive", "diagnosing", "oracle")
 _SUITE_LABELS: Final = MappingProxyType(
     {"paper": "", "nofault": ", no faults", "degraded": ", F4 and F5", "": " (own scenarios)"}
 )
@@ -197,7 +197,7 @@ def _order(run: RunRow) -> tuple[object, ...]:
         _place(pair, TABLE_REFERENCES),
         _place(run.suite, _SUITES),
         run.suite,
-        _place(run.manager, _MANAGERS),
+        _place(run.manager, tuple(SHIPPED)),
         run.manager,
         run.model,
         run.flight,

@@ -28,6 +28,9 @@ from sunset.metrics.settings import Key, Settings, Stretch, setting_of, settings
 from sunset.metrics.timeline import Injection, Timeline
 from sunset.system import SILENCE_S, WINDOW, Adaptation, AdaptationKind, FaultKind, current_system
 
+FATES: Final = ("cured", "masked", "missed")
+"""What can become of a fault."""
+
 MASKING_SHARE: Final = 0.85
 """A fault is masked only if the IoU is under this share of that of healthy frames."""
 

@@ -13,9 +13,9 @@ from sunset.errors import InvalidInputError
 from sunset.experiments.manager import manager_checksum
 from sunset.experiments.resources import Resources, flight_name, flight_plan, model_checksum
 from sunset.experiments.run import versions
-from sunset.experiments.spec import EXTERNAL, RunSpec, Settings
+from sunset.experiments.spec import RunSpec, Settings
 from sunset.flights import parse_flights
-from sunset.managing import split_label
+from sunset.managing import EXTERNAL, split_label
 from sunset.names import base_name
 from sunset.output_files import folder_name
 from sunset.perception import load_model

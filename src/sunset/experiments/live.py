@@ -14,11 +14,12 @@ from sunset.errors import InvalidInputError, ManagerError, SunsetError
 from sunset.experiments.parameters import Parameters, known_scenario, manager_parameters, node_parameters
 from sunset.experiments.processes import NodeProcesses
 from sunset.experiments.resources import Resources
-from sunset.experiments.spec import EXTERNAL, RunSpec
+from sunset.experiments.spec import RunSpec
 from sunset.harness.deployment import deployed_scenario, deployment
 from sunset.harness.launcher import Launcher
 from sunset.harness.node_process import EXECUTOR, MANAGER, NodeSpec
 from sunset.interruption import held_signals
+from sunset.managing import EXTERNAL
 from sunset.rmw.backends import live_middleware
 from sunset.rmw.core.node import Middleware
 from sunset.ros import CallbackError, Context, SingleThreadedExecutor

@@ -7,10 +7,11 @@ from typing import Any, Final
 
 from sunset.errors import ExtensionError, ManagerError, ScenarioError, SunsetError
 from sunset.experiments.observer import Observer
-from sunset.experiments.spec import EXTERNAL, RunSpec
+from sunset.experiments.spec import RunSpec
 from sunset.harness.confined_manager import killed_error, manager_process
 from sunset.harness.manager_process import described_error
 from sunset.isolation import ProcessDeath, Watch, call_isolated, line_text
+from sunset.managing import EXTERNAL
 from sunset.ros import CallbackError
 from sunset.system import current_system
 

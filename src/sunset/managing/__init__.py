@@ -15,7 +15,7 @@ from sunset.managing.loading import (
     sources_digest,
     unfiled_sources,
 )
-from sunset.managing.names import MANAGERS, split_label
+from sunset.managing.names import EXTERNAL, MANAGERS, split_label
 from sunset.managing.none import NoAdaptation
 from sunset.managing.oracle import ORACLE, Oracle
 from sunset.managing.program import PROTOCOL, Program
@@ -24,6 +24,7 @@ from sunset.managing.reactive import Reactive
 from sunset.managing.symptoms import FloatOrNaN, Symptoms
 
 __all__ = [
+    "EXTERNAL",
     "MANAGERS",
     "ORACLE",
     "PREFIX",

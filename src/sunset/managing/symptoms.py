@@ -1,7 +1,7 @@
 """What a managing system sees of the managed one: the blackboard, as a read-only mapping."""
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Annotated, Final
 
 from sunset.interfaces.parameters import scalar_of
@@ -11,8 +11,10 @@ from sunset.system.vocabulary import (
     RESULT_TOPIC,
     Value,
     frequency_entry,
+    heartbeat_entry,
     node_names,
     signal_names,
+    state_entry,
     topic_names,
 )
 from sunset.texts import suggestion
@@ -133,7 +135,7 @@ class Symptoms(Mapping[str, Value]):
         Raises:
             ValueError: there is no such node.
         """
-        return str(self._values.get(self._node_key(node, "lc_state"), "unknown"))
+        return str(self._values.get(self._node_key(node, state_entry), "unknown"))
 
     def heartbeat(self, node: str) -> FloatOrNaN:
         """Return a node's heartbeats per second, over the last second; NaN if it was never heard.
@@ -141,10 +143,10 @@ class Symptoms(Mapping[str, Value]):
         Raises:
             ValueError: there is no such node.
         """
-        return self._number(self._node_key(node, "heartbeat_freq"))
+        return self._number(self._node_key(node, heartbeat_entry))
 
-    def _node_key(self, node: str, what: str) -> str:
-        key = f"{base_name(node)}_{what}"
+    def _node_key(self, node: str, entry: Callable[[str], str]) -> str:
+        key = entry(base_name(node))
         nodes = node_names()
         if key not in self and base_name(node) not in nodes:
             raise _unknown_error("node", node, nodes)

@@ -48,9 +48,11 @@ from sunset.system.names import (
     NAMESPACE,
     frequency_entry,
     full_name,
+    heartbeat_entry,
     is_topic_name,
     scenario_name,
     short_name,
+    state_entry,
 )
 from sunset.system.paper import BLUR_SIGMA, DEPTH_DEGRADATION_RANGE, IMAGE_DEGRADATION_RANGE
 from sunset.system.suites import Suite, names_in_suite
@@ -110,10 +112,12 @@ __all__ = [
     "frequency_entry",
     "full_name",
     "get_fault",
+    "heartbeat_entry",
     "is_topic_name",
     "load_extension",
     "loaded_extensions",
     "names_in_suite",
     "scenario_name",
     "short_name",
+    "state_entry",
 ]

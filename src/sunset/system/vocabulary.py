@@ -25,7 +25,7 @@ from sunset.system.harness import (
     INJECTIONS_TOPIC,
     RESULT_TOPIC,
 )
-from sunset.system.names import frequency_entry, full_name
+from sunset.system.names import frequency_entry, full_name, heartbeat_entry, state_entry
 
 __all__ = [
     "BLACKBOARD_TOPIC",
@@ -48,9 +48,11 @@ __all__ = [
     "described_signals",
     "frequency_entry",
     "full_name",
+    "heartbeat_entry",
     "node_names",
     "offered_adaptations",
     "signal_names",
+    "state_entry",
     "topic_names",
 ]
 

@@ -8,7 +8,9 @@ from sunset.interfaces.parameters import scalar_of
 from sunset.interfaces.rcl_interfaces.msg import Parameter
 from sunset.names import base_name
 from sunset.system.vocabulary import (
+    ENTROPY_SIGNAL,
     RESULT_TOPIC,
+    SHARPNESS_SIGNAL,
     Value,
     frequency_entry,
     heartbeat_entry,
@@ -112,7 +114,7 @@ class Symptoms(Mapping[str, Value]):
     @property
     def entropy(self) -> FloatOrNaN:
         """Mean entropy of the last 5 segmented frames, from 0 (sure) to 1; NaN until there are five."""
-        return self.signal("segmentation_entropy")
+        return self.signal(ENTROPY_SIGNAL.name)
 
     @property
     def unsure(self) -> bool:
@@ -122,7 +124,7 @@ class Symptoms(Mapping[str, Value]):
     @property
     def sharpness(self) -> FloatOrNaN:
         """Mean sharpness of the camera's last 5 images; NaN until there are five."""
-        return self.signal("camera_sharpness")
+        return self.signal(SHARPNESS_SIGNAL.name)
 
     @property
     def autofocus_needed(self) -> bool:

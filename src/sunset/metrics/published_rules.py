@@ -15,7 +15,7 @@ from sunset.metrics.downtime import TOLERANCE_S
 from sunset.metrics.episodes import Spell, silent_spells, spells_beyond
 from sunset.metrics.published_log import LogRow, LogSource, StrategyStatus
 from sunset.metrics.timeline import Samples, Timeline
-from sunset.system import Failure, current_system, full_name
+from sunset.system import ENTROPY_SIGNAL, Failure, current_system, full_name
 
 _LOOK_S: Final = 0.2
 """Time between two looks at a symptom [s]."""
@@ -46,7 +46,7 @@ class _Rule:
             name = f"redeploy_{system.failing_nodes[failure.name]}"
             spells = silent_spells([*sent, np.inf])
         else:
-            name = _RECALIBRATION if failure.signal == "segmentation_entropy" else failure.signal
+            name = _RECALIBRATION if failure.signal == ENTROPY_SIGNAL.name else failure.signal
             signal = system.signals[failure.signal]
             samples = timeline.samples.get(signal.name, Samples())
             spells = spells_beyond(samples, signal, timeline.thresholds[signal.threshold_name])

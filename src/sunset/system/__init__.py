@@ -54,7 +54,13 @@ from sunset.system.names import (
     short_name,
     state_entry,
 )
-from sunset.system.paper import BLUR_SIGMA, DEPTH_DEGRADATION_RANGE, IMAGE_DEGRADATION_RANGE
+from sunset.system.paper import (
+    BLUR_SIGMA,
+    DEPTH_DEGRADATION_RANGE,
+    ENTROPY_SIGNAL,
+    IMAGE_DEGRADATION_RANGE,
+    SHARPNESS_SIGNAL,
+)
 from sunset.system.suites import Suite, names_in_suite
 from sunset.system.system import Extension, System
 from sunset.system.window import DURATION_S, PERIOD_S, SILENCE_S, WINDOW, MovingMean, Rate, Window
@@ -68,6 +74,7 @@ __all__ = [
     "DIAGNOSIS_TOPIC",
     "DIAGNOSTICS_TOPIC",
     "DURATION_S",
+    "ENTROPY_SIGNAL",
     "EVALUATION_TOPIC",
     "FAULT_ACCESS",
     "FAULT_ENDS_TOPIC",
@@ -84,6 +91,7 @@ __all__ = [
     "PERIOD_S",
     "RESULT_TOPIC",
     "SENSOR_TOPICS",
+    "SHARPNESS_SIGNAL",
     "SILENCE_S",
     "SURROUNDING",
     "TRUTH_TOPIC",

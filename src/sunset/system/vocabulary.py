@@ -26,13 +26,16 @@ from sunset.system.harness import (
     RESULT_TOPIC,
 )
 from sunset.system.names import frequency_entry, full_name, heartbeat_entry, state_entry
+from sunset.system.paper import ENTROPY_SIGNAL, SHARPNESS_SIGNAL
 
 __all__ = [
     "BLACKBOARD_TOPIC",
     "DIAGNOSIS_TOPIC",
+    "ENTROPY_SIGNAL",
     "FAULT_ENDS_TOPIC",
     "INJECTIONS_TOPIC",
     "RESULT_TOPIC",
+    "SHARPNESS_SIGNAL",
     "Adaptation",
     "AdaptationKind",
     "Failure",

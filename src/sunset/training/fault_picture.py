@@ -16,7 +16,7 @@ from sunset.errors import InvalidInputError
 from sunset.metrics import count_classes, image_iou
 from sunset.perception import Modality, Model, Segmenter
 from sunset.seeding import generator
-from sunset.system import Signal, current_system, get_fault
+from sunset.system import ENTROPY_SIGNAL, SHARPNESS_SIGNAL, Signal, current_system, get_fault
 from sunset.training.inputs import FAR_PLANE_M
 
 if TYPE_CHECKING:
@@ -119,8 +119,7 @@ def _fill(figure: "Figure", views: Sequence[View], name: str, model: Model) -> N
     from matplotlib.patches import Patch  # noqa: PLC0415  an optional extra
 
     fault = get_fault(name)
-    signals = current_system().signals
-    blurs = current_system().failures[fault.failure].signal == "camera_sharpness"
+    blurs = current_system().failures[fault.failure].signal == SHARPNESS_SIGNAL.name
     axes = figure.subplots(2, len(views))
     for column, view in enumerate(views):
         above, below = axes[0][column], axes[1][column]
@@ -128,9 +127,9 @@ def _fill(figure: "Figure", views: Sequence[View], name: str, model: Model) -> N
         above.set_title(view.title, fontweight="bold")
         below.imshow(PALETTE[view.labels], interpolation="nearest")
         signal = (
-            _compared(signals["camera_sharpness"], view.sharpness, model.card.sharpness_threshold)
+            _compared(SHARPNESS_SIGNAL, view.sharpness, model.card.sharpness_threshold)
             if blurs
-            else _compared(signals["segmentation_entropy"], view.entropy, model.card.entropy_threshold)
+            else _compared(ENTROPY_SIGNAL, view.entropy, model.card.entropy_threshold)
         )
         below.set_xlabel(f"IoU {view.iou:.2f}\n{signal}")
         for one in (above, below):

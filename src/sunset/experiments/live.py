@@ -17,15 +17,23 @@ from sunset.experiments.resources import Resources
 from sunset.experiments.spec import RunSpec
 from sunset.harness.deployment import deployed_scenario, deployment
 from sunset.harness.launcher import Launcher
-from sunset.harness.node_process import EXECUTOR, MANAGER, NodeSpec
+from sunset.harness.node_process import NodeSpec
 from sunset.interruption import held_signals
 from sunset.managing import EXTERNAL
 from sunset.rmw.backends import live_middleware
 from sunset.rmw.core.node import Middleware
 from sunset.ros import CallbackError, Context, SingleThreadedExecutor
-from sunset.system import MANAGER_PROCESS, SURROUNDING, current_system, full_name
+from sunset.system import (
+    BAG_PLAYER,
+    MANAGER_PROCESS,
+    MANAGING_SYSTEM,
+    SCENARIO_EXECUTOR,
+    SURROUNDING,
+    current_system,
+    full_name,
+)
 
-_FIRST: Final = ("bag_player", "camera", "depth", EXECUTOR)
+_FIRST: Final = (BAG_PLAYER, "camera", "depth", SCENARIO_EXECUTOR)
 """Those that others wait for, or that take longest to be active, are started before the others."""
 _TURN_S: Final = 0.2
 """Longest wait for one process before the next is started: all at once would take the processor from others."""
@@ -106,13 +114,17 @@ class LiveSystem:
             self.context = Context()
             words = ["--ros-args", "-p", "use_sim_time:=true", "-p", "launcher:use_sim_time:=false"]
             self.context.init(words, middleware=self._middleware, log_to_stderr=False)
-            names = [*self._managed, *SURROUNDING, *([EXECUTOR] if spec.scenario.faults or not loop else [])]
+            names = [
+                *self._managed,
+                *SURROUNDING,
+                *([SCENARIO_EXECUTOR] if spec.scenario.faults or not loop else []),
+            ]
             spec_of = partial(NodeSpec, middleware=spec.settings.middleware, network=network, distro=distro)
             specs = {name: spec_of(node=name) for name in names}
             if spec.manager != EXTERNAL:
                 known = known_scenario(spec, resources)
                 specs[MANAGER_PROCESS] = spec_of(
-                    node=MANAGER,
+                    node=MANAGING_SYSTEM,
                     manager=spec.manager,
                     manager_limit_s=spec.settings.manager_limit_s,
                     parameters={"use_sim_time": True} | manager_parameters(spec, resources),
@@ -147,7 +159,7 @@ class LiveSystem:
         spec, managed = self._spec, current_system().nodes
         parameters = node_parameters(spec, resources)
         height, width = resources.bag.size
-        parameters["bag_player"] |= {
+        parameters[BAG_PLAYER] |= {
             "bag": str(resources.bag.path.absolute()),
             "width": width,
             "height": height,
@@ -156,10 +168,10 @@ class LiveSystem:
             "use_sim_time": False,  # it is what gives the time
         }
         if self._lasts:
-            parameters["bag_player"] |= {"loop": True, "start_frame": 0, "frames": 0}
+            parameters[BAG_PLAYER] |= {"loop": True, "start_frame": 0, "frames": 0}
         model = _absolute(spec.settings.model)
         parameters["segmentation"] |= {"model": model, "device": resources.segmenter.device}
-        parameters[EXECUTOR] = {"scenario": str(deployed_scenario(self.domain_id))}
+        parameters[SCENARIO_EXECUTOR] = {"scenario": str(deployed_scenario(self.domain_id))}
         # the managing system's too, since only its class knows the name of its node
         of_all = {"use_sim_time": True} | manager_parameters(spec, resources)
         return {"/**": of_all} | {

@@ -21,7 +21,15 @@ from sunset.rmw.remote import Gateway
 from sunset.rmw.sim import SimProcess, Simulation, Tap
 from sunset.ros import Context, Node, Parameter, SingleThreadedExecutor
 from sunset.seeding import generator
-from sunset.system import MANAGER_PROCESS, SURROUNDING, current_system, full_name
+from sunset.system import (
+    BAG_PLAYER,
+    EXPERIMENT,
+    MANAGER_PROCESS,
+    SCENARIO_EXECUTOR,
+    SURROUNDING,
+    current_system,
+    full_name,
+)
 
 NodeFactory = Callable[[Context], Node]
 Around = Callable[[Callable[[], None]], None]
@@ -143,9 +151,9 @@ def _run(
         return bring_up(simulation.create_process(name, is_protected=True), factory)
 
     started("launcher", lambda context: Launcher(processes, tuple(system.nodes), context=context))
-    started("scenario_executor", lambda context: ScenarioExecutor(resources.scenario, context=context))
+    started(SCENARIO_EXECUTOR, lambda context: ScenarioExecutor(resources.scenario, context=context))
     supervisor = started(
-        "experiment",
+        EXPERIMENT,
         lambda context: Supervisor(
             spec.scenario.name, warm_up_s=timing.warm_up_s, duration_s=timing.duration_s, context=context
         ),
@@ -208,7 +216,7 @@ def _factories(spec: RunSpec, resources: Resources, watch: Watch) -> dict[str, N
     # what is loaded already is handed over: neither the time it takes nor a path gets into the record
     given: dict[str, Callable[..., Node]] = {
         "segmentation": partial(system.node_class("segmentation"), segmenter=resources.segmenter),
-        "bag_player": partial(BagPlayer, reader=resources.bag),
+        BAG_PLAYER: partial(BagPlayer, reader=resources.bag),
     }
     factories = {
         name: _factory(given.get(name) or system.node_class(name), parameters.get(name, {}))

@@ -25,6 +25,7 @@ from sunset.system import (
     INJECTIONS_TOPIC,
     NAMESPACE,
     PARAMETER_EVENTS_TOPIC,
+    SCENARIO_EXECUTOR,
     Adaptation,
     AdaptationKind,
     FaultKind,
@@ -64,7 +65,7 @@ class ScenarioExecutor(Node):
     """
 
     def __init__(self, scenario: Scenario | None = None, **options: Any) -> None:
-        super().__init__("scenario_executor", **options)
+        super().__init__(SCENARIO_EXECUTOR, **options)
         described = ParameterDescriptor(description="name or file of the scenario", read_only=True)
         name = self.declare_parameter("scenario", scenario.name if scenario else "", described).value
         self.scenario = scenario or load_scenario(cast("str", name))

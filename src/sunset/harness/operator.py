@@ -14,8 +14,10 @@ from sunset.ros.clock import Clock
 from sunset.ros.context import Context
 from sunset.ros.time import ClockType
 from sunset.system import (
+    BAG_PLAYER,
     BLACKBOARD_TOPIC,
     EVALUATION_TOPIC,
+    RESULT_TOPIC,
     SENSOR_TOPICS,
     Rate,
     Value,
@@ -86,7 +88,7 @@ class Operator(Conductor):
         self._outputs = {
             node.name: frequency_entry(node.outputs[0]) for node in system.nodes.values() if node.outputs
         }
-        self._outputs["bag_player"] = frequency_entry(SENSOR_TOPICS[0])
+        self._outputs[BAG_PLAYER] = frequency_entry(SENSOR_TOPICS[0])
         self._ended_ns: dict[str, int] = {}
         self._elsewhere: set[str] = set()
         self._injects = inject
@@ -140,7 +142,7 @@ class Operator(Conductor):
             self.up = True
             self.news.append("All nodes are up.")
             self.start_flight(self._on_flying)
-        if self._invites and self._blackboard.get(self._outputs["segmentation"]):
+        if self._invites and self._blackboard.get(frequency_entry(RESULT_TOPIC)):
             self._invites = False
             self.news.append("The system is up; start your managing system now.")
 

@@ -12,7 +12,14 @@ from sunset.interfaces.system_interfaces.msg import ExperimentLogging, FaultInje
 from sunset.names import ros_text
 from sunset.recording.schema import RunRecord
 from sunset.recording.values import RecordedMessage
-from sunset.system import INJECTIONS_TOPIC, LOG_TOPIC, PARAMETER_EVENTS_TOPIC, current_system, full_name
+from sunset.system import (
+    EXPERIMENT,
+    INJECTIONS_TOPIC,
+    LOG_TOPIC,
+    PARAMETER_EVENTS_TOPIC,
+    current_system,
+    full_name,
+)
 
 TELLING_TOPICS: Final = frozenset({INJECTIONS_TOPIC, LOG_TOPIC, PARAMETER_EVENTS_TOPIC})
 """The full names of the topics whose messages say which run they are of."""
@@ -32,7 +39,7 @@ def contradictions(run: RunRecord, messages: Iterable[RecordedMessage]) -> Itera
         messages: in order of time; those on topics that are not among `TELLING_TOPICS` do not matter.
     """
     told = [recorded.message for recorded in messages if recorded.topic in TELLING_TOPICS]
-    log = [one for one in told if isinstance(one, ExperimentLogging) and one.source == "experiment"]
+    log = [one for one in told if isinstance(one, ExperimentLogging) and one.source == EXPERIMENT]
     moments = {one.rule_name: one.timestamp for one in log}
     declared = dict(_declared([one for one in told if isinstance(one, ParameterEvent)]))
     injected = sorted(

@@ -23,6 +23,7 @@ from sunset.system.harness import (
     DIAGNOSIS_TOPIC,
     FAULT_ENDS_TOPIC,
     INJECTIONS_TOPIC,
+    MANAGING_SYSTEM,
     RESULT_TOPIC,
 )
 from sunset.system.names import frequency_entry, full_name, heartbeat_entry, state_entry
@@ -34,6 +35,7 @@ __all__ = [
     "ENTROPY_SIGNAL",
     "FAULT_ENDS_TOPIC",
     "INJECTIONS_TOPIC",
+    "MANAGING_SYSTEM",
     "RESULT_TOPIC",
     "SHARPNESS_SIGNAL",
     "Adaptation",

@@ -179,8 +179,9 @@ def _run(
     if process.alive:
         process.run()
     what = f"failed in {spec.scenario.name}, seed {spec.seed}"
-    for node in list(process.nodes_here)[:1]:
-        check_name(node.fully_qualified_name, spec.manager)
+    first = next(iter(process.nodes_here), None)
+    if first is not None:
+        check_name(first.fully_qualified_name, spec.manager)
     start_ns = _conduct(simulation, supervisor, spec, observer)
     observer.finish(simulation.now)
     return start_ns, "".join(failed)

@@ -300,8 +300,9 @@ class ScenarioExecutor(Node):
         its_own = [one for one in self._of(node) if parameter == one.fault.parameter]
         if all(one.has_left or one.is_due for one in its_own):
             # what was ordered before the cure was seen came after it
-            for one in [one for one in its_own if one.grown == value][:1]:
-                self._apply(one, one.removal(), access=True)
+            late = next((one for one in its_own if one.grown == value), None)
+            if late is not None:
+                self._apply(late, late.removal(), access=True)
         for one in self._played:
             is_configuration = one.fault.kind is FaultKind.CONFIGURATION
             if is_configuration and one.there and not self._world.holds(one.plan.injection):

@@ -15,11 +15,12 @@ from sunset.system import (
     LOG_TOPIC,
     NAMESPACE,
     SENSOR_TOPICS,
+    SILENCE_S,
     current_system,
     full_name,
 )
 
-_SILENT_NS: Final = 10**9
+_SILENT_NS: Final = round(SILENCE_S * 10**9)
 """Since its last heartbeat: after so long a node may have ended."""
 
 

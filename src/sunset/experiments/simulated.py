@@ -164,7 +164,15 @@ def _run(
         simulation.run_until(launch_ns)
         processes.start(name)
     simulation.run_until(simulation.now + _launch_ns(spec.seed, MANAGER_PROCESS))
-    process = simulation.create_process(MANAGER_PROCESS)
+    failed = _let_in(manager, simulation, spec)
+    start_ns = _conduct(simulation, supervisor, spec, observer)
+    observer.finish(simulation.now)
+    return start_ns, "".join(failed)
+
+
+def _let_in(manager: ManagerProcess, simulation: Simulation, spec: RunSpec) -> list[str]:
+    """Let the managing system be part of the network; return what gets a sentence when it fails, then or later."""
+    timing, process = spec.timing, simulation.create_process(MANAGER_PROCESS)
     failed: list[str] = []
     what = "could not be constructed"
     gateway = Gateway(
@@ -182,9 +190,7 @@ def _run(
     first = next(iter(process.nodes_here), None)
     if first is not None:
         check_name(first.fully_qualified_name, spec.manager)
-    start_ns = _conduct(simulation, supervisor, spec, observer)
-    observer.finish(simulation.now)
-    return start_ns, "".join(failed)
+    return failed
 
 
 def _launch_ns(seed: int, process: str) -> int:

@@ -62,7 +62,8 @@ def toy(*, remote: bool, questions: int) -> float:
         ours, theirs = socket.socketpair()
         thread = threading.Thread(target=lambda: RemoteProcess(Pipe(theirs), make).serve())
         thread.start()
-        gateway = Gateway(process, Pipe(ours), limit_s=60.0, end=process.end)
+        pipe = Pipe(ours)
+        gateway = Gateway(process, pipe, limit_s=60.0, end=process.end)
         gateway.start()
     else:
         make(process)
@@ -73,7 +74,7 @@ def toy(*, remote: bool, questions: int) -> float:
         simulation.run_until(simulation.now + 1_000_000)
     used = time.process_time() - start
     if thread is not None:
-        gateway.close()
+        pipe.close()
         thread.join()
         theirs.close()
     return used / BATCH * 1e6

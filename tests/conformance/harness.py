@@ -105,6 +105,7 @@ class RemoteHarness(SimHarness):
 
     def __init__(self) -> None:
         self._gateways: list[Gateway] = []
+        self._pipes: list[Pipe] = []
         self._remote: list[BaseProcess] = []
         super().__init__()
 
@@ -116,15 +117,16 @@ class RemoteHarness(SimHarness):
         self._remote.append(process)
         self._processes[node] = self.simulation.create_process(node)
         simulated = self._processes[node]
-        self._gateways.append(Gateway(simulated, Pipe(ours), limit_s=30.0, end=simulated.end))
+        self._pipes.append(Pipe(ours))
+        self._gateways.append(Gateway(simulated, self._pipes[-1], limit_s=30.0, end=simulated.end))
         self._gateways[-1].start()
         if simulated.alive:
             simulated.run()
 
     def close(self) -> None:
         super().close()
-        for gateway in self._gateways:
-            gateway.close()
+        for pipe in self._pipes:
+            pipe.close()
         for process in self._remote:
             process.join()
         assert [gateway.failure for gateway in self._gateways] == [None] * len(self._gateways)

@@ -11,7 +11,8 @@ from tests.evaluation.test_report import run
 from sunset.evaluation import Flight, RunRow, score_tables
 from sunset.evaluation.charts import Chart, Curves, Intervals, Points, Shares
 from sunset.evaluation.report_charts import report_charts
-from sunset.evaluation.system_styles import styles
+from sunset.evaluation.system_styles import SHIPPED, styles
+from sunset.managing import MANAGERS
 from sunset.metrics import FaultOutcome
 
 CURED = FaultOutcome("gpu_failure", "F3", 1.0, 3.0, cured=3.0)
@@ -233,3 +234,7 @@ def test_a_managing_system_looks_the_same_in_every_report() -> None:
     assert all(styles([name])[name] == looks[name] for name in names)
     many = styles([f"number {number}" for number in range(20)])
     assert len({(style.colour, style.marker) for style in many.values()}) == 20
+
+
+def test_figures_and_tables_name_the_managing_systems_of_sunset_in_their_order() -> None:
+    assert list(SHIPPED) == list(MANAGERS)

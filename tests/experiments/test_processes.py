@@ -12,8 +12,9 @@ import pytest
 from tests.live.systems import exists
 
 from sunset.experiments.processes import NodeProcesses
-from sunset.harness.node_process import MANAGER, NodeSpec
+from sunset.harness.node_process import NodeSpec
 from sunset.rmw.dds.domains import free_domain_id
+from sunset.system import MANAGING_SYSTEM
 
 PATIENCE_S = 60.0
 
@@ -30,8 +31,8 @@ class Nodes(NodeProcesses):
         self.program = program
         specs = {
             "camera": NodeSpec(node="camera"),
-            "rotor": NodeSpec(node=MANAGER, manager="rotor.py:Mine"),
-            "manager": NodeSpec(node=MANAGER, manager=f"{program}:Mine"),
+            "rotor": NodeSpec(node=MANAGING_SYSTEM, manager="rotor.py:Mine"),
+            "manager": NodeSpec(node=MANAGING_SYSTEM, manager=f"{program}:Mine"),
         }
         super().__init__(specs, {"ROS_DOMAIN_ID": str(domain_id)}, lambda _, line: self.note(line))
         self.on_exit(self.ended.append)

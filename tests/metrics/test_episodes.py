@@ -17,8 +17,11 @@ from sunset.metrics import (
     failure_episodes,
     silences,
 )
+from sunset.system import Signal
 
 Times = npt.NDArray[np.float64]
+
+OVER, UNDER = Signal("segmentation", "entropy"), Signal("camera", "sharpness", below=True)
 
 
 def steady(start: float, stop: float) -> Times:
@@ -39,7 +42,7 @@ def silent(*pieces: tuple[float, float]) -> list[Spell]:
 
 
 def over(*pieces: tuple[float, float, float]) -> list[Spell]:
-    return excesses(samples(*pieces), 0.2, duration_s=20.0)
+    return excesses(samples(*pieces), OVER, 0.2, duration_s=20.0)
 
 
 def test_steady_topic_is_never_silent() -> None:
@@ -98,13 +101,13 @@ def test_a_single_high_frame_is_no_episode() -> None:
 
 
 def test_mean_that_equals_the_threshold_is_not_over_it() -> None:
-    assert excesses(samples((-3, 20, 0.25)), 0.25, duration_s=20.0) == []
-    assert excesses(samples((-3, 20, 0.25)), 0.25, below=True, duration_s=20.0) == []
+    assert excesses(samples((-3, 20, 0.25)), OVER, 0.25, duration_s=20.0) == []
+    assert excesses(samples((-3, 20, 0.25)), UNDER, 0.25, duration_s=20.0) == []
 
 
 def test_under_a_threshold_works_the_other_way_round() -> None:
     low = samples((-3, 5, 0.9), (5, 8, 0.1), (8, 20, 0.9))
-    (spell,) = excesses(low, 0.5, below=True, duration_s=20.0)
+    (spell,) = excesses(low, UNDER, 0.5, duration_s=20.0)
     # 0.9·2 + 0.1·3 = 2.1 < 2.5 at the third low sample; back with the third high one (2.9 > 2.5)
     assert (spell.origin, spell.holds, spell.ended) == pytest.approx((4.8, 5.2, 8.2))
 
@@ -159,14 +162,14 @@ def test_symptom_that_ended_in_the_warm_up_does_not_count() -> None:
 
 
 def test_no_samples_are_no_symptom() -> None:
-    assert excesses(Samples(), 0.2, duration_s=20.0) == []
+    assert excesses(Samples(), OVER, 0.2, duration_s=20.0) == []
 
 
 @given(st.lists(st.floats(0, 1), max_size=60), st.floats(0.1, 0.9))
 @settings(max_examples=100, deadline=None)
 def test_spells_are_where_the_moving_mean_is_over(values: list[float], threshold: float) -> None:
     times = np.arange(len(values), dtype=np.float64) / 10
-    spells = excesses(Samples(times, np.array(values)), threshold, duration_s=20.0)
+    spells = excesses(Samples(times, np.array(values)), OVER, threshold, duration_s=20.0)
     for position in range(4, len(values)):
         mean = sum(values[position - 4 : position + 1]) / 5
         inside = any(

@@ -73,7 +73,8 @@ class World:
         """Return what stands for a process, and where that process is expected."""
         ours, theirs = socket.socketpair()
         self.remote = self.simulation.create_process("remote")
-        return Gateway(self.remote, Pipe(ours), limit_s=limit_s, end=self.remote.end), theirs
+        self.pipe = Pipe(ours)
+        return Gateway(self.remote, self.pipe, limit_s=limit_s, end=self.remote.end), theirs
 
     def fly(self, main: Main, *, remote: bool, seconds: float = 2.0) -> Gateway | None:
         """Run the process `remote` for some time, here or behind a pipe, and return what stands for it."""
@@ -89,7 +90,7 @@ class World:
             self.bring_up("remote", main)
         self.simulation.run_until(self.simulation.now + round(seconds * _S))
         if gateway is not None:
-            gateway.close()
+            self.pipe.close()
             thread.join()
         return gateway
 
@@ -367,7 +368,7 @@ def test_whatever_a_process_says_the_simulation_goes_on(case: str) -> None:
         theirs.shutdown(socket.SHUT_WR)
         gateway.start()
         world.simulation.run_until(_S)
-    gateway.close()
+    world.pipe.close()
     quiet.simulation.run_until(_S)
 
     assert gateway.failure is not None
@@ -394,7 +395,7 @@ def test_a_predicate_that_raises_is_the_business_of_the_process_that_waits_for_i
     thread = threading.Thread(target=wait_and_raise)
     thread.start()
     gateway.start()
-    gateway.close()
+    world.pipe.close()
     thread.join()
     theirs.close()
     assert gateway.failure is None
@@ -406,7 +407,7 @@ def test_a_process_that_says_nothing_has_failed_when_its_time_is_over() -> None:
     gateway, theirs = world.connect(limit_s=0.1)
     with theirs:
         gateway.start()
-    gateway.close()
+    world.pipe.close()
     assert str(gateway.failure) == "did not answer"
 
 
@@ -424,7 +425,7 @@ def test_a_process_that_never_stops_asking_has_failed_when_its_time_is_over() ->
     thread = threading.Thread(target=ask)
     thread.start()
     gateway.start()
-    gateway.close()
+    world.pipe.close()
     thread.join()
     theirs.close()
     assert str(gateway.failure) in {"did not answer", "does not read"}

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, Unpack
+from typing import TYPE_CHECKING, Unpack
 
 from sunset import data, experiments
 from sunset.api.options import (
@@ -43,15 +43,13 @@ from sunset.metrics import Samples
 from sunset.perception import Model, find_device, load_model
 from sunset.perception import list_models as installed_models
 from sunset.scenarios import load_scenario, load_suite, suite_names
-from sunset.system import Fault, current_system
+from sunset.system import ENTROPY_SIGNAL, Fault, current_system
 from sunset.texts import shown
 from sunset.workers import Progress, Stages
 
 if TYPE_CHECKING:
     from sunset.training.curves import Curves
     from sunset.training.tables import IouTables
-
-_ENTROPY: Final = "segmentation_entropy"
 
 
 def list_suites() -> tuple[str, ...]:
@@ -161,7 +159,9 @@ def draw_fault_figure(file: Path, settings: Settings, seed: int, progress: Progr
     check_figure(file)
     system = current_system()
     faults = [
-        name for name, fault in system.faults.items() if system.failures[fault.failure].signal == _ENTROPY
+        name
+        for name, fault in system.faults.items()
+        if system.failures[fault.failure].signal == ENTROPY_SIGNAL.name
     ]
     series, iou, threshold = {}, {}, 0.0
     with tempfile.TemporaryDirectory(prefix="sunset-") as folder:
@@ -169,7 +169,7 @@ def draw_fault_figure(file: Path, settings: Settings, seed: int, progress: Progr
             spec = RunSpec(scenario=load_scenario(name), manager="none", seed=seed, settings=settings)
             timeline = experiments.run(spec, Path(folder) / name).timeline
             label = name.replace("nofault", "no fault")
-            series[label] = timeline.samples[_ENTROPY]
+            series[label] = timeline.samples[ENTROPY_SIGNAL.name]
             iou[label] = Samples(timeline.frames.times, timeline.frames.iou)
             threshold = timeline.thresholds["entropy_threshold"]
             if progress is not None:

@@ -76,7 +76,7 @@ def run(
     """
     extensions = options.get("extensions", ())
     with extended(extensions):
-        spec = _spec_of(scenario, manager, seed, options)
+        spec = run_spec_of(scenario, manager, seed, options)
         if out is not None:
             return Run.of(experiments.run(spec, as_path(out, "folder of the record")), extensions=extensions)
         with tempfile.TemporaryDirectory(prefix="sunset-") as folder:
@@ -269,7 +269,7 @@ def check_manager(
     """
     check_progress(progress)
     with extended(options.get("extensions", ())):
-        spec = _spec_of(scenario, manager, seed, options)
+        spec = run_spec_of(scenario, manager, seed, options)
         return experiments.check_manager(spec, progress=progress)
 
 
@@ -282,7 +282,13 @@ def make_scenario(*faults: str, name: str = "") -> Scenario:
     return generate(names_of(list(faults), "faults"), name=name)
 
 
-def _spec_of(scenario: _Scenario, manager: Manager, seed: int, options: Options) -> RunSpec:
+def run_spec_of(scenario: _Scenario, manager: Manager, seed: int, options: Options) -> RunSpec:
+    """Return the run that arguments as those of `run` describe.
+
+    Raises:
+        InvalidInputError: one of them is not usable.
+        ManagerError: the managing system is none, or is not a name although the run is live.
+    """
     settings = settings_of(options)
     _check_named(manager, settings)
     return RunSpec(

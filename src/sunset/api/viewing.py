@@ -4,13 +4,13 @@ import os
 import sys
 import tempfile
 import webbrowser
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import fields, replace
 from functools import partial
 from html import escape
 from pathlib import Path
-from typing import Final, Self, TypeAlias
+from typing import Final, Self
 
 from sunset.api.options import (
     Extensions,
@@ -27,9 +27,7 @@ from sunset.recording import IMAGES_FILE, StoredRun, read_stored_run
 from sunset.rmw.backends import SIMULATED
 from sunset.texts import shown
 from sunset.viewing import Viewed, check_comparable, check_page_file, is_shown, page_text, write_page
-
-Stage: TypeAlias = Callable[[str, int, int], None]
-"""Is called with (what is done, how much of it, how much in all)."""
+from sunset.workers import Stages
 
 _LIVE: Final = "It was run live, and its images were not kept, so that there are no pictures."
 
@@ -104,7 +102,7 @@ def view(
     other_manager: Manager | None = None,
     model: str | Path | None = None,
     bag: str | Path | None = None,
-    progress: Stage | None = None,
+    progress: Stages | None = None,
     extensions: Extensions = (),
 ) -> Path:
     """Write a page that replays a run, or two side by side, as `sunset view` does, and return its file.
@@ -176,7 +174,7 @@ def _with_images(
     managers: Sequence[str | None],
     model: str | None,
     bag: Path | None,
-    progress: Stage | None,
+    progress: Stages | None,
 ) -> Iterator[list[Viewed]]:
     """Give the runs with their images; simulated runs whose records have none are run again for them."""
     viewed = [Viewed.of(run, run.folder, _LIVE) for run in runs]

@@ -11,9 +11,10 @@ from typing import Final
 from sunset import __version__
 from sunset.bundling.layout import CAMPAIGN, MANIFEST_FILE, ManagerSources, Manifest
 from sunset.errors import ManagerError, RecordError
-from sunset.experiments import EXTERNAL, campaign_managers, manager_files
+from sunset.experiments import campaign_managers, manager_files
 from sunset.input_files import file_digest
 from sunset.managing import (
+    EXTERNAL,
     MANAGERS,
     PREFIX,
     checksum,

@@ -13,12 +13,20 @@ from sunset.errors import ExtensionError, InvalidInputError
 from sunset.faults import sharpness
 from sunset.image_digests import Pixels
 from sunset.perception import Modality, ModelCard
-from sunset.system import Adaptation, Effect, ImageFunction, current_system, get_fault
+from sunset.system import (
+    ENTROPY_SIGNAL,
+    SHARPNESS_SIGNAL,
+    Adaptation,
+    Effect,
+    ImageFunction,
+    current_system,
+    get_fault,
+)
 
-ENTROPY: Final = "segmentation_entropy"
+ENTROPY: Final = ENTROPY_SIGNAL.name
 """The signal of a fault that makes the segmentation unsure."""
 
-SHARPNESS: Final = "camera_sharpness"
+SHARPNESS: Final = SHARPNESS_SIGNAL.name
 """The signal of a fault that blurs the camera's images."""
 
 _NETWORKS: Final[Mapping[tuple[str, str, object], Modality]] = MappingProxyType(

@@ -5,12 +5,13 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import cast
 
-from sunset.api.options import Options, chosen_flights, chosen_scenarios, names_of, settings_of
+from sunset.api.options import Options, settings_of
+from sunset.api.running import campaign_of, run_spec_of
 from sunset.cli._parser import at_least_one
 from sunset.experiments import BenchSpec, RunSpec, Settings
 from sunset.perception import DEVICES
 from sunset.rmw.backends import BACKENDS, SIMULATED
-from sunset.scenarios import load_scenario, suite_names
+from sunset.scenarios import suite_names
 from sunset.system import DURATION_S
 
 
@@ -58,27 +59,22 @@ def add_campaign_options(
 
 def campaign(arguments: argparse.Namespace, *, references: bool, score: bool) -> BenchSpec:
     """Return the campaign that the options of `add_campaign_options` and those of its runs describe."""
-    return BenchSpec(
-        suite=arguments.suite,
-        scenarios=chosen_scenarios(arguments.scenarios),
-        references=references,
-        score=score,
-        managers=names_of(arguments.managers, "managing systems"),
-        flights=chosen_flights(arguments.flights),
+    return campaign_of(
+        arguments.suite,
+        arguments.managers,
+        _options(arguments),
+        scenarios=arguments.scenarios,
+        flights=arguments.flights,
         repetitions=arguments.repetitions,
         seed=arguments.seed,
-        settings=run_settings(arguments),
+        references=references,
+        score=score,
     )
 
 
 def run_spec(arguments: argparse.Namespace) -> RunSpec:
     """Return the run that the arguments `scenario`, `manager` and `seed` and the options of runs describe."""
-    return RunSpec(
-        scenario=load_scenario(arguments.scenario),
-        manager=arguments.manager,
-        seed=arguments.seed,
-        settings=run_settings(arguments),
-    )
+    return run_spec_of(arguments.scenario, arguments.manager, arguments.seed, _options(arguments))
 
 
 def add_format_options(
@@ -170,5 +166,10 @@ def add_middleware_options(parser: argparse.ArgumentParser) -> None:
 
 def run_settings(arguments: argparse.Namespace) -> Settings:
     """Return the settings that the options of `add_run_options` and `add_middleware_options` describe."""
+    return settings_of(_options(arguments))
+
+
+def _options(arguments: argparse.Namespace) -> Options:
+    """Return those of the arguments that are options of the calls."""
     given = {name: value for name, value in vars(arguments).items() if name in Options.__annotations__}
-    return settings_of(cast("Options", given))
+    return cast("Options", given)

@@ -2,7 +2,8 @@
 
 import argparse
 
-from sunset.harness.node_process import MANAGER, NodeSpec, node_names, run_node
+from sunset.harness.node_process import NodeSpec, node_names, run_node
+from sunset.system import MANAGING_SYSTEM
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -17,7 +18,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--manager",
         metavar="SPEC",
-        help=f"which managing system {MANAGER} is: none, random, baseline, reactive, diagnosing, oracle, or your own",
+        help=f"which managing system {MANAGING_SYSTEM} is: none, random, baseline, reactive, diagnosing, oracle, or "
+        "your own",
     )
     add_network_options(parser)
     parser.add_argument(

@@ -14,9 +14,8 @@ from sunset.cli._prepare import prepare_flight
 from sunset.cli.node import add_network_options
 from sunset.experiments import RunSpec, manager_checksum
 from sunset.experiments.live import LiveSystem
-from sunset.experiments.spec import EXTERNAL
 from sunset.harness.operator import NodeStatus, Operator
-from sunset.managing import MANAGERS
+from sunset.managing import EXTERNAL, MANAGERS
 from sunset.rmw.backends import LIVE, live_middleware
 from sunset.scenarios import Scenario, load_scenario
 

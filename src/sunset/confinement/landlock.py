@@ -10,9 +10,10 @@ import stat
 import sys
 from collections.abc import Iterable
 from contextlib import suppress
-from functools import cache
 from pathlib import Path
 from typing import Final
+
+from sunset.confinement._libc import checked, libc
 
 _CREATE_RULESET: Final = 444
 _ADD_RULE: Final = 445
@@ -105,15 +106,6 @@ def _allow(rules: int, path: Path, allowed: int) -> None:
         os.close(beneath)
 
 
-@cache
-def _library() -> ctypes.CDLL:
-    return ctypes.CDLL(None, use_errno=True)
-
-
 def _call(number: int, *arguments: object) -> int:
     words = [ctypes.c_long(argument) if isinstance(argument, int) else argument for argument in arguments]
-    result: int = _library().syscall(ctypes.c_long(number), *words)
-    if result < 0:
-        problem = ctypes.get_errno()
-        raise OSError(problem, os.strerror(problem))
-    return result
+    return checked(libc().syscall(ctypes.c_long(number), *words))

@@ -5,7 +5,6 @@ changed. Root may have such a file system, and other users where the system lets
 """
 
 import ctypes
-import errno
 import os
 import sys
 from collections.abc import Iterable
@@ -15,6 +14,8 @@ from itertools import pairwise
 from pathlib import Path
 from tempfile import mkdtemp
 from typing import Final
+
+from sunset.confinement._libc import checked, libc
 
 SIZE: Final = 256 << 20
 """How much the files that a process makes may take, all of them together, in bytes."""
@@ -58,7 +59,7 @@ def enclose(paths: Iterable[Path], folder: Path) -> None:
         OSError: the system refuses.
     """
     user, group = os.geteuid(), os.getegid()
-    _check(_library().unshare(_NEW_MOUNTS | (0 if user == 0 else _NEW_USERS)))
+    checked(libc().unshare(_NEW_MOUNTS | (0 if user == 0 else _NEW_USERS)))
     if user != 0:
         for name, text in (
             ("setgroups", "deny"),
@@ -83,8 +84,8 @@ def enclose(paths: Iterable[Path], folder: Path) -> None:
         elif target is None and shown.isdisjoint([place, *place.parents]):
             _within(folder, place).mkdir(parents=True, exist_ok=True)
     os.chdir(folder)
-    _check(_library().syscall(ctypes.c_long(_PIVOT_ROOT[os.uname().machine]), b".", b"."))
-    _check(_library().umount2(b".", _DETACH))
+    checked(libc().syscall(ctypes.c_long(_PIVOT_ROOT[os.uname().machine]), b".", b"."))
+    checked(libc().umount2(b".", _DETACH))
     os.chdir(folder)
 
 
@@ -131,15 +132,4 @@ def _show(path: Path, place: Path) -> None:
 
 def _mount(source: str, place: Path, kind: str, flags: int, options: str = "") -> None:
     words = (source.encode(), os.fsencode(place), kind.encode() or None)
-    _check(_library().mount(*words, ctypes.c_ulong(flags), options.encode() or None))
-
-
-@cache
-def _library() -> ctypes.CDLL:
-    return ctypes.CDLL(None, use_errno=True)
-
-
-def _check(result: int) -> None:
-    if result < 0:
-        problem = ctypes.get_errno() or errno.EPERM
-        raise OSError(problem, os.strerror(problem))
+    checked(libc().mount(*words, ctypes.c_ulong(flags), options.encode() or None))

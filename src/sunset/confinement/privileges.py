@@ -8,6 +8,8 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
+from sunset.confinement._libc import checked, libc
+
 _FIRST_USER: Final = 61184
 _USERS: Final = 4336
 """Numbers of users that systemd lends to services, so that no person has one of them."""
@@ -33,8 +35,8 @@ def drop_root(folder: Path) -> bool:
     """
     if sys.platform != "linux":
         return False
-    library = ctypes.CDLL(None, use_errno=True)
-    permitted = _permitted(library) if os.geteuid() == 0 else 0
+    library = libc()
+    permitted = _permitted() if os.geteuid() == 0 else 0
     kept = next((1 << one for one in (_READ_ANY_FILE, _OVERRIDE) if permitted >> one & 1), 0)
     changed = False
     for capability in range(_CAPABILITIES):
@@ -50,23 +52,21 @@ def drop_root(folder: Path) -> bool:
             os.setresgid(user, user, user)
             os.setresuid(user, user, user)
             changed = True
-    _set_capabilities(library, kept)
+    _set_capabilities(kept)
     if kept:  # for the programs that it starts, too
         library.prctl(_AMBIENT, _RAISE, kept.bit_length() - 1, 0, 0)
     return changed
 
 
-def _permitted(library: ctypes.CDLL) -> int:
+def _permitted() -> int:
     data = ctypes.create_string_buffer(24)
-    if library.capget(struct.pack("=Ii", _VERSION, 0), data) != 0:
+    if libc().capget(struct.pack("=Ii", _VERSION, 0), data) != 0:
         return 0
     _, low, _, _, high, _ = struct.unpack("=6I", data.raw)
     return int(low) | int(high) << 32
 
 
-def _set_capabilities(library: ctypes.CDLL, kept: int) -> None:
+def _set_capabilities(kept: int) -> None:
     header = struct.pack("=Ii", _VERSION, 0)
     low, high = kept & 0xFFFFFFFF, kept >> 32
-    if library.capset(header, struct.pack("=6I", low, low, low, high, high, high)) != 0:
-        problem = ctypes.get_errno()
-        raise OSError(problem, os.strerror(problem))
+    checked(libc().capset(header, struct.pack("=6I", low, low, low, high, high, high)))

@@ -172,10 +172,7 @@ class ConfinedProcess:
         while len(told) < STATUS.size:
             part = self._keeper.recv(STATUS.size - len(told))
             if not part:
-                raise SunsetError(
-                    "The process that confines managing systems has ended: it was killed, for instance for want of "
-                    "memory; run the same command again."
-                )
+                raise _server_error()
             told += part
         return int(STATUS.unpack(told)[0])
 
@@ -246,6 +243,14 @@ def _open(on_text: Callable[[str], object]) -> tuple[ConfinedProcess, list[int]]
         connection=ours, keeper=keeper, printed=printed, dying=dying, folder=folder, on_text=on_text
     )
     return process, [keepers.detach(), theirs.detach(), prints, dies]
+
+
+def _server_error() -> SunsetError:
+    """Return what a user is told when the server has ended."""
+    return SunsetError(
+        "The process that confines managing systems has ended: it was killed, for instance for want of memory; run the "
+        "same command again."
+    )
 
 
 def copy_process(
@@ -332,10 +337,7 @@ class Confinement:
             process.socket.sendall(LENGTH.pack(len(document)) + document)
         except OSError as error:
             process.close()
-            raise SunsetError(
-                "The process that confines managing systems has ended: it was killed, for instance for want of memory; "
-                "run the same command again."
-            ) from error
+            raise _server_error() from error
         return process
 
     @property

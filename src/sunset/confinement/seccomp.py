@@ -14,6 +14,8 @@ from collections.abc import Iterable, Iterator
 from functools import cache
 from typing import Final
 
+from sunset.confinement._libc import checked, libc
+
 _ARCHITECTURES: Final = {"x86_64": 0xC000003E, "aarch64": 0xC00000B7}
 
 # name: (x86-64, aarch64); -1 where there is none
@@ -181,7 +183,7 @@ def can_filter_calls() -> bool:
     """Return whether this system has filters of system calls, and this module knows its calls."""
     if sys.platform != "linux" or platform.machine() not in _ARCHITECTURES:
         return False
-    return int(ctypes.CDLL(None).prctl(_GET_SECCOMP, 0, 0, 0, 0)) >= 0
+    return int(libc().prctl(_GET_SECCOMP, 0, 0, 0, 0)) >= 0
 
 
 def forgo_privileges() -> None:
@@ -191,7 +193,7 @@ def forgo_privileges() -> None:
         OSError: the system refuses.
     """
     if sys.platform == "linux":
-        _control(_NO_NEW_PRIVILEGES, 1, 0, 0, 0)
+        checked(libc().prctl(_NO_NEW_PRIVILEGES, 1, 0, 0, 0))
 
 
 def filter_calls(*, network: bool, signals: bool) -> None:
@@ -209,13 +211,7 @@ def filter_calls(*, network: bool, signals: bool) -> None:
         return
     code = filter_program(network=network, signals=signals)
     program = _Program(len(code) // _INSTRUCTION.size, code)
-    _control(_SET_SECCOMP, _FILTER, ctypes.byref(program), 0, 0)
-
-
-def _control(*arguments: object) -> None:
-    if ctypes.CDLL(None, use_errno=True).prctl(*arguments) != 0:
-        problem = ctypes.get_errno()
-        raise OSError(problem, os.strerror(problem))
+    checked(libc().prctl(_SET_SECCOMP, _FILTER, ctypes.byref(program), 0, 0))
 
 
 @cache

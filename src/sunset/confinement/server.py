@@ -24,6 +24,7 @@ from pathlib import Path
 from select import select
 from typing import Any, Final, NoReturn
 
+from sunset.confinement._libc import libc
 from sunset.confinement.walls import View, prepare, put_up
 from sunset.forks import signal_after_parent
 from sunset.interruption import ENDING
@@ -114,10 +115,8 @@ def keep(function: Entry, files: list[int], become: Callable[[socket.socket, int
 
 def _become_reaper() -> None:
     """Let what a process leaves behind become this one's, so that its end can be waited for; where the system can."""
-    import ctypes  # noqa: PLC0415  of Linux only
-
     if sys.platform == "linux":
-        ctypes.CDLL(None).prctl(_SUBREAPER, 1, 0, 0, 0)
+        libc().prctl(_SUBREAPER, 1, 0, 0, 0)
 
 
 def _await_end(pid: int, user: socket.socket, ended: socket.socket) -> None:

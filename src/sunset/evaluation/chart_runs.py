@@ -6,8 +6,9 @@ from typing import Final
 
 from sunset.evaluation.results import RunRow
 from sunset.evaluation.scores import ScoreTable, is_scored
-from sunset.evaluation.summary import REFERENCES, manager_names, named_groups
+from sunset.evaluation.summary import manager_names, named_groups
 from sunset.evaluation.system_styles import in_order
+from sunset.recording import TABLE_REFERENCES
 from sunset.texts import counted
 
 NO_RUN: Final = "There is no valid run of a managing system."
@@ -78,7 +79,7 @@ def setups(runs: Sequence[RunRow], tables: Sequence[ScoreTable]) -> list[Setup]:
             suites={
                 suite: {name: systems[name] for name in in_order(systems)}
                 for suite, systems in suites.items()
-                if any((suite, name) not in REFERENCES for name in systems)
+                if any((suite, name) not in TABLE_REFERENCES for name in systems)
             },
         )
         for key, suites in found.items()

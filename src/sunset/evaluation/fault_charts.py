@@ -6,10 +6,9 @@ from typing import Final
 from sunset.evaluation.chart_runs import NO_RUN, Setup, uneven_notes
 from sunset.evaluation.charts import Chart, Curve, Curves, Shares
 from sunset.evaluation.treatments import ALL, TimeToCure, fates, times_to_cure, untold_note
-from sunset.metrics import FaultOutcome
+from sunset.metrics import FATES, FaultOutcome
 
 _NO_FAULT: Final = "There is no fault in any of the runs."
-_FATES: Final = ("cured", "masked", "missed")
 
 
 def cures_chart(found: Sequence[Setup]) -> Chart:
@@ -63,7 +62,7 @@ def fates_chart(found: Sequence[Setup]) -> Chart:
         counts = {name: fates(outcomes) for name, outcomes in _outcomes(setup).items()}
         counts = {name: by_fault for name, by_fault in counts.items() if by_fault}
         faults = sorted({fault for by_fault in counts.values() for fault in by_fault})
-        for fate in _FATES if faults else ():
+        for fate in FATES if faults else ():
             shares = tuple(
                 tuple(
                     by_fault[fault][fate] / sum(by_fault[fault].values()) if fault in by_fault else None
@@ -86,7 +85,7 @@ def fates_chart(found: Sequence[Setup]) -> Chart:
                 fault,
                 name,
                 sum(by_fault[fault].values()),
-                *(by_fault[fault][fate] for fate in _FATES),
+                *(by_fault[fault][fate] for fate in FATES),
             )
             for fault in faults
             for name, by_fault in counts.items()
@@ -99,7 +98,7 @@ def fates_chart(found: Sequence[Setup]) -> Chart:
         "or neither (missed).",
         panels=tuple(panels),
         missing=_notes(found, has_panels=bool(panels)),
-        head=("setup", "fault", "system", "faults", *_FATES),
+        head=("setup", "fault", "system", "faults", *FATES),
         lines=tuple(lines),
     )
 

@@ -5,14 +5,15 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from types import MappingProxyType
 from typing import Final
 
-from sunset.evaluation.blocks import PAPER_LABEL, Block, Cell, Column, Line, LineKind, Quantity, Report
+from sunset.evaluation.blocks import PAPER_LABEL, Block, Cell, Column, Line, Quantity, Report
 from sunset.evaluation.estimates import METHOD, NO_INTERVAL
 from sunset.evaluation.results import RunRow
 from sunset.evaluation.score_layout import lead_blocks, lead_notes
 from sunset.evaluation.scores import ScoreTable
-from sunset.evaluation.script_block import script_blocks, script_notes
-from sunset.evaluation.summary import PUBLISHED, PUBLISHED_SOURCE, SystemRow
+from sunset.evaluation.script_block import published_lines, script_blocks, script_notes
+from sunset.evaluation.summary import PUBLISHED_SOURCE, SystemRow
 from sunset.evaluation.treatments import fault_blocks, fault_notes, lines_of
+from sunset.metrics import SCRIPT_FIGURES
 from sunset.system import DURATION_S
 from sunset.texts import printable, shorten
 
@@ -58,7 +59,6 @@ _COLUMNS: Final[Mapping[str, Column]] = MappingProxyType(
         "iou_all": Column("IoU_all ↑", r"IoU$_\mathrm{all}\uparrow$", "frames that never came count as 0"),
     }
 )
-_MAIN: Final = ("f_resolved_per_adaptation", "t_react_s", "redeploys_unnecessary", "t_down_s", "iou")
 _MORE: Final = ("unresolved", "t_detect_s", "t_decide_s", "t_repair_s", "iou_all")
 _LACKING: Final = MappingProxyType(
     {
@@ -82,11 +82,11 @@ def arrange(rows: Sequence[SystemRow], scores: Sequence[ScoreTable] = ()) -> Rep
         rows: those of the paper's table.
         scores: what it leads with.
     """
-    main = tuple((*_group(row, _MAIN), *_published(row.published)) for row in rows)
+    main = tuple((*_group(row, SCRIPT_FIGURES), *published_lines(row.published)) for row in rows)
     more = tuple(_group(row, _MORE) for row in rows if not row.is_reference)
     blocks = (
         *lead_blocks(scores),
-        Block("The paper's figures", tuple(_COLUMNS[name] for name in _MAIN), main, PAPER_LABEL),
+        Block("The paper's figures", tuple(_COLUMNS[name] for name in SCRIPT_FIGURES), main, PAPER_LABEL),
         *fault_blocks(rows),
         Block("More about the same runs", tuple(_COLUMNS[name] for name in _MORE), more, "tab:sunset-more"),
         *script_blocks(rows),
@@ -117,15 +117,6 @@ def _figure(row: SystemRow, name: str) -> Cell:
         return None if rate is None else f"{row.unresolved}/{row.episodes} ({rate:.0%})"
     found = row.estimates[name]
     return None if found is None else Quantity(found.mean, found.std)
-
-
-def _published(name: str | None) -> tuple[Line, ...]:
-    """Return the line with the paper's figures, where there are any."""
-    if name is None:
-        return ()
-    figures = PUBLISHED[name]
-    cells = tuple(Quantity(*figures[column]) if column in figures else None for column in _MAIN)
-    return (Line(LineKind.PUBLISHED, "  published", "", cells),)
 
 
 def _provenance(rows: Sequence[SystemRow]) -> list[str]:

@@ -46,7 +46,7 @@ def script_blocks(rows: Sequence[SystemRow]) -> tuple[Block, ...]:
     A managing system of which the script refuses all logs, since nothing was adapted, is not in the block.
     """
     groups = tuple(
-        (script_line(row.system, figures), *_published(row.published)) for row, figures in _shown(rows)
+        (script_line(row.system, figures), *published_lines(row.published)) for row, figures in _shown(rows)
     )
     return (Block(SCRIPT_TITLE, SCRIPT_COLUMNS, groups, "tab:sunset-script"),) if groups else ()
 
@@ -89,8 +89,8 @@ def refusal_notes(scripts: Mapping[str, ScriptFigures]) -> list[str]:
     return notes
 
 
-def _published(name: str | None) -> tuple[Line, ...]:
-    """Return the line with the paper's figures, where there are any."""
+def published_lines(name: str | None) -> tuple[Line, ...]:
+    """Return the line with the figures of a row of the paper's table; nothing where there is none."""
     if name is None:
         return ()
     figures = PUBLISHED[name]

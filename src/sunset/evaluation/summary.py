@@ -9,7 +9,9 @@ from typing import Final
 from sunset.evaluation.estimates import Estimate, estimate
 from sunset.evaluation.results import FIGURES, Flight, RunRow
 from sunset.evaluation.script_figures import ScriptFigures
+from sunset.evaluation.system_styles import SHIPPED
 from sunset.metrics import FaultOutcome
+from sunset.recording import TABLE_REFERENCES
 from sunset.system import DURATION_S, current_system, names_in_suite
 
 PUBLISHED_SOURCE: Final = "Wiedholz et al., SUNSET, RoSE'26, Table 1"
@@ -38,10 +40,8 @@ _PUBLISHED_OF: Final = MappingProxyType(
         ("paper", "baseline"): "baseline",
     }
 )
-REFERENCES: Final = (("nofault", "none"), ("degraded", "none"))
 _REFERENCE_FIGURES: Final = ("iou", "iou_all", "miou")  # there is no managing system to judge
 _SUITES: Final = ("paper", "artifact", "nofault", "degraded")
-_MANAGERS: Final = ("none", "random", "baseline", "reactive", "diagnosing", "oracle")
 _SUITE_LABELS: Final = MappingProxyType(
     {"paper": "", "nofault": ", no faults", "degraded": ", F4 and F5", "": " (own scenarios)"}
 )
@@ -110,7 +110,7 @@ class SystemRow:
     @property
     def is_reference(self) -> bool:
         """Whether it shows what can be had without a managing system, and judges none."""
-        return (self.suite, self.manager) in REFERENCES
+        return (self.suite, self.manager) in TABLE_REFERENCES
 
     @property
     def has_adapted(self) -> bool:
@@ -194,10 +194,10 @@ def _order(run: RunRow) -> tuple[object, ...]:
     """Return what rows are sorted by: references, then suites, then managing systems."""
     pair = (run.suite, run.manager)
     return (
-        _place(pair, REFERENCES),
+        _place(pair, TABLE_REFERENCES),
         _place(run.suite, _SUITES),
         run.suite,
-        _place(run.manager, _MANAGERS),
+        _place(run.manager, tuple(SHIPPED)),
         run.manager,
         run.model,
         run.flight,
@@ -227,7 +227,7 @@ def manager_names(managers: set[str]) -> dict[str, str]:
 def _row(system: str, group: Sequence[RunRow]) -> SystemRow:
     first = group[0]
     valid = [run for run in group if run.valid]
-    is_reference = (first.suite, first.manager) in REFERENCES
+    is_reference = (first.suite, first.manager) in TABLE_REFERENCES
     judged = _REFERENCE_FIGURES if is_reference else FIGURES
     clusters = [run.cluster for run in valid]
     return SystemRow(

@@ -28,7 +28,7 @@ class Style:
     dashes: tuple[float, ...]
 
 
-_SHIPPED: Final[Mapping[str, Style]] = MappingProxyType(
+SHIPPED: Final[Mapping[str, Style]] = MappingProxyType(
     {
         "none": Style("#777777", "x", (1, 1.2)),
         "random": Style("#CC79A7", "v", (2.5, 1.2)),
@@ -53,7 +53,7 @@ def in_order(names: Iterable[str]) -> list[str]:
     >>> in_order(["mine", "oracle", "baseline"])
     ['baseline', 'oracle', 'mine']
     """
-    places = {name: place for place, name in enumerate(_SHIPPED)}
+    places = {name: place for place, name in enumerate(SHIPPED)}
     return sorted(set(names), key=lambda name: (places.get(name, len(places)), name))
 
 
@@ -65,7 +65,7 @@ def styles(names: Iterable[str]) -> Mapping[str, Style]:
     """
     found: dict[str, Style] = {}
     for name in in_order(names):
-        style = _SHIPPED.get(name)
+        style = SHIPPED.get(name)
         if style is None:
             first = int.from_bytes(hashlib.sha256(name.encode()).digest()[:4])
             choices = [_OTHERS[(first + step) % len(_OTHERS)] for step in range(len(_OTHERS))]

@@ -9,7 +9,7 @@ from sunset.evaluation.blocks import Block, Cell, Column, Line, LineKind, Quanti
 from sunset.evaluation.estimates import Estimate
 from sunset.evaluation.summary import SystemRow
 from sunset.evaluation.survival import Survival, kaplan_meier
-from sunset.metrics import FaultOutcome
+from sunset.metrics import FATES, FaultOutcome
 from sunset.texts import shorten
 
 _COLUMNS: Final[Mapping[str, Column]] = MappingProxyType(
@@ -153,7 +153,7 @@ def fates(outcomes: Iterable[FaultOutcome]) -> Mapping[str, Mapping[str, int]]:
     """Return how many of each fault were cured, masked or missed: fault → fate → number."""
     counts: dict[str, dict[str, int]] = {}
     for outcome in outcomes:
-        of_fault = counts.setdefault(outcome.fault, dict.fromkeys(("cured", "masked", "missed"), 0))
+        of_fault = counts.setdefault(outcome.fault, dict.fromkeys(FATES, 0))
         of_fault[outcome.fate] += 1
     return MappingProxyType({fault: MappingProxyType(counts[fault]) for fault in sorted(counts)})
 

@@ -28,7 +28,6 @@ from sunset.experiments.shards import Shard
 from sunset.experiments.spec import (
     CHECK_SCENARIO,
     DEFAULT_SCENARIO,
-    EXTERNAL,
     MIDDLEWARES,
     RunSpec,
     RunTiming,
@@ -40,7 +39,6 @@ from sunset.experiments.stored_faults import stored_faults
 __all__ = [
     "CHECK_SCENARIO",
     "DEFAULT_SCENARIO",
-    "EXTERNAL",
     "MIDDLEWARES",
     "BenchSpec",
     "ManagerCheck",

@@ -5,7 +5,7 @@ import hashlib
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Final
+from typing import Annotated
 
 from msgspec import UNSET, Meta
 
@@ -13,21 +13,18 @@ from sunset.errors import InvalidInputError
 from sunset.experiments.manager import manager_checksum
 from sunset.experiments.resources import Resources, flight_name, flight_plan, model_checksum
 from sunset.experiments.run import versions
-from sunset.experiments.spec import EXTERNAL, RunSpec, Settings
+from sunset.experiments.spec import RunSpec, Settings
 from sunset.flights import parse_flights
-from sunset.managing import split_label
+from sunset.managing import EXTERNAL, split_label
 from sunset.names import base_name
 from sunset.output_files import folder_name
 from sunset.perception import load_model
-from sunset.recording import PLAN_VERSION, SCORE_REFERENCES, CampaignPlan, StoredFlight
+from sunset.recording import PLAN_VERSION, SCORE_REFERENCES, TABLE_REFERENCES, CampaignPlan, StoredFlight
 from sunset.scenarios import Scenario, load_suite, split_hash, suite
 from sunset.schemas import check_fields
 from sunset.seeding import check_seed
 from sunset.system import loaded_extensions
 from sunset.texts import suggestion
-
-REFERENCE_SUITES: Final = ("nofault", "degraded")
-"""The suites that, without a managing system, give the first two rows of the paper's table."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -100,7 +97,7 @@ def plan(spec: BenchSpec) -> tuple[RunSpec, ...]:
         InvalidInputError: a scenario is not of the suite.
     """
     chosen = _chosen(spec)
-    groups = [(suite(name), "none") for name in REFERENCE_SUITES] if spec.references else []
+    groups = [(suite(name), manager) for name, manager in TABLE_REFERENCES] if spec.references else []
     groups += [(chosen, manager) for manager in (*spec.managers, *added_managers(spec))]
     flights = [dataclasses.replace(spec.settings, flight=flight) for flight in parse_flights(spec.flights)]
     runs = (

@@ -14,18 +14,28 @@ from sunset.errors import InvalidInputError, ManagerError, SunsetError
 from sunset.experiments.parameters import Parameters, known_scenario, manager_parameters, node_parameters
 from sunset.experiments.processes import NodeProcesses
 from sunset.experiments.resources import Resources
-from sunset.experiments.spec import EXTERNAL, RunSpec
+from sunset.experiments.spec import RunSpec
 from sunset.harness.deployment import deployed_scenario, deployment
 from sunset.harness.launcher import Launcher
-from sunset.harness.node_process import EXECUTOR, MANAGER, NodeSpec
+from sunset.harness.node_process import NodeSpec
 from sunset.interruption import held_signals
+from sunset.managing import EXTERNAL
 from sunset.rmw.backends import live_middleware
 from sunset.rmw.core.node import Middleware
 from sunset.ros import CallbackError, Context, SingleThreadedExecutor
-from sunset.system import MANAGER_PROCESS, SURROUNDING, current_system, full_name
+from sunset.system import (
+    BAG_PLAYER,
+    MANAGER_PROCESS,
+    MANAGING_SYSTEM,
+    SCENARIO_EXECUTOR,
+    SENSOR_TOPICS,
+    SURROUNDING,
+    current_system,
+    full_name,
+)
 
-_FIRST: Final = ("bag_player", "camera", "depth", EXECUTOR)
-"""Those that others wait for, or that take longest to be active, are started before the others."""
+_FIRST: Final = (BAG_PLAYER, SCENARIO_EXECUTOR)
+"""Those that others wait for are started before the others, and so are sensors, which take longest to be active."""
 _TURN_S: Final = 0.2
 """Longest wait for one process before the next is started: all at once would take the processor from others."""
 _STEP_NS: Final = 10_000_000
@@ -91,7 +101,8 @@ class LiveSystem:
                 "LOCALHOST."
             )
         self._spec = spec
-        self._managed = tuple(current_system().nodes)
+        system = current_system()
+        self._managed = tuple(system.nodes)
         self._lasts = loop
         self._clock = clock or LiveClock(time.time_ns(), float(spec.settings.speed))
         with ExitStack() as stack:
@@ -105,25 +116,14 @@ class LiveSystem:
             self.context = Context()
             words = ["--ros-args", "-p", "use_sim_time:=true", "-p", "launcher:use_sim_time:=false"]
             self.context.init(words, middleware=self._middleware, log_to_stderr=False)
-            names = [*self._managed, *SURROUNDING, *([EXECUTOR] if spec.scenario.faults or not loop else [])]
-            spec_of = partial(NodeSpec, middleware=spec.settings.middleware, network=network, distro=distro)
-            specs = {name: spec_of(node=name) for name in names}
-            if spec.manager != EXTERNAL:
-                known = known_scenario(spec, resources)
-                specs[MANAGER_PROCESS] = spec_of(
-                    node=MANAGER,
-                    manager=spec.manager,
-                    manager_limit_s=spec.settings.manager_limit_s,
-                    parameters={"use_sim_time": True} | manager_parameters(spec, resources),
-                    occasion=f"{spec.scenario.name}, seed {spec.seed}",
-                    scenario=None if known is None else asdict(known),
-                )
+            specs = self._specs(resources, network=network, distro=distro)
             self.processes = NodeProcesses(specs, {"ROS_DOMAIN_ID": str(self.domain_id)}, on_line)
             stack.callback(self.processes.close)
             self.executor = SingleThreadedExecutor(context=self.context)
             self._launcher = Launcher(self.processes, self._managed, context=self.context)
             self.executor.add_node(self._launcher)
-            for node in sorted(specs, key=lambda name: name not in _FIRST):
+            sensors = [node.name for node in system.nodes.values() if {*node.inputs} & {*SENSOR_TOPICS}]
+            for node in sorted(specs, key=lambda name: name not in {*_FIRST, *sensors}):
                 self.processes.start(node)
                 self.spin_until(partial(self._is_heard, node), _TURN_S)
             self.essential = tuple(name for name in specs if name not in {*self._managed, MANAGER_PROCESS})
@@ -141,12 +141,32 @@ class LiveSystem:
     def _is_heard(self, node: str) -> bool:
         return any(name == node for name, _ in self._middleware.nodes())
 
+    def _specs(self, resources: Resources, *, network: bool, distro: str | None) -> dict[str, NodeSpec]:
+        """Return which processes there are, by name."""
+        spec = self._spec
+        spec_of = partial(NodeSpec, middleware=spec.settings.middleware, network=network, distro=distro)
+        names = [*self._managed, *SURROUNDING]
+        if spec.scenario.faults or not self._lasts:
+            names.append(SCENARIO_EXECUTOR)
+        specs = {name: spec_of(node=name) for name in names}
+        if spec.manager != EXTERNAL:
+            known = known_scenario(spec, resources)
+            specs[MANAGER_PROCESS] = spec_of(
+                node=MANAGING_SYSTEM,
+                manager=spec.manager,
+                manager_limit_s=spec.settings.manager_limit_s,
+                parameters={"use_sim_time": True} | manager_parameters(spec, resources),
+                occasion=f"{spec.scenario.name}, seed {spec.seed}",
+                scenario=None if known is None else asdict(known),
+            )
+        return specs
+
     def _parameters(self, resources: Resources) -> dict[str, Parameters]:
         """Return pattern of full node names → parameter → value; that of all nodes comes first."""
         spec, managed = self._spec, current_system().nodes
         parameters = node_parameters(spec, resources)
         height, width = resources.bag.size
-        parameters["bag_player"] |= {
+        parameters[BAG_PLAYER] |= {
             "bag": str(resources.bag.path.absolute()),
             "width": width,
             "height": height,
@@ -155,10 +175,10 @@ class LiveSystem:
             "use_sim_time": False,  # it is what gives the time
         }
         if self._lasts:
-            parameters["bag_player"] |= {"loop": True, "start_frame": 0, "frames": 0}
+            parameters[BAG_PLAYER] |= {"loop": True, "start_frame": 0, "frames": 0}
         model = _absolute(spec.settings.model)
         parameters["segmentation"] |= {"model": model, "device": resources.segmenter.device}
-        parameters[EXECUTOR] = {"scenario": str(deployed_scenario(self.domain_id))}
+        parameters[SCENARIO_EXECUTOR] = {"scenario": str(deployed_scenario(self.domain_id))}
         # the managing system's too, since only its class knows the name of its node
         of_all = {"use_sim_time": True} | manager_parameters(spec, resources)
         return {"/**": of_all} | {

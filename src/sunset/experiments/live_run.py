@@ -12,7 +12,7 @@ from sunset.experiments.live import LiveClock, LiveSystem
 from sunset.experiments.manager import bring_up_timeout_error, check_injection
 from sunset.experiments.observer import END_SERVICE, Observer
 from sunset.experiments.resources import Resources
-from sunset.experiments.spec import EXTERNAL, RunSpec, RunTiming
+from sunset.experiments.spec import RunSpec, RunTiming
 from sunset.harness.supervisor import Phase, Supervisor
 from sunset.interfaces import Message
 from sunset.interfaces.rosgraph_msgs.msg import Clock
@@ -20,6 +20,7 @@ from sunset.interfaces.sensor_msgs.msg import Image
 from sunset.interfaces.stamps import ns_of
 from sunset.interfaces.std_srvs.srv import Trigger
 from sunset.interruption import held_signals
+from sunset.managing import EXTERNAL
 from sunset.metrics import Timeline
 from sunset.names import base_name, qualified_name
 from sunset.rmw.backends import live_middleware

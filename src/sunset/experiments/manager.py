@@ -7,10 +7,11 @@ from typing import Any, Final
 
 from sunset.errors import ExtensionError, ManagerError, ScenarioError, SunsetError
 from sunset.experiments.observer import Observer
-from sunset.experiments.spec import EXTERNAL, RunSpec
+from sunset.experiments.spec import RunSpec
 from sunset.harness.confined_manager import killed_error, manager_process
 from sunset.harness.manager_process import described_error
-from sunset.isolation import ProcessDeath, Watch, call_isolated
+from sunset.isolation import ProcessDeath, Watch, call_isolated, line_text
+from sunset.managing import EXTERNAL
 from sunset.ros import CallbackError
 from sunset.system import current_system
 
@@ -130,7 +131,7 @@ def node_error(
 
     Whatever code an extension adds, a class or the effect of a fault, runs in a managed node.
     """
-    cause = error.__cause__ if isinstance(error, CallbackError) and error.__cause__ else error
+    cause = error.origin if isinstance(error, CallbackError) else error
     if cause is not error and isinstance(cause, ExtensionError):  # a redeployed node could not be started
         return cause
     place = _foreign_place(
@@ -157,5 +158,4 @@ def _foreign_place(frames: Sequence[tuple[str, int, str]]) -> str:
     foreign = [frame for frame in frames if not Path(frame[0]).is_relative_to(_PACKAGE)]
     if not foreign:
         return ""
-    file, line, function = [frame for frame in foreign if frame[0] == foreign[0][0]][-1]
-    return f" ({Path(file).name}, line {line}, in {function})"
+    return line_text(*[frame for frame in foreign if frame[0] == foreign[0][0]][-1])

@@ -24,8 +24,7 @@ from sunset.names import base_name, ros_text
 from sunset.rmw.core.port import EndpointKind, RequestId
 from sunset.rmw.core.tap import Tap
 from sunset.ros.exceptions import InvalidParameterTypeException
-from sunset.ros.lifecycle import TransitionCallbackReturn
-from sunset.ros.lifecycle._state_machine import TRANSITIONS
+from sunset.ros.lifecycle import TRANSITIONS, TransitionCallbackReturn
 from sunset.ros.parameter import parameter_value_to_python
 from sunset.system import (
     COMMANDS_TOPIC,

@@ -6,9 +6,9 @@ from sunset.experiments.resources import Resources
 from sunset.experiments.spec import RunSpec
 from sunset.managing import ORACLE, KnownFault, KnownScenario
 from sunset.seeding import generator
-from sunset.system import Value, current_system
+from sunset.system import BAG_PLAYER, Value, current_system
 
-Parameters = dict[str, bool | int | float | str]
+Parameters = dict[str, Value]
 
 
 def manager_parameters(spec: RunSpec, resources: Resources) -> Parameters:
@@ -58,7 +58,7 @@ def node_parameters(spec: RunSpec, resources: Resources) -> dict[str, Parameters
     return random | {
         "camera": {"sharpness_threshold": card.sharpness_threshold},
         "segmentation": {"model": card.name},
-        "bag_player": {
+        BAG_PLAYER: {
             "start_frame": int(start.integers(0, starts)),
             "frames": timing.frames,
             "loop": spec.settings.loop,

@@ -21,7 +21,15 @@ from sunset.rmw.remote import Gateway
 from sunset.rmw.sim import SimProcess, Simulation, Tap
 from sunset.ros import Context, Node, Parameter, SingleThreadedExecutor
 from sunset.seeding import generator
-from sunset.system import MANAGER_PROCESS, SURROUNDING, current_system, full_name
+from sunset.system import (
+    BAG_PLAYER,
+    EXPERIMENT,
+    MANAGER_PROCESS,
+    SCENARIO_EXECUTOR,
+    SURROUNDING,
+    current_system,
+    full_name,
+)
 
 NodeFactory = Callable[[Context], Node]
 Around = Callable[[Callable[[], None]], None]
@@ -143,9 +151,9 @@ def _run(
         return bring_up(simulation.create_process(name, is_protected=True), factory)
 
     started("launcher", lambda context: Launcher(processes, tuple(system.nodes), context=context))
-    started("scenario_executor", lambda context: ScenarioExecutor(resources.scenario, context=context))
+    started(SCENARIO_EXECUTOR, lambda context: ScenarioExecutor(resources.scenario, context=context))
     supervisor = started(
-        "experiment",
+        EXPERIMENT,
         lambda context: Supervisor(
             spec.scenario.name, warm_up_s=timing.warm_up_s, duration_s=timing.duration_s, context=context
         ),
@@ -156,7 +164,15 @@ def _run(
         simulation.run_until(launch_ns)
         processes.start(name)
     simulation.run_until(simulation.now + _launch_ns(spec.seed, MANAGER_PROCESS))
-    process = simulation.create_process(MANAGER_PROCESS)
+    failed = _let_in(manager, simulation, spec)
+    start_ns = _conduct(simulation, supervisor, spec, observer)
+    observer.finish(simulation.now)
+    return start_ns, "".join(failed)
+
+
+def _let_in(manager: ManagerProcess, simulation: Simulation, spec: RunSpec) -> list[str]:
+    """Let the managing system be part of the network; return what gets a sentence when it fails, then or later."""
+    timing, process = spec.timing, simulation.create_process(MANAGER_PROCESS)
     failed: list[str] = []
     what = "could not be constructed"
     gateway = Gateway(
@@ -171,11 +187,10 @@ def _run(
     if process.alive:
         process.run()
     what = f"failed in {spec.scenario.name}, seed {spec.seed}"
-    for node in list(process.nodes_here)[:1]:
-        check_name(node.fully_qualified_name, spec.manager)
-    start_ns = _conduct(simulation, supervisor, spec, observer)
-    observer.finish(simulation.now)
-    return start_ns, "".join(failed)
+    first = next(iter(process.nodes_here), None)
+    if first is not None:
+        check_name(first.fully_qualified_name, spec.manager)
+    return failed
 
 
 def _launch_ns(seed: int, process: str) -> int:
@@ -208,7 +223,7 @@ def _factories(spec: RunSpec, resources: Resources, watch: Watch) -> dict[str, N
     # what is loaded already is handed over: neither the time it takes nor a path gets into the record
     given: dict[str, Callable[..., Node]] = {
         "segmentation": partial(system.node_class("segmentation"), segmenter=resources.segmenter),
-        "bag_player": partial(BagPlayer, reader=resources.bag),
+        BAG_PLAYER: partial(BagPlayer, reader=resources.bag),
     }
     factories = {
         name: _factory(given.get(name) or system.node_class(name), parameters.get(name, {}))

@@ -9,16 +9,13 @@ from msgspec import Meta
 
 from sunset.errors import InvalidInputError, ScenarioError
 from sunset.flights import FlightSpec
-from sunset.managing import split_label
+from sunset.managing import EXTERNAL, split_label
 from sunset.rmw.backends import BACKENDS, LIVE, SIMULATED
 from sunset.scenarios import Scenario, problems, suite_of
 from sunset.schemas import check_fields
 from sunset.seeding import check_seed, generator
 from sunset.system import PERIOD_S, LoadedExtension, load_extension, loaded_extensions
 from sunset.texts import shown
-
-EXTERNAL: Final = "external"
-"""The managing system's name where it is another process on the graph, which is started by hand."""
 
 MIDDLEWARES: Final = tuple(BACKENDS)
 

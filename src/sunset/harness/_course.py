@@ -6,9 +6,9 @@ from math import inf
 from typing import Final
 
 from sunset.scenarios import ScenarioFault
-from sunset.system import Value
+from sunset.system import PERIOD_S, Value
 
-STEP_S: Final = 0.1
+STEP_S: Final = PERIOD_S
 """Seconds between two steps of a ramp; frames come as often."""
 
 Change = tuple[float, Value | None]

@@ -22,16 +22,8 @@ _CONFIRMATION_S: Final = 2.0
 """How long a node may take to confirm an injection."""
 _TRANSITIONS: Final = MappingProxyType(
     {
-        AdaptationKind.ACTIVATE: (
-            Transition(id=Transition.TRANSITION_ACTIVATE, label="activate"),
-            "active",
-            "activated",
-        ),
-        AdaptationKind.DEACTIVATE: (
-            Transition(id=Transition.TRANSITION_DEACTIVATE, label="deactivate"),
-            "inactive",
-            "deactivated",
-        ),
+        AdaptationKind.ACTIVATE: Transition.TRANSITION_ACTIVATE,
+        AdaptationKind.DEACTIVATE: Transition.TRANSITION_DEACTIVATE,
     }
 )
 
@@ -103,7 +95,7 @@ class Injector:
         self._caller(SetParameters, step.node).call_async(request).add_done_callback(answered)
 
     def _change_state(self, step: Adaptation, finish: Callable[[Answer], None]) -> None:
-        transition, goal, done = _TRANSITIONS[step.kind]
+        transition = Transition(id=_TRANSITIONS[step.kind], label=str(step.kind))
 
         def answered(future: Future[ChangeState.Response]) -> None:
             response = future.result()
@@ -114,8 +106,8 @@ class Injector:
 
         def looked_at(future: Future[GetState.Response]) -> None:
             response = future.result()
-            is_so = response is not None and response.current_state.label == goal
-            finish(Answer("" if is_so else f"{step.node} refused to be {done}"))
+            is_so = response is not None and response.current_state.label == step.kind.goal_state
+            finish(Answer("" if is_so else f"{step.node} refused to be {step.kind}d"))
 
         request = ChangeState.Request(transition=transition)
         self._caller(ChangeState, step.node).call_async(request).add_done_callback(answered)

@@ -15,7 +15,7 @@ from sunset.interfaces.std_msgs.msg import Header
 from sunset.interfaces.std_srvs.srv import Trigger
 from sunset.nodes.images import image_of_bgr, image_of_depth, image_of_labels
 from sunset.ros.node import Node
-from sunset.system import CLOCK_TOPIC, TRUTH_TOPIC
+from sunset.system import BAG_PLAYER, CLOCK_TOPIC, SENSOR_TOPICS, TRUTH_TOPIC
 
 if TYPE_CHECKING:
     from sunset.data import BagReader
@@ -41,7 +41,7 @@ class BagPlayer(Node):
         options: as of `Node`.
     """
 
-    node_name: ClassVar[str] = "bag_player"
+    node_name: ClassVar[str] = BAG_PLAYER
     _speed = 1.0
 
     def __init__(self, *, reader: "BagReader | None" = None, **options: Any) -> None:
@@ -51,8 +51,7 @@ class BagPlayer(Node):
         self._range = self._chosen_frames()
         self._next = self._range.start
         self._timer: Timer | None = None
-        self._rgb = self.create_publisher(Image, "/rgb_raw", 10)
-        self._depth = self.create_publisher(Image, "/depth_raw", 10)
+        self._rgb, self._depth = (self.create_publisher(Image, topic, 10) for topic in SENSOR_TOPICS)
         self._truth = self.create_publisher(Image, TRUTH_TOPIC, 10)
         self._time = self.create_publisher(Clock, CLOCK_TOPIC, 10)
         self.create_service(Trigger, "~/start", self._on_start)

@@ -16,15 +16,15 @@ from sunset.confinement import ConfinedProcess, Confinement, View, copy_process
 from sunset.errors import ManagerError, OutputError, SunsetError
 from sunset.harness.manager_process import ENTRY, LoadedManager, ManagerTask, receive_loaded, run_manager
 from sunset.harness.shown_files import check_shown
-from sunset.isolation import ProcessDeath
+from sunset.isolation import ProcessDeath, line_text
 from sunset.managing import (
     MANAGERS,
     ORACLE,
     PREFIX,
     KnownScenario,
+    contents_checksum,
     is_registered,
     parse_command,
-    sources_digest,
 )
 from sunset.managing.files import check_sources, manager_code, manager_data
 from sunset.rmw.remote import EndError, Pipe, PipeError, RaisedError, SilenceError
@@ -75,15 +75,12 @@ class ManagerProcess:
         Raises:
             ManagerError: one of them is not there any more.
         """
-        if self.loaded.others is None:
-            return ""
         try:
-            texts = [Path(source).read_bytes() for source in self.loaded.sources]
+            return contents_checksum(map(Path, self.loaded.sources), self.loaded.others)
         except OSError as error:
             raise ManagerError(
                 f"A file of the managing system {self.manager} cannot be read any more: {error}."
             ) from error
-        return sources_digest([*texts, *self.loaded.others])
 
     def describe(self, failure: PipeError, what: str) -> str:
         """Return in a sentence how it has failed, and end it.
@@ -211,7 +208,7 @@ def _place(manager: str, death: ProcessDeath) -> str:
     """Return where in a managing system's own file its process ended, if that is known."""
     source = Path(manager.rpartition(":")[0])
     places = [
-        f" ({source.name}, line {line}, in {function})"
+        line_text(source, line, function)
         for file, line, function in death.frames
         if source.suffix and Path(file) == source.resolve()
     ]

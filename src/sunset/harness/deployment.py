@@ -15,8 +15,7 @@ from pathlib import Path
 import yaml
 
 from sunset.errors import MiddlewareError, OutputError
-
-Value = bool | int | float | str
+from sunset.system import Value
 
 
 def _is_ours(folder: Path) -> bool:

@@ -25,6 +25,7 @@ from sunset.system import (
     INJECTIONS_TOPIC,
     NAMESPACE,
     PARAMETER_EVENTS_TOPIC,
+    SCENARIO_EXECUTOR,
     Adaptation,
     AdaptationKind,
     FaultKind,
@@ -64,7 +65,7 @@ class ScenarioExecutor(Node):
     """
 
     def __init__(self, scenario: Scenario | None = None, **options: Any) -> None:
-        super().__init__("scenario_executor", **options)
+        super().__init__(SCENARIO_EXECUTOR, **options)
         described = ParameterDescriptor(description="name or file of the scenario", read_only=True)
         name = self.declare_parameter("scenario", scenario.name if scenario else "", described).value
         self.scenario = scenario or load_scenario(cast("str", name))
@@ -309,8 +310,9 @@ class ScenarioExecutor(Node):
         its_own = [occurrence for occurrence in self._of(node) if parameter == occurrence.fault.parameter]
         if all(occurrence.has_left or occurrence.is_due for occurrence in its_own):
             # what was ordered before the cure was seen came after it
-            for occurrence in [occurrence for occurrence in its_own if occurrence.grown == value][:1]:
-                self._apply(occurrence, occurrence.removal(), access=True)
+            late = next((occurrence for occurrence in its_own if occurrence.grown == value), None)
+            if late is not None:
+                self._apply(late, late.removal(), access=True)
         for occurrence in self._played:
             is_configuration = occurrence.fault.kind is FaultKind.CONFIGURATION
             if is_configuration and occurrence.there and not self._world.holds(occurrence.plan.injection):

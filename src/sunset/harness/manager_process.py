@@ -10,6 +10,7 @@ from typing import Final
 import msgspec
 
 from sunset.errors import ManagerError
+from sunset.isolation import line_text
 from sunset.managing import (
     KnownScenario,
     ManagingSystem,
@@ -132,7 +133,7 @@ def run_manager(connection: socket.socket, task: object) -> None:
 
 def _said_of(made: type[ManagingSystem], error: BaseException) -> str:
     """Return what a managing system has raised and where, or what its program did, as the end of a sentence."""
-    cause = error.__cause__ if isinstance(error, CallbackError) and error.__cause__ else error
+    cause = error.origin if isinstance(error, CallbackError) else error
     if issubclass(made, Program) and isinstance(cause, ManagerError):
         return str(cause).removeprefix("Its program ").removesuffix(".")
     return f"raised {described_error(cause)}{_place(made, cause)}"
@@ -156,4 +157,4 @@ def _place(manager: type[ManagingSystem], error: BaseException) -> str:
     frames = [frame for frame in traceback.extract_tb(error.__traceback__) if frame.filename == source]
     if source is None or not frames:
         return ""
-    return f" ({Path(source).name}, line {frames[-1].lineno}, in {frames[-1].name})"
+    return line_text(source, frames[-1].lineno or 0, frames[-1].name)

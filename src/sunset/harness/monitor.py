@@ -19,6 +19,8 @@ from sunset.system import (
     current_system,
     frequency_entry,
     full_name,
+    heartbeat_entry,
+    state_entry,
 )
 
 _PERIOD_S: Final = 0.1
@@ -133,8 +135,8 @@ class Monitor(Node):
         means = {key: value.value for key, value in self._values.items() if isinstance(value, MovingMean)}
         for name, node in self._nodes.items():
             frequency = node.heartbeats.frequency(now)
-            numbers[f"{name}_heartbeat_freq"] = frequency
-            texts[f"{name}_lc_state"] = node.state if frequency else "unknown"
+            numbers[heartbeat_entry(name)] = frequency
+            texts[state_entry(name)] = node.state if frequency else "unknown"
         numbers |= {key: mean for key, mean in means.items() if mean is not None}
         values: dict[str, object] = {**numbers, **flags, **texts}
         group = [Parameter(name, value=value).to_parameter_msg() for name, value in values.items()]

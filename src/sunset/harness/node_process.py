@@ -26,12 +26,7 @@ from sunset.rmw.core.port import CallbackError
 from sunset.ros import Context, Node, SingleThreadedExecutor
 from sunset.ros.signals import install_signal_handlers
 from sunset.shortage import complaint
-from sunset.system import HARNESS, Value, current_system, load_extension, loaded_extensions
-
-MANAGER: Final = "managing_system"
-"""The managing system, as a node that has a process."""
-
-EXECUTOR: Final = "scenario_executor"
+from sunset.system import HARNESS, MANAGING_SYSTEM, Value, current_system, load_extension, loaded_extensions
 
 MANAGER_FAILED: Final = 3
 """The exit code of a process whose managing system behind walls has failed; its last line says how."""
@@ -43,7 +38,7 @@ _PARTING_S: Final = 2.0
 
 def node_names() -> list[str]:
     """Return the nodes that can have a process."""
-    return [*_classes(), MANAGER]
+    return [*_classes(), MANAGING_SYSTEM]
 
 
 def _classes() -> list[str]:
@@ -66,7 +61,7 @@ class NodeSpec:
     node: str
     """One of `node_names`."""
     manager: str | None = None
-    """Which managing system `MANAGER` is; None for any other node."""
+    """Which managing system `MANAGING_SYSTEM` is; None for any other node."""
     manager_limit_s: float | None = None
     """Wall time that each callback of a managing system behind walls may take; None for one without walls."""
     parameters: Mapping[str, Value] = field(default_factory=dict)
@@ -91,9 +86,9 @@ class NodeSpec:
         names = node_names()
         if self.node not in names:
             raise InvalidInputError(f"There is no node {self.node!r}; choose one of {', '.join(names)}.")
-        if (self.node == MANAGER) != (self.manager is not None):
+        if (self.node == MANAGING_SYSTEM) != (self.manager is not None):
             raise InvalidInputError(
-                f"--manager says which managing system {MANAGER} is, and no other node has one."
+                f"--manager says which managing system {MANAGING_SYSTEM} is, and no other node has one."
             )
 
     def to_json(self) -> str:
@@ -150,7 +145,7 @@ def _runner(spec: NodeSpec) -> Callable[[Context], str]:
             return ""  # a signal came before the node was made
         executor = SingleThreadedExecutor(context=context)
         executor.add_node(node)
-        _spin(executor, node, lasting=spec.node != MANAGER)
+        _spin(executor, node, lasting=spec.node != MANAGING_SYSTEM)
         return ""
 
     return run
@@ -237,7 +232,7 @@ def _serve() -> None:
         return
     (text,) = words
     code = _main(text)
-    if json.loads(text)["node"] == MANAGER:
+    if json.loads(text)["node"] == MANAGING_SYSTEM:
         sys.exit(code)  # user code may have exit handlers
     sys.stdout.flush()
     sys.stderr.flush()

@@ -14,13 +14,16 @@ from sunset.ros.clock import Clock
 from sunset.ros.context import Context
 from sunset.ros.time import ClockType
 from sunset.system import (
+    BAG_PLAYER,
     BLACKBOARD_TOPIC,
     EVALUATION_TOPIC,
+    RESULT_TOPIC,
     SENSOR_TOPICS,
     Rate,
     Value,
     current_system,
     frequency_entry,
+    state_entry,
 )
 
 _FORGOTTEN_NS: Final = 2 * 10**9
@@ -81,11 +84,11 @@ class Operator(Conductor):
         self._invites = invites
         system = current_system()
         self._initial_states = system.initial_states
-        self._states = {f"{node}_lc_state" for node in system.nodes}
+        self._states = {state_entry(node) for node in system.nodes}
         self._outputs = {
             node.name: frequency_entry(node.outputs[0]) for node in system.nodes.values() if node.outputs
         }
-        self._outputs["bag_player"] = frequency_entry(SENSOR_TOPICS[0])
+        self._outputs[BAG_PLAYER] = frequency_entry(SENSOR_TOPICS[0])
         self._ended_ns: dict[str, int] = {}
         self._elsewhere: set[str] = set()
         self._injects = inject
@@ -107,7 +110,7 @@ class Operator(Conductor):
             self._ended_ns.pop(node, None)
             self._elsewhere.discard(node)
         if node in self._initial_states:
-            state = str(self._blackboard.get(f"{node}_lc_state", "starting"))
+            state = str(self._blackboard.get(state_entry(node), "starting"))
         if pid is None and not self._runs_elsewhere(node):
             state = processes.end_of(node)
         hertz = self._blackboard.get(self._outputs.get(node, ""))
@@ -118,7 +121,7 @@ class Operator(Conductor):
     def _runs_elsewhere(self, node: str) -> bool:
         """Return whether heartbeats came of a node long after its last process here had ended."""
         now_ns = self._wall.now_ns()
-        is_heard = self._blackboard.get(f"{node}_lc_state", "unknown") != "unknown"
+        is_heard = self._blackboard.get(state_entry(node), "unknown") != "unknown"
         if is_heard and now_ns - self._ended_ns.setdefault(node, now_ns) > _FORGOTTEN_NS:
             self._elsewhere.add(node)
         return node in self._elsewhere
@@ -134,12 +137,12 @@ class Operator(Conductor):
             is_state = name in self._states and _is_state(value)
             if is_frequency or is_state:
                 self._blackboard[name] = value
-        states = {node: self._blackboard.get(f"{node}_lc_state") for node in self._initial_states}
+        states = {node: self._blackboard.get(state_entry(node)) for node in self._initial_states}
         if not self.up and states == self._initial_states:
             self.up = True
             self.news.append("All nodes are up.")
             self.start_flight(self._on_flying)
-        if self._invites and self._blackboard.get(self._outputs["segmentation"]):
+        if self._invites and self._blackboard.get(frequency_entry(RESULT_TOPIC)):
             self._invites = False
             self.news.append("The system is up; start your managing system now.")
 

@@ -9,9 +9,18 @@ from sunset.harness.conductor import Conductor
 from sunset.interfaces.diagnostic_msgs.msg import DiagnosticArray
 from sunset.interfaces.system_interfaces.msg import ExperimentLogging
 from sunset.ros.context import Context
-from sunset.system import DIAGNOSTICS_TOPIC, LOG_TOPIC, NAMESPACE, SENSOR_TOPICS, current_system, full_name
+from sunset.system import (
+    DIAGNOSTICS_TOPIC,
+    EXPERIMENT,
+    LOG_TOPIC,
+    NAMESPACE,
+    SENSOR_TOPICS,
+    SILENCE_S,
+    current_system,
+    full_name,
+)
 
-_SILENT_NS: Final = 10**9
+_SILENT_NS: Final = round(SILENCE_S * 10**9)
 """Time since its last heartbeat after which a node may have ended."""
 
 
@@ -46,7 +55,7 @@ class Supervisor(Conductor):
         ready: Callable[[], bool] = lambda: True,
         context: Context | None = None,
     ) -> None:
-        super().__init__("experiment", context=context)
+        super().__init__(EXPERIMENT, context=context)
         self.phase = Phase.BRING_UP
         self.start_ns: int | None = None
         """The time of the injection, nanoseconds of the node's clock; None before it."""
@@ -139,5 +148,5 @@ class Supervisor(Conductor):
     def _publish(self, name: str) -> None:
         now = self.get_clock().now().nanoseconds
         self._log.publish(
-            ExperimentLogging(timestamp=now, scenario=self._scenario, source="experiment", rule_name=name)
+            ExperimentLogging(timestamp=now, scenario=self._scenario, source=EXPERIMENT, rule_name=name)
         )

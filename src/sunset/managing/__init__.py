@@ -7,6 +7,7 @@ from sunset.managing.diagnosing import Diagnosing
 from sunset.managing.known import KnownFault, KnownScenario
 from sunset.managing.loading import (
     checksum,
+    contents_checksum,
     is_registered,
     load_manager,
     manager_sources,
@@ -14,7 +15,7 @@ from sunset.managing.loading import (
     sources_digest,
     unfiled_sources,
 )
-from sunset.managing.names import MANAGERS, split_label
+from sunset.managing.names import EXTERNAL, MANAGERS, split_label
 from sunset.managing.none import NoAdaptation
 from sunset.managing.oracle import ORACLE, Oracle
 from sunset.managing.program import PROTOCOL, Program
@@ -23,6 +24,7 @@ from sunset.managing.reactive import Reactive
 from sunset.managing.symptoms import FloatOrNaN, Symptoms
 
 __all__ = [
+    "EXTERNAL",
     "MANAGERS",
     "ORACLE",
     "PREFIX",
@@ -40,6 +42,7 @@ __all__ = [
     "Reactive",
     "Symptoms",
     "checksum",
+    "contents_checksum",
     "is_registered",
     "load_manager",
     "manager_sources",

@@ -20,7 +20,14 @@ from sunset.ros.parameter import Parameter
 from sunset.ros.publisher import Publisher
 from sunset.ros.task import Future
 from sunset.ros.timer import Timer
-from sunset.system.vocabulary import BLACKBOARD_TOPIC, DIAGNOSIS_TOPIC, Value, full_name, node_names
+from sunset.system.vocabulary import (
+    BLACKBOARD_TOPIC,
+    DIAGNOSIS_TOPIC,
+    MANAGING_SYSTEM,
+    Value,
+    full_name,
+    node_names,
+)
 from sunset.texts import shorten, shown, suggestion
 
 LONGEST_THOUGHT_S: Final = 3600.0
@@ -66,7 +73,7 @@ class ManagingSystem(Node):
             where it is given.
     """
 
-    node_name: ClassVar[str] = "managing_system"
+    node_name: ClassVar[str] = MANAGING_SYSTEM
     """The node's name; a subclass may have its own."""
 
     def __init__(

@@ -221,7 +221,11 @@ def checksum(spec: str, sources: Iterable[Path]) -> str:
     Of one that was passed as a class, the source of classes that have no file, as in a notebook, is part of it, and so
     are the arguments of a `functools.partial`. It is an empty text where these do not say what is run.
     """
-    others = unfiled_sources(spec)
+    return contents_checksum(sources, unfiled_sources(spec))
+
+
+def contents_checksum(sources: Iterable[Path], others: Iterable[bytes] | None) -> str:
+    """Return what `checksum` returns of a managing system of these files, and of what `unfiled_sources` returned."""
     return "" if others is None else sources_digest([*(source.read_bytes() for source in sources), *others])
 
 

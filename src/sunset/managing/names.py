@@ -26,8 +26,11 @@ MANAGERS: Final[Mapping[str, type[ManagingSystem]]] = MappingProxyType(
 )
 """The managing systems that come with SUNSET, by name."""
 
+EXTERNAL: Final = "external"
+"""The managing system's name where it is another process on the graph, which is started by hand."""
+
 _LABEL: Final = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.+-]{0,39}")
-_RESERVED: Final = frozenset({*MANAGERS, "external"})
+_RESERVED: Final = frozenset({*MANAGERS, EXTERNAL})
 
 
 def split_label(text: str) -> tuple[str, str]:

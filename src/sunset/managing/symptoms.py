@@ -1,18 +1,22 @@
 """What a managing system sees of the managed one: the blackboard, as a read-only mapping."""
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Annotated, Final
 
 from sunset.interfaces.parameters import scalar_of
 from sunset.interfaces.rcl_interfaces.msg import Parameter
 from sunset.names import base_name
 from sunset.system.vocabulary import (
+    ENTROPY_SIGNAL,
     RESULT_TOPIC,
+    SHARPNESS_SIGNAL,
     Value,
     frequency_entry,
+    heartbeat_entry,
     node_names,
     signal_names,
+    state_entry,
     topic_names,
 )
 from sunset.texts import suggestion
@@ -110,7 +114,7 @@ class Symptoms(Mapping[str, Value]):
     @property
     def entropy(self) -> FloatOrNaN:
         """Mean entropy of the last 5 segmented frames, from 0 (sure) to 1; NaN until there are five."""
-        return self.signal("segmentation_entropy")
+        return self.signal(ENTROPY_SIGNAL.name)
 
     @property
     def unsure(self) -> bool:
@@ -120,7 +124,7 @@ class Symptoms(Mapping[str, Value]):
     @property
     def sharpness(self) -> FloatOrNaN:
         """Mean sharpness of the camera's last 5 images; NaN until there are five."""
-        return self.signal("camera_sharpness")
+        return self.signal(SHARPNESS_SIGNAL.name)
 
     @property
     def autofocus_needed(self) -> bool:
@@ -133,7 +137,7 @@ class Symptoms(Mapping[str, Value]):
         Raises:
             ValueError: there is no such node.
         """
-        return str(self._values.get(self._node_key(node, "lc_state"), "unknown"))
+        return str(self._values.get(self._node_key(node, state_entry), "unknown"))
 
     def heartbeat(self, node: str) -> FloatOrNaN:
         """Return a node's heartbeats per second, over the last second; NaN if it was never heard.
@@ -141,10 +145,10 @@ class Symptoms(Mapping[str, Value]):
         Raises:
             ValueError: there is no such node.
         """
-        return self._number(self._node_key(node, "heartbeat_freq"))
+        return self._number(self._node_key(node, heartbeat_entry))
 
-    def _node_key(self, node: str, what: str) -> str:
-        key = f"{base_name(node)}_{what}"
+    def _node_key(self, node: str, entry: Callable[[str], str]) -> str:
+        key = entry(base_name(node))
         nodes = node_names()
         if key not in self and base_name(node) not in nodes:
             raise _unknown_error("node", node, nodes)

@@ -32,6 +32,4 @@ class Thresholds:
         threshold = signal.threshold
         if signal.calibrated:
             threshold = cast("float", self._manager.get_parameter(signal.threshold_name).value)
-        if threshold is None:
-            return False
-        return value < threshold if signal.below else value > threshold
+        return threshold is not None and signal.is_beyond(value, threshold)

@@ -28,9 +28,10 @@ from sunset.metrics.timeline import (
     Setting,
     Timeline,
 )
-from sunset.metrics.treatments import FaultOutcome
+from sunset.metrics.treatments import FATES, FaultOutcome
 
 __all__ = [
+    "FATES",
     "NUMBER_OF_CLASSES",
     "SCRIPT_FIGURES",
     "STATE",

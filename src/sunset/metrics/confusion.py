@@ -9,9 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from sunset.metrics.timeline import NUMBER_OF_CLASSES
-
-Counts = npt.NDArray[np.int64]
+from sunset.metrics.timeline import NUMBER_OF_CLASSES, Counts
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -32,7 +32,16 @@ import numpy.typing as npt
 from sunset.metrics.adaptations import ExecutedAdaptation, affects
 from sunset.metrics.downtime import TOLERANCE_S
 from sunset.metrics.timeline import Injection, Samples, Timeline
-from sunset.system import SILENCE_S, WINDOW, Failure, MovingMean, current_system, full_name, short_name
+from sunset.system import (
+    SILENCE_S,
+    WINDOW,
+    Failure,
+    MovingMean,
+    Signal,
+    current_system,
+    full_name,
+    short_name,
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,38 +127,49 @@ def silences(times: npt.NDArray[np.float64], *, duration_s: float) -> list[Spell
     moments = times[times <= duration_s].tolist()
     if not moments or moments[0] > 0:
         moments.insert(0, 0.0)
-    spells = [
-        Spell(last, last + SILENCE_S, following)
-        for last, following in itertools.pairwise(moments)
-        if following - last > SILENCE_S + TOLERANCE_S
-    ]
+    spells = silent_spells(moments)
     if moments[-1] + SILENCE_S < duration_s - TOLERANCE_S:
         spells.append(Spell(moments[-1], moments[-1] + SILENCE_S, None))
     return _within(spells)
 
 
-def excesses(samples: Samples, threshold: float, *, below: bool = False, duration_s: float) -> list[Spell]:
-    """Return the spells in which the mean of the last five samples was over a threshold.
+def silent_spells(moments: Sequence[float]) -> list[Spell]:
+    """Return the spells between moments, ascending, at which a topic's messages left, in which none had for 1 s."""
+    return [
+        Spell(last, last + SILENCE_S, following)
+        for last, following in itertools.pairwise(moments)
+        if following - last > SILENCE_S + TOLERANCE_S
+    ]
+
+
+def excesses(samples: Samples, signal: Signal, threshold: float, *, duration_s: float) -> list[Spell]:
+    """Return the spells in which the mean of a signal's last five samples was beyond a threshold.
 
     Args:
         samples: with those before 0.
-        threshold: a mean equal to it is not over it.
-        below: whether the symptom is a mean under the threshold instead.
+        signal: says on which side of the threshold a mean is a symptom.
+        threshold: a mean equal to it is not beyond it.
         duration_s: the end of the experiment; what came later is not looked at.
     """
+    early = samples.times <= duration_s
+    return _within(spells_beyond(Samples(samples.times[early], samples.values[early]), signal, threshold))
+
+
+def spells_beyond(samples: Samples, signal: Signal, threshold: float) -> list[Spell]:
+    """Return the spells that `excesses` returns, with what is before 0 and with the samples of all times."""
     spells: list[Spell] = []
     holding: tuple[float, float] | None = None
     turned: float | None = None
     moving = MovingMean(WINDOW.gap_s + TOLERANCE_S)
     for time, value in zip(samples.times.tolist(), samples.values.tolist(), strict=True):
-        mean = moving.add(time, value) if time <= duration_s else None
-        if value < threshold if below else value > threshold:
+        mean = moving.add(time, value)
+        if signal.is_beyond(value, threshold):
             turned = None
         elif turned is None:
             turned = time
         if mean is None:
             continue
-        beyond = mean < threshold if below else mean > threshold
+        beyond = signal.is_beyond(mean, threshold)
         if beyond and holding is None:
             holding = (moving.since, time)
         elif holding is not None and not beyond:
@@ -157,7 +177,7 @@ def excesses(samples: Samples, threshold: float, *, below: bool = False, duratio
             holding = None
     if holding is not None:
         spells.append(Spell(*holding, None))
-    return _within(spells)
+    return spells
 
 
 def _within(spells: Sequence[Spell]) -> list[Spell]:
@@ -191,7 +211,7 @@ def _spells(failure: Failure, timeline: Timeline) -> list[Spell]:
     signal = current_system().signals[failure.signal]
     samples = timeline.samples.get(signal.name, Samples())
     threshold = timeline.thresholds[signal.threshold_name]
-    return excesses(samples, threshold, below=signal.below, duration_s=duration)
+    return excesses(samples, signal, threshold, duration_s=duration)
 
 
 def _episodes(

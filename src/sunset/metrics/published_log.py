@@ -12,6 +12,8 @@ from typing import Annotated, Final, Self
 
 from msgspec import Meta
 
+from sunset.metrics.limits import MOST, Amount, Count
+
 SCRIPT_FIGURES: Final = (
     "f_resolved_per_adaptation",
     "t_react_s",
@@ -21,7 +23,6 @@ SCRIPT_FIGURES: Final = (
 )
 """What the script takes, by the names that the paper's table has in this package."""
 
-_MOST: Final = 10**6
 _LONGEST_GAP_NS: Final = 200_000_000
 _DROPPED_ROWS: Final = 4
 _ROWS_AFTER_LAST_EVENT: Final = 10
@@ -105,9 +106,9 @@ class Pool:
     2.0
     """
 
-    number: Annotated[int, Meta(ge=0, le=_MOST)] = 0
-    total: Annotated[float, Meta(ge=0, le=_MOST)] = 0.0
-    squares: Annotated[float, Meta(ge=0, le=_MOST**2)] = 0.0
+    number: Count = 0
+    total: Amount = 0.0
+    squares: Annotated[float, Meta(ge=0, le=MOST**2)] = 0.0
 
     @classmethod
     def of(cls, values: Iterable[float]) -> Self:
@@ -146,12 +147,12 @@ class LogFigures:
     """
 
     refused: str = ""
-    executed: Annotated[int, Meta(ge=0, le=_MOST)]
-    succeeded: Annotated[int, Meta(ge=0, le=_MOST)]
+    executed: Count
+    succeeded: Count
     reactions_s: Pool
-    redeploys: Annotated[int, Meta(ge=0, le=_MOST)]
-    redeploys_unnecessary: Annotated[int, Meta(ge=-_MOST, le=_MOST)]
-    t_down_s: Annotated[float, Meta(ge=0, le=_MOST)]
+    redeploys: Count
+    redeploys_unnecessary: Annotated[int, Meta(ge=-MOST, le=MOST)]
+    t_down_s: Amount
     ious: Pool
 
 

@@ -4,19 +4,18 @@ A managing system of SUNSET writes no such log. So every adaptation counts as a 
 the rule whose symptom held then, and there is a rule for each failure.
 """
 
-from bisect import bisect_right
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import Final, Self
 
 import numpy as np
 
 from sunset.metrics.adaptations import ExecutedAdaptation, affects, executed_adaptations
 from sunset.metrics.downtime import TOLERANCE_S
+from sunset.metrics.episodes import Spell, silent_spells, spells_beyond
 from sunset.metrics.published_log import LogRow, LogSource, StrategyStatus
 from sunset.metrics.timeline import Samples, Timeline
-from sunset.system import SILENCE_S, WINDOW, Failure, MovingMean, current_system, full_name
+from sunset.system import ENTROPY_SIGNAL, Failure, current_system, full_name
 
 _LOOK_S: Final = 0.2
 """Time between two looks at a symptom [s]."""
@@ -32,14 +31,12 @@ class _Rule:
     Attributes:
         name: as the log has it.
         failure: the failure whose symptom it looks at.
-        times: when the symptom began or stopped to hold [s], ascending; it does not hold before the first.
-        holds: whether it holds from each of them on.
+        spells: over which the symptom held.
     """
 
     name: str
     failure: Failure
-    times: Sequence[float]
-    holds: Sequence[bool]
+    spells: Sequence[Spell]
 
     @classmethod
     def of(cls, failure: Failure, timeline: Timeline) -> Self:
@@ -47,33 +44,20 @@ class _Rule:
         if failure.topic:
             sent = timeline.message_times.get(full_name(failure.topic), np.empty(0)).tolist()
             name = f"redeploy_{system.failing_nodes[failure.name]}"
-            changes = [
-                change
-                for last, following in pairwise([*sent, np.inf])
-                if following - last > SILENCE_S + TOLERANCE_S
-                for change in ((last + SILENCE_S, True), (following, False))
-            ]
+            spells = silent_spells([*sent, np.inf])
         else:
-            name = _RECALIBRATION if failure.signal == "segmentation_entropy" else failure.signal
-            changes = list(_verdicts(failure, timeline))
-        return cls(name, failure, [time for time, _ in changes], [holds for _, holds in changes])
+            name = _RECALIBRATION if failure.signal == ENTROPY_SIGNAL.name else failure.signal
+            signal = system.signals[failure.signal]
+            samples = timeline.samples.get(signal.name, Samples())
+            spells = spells_beyond(samples, signal, timeline.thresholds[signal.threshold_name])
+        return cls(name, failure, spells)
 
     def holds_at(self, time_s: float) -> bool:
         """Return whether the symptom holds at a time."""
-        place = bisect_right(self.times, time_s + TOLERANCE_S)
-        return place > 0 and self.holds[place - 1]
-
-
-def _verdicts(failure: Failure, timeline: Timeline) -> Iterator[tuple[float, bool]]:
-    """Give at each sample of a failure's signal whether the mean is beyond its threshold, once there is a mean."""
-    signal = current_system().signals[failure.signal]
-    threshold = timeline.thresholds[signal.threshold_name]
-    samples = timeline.samples.get(signal.name, Samples())
-    moving = MovingMean(WINDOW.gap_s + TOLERANCE_S)
-    for time, value in zip(samples.times.tolist(), samples.values.tolist(), strict=True):
-        mean = moving.add(time, value)
-        if mean is not None:
-            yield time, mean < threshold if signal.below else mean > threshold
+        latest = time_s + TOLERANCE_S
+        return any(
+            spell.holds <= latest and (spell.ended is None or latest < spell.ended) for spell in self.spells
+        )
 
 
 def rule_rows(timeline: Timeline, start_ns: int) -> list[LogRow]:

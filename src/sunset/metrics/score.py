@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
-from typing import Annotated, Final
+from typing import Annotated
 
 import numpy as np
 from msgspec import Meta
@@ -12,15 +12,10 @@ from sunset.metrics.confusion import accumulated_iou
 from sunset.metrics.diagnoses import diagnosis_figures
 from sunset.metrics.downtime import TOLERANCE_S, downtime
 from sunset.metrics.episodes import Episode, failure_episodes
+from sunset.metrics.limits import MOST, Amount, Count, Share
 from sunset.metrics.timeline import Timeline
 from sunset.metrics.treatments import FaultOutcome, Treatments
 from sunset.system import RESULT_TOPIC
-
-_MOST: Final = 10**6
-"""No figure of a run is larger; twelve days, of those that are times."""
-_Share = Annotated[float, Meta(ge=0, le=1)]
-_Amount = Annotated[float, Meta(ge=0, le=_MOST)]
-_Count = Annotated[int, Meta(ge=0, le=_MOST)]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -58,30 +53,30 @@ class RunMetrics:
         mistreating: the adaptations that treat no fault, in order of time.
     """
 
-    f_resolved_per_adaptation: _Amount | None
-    t_react_s: _Amount | None
-    t_detect_s: _Amount | None
-    t_decide_s: Annotated[float, Meta(ge=-_MOST, le=_MOST)] | None
-    t_repair_s: _Amount | None
-    redeploys_unnecessary: _Count
-    t_down_s: _Amount
-    availability: _Share
-    iou: _Share | None
-    iou_all: _Share
-    miou: _Share | None
-    episodes: _Count
-    episodes_resolved: _Count
-    episodes_unresolved: _Count
-    episodes_subsided: _Count
-    adaptations: _Count
-    faults_injected: _Count | None = None
-    faults_cured: _Count | None = None
-    faults_masked: _Count | None = None
-    masked_s: _Amount | None = None
-    adaptations_mistreated: _Count | None = None
-    diagnosis_precision: _Share | None = None
-    diagnosis_recall: _Share | None = None
-    t_diagnosis_s: _Amount | None = None
+    f_resolved_per_adaptation: Amount | None
+    t_react_s: Amount | None
+    t_detect_s: Amount | None
+    t_decide_s: Annotated[float, Meta(ge=-MOST, le=MOST)] | None
+    t_repair_s: Amount | None
+    redeploys_unnecessary: Count
+    t_down_s: Amount
+    availability: Share
+    iou: Share | None
+    iou_all: Share
+    miou: Share | None
+    episodes: Count
+    episodes_resolved: Count
+    episodes_unresolved: Count
+    episodes_subsided: Count
+    adaptations: Count
+    faults_injected: Count | None = None
+    faults_cured: Count | None = None
+    faults_masked: Count | None = None
+    masked_s: Amount | None = None
+    adaptations_mistreated: Count | None = None
+    diagnosis_precision: Share | None = None
+    diagnosis_recall: Share | None = None
+    t_diagnosis_s: Amount | None = None
     failures: tuple[Episode, ...] = ()
     executed: tuple[ExecutedAdaptation, ...] = ()
     outcomes: tuple[FaultOutcome, ...] = ()

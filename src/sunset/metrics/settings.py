@@ -14,8 +14,6 @@ Key = tuple[str, str]
 Stretch = tuple[float, float]
 """From when to when [s], the end not included."""
 
-_STATES = {AdaptationKind.ACTIVATE: "active", AdaptationKind.DEACTIVATE: "inactive"}
-
 
 class Settings:
     """What every parameter and every lifecycle state was from when on.
@@ -77,7 +75,7 @@ def setting_of(step: Adaptation) -> tuple[Key, str] | None:
     if step.parameter:
         key = step.node, step.parameter
         return key, _plain(key, ros_text(step.value))
-    state = _STATES.get(step.kind)
+    state = step.kind.goal_state
     return None if state is None else ((step.node, STATE), state)
 
 
@@ -87,8 +85,8 @@ def settings_of(adaptation: ExecutedAdaptation) -> list[tuple[Key, str]]:
         pairs = zip(adaptation.parameters, adaptation.values, strict=True)
         keys = [((adaptation.node, name), value) for name, value in pairs]
         return [(key, _plain(key, value)) for key, value in keys]
-    states = {str(kind): state for kind, state in _STATES.items()}
-    return [((adaptation.node, STATE), states[adaptation.kind])] if adaptation.kind in states else []
+    states = (kind.goal_state for kind in AdaptationKind if kind == adaptation.kind)
+    return [((adaptation.node, STATE), state) for state in states if state is not None]
 
 
 def _plain(key: Key, value: str) -> str:

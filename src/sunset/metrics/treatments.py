@@ -16,26 +16,25 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Annotated, Final
+from typing import Final
 
 import numpy as np
 import numpy.typing as npt
-from msgspec import Meta
 
 from sunset.metrics.adaptations import ExecutedAdaptation, affects
 from sunset.metrics.episodes import Episode
+from sunset.metrics.limits import Amount
 from sunset.metrics.settings import Key, Settings, Stretch, setting_of, settings_of
 from sunset.metrics.timeline import Injection, Timeline
 from sunset.system import SILENCE_S, WINDOW, Adaptation, AdaptationKind, FaultKind, current_system
+
+FATES: Final = ("cured", "masked", "missed")
+"""What can become of a fault."""
 
 MASKING_SHARE: Final = 0.85
 """A fault is masked only if the IoU is under this share of that of healthy frames."""
 
 _PARTS_OF_RESTART: Final = frozenset({"deactivate", "cleanup", "configure", "activate"})
-
-
-_MOST: Final = 10**6
-_Time = Annotated[float, Meta(ge=0, le=_MOST)]
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,11 +53,11 @@ class FaultOutcome:
 
     fault: str
     failure: str
-    began: _Time
-    until: _Time
-    cured: _Time | None = None
-    masked_s: _Time = 0.0
-    diagnosed: _Time | None = None
+    began: Amount
+    until: Amount
+    cured: Amount | None = None
+    masked_s: Amount = 0.0
+    diagnosed: Amount | None = None
 
     @property
     def fate(self) -> str:

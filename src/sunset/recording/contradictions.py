@@ -12,7 +12,14 @@ from sunset.interfaces.system_interfaces.msg import ExperimentLogging, FaultInje
 from sunset.names import ros_text
 from sunset.recording.schema import RunRecord
 from sunset.recording.values import RecordedMessage
-from sunset.system import INJECTIONS_TOPIC, LOG_TOPIC, PARAMETER_EVENTS_TOPIC, current_system, full_name
+from sunset.system import (
+    EXPERIMENT,
+    INJECTIONS_TOPIC,
+    LOG_TOPIC,
+    PARAMETER_EVENTS_TOPIC,
+    current_system,
+    full_name,
+)
 
 TELLING_TOPICS: Final = frozenset({INJECTIONS_TOPIC, LOG_TOPIC, PARAMETER_EVENTS_TOPIC})
 """The full names of the topics whose messages say which run they are of."""
@@ -33,9 +40,7 @@ def contradictions(run: RunRecord, messages: Iterable[RecordedMessage]) -> Itera
     """
     told = [recorded.message for recorded in messages if recorded.topic in TELLING_TOPICS]
     log = [
-        message
-        for message in told
-        if isinstance(message, ExperimentLogging) and message.source == "experiment"
+        message for message in told if isinstance(message, ExperimentLogging) and message.source == EXPERIMENT
     ]
     moments = {entry.rule_name: entry.timestamp for entry in log}
     declared = dict(_declared([message for message in told if isinstance(message, ParameterEvent)]))

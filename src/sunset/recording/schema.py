@@ -15,6 +15,7 @@ from msgspec import UNSET, Meta, UnsetType
 
 from sunset.errors import RecordError
 from sunset.metrics import FaultOutcome, LogFigures, RunMetrics
+from sunset.metrics.limits import MOST, Amount, Positive
 from sunset.schemas import convert, fields_of, read_json
 from sunset.texts import shown
 
@@ -28,15 +29,13 @@ RUN_FILE: Final = "run.json"
 PLAN_FILE: Final = "bench.json"
 """The file of a campaign's folder that says what is run in it."""
 
+TABLE_REFERENCES: Final = (("nofault", "none"), ("degraded", "none"))
+"""The suites and managing systems of the first two rows of the paper's table."""
 SCORE_REFERENCES: Final = ("none", "oracle")
 """The managing systems that scores are measured between: 0 is the first, 1 the second."""
 
-_MOST: Final = 10**6
-"""No number of a run is larger; twelve days, of those that are times."""
 _REMEDY: Final = "run it again, or use --recompute"
-_Positive = Annotated[float, Meta(gt=0, le=_MOST)]
-_Period = Annotated[float, Meta(gt=0.001, le=_MOST)]
-_WarmUp = Annotated[float, Meta(ge=0, le=_MOST)]
+_Period = Annotated[float, Meta(gt=0.001, le=MOST)]
 
 
 class StoredFault(msgspec.Struct, frozen=True, omit_defaults=True):
@@ -140,13 +139,13 @@ class RunRecord(msgspec.Struct, frozen=True, kw_only=True):
     jitter: float | UnsetType = UNSET
     latency_s: float | UnsetType = UNSET
     speed: float | UnsetType = UNSET
-    warm_up_s: _WarmUp | UnsetType = UNSET
-    duration_s: _Positive
+    warm_up_s: Amount | UnsetType = UNSET
+    duration_s: Positive
     period_s: _Period
-    expected_frames: Annotated[int, Meta(gt=0, le=_MOST)]
-    thinking_s: _Positive | UnsetType = UNSET
-    entropy_threshold: _Positive
-    sharpness_threshold: _Positive
+    expected_frames: Annotated[int, Meta(gt=0, le=MOST)]
+    thinking_s: Positive | UnsetType = UNSET
+    entropy_threshold: Positive
+    sharpness_threshold: Positive
     extensions: dict[str, str] | UnsetType = UNSET
     versions: dict[str, str] = {}
     start_ns: int | UnsetType = UNSET
@@ -272,8 +271,8 @@ class StoredFlight(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True
 
     bag_checksum: str
     conditions: dict[str, int | float | str] | UnsetType = UNSET
-    entropy_threshold: _Positive
-    sharpness_threshold: _Positive
+    entropy_threshold: Positive
+    sharpness_threshold: Positive
     warning: str = ""
 
 

@@ -58,19 +58,7 @@ def print_story(
     described = f"managing system {run.manager}, seed {run.seed}, model {run.model}"
     console.print(described, soft_wrap=True)
     console.print(f"faults: {', '.join(map(str, run.faults)) or 'none'}\n", soft_wrap=True)
-    table = Table(box=None, padding=(0, 1), show_header=False)
-    table.add_column(justify="right")
-    table.add_column()
-    table.add_column()
-    stated = _stated_once(events)
-    early = sum(time < 0 for time, _, _ in stated)
-    for number, (time, kind, text) in enumerate(stated):
-        if early and number in {0, early}:
-            heading = "from the injection on" if number else "before the injection"
-            table.add_row("", "", Text(heading, style="bold"))
-        table.add_row(f"{time:6.2f} s", Text(kind, style=_STYLES[kind]), text)
-    console.print_table(table)
-    console.print()
+    _print_events(console, _stated_once(events))
     if causes:
         _print_causes(console, causes)
     figures = Table(box=None, padding=(0, 1), show_header=False)
@@ -86,6 +74,22 @@ def print_story(
         console.print(f"\n{shorten(run.manager_failed)} The run went on without it.", style="bold red")
     if not run.valid:
         console.print(f"\nThis run does not count: {shorten(run.reason)}.", style="bold red")
+
+
+def _print_events(console: "_Console", events: Sequence[Event]) -> None:
+    """Print the time line."""
+    table = Table(box=None, padding=(0, 1), show_header=False)
+    table.add_column(justify="right")
+    table.add_column()
+    table.add_column()
+    early = sum(time < 0 for time, _, _ in events)
+    for number, (time, kind, text) in enumerate(events):
+        if early and number in {0, early}:
+            heading = "from the injection on" if number else "before the injection"
+            table.add_row("", "", Text(heading, style="bold"))
+        table.add_row(f"{time:6.2f} s", Text(kind, style=_STYLES[kind]), text)
+    console.print_table(table)
+    console.print()
 
 
 def _print_causes(console: "_Console", causes: Sequence[Cause]) -> None:

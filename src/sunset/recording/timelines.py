@@ -34,6 +34,7 @@ from sunset.system import (
     DIAGNOSTICS_TOPIC,
     DURATION_S,
     EVALUATION_TOPIC,
+    EXPERIMENT,
     FAULT_ENDS_TOPIC,
     INJECTIONS_TOPIC,
     LOG_TOPIC,
@@ -163,7 +164,7 @@ def start_of(log: Sequence[RecordedMessage]) -> int:
     """
     for recorded in log:
         entry = content_of(recorded, msg.ExperimentLogging)
-        if (entry.source, entry.rule_name) == ("experiment", "start"):
+        if (entry.source, entry.rule_name) == (EXPERIMENT, "start"):
             return entry.timestamp
     raise RecordError(f"The record does not say when the experiment began: no 'start' on {LOG_TOPIC}.")
 

@@ -7,6 +7,7 @@ from types import MappingProxyType
 from typing import Final
 
 from sunset.errors import ScenarioError
+from sunset.system import PERIOD_S
 from sunset.texts import shown, suggestion
 
 STEP: Final = "step"
@@ -21,7 +22,7 @@ PROFILES: Final[Mapping[str, tuple[str, ...]]] = MappingProxyType(
 LONGEST_S: Final = 3600.0
 """No time of a scenario is longer, in seconds."""
 
-_SHORTEST_S: Final = 0.1
+_SHORTEST_S: Final = PERIOD_S
 """A frame's: nothing would be seen of a shorter time."""
 
 

@@ -104,6 +104,10 @@ class Signal:
         """What its threshold is called in model cards and records, such as `entropy_threshold`."""
         return f"{self.key}_threshold"
 
+    def is_beyond(self, value: float, threshold: float) -> bool:
+        """Return whether a value is on the wrong side of a threshold; one that is equal to it is not."""
+        return value < threshold if self.below else value > threshold
+
 
 @dataclass(frozen=True, slots=True)
 class Failure:
@@ -153,6 +157,11 @@ class AdaptationKind(StrEnum):
     """Set a parameter that names the topic that the node subscribes to."""
     ACTIVATE = "activate"
     DEACTIVATE = "deactivate"
+
+    @property
+    def goal_state(self) -> str | None:
+        """The lifecycle state that it brings a node into; None where it is for something else."""
+        return {AdaptationKind.ACTIVATE: "active", AdaptationKind.DEACTIVATE: "inactive"}.get(self)
 
 
 @dataclass(frozen=True, slots=True)

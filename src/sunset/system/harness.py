@@ -5,6 +5,13 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Final
 
+BAG_PLAYER: Final = "bag_player"
+SCENARIO_EXECUTOR: Final = "scenario_executor"
+EXPERIMENT: Final = "experiment"
+"""The node that conducts an experiment."""
+MANAGING_SYSTEM: Final = "managing_system"
+"""What the managing system's node is called, unless its class says otherwise."""
+
 MANAGER_PROCESS: Final = "manager"
 """The name of the process that the managing system's nodes are in."""
 
@@ -63,29 +70,29 @@ HARNESS: Final[Mapping[str, HarnessNode]] = MappingProxyType(
         node.name: node
         for node in (
             HarnessNode(
-                "bag_player",
+                BAG_PLAYER,
                 "sunset.harness.live_bag_player:LiveBagPlayer",
                 (*SENSOR_TOPICS, TRUTH_TOPIC, CLOCK_TOPIC),
             ),
             HarnessNode("monitor", "sunset.harness.monitor:Monitor", (BLACKBOARD_TOPIC,), off_limits=False),
             HarnessNode("evaluator", "sunset.harness.evaluator:Evaluator", (EVALUATION_TOPIC,)),
             HarnessNode(
-                "scenario_executor",
+                SCENARIO_EXECUTOR,
                 "sunset.harness.executor:ScenarioExecutor",
                 (INJECTIONS_TOPIC, FAULT_ENDS_TOPIC),
                 commands=True,
             ),
             HarnessNode("launcher", commands=True, off_limits=False),
-            HarnessNode("experiment", outputs=(LOG_TOPIC,), commands=True),
+            HarnessNode(EXPERIMENT, outputs=(LOG_TOPIC,), commands=True),
         )
     }
 )
 """The nodes of an experiment that are not managed, by name."""
 
-RESERVED_NAMES: Final = frozenset({*HARNESS, MANAGER_PROCESS, "managing_system", "operator"})
+RESERVED_NAMES: Final = frozenset({*HARNESS, MANAGER_PROCESS, MANAGING_SYSTEM, "operator"})
 """What no managed node may be called."""
 
-SURROUNDING: Final = ("bag_player", "monitor", "evaluator")
+SURROUNDING: Final = (BAG_PLAYER, "monitor", "evaluator")
 """Those that feed and watch the managed system, whether there is an experiment or not."""
 
 INFRASTRUCTURE: Final = frozenset(f"/{node.name}" for node in HARNESS.values() if node.commands)

@@ -56,3 +56,21 @@ def frequency_entry(topic: str) -> str:
     ('managed_subsystem_rgb_camera_freq', 'rgb_raw_freq')
     """
     return f"{full_name(topic).strip('/').replace('/', '_')}_freq"
+
+
+def state_entry(node: str) -> str:
+    """Return the blackboard's entry with the lifecycle state of a node, which is given by its short name.
+
+    >>> state_entry("camera")
+    'camera_lc_state'
+    """
+    return f"{node}_lc_state"
+
+
+def heartbeat_entry(node: str) -> str:
+    """Return the blackboard's entry with the frequency of the heartbeats of a node, which is given by its short name.
+
+    >>> heartbeat_entry("camera")
+    'camera_heartbeat_freq'
+    """
+    return f"{node}_heartbeat_freq"

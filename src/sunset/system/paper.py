@@ -26,6 +26,12 @@ DEPTH_DEGRADATION_RANGE: Final = (0.0, 100.0)
 BLUR_SIGMA: Final = 2.0
 """Standard deviation in pixels of an unfocused camera's blur, on an image 256 wide."""
 
+ENTROPY_SIGNAL: Final = Signal("segmentation", "entropy", calibrated=True)
+"""How unsure the segmentation is."""
+
+SHARPNESS_SIGNAL: Final = Signal("camera", "sharpness", below=True, calibrated=True)
+"""How sharp the camera finds its images."""
+
 _NODES: Final = (
     NodeDescription("camera", "sunset.nodes:Camera", ("/rgb_raw",), ("rgb_camera",), 4.0, 0.002),
     NodeDescription("depth", "sunset.nodes:Depth", ("/depth_raw",), ("depth_camera",), 4.0, 0.002),
@@ -56,8 +62,8 @@ _TOPICS: Final = (
 )
 
 _SIGNALS: Final = (
-    Signal("segmentation", "entropy", calibrated=True),
-    Signal("camera", "sharpness", below=True, calibrated=True),
+    ENTROPY_SIGNAL,
+    SHARPNESS_SIGNAL,
 )
 
 _FAILURES: Final = (
@@ -87,14 +93,14 @@ _FAILURES: Final = (
         "the segmentation is unsure of its results",
         symptom="segmentation unsure: entropy over its threshold",
         gone="segmentation is sure again",
-        signal="segmentation_entropy",
+        signal=ENTROPY_SIGNAL.name,
     ),
     Failure(
         "F5",
         "the camera's images are blurred",
         symptom="camera image blurred: sharpness under its threshold",
         gone="camera images are sharp again",
-        signal="camera_sharpness",
+        signal=SHARPNESS_SIGNAL.name,
     ),
 )
 

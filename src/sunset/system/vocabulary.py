@@ -23,16 +23,21 @@ from sunset.system.harness import (
     DIAGNOSIS_TOPIC,
     FAULT_ENDS_TOPIC,
     INJECTIONS_TOPIC,
+    MANAGING_SYSTEM,
     RESULT_TOPIC,
 )
-from sunset.system.names import frequency_entry, full_name
+from sunset.system.names import frequency_entry, full_name, heartbeat_entry, state_entry
+from sunset.system.paper import ENTROPY_SIGNAL, SHARPNESS_SIGNAL
 
 __all__ = [
     "BLACKBOARD_TOPIC",
     "DIAGNOSIS_TOPIC",
+    "ENTROPY_SIGNAL",
     "FAULT_ENDS_TOPIC",
     "INJECTIONS_TOPIC",
+    "MANAGING_SYSTEM",
     "RESULT_TOPIC",
+    "SHARPNESS_SIGNAL",
     "Adaptation",
     "AdaptationKind",
     "Failure",
@@ -48,9 +53,11 @@ __all__ = [
     "described_signals",
     "frequency_entry",
     "full_name",
+    "heartbeat_entry",
     "node_names",
     "offered_adaptations",
     "signal_names",
+    "state_entry",
     "topic_names",
 ]
 

@@ -16,7 +16,7 @@ from sunset.errors import InvalidInputError
 from sunset.metrics import count_classes, image_iou
 from sunset.perception import Modality, Model, Segmenter
 from sunset.seeding import generator
-from sunset.system import current_system, get_fault
+from sunset.system import ENTROPY_SIGNAL, SHARPNESS_SIGNAL, Signal, current_system, get_fault
 from sunset.training.inputs import FAR_PLANE_M
 
 if TYPE_CHECKING:
@@ -119,7 +119,7 @@ def _fill(figure: "Figure", views: Sequence[View], name: str, model: Model) -> N
     from matplotlib.patches import Patch  # noqa: PLC0415  an optional extra
 
     fault = get_fault(name)
-    blurs = current_system().failures[fault.failure].signal == "camera_sharpness"
+    blurs = current_system().failures[fault.failure].signal == SHARPNESS_SIGNAL.name
     axes = figure.subplots(2, len(views))
     for column, view in enumerate(views):
         above, below = axes[0][column], axes[1][column]
@@ -127,9 +127,9 @@ def _fill(figure: "Figure", views: Sequence[View], name: str, model: Model) -> N
         above.set_title(view.title, fontweight="bold")
         below.imshow(PALETTE[view.labels], interpolation="nearest")
         signal = (
-            _compared("sharpness", view.sharpness, model.card.sharpness_threshold, below=True)
+            _compared(SHARPNESS_SIGNAL, view.sharpness, model.card.sharpness_threshold)
             if blurs
-            else _compared("entropy", view.entropy, model.card.entropy_threshold, below=False)
+            else _compared(ENTROPY_SIGNAL, view.entropy, model.card.entropy_threshold)
         )
         below.set_xlabel(f"IoU {view.iou:.2f}\n{signal}")
         for one in (above, below):
@@ -143,11 +143,11 @@ def _fill(figure: "Figure", views: Sequence[View], name: str, model: Model) -> N
     figure.legend(handles=handles, loc="outside lower center", ncols=_LEGEND, frameon=False, fontsize=7)
 
 
-def _compared(name: str, value: float, threshold: float, *, below: bool) -> str:
+def _compared(signal: Signal, value: float, threshold: float) -> str:
     """Return a signal's value, and what a threshold says of it."""
-    beyond = value < threshold if below else value > threshold
     sign = "<" if value < threshold else ">"
-    return f"{name} {value:.3f} {sign} {threshold:.3f}{': symptom' if beyond else ''}"
+    symptom = ": symptom" if signal.is_beyond(value, threshold) else ""
+    return f"{signal.key} {value:.3f} {sign} {threshold:.3f}{symptom}"
 
 
 def _relief(depth: npt.NDArray[np.uint16]) -> npt.NDArray[np.uint8]:

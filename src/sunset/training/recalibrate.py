@@ -2,7 +2,7 @@
 
 import hashlib
 import shutil
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import asdict, replace
 from functools import partial
 from importlib.util import find_spec
@@ -34,9 +34,7 @@ from sunset.training.curves import Case, Curves, curves_of, look
 from sunset.training.frames import COURSES_DEG, VALIDATION_TOWN, FrameCounts
 from sunset.training.over_frames import Images, over_frames
 from sunset.training.spread import Arrays
-
-Progress = Callable[[str, int, int], None]
-"""Called with what is being done, how much of it is done, and how much there is."""
+from sunset.workers import Stages
 
 TEMPERATURE: Final = "temperature"
 """The name of the constant in a network's graph that the logits are divided by before the entropy."""
@@ -70,7 +68,7 @@ def validation_flight(
     *,
     count: int = FrameCounts().passage,
     jobs: int | None = None,
-    progress: Progress | None = None,
+    progress: Stages | None = None,
 ) -> FrameSet:
     """Return the flights over the town that thresholds are chosen on, rendered once and kept in the cache folder.
 
@@ -103,7 +101,7 @@ def calibrate_model(
     source: str = "frames of the caller's",
     jobs: int | None = None,
     device: str = "cpu",
-    progress: Progress | None = None,
+    progress: Stages | None = None,
     kept: Path | None = None,
 ) -> Model:
     """Give a model its temperatures, its two thresholds, measured results, and a card that says so.
@@ -224,7 +222,7 @@ def _tempered(
     frames: FrameSet,
     *,
     jobs: int | None,
-    progress: Progress | None,
+    progress: Stages | None,
     kept: Path | None,
 ) -> Model:
     """Give every network the mean entropy that the main one has without a temperature; return the model then."""
@@ -263,7 +261,7 @@ def _looks(
     frames: FrameSet,
     *,
     jobs: int | None,
-    progress: Progress | None,
+    progress: Stages | None,
     kept: Path | None,
 ) -> Values:
     """Return IoU, entropy and sharpness of every frame in every condition (frames, conditions, 3)."""

@@ -27,6 +27,7 @@ from sunset.data import (
 )
 from sunset.errors import InvalidInputError
 from sunset.metrics import ClassCounts, class_iou, count_classes
+from sunset.metrics.timeline import Counts
 from sunset.perception import Modality, Model, Segmenter, find_device, load_model
 from sunset.seeding import generator
 from sunset.training.frames import TEST_TOWN, VALIDATION_TOWN
@@ -41,8 +42,6 @@ AXES: Final[Mapping[str, Sequence[Any]]] = MappingProxyType(
 """What views differ in, the fields of `Setting`, and their values in order."""
 
 _SEED: Final = 7
-
-Counts = npt.NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,6 +12,7 @@ from sunset.recording import RecordedMessage, StoredRun
 from sunset.recording.story import Event, figures_of
 from sunset.recording.timelines import start_of
 from sunset.system import (
+    BAG_PLAYER,
     LOG_TOPIC,
     TRUTH_TOPIC,
     WINDOW,
@@ -180,9 +181,7 @@ def _topics(messages: Sequence[RecordedMessage], start_ns: int) -> list[TopicVie
     for one in messages:
         if one.topic in times:
             times[one.topic].append(round((one.time_ns - start_ns) / 1e9, _DIGITS))
-    return [
-        TopicView(topic, system.publishers.get(topic, "bag_player"), sent) for topic, sent in times.items()
-    ]
+    return [TopicView(topic, system.publishers.get(topic, BAG_PLAYER), sent) for topic, sent in times.items()]
 
 
 def _rounded(times: npt.NDArray[np.float64]) -> list[float]:

@@ -17,7 +17,6 @@ from sunset.system import (
     INJECTIONS_TOPIC,
     PARAMETER_EVENTS_TOPIC,
     Adaptation,
-    AdaptationKind,
     FaultKind,
     current_system,
     full_name,
@@ -135,13 +134,9 @@ class States:
 
     def _in_place(self, step: Adaptation) -> list[Span]:
         """Return when a step of a cure was in place."""
-        states = {AdaptationKind.ACTIVATE: "active", AdaptationKind.DEACTIVATE: "inactive"}
-        if step.kind in states:
-            return [
-                (state.since, state.until)
-                for state in self.lifecycle(step.node)
-                if state.state == states[step.kind]
-            ]
+        goal = step.kind.goal_state
+        if goal is not None:
+            return [(state.since, state.until) for state in self.lifecycle(step.node) if state.state == goal]
         settings = self._settings.get((full_name(step.node), step.parameter), [])
         return self._spans([(setting.time, setting.value == ros_text(step.value)) for setting in settings])
 

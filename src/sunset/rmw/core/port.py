@@ -34,6 +34,11 @@ class CallbackError(MiddlewareError):
         self.callback = callback
         self._reason = reason
 
+    @property
+    def origin(self) -> BaseException:
+        """What the callback raised; itself where that is not known, as of one that comes from another process."""
+        return self.__cause__ or self
+
     def __reduce__(self) -> tuple[type["CallbackError"], tuple[str, str, str]]:
         """Let it come back from another process."""
         return type(self), (self.node, self.callback, self._reason)

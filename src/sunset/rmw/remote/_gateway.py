@@ -78,10 +78,6 @@ class Gateway:
         """Let the other side make its nodes."""
         self._call(0, (), b"")
 
-    def close(self) -> None:
-        """Let the other side end."""
-        self._pipe.close()
-
     def _call(self, handler: int, numbers: tuple[int, ...], body: bytes) -> None:
         self._turn(Call(handler, self._process.now_ns(), numbers, body))
 

@@ -210,7 +210,8 @@ class RemoteProcess(RemoteHost):
 
     def remove(self, node: NodeHandle) -> None:
         assert isinstance(node, RemoteNode)  # noqa: S101  it made it
-        if self._nodes.pop(node, node) is None:
+        if node in self._nodes:
+            del self._nodes[node]
             self.tell(Destroy(node.number))
 
     def spin_once(self, timeout_ns: int | None) -> bool:

@@ -1,6 +1,6 @@
 """Nodes with a lifecycle, as in `rclpy.lifecycle`."""
 
-from sunset.ros.lifecycle._state_machine import LifecycleState, TransitionCallbackReturn
+from sunset.ros.lifecycle._state_machine import TRANSITIONS, LifecycleState, TransitionCallbackReturn
 from sunset.ros.lifecycle.managed_entity import ManagedEntity, SimpleManagedEntity
 from sunset.ros.lifecycle.node import LifecycleNode
 from sunset.ros.lifecycle.publisher import LifecyclePublisher
@@ -10,6 +10,7 @@ State = LifecycleState
 Publisher = LifecyclePublisher
 
 __all__ = [
+    "TRANSITIONS",
     "LifecycleNode",
     "LifecyclePublisher",
     "LifecycleState",

@@ -101,7 +101,7 @@ def test_a_managing_system_that_ends_its_process_is_not_passed_over(
     assert main([*bench, "--out", str(tmp_path / "out")]) == 0
     out, _ = capsys.readouterr()
     told = " ".join(out.split())
-    assert "the managing system failed in 1 of 1 runs: The managing system" in told
+    assert "1 of 1 run failed: The managing system" in told
     assert reason.rstrip(".") in told
     assert "Every run is valid." in told
 

@@ -9,13 +9,14 @@ from typing import Any
 
 import pytest
 
-from sunset.errors import ManagerError, SunsetError
+from sunset.errors import ExtensionError, ManagerError, SunsetError
 from sunset.experiments import RunSpec, Settings, Timing, manager_checksum, run
 from sunset.experiments.manager import isolate
 from sunset.harness.confined_manager import ManagerProcess, manager_process
 from sunset.managing import ManagingSystem, NoAdaptation, Symptoms, register_manager
 from sunset.recording import StoredRun, read_run, read_stored_run
 from sunset.scenarios import load_scenario
+from sunset.system import extended_system
 
 pytestmark = pytest.mark.usefixtures("flight")
 
@@ -169,6 +170,54 @@ def test_a_program_cannot_name_a_folder_that_holds_the_cache(
         match=f"names {tmp_path}, and {tmp_path / 'cache'} is where SUNSET keeps flights and their",
     ):
         manager_checksum(f"exec:python3 {tmp_path / 'program.py'} {tmp_path}", limit_s=30.0)
+
+
+ODD = """
+from sunset.managing import ManagingSystem
+
+
+class Silent(Exception):
+    def __str__(self):
+        raise LookupError("no text")
+
+
+class Odd(ManagingSystem):
+    def adapt(self, symptoms):
+        raise {error}
+"""
+
+
+@pytest.mark.parametrize(
+    ("error", "reason"),
+    [
+        ("Silent", r"it raised an exception without a text \(odd.py, line \d+, in adapt\)\.$"),
+        (
+            r"ValueError('1\\n faults cured  9 of 9')",
+            r"it raised ValueError: 1\\n faults cured  9 of 9 \(odd.py",
+        ),
+    ],
+)
+def test_its_failure_is_one_line_whatever_it_raises(error: str, reason: str, tmp_path: Path) -> None:
+    (tmp_path / "odd.py").write_text(ODD.replace("{error}", error), encoding="utf-8")
+    told = fly(tmp_path / "run", f"{tmp_path / 'odd.py'}:Odd").record.manager_failed or ""
+    assert re.search(reason, told)
+    assert "\n" not in told
+
+
+def test_an_extension_that_cannot_be_loaded_beside_it_is_named_with_what_it_sees(tmp_path: Path) -> None:
+    (tmp_path / "dirt.txt").write_text("0.5", encoding="utf-8")
+    (tmp_path / "dirt.py").write_text(
+        "from pathlib import Path\nfrom sunset.system import Extension\n"
+        "SHARE = float((Path(__file__).parent / 'dirt.txt').read_text())\nEXTENSION = Extension()\n",
+        encoding="utf-8",
+    )
+    with (
+        extended_system([tmp_path / "dirt.py"]),
+        pytest.raises(
+            ExtensionError, match=r"dirt.py cannot be imported: .* write into the file what it needs"
+        ),
+    ):
+        manager_checksum("none", limit_s=30.0)
 
 
 READER = """

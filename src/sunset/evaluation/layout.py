@@ -15,7 +15,7 @@ from sunset.evaluation.summary import PUBLISHED_SOURCE, SystemRow
 from sunset.evaluation.treatments import fault_blocks, fault_notes, lines_of
 from sunset.metrics import SCRIPT_FIGURES
 from sunset.system import DURATION_S
-from sunset.texts import printable, shorten
+from sunset.texts import counted, printable, shorten
 
 _COLUMNS: Final[Mapping[str, Column]] = MappingProxyType(
     {
@@ -198,10 +198,9 @@ def _invalid_note(row: SystemRow) -> str:
 
 
 def _failed_note(row: SystemRow) -> str:
-    """Return in how many of a row's runs the managing system failed, and how."""
-    return (
-        f"{row.system}: the managing system failed in {len(row.failed)} of {row.runs + len(row.invalid)} runs: "
-        + (_told((run, run.failed) for run in row.failed))
+    """Return how many of a row's runs failed, and how: the managing system, or a node of an extension."""
+    return f"{row.system}: {len(row.failed)} of {counted(row.runs + len(row.invalid), 'run')} failed: " + (
+        _told((run, run.failed) for run in row.failed)
     )
 
 

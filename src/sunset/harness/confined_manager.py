@@ -1,5 +1,6 @@
 """A managing system behind walls, seen from the process that starts, watches and ends it."""
 
+import atexit
 import os
 import signal
 import socket
@@ -103,7 +104,7 @@ class ManagerProcess:
                 raise killed_error(death, "managing system")
             told = death.reason if isinstance(failure, EndError | SilenceError) else str(failure)
             reason = f"{shorten(told, _LONGEST)}{_place(self.manager, death)}"
-        return printable(f"The managing system {self.manager} {what}: it {reason}.")
+        return printable(f"The managing system {self.manager} {what}: it {reason}.").replace("\n", "\\n")
 
     def interrupt(self) -> None:
         """Shut the socket down, so that a waiting reader returns at once; safe in a signal handler."""
@@ -163,7 +164,7 @@ def manager_process(
         else:
             sources = [Path(extension.source) for extension in extensions]
             beside = [file for source in sources for file in modules_beside(source.parent)]
-            folders, modules = ((), ()) if manager in MANAGERS else manager_code(manager)
+            folders, modules = ((), ()) if manager in MANAGERS and not extensions else manager_code(manager)
             view = View(
                 search=(*folders, *(source.parent for source in sources)),
                 modules=(*modules, *sources, *beside),
@@ -190,7 +191,14 @@ def _server() -> Confinement:
     own = os.getpid()
     if own not in _servers or not _servers[own].is_running:
         _servers[own] = Confinement(ENTRY)
+        atexit.register(_end_server, own)
     return _servers[own]
+
+
+def _end_server(owner: int) -> None:
+    """End the server of a process that ends; not in those that were forked from it."""
+    if os.getpid() == owner and owner in _servers:
+        _servers.pop(owner).close()
 
 
 def killed_error(death: ProcessDeath, whose: str) -> SunsetError:

@@ -9,7 +9,7 @@ from typing import Final
 
 import msgspec
 
-from sunset.errors import ManagerError
+from sunset.errors import ExtensionError, ManagerError
 from sunset.isolation import line_text
 from sunset.managing import (
     KnownScenario,
@@ -71,9 +71,15 @@ class LoadedManager(msgspec.Struct, frozen=True, tag="loaded"):
 
 
 class RefusedManager(msgspec.Struct, frozen=True, tag="refused"):
-    """Why a managing system cannot be loaded, in a sentence."""
+    """Why a managing system cannot be loaded.
+
+    Attributes:
+        reason: in a sentence.
+        extension: whether an extension of the managed system cannot be loaded in its process.
+    """
 
     reason: str
+    extension: bool = False
 
 
 _encode = msgspec.msgpack.encode
@@ -85,12 +91,18 @@ def receive_loaded(pipe: Pipe, end_s: float) -> LoadedManager:
 
     Raises:
         ManagerError: it cannot be loaded.
+        ExtensionError: an extension cannot be loaded in its process.
         PipeError: the process says nothing, or what is not of the protocol.
     """
     try:
         told: LoadedManager | RefusedManager = _decode(pipe.receive(end_s))
     except msgspec.DecodeError as error:
         raise PipeError(f"sent what is not of the protocol: {error}") from error
+    if isinstance(told, RefusedManager) and told.extension:
+        raise ExtensionError(
+            f"{shorten(told.reason)} That is so in the process of the managing system, which sees the Python files "
+            "beside the extension, no other file and no variable of the environment: write into the file what it needs."
+        )
     if isinstance(told, RefusedManager):
         raise ManagerError(shorten(told.reason))
     return told
@@ -113,8 +125,8 @@ def run_manager(connection: socket.socket, task: object) -> None:
             ),
             None if others is None else tuple(others),
         )
-    except ManagerError as error:
-        pipe.send(_encode(RefusedManager(str(error))))
+    except (ManagerError, ExtensionError) as error:
+        pipe.send(_encode(RefusedManager(str(error), isinstance(error, ExtensionError))))
         return
     pipe.send(_encode(loaded))
 
@@ -142,10 +154,9 @@ def _said_of(made: type[ManagingSystem], error: BaseException) -> str:
 def described_error(error: BaseException) -> str:
     """Return an exception's class and text, such as `KeyError: 'x'`."""
     try:
-        text = shorten(str(error).rstrip("."))
-    except Exception:  # noqa: BLE001  str() of a user's exception may itself raise
-        text = ""
-    return ": ".join(filter(None, (type(error).__name__, text)))
+        return ": ".join(filter(None, (type(error).__name__, shorten(str(error).rstrip(".")))))
+    except Exception:  # noqa: BLE001  what a user's exception says of itself may itself raise
+        return "an exception without a text"
 
 
 def _place(manager: type[ManagingSystem], error: BaseException) -> str:

@@ -14,7 +14,7 @@ from typing import Final, Self, cast
 from sunset.errors import ManagerError
 from sunset.managing.base import ManagingSystem
 from sunset.managing.command import PREFIX
-from sunset.managing.names import MANAGERS
+from sunset.managing.names import MANAGERS, check_printable
 from sunset.managing.program import Program, load_program
 from sunset.managing.symptoms import Symptoms
 from sunset.source_files import class_texts, functions_of, import_file, import_from, is_edited
@@ -52,8 +52,7 @@ def load_manager(spec: str, folder: Path = Path()) -> type[ManagingSystem]:
     """
     if known := MANAGERS.get(spec) or _registered.get(spec):
         return known
-    if not spec.isprintable():
-        raise ManagerError(f"The managing system {spec!r} contains an unprintable character.")
+    check_printable(spec)
     if spec.startswith(PREFIX):
         return load_program(spec, folder)
     where, separator, name = spec.rpartition(":")

@@ -33,6 +33,16 @@ _LABEL: Final = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.+-]{0,39}")
 _RESERVED: Final = frozenset({*MANAGERS, EXTERNAL})
 
 
+def check_printable(spec: str) -> None:
+    """Refuse a managing system whose name no path has and no record should hold.
+
+    Raises:
+        ManagerError: it contains an unprintable character.
+    """
+    if not spec.isprintable():
+        raise ManagerError(f"The managing system {spec!r} contains an unprintable character.")
+
+
 def split_label(text: str) -> tuple[str, str]:
     """Return the label of `LABEL=MANAGER` and what stands behind it; an empty label if there is none.
 
@@ -40,11 +50,12 @@ def split_label(text: str) -> tuple[str, str]:
 
     Raises:
         ManagerError: the label has other characters than a label may have, is too long, or is the name of a
-            managing system that comes with SUNSET.
+            managing system that comes with SUNSET; or the text contains an unprintable character.
 
     >>> split_label("mine-2=mine.py:Mine"), split_label("baseline")
     (('mine-2', 'mine.py:Mine'), ('', 'baseline'))
     """
+    check_printable(text)
     label, separator, manager = text.partition("=")
     if not separator or "/" in label or ":" in label:
         return "", text

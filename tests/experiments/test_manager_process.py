@@ -190,7 +190,7 @@ class Odd(ManagingSystem):
 @pytest.mark.parametrize(
     ("error", "reason"),
     [
-        ("Silent", r"it raised an exception without a text \(odd.py, line \d+, in adapt\)\.$"),
+        ("Silent", r"it raised Silent \(odd.py, line \d+, in adapt\)\.$"),
         (
             r"ValueError('1\\n faults cured  9 of 9')",
             r"it raised ValueError: 1\\n faults cured  9 of 9 \(odd.py",

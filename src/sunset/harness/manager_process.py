@@ -3,6 +3,7 @@
 import inspect
 import socket
 import traceback
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Final
@@ -153,10 +154,17 @@ def _said_of(made: type[ManagingSystem], error: BaseException) -> str:
 
 def described_error(error: BaseException) -> str:
     """Return an exception's class and text, such as `KeyError: 'x'`."""
+    return ": ".join(
+        filter(None, (_said(lambda: type(error).__name__) or "an exception", _said(lambda: str(error))))
+    )
+
+
+def _said(say: Callable[[], str]) -> str:
+    """Return what a user's exception says of itself; empty if that raises."""
     try:
-        return ": ".join(filter(None, (type(error).__name__, shorten(str(error).rstrip(".")))))
-    except Exception:  # noqa: BLE001  what a user's exception says of itself may itself raise
-        return "an exception without a text"
+        return shorten(say().rstrip("."))
+    except BaseException:  # noqa: BLE001  it may be anything
+        return ""
 
 
 def _place(manager: type[ManagingSystem], error: BaseException) -> str:

@@ -55,9 +55,9 @@ def split_label(text: str) -> tuple[str, str]:
     >>> split_label("mine-2=mine.py:Mine"), split_label("baseline")
     (('mine-2', 'mine.py:Mine'), ('', 'baseline'))
     """
-    check_printable(text)
     label, separator, manager = text.partition("=")
     if not separator or "/" in label or ":" in label:
+        check_printable(text)
         return "", text
     if not _LABEL.fullmatch(label):
         raise ManagerError(
@@ -69,4 +69,5 @@ def split_label(text: str) -> tuple[str, str]:
             f"The label {label!r} is the name of a managing system that comes with SUNSET; choose another for "
             f"{manager}."
         )
+    check_printable(manager)
     return label, manager

@@ -267,6 +267,15 @@ def test_its_own_files_are_shown_to_it(tmp_path: Path) -> None:
     assert fly(tmp_path / "run", f"{tmp_path / 'reader.py'}:Reader").record.manager_failed is None
 
 
+def test_its_files_may_be_links(tmp_path: Path) -> None:
+    (tmp_path / "store").mkdir()
+    (tmp_path / "store" / "1f2e").write_text("gain: 3\n", encoding="utf-8")
+    (tmp_path / "own").mkdir()
+    (tmp_path / "own" / "weights.bin").symlink_to("../store/1f2e")
+    (tmp_path / "own" / "reader.py").write_text(READER.replace("{name}", "weights.bin"), encoding="utf-8")
+    assert fly(tmp_path / "run", f"{tmp_path / 'own' / 'reader.py'}:Reader").record.manager_failed is None
+
+
 def test_a_link_beside_it_to_what_is_not_python_is_not_shown_to_it(tmp_path: Path) -> None:
     (tmp_path / "labels.mcap").write_text("labels", encoding="utf-8")
     (tmp_path / "notes.py").symlink_to(tmp_path / "labels.mcap")

@@ -2,6 +2,7 @@
 
 import ast
 import importlib.util
+import os
 import sys
 from collections.abc import Iterable, Iterator
 from pathlib import Path
@@ -50,7 +51,7 @@ def manager_data(spec: str, folder: Path | None = None) -> tuple[Path, ...]:
         return ()
     found = []
     for text in _declared(file, name):
-        path = (file.parent / text).resolve()
+        path = Path(os.path.normpath(file.parent / text))  # a link to it is shown, too
         if not path.is_file():
             raise ManagerError(
                 f"The managing system {spec} names a file {text} in files, and {path} is not a file."

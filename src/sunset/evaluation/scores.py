@@ -146,7 +146,7 @@ def score_rows(systems: Mapping[str, Sequence[RunRow]]) -> tuple[ScoreRow, ...]:
         systems: what the row is called → runs that have a part in scores, that can be put side by side.
     """
     nothing, scored, others = _gains(systems)
-    rows, figures = [], _figures(systems)
+    rows, figures = [], _figures(systems, nothing)
     for name, runs in systems.items():
         known = figures[name]
         clusters = {run.experiment: run.cluster for run in runs}
@@ -175,13 +175,14 @@ def score_rows(systems: Mapping[str, Sequence[RunRow]]) -> tuple[ScoreRow, ...]:
 
 
 def _table(systems: Mapping[str, Sequence[RunRow]]) -> ScoreTable:
-    rows, figures = score_rows(systems), _figures(systems)
+    rows, (nothing, scored, _) = score_rows(systems), _gains(systems)
+    figures = _figures(systems, nothing)
     return ScoreTable(
         suite=next(iter(systems.values()))[0].suite,
         rows=rows,
         differences=differences(
             {row.system: figures[row.system] for row in rows},
-            _gains(systems)[1],
+            scored,
             {run.experiment: run.cluster for runs in systems.values() for run in runs},
         ),
     )
@@ -198,9 +199,13 @@ def _gains(systems: Mapping[str, Sequence[RunRow]]) -> tuple[Figures, Figures, F
     return nothing, scored, {key: gain for key, gain in gains.items() if key not in scored}
 
 
-def _figures(systems: Mapping[str, Sequence[RunRow]]) -> Mapping[str, Figures]:
-    """Return IoU_all of the runs of managing systems, as their scores are computed from it."""
-    nothing = _gains(systems)[0]
+def _figures(systems: Mapping[str, Sequence[RunRow]], nothing: Figures) -> Mapping[str, Figures]:
+    """Return IoU_all of the runs of managing systems, as their scores are computed from it.
+
+    Args:
+        systems: the runs by row.
+        nothing: what never repairing gives.
+    """
     figures = {}
     for name, runs in systems.items():
         known = dict(_iou_all(runs))

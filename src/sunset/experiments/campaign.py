@@ -220,8 +220,4 @@ def _flight_facts(prepared: Sequence[tuple[RunSpec, Resources]]) -> dict[str, St
 
 def scenarios_checksum(runs: Sequence[RunSpec]) -> str:
     """Return the SHA-256 of the scenarios of a campaign's runs, in hexadecimal."""
-    return _checksum(repr([run.scenario for run in runs]))
-
-
-def _checksum(text: str) -> str:
-    return hashlib.sha256(text.encode()).hexdigest()
+    return hashlib.sha256(repr([run.scenario for run in runs]).encode()).hexdigest()

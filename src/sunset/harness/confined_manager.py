@@ -165,13 +165,14 @@ def manager_process(
             sources = [Path(extension.source) for extension in extensions]
             beside = [file for source in sources for file in modules_beside(source.parent)]
             folders, modules = ((), ()) if manager in MANAGERS and not extensions else manager_code(manager)
+            data = manager_data(manager)
             view = View(
                 search=(*folders, *(source.parent for source in sources)),
                 modules=(*modules, *sources, *beside),
-                readable=(*manager_data(manager), *(command.places if command else ())),
+                readable=(*data, *(command.places if command else ())),
             )
             places = (*view.modules, *view.readable)
-            check_shown(manager, places, (*manager_data(manager), *(command.files if command else ())))
+            check_shown(manager, places, (*data, *(command.files if command else ())))
             process = _server().start(to_builtins(task), view)
     except OSError as error:
         raise OutputError(f"No process can be started for the managing system: {error.strerror}.") from error

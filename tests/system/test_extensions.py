@@ -152,6 +152,10 @@ def of_fault(options: str) -> str:
             "each must be a mapping with a name",
         ),
         (HEAD + "EXTENSION = Extension(suites={'mine': ''})", "The suite mine has no scenario"),
+        (
+            HEAD + "EXTENSION = Extension(suites={'mine': (('gpu_failure',), ('gpu_failure',))})",
+            "The suite mine has the scenario mine/gpu_failure twice; name each once",
+        ),
         (SONAR + node("monitor"), "The node name 'monitor' is the experiment's own"),
         (SONAR + node("managing_system"), "The node name 'managing_system' is the experiment's own"),
         (

@@ -138,7 +138,7 @@ class CampaignForecast:
                 )
                 continue
             needed = (
-                f"no number of repetitions {where} reaches {100 * POWER:g} %"
+                f"no number of repetitions {where} reaches {100 * POWER:g} %, but more flights may (--flights)"
                 if prospect.repetitions is None
                 else f"{prospect.repetitions} repetitions {where} reach {100 * POWER:g} %"
             )

@@ -40,6 +40,11 @@ def parse_yaml(text: str, source: str) -> "Item":
         loader = yaml.SafeLoader(text)
         node = loader.get_single_node()
     except yaml.MarkedYAMLError as error:
+        if isinstance(error, yaml.composer.ComposerError) and error.problem == "but found another document":
+            raise ScenarioError(
+                f"{source}: it holds several YAML documents, divided by ---; a file has one, which may be a list of "
+                "scenarios."
+            ) from error
         mark = error.problem_mark or error.context_mark
         line = f", line {mark.line + 1}" if mark else ""
         problem = error.problem or error.context or "it cannot be parsed"

@@ -26,13 +26,17 @@ def names_in_suite(name: str, suite: Suite) -> tuple[str, ...]:
     """Return the names of a suite's scenarios, in its order.
 
     Raises:
-        ExtensionError: it is a text that is not a YAML list of mappings with names.
+        ExtensionError: it is a text that is not a YAML list of mappings with names, or has the same faults twice.
 
     >>> names_in_suite("mine", "[{name: late, faults: []}]"), names_in_suite("mine", (("gpu_failure",),))
     (('mine/late',), ('mine/gpu_failure',))
     """
     if not isinstance(suite, str):
-        return tuple(scenario_name(name, faults) for faults in suite)
+        names = tuple(scenario_name(name, faults) for faults in suite)
+        for number, one in enumerate(names):
+            if one in names[:number]:
+                raise ExtensionError(f"The suite {name} has the scenario {one} twice; name each once.")
+        return names
     what = f"The suite {name} must be a YAML list of scenarios"
     try:
         scenarios = yaml.safe_load(suite)

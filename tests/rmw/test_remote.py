@@ -227,6 +227,100 @@ def test_everything_happens_as_in_one_process(main: Main) -> None:
     assert len(here.listener.events) > 50
 
 
+class Noting(Node):
+    """Takes notes of what it hears, and tells them every now and then, also while it waits."""
+
+    def __init__(self, context: Context) -> None:
+        super().__init__("noting", context=context)
+        self.notes: list[tuple[int, str]] = []
+        self.out = self.create_publisher(String, "seen", 10)
+        self.subscription = self.create_subscription(String, "/chatter", self.note, 10)
+        self.asking = self.create_client(Trigger, "/server/ask")
+        self.create_timer(0.35, self.tell)
+
+    def note(self, message: String) -> None:
+        self.notes.append((self.get_clock().now().nanoseconds, message.data))
+
+    def tell(self) -> None:
+        self.out.publish(String(data=str(self.notes)))
+        if len(self.notes) > 12:
+            self.destroy_subscription(self.subscription)
+
+
+def noting(context: Context) -> Node:
+    """Wait for messages, and for what else there is, before it is spun."""
+    node = Noting(context)
+    if isinstance(context.middleware, RemoteProcess):
+        context.middleware.defer(node.subscription.handle)
+    executor = SingleThreadedExecutor(context=context)
+    executor.add_node(node)
+    for _ in range(4):
+        executor.spin_once(1.0)
+        node.out.publish(String(data=str((node.notes, node.get_clock().now().nanoseconds))))
+    executor.spin_until_future_complete(node.asking.call_async(Trigger.Request()), 1.0)
+    executor.remove_node(node)
+    return node
+
+
+def test_what_may_wait_comes_before_the_next_and_saves_turns(monkeypatch: pytest.MonkeyPatch) -> None:
+    turns = {True: 0, False: 0}
+    send = Pipe.send
+
+    def count(pipe: Pipe, body: bytes, end_s: float | None = None) -> None:
+        turns[deferring] += 1
+        send(pipe, body, end_s)
+
+    monkeypatch.setattr(Pipe, "send", count)
+    here, there, undeferred = World(), World(), World()
+    deferring = True
+    here.fly(noting, remote=False, seconds=3.0)
+    gateway = there.fly(noting, remote=True, seconds=3.0)
+    monkeypatch.setattr(RemoteProcess, "defer", lambda *_: None)
+    deferring = False
+    undeferred.fly(noting, remote=True, seconds=3.0)
+
+    assert gateway is not None
+    assert gateway.failure is None
+    assert there.listener.events == here.listener.events == undeferred.listener.events
+    assert turns[True] < turns[False] - 10
+
+
+def test_what_waits_is_limited_and_what_it_raises_is_told() -> None:
+    heard: list[int] = []
+
+    def chatty(context: Context) -> Node:
+        node = Node("chatty", context=context)
+        out = node.create_publisher(String, "/long", 10)
+        node.create_timer(0.1, lambda: out.publish(String(data="x" * (1 << 19))))
+        return node
+
+    def patient(context: Context) -> Node:
+        node = Node("patient", context=context)
+        subscription = node.create_subscription(String, "/long", lambda _: heard.append(1), 10)
+        assert isinstance(context.middleware, RemoteProcess)
+        context.middleware.defer(subscription.handle)
+        return node
+
+    def angry(context: Context) -> Node:
+        node = Node("angry", context=context)
+        subscription = node.create_subscription(String, "/chatter", lambda _: 1 // 0, 10)
+        assert isinstance(context.middleware, RemoteProcess)
+        context.middleware.defer(subscription.handle)
+        node.create_timer(0.5, lambda: heard.append(2))
+        return node
+
+    world = World()
+    world.bring_up("Chatty", chatty)
+    world.fly(patient, remote=True)
+    assert len(heard) in range(15, 20), "two of three messages wait"
+
+    heard.clear()
+    gateway = World().fly(angry, remote=True)
+    assert gateway is not None
+    assert "raised ZeroDivisionError" in str(gateway.failure)
+    assert heard == []
+
+
 def test_what_does_not_fit_is_told_where_it_is_sent() -> None:
     told: list[str] = []
 
@@ -317,6 +411,7 @@ HOSTILE = {
     "a node where an endpoint belongs": (frame(NODE, (4, 1, b""), DONE), "speaks of 1"),
     "an endpoint of no node": (frame(endpoint("publisher"), DONE), "speaks of 1"),
     "a question to a node": (frame(NODE, (18, 1)), "speaks of 1"),
+    "what may wait is no subscription": (frame(NODE, (21, 1), DONE), "speaks of 1"),
     "a name with a space": (frame((0, 1, "a b", "/"), DONE), "the name"),
     "a name with a slash": (frame((0, 1, "a/b", "/"), DONE), "the name"),
     "a namespace without one": (frame((0, 1, "a", "b"), DONE), "the name"),

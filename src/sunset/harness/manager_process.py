@@ -137,6 +137,7 @@ def run_manager(connection: socket.socket, task: object) -> None:
         overrides = [Parameter(name, value=value) for name, value in told.parameters.items()]
         construct = partial(Oracle, scenario=told.scenario) if made is Oracle else made
         manager = construct(context=context, parameter_overrides=overrides)
+        process.defer(manager.symptoms_subscription.handle)
         SingleThreadedExecutor(context=context).add_node(manager)
 
     RemoteProcess(

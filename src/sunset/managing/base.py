@@ -18,6 +18,7 @@ from sunset.ros.exceptions import NotInitializedException
 from sunset.ros.node import Node
 from sunset.ros.parameter import Parameter
 from sunset.ros.publisher import Publisher
+from sunset.ros.subscription import Subscription
 from sunset.ros.task import Future
 from sunset.ros.timer import Timer
 from sunset.system.vocabulary import (
@@ -116,7 +117,9 @@ class ManagingSystem(Node):
         self.__thought: Timer | None = None
         self.__decided: list[Callable[[], None]] = []  # while it thinks
         self.__adapting = self.__acted = False
-        self.create_subscription(SetBlackboardGroup, BLACKBOARD_TOPIC, self.__on_blackboard, 10)
+        self.__symptoms = self.create_subscription(
+            SetBlackboardGroup, BLACKBOARD_TOPIC, self.__on_blackboard, 10
+        )
         self.create_timer(cast("float", self.get_parameter("period").value), self.__decide)
         self.on_start()
 
@@ -130,6 +133,11 @@ class ManagingSystem(Node):
             symptoms: what can be seen of the managed system now. What is not measured is False or NaN, never None.
         """
         raise NotImplementedError(f"{type(self).__name__} has no method adapt.")
+
+    @property
+    def symptoms_subscription(self) -> Subscription[SetBlackboardGroup]:
+        """What brings the symptoms; what comes is kept for the next call of `adapt`."""
+        return self.__symptoms
 
     @property
     def entropy_threshold(self) -> float:

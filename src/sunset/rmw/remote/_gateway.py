@@ -21,12 +21,14 @@ from sunset.rmw.remote._protocol import (
     Statement,
     Wait,
     read_statements,
-    write_order,
+    write_orders,
 )
 from sunset.rmw.remote._stand_ins import StandIns
 
 _DEEPEST: Final = 20
 """Turns within turns: of a process that waits, in a predicate that it waits for, and so on."""
+_MOST_HELD: Final = 1 << 20
+"""Bytes of messages that wait for the next turn."""
 
 
 class _NestedError(Exception):
@@ -72,6 +74,8 @@ class Gateway:
         self._longest_ns = longest_ns
         self._began_ns = process.now_ns()
         self._depth = 0
+        self._held: list[Order] = []
+        self._held_bytes = 0
         self._stand_ins = StandIns(process, self._call)
 
     def start(self) -> None:
@@ -79,7 +83,12 @@ class Gateway:
         self._call(0, (), b"")
 
     def _call(self, handler: int, numbers: tuple[int, ...], body: bytes) -> None:
-        self._turn(Call(handler, self._process.now_ns(), numbers, body))
+        call = Call(handler, self._process.now_ns(), numbers, body)
+        if handler in self._stand_ins.deferred and self._held_bytes < _MOST_HELD:
+            self._held.append(call)
+            self._held_bytes += len(body)
+        else:
+            self._turn(call)
 
     def _turn(self, order: Order) -> bool:
         """Give the other side its turn, and do what it says until it is done; return the value of a predicate.
@@ -107,14 +116,15 @@ class Gateway:
         return True
 
     def _exchange(self, order: Order) -> Statement:
-        """Send an order, and do what the other side says until it gives the turn back; return how it does."""
+        """Send what has waited and an order, and do what the other side says; return how it gives the turn back."""
         if self._depth > _DEEPEST:
             raise PipeError("waits for itself")
         if self._longest_ns is not None and self._process.now_ns() - self._began_ns >= self._longest_ns:
             raise PipeError(f"waits for more than {self._longest_ns / 1e9:g} s in a callback")
         start_s = time.monotonic()
         end_s = start_s + self._left_s
-        self._pipe.send(write_order(order), end_s)
+        orders, self._held, self._held_bytes = [*self._held, order], [], 0
+        self._pipe.send(write_orders(orders), end_s)
         statements = read_statements(self._pipe.receive(end_s))
         self._left_s -= time.monotonic() - start_s
         if not statements:

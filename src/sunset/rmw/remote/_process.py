@@ -9,7 +9,7 @@ from typing import Final
 
 from sunset.errors import MiddlewareError
 from sunset.rmw.core.node import NodeHandle, Parts
-from sunset.rmw.core.port import CallbackError, EndpointInfo
+from sunset.rmw.core.port import CallbackError, EndpointInfo, SubscriptionHandle
 from sunset.rmw.remote._entity import (
     RemoteClient,
     RemoteHost,
@@ -26,6 +26,7 @@ from sunset.rmw.remote._protocol import (
     AskNodes,
     Call,
     Change,
+    Defer,
     Destroy,
     Done,
     EndError,
@@ -41,7 +42,7 @@ from sunset.rmw.remote._protocol import (
     Spin,
     Statement,
     Wait,
-    read_order,
+    read_orders,
     write_statements,
 )
 
@@ -103,19 +104,20 @@ class RemoteProcess(RemoteHost):
         """Do what the simulation says, until it closes its end of the pipe."""
         try:
             while True:
-                self._obey(read_order(self._pipe.receive()))
+                self._obey(read_orders(self._pipe.receive()))
         except EndError:
             return
 
-    def _obey(self, order: Order) -> None:
+    def _obey(self, orders: Sequence[Order]) -> None:
         """Do what the simulation says, and tell it how that went."""
-        self._now = order.now_ns
+        outcome: Statement = Done()
         try:
-            if isinstance(order, Call):
-                self._call(order)
-                outcome: Statement = Done()
-            else:
-                outcome = Done(bool(self._predicates[-1]()))
+            for order in orders:
+                self._now = order.now_ns
+                if isinstance(order, Call):
+                    self._call(order)
+                else:
+                    outcome = Done(bool(self._predicates[-1]()))
         except EndError:
             raise
         except BaseException as error:  # noqa: BLE001  the simulation is told
@@ -164,10 +166,14 @@ class RemoteProcess(RemoteHost):
             raise MiddlewareError("Only the thread that runs the callbacks may ask the simulation something.")
         self._send(question)
         while True:
-            order = read_order(self._pipe.receive())
+            *waited, order = orders = read_orders(self._pipe.receive())
             if isinstance(order, Answer):
                 break
-            self._obey(order)
+            self._obey(orders)
+        for call in waited:
+            self._now = call.now_ns
+            if isinstance(call, Call):
+                self._call(call)
         self._now = order.now_ns
         if order.raised and self._raised is not None:
             if isinstance(self._raised, CallbackError) or not isinstance(self._raised, Exception):
@@ -176,6 +182,11 @@ class RemoteProcess(RemoteHost):
         if order.error:
             raise MiddlewareError(order.error)
         return order
+
+    def defer(self, subscription: SubscriptionHandle) -> None:
+        """Let a subscription's handler be called no earlier than the next of others: it must only take notes."""
+        assert isinstance(subscription, RemoteSubscription)  # noqa: S101  it made it
+        self.tell(Defer(subscription.number))
 
     # The port
 

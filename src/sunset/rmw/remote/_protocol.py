@@ -1,9 +1,10 @@
 """What the two ends of the pipe say to each other, and how it travels.
 
 The simulation speaks first, and after that they take turns: a frame is a number of bytes, the number of 4 bytes before
-it. What the managing side sends is a list of `Statement`s, of which the last one, and no other, gives the turn back: it
-is `Done`, `Raised` or a question. Nothing of it is trusted: it is decoded into these structs, strictly, and messages
-are CDR.
+it. What it sends is a list of `Order`s: the last one gives the turn, and before it come calls that have waited for it.
+What the managing side sends is a list of `Statement`s, of which the last one, and no other, gives the turn back: it is
+`Done`, `Raised` or a question. Nothing of it is trusted: it is decoded into these structs, strictly, and messages are
+CDR.
 """
 
 import socket
@@ -168,6 +169,12 @@ class Shutdown(Struct, array_like=True, tag=11, frozen=True):
     """Leave the network."""
 
 
+class Defer(Struct, array_like=True, tag=21, frozen=True):
+    """Let the calls of a subscription's handler wait for the next turn, which saves one for each message."""
+
+    number: int
+
+
 class Done(Struct, array_like=True, tag=12, frozen=True):
     """The handler has returned, or the predicate has this value."""
 
@@ -239,13 +246,14 @@ Change: TypeAlias = (
     | Destroy
     | Attach
     | Shutdown
+    | Defer
 )
 """What needs no answer: where it cannot be done, the managing side knows."""
 
 Statement: TypeAlias = Change | Done | Raised | Question
 
 _encode = Encoder().encode
-_decode_order: Callable[[bytes], Order] = Decoder(Order).decode
+_decode_orders: Callable[[bytes], list[Order]] = Decoder(list[Order]).decode
 _decode_statements: Callable[[bytes], list[Statement]] = Decoder(list[Statement]).decode
 
 
@@ -341,14 +349,14 @@ class Pipe:
             self._door.settimeout(max(end_s - time.monotonic(), 0.001))
 
 
-def write_order(order: Order) -> bytes:
+def write_orders(orders: list[Order]) -> bytes:
     """Return what the simulation sends, as bytes."""
-    return _encode(order)
+    return _encode(orders)
 
 
-def read_order(body: bytes) -> Order:
+def read_orders(body: bytes) -> list[Order]:
     """Return what the simulation sent."""
-    return _decode_order(body)
+    return _decode_orders(body)
 
 
 def write_statements(statements: list[Statement]) -> bytes:

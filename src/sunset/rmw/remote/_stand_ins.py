@@ -26,6 +26,7 @@ from sunset.rmw.remote._protocol import (
     AskWanted,
     Attach,
     Cancel,
+    Defer,
     Destroy,
     Endpoint,
     MakeEndpoint,
@@ -57,11 +58,15 @@ class StandIns:
     Args:
         process: the process on the network.
         call: calls a handler of the other side: its number, and numbers and bytes as of `Call`.
+
+    Attributes:
+        deferred: handlers whose calls may wait.
     """
 
     def __init__(self, process: Middleware, call: Callable[[int, tuple[int, ...], bytes], None]) -> None:
         self._process = process
         self._call = call
+        self.deferred: set[int] = set()
         self._things: dict[int, tuple[object, type[Message] | None]] = {}
         self._last = 0
         self._began_ns = process.now_ns()
@@ -79,6 +84,7 @@ class StandIns:
             Destroy: self._destroy,
             Attach: self._attach,
             Shutdown: lambda _: process.shutdown(),
+            Defer: self._defer,
         }
         self._answers: Mapping[type, Callable[[Any], Answer]] = {
             AskNodes: lambda _: Answer(process.now_ns(), nodes=list(process.nodes())),
@@ -205,6 +211,11 @@ class StandIns:
     def _destroy(self, change: Destroy) -> None:
         self._get(change.number, (NodeHandle | Handle | Timer)).destroy()
         del self._things[change.number]
+        self.deferred.discard(change.number)
+
+    def _defer(self, change: Defer) -> None:
+        self._get(change.number, SubscriptionHandle)
+        self.deferred.add(change.number)
 
     def _attach(self, change: Attach) -> None:
         node = self._get(change.number, NodeHandle)

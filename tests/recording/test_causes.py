@@ -4,12 +4,21 @@ from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 
-from sunset.metrics import Episode, FaultOutcome, Injection, RunMetrics, Timeline, score
+from sunset.metrics import Episode, FaultOutcome, Injection, RunMetrics, Setting, Timeline, score
 from sunset.recording.causes import Cause, causes_of
+from sunset.recording.schema import StoredFault
+
+
+def timeline(injections: Sequence[Injection], settings: Sequence[Setting] = ()) -> Timeline:
+    return Timeline(
+        injections=tuple(injections),
+        settings=tuple(settings),
+        thresholds={"entropy_threshold": 0.1, "sharpness_threshold": 1.0},
+    )
 
 
 def metrics(episodes: Sequence[Episode] = (), outcomes: Sequence[FaultOutcome] = ()) -> RunMetrics:
-    nothing = score(Timeline(thresholds={"entropy_threshold": 0.1, "sharpness_threshold": 1.0}))
+    nothing = score(timeline([]))
     return replace(nothing, failures=tuple(episodes), outcomes=tuple(outcomes))
 
 
@@ -19,7 +28,7 @@ def episode(failure: str, *, injected: bool) -> Episode:
 
 def only_cause(fault: str, failure: str, seen: RunMetrics) -> Cause:
     there = replace(seen, outcomes=(FaultOutcome(fault, failure, 0.0, 20.0),))
-    (cause,) = causes_of([Injection(0.0, fault, failure, "some_node")], there)
+    (cause,) = causes_of(timeline([Injection(0.0, fault, failure, "some_node")]), there)
     return cause
 
 
@@ -50,7 +59,7 @@ def test_what_is_said_of_its_cure_is_what_the_figures_count() -> None:
     ]
     outcomes = [noise(0.0, 3.0), noise(5.0, 8.0, 6.25), noise(10.0, 13.0, 10.0), noise(15.0, 20.0)]
 
-    (cause,) = causes_of(injections, metrics(outcomes=outcomes))
+    (cause,) = causes_of(timeline(injections), metrics(outcomes=outcomes))
 
     assert cause.cured_by.partition("; ")[2] == (
         "healed by itself at 3.00 s, done at 6.25 s, in place at 10.00 s and not done"
@@ -58,10 +67,49 @@ def test_what_is_said_of_its_cure_is_what_the_figures_count() -> None:
 
 
 def test_a_fault_that_came_when_all_was_over_is_left_out() -> None:
-    assert causes_of([Injection(20.0, "gpu_failure", "F3", "segmentation")], metrics()) == ()
+    assert causes_of(timeline([Injection(20.0, "gpu_failure", "F3", "segmentation")]), metrics()) == ()
 
 
 def test_a_fault_of_another_version_is_left_out() -> None:
     seen = metrics(outcomes=[FaultOutcome("unheard_of", "F9", 0.0, 20.0)])
 
-    assert causes_of([Injection(0.0, "unheard_of", "F9", "some_node")], seen) == ()
+    assert causes_of(timeline([Injection(0.0, "unheard_of", "F9", "some_node")]), seen) == ()
+
+
+def test_a_cure_that_was_undone_is_told_with_its_time() -> None:
+    noise = Injection(1.0, "depth_degradation", "F4", "depth", internal=False)
+    modality = partial(Setting, node="/managed_subsystem/sensor_fusion", name="modality")
+    settings = [
+        modality(0.0, value="2", declared=True),
+        modality(3.0, value="1"),
+        modality(7.5, value="2"),
+    ]
+
+    (cause,) = causes_of(
+        timeline([noise], settings), metrics(outcomes=[FaultOutcome("depth_degradation", "F4", 1.0, 20.0)])
+    )
+
+    assert cause.cured_by.partition("; ")[2] == "in place from 3.00 to 7.50 s only"
+
+
+def test_a_fault_that_did_not_come_is_told_with_the_reason() -> None:
+    came = [Injection(1.0, "cuda_out_of_memory", "F3", "segmentation")]
+    seen = metrics(outcomes=[FaultOutcome("cuda_out_of_memory", "F3", 1.0, 3.0)])
+    follow = partial(StoredFault, "gpu_failure")
+
+    def told(plan: StoredFault) -> str:
+        *_, missing = causes_of(timeline(came), seen, [StoredFault("cuda_out_of_memory"), plan])
+        assert missing.fault == "gpu_failure"
+        assert missing.cured_by == missing.looks_like == ""
+        return missing.showed_as
+
+    after = "nothing: it did not come, since"
+    assert told(follow(after={"fault": "cuda_out_of_memory", "delay": 6.0})) == (
+        f"{after} cuda_out_of_memory was gone by 7.00 s"
+    )
+    assert told(follow(after={"fault": "cuda_out_of_memory", "delay": 19.0})) == (
+        f"{after} the run had ended by 20.00 s"
+    )
+    assert told(follow(after={"fault": "image_shift", "delay": 1.0})) == f"{after} image_shift did not"
+    assert told(follow(at=9.0)) == "nothing: it did not come in the time of the run"
+    assert len(causes_of(timeline(came), seen, [StoredFault("cuda_out_of_memory")])) == 1

@@ -108,13 +108,14 @@ def execute(arguments: argparse.Namespace) -> None:
     print_report(arguments.out, arguments.format)
     if arguments.format == "table":
         out = shlex.quote(str(arguments.out))
+        added = "".join(f" --extension {shlex.quote(each)}" for each in arguments.extension or ())
         report = f"sunset report {out}"
         print_next_steps(
             [
-                (f"{report} --site site", "a folder of pages: the table, and each run to look at"),
-                (f"{report} --format latex", "the table for a paper"),
-                (f"{report} --runs", "the runs, one a row, for your own statistics"),
-                (f"sunset bundle {out} --out results.zip", "one file that others can check"),
+                (f"{report} --site site{added}", "a folder of pages: the table, and each run to look at"),
+                (f"{report} --format latex{added}", "the table for a paper"),
+                (f"{report} --runs{added}", "the runs, one a row, for your own statistics"),
+                (f"sunset bundle {out} --out results.zip{added}", "one file that others can check"),
             ]
         )
 

@@ -28,7 +28,7 @@ from sunset.metrics.timeline import (
     Setting,
     Timeline,
 )
-from sunset.metrics.treatments import FATES, FaultOutcome
+from sunset.metrics.treatments import FATES, FaultOutcome, Treatments
 
 __all__ = [
     "FATES",
@@ -54,6 +54,7 @@ __all__ = [
     "Spell",
     "StrategyStatus",
     "Timeline",
+    "Treatments",
     "accumulated_iou",
     "class_iou",
     "count_classes",

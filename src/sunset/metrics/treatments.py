@@ -182,6 +182,11 @@ class Treatments:
             if value != self._settings.first(key) and (key, value) not in cures
         ]
 
+    def cured_for_a_while(self, outcome: FaultOutcome) -> list[Stretch]:
+        """Return when a cure was in place of a fault that lives in the world, but did not stay so."""
+        stretches = self._around(outcome.fault, outcome.began, outcome.until)
+        return [(start, stop) for start, stop in stretches if stop < outcome.until]
+
     def _around(self, fault: str, start: float, end: float) -> list[Stretch]:
         """Return when a cure was in place within `[start, end)` of a fault that lives in the world."""
         described = current_system().faults.get(fault)

@@ -4,7 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from sunset.metrics import FaultOutcome, Injection, RunMetrics
+from sunset.metrics import FaultOutcome, RunMetrics, Timeline, Treatments
+from sunset.recording.schema import StoredFault
 from sunset.system import Fault, current_system
 from sunset.texts import listed
 
@@ -29,19 +30,23 @@ class Cause:
     cured_by: str
 
 
-def causes_of(injections: Sequence[Injection], metrics: RunMetrics) -> tuple[Cause, ...]:
+def causes_of(
+    timeline: Timeline, metrics: RunMetrics, planned: Sequence[StoredFault] = ()
+) -> tuple[Cause, ...]:
     """Return the faults of a run in the order of their injection, less those that this version's catalogue lacks.
 
-    One that came several times is there once. What became of it is what `metrics` counts.
+    One that came several times is there once. What became of it is what `metrics` counts. Behind them stand those of
+    the scenario that did not come.
     """
     faults = current_system().faults
-    healed = {(injection.fault, injection.healed) for injection in injections}
+    healed = {(injection.fault, injection.healed) for injection in timeline.injections}
+    treatments = Treatments(timeline, metrics.executed)
     came: dict[str, list[str]] = {}
     for outcome in metrics.outcomes:
         came.setdefault(outcome.fault, []).append(
-            _became(outcome, healed=(outcome.fault, outcome.until) in healed)
+            _became(outcome, treatments, healed=(outcome.fault, outcome.until) in healed)
         )
-    return tuple(
+    causes = [
         Cause(
             fault.name,
             _showed_as(fault.failure, metrics),
@@ -52,7 +57,22 @@ def causes_of(injections: Sequence[Injection], metrics: RunMetrics) -> tuple[Cau
         )
         for name, became in came.items()
         if (fault := faults.get(name))
-    )
+    ]
+    missing = [plan for plan in planned if plan.name not in came]
+    return (*causes, *(Cause(plan.name, _did_not_come(plan, timeline), "", "") for plan in missing))
+
+
+def _did_not_come(plan: StoredFault, timeline: Timeline) -> str:
+    """Return why a fault of the scenario did not come."""
+    if plan.after is None:
+        return "nothing: it did not come in the time of the run"
+    leader, delay_s = str(plan.after["fault"]), float(plan.after["delay"])
+    first = [one for one in timeline.injections if one.fault == leader and one.time < timeline.duration_s]
+    if not first:
+        return f"nothing: it did not come, since {leader} did not"
+    gone = first[0].time + delay_s
+    reason = "the run had ended" if gone >= timeline.duration_s else f"{leader} was gone"
+    return f"nothing: it did not come, since {reason} by {gone:.2f} s"
 
 
 def _showed_as(failure: str, metrics: RunMetrics) -> str:
@@ -70,12 +90,15 @@ def _showed_as(failure: str, metrics: RunMetrics) -> str:
     return f"{text}; {listed(sorted(ripples))} by ripple, for lack of input" if ripples else text
 
 
-def _became(outcome: FaultOutcome, *, healed: bool) -> str:
-    """Return when a fault was cured, or when it healed; empty if neither."""
+def _became(outcome: FaultOutcome, treatments: Treatments, *, healed: bool) -> str:
+    """Return when a fault was cured, or when it healed, or when a cure was in place; empty if none of these."""
     if outcome.cured is not None:
         in_place = outcome.cured == outcome.began > 0
         return f"{'in place' if in_place else 'done'} at {outcome.cured:.2f} s"
-    return f"healed by itself at {outcome.until:.2f} s" if healed else ""
+    undone = treatments.cured_for_a_while(outcome)
+    parts = [f"in place from {start:.2f} to {stop:.2f} s only" for start, stop in undone[-1:]]
+    parts += [f"healed by itself at {outcome.until:.2f} s"] if healed else []
+    return ", ".join(parts)
 
 
 def _cured_by(fault: Fault, became: Sequence[str]) -> str:

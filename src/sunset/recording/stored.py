@@ -46,7 +46,7 @@ class StoredRun:
     def __post_init__(self) -> None:
         """Put it in words now, as long as the managed system has the extensions of the run."""
         object.__setattr__(self, "events", events_of(self.timeline, self.metrics, self.log))
-        object.__setattr__(self, "causes", causes_of(self.timeline.injections, self.metrics))
+        object.__setattr__(self, "causes", causes_of(self.timeline, self.metrics, self.record.faults))
 
     def __str__(self) -> str:
         """Return the time line that `sunset report` prints."""

@@ -100,7 +100,8 @@ def _print_causes(console: "_Console", causes: Sequence[Cause]) -> None:
         table.add_row(Text(cause.fault, style=_STYLES["fault"]), "showed as", cause.showed_as)
         if cause.looks_like:
             table.add_row("", "looks like", cause.looks_like)
-        table.add_row("", "cured by", cause.cured_by)
+        if cause.cured_by:
+            table.add_row("", "cured by", cause.cured_by)
     console.print_table(table)
     console.print()
 

@@ -155,8 +155,9 @@ def test_its_suite_is_run_as_a_campaign_and_recomputed(capsys: pytest.CaptureFix
         "2",
     ]
     assert main(bench) == 0
-    table = capsys.readouterr().out
-    assert "Level" in table
+    printed = capsys.readouterr()
+    assert "Level" in printed.out
+    assert "sunset bundle campaign --out results.zip --extension altimeter.py" in printed.err
     assert main(["report", "campaign", "--recompute", *extension]) == 0
     again = capsys.readouterr()
     assert "differ" not in again.err

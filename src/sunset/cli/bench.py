@@ -25,6 +25,7 @@ from sunset.cli.report import print_report
 from sunset.errors import InvalidInputError
 from sunset.evaluation import FORMATS
 from sunset.experiments import BenchSpec, Shard, added_managers, bench, connected_scheduler, flights_of, plan
+from sunset.system import loaded_extensions
 from sunset.texts import counted, listed
 
 
@@ -108,7 +109,7 @@ def execute(arguments: argparse.Namespace) -> None:
     print_report(arguments.out, arguments.format)
     if arguments.format == "table":
         out = shlex.quote(str(arguments.out))
-        added = "".join(f" --extension {shlex.quote(each)}" for each in arguments.extension or ())
+        added = "".join(f" --extension {shlex.quote(extension.where)}" for extension in loaded_extensions())
         report = f"sunset report {out}"
         print_next_steps(
             [

@@ -89,8 +89,10 @@ def read_numbers(raw: bytes, position: int, dtype: np.dtype[_T], size: int) -> t
 
 def write_array(out: bytearray, value: npt.NDArray[_T], dtype: np.dtype[_T]) -> None:
     """Append a sequence of numbers."""
-    write_size(out, len(value))
-    write_numbers(out, value, dtype)
+    size = len(value)
+    out += PAD4[len(out) & 3] + _pack_size(size)
+    if size or value.__class__ is not np.ndarray or value.dtype is not dtype:  # what is empty needs no look
+        write_numbers(out, value, dtype)
 
 
 def read_array(raw: bytes, position: int, dtype: np.dtype[_T]) -> tuple[npt.NDArray[_T], int]:
@@ -104,7 +106,8 @@ def read_array(raw: bytes, position: int, dtype: np.dtype[_T]) -> tuple[npt.NDAr
 
 def write_bools(out: bytearray, values: Sequence[bool]) -> None:
     """Append the elements of a sequence of truth values, without their number."""
-    out += bytes([BOOLS[value] for value in values])
+    if len(values):
+        out += bytes([BOOLS[value] for value in values])
 
 
 def read_bools(raw: bytes, position: int, size: int) -> tuple[list[bool], int]:
@@ -115,10 +118,11 @@ def read_bools(raw: bytes, position: int, size: int) -> tuple[list[bool], int]:
 
 def write_bytes(out: bytearray, values: Sequence[bytes]) -> None:
     """Append the elements of a sequence of bytes, each a `bytes` of length 1, without their number."""
-    data = b"".join(values)
-    if len(data) != len(values):
-        raise InterfaceError("Expected elements of exactly one byte each.")
-    out += data
+    if len(values):
+        data = b"".join(values)
+        if len(data) != len(values):
+            raise InterfaceError("Expected elements of exactly one byte each.")
+        out += data
 
 
 def read_bytes(raw: bytes, position: int, size: int) -> tuple[list[bytes], int]:

@@ -21,7 +21,7 @@ def test_the_example_runs(tmp_path: Path) -> None:
     )
     (tmp_path / "example.py").write_text(example, encoding="utf-8")
     subprocess.run([sys.executable, "example.py"], cwd=tmp_path, check=True, capture_output=True)
-    assert count_runs(tmp_path / "results") == (4, 4)  # those of the oracle, too
+    assert count_runs(tmp_path / "calm") == (4, 4)  # those of the oracle, too
 
 
 @pytest.mark.thorough

@@ -6,6 +6,7 @@ import sys
 from configparser import ConfigParser
 from itertools import pairwise
 from pathlib import Path
+from textwrap import indent
 
 import pytest
 
@@ -43,6 +44,26 @@ def test_the_managing_system_of_a_page_focuses_the_camera(page: str, flight: Pat
     assert {str(adaptation) for adaptation in result.metrics.executed} == {
         "set camera.perform_autofocus to true"
     }
+
+
+def test_the_example_of_the_clock_adapts_once_a_second(flight: Path, tmp_path: Path) -> None:
+    del flight
+    (example,) = (block for block in blocks("docs/managing-systems.md", "python") if "get_clock" in block)
+    # it finds the images blurred for ever
+    body = indent(example.replace("symptoms.autofocus_needed", "symptoms.up"), " " * 8)
+    (tmp_path / "patient.py").write_text(
+        "from sunset.managing import ManagingSystem\n\n\n"
+        "class Patient(ManagingSystem):\n"
+        "    def on_start(self):\n"
+        "        self.next_s = 0.0\n\n"
+        f"    def adapt(self, symptoms):\n{body}",
+        encoding="utf-8",
+    )
+    result = fly("nofault", f"{tmp_path / 'patient.py'}:Patient", tmp_path / "run")
+
+    times = [adaptation.time for adaptation in result.metrics.executed]
+    assert len(times) > 3
+    assert all(1.0 <= round(later - earlier, 2) <= 1.3 for earlier, later in pairwise(times))
 
 
 @pytest.mark.parametrize("file", sorted((ROOT / "docs" / "programs").iterdir()), ids=lambda file: file.name)

@@ -11,7 +11,7 @@ from sunset.cli import main
 from sunset.interfaces.rcl_interfaces.srv import GetParameters, SetParameters
 from sunset.interfaces.system_interfaces.srv import Redeploy
 from sunset.ros.parameter import Parameter
-from sunset.system import current_system
+from sunset.system import current_system, extended_system
 
 SHORT = ("--duration", "5")
 
@@ -82,6 +82,19 @@ def test_its_suite_in_time_is_listed_run_and_known_by_name(capsys: pytest.Captur
     (row,) = json.loads(capsys.readouterr().out)["rows"]
     assert "[1 of 2 scenarios]" in row["system"]
     assert row["runs"] == 1
+
+
+@pytest.mark.usefixtures("page")
+def test_its_node_in_line_is_upstream_and_hands_images_on(capsys: pytest.CaptureFixture[str]) -> None:
+    with extended_system(["relay.py"]):
+        assert "relay" in current_system().upstream["sensor_fusion"]
+
+    words = ("--extension", "relay.py", "--duration", "2", "--out", "relayed")
+    summary = run_summary("nofault", "--manager", "none", *words, capsys=capsys)
+    metrics = summary["metrics"]
+    assert isinstance(metrics, dict)
+    assert summary["valid"]
+    assert (metrics["episodes"], metrics["availability"]) == (0, 1.0)
 
 
 @pytest.mark.usefixtures("page")

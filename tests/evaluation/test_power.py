@@ -63,6 +63,12 @@ def test_variances_of_few_flights_say_nothing_of_more() -> None:
     assert not few.reaches(Design(alike=9, flights=LEAST_LEVELS, repetitions=3))
 
 
+def test_variances_of_few_degradations_say_nothing_of_more() -> None:
+    spread = Spread((Component((2,), 0.01, 2),), (2, 1, 3))
+    assert variances(spread).reaches(Design(alike=2, flights=1, repetitions=3))
+    assert not variances(spread).reaches(Design(alike=LEAST_LEVELS, flights=1, repetitions=3))
+
+
 def test_variances_are_those_between_runs_and_not_of_their_mean() -> None:
     spread = Spread((Component((0,), 0.01, 8), Component((0, 2), 0.001, 16)), (9, 1, 3))
     assert variances(spread).parts == pytest.approx({(0,): 0.09, (0, 2): 0.027})

@@ -24,7 +24,7 @@ from tests.live.systems import (
 )
 
 from sunset.interfaces.std_srvs.srv import Trigger
-from sunset.recording import read_timeline
+from sunset.recording import read_run, read_timeline
 
 pytestmark = [pytest.mark.xdist_group("processes"), pytest.mark.thorough]
 
@@ -74,6 +74,7 @@ def test_the_baseline_redeploys_whatever_does_not_send_any_more(tmp_path: Path, 
     assert process.returncode == 0, complaint
     assert not any(exists(pid) for pid in first.values())
     assert "ended it before its time" in json.loads(told)["reason"]
+    assert read_run(out).computer_kept_up is True, "so that it counts as a bad run of the managing system's"
     redeployed = {
         one.node for one in read_timeline(out).commands if one.kind == "redeploy" and one.successful
     }

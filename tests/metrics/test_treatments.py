@@ -83,6 +83,19 @@ def ended(fault: Injection, time: float, cause: str = "") -> Injection:
     return replace(fault, ended=time, cause=cause)
 
 
+def test_what_is_set_back_does_not_excuse_what_is_changed_beside_it() -> None:
+    run = Run(GPU)
+    run.settings.append(Setting(-3.0, FUSION, "delta_t_threshold", "0.01", declared=True))
+    run.set(2.0, "modality", "1")
+    names, values = ("modality", "delta_t_threshold"), ("0", "0.02")
+    run.commands.append(Command(4.0, "/mine", FUSION, "set_parameters", names, values))
+    run.settings += [Setting(4.001, FUSION, name, value) for name, value in zip(names, values, strict=True)]
+    assert len(run.mistreating) == 2
+    run.set(6.0, "modality", "1")
+    run.set(8.0, "modality", "0")
+    assert len(run.mistreating) == 3
+
+
 # Cured
 
 
@@ -122,6 +135,20 @@ def test_a_fault_of_the_world_is_cured_when_the_last_step_of_a_cure_is_in_place(
     (outcome,) = score(run.timeline()).outcomes
     assert outcome.cured == 5.001
     assert run.mistreating == []
+
+
+@pytest.mark.parametrize(("amount", "cured"), [("0.0", None), ("0.29", None), ("0.3", 5.001), ("0.9", 5.001)])
+def test_a_cure_that_undoes_next_to_nothing_is_none(amount: str, cured: float | None) -> None:
+    run = Run(DARK)
+    run.set(-2.0, "image_degradation", amount, node="image_enhancement")
+    run.settings.append(Setting(0.0, "/managed_subsystem/camera", "image_degradation", "0.9"))
+    run.state(2.0, "image_enhancement", "activate", "active")
+    run.set(5.0, "topic_camera_input", "rgb_enhanced")
+    (outcome,) = score(run.timeline()).outcomes
+    assert outcome.cured == cured
+    run.set(9.0, "image_degradation", "0.9", node="image_enhancement")
+    (outcome,) = score(run.timeline()).outcomes
+    assert outcome.cured == (cured or 9.001)
 
 
 def test_a_cure_that_is_taken_back_is_none() -> None:

@@ -134,7 +134,7 @@ class CampaignForecast:
         for prospect in self.prospects:
             if prospect.power is None or prospect.told is None:
                 lines.append(
-                    f"  {prospect.pair}: not known {where}, since the variances are of fewer flights."
+                    f"  {prospect.pair}: not known {where}, since the variances are of fewer flights or degradations."
                 )
                 continue
             needed = (

@@ -57,14 +57,17 @@ class Variances:
         parts: factors, by place in `Cluster` → the variance between their levels; of several, of what is theirs
             together only. That of all of them is between cells, each of as many scenarios as share their degradations.
         flights: of how many they were taken; fewer than three say nothing of other flights.
+        alike: of how many different degradations; likewise.
     """
 
     parts: Mapping[_Factors, float]
     flights: int
+    alike: int = LEAST_LEVELS
 
     def reaches(self, design: Design) -> bool:
-        """Whether they say how a campaign on so many flights varies."""
-        return self.flights >= LEAST_LEVELS or design.flights < LEAST_LEVELS
+        """Whether they say how a campaign on so many flights, with so many degradations, varies."""
+        pairs = ((self.flights, design.flights), (self.alike, design.alike))
+        return all(known >= LEAST_LEVELS or wanted < LEAST_LEVELS for known, wanted in pairs)
 
 
 _PANEL: Final = 8
@@ -105,6 +108,7 @@ def variances(spread: Spread) -> Variances:
             }
         ),
         spread.sizes[_FLIGHT],
+        spread.sizes[_ALIKE],
     )
 
 

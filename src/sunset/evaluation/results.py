@@ -32,6 +32,7 @@ from sunset.workers import Progress
 FIGURES: Final = RunMetrics.names()
 """The names of a run's figures, as `RunMetrics` has them."""
 
+_SIMULATED: Final = "sim"
 _CHECKSUM: Final = 8
 """Digits of a short checksum."""
 
@@ -98,6 +99,7 @@ class RunRow:
         version: of the package that it was run with; empty if it is unknown.
         valid: whether the run counts.
         reason: why it does not; empty if it does.
+        computer_kept_up: whether the computer was fast enough, as it always is in the simulation.
         thinking_s: what every decision of its managing system took of the experiment's time [s].
         failed: how its managing system failed, in a sentence; empty if it did not.
         warning: what a reader must know of the flight with this model, in a sentence; empty if nothing.
@@ -125,6 +127,7 @@ class RunRow:
     version: str = ""
     valid: bool = True
     reason: str = ""
+    computer_kept_up: bool = True
     failed: str = ""
     warning: str = ""
     is_empty: bool = False
@@ -267,6 +270,7 @@ def _read(folder: Path, *, again: bool) -> RunRow:
         digest=run.digest,
         valid=run.valid,
         reason=run.reason,
+        computer_kept_up=run.middleware == _SIMULATED or run.computer_kept_up is True,
         metrics=metrics,
         outcomes=outcomes,
         by_paper_script=log,

@@ -11,8 +11,6 @@ from sunset.evaluation.results import RunRow
 from sunset.evaluation.summary import named_groups
 from sunset.recording import SCORE_REFERENCES
 
-_SIMULATED: Final = "sim"
-
 LEAST_GAIN: Final = 0.02
 """Where the references differ by less in IoU_all, there is nothing to repair: such a run counts for harm."""
 
@@ -117,9 +115,9 @@ class ScoreTable:
 def is_scored(run: RunRow) -> bool:
     """Return whether a run has a part in scores: also an invalid one, unless the computer may be the reason for that.
 
-    That may be so in live runs. References must be valid.
+    References must be valid.
     """
-    return run.valid or (run.middleware == _SIMULATED and run.manager not in SCORE_REFERENCES)
+    return run.valid or (run.computer_kept_up and run.manager not in SCORE_REFERENCES)
 
 
 def score_tables(runs: Sequence[RunRow]) -> list[ScoreTable]:

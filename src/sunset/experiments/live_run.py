@@ -70,13 +70,13 @@ class FrameCount:
             self.disturbed_ns = time_ns
 
     def shortfall(self, start_ns: int, timeline: Timeline, timing: RunTiming) -> str:
-        """Return in words why the run does not count, as where the computer could not keep up; or nothing.
+        """Return in words why the run does not count where the computer could not keep up; or nothing.
 
         Frames must not be lost before anything was done to the system: in a scenario with an outage before its
         injection, in others before the first command, and before a node's process is ended or stopped from outside.
         """
         if self.ended_early:
-            return "the managing system ended it before its time"
+            return ""  # which is not the computer's doing
         if abs(self.clock_step_ns) > _STEADY_NS:
             return (
                 f"the computer's clock was set by {self.clock_step_ns / _S:+.3f} s, so that times are wrong"

@@ -89,11 +89,12 @@ def run_prepared(
         messages = writer.messages(told_topics())
         observed = timeline_of(described, messages)
         figures = score(observed)
+        shortfall = outcome.shortfall(observed)
         reasons = [
             *outcome.violations,
             *_unconfirmed(messages, spec.scenario, outcome.start_ns),
             *_unseen(observed),
-            *filter(None, [outcome.shortfall(observed)]),
+            *filter(None, [shortfall]),
         ]
         stored = writer.close(
             replace(
@@ -104,6 +105,7 @@ def run_prepared(
                 metrics=figures.to_json(),
                 fault_outcomes=figures.outcomes,
                 by_paper_script=log_figures(published_log(messages, observed)),
+                computer_kept_up=not shortfall if spec.settings.live else UNSET,
                 valid=not reasons,
                 reason="; ".join(reasons),
             )
@@ -215,9 +217,10 @@ def _run_live(
     now = partial(manager_checksum, spec.manager, limit_s=spec.settings.manager_limit_s)
     with _unchanged(spec.manager, now, known) as found:
         start_ns, failure = live_run.run_live(spec, resources, observer, frames, log=log)
+    ended = ("the managing system ended it before its time",) if frames.ended_early else ()
     return _Outcome(
         start_ns,
-        tuple(observer.violations),
+        (*observer.violations, *ended),
         found,
         lambda timeline: frames.shortfall(start_ns, timeline, spec.timing),
         failure,

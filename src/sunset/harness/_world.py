@@ -111,7 +111,14 @@ class World:
 
     def is_worked_around(self, fault: Fault) -> bool:
         """Return whether a cure is in place of a fault that lives in the world and cannot be ended."""
-        return fault.kind is FaultKind.EXTERNAL and any(all(map(self._is_done, cure)) for cure in fault.cures)
+        return fault.kind is FaultKind.EXTERNAL and any(
+            all(map(self._is_done, cure))
+            and fault.is_undone(
+                self._values.get((fault.node, fault.parameter)),
+                [self._values.get((step.node, fault.parameter)) for step in cure],
+            )
+            for cure in fault.cures
+        )
 
     def cause_of(self, fault: Fault, done: str) -> str:
         """Return what has cured an internal fault, whose parameter its node has just set back; `done` if nothing seen.

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from sunset.metrics.adaptations import ExecutedAdaptation
 from sunset.metrics.timeline import STATE, Setting
 from sunset.names import ros_text
-from sunset.system import Adaptation, AdaptationKind, current_system, full_name, short_name
+from sunset.system import Adaptation, AdaptationKind, Fault, current_system, full_name, short_name
 
 Key = tuple[str, str]
 """A node, without namespace, and a parameter of it, or `STATE`."""
@@ -54,17 +54,33 @@ class Settings:
         place += values[place : place + 1] == [value]
         return min(times[place], end) if place < len(times) else end
 
-    def stretches(self, steps: Sequence[Adaptation], start: float, end: float) -> list[Stretch]:
-        """Return when all of some steps were in place within `[start, end)`; never, if one of them sets nothing."""
+    def stretches(
+        self, steps: Sequence[Adaptation], start: float, end: float, fault: Fault | None = None
+    ) -> list[Stretch]:
+        """Return when all of some steps were in place within `[start, end)`; never, if one of them sets nothing.
+
+        Where they cure a fault, they must undo enough of it.
+        """
+        strengths = (
+            [(node, fault.parameter) for node in (fault.node, *(step.node for step in steps))]
+            if fault
+            else []
+        )
         wanted = [setting_of(step) for step in steps]
         known = [setting for setting in wanted if setting is not None]
         if len(known) < len(wanted):
             return []
-        moments = {time for key, _ in known for time in self._times.get(key, []) if start < time < end}
+        keys = [*strengths, *(key for key, _ in known)]
+        moments = {time for key in keys for time in self._times.get(key, []) if start < time < end}
         edges = [start, *sorted(moments), end]
         found: list[Stretch] = []
         for begin, following in itertools.pairwise(edges):
-            if begin < following and all(self.at(key, begin) == value for key, value in known):
+            strength, *amounts = [self.at(key, begin) for key in strengths] or [None]
+            if (
+                begin < following
+                and all(self.at(key, begin) == value for key, value in known)
+                and (fault is None or fault.is_undone(strength, amounts))
+            ):
                 joined = bool(found) and found[-1][1] == begin
                 found[-1:] = [(found[-1][0], following)] if joined else [*found[-1:], (begin, following)]
         return found

@@ -136,15 +136,18 @@ class Treatments:
         return any(_is_step(adaptation, step, done) for cure in _cures(fault.fault) for step in cure)
 
     def _sets_back(self, adaptation: ExecutedAdaptation) -> bool:
-        """Return whether an adaptation sets something back to what it was at first, and takes no cure away by that."""
+        """Return whether all that an adaptation changes is set back to what it was at first, and no cure taken away."""
         there = [fault.fault for fault in self.faults if _is_there(fault, adaptation.time)]
         cures = [setting_of(step) for fault in there for cure in _cures(fault) for step in cure]
-        for key, value in settings_of(adaptation):
-            present = self._settings.at(key, adaptation.time)
-            changes = present not in (value, None) and (key, present) not in cures
-            if changes and value == self._settings.first(key):
-                return True
-        return False
+        changed = [
+            (key, present, value)
+            for key, value in settings_of(adaptation)
+            if (present := self._settings.at(key, adaptation.time)) not in {value, None}
+        ]
+        return bool(changed) and all(
+            value == self._settings.first(key) and (key, present) not in cures
+            for key, present, value in changed
+        )
 
     def _masked(self, outcome: FaultOutcome, episodes: Sequence[Episode]) -> npt.NDArray[np.bool_]:
         """Return of each evaluated frame whether a fault was masked in it."""
@@ -185,14 +188,20 @@ class Treatments:
     def cured_for_a_while(self, outcome: FaultOutcome) -> list[Stretch]:
         """Return when a cure was in place of a fault that lives in the world, but did not stay so."""
         stretches = self._around(outcome.fault, outcome.began, outcome.until)
-        return [(start, stop) for start, stop in stretches if stop < outcome.until]
+        return [
+            (start, stop) for start, stop in stretches if stop < outcome.until and stop - start >= SILENCE_S
+        ]
 
     def _around(self, fault: str, start: float, end: float) -> list[Stretch]:
         """Return when a cure was in place within `[start, end)` of a fault that lives in the world."""
         described = current_system().faults.get(fault)
         if described is None or described.kind is not FaultKind.EXTERNAL:
             return []
-        return [stretch for cure in described.cures for stretch in self._settings.stretches(cure, start, end)]
+        return [
+            stretch
+            for cure in described.cures
+            for stretch in self._settings.stretches(cure, start, end, described)
+        ]
 
     @cached_property
     def _healthy(self) -> float | None:

@@ -108,6 +108,7 @@ class RunRecord(msgspec.Struct, frozen=True, kw_only=True):
         metrics: the figures by name; `stored_figures` checks them.
         fault_outcomes: what became of each fault; of a version that says so, where there are figures.
         by_paper_script: what the paper's evaluation script would take from the run; where there are messages.
+        computer_kept_up: whether the computer was fast enough; of a live run.
         valid: whether the run counts.
         reason: why it does not; empty if it does.
         digest: SHA-256 of the messages; the record's writer sets it.
@@ -152,6 +153,7 @@ class RunRecord(msgspec.Struct, frozen=True, kw_only=True):
     metrics: Mapping[str, object]
     fault_outcomes: tuple[FaultOutcome, ...] | UnsetType = UNSET
     by_paper_script: LogFigures | UnsetType = UNSET
+    computer_kept_up: bool | UnsetType = UNSET
     valid: bool
     reason: str
     digest: str = ""

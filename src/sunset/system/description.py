@@ -3,7 +3,7 @@
 Nothing here is code that does something. Nodes, harness, scenarios, metrics, tests and documentation read it.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Annotated, Any, Literal, TypeAlias
@@ -284,6 +284,20 @@ class Fault:
         """What cures it, in words, such as `restart camera, or redeploy camera`."""
         return ", or ".join(self.cure_texts) or "nothing"
 
+    def is_undone(self, strength: object, amounts: Iterable[object]) -> bool:
+        """Return whether nodes that undo it are set to undo enough: at least a third of its strength.
+
+        Such a node has a parameter of the fault's, as the image enhancement has `image_degradation`. What is not a
+        number says nothing.
+
+        Args:
+            strength: what the fault's parameter is set to, or None.
+            amounts: what that parameter of the nodes of a cure is set to, or None where there is none.
+        """
+        wanted = _number(strength)
+        known = [amount for amount in map(_number, amounts) if amount is not None]
+        return wanted is None or all(abs(amount) >= abs(wanted) / 3 for amount in known)
+
     def checked(self, value: Value) -> Value:
         """Return a value that injects it, in the type of the parameter.
 
@@ -333,3 +347,10 @@ def _check(part: object, name: object) -> None:
         check_fields(part, ExtensionError)
     except ExtensionError as error:
         raise ExtensionError(f"The {type(part).__name__} {name!r} is not usable: {error}") from None
+
+
+def _number(value: object) -> float | None:
+    try:
+        return float(str(value))
+    except ValueError:
+        return None

@@ -12,6 +12,8 @@ from tests.bundling.conftest import DATE, IMPORTED, SETTINGS, Forge
 from sunset.api.splits import generate_split
 from sunset.bundling import Rerun, bundle, verify
 from sunset.experiments import BenchSpec, bench
+from sunset.interfaces import serialize
+from sunset.interfaces.system_interfaces.msg import FrameEvaluation
 from sunset.recording import read_plan
 from sunset.recording._bag import read_bag, write_bag
 from sunset.recording.values import Payload, digest_of
@@ -96,6 +98,19 @@ def without(topic: str, *, last: bool = False) -> Callable[[list[Payload]], list
         return [payload for payload in payloads if payload not in (gone[-1:] if last else gone)]
 
     return edit
+
+
+def praised(payloads: list[Payload]) -> list[Payload]:
+    """Let every frame's IoU be larger than the pixels say that are counted beside it."""
+    edited = []
+    for payload in payloads:
+        message = payload.decoded().message
+        if isinstance(message, FrameEvaluation):
+            message.iou *= 1.8
+            edited.append(Payload(payload.topic, payload.type, payload.time_ns, serialize(message)))
+        else:
+            edited.append(payload)
+    return edited
 
 
 def flipped(folder: Path) -> None:
@@ -305,6 +320,11 @@ FORGERIES: dict[str, tuple[Edit, str, str]] = {
         with_messages(without("/parameter_events"), digest=True),
         WET,
         "the messages do not say its seed",
+    ),
+    "messages that contradict themselves": (
+        with_messages(praised, digest=True),
+        WET,
+        "messages on /seg_metrics contradict themselves: the iou of the first is ",
     ),
     "messages without the end": (
         with_messages(without("/experiment/log", last=True), digest=True),

@@ -14,7 +14,7 @@ from sunset.bundling import Rerun, bundle, verify
 from sunset.experiments import BenchSpec, bench
 from sunset.interfaces import serialize
 from sunset.interfaces.system_interfaces.msg import FrameEvaluation
-from sunset.recording import read_plan
+from sunset.recording import describes_bag, read_plan
 from sunset.recording._bag import read_bag, write_bag
 from sunset.recording.values import Payload, digest_of
 from sunset.system import extended_system
@@ -472,6 +472,20 @@ def test_what_is_said_of_a_bundle_is_compared(name: str, text: str, packed: Path
     forged = forge(packed, lambda folder: (folder / name).write_text(text), texts=False)
 
     assert [problem.partition(":")[0] for problem in verify(forged, NOTHING).problems] == [name]
+
+
+@pytest.mark.parametrize(
+    "text", ["a: *b", "a: !foo b", "[[[[", "a: [1", "\t", "[]", "rosbag2_bagfile_information:"]
+)
+def test_metadata_that_is_damaged_or_of_something_else_is_not_that_of_a_bag(
+    text: str, results: Path, tmp_path: Path
+) -> None:
+    record = shutil.copytree(results / WET.removeprefix("campaign/"), tmp_path / "record")
+    assert describes_bag(record)
+
+    (record / "metadata.yaml").write_text(text)
+
+    assert not describes_bag(record)
 
 
 @pytest.mark.thorough

@@ -32,6 +32,8 @@ _LONGEST: Final = 255
 """Bytes that a part of a name may have."""
 _PATH: Final = 2048
 """Characters that a name may have."""
+_NOTHING: Final = 2
+"""Bytes that nothing takes, compressed."""
 _PIECE: Final = 2**20
 
 
@@ -95,9 +97,11 @@ def extract_archive(path: Path, into: Path) -> None:
     except OSError as error:
         raise RecordError(f"The bundle {path} cannot be read: {error.strerror}.") from error
     with _translated(path), zipfile.ZipFile(path) as archive:
-        infos = [info for info in archive.infolist() if not info.is_dir()]
+        infos = archive.infolist()
         _check(path, infos)
         for info in infos:
+            if info.is_dir():
+                continue
             file = into / info.filename
             file.parent.mkdir(parents=True, exist_ok=True)
             with archive.open(info) as packed, file.open("xb") as unpacked:
@@ -138,9 +142,21 @@ def _check(path: Path, infos: list[zipfile.ZipInfo]) -> None:
         shown = shorten(printable(name))
         parts = PurePosixPath(name).parts
         long = len(name) > _PATH or any(len(part.encode()) > _LONGEST for part in parts)
-        if long or name.startswith("/") or "\\" in name or ".." in parts or not name.isprintable():
+        if (
+            not parts
+            or long
+            or name.startswith("/")
+            or "\\" in name
+            or ".." in parts
+            or not name.isprintable()
+        ):
             raise RecordError(
                 f"The bundle {path} has a file that does not belong below its folder, {shown!r}: it is not opened."
+            )
+        if info.is_dir() and (info.file_size or info.compress_size > _NOTHING):
+            raise RecordError(
+                f"The bundle {path} has data in the entry of a folder, {shown!r}, where none is looked for: it is not "
+                "opened."
             )
         if stat.S_ISLNK(info.external_attr >> 16):
             raise RecordError(

@@ -457,6 +457,14 @@ def test_forgeries_are_found_although_the_checksums_fit(
             lambda folder: (folder / "SHA256SUMS").unlink(),
             "SHA256SUMS: it is missing, or not a text, so that nothing says what the files were.",
         ),
+        (
+            appended("SHA256SUMS", "# all files\n"),
+            "SHA256SUMS: line 24 is '# all files', which is not a checksum and a file.",
+        ),
+        (
+            appended("SHA256SUMS", f"{'0' * 64}  README.md\n"),
+            "SHA256SUMS: line 24 names README.md, which a line before it does, too.",
+        ),
     ],
 )
 def test_the_checksums_are_compared(edit: Edit, expected: str, packed: Path, forge: Forge) -> None:

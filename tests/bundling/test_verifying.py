@@ -444,6 +444,12 @@ def test_forgeries_are_found_although_the_checksums_fit(
     assert str(found).endswith(f"\nNot verified: {problems}.")
 
 
+def test_what_is_the_same_in_all_runs_is_compared_with_most_of_them(packed: Path, forge: Forge) -> None:
+    found = verify(forge(packed, changed(f"{WET}/run.json", bag_dropped=7)), NOTHING)
+
+    assert found.problems == (f"{WET}: its bag_dropped is 7, and that of the other runs 0.",)
+
+
 @pytest.mark.parametrize(
     ("edit", "expected"),
     [

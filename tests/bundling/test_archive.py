@@ -70,6 +70,10 @@ MISTAKES: dict[str, tuple[Make, str]] = {
         with_file("bundle.json", OF_ANOTHER_VERSION),
         "The bundle is of version 2, expected 1",
     ),
+    "manifest that is a list": (
+        with_file("bundle.json", b"[]"),
+        r"bundle\.json must be an object, got \[\]; take the bundle as it was published",
+    ),
     "damaged manifest": (
         with_file("bundle.json", b"{"),
         "The manifest bundle.json is damaged and cannot be read",

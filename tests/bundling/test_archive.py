@@ -22,7 +22,8 @@ CENTRAL = b"PK\x01\x02"
 def with_file(name: str, content: bytes = b"", *, mode: int = stat.S_IFREG | 0o644, method: int = 0) -> Make:
     def make(path: Path) -> None:
         with zipfile.ZipFile(path, "w") as file:
-            info = zipfile.ZipInfo(name)
+            info = zipfile.ZipInfo("x")
+            info.filename = name  # whatever it is
             info.external_attr = mode << 16
             file.writestr(info, content, method)
 
@@ -69,6 +70,10 @@ MISTAKES: dict[str, tuple[Make, str]] = {
         with_file("bundle.json", OF_ANOTHER_VERSION),
         "The bundle is of version 2, expected 1",
     ),
+    "manifest that is a list": (
+        with_file("bundle.json", b"[]"),
+        r"bundle\.json must be an object, got \[\]; take the bundle as it was published",
+    ),
     "damaged manifest": (
         with_file("bundle.json", b"{"),
         "The manifest bundle.json is damaged and cannot be read",
@@ -77,6 +82,13 @@ MISTAKES: dict[str, tuple[Make, str]] = {
     "below the root": (with_file("/tmp/notes.txt"), "does not belong below its folder"),  # noqa: S108  not written
     "another system's path": (with_file("a\\..\\b"), "does not belong below its folder"),
     "a terminal's name": (with_file("\x1b[2J"), r"does not belong below its folder, '\\\\x1b\[2J'"),
+    "no name": (with_file(""), "does not belong below its folder, ''"),
+    "a name that begins with a null": (with_file("\0x"), "does not belong below its folder, ''"),
+    "the folder itself": (with_file("."), "does not belong below its folder, '.'"),
+    "data in a folder": (
+        with_file("hidden-dir/", b"some"),
+        "has data in the entry of a folder, 'hidden-dir/'",
+    ),
     "link": (
         with_file("notes", b"/etc", mode=stat.S_IFLNK | 0o777),
         "has a link, 'notes', and not only files",

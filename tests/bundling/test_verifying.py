@@ -12,7 +12,9 @@ from tests.bundling.conftest import DATE, IMPORTED, SETTINGS, Forge
 from sunset.api.splits import generate_split
 from sunset.bundling import Rerun, bundle, verify
 from sunset.experiments import BenchSpec, bench
-from sunset.recording import read_plan
+from sunset.interfaces import serialize
+from sunset.interfaces.system_interfaces.msg import FrameEvaluation
+from sunset.recording import describes_bag, read_plan
 from sunset.recording._bag import read_bag, write_bag
 from sunset.recording.values import Payload, digest_of
 from sunset.system import extended_system
@@ -96,6 +98,19 @@ def without(topic: str, *, last: bool = False) -> Callable[[list[Payload]], list
         return [payload for payload in payloads if payload not in (gone[-1:] if last else gone)]
 
     return edit
+
+
+def praised(payloads: list[Payload]) -> list[Payload]:
+    """Let every frame's IoU be larger than the pixels say that are counted beside it."""
+    edited = []
+    for payload in payloads:
+        message = payload.decoded().message
+        if isinstance(message, FrameEvaluation):
+            message.iou *= 1.8
+            edited.append(Payload(payload.topic, payload.type, payload.time_ns, serialize(message)))
+        else:
+            edited.append(payload)
+    return edited
 
 
 def flipped(folder: Path) -> None:
@@ -306,6 +321,11 @@ FORGERIES: dict[str, tuple[Edit, str, str]] = {
         WET,
         "the messages do not say its seed",
     ),
+    "messages that contradict themselves": (
+        with_messages(praised, digest=True),
+        WET,
+        "messages on /seg_metrics contradict themselves: the iou of the first is ",
+    ),
     "messages without the end": (
         with_messages(without("/experiment/log", last=True), digest=True),
         WET,
@@ -424,6 +444,12 @@ def test_forgeries_are_found_although_the_checksums_fit(
     assert str(found).endswith(f"\nNot verified: {problems}.")
 
 
+def test_what_is_the_same_in_all_runs_is_compared_with_most_of_them(packed: Path, forge: Forge) -> None:
+    found = verify(forge(packed, changed(f"{WET}/run.json", bag_dropped=7)), NOTHING)
+
+    assert found.problems == (f"{WET}: its bag_dropped is 7, and that of the other runs 0.",)
+
+
 @pytest.mark.parametrize(
     ("edit", "expected"),
     [
@@ -436,6 +462,14 @@ def test_forgeries_are_found_although_the_checksums_fit(
         (
             lambda folder: (folder / "SHA256SUMS").unlink(),
             "SHA256SUMS: it is missing, or not a text, so that nothing says what the files were.",
+        ),
+        (
+            appended("SHA256SUMS", "# all files\n"),
+            "SHA256SUMS: line 24 is '# all files', which is not a checksum and a file.",
+        ),
+        (
+            appended("SHA256SUMS", f"{'0' * 64}  README.md\n"),
+            "SHA256SUMS: line 24 names README.md, which a line before it does, too.",
         ),
     ],
 )
@@ -452,6 +486,20 @@ def test_what_is_said_of_a_bundle_is_compared(name: str, text: str, packed: Path
     forged = forge(packed, lambda folder: (folder / name).write_text(text), texts=False)
 
     assert [problem.partition(":")[0] for problem in verify(forged, NOTHING).problems] == [name]
+
+
+@pytest.mark.parametrize(
+    "text", ["a: *b", "a: !foo b", "[[[[", "a: [1", "\t", "[]", "rosbag2_bagfile_information:"]
+)
+def test_metadata_that_is_damaged_or_of_something_else_is_not_that_of_a_bag(
+    text: str, results: Path, tmp_path: Path
+) -> None:
+    record = shutil.copytree(results / WET.removeprefix("campaign/"), tmp_path / "record")
+    assert describes_bag(record)
+
+    (record / "metadata.yaml").write_text(text)
+
+    assert not describes_bag(record)
 
 
 @pytest.mark.thorough

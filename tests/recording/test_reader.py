@@ -93,12 +93,24 @@ def test_a_damaged_run_file_is_refused(record: Path, read: Callable[[Path], obje
 
 
 @pytest.mark.parametrize("read", [read_run, *READERS])
-@pytest.mark.parametrize("text", ["[]", "{}", '{"record_version": 2}', "3"])
+@pytest.mark.parametrize("text", ["{}", '{"record_version": 2}'])
 def test_a_record_of_another_version_is_refused(
     record: Path, read: Callable[[Path], object], text: str
 ) -> None:
     (record / "run.json").write_text(text)
     with pytest.raises(RecordError, match=r"is of version (None|2), expected 1"):
+        read(record)
+
+
+@pytest.mark.parametrize("read", [read_run, *READERS])
+@pytest.mark.parametrize("text", ["[]", "3", "null"])
+def test_a_run_file_that_is_not_an_object_is_refused(
+    record: Path, read: Callable[[Path], object], text: str
+) -> None:
+    (record / "run.json").write_text(text)
+    with pytest.raises(
+        RecordError, match=r"run\.json must be an object, got (\[\]|3|None); restore the file"
+    ):
         read(record)
 
 

@@ -1,6 +1,7 @@
 """Writing zip files whose bytes depend on their content only, and opening those of strangers."""
 
 import hashlib
+import re
 import shutil
 import stat
 import zipfile
@@ -14,7 +15,7 @@ from sunset.bundling.layout import CHECKSUMS_FILE
 from sunset.errors import OutputError, RecordError
 from sunset.input_files import check_regular, file_digest, read_text
 from sunset.output_files import draft_of
-from sunset.texts import counted, printable, shorten
+from sunset.texts import counted, printable, shorten, shown
 
 _EPOCH: Final = (1980, 1, 1, 0, 0, 0)
 """The earliest time that a zip file can give: it says nothing, so that the same files give the same bytes."""
@@ -32,7 +33,11 @@ _LONGEST: Final = 255
 """Bytes that a part of a name may have."""
 _PATH: Final = 2048
 """Characters that a name may have."""
+_NOTHING: Final = 2
+"""Bytes that nothing takes, compressed."""
 _PIECE: Final = 2**20
+_ENTRY: Final = re.compile("(?P<digest>[0-9a-f]{64})  (?P<name>.+)")
+"""A line of the list of checksums."""
 
 
 def check_new(out: Path) -> None:
@@ -95,9 +100,11 @@ def extract_archive(path: Path, into: Path) -> None:
     except OSError as error:
         raise RecordError(f"The bundle {path} cannot be read: {error.strerror}.") from error
     with _translated(path), zipfile.ZipFile(path) as archive:
-        infos = [info for info in archive.infolist() if not info.is_dir()]
+        infos = archive.infolist()
         _check(path, infos)
         for info in infos:
+            if info.is_dir():
+                continue
             file = into / info.filename
             file.parent.mkdir(parents=True, exist_ok=True)
             with archive.open(info) as packed, file.open("xb") as unpacked:
@@ -135,16 +142,28 @@ def _check(path: Path, infos: list[zipfile.ZipInfo]) -> None:
         )
     for info in infos:
         name = info.filename
-        shown = shorten(printable(name))
+        quoted = shorten(printable(name))
         parts = PurePosixPath(name).parts
         long = len(name) > _PATH or any(len(part.encode()) > _LONGEST for part in parts)
-        if long or name.startswith("/") or "\\" in name or ".." in parts or not name.isprintable():
+        if (
+            not parts
+            or long
+            or name.startswith("/")
+            or "\\" in name
+            or ".." in parts
+            or not name.isprintable()
+        ):
             raise RecordError(
-                f"The bundle {path} has a file that does not belong below its folder, {shown!r}: it is not opened."
+                f"The bundle {path} has a file that does not belong below its folder, {quoted!r}: it is not opened."
+            )
+        if info.is_dir() and (info.file_size or info.compress_size > _NOTHING):
+            raise RecordError(
+                f"The bundle {path} has data in the entry of a folder, {quoted!r}, where none is looked for: it is not "
+                "opened."
             )
         if stat.S_ISLNK(info.external_attr >> 16):
             raise RecordError(
-                f"The bundle {path} has a link, {shown!r}, and not only files: it is not opened."
+                f"The bundle {path} has a link, {quoted!r}, and not only files: it is not opened."
             )
         if info.flag_bits & _ENCRYPTED:
             raise RecordError(
@@ -152,7 +171,7 @@ def _check(path: Path, infos: list[zipfile.ZipInfo]) -> None:
             )
         if info.compress_type not in _METHODS:
             raise RecordError(
-                f"The bundle {path} is packed in a way that bundles are not, {shown!r} with method "
+                f"The bundle {path} is packed in a way that bundles are not, {quoted!r} with method "
                 f"{info.compress_type}: take the bundle as it was published."
             )
     size, limit = sum(info.file_size for info in infos), max(_SMALL, _RATIO * path.stat().st_size)
@@ -170,7 +189,15 @@ def differing_files(folder: Path) -> Iterator[str]:
     except (OSError, UnicodeDecodeError):
         yield f"{CHECKSUMS_FILE}: it is missing, or not a text, so that nothing says what the files were."
         return
-    listed = {name: digest for digest, _, name in (line.partition("  ") for line in lines)}
+    listed: dict[str, str] = {}
+    for number, line in enumerate(lines, 1):
+        entry = _ENTRY.fullmatch(line)
+        if entry is None:
+            yield f"{CHECKSUMS_FILE}: line {number} is {shown(printable(line))}, which is not a checksum and a file."
+        elif entry["name"] in listed:
+            yield f"{CHECKSUMS_FILE}: line {number} names {printable(entry['name'])}, which a line before it does, too."
+        else:
+            listed[entry["name"]] = entry["digest"]
     found = {file.relative_to(folder).as_posix() for file in folder.rglob("*") if file.is_file()}
     for name in sorted(listed.keys() - found):
         yield f"{printable(name)}: it is missing, and stands in {CHECKSUMS_FILE}."

@@ -8,24 +8,20 @@ from typing import Final
 
 from msgspec import UNSET
 
-from sunset.bundling.layout import is_exact
+from sunset.bundling.misfits import expected_of, expected_of_all, misfits, unlike_others
 from sunset.errors import InvalidInputError, RecordError
 from sunset.experiments import (
     BenchSpec,
     RunSpec,
-    RunTiming,
     Settings,
     Timing,
     campaign_managers,
-    flight_name,
     model_checksum,
     plan,
     run_folder,
     scenarios_checksum,
-    stored_faults,
 )
-from sunset.managing import MANAGERS
-from sunset.metrics import RunMetrics, log_figures, score
+from sunset.metrics import log_figures, score
 from sunset.names import base_name
 from sunset.output_files import folder_name
 from sunset.perception import ModelCard
@@ -37,7 +33,6 @@ from sunset.recording import (
     RunRecord,
     check_extensions,
     contradictions,
-    describes_bag,
     differences,
     measured_topics,
     published_log,
@@ -46,15 +41,13 @@ from sunset.recording import (
     stored_figures,
     timeline_of,
 )
-from sunset.scenarios import Scenario, split_hash, with_strengths
+from sunset.scenarios import Scenario, split_hash
 from sunset.system import loaded_extensions
-from sunset.texts import counted, shown
+from sunset.texts import counted
 from sunset.workers import Progress
 
 _MOST: Final = 10_000
 """No campaign has more managing systems times repetitions."""
-_COMMON: Final = ("bag_frames", "bag_size", "bag_dropped", "frame_size", "compute_s")
-"""What is the same in all runs of a campaign on one flight, and stands in no plan."""
 
 
 @dataclass
@@ -175,15 +168,15 @@ def check_campaign(
             with _noted(findings, folder, place) as problems:
                 run = read_run(place)
                 findings.runs.append((spec, place, run))
-                first = next(one for _, _, one in findings.runs if one.flight == run.flight)
-                expected = _expected(spec, described, card)
-                problems.extend(_misfits(run, place, expected, described, manager=spec.manager, first=first))
+                expected = expected_of(spec, described, card)
+                problems.extend(misfits(run, place, expected, described, manager=spec.manager))
                 problems.extend(_recomputed(run, place))
                 findings.recomputed += not run.is_empty
         else:
             findings.problems.append(f"{_name(place, folder)}: the run is missing.")
         if progress is not None:
             progress(done, len(places))
+    _note_unlike(findings, folder, {place: run for _, place, run in findings.runs})
     _note_unchecked(findings)
     return findings
 
@@ -209,11 +202,10 @@ def _check_unextended(
     managers = ({"none": "none"} if described.references else {}) | campaign_managers(described)
     every = range(described.seed, described.seed + described.repetitions)
     seeds: dict[Path, set[int]] = {}
-    firsts: dict[str, RunRecord] = {}
+    runs: dict[Path, RunRecord] = {}
     for place in sorted(found):
         with _noted(findings, folder, place) as problems:
-            run = read_run(place)
-            first = firsts.setdefault(run.flight, run)
+            run = runs[place] = read_run(place)
             seeds.setdefault(place.parent, set()).add(run.seed)
             named = (run.suite or "own", run.manager, base_name(run.scenario))
             flight = f"-{run.flight}" if described.flights else ""
@@ -224,14 +216,15 @@ def _check_unextended(
                 problems.append(f"no run of {run.manager} with seed {run.seed} is part of the plan")
             # the scenario, which may be of an extension, is not looked at
             timing = settings.timing.of_run(Scenario(run.scenario, duration=run.duration_s), run.seed)
-            expected = _expected_of_all(run.manager, settings, timing, described, card, flight=run.flight)
+            expected = expected_of_all(run.manager, settings, timing, described, card, flight=run.flight)
             expected["manager_spec"] = UNSET if manager == run.manager else manager
-            problems.extend(_misfits(run, place, expected, described, manager=manager, first=first))
+            problems.extend(misfits(run, place, expected, described, manager=manager))
             messages = read_messages(place)
             problems.extend(contradictions(run, messages))
     for scenario, there in seeds.items():
         if there != set(every):
             findings.problems.append(f"{_name(scenario, folder)}: its seeds are not those of the plan.")
+    _note_unlike(findings, folder, runs)
     _check_scenarios(findings, described, seeds)
     _note_unchecked(findings)
 
@@ -262,6 +255,12 @@ def _noted(findings: Findings, folder: Path, place: Path) -> Iterator[list[str]]
     except RecordError as error:
         problems.append(str(error).replace(f"{folder}/", "").removesuffix("."))
     findings.problems += [f"{_name(place, folder)}: {problem}." for problem in problems]
+
+
+def _note_unlike(findings: Findings, folder: Path, runs: Mapping[Path, RunRecord]) -> None:
+    """Note runs that are not like the others of their flight."""
+    for place, problem in unlike_others(runs):
+        findings.problems.append(f"{_name(place, folder)}: {problem}.")
 
 
 def _name(place: Path, folder: Path) -> str:
@@ -305,91 +304,3 @@ def _recomputed(run: RunRecord, place: Path) -> Iterator[str]:
 
 def _number(value: float | None) -> str:
     return "N/A" if value is None else f"{value:.6g}"
-
-
-def _misfits(
-    run: RunRecord,
-    place: Path,
-    expected: Mapping[str, object],
-    described: CampaignPlan,
-    *,
-    manager: str,
-    first: RunRecord,
-) -> Iterator[str]:
-    """Yield in what the `run.json` of a run is not that of a run of the plan, nor like that of the first run."""
-    for name, value in (*expected.items(), *((name, getattr(first, name)) for name in _COMMON)):
-        stored = getattr(run, name)
-        if stored != value:
-            yield f"its {name} is {_shown(stored)}, and that of the plan {_shown(value)}"
-    # live, a run has those of the middleware, too
-    versions = {name: run.versions.get(name) for name in described.versions}
-    if (versions if run.speed is not UNSET else run.versions) != described.versions:
-        yield f"its versions are {_shown(run.versions)}, and those of the plan {_shown(described.versions)}"
-    if run.valid != (not run.reason):
-        yield f"it is stored as {'' if run.valid else 'in'}valid, with the reason {_shown(run.reason)}"
-    if run.manager_failed is not None and manager in MANAGERS and not described.extensions:
-        yield f"it is stored as failed, which a run of {manager} never is"
-    if run.is_empty and (run.valid or set(run.metrics.values()) != {None}):
-        yield "it is stored as failed, and as valid or with figures"
-    if not describes_bag(place):
-        yield "its metadata.yaml is missing, or is not that of its messages"
-    if not is_exact(place / RUN_FILE, run, described.versions) or run.metrics.keys() - RunMetrics.names():
-        yield f"its {RUN_FILE} has what no run has, or a key twice"
-
-
-def _expected(spec: RunSpec, described: CampaignPlan, card: ModelCard) -> dict[str, object]:
-    """Return what a run's `run.json` must say, by the plan and the model's card."""
-    return {
-        "scenario": spec.scenario.name,
-        "faults": stored_faults(with_strengths(spec.scenario, card.severities, card.name), spec.scenario),
-        "suite": spec.suite,
-        "manager": spec.manager_name,
-        "manager_spec": spec.manager if spec.label else UNSET,
-        "seed": spec.seed,
-        **_expected_of_all(
-            spec.manager_name, spec.settings, spec.timing, described, card, flight=flight_name(spec)
-        ),
-    }
-
-
-def _expected_of_all(
-    name: str,
-    settings: Settings,
-    timing: RunTiming,
-    described: CampaignPlan,
-    card: ModelCard,
-    *,
-    flight: str,
-) -> dict[str, object]:
-    """Return what the `run.json` of every run of a managing system with this timing and flight must say."""
-    found = described.flight_facts.get(flight)
-    thresholds = card if found is None else found
-    live = settings.live
-    known = described.manager_checksums.get(name)
-    return {
-        **({} if known is None else {"manager_checksum": known}),
-        "model": card.name,
-        "model_checksums": {str(modality): one.digest for modality, one in card.networks.items()},
-        "flight": flight,
-        "flight_conditions": UNSET if found is None else found.conditions or UNSET,
-        "flight_warning": (found is not None and found.warning) or UNSET,
-        "entropy_threshold": thresholds.entropy_threshold,
-        "sharpness_threshold": thresholds.sharpness_threshold,
-        "device": described.device,
-        "middleware": described.middleware,
-        "bag_checksum": described.bag_checksum if found is None else found.bag_checksum,
-        "bag_looped": described.loop,
-        "jitter": UNSET if live else timing.jitter,
-        "latency_s": UNSET if live else timing.latency_s,
-        "speed": described.speed if live else UNSET,
-        "warm_up_s": timing.warm_up_s,
-        "duration_s": timing.duration_s,
-        "period_s": timing.period_s,
-        "expected_frames": timing.expected_frames,
-        "thinking_s": settings.thinking_s or UNSET,
-        "extensions": described.extensions or UNSET,
-    }
-
-
-def _shown(value: object) -> str:
-    return "nothing" if value is UNSET or value == "" else shown(value)

@@ -69,7 +69,7 @@ def read_manifest(folder: Path) -> Manifest:
     file = folder / MANIFEST_FILE
     missing = f"It is not a bundle: {MANIFEST_FILE} is missing; name a file that 'sunset bundle' wrote."
     content = read_json(file, "The manifest", RecordError, missing=missing)
-    version = content.get("bundle_version") if isinstance(content, dict) else None
+    version = content.get("bundle_version") if isinstance(content, dict) else BUNDLE_VERSION
     if version != BUNDLE_VERSION:
         raise RecordError(
             f"The bundle is of version {version!r}, expected {BUNDLE_VERSION}; verify it with the SUNSET that wrote it."

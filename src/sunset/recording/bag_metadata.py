@@ -65,5 +65,5 @@ def describes_bag(folder: Path) -> bool:
                 topic["type_description_hash"] == type_hash(get_message(topic["type"])) for topic, _ in topics
             )
         )
-    except (OSError, *MALFORMED_YAML, KeyError, TypeError, AttributeError):
+    except (OSError, yaml.YAMLError, *MALFORMED_YAML, TypeError):
         return False

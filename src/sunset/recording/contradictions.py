@@ -1,18 +1,21 @@
 """What a run's messages say of the run itself, against what `run.json` says."""
 
-from collections.abc import Collection, Iterable, Iterator
-from math import isclose
+from collections.abc import Collection, Iterable, Iterator, Sequence
+from math import isclose, nan
 from typing import Final
 
+import numpy as np
 from msgspec import UNSET
 
 from sunset.interfaces.parameters import scalar_of
 from sunset.interfaces.rcl_interfaces.msg import ParameterEvent
-from sunset.interfaces.system_interfaces.msg import ExperimentLogging, FaultInjection
+from sunset.interfaces.system_interfaces.msg import ExperimentLogging, FaultInjection, FrameEvaluation
+from sunset.metrics import NUMBER_OF_CLASSES, ClassCounts, image_iou
 from sunset.names import ros_text
 from sunset.recording.schema import RunRecord
 from sunset.recording.values import RecordedMessage
 from sunset.system import (
+    EVALUATION_TOPIC,
     EXPERIMENT,
     INJECTIONS_TOPIC,
     LOG_TOPIC,
@@ -21,8 +24,8 @@ from sunset.system import (
     full_name,
 )
 
-TELLING_TOPICS: Final = frozenset({INJECTIONS_TOPIC, LOG_TOPIC, PARAMETER_EVENTS_TOPIC})
-"""The full names of the topics whose messages say which run they are of."""
+TELLING_TOPICS: Final = frozenset({EVALUATION_TOPIC, INJECTIONS_TOPIC, LOG_TOPIC, PARAMETER_EVENTS_TOPIC})
+"""The full names of the topics whose messages say which run they are of, or the same twice."""
 
 _MODEL: Final = full_name("segmentation"), "model"
 _SHARPNESS: Final = full_name("camera"), "sharpness_threshold"
@@ -32,7 +35,7 @@ def contradictions(run: RunRecord, messages: Iterable[RecordedMessage]) -> Itera
     """Yield in what the messages of a run contradict what is stored of it, each as a part of a sentence.
 
     They tell the scenario, the faults, the seed, the model, and when the experiment began and ended. So the messages of
-    another run do not pass for this one's.
+    another run do not pass for this one's. Nor does a frame's IoU that is not that of the pixels counted beside it.
 
     Args:
         run: what is stored.
@@ -78,6 +81,26 @@ def contradictions(run: RunRecord, messages: Iterable[RecordedMessage]) -> Itera
         duration_s = (end - start) / 1e9
         if not isclose(duration_s, run.duration_s, abs_tol=1e-6):
             yield f"its duration is stored as {run.duration_s:g} s, and the messages say {duration_s:g} s"
+    yield from _miscounted([message for message in told if isinstance(message, FrameEvaluation)])
+
+
+def _miscounted(evaluations: Sequence[FrameEvaluation]) -> Iterator[str]:
+    """Yield how many frames' IoU is not that of the pixels counted beside it, if any."""
+    pairs = [(evaluation.iou, _iou_of(evaluation)) for evaluation in evaluations]
+    wrong = [(iou, counted) for iou, counted in pairs if not isclose(iou, counted, abs_tol=1e-9)]
+    if wrong:
+        iou, counted = wrong[0]
+        yield (
+            f"{len(wrong)} of its {len(pairs)} messages on {EVALUATION_TOPIC} contradict themselves: the iou of the "
+            f"first is {iou:.6g}, and that of its counts {counted:.6g}"
+        )
+
+
+def _iou_of(evaluation: FrameEvaluation) -> float:
+    counts = [evaluation.intersection, evaluation.predicted, evaluation.truth]
+    if {len(count) for count in counts} != {NUMBER_OF_CLASSES}:
+        return nan
+    return image_iou(ClassCounts(*(count.astype(np.int64) for count in counts)))
 
 
 def _untold(run: RunRecord, names: Iterable[str], moments: Collection[str]) -> Iterator[str]:

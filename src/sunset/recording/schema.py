@@ -196,7 +196,7 @@ def read_run(folder: Path) -> RunRecord:
     """
     file = Path(folder) / RUN_FILE
     content = read_json(file, "The file", RecordError, missing=_missing_text(Path(folder)))
-    version = content.get("record_version") if isinstance(content, dict) else None
+    version = content.get("record_version") if isinstance(content, dict) else RECORD_VERSION
     if version != RECORD_VERSION:
         raise _version_error(f"The record {folder}", version, RECORD_VERSION, "run it again")
     return convert(content, RunRecord, str(file), RecordError, remedy="restore the file, or run it again")

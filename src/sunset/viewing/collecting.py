@@ -35,7 +35,7 @@ from sunset.viewing.document import (
     SignalView,
     TopicView,
 )
-from sunset.viewing.frames import frames_view
+from sunset.viewing.frames import foreign_pictures, frames_view
 from sunset.viewing.pictures import Placed
 from sunset.viewing.states import States
 from sunset.viewing.words import described, outcome_of, remark, story
@@ -69,7 +69,7 @@ def run_view(
         manager=record.manager,
         described=described(record),
         story=story(run),
-        remark=" ".join(text for text in (remark(run), note) if text),
+        remark=" ".join(text for text in (remark(run), note, foreign_pictures(messages, placed)) if text),
         start=round(start, _DIGITS),
         end=end,
         period=record.period_s,

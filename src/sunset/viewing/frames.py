@@ -81,6 +81,9 @@ _WORDS: Final[Mapping[str, _Words]] = MappingProxyType(
 )
 """The pictures that are shown of every run, by name and in their order."""
 
+_COMPARED: Final = {topic for words in _WORDS.values() for topic in words.topics} - set(_GIVEN)
+"""The topics whose pictures are compared with the digests in messages; those of the fusion are of both together."""
+
 
 def is_shown(topic: str) -> bool:
     """Return whether images of a topic are shown."""
@@ -122,12 +125,30 @@ def frames_view(
     )
 
 
+def foreign_pictures(messages: Iterable[RecordedMessage], placed: Iterable[Placed]) -> str:
+    """Return a sentence if pictures are not those of a run, by the digests in its messages; empty if they are.
+
+    Those of topics that every system has are compared: other publishers may fill the rows of an image, which its
+    digest is of and its picture leaves out.
+    """
+    known = {
+        (one.topic, ns_of(one.message.header.stamp), bytes(one.message.digest))
+        for one in messages
+        if isinstance(one.message, ImageDigest)
+    }
+    told = [one for one in placed if one.topic in _COMPARED]
+    foreign = sum((one.topic, one.stamp_ns, one.digest) not in known for one in told)
+    if not foreign:
+        return ""
+    return f"Pictures of another run are shown: {foreign} of {len(told)} are not those that the messages are about."
+
+
 def _by_topic(placed: Sequence[Placed], stamps: Sequence[int], period: float) -> dict[str, list[int]]:
     """Return the place of each frame's picture, by topic; it is of the image whose stamp is nearest to the frame's."""
     order = np.argsort(stamps)
     known = np.array(stamps, dtype=np.int64)[order]
     found: dict[str, list[int]] = {}
-    for topic, _, stamp, place in placed:
+    for topic, _, stamp, place, _ in placed:
         after = int(np.searchsorted(known, stamp))
         near = min(
             (one for one in (after - 1, after) if 0 <= one < len(known)),

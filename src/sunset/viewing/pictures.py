@@ -15,7 +15,7 @@ import numpy.typing as npt
 from sunset.classes import CLASS_OF_CARLA_ID, CLASSES
 from sunset.errors import RecordError
 from sunset.faults import DEPTH_COUNTS_PER_METRE
-from sunset.image_digests import Pixels
+from sunset.image_digests import Pixels, digest_of
 from sunset.recording import StoredImage
 from sunset.system import TRUTH_TOPIC
 from sunset.viewing.document import DepthScale, PicturesView
@@ -77,12 +77,13 @@ class _Encoded(NamedTuple):
 
 
 class Placed(NamedTuple):
-    """An image of a run, and the place of its picture among all."""
+    """An image of a run, the place of its picture among all, and the digest of its pixels when that is known."""
 
     topic: str
     encoding: str
     stamp_ns: int
     place: int
+    digest: bytes = b""
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,6 +123,7 @@ class _Album:
         self._pool = pool
         self._places: dict[bytes, int] = {}
         self._encoded: list[Future[_Encoded]] = []
+        self._digests: list[Future[bytes]] = []
         self.original: tuple[int, int] | None = None
         self.depth: DepthScale | None = None
         self._shades = np.zeros(65536, np.uint8)
@@ -144,6 +146,7 @@ class _Album:
             self.depth = _depth_scale(image.pixels)
             self._shades = _depth_shades(self.depth)
         place = self._places[key] = len(self._encoded)
+        self._digests.append(self._pool.submit(_digest, image))
         if image.encoding == LABELS:
             self._encoded.append(self._pool.submit(self._packed, image, self.size()))
         else:
@@ -172,6 +175,10 @@ class _Album:
             return _Encoded(data)
         stored = np.asarray(cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR), np.int16)
         return _Encoded(data, loss=float(np.abs(original - stored).mean()))
+
+    def with_digest(self, one: Placed) -> Placed:
+        """Return where an image's picture is, with the digest of its pixels."""
+        return one._replace(digest=self._digests[one.place].result())
 
     def sizes(self) -> tuple[int, int]:
         """Return how many bytes the pictures without loss take, and those with it."""
@@ -204,6 +211,10 @@ class _Album:
         loss = f": their pixels differ by {sum(losses) / len(losses):.1f} of 255 on average" if losses else ""
         parts.append(f"colour and depth are {shown}WebP of quality {self._settings.quality}{loss}")
         return "; ".join(parts) + "."
+
+
+def _digest(image: StoredImage) -> bytes:
+    return digest_of(image.pixels.data)
 
 
 def _by(original: tuple[int, int], size: tuple[int, int]) -> str:
@@ -249,7 +260,7 @@ def make_pictures(
                     )
                 settings = settings.reduced(plain, lossy, budget)
                 album = _Album(settings, pool)
-        return album.view(), placed
+        return album.view(), [list(map(album.with_digest, of_run)) for of_run in placed]
 
 
 def _first_settings(sources: Sequence[Source], frames: int, budget: int) -> _Settings:

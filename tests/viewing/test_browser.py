@@ -126,7 +126,8 @@ def test_keys_move_the_moment(browser: Browser, ten: Shown) -> None:
 def test_nothing_is_wider_than_the_window(browser: Browser, width: int) -> None:
     browser.resize(width, 900)
 
-    assert browser.evaluate("return document.documentElement.scrollWidth <= innerWidth")
+    drawn = "for (let frame = 0; frame < 2; frame++) await new Promise(requestAnimationFrame);"
+    assert browser.evaluate(f"{drawn} return document.documentElement.scrollWidth <= innerWidth")
     browser.resize(1400, 900)
 
 
@@ -173,3 +174,23 @@ def test_what_holds_to_the_end_is_said_of_the_end(browser: Browser, ten: Shown) 
     go(browser, view.end)
 
     assert lasting in browser.evaluate("return document.querySelector('.now').textContent")
+
+
+def test_a_link_and_an_event_lead_to_the_very_frame_and_event(browser: Browser, ten: Shown) -> None:
+    view = page_of(ten).runs[0]
+    link = "return document.getElementById('link').getAttribute('href')"
+    places = range(20, len(view.frames.times), 15)
+    for place in places:
+        go(browser, view.frames.times[place])
+        address = browser.evaluate(link)
+        go(browser, view.start)
+        browser.evaluate(f"location.hash = '{address}'")
+        browser.evaluate("await new Promise(done => setTimeout(done, 50))")
+        assert browser.evaluate(f"{DRAWN} return stage.frames") == str(place)
+
+    current = "[...document.querySelectorAll('.events li')].findLastIndex(one => one.ariaCurrent)"
+    for number, event in enumerate(view.events):
+        click = f"document.querySelectorAll('.events a')[{number}].click()"
+        time, shown = browser.evaluate(f"{click}; {DRAWN} return [Number(stage.time), {current}]")
+        assert time == event.time
+        assert shown >= number  # the last of those of the same moment

@@ -10,7 +10,7 @@ function setTheme(name) {
 
 /** The time that the address says, or another. */
 function timeOfAddress(otherwise) {
-  const found = /[#&]t=(-?\d*\.?\d+)/.exec(location.hash);
+  const found = /[#&]t=(-?\d*\.?\d+(?:e-?\d+)?)/.exec(location.hash);
   return found ? Number(found[1]) : otherwise;
 }
 

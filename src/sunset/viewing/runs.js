@@ -41,7 +41,7 @@ class RunPane {
   item({ time, kind, text }) {
     const link = element(
       "a",
-      { href: `#t=${time.toFixed(2)}`, class: kind },
+      { href: `#t=${time}`, class: kind },
       element("time", {}, `${time.toFixed(2)} s`),
       element("i", {}, SIGNS[kind] ?? ""),
       element("span", {}, text),

@@ -74,6 +74,33 @@ def test_a_fault_of_the_configuration_ends_when_the_topic_is_set_back(tmp_path: 
     assert until == pytest.approx(commands(run, "topic_camera_input")[0], abs=SOON)
 
 
+COMES_AND_GOES = """\
+name: comes_and_goes
+duration: 5
+faults:
+  - {name: camera_driver_issue, at: 0.5, profile: {kind: intermittent, on: 1.0, off: 1.0}}
+"""
+
+
+@pytest.fixture(scope="module")
+def returning(flight: Path, tmp_path_factory: pytest.TempPathFactory) -> RunView:
+    """A run of a fault that comes and goes, and is there at the end."""
+    assert flight.exists()
+    folder = tmp_path_factory.mktemp("returning")
+    (folder / "scenario.yaml").write_text(COMES_AND_GOES, encoding="utf-8")
+    run = sunset.run(folder / "scenario.yaml", "none", out=folder / "run")
+    return msgspec.convert(data_of(page_text([Viewed(run, None)])), Page).runs[0]
+
+
+def test_a_fault_that_comes_and_goes_is_drawn_once_for_each_time(returning: RunView) -> None:
+    (fault,) = returning.faults
+
+    assert fault.spans == [
+        (pytest.approx(since, abs=SOON), pytest.approx(until, abs=SOON))
+        for since, until in ((0.5, 1.5), (2.5, 3.5), (4.5, 5.0))
+    ]
+
+
 class _SetBack(sunset.ManagingSystem):
     def adapt(self, symptoms: sunset.Symptoms) -> None:
         if symptoms.unsure:

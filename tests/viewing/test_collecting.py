@@ -249,3 +249,18 @@ def test_what_happened_is_told_in_sentences(view: RunView) -> None:
     assert told.startswith("Ten faults were injected at 0 s: camera_driver_issue (F1), ")
     assert "carried out 8 adaptations" in told
     assert "failure episodes were resolved" in told
+
+
+def test_a_managing_system_that_failed_is_said_to_have_failed(tmp_path: Path) -> None:
+    run = sunset.run("camera_driver_issue", _Failing, out=tmp_path / "run", duration=3)
+
+    (shown,) = data_of(page_text([Viewed(run, None)]))["runs"]
+    assert "_Failing failed in camera_driver_issue, seed 1: it raised ValueError: no plan" in shown["remark"]
+    assert shown["remark"].endswith(" The run went on without it.")
+    assert shown["story"][1].endswith("_Failing failed before it did anything.")
+
+
+class _Failing(sunset.ManagingSystem):
+    def adapt(self, symptoms: sunset.Symptoms) -> None:
+        if symptoms.stopped("rgb_camera"):
+            raise ValueError("no plan")

@@ -169,7 +169,8 @@ class RunView(msgspec.Struct, frozen=True):
         story: what happened, in some sentences.
         start: the time of the first frame.
         end: the duration.
-        remark: why the run does not count, and why there are no pictures; empty if neither is so.
+        remark: how the managing system failed, why the run does not count, why there are no pictures; empty if all is
+            well.
         iou: times and values of all evaluated frames.
     """
 

@@ -34,8 +34,10 @@ def story(run: StoredRun) -> list[str]:
 
 
 def remark(run: StoredRun) -> str:
-    """Return why a run does not count, and which figures are stored otherwise; empty if all is well."""
+    """Return how a managing system failed, why a run does not count, and which figures are stored otherwise."""
     parts = []
+    if run.record.manager_failed is not None:
+        parts.append(f"{shorten(run.record.manager_failed)} The run went on without it.")
     if not run.valid:
         parts.append(f"This run does not count: {shorten(run.reason)}.")
     if run.differing:
@@ -118,7 +120,8 @@ def _adapted(run: StoredRun) -> Iterator[str]:
     for adaptation in run.adaptations:
         done.setdefault(_past(adaptation), []).append(adaptation.time)
     if not done:
-        yield f"{who} did nothing."
+        failed = run.record.manager_failed is not None
+        yield f"{who} {'failed before it did anything' if failed else 'did nothing'}."
     elif len(done) <= _MOST:
         yield f"{who} {listed([f'{words} {_times(times)}' for words, times in done.items()])}."
     else:

@@ -264,3 +264,10 @@ class _Failing(sunset.ManagingSystem):
     def adapt(self, symptoms: sunset.Symptoms) -> None:
         if symptoms.stopped("rgb_camera"):
             raise ValueError("no plan")
+
+
+def test_what_came_again_is_told_once_with_its_times_to_a_tenth_of_a_second(returning: RunView) -> None:
+    assert returning.story[:2] == [
+        "Three faults were injected: camera_driver_issue (F1) three times, at 0.5, 2.5 and 4.5 s.",
+        "camera_driver_issue healed by itself two times, at 1.5 and 3.5 s.",
+    ]

@@ -240,10 +240,12 @@ class Page(msgspec.Struct, frozen=True):
     Attributes:
         title: what the page shows.
         comparison: what differs between two runs, in some sentences; empty if there is one.
+        opening: the moment that is shown first.
     """
 
     title: str
     comparison: list[str]
+    opening: float
     version: str
     runs: list[RunView]
     classes: list[LabelClass]

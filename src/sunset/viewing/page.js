@@ -77,8 +77,4 @@ addEventListener("hashchange", () => {
 const dark = matchMedia("(prefers-color-scheme: dark)");
 dark.addEventListener("change", () => setTheme(dark.matches ? "dark" : "light"));
 setTheme(dark.matches ? "dark" : "light");
-moment.go(
-  timeOfAddress(
-    Math.max(0, ...page.runs.flatMap(({ faults }) => faults.map(({ spans }) => spans[0]?.[0] ?? 0))),
-  ),
-);
+moment.go(timeOfAddress(page.opening));

@@ -95,7 +95,8 @@ def test_what_did_not_come_is_seen_as_missing(browser: Browser) -> None:
 def test_keys_move_the_moment(browser: Browser, ten: Shown) -> None:
     def press(key: str) -> float:
         browser.evaluate(
-            f"document.body.dispatchEvent(new KeyboardEvent('keydown', {{key: '{key}', bubbles: true}}))"
+            "document.activeElement.dispatchEvent("
+            f"new KeyboardEvent('keydown', {{key: '{key}', bubbles: true}}))"
         )
         time: float = browser.evaluate(f"{DRAWN} return Number(stage.time)")
         return time
@@ -106,6 +107,10 @@ def test_keys_move_the_moment(browser: Browser, ten: Shown) -> None:
 
     assert press("ArrowRight") == times[11]
     assert press("ArrowLeft") == times[10]
+    chosen = "document.getElementById('speed')"
+    browser.evaluate(f"{chosen}.focus(); {chosen}.value = '2'; {chosen}.dispatchEvent(new Event('change'))")
+    assert press("ArrowRight") == times[11]
+    browser.evaluate(f"{chosen}.value = '1'; {chosen}.dispatchEvent(new Event('change'))")
     assert press("End") == page.runs[0].end
     assert press("Home") == page.runs[0].start
     events = sorted({one.time for one in page.runs[0].events if one.kind != "log"})

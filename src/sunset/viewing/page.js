@@ -43,6 +43,7 @@ byId("back").addEventListener("click", () => moment.step(-1));
 byId("forward").addEventListener("click", () => moment.step(1));
 byId("speed").addEventListener("change", (event) => {
   moment.speed = Number(event.target.value);
+  event.target.blur(); // so that keys move the moment again
 });
 byId("theme").addEventListener("click", () =>
   setTheme(document.documentElement.dataset.theme === "dark" ? "light" : "dark"),

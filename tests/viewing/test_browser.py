@@ -199,3 +199,14 @@ def test_a_link_and_an_event_lead_to_the_very_frame_and_event(browser: Browser, 
         time, shown = browser.evaluate(f"{click}; {DRAWN} return [Number(stage.time), {current}]")
         assert time == event.time
         assert shown >= number  # the last of those of the same moment
+
+
+@pytest.mark.parametrize("width", [400, 1400])
+def test_all_that_holds_is_seen(browser: Browser, ten: Shown, width: int) -> None:
+    browser.resize(width, 900)
+    heights = "const now = document.querySelector('.now'); return [now.scrollHeight, now.clientHeight]"
+    for time in (1.5, 5.0, page_of(ten).runs[0].end):
+        go(browser, time)
+        whole, seen = browser.evaluate(heights)
+        assert whole <= seen
+    browser.resize(1400, 900)

@@ -75,6 +75,7 @@ addEventListener("hashchange", () => {
   moment.pause();
   moment.go(timeOfAddress(moment.time));
 });
+addEventListener("resize", () => panes.forEach(({ now }) => (now.style.minHeight = "")));
 const dark = matchMedia("(prefers-color-scheme: dark)");
 dark.addEventListener("change", () => setTheme(dark.matches ? "dark" : "light"));
 setTheme(dark.matches ? "dark" : "light");

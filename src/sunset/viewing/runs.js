@@ -65,6 +65,7 @@ class RunPane {
       element("span", { class: `chip ${kind}` }, `${SIGNS[kind]} ${text}`),
     );
     this.now.replaceChildren(...chips);
+    this.now.style.minHeight = `${this.now.offsetHeight}px`; // what is below does not jump while chips come and go
     const current = lastAtMost(this.times, time + 1e-6);
     if (current === this.current) return;
     this.items[this.current]?.removeAttribute("aria-current");

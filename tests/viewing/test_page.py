@@ -209,3 +209,13 @@ def test_a_page_is_written_over(pair: Pair, tmp_path: Path) -> None:
     assert file.read_bytes() == first
     assert data_of(first.decode())["runs"][0]["remark"] == "No pictures."
     assert [one.name for one in file.parent.iterdir()] == ["page.html"]
+
+
+def test_runs_thresholds_and_events_have_colours_of_their_own(ten: Shown) -> None:
+    text = ten.page.read_text(encoding="utf-8")
+    themes = re.findall(r':root(?:\[data-theme="dark"\])? \{(.*?)\}', text, re.DOTALL)
+    assert len(themes) == 2
+    for theme in themes:
+        colours = dict(re.findall(r"--(\w+): (#\w+);", theme))
+        named = ("line0", "line1", "threshold", "fault", "symptom", "adaptation", "cured")
+        assert len({colours[name] for name in named}) == len(named)

@@ -16,7 +16,7 @@ const GROUPS = {
   ],
   signals: [
     "Symptoms",
-    "What nodes report: dots. Line: the mean of five, which the dashed threshold is for.",
+    "What nodes report: dots. Line: the mean of five, which the dashed grey threshold is for.",
   ],
   topics: ["Rates", "Messages of the last second on every topic. 0 for a second is an outage."],
   nodes: ["Lifecycles", "The state of every node: only an active one does its work."],
@@ -212,7 +212,7 @@ class Lanes {
         [this.start, this.end],
         [threshold, threshold],
       ]);
-      series.push({ stroke: () => css("--fault"), width: 1.2, dash: [3, 3], points: { show: false } });
+      series.push({ stroke: () => css("--threshold"), width: 1.2, dash: [3, 3], points: { show: false } });
     }
     this.plot(track, uPlot.join(tables), series, range);
     track.append(

@@ -271,3 +271,9 @@ def test_what_came_again_is_told_once_with_its_times_to_a_tenth_of_a_second(retu
         "Three faults were injected: camera_driver_issue (F1) three times, at 0.5, 2.5 and 4.5 s.",
         "camera_driver_issue healed by itself two times, at 1.5 and 3.5 s.",
     ]
+
+
+def test_what_healed_is_no_fault_that_came(returning: RunView) -> None:
+    kinds = [(one.kind, round(one.time, 1)) for one in returning.events if one.kind in {"fault", "healed"}]
+
+    assert kinds == [("fault", 0.5), ("healed", 1.5), ("fault", 2.5), ("healed", 3.5), ("fault", 4.5)]

@@ -14,7 +14,7 @@ class Happening(msgspec.Struct, frozen=True):
 
     Attributes:
         time: when.
-        kind: `fault`, `symptom`, `adaptation`, `cured`, `log` or `end`.
+        kind: `fault`, `healed`, `symptom`, `adaptation`, `cured`, `log` or `end`.
         text: in words.
     """
 

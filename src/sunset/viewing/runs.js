@@ -3,6 +3,7 @@
 /** What can be said of the kinds of events, each with a sign, so that no colour is needed. */
 const SIGNS = {
   fault: "▼",
+  healed: "▽",
   symptom: "▲",
   adaptation: "◆",
   cured: "●",

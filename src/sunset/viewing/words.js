@@ -1,6 +1,7 @@
 // What surrounds the pictures and lanes: head, figures, explanations.
 
 const MEANINGS = {
+  healed: "a fault has healed by itself",
   cured: "a symptom is gone",
   log: "the managing system logged something",
   end: "the end of the run",

@@ -210,3 +210,21 @@ def test_all_that_holds_is_seen(browser: Browser, ten: Shown, width: int) -> Non
         whole, seen = browser.evaluate(heights)
         assert whole <= seen
     browser.resize(1400, 900)
+
+
+def test_the_scrubber_lies_above_the_lanes(browser: Browser) -> None:
+    edges = browser.evaluate(
+        "return ['#scrubber', '#lanes .track'].map(one => document.querySelector(one).getBoundingClientRect())"
+        ".flatMap(({left, right}) => [left, right])"
+    )
+    left, right, first, last = edges
+    assert (left + 8, right - 8) == pytest.approx((first, last), abs=1)  # half of the thumb
+
+
+def test_what_makes_up_for_a_fault_leaves_its_words_legible(browser: Browser) -> None:
+    bottom, top = browser.evaluate(
+        "const around = document.querySelector('.bar.around'), words = document.createRange();"
+        "words.selectNodeContents(around.parentElement.querySelector('.bar.fault'));"
+        "return [words.getBoundingClientRect().bottom, around.getBoundingClientRect().top]"
+    )
+    assert bottom <= top + 1

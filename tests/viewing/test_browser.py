@@ -161,6 +161,8 @@ def test_two_runs_are_shown_in_step(browser: Browser, both: Both) -> None:
         "A: none",
         "B: baseline",
     ]
+    named = "return [...document.querySelectorAll('#lanes .name small, #figures th.of1')].map(one => one.textContent)"
+    assert set(browser.evaluate(named)) == {"A: none", "B: baseline"}
     assert browser.complaints() == []
 
 

@@ -95,10 +95,8 @@ def returning(flight: Path, tmp_path_factory: pytest.TempPathFactory) -> RunView
 def test_a_fault_that_comes_and_goes_is_drawn_once_for_each_time(returning: RunView) -> None:
     (fault,) = returning.faults
 
-    assert fault.spans == [
-        (pytest.approx(since, abs=SOON), pytest.approx(until, abs=SOON))
-        for since, until in ((0.5, 1.5), (2.5, 3.5), (4.5, 5.0))
-    ]
+    times = [time for span in fault.spans for time in span]
+    assert times == pytest.approx([0.5, 1.5, 2.5, 3.5, 4.5, 5.0], abs=SOON)
 
 
 class _SetBack(sunset.ManagingSystem):

@@ -59,7 +59,7 @@ class Lanes {
     const track = element("div", { class: `track${tall ? " tall" : ""}` });
     const label = element("div", { class: "name", title }, element("span", {}, name));
     if (run && this.runs.length > 1)
-      label.append(element("small", { class: `of${this.runs.indexOf(run)}` }, run.manager));
+      label.append(element("small", { class: `of${this.runs.indexOf(run)}` }, nameOf(run)));
     this.bodies[group].append(element("div", { class: "lane" }, label, track));
     if (this.start < 0)
       track.append(element("i", { class: "warm", style: { width: `${this.percent(0)}%` } }));

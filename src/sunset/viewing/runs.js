@@ -32,7 +32,7 @@ class RunPane {
     );
     if (!isAlone) {
       this.element.prepend(
-        element("h2", { class: `of${this.number}` }, `${"AB"[this.number]}: ${run.manager}`),
+        element("h2", { class: `of${this.number}` }, nameOf(run)),
       );
     }
     this.pictures.addEventListener("pointermove", (event) => this.point(event));

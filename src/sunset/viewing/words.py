@@ -57,6 +57,10 @@ def compared(one: StoredRun, other: StoredRun) -> list[str]:
         f"No segmentation came for {ours.t_down_s:.1f} s of A, and for {theirs.t_down_s:.1f} s of B.",
         f"A resolved {_resolved(ours)}, B {_resolved(theirs)}.",
     ]
+    if ours.episodes != theirs.episodes:
+        sentences.append(
+            "The same faults gave different numbers of failures, since one failure may hide or bring about another."
+        )
     if one.record.model != other.record.model:
         sentences.append(f"The models differ, too: {one.record.model} and {other.record.model}.")
     return sentences

@@ -59,6 +59,12 @@ def test_a_page_has_every_figure_in_its_own_colours_and_loads_nothing(text: str)
     assert len(ids) == len(set(ids))
 
 
+def test_print_keeps_a_figure_with_its_caption_on_one_page(text: str) -> None:
+    printed = text.partition("@media print {")[2].partition("</style>")[0]
+    (kept,) = re.findall(r"(\S[^{}]*) \{ break-inside: avoid; \}", printed)
+    assert "figure" in kept.split(", ")
+
+
 def test_the_same_runs_give_the_same_page(text: str) -> None:
     assert format_runs(campaign(), "html") == text
 

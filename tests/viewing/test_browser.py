@@ -95,7 +95,8 @@ def test_what_did_not_come_is_seen_as_missing(browser: Browser) -> None:
 def test_keys_move_the_moment(browser: Browser, ten: Shown) -> None:
     def press(key: str) -> float:
         browser.evaluate(
-            f"document.body.dispatchEvent(new KeyboardEvent('keydown', {{key: '{key}', bubbles: true}}))"
+            "document.activeElement.dispatchEvent("
+            f"new KeyboardEvent('keydown', {{key: '{key}', bubbles: true}}))"
         )
         time: float = browser.evaluate(f"{DRAWN} return Number(stage.time)")
         return time
@@ -106,6 +107,10 @@ def test_keys_move_the_moment(browser: Browser, ten: Shown) -> None:
 
     assert press("ArrowRight") == times[11]
     assert press("ArrowLeft") == times[10]
+    chosen = "document.getElementById('speed')"
+    browser.evaluate(f"{chosen}.focus(); {chosen}.value = '2'; {chosen}.dispatchEvent(new Event('change'))")
+    assert press("ArrowRight") == times[11]
+    browser.evaluate(f"{chosen}.value = '1'; {chosen}.dispatchEvent(new Event('change'))")
     assert press("End") == page.runs[0].end
     assert press("Home") == page.runs[0].start
     events = sorted({one.time for one in page.runs[0].events if one.kind != "log"})
@@ -126,7 +131,8 @@ def test_keys_move_the_moment(browser: Browser, ten: Shown) -> None:
 def test_nothing_is_wider_than_the_window(browser: Browser, width: int) -> None:
     browser.resize(width, 900)
 
-    assert browser.evaluate("return document.documentElement.scrollWidth <= innerWidth")
+    drawn = "for (let frame = 0; frame < 2; frame++) await new Promise(requestAnimationFrame);"
+    assert browser.evaluate(f"{drawn} return document.documentElement.scrollWidth <= innerWidth")
     browser.resize(1400, 900)
 
 
@@ -155,6 +161,8 @@ def test_two_runs_are_shown_in_step(browser: Browser, both: Both) -> None:
         "A: none",
         "B: baseline",
     ]
+    named = "return [...document.querySelectorAll('#lanes .name small, #figures th.of1')].map(one => one.textContent)"
+    assert set(browser.evaluate(named)) == {"A: none", "B: baseline"}
     assert browser.complaints() == []
 
 
@@ -173,3 +181,52 @@ def test_what_holds_to_the_end_is_said_of_the_end(browser: Browser, ten: Shown) 
     go(browser, view.end)
 
     assert lasting in browser.evaluate("return document.querySelector('.now').textContent")
+
+
+def test_a_link_and_an_event_lead_to_the_very_frame_and_event(browser: Browser, ten: Shown) -> None:
+    view = page_of(ten).runs[0]
+    link = "return document.getElementById('link').getAttribute('href')"
+    places = range(20, len(view.frames.times), 15)
+    for place in places:
+        go(browser, view.frames.times[place])
+        address = browser.evaluate(link)
+        go(browser, view.start)
+        browser.evaluate(f"location.hash = '{address}'")
+        browser.evaluate("await new Promise(done => setTimeout(done, 50))")
+        assert browser.evaluate(f"{DRAWN} return stage.frames") == str(place)
+
+    current = "[...document.querySelectorAll('.events li')].findLastIndex(one => one.ariaCurrent)"
+    for number, event in enumerate(view.events):
+        click = f"document.querySelectorAll('.events a')[{number}].click()"
+        time, shown = browser.evaluate(f"{click}; {DRAWN} return [Number(stage.time), {current}]")
+        assert time == event.time
+        assert shown >= number  # the last of those of the same moment
+
+
+@pytest.mark.parametrize("width", [400, 1400])
+def test_all_that_holds_is_seen(browser: Browser, ten: Shown, width: int) -> None:
+    browser.resize(width, 900)
+    heights = "const now = document.querySelector('.now'); return [now.scrollHeight, now.clientHeight]"
+    for time in (1.5, 5.0, page_of(ten).runs[0].end):
+        go(browser, time)
+        whole, seen = browser.evaluate(heights)
+        assert whole <= seen
+    browser.resize(1400, 900)
+
+
+def test_the_scrubber_lies_above_the_lanes(browser: Browser) -> None:
+    edges = browser.evaluate(
+        "return ['#scrubber', '#lanes .track'].map(one => document.querySelector(one).getBoundingClientRect())"
+        ".flatMap(({left, right}) => [left, right])"
+    )
+    left, right, first, last = edges
+    assert (left + 8, right - 8) == pytest.approx((first, last), abs=1)  # half of the thumb
+
+
+def test_what_makes_up_for_a_fault_leaves_its_words_legible(browser: Browser) -> None:
+    bottom, top = browser.evaluate(
+        "const around = document.querySelector('.bar.around'), words = document.createRange();"
+        "words.selectNodeContents(around.parentElement.querySelector('.bar.fault'));"
+        "return [words.getBoundingClientRect().bottom, around.getBoundingClientRect().top]"
+    )
+    assert bottom <= top + 1

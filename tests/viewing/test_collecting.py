@@ -75,6 +75,31 @@ def test_a_fault_of_the_configuration_ends_when_the_topic_is_set_back(tmp_path: 
     assert until == pytest.approx(commands(run, "topic_camera_input")[0], abs=SOON)
 
 
+COMES_AND_GOES = """\
+name: comes_and_goes
+duration: 5
+faults:
+  - {name: camera_driver_issue, at: 0.5, profile: {kind: intermittent, on: 1.0, off: 1.0}}
+"""
+
+
+@pytest.fixture(scope="module")
+def returning(flight: Path, tmp_path_factory: pytest.TempPathFactory) -> RunView:
+    """A run of a fault that comes and goes, and is there at the end."""
+    assert flight.exists()
+    folder = tmp_path_factory.mktemp("returning")
+    (folder / "scenario.yaml").write_text(COMES_AND_GOES, encoding="utf-8")
+    run = sunset.run(folder / "scenario.yaml", "none", out=folder / "run")
+    return msgspec.convert(data_of(page_text([Viewed(run, None)])), Page).runs[0]
+
+
+def test_a_fault_that_comes_and_goes_is_drawn_once_for_each_time(returning: RunView) -> None:
+    (fault,) = returning.faults
+
+    times = [time for span in fault.spans for time in span]
+    assert times == pytest.approx([0.5, 1.5, 2.5, 3.5, 4.5, 5.0], abs=SOON)
+
+
 class _SetBack(sunset.ManagingSystem):
     def adapt(self, symptoms: sunset.Symptoms) -> None:
         if symptoms.unsure:
@@ -234,3 +259,31 @@ def test_what_happened_is_told_in_sentences(view: RunView) -> None:
     assert told.startswith("Ten faults were injected at 0 s: camera_driver_issue (F1), ")
     assert "carried out 8 adaptations" in told
     assert "failure episodes were resolved" in told
+
+
+def test_a_managing_system_that_failed_is_said_to_have_failed(tmp_path: Path) -> None:
+    run = sunset.run("camera_driver_issue", _Failing, out=tmp_path / "run", duration=3)
+
+    (shown,) = data_of(page_text([Viewed(run, None)]))["runs"]
+    assert "_Failing failed in camera_driver_issue, seed 1: it raised ValueError: no plan" in shown["remark"]
+    assert shown["remark"].endswith(" The run went on without it.")
+    assert shown["story"][1].endswith("_Failing failed before it did anything.")
+
+
+class _Failing(sunset.ManagingSystem):
+    def adapt(self, symptoms: sunset.Symptoms) -> None:
+        if symptoms.stopped("rgb_camera"):
+            raise ValueError("no plan")
+
+
+def test_what_came_again_is_told_once_with_its_times_to_a_tenth_of_a_second(returning: RunView) -> None:
+    assert returning.story[:2] == [
+        "Three faults were injected: camera_driver_issue (F1) three times, at 0.5, 2.5 and 4.5 s.",
+        "camera_driver_issue healed by itself two times, at 1.5 and 3.5 s.",
+    ]
+
+
+def test_what_healed_is_no_fault_that_came(returning: RunView) -> None:
+    kinds = [(one.kind, round(one.time, 1)) for one in returning.events if one.kind in {"fault", "healed"}]
+
+    assert kinds == [("fault", 0.5), ("healed", 1.5), ("fault", 2.5), ("healed", 3.5), ("fault", 4.5)]

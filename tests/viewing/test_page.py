@@ -19,6 +19,7 @@ from sunset.viewing import Viewed, page_text, write_page
 from sunset.viewing.document import Page
 from sunset.viewing.labels import unpack
 from sunset.viewing.pictures import Source, make_pictures
+from sunset.viewing.words import compared
 
 pytestmark = pytest.mark.xdist_group("viewing")  # the runs that are shown are made once
 
@@ -209,3 +210,20 @@ def test_a_page_is_written_over(pair: Pair, tmp_path: Path) -> None:
     assert file.read_bytes() == first
     assert data_of(first.decode())["runs"][0]["remark"] == "No pictures."
     assert [one.name for one in file.parent.iterdir()] == ["page.html"]
+
+
+def test_runs_thresholds_and_events_have_colours_of_their_own(ten: Shown) -> None:
+    text = ten.page.read_text(encoding="utf-8")
+    themes = re.findall(r':root(?:\[data-theme="dark"\])? \{(.*?)\}', text, re.DOTALL)
+    assert len(themes) == 2
+    for theme in themes:
+        colours = dict(re.findall(r"--(\w+): (#\w+);", theme))
+        named = ("line0", "line1", "threshold", "fault", "symptom", "adaptation", "cured")
+        assert len({colours[name] for name in named}) == len(named)
+
+
+def test_different_numbers_of_failures_are_explained(ten: Shown, pair: Pair) -> None:
+    reason = "since one failure may hide or bring about another"
+
+    assert reason in compared(ten.run, pair[0])[-1]
+    assert not any(reason in sentence for sentence in compared(pair[0], pair[0]))

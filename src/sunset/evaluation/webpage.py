@@ -40,8 +40,8 @@ figure pre { overflow: auto; max-height: 20rem; font-size: .8rem; }
   :root { color-scheme: light; --ink: #1b1b1b; --soft: #666; --line: #ccc; --paper: #fff; --band: #f4f6f8; }
   body { max-width: none; margin: 0; padding: 0; font-size: 10pt; } .scroll { overflow: visible; }
   table, tr.confidence > *, tr.published > * { font-size: 8pt; } th, td { padding: .2rem .4rem; }
-  tr, .legend, .panels svg { break-inside: avoid; }
-  h2, h3, figcaption, .legend { break-after: avoid; } details { display: none; }
+  tr, figure, .legend, .panels svg { break-inside: avoid; }
+  h2, h3, figcaption, .legend, dt { break-after: avoid; } details { display: none; }
 }
 """
 

@@ -16,6 +16,7 @@ from sunset.texts import counted, printable, shorten
 
 _STYLES = {
     "fault": "red",
+    "healed": "green",
     "symptom": "yellow",
     "adaptation": "cyan",
     "cured": "green",
@@ -161,7 +162,7 @@ def _events(timeline: Timeline, metrics: RunMetrics, log: Sequence[LogLine]) -> 
         known = system.faults.get(injection.fault)  # that of a record may be of another version
         yield injection.time, "fault", f"{injection.fault}: {known.description}" if known else injection.fault
         if injection.healed is not None and injection.healed < end_s:
-            yield injection.healed, "fault", f"{injection.fault} has healed by itself"
+            yield injection.healed, "healed", f"{injection.fault} has healed by itself"
     for episode in metrics.failures:
         symptom = f"{episode.failure} {_cause(episode)}{system.failures[episode.failure].symptom}"
         # a time line of the experiment has no time before 0 for what began before

@@ -14,7 +14,7 @@ class Happening(msgspec.Struct, frozen=True):
 
     Attributes:
         time: when.
-        kind: `fault`, `symptom`, `adaptation`, `cured`, `log` or `end`.
+        kind: `fault`, `healed`, `symptom`, `adaptation`, `cured`, `log` or `end`.
         text: in words.
     """
 
@@ -169,7 +169,8 @@ class RunView(msgspec.Struct, frozen=True):
         story: what happened, in some sentences.
         start: the time of the first frame.
         end: the duration.
-        remark: why the run does not count, and why there are no pictures; empty if neither is so.
+        remark: how the managing system failed, why the run does not count, why there are no pictures; empty if all is
+            well.
         iou: times and values of all evaluated frames.
     """
 
@@ -239,10 +240,12 @@ class Page(msgspec.Struct, frozen=True):
     Attributes:
         title: what the page shows.
         comparison: what differs between two runs, in some sentences; empty if there is one.
+        opening: the moment that is shown first.
     """
 
     title: str
     comparison: list[str]
+    opening: float
     version: str
     runs: list[RunView]
     classes: list[LabelClass]

@@ -16,7 +16,7 @@ const GROUPS = {
   ],
   signals: [
     "Symptoms",
-    "What nodes report: dots. Line: the mean of five, which the dashed threshold is for.",
+    "What nodes report: dots. Line: the mean of five, which the dashed grey threshold is for.",
   ],
   topics: ["Rates", "Messages of the last second on every topic. 0 for a second is an outage."],
   nodes: ["Lifecycles", "The state of every node: only an active one does its work."],
@@ -59,7 +59,7 @@ class Lanes {
     const track = element("div", { class: `track${tall ? " tall" : ""}` });
     const label = element("div", { class: "name", title }, element("span", {}, name));
     if (run && this.runs.length > 1)
-      label.append(element("small", { class: `of${this.runs.indexOf(run)}` }, run.manager));
+      label.append(element("small", { class: `of${this.runs.indexOf(run)}` }, nameOf(run)));
     this.bodies[group].append(element("div", { class: "lane" }, label, track));
     if (this.start < 0)
       track.append(element("i", { class: "warm", style: { width: `${this.percent(0)}%` } }));
@@ -212,7 +212,7 @@ class Lanes {
         [this.start, this.end],
         [threshold, threshold],
       ]);
-      series.push({ stroke: () => css("--fault"), width: 1.2, dash: [3, 3], points: { show: false } });
+      series.push({ stroke: () => css("--threshold"), width: 1.2, dash: [3, 3], points: { show: false } });
     }
     this.plot(track, uPlot.join(tables), series, range);
     track.append(

@@ -23,7 +23,7 @@ class Moment {
     byId("scrubber").value = clamped;
     byId("scrubber").setAttribute("aria-valuetext", `${clamped.toFixed(2)} seconds`);
     byId("time").textContent = `${clamped.toFixed(2)} s`;
-    byId("link").href = `#t=${clamped.toFixed(2)}`;
+    byId("link").href = `#t=${clamped}`; // all digits, so that it is this frame and no other
     this.draw();
   }
 

@@ -10,7 +10,7 @@ function setTheme(name) {
 
 /** The time that the address says, or another. */
 function timeOfAddress(otherwise) {
-  const found = /[#&]t=(-?\d*\.?\d+)/.exec(location.hash);
+  const found = /[#&]t=(-?\d*\.?\d+(?:e-?\d+)?)/.exec(location.hash);
   return found ? Number(found[1]) : otherwise;
 }
 
@@ -43,6 +43,7 @@ byId("back").addEventListener("click", () => moment.step(-1));
 byId("forward").addEventListener("click", () => moment.step(1));
 byId("speed").addEventListener("change", (event) => {
   moment.speed = Number(event.target.value);
+  event.target.blur(); // so that keys move the moment again
 });
 byId("theme").addEventListener("click", () =>
   setTheme(document.documentElement.dataset.theme === "dark" ? "light" : "dark"),
@@ -74,11 +75,8 @@ addEventListener("hashchange", () => {
   moment.pause();
   moment.go(timeOfAddress(moment.time));
 });
+addEventListener("resize", () => panes.forEach(({ now }) => (now.style.minHeight = "")));
 const dark = matchMedia("(prefers-color-scheme: dark)");
 dark.addEventListener("change", () => setTheme(dark.matches ? "dark" : "light"));
 setTheme(dark.matches ? "dark" : "light");
-moment.go(
-  timeOfAddress(
-    Math.max(0, ...page.runs.flatMap(({ faults }) => faults.map(({ spans }) => spans[0]?.[0] ?? 0))),
-  ),
-);
+moment.go(timeOfAddress(page.opening));

@@ -23,6 +23,7 @@ from sunset.recording.reader import check_extensions
 from sunset.viewing.collecting import run_view
 from sunset.viewing.document import LabelClass, Page, PicturesView
 from sunset.viewing.frames import is_shown
+from sunset.viewing.opening import opening
 from sunset.viewing.pictures import Placed, Source, make_pictures
 from sunset.viewing.words import compared
 from sunset.workers import Progress
@@ -153,14 +154,16 @@ def page_text(viewed: Sequence[Viewed], *, progress: Progress | None = None) -> 
     for one in viewed:
         check_extensions(one.run.record, one.run.folder)
     pictures, placed = _pictures(viewed, progress)
+    runs = [
+        run_view(one.run, read_messages(one.run.folder), places, one.note)
+        for one, places in zip(viewed, placed, strict=True)
+    ]
     page = Page(
         title=viewed[0].run.record.scenario,
         comparison=compared(*(one.run for one in viewed)) if len(viewed) > 1 else [],
+        opening=opening(runs),
         version=__version__,
-        runs=[
-            run_view(one.run, read_messages(one.run.folder), places, one.note)
-            for one, places in zip(viewed, placed, strict=True)
-        ],
+        runs=runs,
         classes=_classes(),
         pictures=pictures,
     )

@@ -11,6 +11,11 @@ function element(tag, attributes = {}, ...children) {
   return made;
 }
 
+/** How a run is called: by its managing system, and by a letter where there are two. */
+function nameOf(run) {
+  return page.runs.length > 1 ? `${"AB"[page.runs.indexOf(run)]}: ${run.manager}` : run.manager;
+}
+
 /** The place of the last number that is at most a value, in an ascending list; -1 if there is none. */
 function lastAtMost(numbers, value) {
   let low = 0;

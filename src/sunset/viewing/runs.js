@@ -3,6 +3,7 @@
 /** What can be said of the kinds of events, each with a sign, so that no colour is needed. */
 const SIGNS = {
   fault: "▼",
+  healed: "▽",
   symptom: "▲",
   adaptation: "◆",
   cured: "●",
@@ -31,7 +32,7 @@ class RunPane {
     );
     if (!isAlone) {
       this.element.prepend(
-        element("h2", { class: `of${this.number}` }, `${"AB"[this.number]}: ${run.manager}`),
+        element("h2", { class: `of${this.number}` }, nameOf(run)),
       );
     }
     this.pictures.addEventListener("pointermove", (event) => this.point(event));
@@ -41,7 +42,7 @@ class RunPane {
   item({ time, kind, text }) {
     const link = element(
       "a",
-      { href: `#t=${time.toFixed(2)}`, class: kind },
+      { href: `#t=${time}`, class: kind },
       element("time", {}, `${time.toFixed(2)} s`),
       element("i", {}, SIGNS[kind] ?? ""),
       element("span", {}, text),
@@ -65,6 +66,7 @@ class RunPane {
       element("span", { class: `chip ${kind}` }, `${SIGNS[kind]} ${text}`),
     );
     this.now.replaceChildren(...chips);
+    this.now.style.minHeight = `${this.now.offsetHeight}px`; // what is below does not jump while chips come and go
     const current = lastAtMost(this.times, time + 1e-6);
     if (current === this.current) return;
     this.items[this.current]?.removeAttribute("aria-current");

@@ -50,13 +50,13 @@ class States:
         self._start_ns = start_ns
         self._settings: dict[tuple[str, str], list[_Setting]] = {}
         self._transitions: dict[str, list[tuple[float, TransitionEvent]]] = {}
-        self._injections: dict[str, FaultInjection] = {}
+        self._injections: dict[str, list[FaultInjection]] = {}
         for message in messages:
             if message.topic == PARAMETER_EVENTS_TOPIC:
                 self._note_parameters(self._seconds(message.time_ns), content_of(message, ParameterEvent))
             elif message.topic == INJECTIONS_TOPIC:
                 injection = content_of(message, FaultInjection)
-                self._injections.setdefault(injection.fault, injection)
+                self._injections.setdefault(injection.fault, []).append(injection)
             elif message.topic.endswith(_TRANSITIONS):
                 node = message.topic.removesuffix(_TRANSITIONS)
                 event = self._seconds(message.time_ns), content_of(message, TransitionEvent)
@@ -99,7 +99,9 @@ class States:
         onset = injected.time
         if injected.ended is not None:
             return self._spans([(onset, True), (injected.ended, False)])
-        injection = self._injections[injected.fault]
+        injection = [
+            one for one in self._injections[injected.fault] if self._seconds(ns_of(one.stamp)) <= onset
+        ][-1]  # a fault that comes and goes is injected anew each time
         settings = [
             setting
             for setting in self._settings.get((injection.node, injection.parameter), [])

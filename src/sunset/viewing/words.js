@@ -1,6 +1,7 @@
 // What surrounds the pictures and lanes: head, figures, explanations.
 
 const MEANINGS = {
+  healed: "a fault has healed by itself",
   cured: "a symptom is gone",
   log: "the managing system logged something",
   end: "the end of the run",
@@ -13,13 +14,10 @@ function fillHead() {
   for (const part of page.title.split(/(?<=[+/])/)) document.querySelector("h1").append(part, element("wbr"));
   byId("lead").querySelector("span").textContent =
     page.runs.length > 1 ? "two runs of the same faults" : "one run";
-  const managers = page.runs.map(({ manager }, number) =>
-    page.runs.length > 1 ? `${"AB"[number]}: ${manager}` : manager,
-  );
-  byId("described").textContent = `managing system ${managers.join(", ")} · ${page.runs[0].described}`;
+  byId("described").textContent = `managing system ${page.runs.map(nameOf).join(", ")} · ${page.runs[0].described}`;
   byId("story").textContent = (page.comparison.length ? page.comparison : page.runs[0].story).join(" ");
   const remarks = page.runs.map(
-    ({ remark, manager }) => remark && (page.runs.length > 1 ? `${manager}: ${remark}` : remark),
+    (run) => run.remark && (page.runs.length > 1 ? `${nameOf(run)}. ${run.remark}` : run.remark),
   );
   byId("remark").textContent = remarks.filter(Boolean).join(" ");
   byId("remark").hidden = !remarks.some(Boolean);
@@ -28,8 +26,8 @@ function fillHead() {
 function fillFigures() {
   const table = element("table", {}, element("caption", {}, "How well it went"));
   if (page.runs.length > 1) {
-    const names = page.runs.map(({ manager }, number) =>
-      element("th", { scope: "col", class: `of${number}` }, manager),
+    const names = page.runs.map((run, number) =>
+      element("th", { scope: "col", class: `of${number}` }, nameOf(run)),
     );
     table.append(element("tr", {}, element("th", {}), ...names));
   }

@@ -34,8 +34,10 @@ def story(run: StoredRun) -> list[str]:
 
 
 def remark(run: StoredRun) -> str:
-    """Return why a run does not count, and which figures are stored otherwise; empty if all is well."""
+    """Return how a managing system failed, why a run does not count, and which figures are stored otherwise."""
     parts = []
+    if run.record.manager_failed is not None:
+        parts.append(f"{shorten(run.record.manager_failed)} The run went on without it.")
     if not run.valid:
         parts.append(f"This run does not count: {shorten(run.reason)}.")
     if run.differing:
@@ -55,6 +57,10 @@ def compared(one: StoredRun, other: StoredRun) -> list[str]:
         f"No segmentation came for {ours.t_down_s:.1f} s of A, and for {theirs.t_down_s:.1f} s of B.",
         f"A resolved {_resolved(ours)}, B {_resolved(theirs)}.",
     ]
+    if ours.episodes != theirs.episodes:
+        sentences.append(
+            "The same faults gave different numbers of failures, since one failure may hide or bring about another."
+        )
     if one.record.model != other.record.model:
         sentences.append(f"The models differ, too: {one.record.model} and {other.record.model}.")
     return sentences
@@ -93,23 +99,36 @@ def _injected(run: StoredRun) -> Iterator[str]:
     if not injections:
         yield "No fault was injected."
         return
-    number = _NUMBERS[len(injections)] if len(injections) < len(_NUMBERS) else str(len(injections))
     verb = "fault was" if len(injections) == 1 else "faults were"
+    number = _number(len(injections))
     if injections[-1].time - injections[0].time < _AT_ONCE_S:
         names = listed([f"{injection.fault} ({injection.failure})" for injection in injections])
-        yield f"{number} {verb} injected at {injections[0].time:.0f} s: {names}."
+        yield f"{number} {verb} injected {_when([injections[0].time])}: {names}."
     else:
-        names = listed(
-            [f"{injection.fault} ({injection.failure}) at {injection.time:.1f} s" for injection in injections]
-        )
-        yield f"{number} {verb} injected: {names}."
-    healed = [
-        f"{injection.fault} at {injection.healed:.1f} s"
-        for injection in injections
-        if injection.healed is not None
-    ]
+        came: dict[str, list[float]] = {}
+        for injection in injections:
+            came.setdefault(f"{injection.fault} ({injection.failure})", []).append(injection.time)
+        yield f"{number} {verb} injected: {listed([f'{fault} {_when(times)}' for fault, times in came.items()])}."
+    healed: dict[str, list[float]] = {}
+    for injection in injections:
+        if injection.healed is not None:
+            healed.setdefault(injection.fault, []).append(injection.healed)
     if healed:
-        yield f"By {'itself' if len(healed) == 1 else 'themselves'} healed {listed(healed)}."
+        yield f"{listed([f'{fault} healed by itself {_when(times)}' for fault, times in healed.items()])}."
+
+
+def _number(count: int) -> str:
+    return _NUMBERS[count] if count < len(_NUMBERS) else str(count)
+
+
+def _when(times: Sequence[float]) -> str:
+    """Return when something came: how often, and at which times to a tenth of a second.
+
+    >>> _when([2.5004]), _when([2.0, 7.0])
+    ('at 2.5 s', 'two times, at 2 and 7 s')
+    """
+    often = "" if len(times) == 1 else f"{_number(len(times)).lower()} times, "
+    return f"{often}at {listed([f'{time:.1f}'.removesuffix('.0') for time in times])} s"
 
 
 def _adapted(run: StoredRun) -> Iterator[str]:
@@ -118,7 +137,8 @@ def _adapted(run: StoredRun) -> Iterator[str]:
     for adaptation in run.adaptations:
         done.setdefault(_past(adaptation), []).append(adaptation.time)
     if not done:
-        yield f"{who} did nothing."
+        failed = run.record.manager_failed is not None
+        yield f"{who} {'failed before it did anything' if failed else 'did nothing'}."
     elif len(done) <= _MOST:
         yield f"{who} {listed([f'{words} {_times(times)}' for words, times in done.items()])}."
     else:

@@ -237,6 +237,7 @@ ARGUMENTS: dict[str, tuple[Sequence[str], str]] = {
     "a strength that is no YAML": (["scenarios", "show", "image_shift=!!int ''"], "image_shift"),
     "unknown model": (["run", "--model", "huge"], "huge"),
     "unknown device": (["run", "--device", "tpu"], "tpu"),
+    "a GPU": (["run", "--device", "gpu"], "did you mean 'cuda', or choose one of cpu, cuda, auto"),
     "unknown middleware": (["run", "--middleware", "telepathy"], "telepathy"),
     "missing bag": (["run", "--bag", "nowhere.mcap"], "nowhere.mcap"),
     "unknown verb": (["fly"], "fly"),

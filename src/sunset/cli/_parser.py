@@ -10,6 +10,9 @@ from sunset.texts import suggestion
 
 EXIT_BAD_INPUT: Final = 2
 
+_MEANT: Final = {"gpu": "cuda"}
+"""Words that are more like a choice that is not meant."""
+
 Actions: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"  # noqa: SLF001  it has no other name
 
 
@@ -139,7 +142,7 @@ class Parser(argparse.ArgumentParser):
         """Suggest a choice for a mistyped one."""
         if action.choices is not None and value not in action.choices:
             choices = [str(choice) for choice in action.choices]
-            hint = suggestion(str(value), choices)
+            hint = suggestion(_MEANT.get(str(value), value), choices)
             raise argparse.ArgumentError(
                 action, f"there is no {value!r}: {hint}choose one of {', '.join(choices)}"
             )

@@ -274,7 +274,7 @@ ARGUMENTS: dict[str, tuple[Sequence[str], str]] = {
     "report of nothing": (["report", "nowhere"], "nowhere"),
     "report of a file": (
         ["report", "my rain/wet.yaml"],
-        "wet.yaml is a file, not a folder of runs; 'sunset verify' checks a bundle, and what it is unpacked to is ",
+        "wet.yaml is a file, not a folder of runs: check a bundle with 'sunset verify', or unpack it and ",
     ),
     "report of an empty folder": (["report", "."], "no finished run"),
     "unknown town": (["data", "render", "--town", "99", "--out", "o"], "99"),

@@ -173,8 +173,8 @@ def load_results(folder: Path, *, again: bool = False, progress: Progress | None
     """
     if folder.is_file():
         raise RecordError(
-            f"{folder} is a file, not a folder of runs; 'sunset verify' checks a bundle, and what it is unpacked to is "
-            "such a folder."
+            f"{folder} is a file, not a folder of runs: check a bundle with 'sunset verify', or unpack it and name "
+            "that folder."
         )
     if not folder.is_dir():
         raise RecordError(f"There is no folder {folder}; name the one that 'sunset bench --out' wrote.")

@@ -324,11 +324,6 @@ def describe_end(code: int | None) -> str:
         return f"ended its process by signal {-code}"
 
 
-def line_text(file: str | Path, line: int, function: str) -> str:
-    """Return a line of a file to be said behind what happened there, such as ` (mine.py, line 7, in adapt)`."""
-    return f" ({Path(file).name}, line {line}, in {function})"
-
-
 def find_frames(told: bytes) -> tuple[tuple[str, int, str], ...]:
     """Return where a process was, as (file, line, function), the innermost first, as its faulthandler told."""
     text = told.decode("utf-8", "replace")

@@ -10,10 +10,13 @@ import importlib.util
 import inspect
 import linecache
 import sys
+import traceback
 from collections.abc import Iterable, Iterator, Sequence
 from importlib.machinery import EXTENSION_SUFFIXES, SOURCE_SUFFIXES, ModuleSpec, PathFinder, SourceFileLoader
 from pathlib import Path
 from types import CodeType, FunctionType, ModuleType
+
+from sunset.texts import line_text
 
 _folders: set[Path] = set()
 """Whose modules are imported without bytecode."""
@@ -114,6 +117,14 @@ def import_file(path: Path, name: str) -> ModuleType:
         sys.modules.pop(name, None)
         raise
     return module
+
+
+def import_place(error: BaseException) -> str:
+    """Return which line of the file that is imported was the last to run; empty if none was, as of a `SyntaxError`."""
+    frames = traceback.extract_tb(error.__traceback__)
+    file = next((frame.filename for frame in frames if frame.name == "<module>"), "")
+    inner = [frame for frame in frames if frame.filename == file][-1:]
+    return "".join(line_text(file, frame.lineno or 0, frame.name) for frame in inner)
 
 
 def import_from(folder: Path) -> None:

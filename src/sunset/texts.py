@@ -4,7 +4,8 @@ import csv
 import difflib
 import io
 import reprlib
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
 
 
 def printable(text: str) -> str:
@@ -89,6 +90,26 @@ def suggestion(name: object, known: Iterable[str], prefix: str = "") -> str:
     """
     near = difflib.get_close_matches(str(name), list(known), n=1)
     return f"did you mean {prefix + near[0]!r}, or " if near else ""
+
+
+def described_error(error: BaseException) -> str:
+    """Return an exception's class and text without the full stop, such as `KeyError: 'x'`."""
+    return ": ".join(
+        filter(None, (_said(lambda: type(error).__name__) or "an exception", _said(lambda: str(error))))
+    )
+
+
+def _said(say: Callable[[], str]) -> str:
+    """Return what a user's exception says of itself; empty if that raises."""
+    try:
+        return shorten(say().rstrip("."))
+    except BaseException:  # noqa: BLE001  it may be anything
+        return ""
+
+
+def line_text(file: str | Path, line: int, function: str) -> str:
+    """Return a line of a file to be said behind what happened there, such as ` (mine.py, line 7, in adapt)`."""
+    return f" ({Path(file).name}, line {line}, in {function})"
 
 
 def csv_text(rows: Iterable[Iterable[object]]) -> str:

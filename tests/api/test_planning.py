@@ -28,6 +28,12 @@ def test_a_plan_counts_the_runs_and_tells_the_difference_that_they_tell() -> Non
     assert "detected with this probability" in str(found)
 
 
+def test_a_plan_counts_over_what_the_runs_are_spread() -> None:
+    assert "over 1 different degradation, 1 flight and 2 repetitions." in str(
+        sunset.plan_bench("nofault", repetitions=2)
+    )
+
+
 def test_a_plan_of_two_repetitions_tells_no_difference() -> None:
     found = sunset.plan_bench(repetitions=2)
     assert all((one.power, one.told, one.repetitions) == (None,) * 3 for one in found.prospects)

@@ -58,7 +58,7 @@ OF_ANOTHER_VERSION = b'{"bundle_version": 2, "managers": {}, "extensions": {}}'
 
 MISTAKES: dict[str, tuple[Make, str]] = {
     "missing": (lambda _: None, "There is no bundle .*x.zip: name a file that 'sunset bundle' wrote."),
-    "folder": (Path.mkdir, "cannot be read: Is a directory."),
+    "folder": (Path.mkdir, "x.zip is a folder: name the zip file that 'sunset bundle' wrote."),
     "text": (
         lambda path: path.write_text("results"),
         "is not a zip file, or a damaged one: File is not a zip",

@@ -137,6 +137,13 @@ def without_source(results: Path, folder: Path) -> Path:
     return folder / "results"
 
 
+def without_suite(results: Path, folder: Path) -> Path:
+    shutil.copytree(results, folder / "results")
+    plan = folder / "results/bench.json"
+    plan.write_text(plan.read_text().replace("/rain", "/gone"))
+    return folder / "results"
+
+
 def filled(folder: Path) -> Path:
     (folder / "x.zip").write_text("mine")
     return folder / "x.zip"
@@ -169,6 +176,10 @@ MISTAKES: dict[str, tuple[Mistake, str]] = {
     "managing system that is gone": (
         lambda results, folder: api.bundle(without_source(results, folder), folder / "x.zip"),
         "The source of the managing system mine is needed: There is no file .*gone.py. Call it in the folder",
+    ),
+    "suite that is gone": (
+        lambda results, folder: api.bundle(without_suite(results, folder), folder / "x.zip"),
+        "its suite, the folder .*/gone, is not here. Call it in the folder from which the campaign was run",
     ),
     "file that exists": (
         lambda results, folder: api.bundle(results, filled(folder)),

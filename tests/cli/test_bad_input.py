@@ -28,7 +28,7 @@ SCENARIOS: dict[str, tuple[str | bytes, str]] = {
     "a list of numbers": ("[1, 2]", "mapping"),
     "unclosed": ("name: x\nfaults: [{name: gpu_failure", "YAML"),
     "tabs": ("name: x\n\tfaults: []", "YAML"),
-    "python object": ("name: !!python/object/apply:os.system ['true']\nfaults: []", "expected here"),
+    "python object": ("name: !!python/object/apply:os.system ['true']\nfaults: []", "expected for 'name'"),
     "binary": (bytes(range(256)), "text"),
     "unknown fault": ("name: x\nfaults: [{name: rotor_failure}]", "rotor_failure"),
     "unknown key": ("name: x\nfailures: []", "failures"),
@@ -50,8 +50,12 @@ SCENARIOS: dict[str, tuple[str | bytes, str]] = {
     ),
     "not a number": ("name: x\nfaults: [{name: depth_degradation, value: .nan}]", "nan"),
     "twice": ("name: x\nfaults: [{name: gpu_failure}, {name: gpu_failure}]", "twice"),
-    "a number for a name": ("name: 3\nfaults: []", "text is expected"),
-    "a list for a name": ("name: x\nfaults: [{name: [1]}]", "expected here"),
+    "a number for a name": ("name: 3\nfaults: []", "line 1: a text is expected for 'name', got 3."),
+    "a text for a time": (
+        "name: x\nfaults:\n- {name: gpu_failure, at: 3, until: late, profile: step}",
+        "mine.yaml, line 3: a number is expected for 'until', got 'late'.",
+    ),
+    "a list for a name": ("name: x\nfaults: [{name: [1]}]", "expected for 'name'"),
     "exclusive": ("name: x\nfaults: [{name: image_degradation}, {name: unneeded_enhancement}]", "cures"),
 }
 
@@ -160,7 +164,15 @@ FAILING: dict[str, tuple[str, str]] = {
 ARGUMENTS: dict[str, tuple[Sequence[str], str]] = {
     "unknown scenario": (["run", "paper/everything"], "paper/everything"),
     "suite for a scenario": (["run", "paper"], "is a suite"),
-    "missing file": (["run", "nowhere.yaml"], "nowhere.yaml"),
+    "missing file": (["run", "nowhere.yaml"], "There is no scenario file nowhere.yaml."),
+    "folder for a scenario": (
+        ["run", "my rain"],
+        "a folder, and so a suite: name one of its files, or run all of its scenarios with 'sunset bench --suite ",
+    ),
+    "scenario file for a suite": (
+        ["bench", "--suite", "my rain/wet.yaml", "--out", "o"],
+        "is a file, and a suite is a folder of scenario files: name its folder, or run the scenario with ",
+    ),
     "unknown suite": (["bench", "--suite", "rainy", "--out", "o"], "rainy"),
     "suite of an extension": (
         ["bench", "--suite", "dusk", "--out", "o"],
@@ -192,7 +204,22 @@ ARGUMENTS: dict[str, tuple[Sequence[str], str]] = {
     "no manager": (["bench", "--managers", ",", "--out", "o"], "none at all"),
     "negative seed": (["run", "--seed", "-1"], "-1"),
     "seed too large": (["run", "--seed", "4294967296"], "4294967296"),
-    "seed no number": (["run", "--seed", "one"], "one"),
+    "seed no number": (
+        ["run", "--seed", "one"],
+        "Argument --seed: expected a whole number, got 'one';",
+    ),
+    "duration with a unit": (
+        ["run", "--duration", "20s"],
+        "Argument --duration: expected a number, got '20s';",
+    ),
+    "a height that is no number": (
+        ["data", "render", "--height", "low", "--out", "o"],
+        "expected a number, got 'low'",
+    ),
+    "a number of runs that is none": (
+        ["verify", "x.zip", "--run-again", "x"],
+        "expected a whole number, got 'x'",
+    ),
     "no repetition": (["bench", "--repetitions", "0", "--out", "o"], "0"),
     "no job": (["bench", "--jobs", "0", "--out", "o"], "0"),
     "no time": (["run", "--manager-limit", "0"], "0"),
@@ -210,6 +237,7 @@ ARGUMENTS: dict[str, tuple[Sequence[str], str]] = {
     "a strength that is no YAML": (["scenarios", "show", "image_shift=!!int ''"], "image_shift"),
     "unknown model": (["run", "--model", "huge"], "huge"),
     "unknown device": (["run", "--device", "tpu"], "tpu"),
+    "a GPU": (["run", "--device", "gpu"], "did you mean 'cuda', or choose one of cpu, cuda, auto"),
     "unknown middleware": (["run", "--middleware", "telepathy"], "telepathy"),
     "missing bag": (["run", "--bag", "nowhere.mcap"], "nowhere.mcap"),
     "unknown verb": (["fly"], "fly"),
@@ -224,7 +252,15 @@ ARGUMENTS: dict[str, tuple[Sequence[str], str]] = {
     ),
     "a second fault that is not joined": (
         ["run", "gpu_failure", "image_shift"],
-        "There is no argument 'image_shift' here: leave it out;",
+        "There is no argument 'image_shift' here: join faults by +: gpu_failure+image_shift;",
+    ),
+    "faults with blanks between them": (
+        ["scenarios", "show", "gpu_failure", "+", "image_shift=3", "+sync_issue"],
+        "There is no argument '+' here: join faults by +: gpu_failure+image_shift=3+sync_issue;",
+    ),
+    "a second scenario": (
+        ["run", "gpu_failure", "nofault"],
+        "There is no argument 'nofault' here: leave it out;",
     ),
     "a word too many": (
         ["scenarios", "list", "paper"],
@@ -236,6 +272,10 @@ ARGUMENTS: dict[str, tuple[Sequence[str], str]] = {
         "must be csv or json, got 'table'",
     ),
     "report of nothing": (["report", "nowhere"], "nowhere"),
+    "report of a file": (
+        ["report", "my rain/wet.yaml"],
+        "wet.yaml is a file, not a folder of runs: check a bundle with 'sunset verify', or unpack it and ",
+    ),
     "report of an empty folder": (["report", "."], "no finished run"),
     "unknown town": (["data", "render", "--town", "99", "--out", "o"], "99"),
     "figure of no known kind": (["faults", "figure", "--out", "figure.txt"], ".txt"),
@@ -293,9 +333,12 @@ def test_a_managing_system_that_fails_leaves_the_run_without_one(
 
 
 @pytest.mark.parametrize("case", ARGUMENTS)
-def test_a_bad_argument(case: str, flight: Path, complaint: Callable[[Sequence[str]], str]) -> None:
+def test_a_bad_argument(
+    case: str, flight: Path, tmp_path: Path, complaint: Callable[[Sequence[str]], str]
+) -> None:
     del flight
     arguments, word = ARGUMENTS[case]
+    written(tmp_path / "my rain/wet.yaml", "name: wet\nfaults: [gpu_failure]\n")
 
     assert word in complaint(arguments)
 

@@ -201,7 +201,7 @@ def test_a_type_that_is_unknown_is_listed_but_not_printed(ros: Ros) -> None:
     [
         (["topic", "echo", "/two words"], "must not contain ' '"),
         (["node", "list", "--domain-id", "233"], "0 to 232, got '?233"),
-        (["node", "list", "--domain-id", "x"], "invalid int value: 'x'"),
+        (["node", "list", "--domain-id", "x"], "expected a whole number, got 'x'"),
         (["node", "list", "--timeout", "-1"], "seconds from 0 on, got '-1'"),
         (["node", "list", "--timeout", "inf"], "seconds from 0 on, got 'inf'"),
         (["topic", "hz", "/a", "--window", "0"], "at least 1, got '0'"),

@@ -259,9 +259,12 @@ def test_a_campaign_says_in_what_it_differs(tmp_path: Path) -> None:
         suite="nofault", managers=("none",), references=False, score=False, repetitions=1, settings=SHORT
     )
     bench(spec, tmp_path / "out", jobs=1)
-    told = r"its managers are \['none'\], this one's are \['baseline'\]"
-    with pytest.raises(InvalidInputError, match=told):
-        bench(replace(spec, managers=("baseline",)), tmp_path / "out", jobs=1)
+    with pytest.raises(
+        InvalidInputError, match=r"its managers are 'none', this one's are 'none' and 'baseline'"
+    ):
+        bench(replace(spec, managers=("none", "baseline")), tmp_path / "out", jobs=1)
+    with pytest.raises(InvalidInputError, match=r"its scenarios are not given, this one's are 'nofault'"):
+        bench(replace(spec, scenarios=("nofault",)), tmp_path / "out", jobs=1)
     with pytest.raises(InvalidInputError, match=r"its seed is 1, this one's is 2"):
         bench(replace(spec, seed=2), tmp_path / "out", jobs=1)
 

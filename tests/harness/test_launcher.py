@@ -121,5 +121,7 @@ def test_what_is_left_on_the_graph_of_a_killed_process_is_no_other(world: "World
 def test_a_node_that_does_not_exist_is_refused(world: "World", host: Host) -> None:
     response = redeploy(world, "lidar")
     assert not response.success
-    assert response.message.endswith("named 'lidar'; there are camera, depth.")
+    assert response.message.endswith("named 'lidar': name one of camera, depth.")
+    response = redeploy(world, "camra")
+    assert response.message.endswith("named 'camra': did you mean 'camera', or name one of camera, depth.")
     assert host.done == []

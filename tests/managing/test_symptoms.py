@@ -1,5 +1,6 @@
 """What a managing system sees."""
 
+import copy
 import inspect
 import math
 from collections.abc import Callable
@@ -21,6 +22,15 @@ def test_it_is_a_mapping_of_the_blackboard() -> None:
     assert len(symptoms) == 2
     with pytest.raises(KeyError):
         symptoms["camera_sharpness"]
+
+
+def test_what_it_does_not_have_is_answered_with_what_is_like_it() -> None:
+    with pytest.raises(
+        AttributeError, match=r"no 'unsur': did you mean 'unsure', or name one of autofocus_needed, "
+    ):
+        getattr(Symptoms({}), "unsur")  # noqa: B009  a type checker would complain
+    assert not hasattr(Symptoms({}), "__len_hint__")
+    assert copy.deepcopy(Symptoms({KEY: 9.0})).frequency("rgb_camera") == 9.0
 
 
 def test_it_does_not_change_with_the_blackboard() -> None:

@@ -124,7 +124,7 @@ def test_a_misspelt_name_is_answered_with_the_nearest() -> None:
         load_scenario("gpu_failur")
 
 
-@pytest.mark.parametrize("name", ["", "no such thing", "paper/none", "."])
+@pytest.mark.parametrize("name", ["", "no such thing", "paper/none", "..."])
 def test_an_unknown_name_is_answered_with_the_suites(name: str) -> None:
     with pytest.raises(ScenarioError, match="paper, artifact, nofault, degraded"):
         load_scenario(name)
@@ -140,8 +140,8 @@ def test_an_unknown_name_is_answered_with_the_suites(name: str) -> None:
         ("name: a\n", "the key 'faults' is missing"),
         ("name: a\nfaults: []\ncolour: red\n", "line 3: the key 'colour' is not known here"),
         ("name: a\nname: b\nfaults: []\n", "line 2: the key 'name' is given twice"),
-        ("name: 3\nfaults: []\n", "line 1: a text is expected here, got 3"),
-        ("name: a\nfaults: gpu_failure\n", "line 2: a list is expected here"),
+        ("name: 3\nfaults: []\n", "line 1: a text is expected for 'name', got 3"),
+        ("name: a\nfaults: gpu_failure\n", "line 2: a list is expected for 'faults'"),
         ("name: a\nfaults:\n- gremlin\n", "line 3: There is no fault 'gremlin'"),
         (
             "name: a\nfaults:\n- name: image_shift\n  value: [1]\n",
@@ -200,8 +200,15 @@ def test_a_bad_published_entry_is_refused(tmp_path: Path, entry: str, said: str)
         load_scenario(write(tmp_path, f"- {entry}\n"))
 
 
+def test_a_folder_and_a_file_are_not_taken_for_each_other(tmp_path: Path) -> None:
+    with pytest.raises(ScenarioError, match=r"is a folder, and so a suite: .* 'sunset bench --suite "):
+        load_scenario(str(tmp_path))
+    with pytest.raises(ScenarioError, match="is a file, and a suite is a folder of scenario files"):
+        load_suite(write(tmp_path, "name: a\nfaults: []\n"))
+
+
 def test_a_file_that_is_missing_a_folder_or_no_text_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(ScenarioError, match="cannot be read: No such file"):
+    with pytest.raises(ScenarioError, match=r"There is no scenario file .*missing\.yaml\.$"):
         load_scenario(tmp_path / "missing.yaml")
     folder = tmp_path / "folder.yaml"
     folder.mkdir()

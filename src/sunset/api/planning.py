@@ -207,7 +207,7 @@ def _spread(design: Design | None) -> str:
     if design is None:
         return ""
     parts = (
-        f"{design.alike} different degradations",
+        counted(design.alike, "different degradation"),
         counted(design.flights, "flight"),
         counted(design.repetitions, "repetition"),
     )

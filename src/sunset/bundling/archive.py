@@ -97,6 +97,10 @@ def extract_archive(path: Path, into: Path) -> None:
         check_regular(path)
     except FileNotFoundError as error:
         raise RecordError(f"There is no bundle {path}: name a file that 'sunset bundle' wrote.") from error
+    except IsADirectoryError as error:
+        raise RecordError(
+            f"The bundle {path} is a folder: name the zip file that 'sunset bundle' wrote."
+        ) from error
     except OSError as error:
         raise RecordError(f"The bundle {path} cannot be read: {error.strerror}.") from error
     with _translated(path), zipfile.ZipFile(path) as archive:

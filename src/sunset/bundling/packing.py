@@ -155,6 +155,11 @@ def _read(folder: Path) -> CampaignPlan:
         )
     for file in sorted(folder.glob(f"runs/*/*/*/*/{RUN_FILE}"))[:1]:
         check_extensions(read_run(file.parent), file.parent)
+    if described.suite not in suite_names() and not Path(described.suite).is_dir():
+        raise RecordError(
+            f"The campaign in {folder} cannot be packed: its suite, the folder {described.suite}, is not here. Call it "
+            "in the folder from which the campaign was run."
+        )
     return described
 
 

@@ -10,6 +10,9 @@ from sunset.texts import suggestion
 
 EXIT_BAD_INPUT: Final = 2
 
+_MEANT: Final = {"gpu": "cuda"}
+"""Words that are more like a choice that is not meant."""
+
 Actions: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"  # noqa: SLF001  it has no other name
 
 
@@ -94,6 +97,8 @@ class Parser(argparse.ArgumentParser):
 
     def __init__(self, *, module: str = "", **options: Any) -> None:
         super().__init__(**options)
+        self.register("type", int, _whole_number)
+        self.register("type", float, _number)
         self.set_defaults(execute=lambda _: self.print_help())
         self._missing = module
 
@@ -129,14 +134,15 @@ class Parser(argparse.ArgumentParser):
             options = [known.removeprefix("--") for known in self._option_string_actions]
             mistyped = option.startswith("--")
             hint = suggestion(option.removeprefix("--"), options, prefix="--") if mistyped else ""
-            self.error(f"there is no argument {option!r} here: {hint}leave it out")
+            remedy = _joined_faults([getattr(parsed, "scenario", ""), *unknown]) or "leave it out"
+            self.error(f"there is no argument {option!r} here: {hint}{remedy}")
         return parsed, unknown
 
     def _check_value(self, action: argparse.Action, value: object) -> None:
         """Suggest a choice for a mistyped one."""
         if action.choices is not None and value not in action.choices:
             choices = [str(choice) for choice in action.choices]
-            hint = suggestion(str(value), choices)
+            hint = suggestion(_MEANT.get(str(value), value), choices)
             raise argparse.ArgumentError(
                 action, f"there is no {value!r}: {hint}choose one of {', '.join(choices)}"
             )
@@ -145,6 +151,29 @@ class Parser(argparse.ArgumentParser):
         """Print one sentence and exit with code 2."""
         text = message[:1].upper() + message[1:]
         self.exit(EXIT_BAD_INPUT, f"{self.prog}: {text}; '{self.prog} --help' lists what is expected.\n")
+
+
+def _joined_faults(words: Sequence[str]) -> str:
+    """Return how faults that stand apart are given as one scenario; empty if some word is not a fault."""
+    from sunset.system import current_system  # noqa: PLC0415  slow, and rarely needed
+
+    faults = [fault for word in words for fault in word.split("+") if fault or not word]
+    are_known = all(fault.partition("=")[0] in current_system().faults for fault in faults)
+    return f"join faults by +: {'+'.join(faults)}" if are_known else ""
+
+
+def _whole_number(text: str) -> int:
+    try:
+        return int(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(f"expected a whole number, got {text!r}") from error
+
+
+def _number(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(f"expected a number, got {text!r}") from error
 
 
 def at_least_one(text: str) -> int:

@@ -174,6 +174,11 @@ def load_results(folder: Path, *, again: bool = False, progress: Progress | None
         RecordError: there is no such folder, no run in it, one that is damaged, or two with the same messages that
             differ in what is stored beside them.
     """
+    if folder.is_file():
+        raise RecordError(
+            f"{folder} is a file, not a folder of runs: check a bundle with 'sunset verify', or unpack it and name "
+            "that folder."
+        )
     if not folder.is_dir():
         raise RecordError(f"There is no folder {folder}; name the one that 'sunset bench --out' wrote.")
     found = [

@@ -34,7 +34,7 @@ from sunset.recording import (
     read_plan,
 )
 from sunset.schemas import document_text
-from sunset.texts import counted
+from sunset.texts import counted, listed
 from sunset.workers import Progress, check_jobs, processors, worker_pool
 
 _CHANGING: Final = MappingProxyType({"manager_checksums": "managing system", "extensions": "extension"})
@@ -196,8 +196,8 @@ def _claim(out: Path, plan: CampaignPlan) -> None:
         )
         verb = "are" if several else "is"
         raise InvalidInputError(
-            f"The folder {out} holds another campaign: its {key} {verb} {theirs.get(key)!r}, this one's {verb} "
-            f"{ours.get(key)!r}; name a new folder."
+            f"The folder {out} holds another campaign: its {key} {verb} {_told(theirs.get(key))}, this one's "
+            f"{verb} {_told(ours.get(key))}; name a new folder."
         )
     for name, manager in campaign_managers(plan).items():
         if is_registered(manager) and not plan.manager_checksums[name]:
@@ -205,6 +205,13 @@ def _claim(out: Path, plan: CampaignPlan) -> None:
                 f"The campaign in {out} cannot be continued: nothing says whether its managing system {name} "
                 f"is the same as then: pass a class, or name a new folder."
             )
+
+
+def _told(value: object) -> str:
+    """Return an entry of a plan as a sentence has it."""
+    if isinstance(value, list):
+        return listed([*map(repr, value)]) if value else "not given"
+    return repr(value)
 
 
 def _flat(plan: CampaignPlan) -> dict[str, object]:

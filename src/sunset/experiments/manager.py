@@ -9,11 +9,11 @@ from sunset.errors import ExtensionError, ManagerError, ScenarioError, SunsetErr
 from sunset.experiments.observer import Observer
 from sunset.experiments.spec import RunSpec
 from sunset.harness.confined_manager import killed_error, manager_process
-from sunset.harness.manager_process import described_error
-from sunset.isolation import ProcessDeath, Watch, call_isolated, line_text
+from sunset.isolation import ProcessDeath, Watch, call_isolated
 from sunset.managing import EXTERNAL
 from sunset.ros import CallbackError
 from sunset.system import current_system
+from sunset.texts import described_error, line_text
 
 _PACKAGE: Final = Path(__file__).parents[1]
 _STILL_S: Final = 60.0

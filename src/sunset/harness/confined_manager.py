@@ -17,7 +17,7 @@ from sunset.confinement import ConfinedProcess, Confinement, View, copy_process
 from sunset.errors import ManagerError, OutputError, SunsetError
 from sunset.harness.manager_process import ENTRY, LoadedManager, ManagerTask, receive_loaded, run_manager
 from sunset.harness.shown_files import check_shown
-from sunset.isolation import ProcessDeath, line_text
+from sunset.isolation import ProcessDeath
 from sunset.managing import (
     MANAGERS,
     ORACLE,
@@ -31,7 +31,7 @@ from sunset.managing.files import check_sources, manager_code, manager_data
 from sunset.rmw.remote import EndError, Pipe, PipeError, RaisedError, SilenceError
 from sunset.source_files import modules_beside
 from sunset.system import Value, loaded_extensions
-from sunset.texts import printable, shorten
+from sunset.texts import line_text, printable, shorten
 
 _LONGEST: Final = 2000
 """Longest failure text, in characters."""

@@ -12,7 +12,7 @@ from sunset.ros.context import Context
 from sunset.ros.node import Node
 from sunset.ros.timer import Timer
 from sunset.system import DIAGNOSTICS_TOPIC, NAMESPACE
-from sunset.texts import shorten
+from sunset.texts import shorten, suggestion
 
 _GRACE_S = 1.0
 """How long a node may take to shut down through its lifecycle before its process is killed."""
@@ -63,9 +63,9 @@ class Launcher(Node):
     def _redeploy(self, request: Redeploy.Request, response: Redeploy.Response) -> Redeploy.Response:
         node = base_name(request.node)
         if node not in self._nodes:
-            known = ", ".join(self._nodes)
             response.message = (
-                f"No node of the managed system is named {shorten(repr(request.node))}; there are {known}."
+                f"No node of the managed system is named {shorten(repr(request.node))}: "
+                f"{suggestion(node, self._nodes)}name one of {', '.join(self._nodes)}."
             )
             return response
         response.success = True

@@ -3,7 +3,6 @@
 import inspect
 import socket
 import traceback
-from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Final
@@ -11,7 +10,6 @@ from typing import Final
 import msgspec
 
 from sunset.errors import ExtensionError, ManagerError
-from sunset.isolation import line_text
 from sunset.managing import (
     KnownScenario,
     ManagingSystem,
@@ -27,7 +25,7 @@ from sunset.rmw.remote import Pipe, PipeError, RemoteProcess
 from sunset.ros import Context, Parameter, SingleThreadedExecutor
 from sunset.system import load_extension
 from sunset.system.vocabulary import Value
-from sunset.texts import shorten
+from sunset.texts import described_error, line_text, shorten
 
 ENTRY: Final = f"{__name__}:run_manager"
 """What the process calls, as `Confinement` takes it."""
@@ -151,21 +149,6 @@ def _said_of(made: type[ManagingSystem], error: BaseException) -> str:
     if issubclass(made, Program) and isinstance(cause, ManagerError):
         return str(cause).removeprefix("Its program ").removesuffix(".")
     return f"raised {described_error(cause)}{_place(made, cause)}"
-
-
-def described_error(error: BaseException) -> str:
-    """Return an exception's class and text, such as `KeyError: 'x'`."""
-    return ": ".join(
-        filter(None, (_said(lambda: type(error).__name__) or "an exception", _said(lambda: str(error))))
-    )
-
-
-def _said(say: Callable[[], str]) -> str:
-    """Return what a user's exception says of itself; empty if that raises."""
-    try:
-        return shorten(say().rstrip("."))
-    except BaseException:  # noqa: BLE001  it may be anything
-        return ""
 
 
 def _place(manager: type[ManagingSystem], error: BaseException) -> str:

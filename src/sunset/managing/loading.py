@@ -17,8 +17,8 @@ from sunset.managing.command import PREFIX
 from sunset.managing.names import MANAGERS, check_printable
 from sunset.managing.program import Program, load_program
 from sunset.managing.symptoms import Symptoms
-from sunset.source_files import class_texts, functions_of, import_file, import_from, is_edited
-from sunset.texts import suggestion
+from sunset.source_files import class_texts, functions_of, import_file, import_from, import_place, is_edited
+from sunset.texts import described_error, suggestion
 
 _OURS: Final = frozenset({"sunset", "__main__", "__mp_main__"})
 """Top-level modules that are not part of a managing system, wherever they are."""
@@ -133,7 +133,7 @@ def _translated(spec: str) -> Iterator[None]:
         raise
     except BaseException as error:
         raise ManagerError(
-            f"The managing system {spec} cannot be looked at: it raised {type(error).__name__}: {error}."
+            f"The managing system {spec} cannot be looked at: it raised {described_error(error)}."
         ) from error
 
 
@@ -321,10 +321,11 @@ def _load_file(path: Path, folder: Path) -> ModuleType:
 
 
 def _import_error(where: str, error: BaseException) -> ManagerError:
-    if isinstance(error, SyntaxError):
+    place = import_place(error)
+    if isinstance(error, SyntaxError) and not place:
         line = f", line {error.lineno}" if error.lineno else ""
         return ManagerError(f"{where}{line}: this is not valid Python: {error.msg}.")
-    return ManagerError(f"Importing {where} raised {type(error).__name__}: {error}.")
+    return ManagerError(f"Importing {where} raised {described_error(error)}{place}.")
 
 
 def _checked(spec: str, where: str, module: ModuleType, name: str) -> type[ManagingSystem]:

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from typing import Annotated, Final
+from typing import TYPE_CHECKING, Annotated, Final, NoReturn
 
 from sunset.interfaces.parameters import scalar_of
 from sunset.interfaces.rcl_interfaces.msg import Parameter
@@ -68,6 +68,16 @@ class Symptoms(Mapping[str, Value]):
 
     def __len__(self) -> int:
         return len(self._values)
+
+    if not TYPE_CHECKING:  # a type checker should know what there is not
+
+        def __getattr__(self, name: str) -> NoReturn:
+            """Say what was perhaps meant; called for what is not there only."""
+            known = [attribute for attribute in dir(type(self)) if not attribute.startswith("_")]
+            raise AttributeError(
+                f"Symptoms have no {name!r}: {suggestion(name, known)}name one of {', '.join(known)}.",
+                name=name,
+            )
 
     def __repr__(self) -> str:
         return f"Symptoms({self._values!r})"

@@ -61,11 +61,12 @@ def parse_yaml(text: str, source: str) -> "Item":
 
 @dataclass(frozen=True)
 class Item:
-    """A part of a YAML text, which knows its line."""
+    """A part of a YAML text, which knows its line, and its key in a mapping."""
 
     source: str
     loader: yaml.SafeLoader
     node: yaml.Node
+    key: str = ""
 
     @property
     def is_list(self) -> bool:
@@ -92,14 +93,14 @@ class Item:
     def items(self) -> list["Item"]:
         """Return the entries of a list."""
         if not isinstance(self.node, yaml.SequenceNode):
-            raise self.error(f"a list is expected here, got {self._kind}.")
-        return [replace(self, node=node) for node in self.node.value]
+            raise self.error(f"a list is expected {self._place}, got {self._kind}.")
+        return [replace(self, node=node, key="") for node in self.node.value]
 
     def mapping(self, *, required: tuple[str, ...], optional: tuple[str, ...]) -> dict[str, "Item"]:
         """Return the entries of a mapping that must have the `required` keys and may have the others."""
         if not isinstance(self.node, yaml.MappingNode):
             raise self.error(
-                f"a mapping with {', '.join(required or optional)} is expected here, got {self._kind}."
+                f"a mapping with {', '.join(required or optional)} is expected {self._place}, got {self._kind}."
             )
         fields: dict[str, Item] = {}
         for key_node, node in self.node.value:
@@ -111,7 +112,7 @@ class Item:
                 raise key.error(f"the key {name!r} is not known here; there are {allowed}.")
             if name in fields:
                 raise key.error(f"the key {name!r} is given twice.")
-            fields[name] = replace(self, node=node)
+            fields[name] = replace(self, node=node, key=name)
         for name in required:
             if name not in fields:
                 raise self.error(f"the key {name!r} is missing.")
@@ -131,21 +132,25 @@ class Item:
                 )
             if isinstance(value, bool | int | float | str):
                 return value
-        raise self.error(f"a truth value, a number or a text is expected here, got {self._kind}.")
+        raise self.error(f"a truth value, a number or a text is expected {self._place}, got {self._kind}.")
 
     def number(self) -> float:
         """Return a number."""
         value = self.value()
         if isinstance(value, bool | str):
-            raise self.error(f"a number is expected here, got {value!r}.")
+            raise self.error(f"a number is expected {self._place}, got {value!r}.")
         return value
 
     def text(self) -> str:
         """Return a text."""
         value = self.value()
         if not isinstance(value, str):
-            raise self.error(f"a text is expected here, got {value!r}.")
+            raise self.error(f"a text is expected {self._place}, got {value!r}.")
         return value
+
+    @property
+    def _place(self) -> str:
+        return f"for {self.key!r}" if self.key else "here"
 
     @property
     def _kind(self) -> str:

@@ -1,6 +1,7 @@
 """Where scenarios come from: a suite's name, a YAML file, or faults joined by `+`."""
 
 import os
+import shlex
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
@@ -53,6 +54,11 @@ def load_scenario(name: str | Path) -> Scenario:
             f"{text!r} is a suite: name one of its scenarios ('sunset scenarios list --suite {text}'), or run all "
             f"of them with 'sunset bench --suite {text}'."
         )
+    if os.path.isdir(text):  # noqa: PTH112  likewise
+        raise ScenarioError(
+            f"{text!r} is a folder, and so a suite: name one of its files, or run all of its scenarios with "
+            f"'sunset bench --suite {shlex.quote(text)}'."
+        )
     hint = suggestion(text, [*scenario_names(), *current_system().faults])
     raise ScenarioError(
         f"There is no scenario {text!r}: {hint}name a scenario of the suites {', '.join(suite_names())} "
@@ -67,6 +73,11 @@ def load_suite(name: str | Path) -> tuple[Scenario, ...]:
         ScenarioError: there is no such suite or folder, or a file is not usable or not that of the folder's split.
     """
     folder = Path(name)
+    if str(name) not in suite_names() and os.path.isfile(folder):  # noqa: PTH113  see load_scenario
+        raise ScenarioError(
+            f"{str(name)!r} is a file, and a suite is a folder of scenario files: name its folder, or run the scenario "
+            f"with 'sunset run {shlex.quote(str(name))}'."
+        )
     # an empty name is not that of the current folder; Path.is_dir raises where a name is too long
     if str(name) in suite_names() or not name or not os.path.isdir(folder):  # noqa: PTH112  see above
         return suite(str(name))
@@ -120,6 +131,8 @@ def generate(faults: Sequence[str], *, name: str = "") -> Scenario:
 def _from_file(path: Path) -> Scenario:
     try:
         raw = read_bytes(path, _MAX_BYTES)
+    except FileNotFoundError as error:
+        raise ScenarioError(f"There is no scenario file {path}.") from error
     except OSError as error:
         raise ScenarioError(f"The scenario {path} cannot be read: {error.strerror}.") from error
     try:

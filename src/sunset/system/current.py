@@ -11,13 +11,13 @@ from typing import Final
 from sunset.errors import ExtensionError
 from sunset.input_files import file_digest
 from sunset.interruption import noted_interrupts
-from sunset.source_files import compiled_checksum, import_file, is_edited
+from sunset.source_files import compiled_checksum, import_file, import_place, is_edited
 from sunset.system.checks import check_added_signals, check_parameter, check_subclass
 from sunset.system.description import Fault
 from sunset.system.paper import PAPER
 from sunset.system.suites import names_in_suite
 from sunset.system.system import Extension, System
-from sunset.texts import suggestion
+from sunset.texts import described_error, suggestion
 
 _GROUP: Final = "sunset.extensions"
 """The group of entry points of installed extensions."""
@@ -172,7 +172,12 @@ def _from_file(path: Path) -> tuple[ModuleType, Extension]:
         raise ExtensionError(f"The extension {path} is not a Python file.")
     with _translated(path):
         module = import_file(path, f"sunset_extension_{path.stem}")
-    return module, _checked(path, vars(module).get(_ATTRIBUTE))
+    names = vars(module)
+    if _ATTRIBUTE not in names:
+        others = [name for name, value in names.items() if isinstance(value, Extension)]
+        remedy = f"rename {others[0]}" if others else "assign it an Extension"
+        raise ExtensionError(f"The extension {path} has no {_ATTRIBUTE}: {remedy}.")
+    return module, _checked(path, names[_ATTRIBUTE])
 
 
 @contextmanager
@@ -184,10 +189,8 @@ def _translated(where: object) -> Iterator[None]:
         except BaseException as error:
             if interrupts:
                 raise
-            line = f", line {error.lineno}" if isinstance(error, SyntaxError) else ""
             raise ExtensionError(
-                f"The extension {where}{line} cannot be imported: it raised {type(error).__name__}: "
-                f"{str(error).rstrip('.')}."
+                f"The extension {where} cannot be imported: it raised {described_error(error)}{import_place(error)}."
             ) from error
 
 

@@ -1,6 +1,7 @@
 """A simulated world for tests: real nodes, real services, virtual time."""
 
 import fcntl
+import gc
 import signal
 from collections import defaultdict
 from collections.abc import Callable, Mapping
@@ -56,6 +57,11 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         left_out = [item for item in items if first[item.nodeid.partition("[")[0]] is not item]
         items[:] = [item for item in items if first[item.nodeid.partition("[")[0]] is item]
         config.hook.pytest_deselected(items=left_out)
+
+
+def pytest_collection_finish() -> None:
+    gc.collect()
+    gc.freeze()  # the garbage collector would look at thousands of tests again and again, in each forked process, too
 
 
 class World:

@@ -54,33 +54,24 @@ class Settings:
         place += values[place : place + 1] == [value]
         return min(times[place], end) if place < len(times) else end
 
-    def stretches(
-        self, steps: Sequence[Adaptation], start: float, end: float, fault: Fault | None = None
-    ) -> list[Stretch]:
-        """Return when all of some steps were in place within `[start, end)`; never, if one of them sets nothing.
+    def stretches(self, fault: Fault, cure: Sequence[Adaptation], start: float, end: float) -> list[Stretch]:
+        """Return when a cure of a fault was in place within `[start, end)`; never, if one of its steps sets nothing.
 
-        Where they cure a fault, they must undo enough of it.
+        All of its steps must be, and undo enough of the fault.
         """
-        strengths = (
-            [(node, fault.parameter) for node in (fault.node, *(step.node for step in steps))]
-            if fault
-            else []
-        )
-        wanted = [setting_of(step) for step in steps]
+        strength, amounts = (fault.node, fault.parameter), [(step.node, fault.parameter) for step in cure]
+        wanted = [setting_of(step) for step in cure]
         known = [setting for setting in wanted if setting is not None]
         if len(known) < len(wanted):
             return []
-        keys = [*strengths, *(key for key, _ in known)]
+        keys = [strength, *amounts, *(key for key, _ in known)]
         moments = {time for key in keys for time in self._times.get(key, []) if start < time < end}
         edges = [start, *sorted(moments), end]
         found: list[Stretch] = []
         for begin, following in itertools.pairwise(edges):
-            strength, *amounts = [self.at(key, begin) for key in strengths] or [None]
-            if (
-                begin < following
-                and all(self.at(key, begin) == value for key, value in known)
-                and (fault is None or fault.is_undone(strength, amounts))
-            ):
+            is_done = all(self.at(key, begin) == value for key, value in known)
+            undone = fault.is_undone(self.at(strength, begin), [self.at(key, begin) for key in amounts])
+            if begin < following and is_done and undone:
                 joined = bool(found) and found[-1][1] == begin
                 found[-1:] = [(found[-1][0], following)] if joined else [*found[-1:], (begin, following)]
         return found

@@ -200,7 +200,7 @@ class Treatments:
         return [
             stretch
             for cure in described.cures
-            for stretch in self._settings.stretches(cure, start, end, described)
+            for stretch in self._settings.stretches(described, cure, start, end)
         ]
 
     @cached_property

@@ -26,6 +26,7 @@ from sunset.rmw.remote._protocol import (
     AskNodes,
     Call,
     Change,
+    Check,
     Defer,
     Destroy,
     Done,
@@ -113,17 +114,20 @@ class RemoteProcess(RemoteHost):
         outcome: Statement = Done()
         try:
             for order in orders:
-                self._now = order.now_ns
-                if isinstance(order, Call):
-                    self._call(order)
-                else:
-                    outcome = Done(bool(self._predicates[-1]()))
+                outcome = Done(self._carry_out(order))
         except EndError:
             raise
         except BaseException as error:  # noqa: BLE001  the simulation is told
             self._raised = error
             outcome = Raised(self._describe(error))
         self._send(outcome)
+
+    def _carry_out(self, order: Order) -> bool:
+        """Do what an order says; return the value of the predicate that it asks for, if it does."""
+        self._now = order.now_ns
+        if isinstance(order, Call):
+            self._call(order)
+        return isinstance(order, Check) and bool(self._predicates[-1]())
 
     def _call(self, order: Call) -> None:
         outer, self._in_callback = self._in_callback, order.handler != 0
@@ -171,9 +175,7 @@ class RemoteProcess(RemoteHost):
                 break
             self._obey(orders)
         for call in waited:
-            self._now = call.now_ns
-            if isinstance(call, Call):
-                self._call(call)
+            self._carry_out(call)
         self._now = order.now_ns
         if order.raised and self._raised is not None:
             if isinstance(self._raised, CallbackError) or not isinstance(self._raised, Exception):

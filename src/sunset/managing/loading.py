@@ -325,6 +325,8 @@ def _import_error(where: str, error: BaseException) -> ManagerError:
     if isinstance(error, SyntaxError) and not place:
         line = f", line {error.lineno}" if error.lineno else ""
         return ManagerError(f"{where}{line}: this is not valid Python: {error.msg}.")
+    if isinstance(error, ValueError) and not place:  # so some versions of Python say it of null bytes
+        return ManagerError(f"{where}: this is not valid Python: {error}.")
     return ManagerError(f"Importing {where} raised {described_error(error)}{place}.")
 
 

@@ -78,6 +78,13 @@ def test_reference_rows_judge_nobody() -> None:
     assert (row["cured_rate"], row["time_to_cure"], row["faults_cured"]) == (None, {}, None)
 
 
+@pytest.mark.parametrize(("mistreated", "is_noted"), [(20, False), (21, True)])
+def test_who_repairs_without_looking_is_noted(mistreated: int, is_noted: bool) -> None:
+    told = " ".join(format_report(summarise(rows(adaptations_mistreated=mistreated))).split())
+    assert ("mine (artifact): 21 adaptations of a run treated no fault that was there" in told) == is_noted
+    assert ("it repairs without looking" in told) == is_noted
+
+
 @pytest.mark.parametrize("form", FORMATS)
 def test_runs_of_a_version_that_did_not_tell_have_no_figures_and_are_noted(
     store: Callable[..., Path], edit: Callable[..., None], tmp_path: Path, form: str

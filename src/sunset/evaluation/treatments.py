@@ -109,6 +109,13 @@ def fault_notes(rows: Sequence[SystemRow]) -> list[str]:
     """Return what a reader must know of the tables of what became of the faults."""
     notes = [_TIME_TO_CURE_NOTE] if any(row.outcomes for row in rows) else []
     notes += [untold_note(row.system, row.untold, row.runs) for row in rows if row.untold]
+    for row in rows:
+        found = row.estimates["adaptations_mistreated"]
+        if found is not None and found.mean > row.flight.duration_s:
+            notes.append(
+                f"{row.system}: {found.mean:.0f} adaptations of a run treated no fault that was there, more than one a "
+                "second: it repairs without looking, and its score and its times to cure do not tell that from knowing."
+            )
     return notes
 
 

@@ -2,8 +2,9 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from itertools import groupby
 from keyword import iskeyword
-from typing import Final
+from typing import Final, TypeAlias
 
 from sunset.errors import InterfaceError
 from sunset.interfaces._definition import Definition, Field, FieldType
@@ -78,6 +79,21 @@ class _Run:
         return True
 
 
+@dataclass
+class _Sequences:
+    """Sequences of any length that lie side by side, of which mostly all are empty."""
+
+    fields: list[Field]
+
+    @property
+    def nothing(self) -> str:
+        """The bytes of all of them where they are empty."""
+        return f'b"\\0" * {4 * len(self.fields)}'
+
+
+_Part: TypeAlias = Field | _Run | _Sequences
+
+
 def class_text(definition: Definition, structs: Structs, name: str | None = None) -> str:
     """Return the source of a message's class.
 
@@ -94,8 +110,13 @@ def class_text(definition: Definition, structs: Structs, name: str | None = None
             raise InterfaceError(
                 f"{definition.name} has a field {member.name!r}, which cannot be an attribute."
             )
-    runs = list(_runs(definition.fields))
-    methods = (_constructor(definition), _copy(definition), _encoder(runs, structs), _decoder(runs, structs))
+    parts = list(_parts(definition.fields))
+    methods = (
+        _constructor(definition),
+        _copy(definition),
+        _encoder(parts, structs),
+        _decoder(parts, structs),
+    )
     lines = [*_head(definition, name or definition.name.rpartition("/")[2])]
     for method in methods:
         lines.append("")
@@ -103,15 +124,28 @@ def class_text(definition: Definition, structs: Structs, name: str | None = None
     return "\n".join(lines) + "\n"
 
 
-def _runs(fields: tuple[Field, ...]) -> Iterator[Field | _Run]:
+def _parts(fields: tuple[Field, ...]) -> Iterator[_Part]:
+    """Yield what is packed at once."""
+    for kind, group in groupby(fields, _kind):
+        members = list(group)
+        if kind == "numbers":
+            yield from _runs(members)
+        elif kind == "sequences" and len(members) > 1:
+            yield _Sequences(members)
+        else:
+            yield from members
+
+
+def _kind(member: Field) -> str:
+    if member.type.is_array:
+        return "sequences" if member.type.size is None else "array"
+    return "numbers" if member.type.base in _FORMATS else "other"
+
+
+def _runs(members: list[Field]) -> Iterator[_Run]:
     run: _Run | None = None
-    for member in fields:
-        if member.type.is_array or member.type.base not in _FORMATS:
-            if run:
-                yield run
-            run = None
-            yield member
-        elif run is None or not run.add(member):
+    for member in members:
+        if run is None or not run.add(member):
             if run:
                 yield run
             run = _Run(_FORMATS[member.type.base][1])
@@ -198,13 +232,24 @@ def _copied(member: Field) -> str:
     return f"list({value})" if kind.is_array else value
 
 
-def _encoder(runs: list[Field | _Run], structs: Structs) -> Iterator[str]:
+def _encoder(parts: list[_Part], structs: Structs) -> Iterator[str]:
     yield "def encode_into(self, out: bytearray) -> None:"
-    for part in runs:
-        lines = _encode_run(part, structs) if isinstance(part, _Run) else _encode_field(part)
-        yield from (f"    {line}" for line in lines)
-    if not runs:
+    for part in parts:
+        yield from (f"    {line}" for line in _encode(part, structs))
+    if not parts:
         yield "    out.append(0)"
+
+
+def _encode(part: _Part, structs: Structs) -> Iterator[str]:
+    if isinstance(part, _Run):
+        yield from _encode_run(part, structs)
+    elif isinstance(part, _Sequences):
+        yield f"if {' or '.join(f'len(self.{member.name})' for member in part.fields)}:"
+        yield from (f"    {line}" for member in part.fields for line in _encode_field(member))
+        yield "else:"
+        yield f"    out += PAD4[len(out) & 3] + {part.nothing}"
+    else:
+        yield from _encode_field(part)
 
 
 def _encode_run(run: _Run, structs: Structs) -> Iterator[str]:
@@ -239,17 +284,30 @@ def _encode_field(member: Field) -> Iterator[str]:
     yield f"write_{_plural(kind)}(out, {value}{elements})"
 
 
-def _decoder(runs: list[Field | _Run], structs: Structs) -> Iterator[str]:
+def _decoder(parts: list[_Part], structs: Structs) -> Iterator[str]:
     yield "@classmethod"
     yield "def decode_from(cls, raw: bytes, position: int) -> tuple[Self, int]:"
-    if not runs:
+    if not parts:
         yield "    return cls(), read_dummy(raw, position)"
         return
     yield "    new = object.__new__(cls)"
-    for part in runs:
-        lines = _decode_run(part, structs) if isinstance(part, _Run) else _decode_field(part)
-        yield from (f"    {line}" for line in lines)
+    for part in parts:
+        yield from (f"    {line}" for line in _decode(part, structs))
     yield "    return new, position"
+
+
+def _decode(part: _Part, structs: Structs) -> Iterator[str]:
+    if isinstance(part, _Run):
+        yield from _decode_run(part, structs)
+    elif isinstance(part, _Sequences):
+        yield _ALIGN[4]
+        yield f"if raw.startswith({part.nothing}, position):"
+        yield from (f"    new.{member.name} = {_nothing(member.type)}" for member in part.fields)
+        yield f"    position += {4 * len(part.fields)}"
+        yield "else:"
+        yield from (f"    {line}" for member in part.fields for line in _decode_field(member))
+    else:
+        yield from _decode_field(part)
 
 
 def _decode_run(run: _Run, structs: Structs) -> Iterator[str]:
@@ -303,12 +361,18 @@ def _default(member: Field) -> str:
     if member.default is not None:
         value = _literal(member.default)
         return f"array_of({value}, {kind.base.upper()})" if kind.is_numpy else value
+    if kind.is_array and kind.size is None:
+        return _nothing(kind)
     if kind.is_numpy:
-        dtype = kind.base.upper()
-        return f"empty({dtype})" if kind.size is None else f"zeros({dtype}, {kind.size})"
+        return f"zeros({kind.base.upper()}, {kind.size})"
     if kind.is_array:
-        return "[]" if kind.size is None else f"[{_default_element(kind)} for _ in range({kind.size})]"
+        return f"[{_default_element(kind)} for _ in range({kind.size})]"
     return _default_element(kind)
+
+
+def _nothing(kind: FieldType) -> str:
+    """Return the source of an empty sequence."""
+    return f"empty({kind.base.upper()})" if kind.is_numpy else "[]"
 
 
 def _default_element(kind: FieldType) -> str:

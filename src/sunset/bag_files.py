@@ -4,7 +4,6 @@ A few bytes can say that they stand for gigabytes. What is packed in a bag is ex
 that only as long as it is not more than `RATIO` times what it is packed in, which no recording reaches.
 """
 
-import sys
 from collections.abc import Iterable, Iterator
 from contextlib import ExitStack, closing, contextmanager, suppress
 from copy import copy
@@ -17,12 +16,8 @@ from rosbags.rosbag2.reader import DirectoryReader
 from rosbags.rosbag2.storage_mcap import McapReader
 from rosbags.rosbag2.storage_sqlite3 import Sqlite3Reader
 
+from sunset.compression import zstd
 from sunset.input_files import check_regular, open_regular, read_bytes
-
-if sys.version_info >= (3, 14):
-    from compression import zstd
-else:
-    from backports import zstd
 
 if TYPE_CHECKING:
     from rosbags.rosbag2.reader import ReaderProtocol

@@ -10,6 +10,7 @@ import mmap
 import os
 import re
 import resource
+import select
 import signal
 import stat
 import sys
@@ -17,8 +18,9 @@ import threading
 import time
 import traceback
 import warnings
-from collections.abc import Callable, Collection
-from contextlib import closing, suppress
+from collections.abc import Callable, Collection, Iterator
+from contextlib import closing, contextmanager, suppress
+from functools import partial
 from itertools import takewhile
 from pathlib import Path
 from typing import Final, NoReturn, TypeVar, cast
@@ -34,7 +36,9 @@ T = TypeVar("T")
 FORKING: Final = threading.RLock()
 """Held while a process is forked, and by a thread that uses libraries whose own locks its copy would find held."""
 
-_POLL_S: Final = 0.005
+_POLL_S: Final = 0.05
+_SHORT_POLL_S: Final = 0.005
+"""Where the system does not tell at once that a process has ended."""
 _GRACE_S: Final = 1.0
 """From the signal that lets a process say where it hangs to the one that it cannot refuse."""
 
@@ -282,15 +286,32 @@ def _result(told: bytes, watch: Watch) -> object:
 def _await_end(pid: int, watch: Watch, limit_s: float) -> str:
     """Wait for a process, and end it if it passes a limit; return which one, if so."""
     hung, grace_over = "", 0.0
-    while _runs(pid):
-        if hung:
-            if time.monotonic() > grace_over:
-                os.kill(pid, signal.SIGKILL)
-        elif hung := watch.passed(limit_s):
-            grace_over = time.monotonic() + _GRACE_S
-            os.kill(pid, signal.SIGABRT)  # its faulthandler tells where it is
-        time.sleep(_POLL_S)  # noqa: TID251  another process's end is waited for
+    with _pauses(pid) as pause:
+        while _runs(pid):
+            if hung:
+                if time.monotonic() > grace_over:
+                    os.kill(pid, signal.SIGKILL)
+            elif hung := watch.passed(limit_s):
+                grace_over = time.monotonic() + _GRACE_S
+                os.kill(pid, signal.SIGABRT)  # its faulthandler tells where it is
+            pause()
     return hung
+
+
+@contextmanager
+def _pauses(pid: int) -> Iterator[Callable[[], object]]:
+    """Give what waits for a moment, or until a process has ended."""
+    try:
+        handle = os.pidfd_open(pid)  # of Linux
+    except (AttributeError, OSError):
+        yield partial(time.sleep, _SHORT_POLL_S)  # noqa: TID251  another process
+        return
+    ended = select.poll()
+    ended.register(handle, select.POLLIN)
+    try:
+        yield partial(ended.poll, _POLL_S * 1000)
+    finally:
+        os.close(handle)
 
 
 def _runs(pid: int) -> bool:

@@ -4,13 +4,13 @@ import signal
 import sqlite3
 import subprocess
 import sys
-import zlib
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 import pytest
 
+from sunset.compression import zstd
 from sunset.errors import DataError, OutputError
 from sunset.perception import InferenceCache, Modality, Model, Segmenter
 
@@ -178,7 +178,7 @@ def test_a_damaged_cache_says_so(tmp_path: Path) -> None:
 FORGERIES: dict[str, tuple[str, tuple[object, ...]]] = {
     "entropy": ("entropy = 0.999", ()),
     "a text for an entropy": ("entropy = 'sure'", ()),
-    "labels": ("labels = ?", (zlib.compress(bytes([255]) * LABELS.size),)),
+    "labels": ("labels = ?", (zstd.compress(bytes([255]) * LABELS.size),)),
     "labels that do not unpack": ("labels = x'0102'", ()),
     "a number for labels": ("labels = 3", ()),
     "the answer to another frame": (
@@ -211,15 +211,14 @@ def test_a_forged_answer_is_told_of_once_and_computed_anew(
     ]
 
 
-def test_a_cache_of_the_first_version_is_emptied_and_used(tmp_path: Path) -> None:
+@pytest.mark.parametrize("version", [1, 2])
+def test_a_cache_of_an_older_version_is_emptied_and_used(tmp_path: Path, version: int) -> None:
     path = tmp_path / "cache.sqlite"
     with contextlib.closing(sqlite3.connect(path)) as connection, connection:
         connection.execute("PRAGMA application_id = 0x53554E53")
-        connection.execute("PRAGMA user_version = 1")
+        connection.execute(f"PRAGMA user_version = {version}")
         connection.execute("CREATE TABLE answers (key BLOB PRIMARY KEY, labels BLOB, entropy REAL)")
-        connection.execute(
-            "INSERT INTO answers VALUES (?, ?, ?)", (bytes(32), zlib.compress(LABELS.tobytes()), 0.5)
-        )
+        connection.execute("INSERT INTO answers VALUES (?, ?, ?)", (bytes(32), b"packed in another way", 0.5))
     cache = InferenceCache(path)
     assert len(cache) == 0
     cache.put(bytes(32), LABELS, 0.25)

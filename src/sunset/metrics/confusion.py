@@ -5,11 +5,15 @@ Averaged over images it is not the data set's mIoU, which `accumulated_iou` make
 """
 
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 import numpy.typing as npt
 
 from sunset.metrics.timeline import NUMBER_OF_CLASSES, Counts
+
+_EXACT: Final = 1 << 24
+"""So many pixels are counted exactly, for the counts are of `float32`."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -43,11 +47,17 @@ def count_classes(prediction: npt.NDArray[np.uint8], truth: npt.NDArray[np.uint8
     """
     if prediction.shape != truth.shape:
         raise ValueError(f"The prediction must have the truth's shape {truth.shape}, got {prediction.shape}.")
+    import cv2  # noqa: PLC0415  whoever reads counts only is spared its import
+
     side = NUMBER_OF_CLASSES + 1  # one more for what is not a class
-    rows = np.minimum(truth, NUMBER_OF_CLASSES).astype(np.uint16)
-    columns = np.minimum(prediction, NUMBER_OF_CLASSES)
-    confusion = np.bincount((rows * side + columns).ravel(), minlength=side * side).reshape(side, side)
-    known = confusion[:NUMBER_OF_CLASSES, :].astype(np.int64)
+    pairs = np.minimum(truth, NUMBER_OF_CLASSES).astype(np.uint16).ravel()
+    pairs *= side
+    pairs += np.minimum(prediction, NUMBER_OF_CLASSES).ravel()
+    confusion = np.zeros(side * side, np.int64)
+    for start in range(0, pairs.size, _EXACT):
+        part = cv2.calcHist([pairs[start : start + _EXACT]], [0], None, [side * side], [0, side * side])
+        confusion += part.ravel().astype(np.int64)
+    known = confusion.reshape(side, side)[:NUMBER_OF_CLASSES, :]
     return ClassCounts(
         intersection=np.diagonal(known).copy(),
         predicted=known.sum(axis=0)[:NUMBER_OF_CLASSES],

@@ -7,9 +7,9 @@ import math
 import os
 import platform
 import sqlite3
+import struct
 import tempfile
 import threading
-import zlib
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Final
@@ -19,6 +19,7 @@ import numpy as np
 import numpy.typing as npt
 import onnxruntime
 
+from sunset.compression import zstd
 from sunset.errors import DataError, OutputError
 from sunset.image_digests import image_digest
 from sunset.input_files import check_regular
@@ -27,7 +28,7 @@ from sunset.perception.modality import Modality
 _APPLICATION_ID: Final = 0x53554E53
 """Marks an SQLite file as ours ("SUNS")."""
 
-_VERSION: Final = 2
+_VERSION: Final = 3
 _TABLE: Final = (
     "CREATE TABLE answers (key BLOB PRIMARY KEY, labels BLOB NOT NULL, entropy REAL NOT NULL, checksum BLOB NOT NULL) "
     "WITHOUT ROWID"
@@ -106,7 +107,7 @@ class InferenceCache:
             query = "SELECT labels, entropy, checksum FROM answers WHERE key = ?"
             row = self._connected().execute(query, (key,)).fetchone()
             if row is not None and row[2] == _checksum(key, *row[:2]):
-                return np.frombuffer(zlib.decompress(row[0]), dtype=np.uint8), float(row[1])
+                return np.frombuffer(zstd.decompress(row[0]), dtype=np.uint8), row[1]
         if row is not None and not self._suspicious:
             self._suspicious = True
             _log.warning(
@@ -124,7 +125,7 @@ class InferenceCache:
         if math.isnan(entropy):  # SQLite has none, and takes it for a missing value
             return
         entropy += 0.0  # SQLite keeps no sign of zero
-        packed = zlib.compress(labels.tobytes(), 1)
+        packed = zstd.compress(labels.tobytes())
         with self._lock, self._errors():
             statement = "INSERT OR REPLACE INTO answers VALUES (?, ?, ?, ?)"
             self._connected().execute(statement, (key, packed, entropy, _checksum(key, packed, entropy)))
@@ -208,7 +209,7 @@ class InferenceCache:
             raise OutputError(
                 f"The inference cache {self._path} cannot be used: {reason}; {_REMEDY}."
             ) from error
-        except (sqlite3.DatabaseError, zlib.error) as error:
+        except (sqlite3.DatabaseError, zstd.ZstdError) as error:
             raise DataError(
                 f"The inference cache {self._path} is damaged ({error}): delete it, it will be filled again."
             ) from error
@@ -219,6 +220,8 @@ def _version(connection: sqlite3.Connection) -> int:
     return int(version)
 
 
-def _checksum(key: bytes, labels: object, entropy: object) -> bytes:
-    """Return what shows that an answer is the one to its key, whatever types a file gives them."""
-    return hashlib.sha256(repr((key, labels, entropy)).encode()).digest()
+def _checksum(key: bytes, labels: object, entropy: object) -> bytes | None:
+    """Return what shows that an answer is the one to its key; None if it is of types that this file does not write."""
+    if not isinstance(labels, bytes) or not isinstance(entropy, float):
+        return None
+    return hashlib.sha256(b"".join((key, struct.pack("<d", entropy), labels))).digest()

@@ -177,18 +177,27 @@ class ListParametersResult(Message):
         return new
 
     def encode_into(self, out: bytearray) -> None:
-        write_size(out, len(self.names))
-        write_strings(out, self.names)
-        write_size(out, len(self.prefixes))
-        write_strings(out, self.prefixes)
+        if len(self.names) or len(self.prefixes):
+            write_size(out, len(self.names))
+            write_strings(out, self.names)
+            write_size(out, len(self.prefixes))
+            write_strings(out, self.prefixes)
+        else:
+            out += PAD4[len(out) & 3] + b"\0" * 8
 
     @classmethod
     def decode_from(cls, raw: bytes, position: int) -> tuple[Self, int]:
         new = object.__new__(cls)
-        size, position = read_size(raw, position)
-        new.names, position = read_strings(raw, position, size)
-        size, position = read_size(raw, position)
-        new.prefixes, position = read_strings(raw, position, size)
+        position = (position + 3) & -4
+        if raw.startswith(b"\0" * 8, position):
+            new.names = []
+            new.prefixes = []
+            position += 8
+        else:
+            size, position = read_size(raw, position)
+            new.names, position = read_strings(raw, position, size)
+            size, position = read_size(raw, position)
+            new.prefixes, position = read_strings(raw, position, size)
         return new, position
 
 
@@ -370,14 +379,17 @@ class ParameterValue(Message):
             self.double_value,
         )
         write_string(out, self.string_value)
-        write_size(out, len(self.byte_array_value))
-        write_bytes(out, self.byte_array_value)
-        write_size(out, len(self.bool_array_value))
-        write_bools(out, self.bool_array_value)
-        write_array(out, self.integer_array_value, INT64)
-        write_array(out, self.double_array_value, FLOAT64)
-        write_size(out, len(self.string_array_value))
-        write_strings(out, self.string_array_value)
+        if len(self.byte_array_value) or len(self.bool_array_value) or len(self.integer_array_value) or len(self.double_array_value) or len(self.string_array_value):
+            write_size(out, len(self.byte_array_value))
+            write_bytes(out, self.byte_array_value)
+            write_size(out, len(self.bool_array_value))
+            write_bools(out, self.bool_array_value)
+            write_array(out, self.integer_array_value, INT64)
+            write_array(out, self.double_array_value, FLOAT64)
+            write_size(out, len(self.string_array_value))
+            write_strings(out, self.string_array_value)
+        else:
+            out += PAD4[len(out) & 3] + b"\0" * 20
 
     @classmethod
     def decode_from(cls, raw: bytes, position: int) -> tuple[Self, int]:
@@ -394,14 +406,23 @@ class ParameterValue(Message):
         ) = _STRUCT_5.unpack_from(raw, position)
         position += 16
         new.string_value, position = read_string(raw, position)
-        size, position = read_size(raw, position)
-        new.byte_array_value, position = read_bytes(raw, position, size)
-        size, position = read_size(raw, position)
-        new.bool_array_value, position = read_bools(raw, position, size)
-        new.integer_array_value, position = read_array(raw, position, INT64)
-        new.double_array_value, position = read_array(raw, position, FLOAT64)
-        size, position = read_size(raw, position)
-        new.string_array_value, position = read_strings(raw, position, size)
+        position = (position + 3) & -4
+        if raw.startswith(b"\0" * 20, position):
+            new.byte_array_value = []
+            new.bool_array_value = []
+            new.integer_array_value = empty(INT64)
+            new.double_array_value = empty(FLOAT64)
+            new.string_array_value = []
+            position += 20
+        else:
+            size, position = read_size(raw, position)
+            new.byte_array_value, position = read_bytes(raw, position, size)
+            size, position = read_size(raw, position)
+            new.bool_array_value, position = read_bools(raw, position, size)
+            new.integer_array_value, position = read_array(raw, position, INT64)
+            new.double_array_value, position = read_array(raw, position, FLOAT64)
+            size, position = read_size(raw, position)
+            new.string_array_value, position = read_strings(raw, position, size)
         return new, position
 
 
@@ -520,10 +541,13 @@ class ParameterDescriptor(Message):
             BOOLS[self.read_only],
             BOOLS[self.dynamic_typing],
         )
-        write_size(out, len(self.floating_point_range))
-        write_messages(out, at_most(self.floating_point_range, 1), FloatingPointRange)
-        write_size(out, len(self.integer_range))
-        write_messages(out, at_most(self.integer_range, 1), IntegerRange)
+        if len(self.floating_point_range) or len(self.integer_range):
+            write_size(out, len(self.floating_point_range))
+            write_messages(out, at_most(self.floating_point_range, 1), FloatingPointRange)
+            write_size(out, len(self.integer_range))
+            write_messages(out, at_most(self.integer_range, 1), IntegerRange)
+        else:
+            out += PAD4[len(out) & 3] + b"\0" * 8
 
     @classmethod
     def decode_from(cls, raw: bytes, position: int) -> tuple[Self, int]:
@@ -540,10 +564,16 @@ class ParameterDescriptor(Message):
             new.dynamic_typing,
         ) = _STRUCT_6.unpack_from(raw, position)
         position += 2
-        size, position = read_size(raw, position)
-        new.floating_point_range, position = read_messages(raw, position, size, FloatingPointRange)
-        size, position = read_size(raw, position)
-        new.integer_range, position = read_messages(raw, position, size, IntegerRange)
+        position = (position + 3) & -4
+        if raw.startswith(b"\0" * 8, position):
+            new.floating_point_range = []
+            new.integer_range = []
+            position += 8
+        else:
+            size, position = read_size(raw, position)
+            new.floating_point_range, position = read_messages(raw, position, size, FloatingPointRange)
+            size, position = read_size(raw, position)
+            new.integer_range, position = read_messages(raw, position, size, IntegerRange)
         return new, position
 
 
@@ -596,24 +626,34 @@ class ParameterEvent(Message):
     def encode_into(self, out: bytearray) -> None:
         Time.encode_into(self.stamp, out)
         write_string(out, self.node)
-        write_size(out, len(self.new_parameters))
-        write_messages(out, self.new_parameters, Parameter)
-        write_size(out, len(self.changed_parameters))
-        write_messages(out, self.changed_parameters, Parameter)
-        write_size(out, len(self.deleted_parameters))
-        write_messages(out, self.deleted_parameters, Parameter)
+        if len(self.new_parameters) or len(self.changed_parameters) or len(self.deleted_parameters):
+            write_size(out, len(self.new_parameters))
+            write_messages(out, self.new_parameters, Parameter)
+            write_size(out, len(self.changed_parameters))
+            write_messages(out, self.changed_parameters, Parameter)
+            write_size(out, len(self.deleted_parameters))
+            write_messages(out, self.deleted_parameters, Parameter)
+        else:
+            out += PAD4[len(out) & 3] + b"\0" * 12
 
     @classmethod
     def decode_from(cls, raw: bytes, position: int) -> tuple[Self, int]:
         new = object.__new__(cls)
         new.stamp, position = Time.decode_from(raw, position)
         new.node, position = read_string(raw, position)
-        size, position = read_size(raw, position)
-        new.new_parameters, position = read_messages(raw, position, size, Parameter)
-        size, position = read_size(raw, position)
-        new.changed_parameters, position = read_messages(raw, position, size, Parameter)
-        size, position = read_size(raw, position)
-        new.deleted_parameters, position = read_messages(raw, position, size, Parameter)
+        position = (position + 3) & -4
+        if raw.startswith(b"\0" * 12, position):
+            new.new_parameters = []
+            new.changed_parameters = []
+            new.deleted_parameters = []
+            position += 12
+        else:
+            size, position = read_size(raw, position)
+            new.new_parameters, position = read_messages(raw, position, size, Parameter)
+            size, position = read_size(raw, position)
+            new.changed_parameters, position = read_messages(raw, position, size, Parameter)
+            size, position = read_size(raw, position)
+            new.deleted_parameters, position = read_messages(raw, position, size, Parameter)
         return new, position
 
 

@@ -100,20 +100,29 @@ class NodeEntitiesInfo(Message):
     def encode_into(self, out: bytearray) -> None:
         write_string(out, self.node_namespace, 256)
         write_string(out, self.node_name, 256)
-        write_size(out, len(self.reader_gid_seq))
-        write_messages(out, self.reader_gid_seq, Gid)
-        write_size(out, len(self.writer_gid_seq))
-        write_messages(out, self.writer_gid_seq, Gid)
+        if len(self.reader_gid_seq) or len(self.writer_gid_seq):
+            write_size(out, len(self.reader_gid_seq))
+            write_messages(out, self.reader_gid_seq, Gid)
+            write_size(out, len(self.writer_gid_seq))
+            write_messages(out, self.writer_gid_seq, Gid)
+        else:
+            out += PAD4[len(out) & 3] + b"\0" * 8
 
     @classmethod
     def decode_from(cls, raw: bytes, position: int) -> tuple[Self, int]:
         new = object.__new__(cls)
         new.node_namespace, position = read_string(raw, position)
         new.node_name, position = read_string(raw, position)
-        size, position = read_size(raw, position)
-        new.reader_gid_seq, position = read_messages(raw, position, size, Gid)
-        size, position = read_size(raw, position)
-        new.writer_gid_seq, position = read_messages(raw, position, size, Gid)
+        position = (position + 3) & -4
+        if raw.startswith(b"\0" * 8, position):
+            new.reader_gid_seq = []
+            new.writer_gid_seq = []
+            position += 8
+        else:
+            size, position = read_size(raw, position)
+            new.reader_gid_seq, position = read_messages(raw, position, size, Gid)
+            size, position = read_size(raw, position)
+            new.writer_gid_seq, position = read_messages(raw, position, size, Gid)
         return new, position
 
 

@@ -132,10 +132,13 @@ class GetTypeDescription(Service):
             )
             write_string(out, self.failure_reason)
             TypeDescription.encode_into(self.type_description, out)
-            write_size(out, len(self.type_sources))
-            write_messages(out, self.type_sources, TypeSource)
-            write_size(out, len(self.extra_information))
-            write_messages(out, self.extra_information, KeyValue)
+            if len(self.type_sources) or len(self.extra_information):
+                write_size(out, len(self.type_sources))
+                write_messages(out, self.type_sources, TypeSource)
+                write_size(out, len(self.extra_information))
+                write_messages(out, self.extra_information, KeyValue)
+            else:
+                out += PAD4[len(out) & 3] + b"\0" * 8
 
         @classmethod
         def decode_from(cls, raw: bytes, position: int) -> tuple[Self, int]:
@@ -146,8 +149,14 @@ class GetTypeDescription(Service):
             position += 1
             new.failure_reason, position = read_string(raw, position)
             new.type_description, position = TypeDescription.decode_from(raw, position)
-            size, position = read_size(raw, position)
-            new.type_sources, position = read_messages(raw, position, size, TypeSource)
-            size, position = read_size(raw, position)
-            new.extra_information, position = read_messages(raw, position, size, KeyValue)
+            position = (position + 3) & -4
+            if raw.startswith(b"\0" * 8, position):
+                new.type_sources = []
+                new.extra_information = []
+                position += 8
+            else:
+                size, position = read_size(raw, position)
+                new.type_sources, position = read_messages(raw, position, size, TypeSource)
+                size, position = read_size(raw, position)
+                new.extra_information, position = read_messages(raw, position, size, KeyValue)
             return new, position

@@ -57,10 +57,12 @@ class BagWriter:
 
     def write(self, payload: Payload) -> None:
         """Write a message."""
-        with self._translated():
-            connection = self._connections.get((payload.topic, payload.type))
+        connection = self._connections.get((payload.topic, payload.type))
+        try:  # a context manager would be entered thousands of times
             connection = connection or self.add_topic(payload.topic, payload.type)
             self._writer.write(connection, payload.time_ns, payload.cdr)
+        except WriterError as error:
+            raise self._error(error) from error
 
     def close(self) -> None:
         """Complete the bag's file and give it its place."""
@@ -80,7 +82,10 @@ class BagWriter:
         try:
             yield
         except WriterError as error:
-            raise OutputError(f"The record in {self._folder} cannot be written: {error}.") from error
+            raise self._error(error) from error
+
+    def _error(self, error: WriterError) -> OutputError:
+        return OutputError(f"The record in {self._folder} cannot be written: {error}.")
 
 
 def write_bag(folder: Path, payloads: Sequence[Payload]) -> None:

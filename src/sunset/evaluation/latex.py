@@ -1,7 +1,6 @@
 """The report as LaTeX: a document that compiles as it is, with a table to take out of it."""
 
 import unicodedata
-from collections.abc import Sequence
 from types import MappingProxyType
 from typing import Final
 
@@ -38,17 +37,11 @@ _HEAD: Final = r"""\documentclass{article}
 """
 
 
-def as_latex(report: Report, *, standalone: bool = True) -> str:
-    """Return a report as LaTeX.
-
-    Where it is not standalone, it is the tables only, which need the packages `booktabs` and `textcomp`.
-    """
-    tables = [
-        _table(block, (f"{block.title}.", *(() if place else report.notes)))
-        for place, block in enumerate(report.blocks)
-    ]
-    body = "\n".join(tables)
-    return f"{_HEAD}{body}\\end{{document}}\n" if standalone else body
+def as_latex(report: Report) -> str:
+    """Return a report as a document of LaTeX: its notes, and its tables, each of which can be taken out."""
+    notes = [rf"\item {escape_latex(note)}" for note in report.notes]
+    listed = [r"\begin{itemize}\footnotesize", *notes, r"\end{itemize}", ""] if notes else []
+    return "\n".join([_HEAD + "\n".join(listed), *map(_table, report.blocks), r"\end{document}", ""])
 
 
 def escape_latex(text: str) -> str:
@@ -82,12 +75,12 @@ def _cell(cell: Cell) -> str:
     return escape_latex(cell)
 
 
-def _table(block: Block, caption: Sequence[str]) -> str:
+def _table(block: Block) -> str:
     heads = " & ".join(["system", "runs", *(column.latex for column in block.columns)])
     out = [
         r"\begin{table*}[htbp]",
         r"\centering\footnotesize\setlength{\tabcolsep}{3pt}",
-        rf"\caption{{{' '.join(map(escape_latex, caption))}}}",
+        rf"\caption{{{escape_latex(block.title)}.}}",
         rf"\label{{{block.label}}}\par\medskip",
         rf"\begin{{tabular}}{{lr{'c' * len(block.columns)}}}",
         r"\toprule",

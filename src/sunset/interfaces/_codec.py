@@ -37,7 +37,8 @@ _M = TypeVar("_M", bound=Message)
 
 def write_size(out: bytearray, size: int) -> None:
     """Append the number of elements of a sequence."""
-    out += PAD4[len(out) & 3] + _pack_size(size)
+    out += PAD4[len(out) & 3]
+    out += _pack_size(size)
 
 
 def read_size(raw: bytes, position: int) -> tuple[int, int]:
@@ -49,10 +50,16 @@ def read_size(raw: bytes, position: int) -> tuple[int, int]:
 
 def write_string(out: bytearray, value: str, bound: int = 0) -> None:
     """Append a string of at most `bound` bytes (0: of any length), its length and its terminator."""
+    out += PAD4[len(out) & 3]
+    if value == "":  # as most strings are
+        out += b"\1\0\0\0\0"
+        return
     data = value.encode()
     if bound and len(data) > bound:
         raise InterfaceError(f"Expected a string of at most {bound} bytes, got {len(data)}.")
-    out += PAD4[len(out) & 3] + _pack_size(len(data) + 1) + data + b"\0"
+    out += _pack_size(len(data) + 1)
+    out += data
+    out.append(0)
 
 
 def read_string(raw: bytes, position: int) -> tuple[str, int]:

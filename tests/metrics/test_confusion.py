@@ -102,3 +102,9 @@ def test_accumulated_iou_of_no_images_is_none() -> None:
 @settings(max_examples=100, deadline=None)
 def test_agrees_with_sets_of_pixels(prediction: Labels, truth: Labels) -> None:
     assert image_iou(count_classes(prediction, truth)) == pytest.approx(iou_by_sets(prediction, truth))
+
+
+def test_more_pixels_are_counted_than_a_float_can_count() -> None:
+    image = np.zeros((4097, 4097), np.uint8)  # 2**24 + 8193 pixels
+    counts = count_classes(image, image)
+    assert {int(one[0]) for one in (counts.intersection, counts.predicted, counts.truth)} == {image.size}

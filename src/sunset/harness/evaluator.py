@@ -59,7 +59,7 @@ class Evaluator(Node):
                 throttle_duration_sec=10.0,
             )
             return
-        counts = count_classes(labels, CLASS_OF_CARLA_ID[expected])
+        counts = count_classes(labels, CLASS_OF_CARLA_ID.take(expected))
         self._metrics.publish(
             FrameEvaluation(
                 header=result.header,

@@ -88,7 +88,7 @@ class Monitor(Node):
         self._node_places = _BoundedEntries(self._nodes)
         self._values: dict[str, MovingMean | bool | str] = {}
         self._value_places = _BoundedEntries(self._values)
-        self._parameters: dict[str, tuple[object, ParameterMessage]] = {}
+        self._shown: dict[str, tuple[object, ParameterMessage]] = {}
         for topic in current_system().topics.values():
             note = partial(self._note, frequency_entry(topic.name))
             self.create_subscription(get_message(topic.message_type), full_name(topic.name), note, 10)
@@ -141,13 +141,13 @@ class Monitor(Node):
             texts[state_entry(name)] = node.state if frequency else "unknown"
         numbers |= {key: mean for key, mean in means.items() if mean is not None}
         values: dict[str, object] = {**numbers, **flags, **texts}
-        self._parameters = {name: self._parameter(name, value) for name, value in values.items()}
-        group = [parameter for _, parameter in self._parameters.values()]
+        self._shown = {name: self._entry(name, value) for name, value in values.items()}
+        group = [parameter for _, parameter in self._shown.values()]
         self._blackboard.publish(SetBlackboardGroup(bb_params=group))
 
-    def _parameter(self, name: str, value: object) -> tuple[object, ParameterMessage]:
+    def _entry(self, name: str, value: object) -> tuple[object, ParameterMessage]:
         """Return an entry and its message, which most often is that of last time."""
-        known = self._parameters.get(name)
+        known = self._shown.get(name)
         if known is not None and known[0] == value and type(known[0]) is type(value):
             return known
         return value, Parameter(name, value=value).to_parameter_msg()

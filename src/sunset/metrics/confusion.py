@@ -50,13 +50,15 @@ def count_classes(prediction: npt.NDArray[np.uint8], truth: npt.NDArray[np.uint8
     import cv2  # noqa: PLC0415  whoever reads counts only is spared its import
 
     side = NUMBER_OF_CLASSES + 1  # one more for what is not a class
-    pairs = np.minimum(truth, NUMBER_OF_CLASSES).astype(np.uint16).ravel()
+    pairs = np.minimum(truth, NUMBER_OF_CLASSES).astype(np.uint16)
     pairs *= side
-    pairs += np.minimum(prediction, NUMBER_OF_CLASSES).ravel()
+    pairs += np.minimum(prediction, NUMBER_OF_CLASSES)
+    pairs = pairs.reshape(1, -1)
     confusion = np.zeros(side * side, np.int64)
     for start in range(0, pairs.size, _EXACT):
-        part = cv2.calcHist([pairs[start : start + _EXACT]], [0], None, [side * side], [0, side * side])
-        confusion += part.ravel().astype(np.int64)
+        part = pairs[:, start : start + _EXACT]
+        counts = cv2.calcHist([part], [0], None, [side * side], [0, side * side])
+        confusion += counts.ravel().astype(np.int64)
     known = confusion.reshape(side, side)[:NUMBER_OF_CLASSES, :]
     return ClassCounts(
         intersection=np.diagonal(known).copy(),

@@ -52,7 +52,7 @@ def count_classes(prediction: npt.NDArray[np.uint8], truth: npt.NDArray[np.uint8
     side = NUMBER_OF_CLASSES + 1  # one more for what is not a class
     pairs = np.minimum(truth, NUMBER_OF_CLASSES).astype(np.uint16)
     pairs *= side
-    pairs += np.minimum(prediction, NUMBER_OF_CLASSES)
+    pairs += np.minimum(prediction, NUMBER_OF_CLASSES).astype(np.uint8, copy=False)
     pairs = pairs.reshape(1, -1)
     confusion = np.zeros(side * side, np.int64)
     for start in range(0, pairs.size, _EXACT):

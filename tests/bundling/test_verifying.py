@@ -3,6 +3,7 @@
 import json
 import shutil
 from collections.abc import Callable
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -39,7 +40,7 @@ def changed(file: str, **values: object) -> Edit:
             inner: Any = content
             *outer, last = name.split("__")
             for key in outer:
-                inner = inner[key]
+                inner = inner[int(key) if key.isdecimal() else key]
             inner[last] = value
             if value is ...:
                 del inner[last]
@@ -245,7 +246,17 @@ FORGERIES: dict[str, tuple[Edit, str, str]] = {
     "versions": (
         changed(f"{WET}/run.json", versions={"sunset": "0.1.0"}),
         WET,
-        "its versions are ",
+        "its version of machine is nothing, and that of the plan ",
+    ),
+    "onset of a fault": (
+        changed(f"{WET}/run.json", faults__0__at=0.5),
+        WET,
+        "its faults[1].at is 0.5, and that of the plan 0.0",
+    ),
+    "scenario twice in the plan": (
+        changed("campaign/bench.json", scenarios=["wet", "wet"]),
+        "campaign/bench.json",
+        "it was changed",
     ),
     "verdict": (
         changed(f"{WET}/run.json", valid=False),
@@ -314,7 +325,7 @@ FORGERIES: dict[str, tuple[Edit, str, str]] = {
     "version that only a run has": (
         changed(f"{WET}/run.json", versions__gpu="large"),
         WET,
-        "its versions are ",
+        "its version of gpu is 'large', and that of the plan nothing",
     ),
     "messages without the seed": (
         with_messages(without("/parameter_events"), digest=True),
@@ -486,6 +497,18 @@ def test_what_is_said_of_a_bundle_is_compared(name: str, text: str, packed: Path
     forged = forge(packed, lambda folder: (folder / name).write_text(text), texts=False)
 
     assert [problem.partition(":")[0] for problem in verify(forged, NOTHING).problems] == [name]
+
+
+def test_a_citation_that_grows_is_refused_before_it_is_long(packed: Path, forge: Forge) -> None:
+    levels = [
+        f"{name}: &{name} [{', '.join([f'*{inner}'] * 9)}]" for inner, name in pairwise("abcdefghijklm")
+    ]
+    text = "\n".join(["a: &a [x]", *levels, "title: *m", "authors: []"])
+    forged = forge(packed, lambda folder: (folder / "CITATION.cff").write_text(text), texts=False)
+
+    (problem,) = verify(forged, NOTHING).problems
+
+    assert problem.startswith("CITATION.cff: it is missing, or is not a citation")
 
 
 @pytest.mark.parametrize(

@@ -154,8 +154,9 @@ def check_campaign(
     except InvalidInputError as error:
         findings.problems.append(f"{PLAN_FILE}: it describes no campaign: {error}")
         return findings
-    facts = (described.scenarios_checksum, described.split, described.runs)
-    if facts != (scenarios_checksum(specs), split_hash(suite), len(specs)):
+    chosen = dict.fromkeys(spec.scenario.name for spec in specs if spec.scenario.name in described.scenarios)
+    facts = (described.scenarios, described.scenarios_checksum, described.split, described.runs)
+    if facts != (tuple(chosen), scenarios_checksum(specs), split_hash(suite), len(specs)):
         findings.problems.append(
             f"{PLAN_FILE}: it was changed, or is of another version's suite: its scenarios or number of runs are not "
             "those that it describes."

@@ -103,16 +103,24 @@ def read_citation(text: str) -> Citation:
     people = content.get("authors")
     if not isinstance(people, list) or not all(isinstance(one, dict) for one in people):
         raise InvalidInputError("The citation must have a list of authors.")
-    authors = [parse_author(f"{one.get('name', '')} {one.get('orcid', '')}") for one in people]
+    authors = [parse_author(f"{_text(one, 'name')} {_text(one, 'orcid')}") for one in people]
     citation = Citation(
-        title=str(content.get("title")),
+        title=_text(content, "title"),
         authors=tuple(author for author in authors if author != Author(ANONYMOUS)),
-        licence=parse_licence(str(content.get("license") or content.get("license-url") or "")),
-        published=parse_date(str(content.get("date-released"))),
+        licence=parse_licence(_text(content, "license") or _text(content, "license-url")),
+        published=parse_date(_text(content, "date-released")),
     )
     if citation.to_cff() != text:
         raise InvalidInputError("The citation must be as 'sunset bundle' writes it.")
     return citation
+
+
+def _text(content: dict[object, object], name: str) -> str:
+    """Return a text of the citation; empty if there is none. A list could be as long as its aliases make it."""
+    found = content.get(name, "")
+    if not isinstance(found, str):
+        raise InvalidInputError(f"The citation must have a text as its {name}.")
+    return found
 
 
 def references() -> list[dict[str, object]]:

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Final
 
-from msgspec import UNSET
+from msgspec import UNSET, Struct
 
 from sunset.bundling.layout import is_exact
 from sunset.experiments import RunSpec, RunTiming, Settings, flight_name, stored_faults
@@ -32,11 +32,14 @@ def misfits(
     for name, value in expected.items():
         stored = getattr(run, name)
         if stored != value:
-            yield f"its {name} is {_shown(stored)}, and that of the plan {_shown(value)}"
+            yield from _contrasts(name, stored, value)
     # live, a run has those of the middleware, too
     versions = {name: run.versions.get(name) for name in described.versions}
-    if (versions if run.speed is not UNSET else run.versions) != described.versions:
-        yield f"its versions are {_shown(run.versions)}, and those of the plan {_shown(described.versions)}"
+    stored_versions = versions if run.speed is not UNSET else run.versions
+    for name in sorted(stored_versions.keys() | described.versions.keys()):
+        yield from _contrasts(
+            f"version of {name}", stored_versions.get(name, UNSET), described.versions.get(name, UNSET)
+        )
     if run.valid != (not run.reason):
         yield f"it is stored as {'' if run.valid else 'in'}valid, with the reason {_shown(run.reason)}"
     if run.manager_failed is not None and manager in MANAGERS and not described.extensions:
@@ -118,6 +121,23 @@ def expected_of_all(
         "thinking_s": settings.thinking_s or UNSET,
         "extensions": described.extensions or UNSET,
     }
+
+
+def _contrasts(name: str, stored: object, planned: object) -> Iterator[str]:
+    """Yield in what a stored value is not that of the plan: of faults, their parts that are not."""
+    if stored == planned:
+        return
+    if isinstance(stored, list | tuple) and isinstance(planned, list | tuple) and len(stored) == len(planned):
+        for place, (one, other) in enumerate(zip(stored, planned, strict=True), 1):
+            if isinstance(one, Struct) and isinstance(other, Struct):
+                for part in one.__struct_fields__:
+                    yield from _contrasts(
+                        f"{name}[{place}].{part}", getattr(one, part), getattr(other, part, UNSET)
+                    )
+            else:
+                yield from _contrasts(f"{name}[{place}]", one, other)
+    else:
+        yield f"its {name} is {_shown(stored)}, and that of the plan {_shown(planned)}"
 
 
 def _shown(value: object) -> str:

@@ -60,8 +60,8 @@ def in_order(names: Iterable[str]) -> list[str]:
 def styles(names: Iterable[str]) -> Mapping[str, Style]:
     """Return how each managing system is drawn.
 
-    It depends on its name, so that it looks the same in every report, unless that is how another one of them looks.
-    More than twenty of one's own look alike in part.
+    It depends on its name, so that it looks the same in every report, unless another one of them has its marker. More
+    than five of one's own share markers, and more than twenty look alike in part.
     """
     found: dict[str, Style] = {}
     for name in in_order(names):
@@ -69,6 +69,8 @@ def styles(names: Iterable[str]) -> Mapping[str, Style]:
         if style is None:
             first = int.from_bytes(hashlib.sha256(name.encode()).digest()[:4])
             choices = [_OTHERS[(first + step) % len(_OTHERS)] for step in range(len(_OTHERS))]
-            style = next((choice for choice in choices if choice not in found.values()), choices[0])
+            markers = {used.marker for used in found.values()}
+            unlike = [choice for choice in choices if choice.marker not in markers] or choices
+            style = next((choice for choice in unlike if choice not in found.values()), choices[0])
         found[name] = style
     return MappingProxyType(found)

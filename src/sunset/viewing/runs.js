@@ -109,7 +109,7 @@ function holding(run, time) {
   }
   for (const { name, description, episodes } of run.failures) {
     const episode = episodes.find(({ holds, ended }) => within(holds, ended));
-    if (episode) told.push(["symptom", `${name} for ${(time - episode.began).toFixed(1)} s: ${description}`]);
+    if (episode) told.push(["symptom", `${name} seen for ${(time - episode.holds).toFixed(1)} s: ${description}`]);
   }
   for (const { name, states } of run.nodes) {
     const state = states.find(({ since, until }) => within(since, until))?.state ?? "not there";

@@ -107,9 +107,11 @@ function holding(run, time) {
     const isAround = around.some(([since, until]) => within(since, until));
     told.push(["fault", isAround ? `${name}, made up for` : name]);
   }
-  for (const { name, description, episodes } of run.failures) {
+  for (const { name, description, topic, episodes } of run.failures) {
     const episode = episodes.find(({ holds, ended }) => within(holds, ended));
-    if (episode) told.push(["symptom", `${name} seen for ${(time - episode.holds).toFixed(1)} s: ${description}`]);
+    // what stops is silent from the beginning on; what a signal tells, it tells only from when it is seen
+    const since = topic ? episode?.began : episode?.holds;
+    if (episode) told.push(["symptom", `${name} for ${(time - since).toFixed(1)} s: ${description}`]);
   }
   for (const { name, states } of run.nodes) {
     const state = states.find(({ since, until }) => within(since, until))?.state ?? "not there";

@@ -56,6 +56,11 @@ Mistake = Callable[[Path], object]
 
 RUNS: dict[str, tuple[Mistake, str]] = {
     "unknown scenario": (lambda _: api.run("gpu_failur"), "did you mean 'gpu_failure'"),
+    "file with a null byte": (lambda _: api.run("a\0b.yaml"), "There is no scenario file"),
+    "factory with an argument that is not known": (
+        lambda _: api.run("gpu_failure", functools.partial(OwnConstructor, loss=1)),
+        "cannot make a managing system",
+    ),
     "suite as scenario": (lambda _: api.run("paper"), "is a suite"),
     "no scenario": (lambda _: api.run(None), "A scenario must be a name"),
     "list of faults": (lambda _: api.run(["gpu_failure"]), "faults joined by [+]"),
@@ -196,6 +201,10 @@ CAMPAIGNS: dict[str, tuple[Mistake, str]] = {
     "two functions of one name": (
         lambda folder: api.bench(managers=[lambda **_: None, lambda **_: None], out=folder),
         "Two managing systems are called",
+    ),
+    "too many repetitions": (
+        lambda folder: api.bench(repetitions=10**6, out=folder),
+        "at most 1000, got 1000000",
     ),
     "no repetitions": (lambda folder: api.bench(repetitions=0, out=folder), "at least 1 repetition"),
     "repetitions as text": (lambda folder: api.bench(repetitions="3", out=folder), "must be a whole number"),

@@ -27,6 +27,10 @@ from sunset.system import loaded_extensions
 from sunset.texts import suggestion
 
 
+_MOST_REPETITIONS: Final = 1000
+"""More would take weeks, and their plan minutes."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class BenchSpec:
     """One campaign.
@@ -59,8 +63,10 @@ class BenchSpec:
         """
         check_seed(self.seed)
         check_fields(self)
-        if self.repetitions < 1:
-            raise InvalidInputError(f"There must be at least 1 repetition, got {self.repetitions}.")
+        if not 1 <= self.repetitions <= _MOST_REPETITIONS:
+            raise InvalidInputError(
+                f"There must be at least 1 repetition, and at most {_MOST_REPETITIONS}, got {self.repetitions}."
+            )
         check_seed(self.seed + self.repetitions - 1)
         names = [label or manager for label, manager in map(split_label, self.managers)]
         if not names or len(set(names)) < len(names):

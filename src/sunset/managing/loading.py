@@ -103,10 +103,18 @@ def is_registered(name: str) -> bool:
 
 
 def _class_of_factory(name: str, make: Callable[..., ManagingSystem]) -> type[ManagingSystem]:
-    """Return a class of which every instance is what a function makes."""
+    """Return a class of which every instance is what a function makes.
+
+    Raises:
+        ManagerError: it cannot be called with what it was given.
+    """
+    try:
+        signature = inspect.signature(make)
+    except (TypeError, ValueError) as error:
+        raise ManagerError(f"{name} cannot make a managing system: {str(error).rstrip('.')}.") from error
 
     class Made(ManagingSystem):
-        __signature__ = inspect.signature(make)
+        __signature__ = signature
 
         def __new__(cls, **options: object) -> Self:
             manager = make(**options)

@@ -5,7 +5,7 @@ import hashlib
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Final
 
 from msgspec import UNSET, Meta
 
@@ -25,7 +25,6 @@ from sunset.schemas import check_fields
 from sunset.seeding import check_seed
 from sunset.system import loaded_extensions
 from sunset.texts import suggestion
-
 
 _MOST_REPETITIONS: Final = 1000
 """More would take weeks, and their plan minutes."""

@@ -22,7 +22,10 @@ def open_regular(path: Path) -> BufferedReader:
     Raises:
         OSError: it cannot be opened, or is not a regular file.
     """
-    file = open(path, "rb", opener=_opened)  # noqa: SIM115  handed over; a path's own takes no opener
+    try:
+        file = open(path, "rb", opener=_opened)  # noqa: SIM115  handed over; a path's own takes no opener
+    except ValueError as error:  # no path has a null byte
+        raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(path)) from error
     try:
         _check(path, os.fstat(file.fileno()).st_mode)
     except OSError:

@@ -17,7 +17,7 @@ from sunset.bundling.layout import (
 )
 from sunset.bundling.opened import OpenedBundle
 from sunset.recording import BAG_FILES, PLAN_FILE, RUN_FILE
-from sunset.scenarios import SPLIT_FILE, is_scenario_file, suite_names
+from sunset.scenarios import SPLIT_FILE, scenario_files, suite_names
 
 _ALWAYS: Final = frozenset(
     {
@@ -38,12 +38,9 @@ def added_files(opened: OpenedBundle) -> Iterator[str]:
     manifest = opened.manifest
     known = _ALWAYS | {file for place in manifest.managers.values() for file in place.files}
     known |= set(manifest.extensions.values())
-    if opened.described.suite not in suite_names():
-        known |= {
-            f"{SCENARIOS}/{file.name}"
-            for file in (opened.root / SCENARIOS).glob("*")
-            if is_scenario_file(file)
-        }
+    own = opened.root / SCENARIOS
+    if opened.described.suite not in suite_names() and own.is_dir():
+        known |= {f"{SCENARIOS}/{file.name}" for file in scenario_files(own)}
     if opened.described.split:
         known |= {f"{SCENARIOS}/{SPLIT_FILE}"}
     runs = opened.campaign.glob(f"runs/*/*/*/*/{RUN_FILE}")

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Final
 
 from msgspec import UNSET, Struct
+from msgspec.structs import asdict
 
 from sunset.bundling.layout import is_exact
 from sunset.experiments import RunSpec, RunTiming, Settings, flight_name, stored_faults
@@ -30,16 +31,12 @@ def misfits(
 ) -> Iterator[str]:
     """Yield in what the `run.json` of a run is not that of a run of the plan."""
     for name, value in expected.items():
-        stored = getattr(run, name)
-        if stored != value:
-            yield from _contrasts(name, stored, value)
+        yield from _contrasts(name, getattr(run, name), value)
     # live, a run has those of the middleware, too
-    versions = {name: run.versions.get(name) for name in described.versions}
-    stored_versions = versions if run.speed is not UNSET else run.versions
-    for name in sorted(stored_versions.keys() | described.versions.keys()):
-        yield from _contrasts(
-            f"version of {name}", stored_versions.get(name, UNSET), described.versions.get(name, UNSET)
-        )
+    more = run.versions.keys() if run.speed is UNSET else ()
+    for name in sorted({*described.versions, *more}):
+        stored, planned = run.versions.get(name, UNSET), described.versions.get(name, UNSET)
+        yield from _contrasts(f"version of {name}", stored, planned)
     if run.valid != (not run.reason):
         yield f"it is stored as {'' if run.valid else 'in'}valid, with the reason {_shown(run.reason)}"
     if run.manager_failed is not None and manager in MANAGERS and not described.extensions:
@@ -124,18 +121,15 @@ def expected_of_all(
 
 
 def _contrasts(name: str, stored: object, planned: object) -> Iterator[str]:
-    """Yield in what a stored value is not that of the plan: of faults, their parts that are not."""
+    """Yield in what a stored value is not that of the plan: of as many faults, the parts that are not."""
     if stored == planned:
         return
     if isinstance(stored, list | tuple) and isinstance(planned, list | tuple) and len(stored) == len(planned):
-        for place, (one, other) in enumerate(zip(stored, planned, strict=True), 1):
-            if isinstance(one, Struct) and isinstance(other, Struct):
-                for part in one.__struct_fields__:
-                    yield from _contrasts(
-                        f"{name}[{place}].{part}", getattr(one, part), getattr(other, part, UNSET)
-                    )
-            else:
-                yield from _contrasts(f"{name}[{place}]", one, other)
+        for place, pair in enumerate(zip(stored, planned, strict=True), 1):
+            yield from _contrasts(f"{name}[{place}]", *pair)
+    elif isinstance(stored, Struct) and isinstance(planned, Struct):
+        for part, value in asdict(stored).items():
+            yield from _contrasts(f"{name}.{part}", value, getattr(planned, part))
     else:
         yield f"its {name} is {_shown(stored)}, and that of the plan {_shown(planned)}"
 

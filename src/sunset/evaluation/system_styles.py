@@ -69,8 +69,8 @@ def styles(names: Iterable[str]) -> Mapping[str, Style]:
         if style is None:
             first = int.from_bytes(hashlib.sha256(name.encode()).digest()[:4])
             choices = [_OTHERS[(first + step) % len(_OTHERS)] for step in range(len(_OTHERS))]
-            markers = {used.marker for used in found.values()}
-            unlike = [choice for choice in choices if choice.marker not in markers] or choices
-            style = next((choice for choice in unlike if choice not in found.values()), choices[0])
+            used = set(found.values())
+            markers = {one.marker for one in used}
+            style = min(choices, key=lambda choice: (choice.marker in markers, choice in used))
         found[name] = style
     return MappingProxyType(found)

@@ -27,7 +27,7 @@ from sunset.system import loaded_extensions
 from sunset.texts import suggestion
 
 _MOST_REPETITIONS: Final = 1000
-"""More would take weeks, and their plan minutes."""
+"""All runs of a campaign are planned before the first one; of more, nothing would be seen for long."""
 
 
 @dataclass(frozen=True, kw_only=True)

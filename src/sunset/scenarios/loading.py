@@ -135,8 +135,6 @@ def _from_file(path: Path) -> Scenario:
         raise ScenarioError(f"There is no scenario file {path}.") from error
     except OSError as error:
         raise ScenarioError(f"The scenario {path} cannot be read: {error.strerror}.") from error
-    except ValueError as error:  # no path has a null byte
-        raise ScenarioError(f"There is no scenario file {str(path)!r}.") from error
     try:
         text = raw.decode("utf-8-sig")
     except UnicodeDecodeError as error:

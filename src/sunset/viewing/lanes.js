@@ -18,7 +18,10 @@ const GROUPS = {
     "Symptoms",
     "What nodes report: dots. Line: the mean of five, which the dashed grey threshold is for.",
   ],
-  topics: ["Rates", "Messages of the last second on every topic. 0 for a second is an outage, but of a node that is inactive."],
+  topics: [
+    "Rates",
+    "Messages of the last second on every topic. 0 for a second is an outage, but of a node that is inactive.",
+  ],
   nodes: ["Lifecycles", "The state of every node: only an active one does its work."],
 };
 

@@ -109,9 +109,10 @@ function holding(run, time) {
   }
   for (const { name, description, topic, episodes } of run.failures) {
     const episode = episodes.find(({ holds, ended }) => within(holds, ended));
+    if (!episode) continue;
     // what stops is silent from the beginning on; what a signal tells, it tells only from when it is seen
-    const since = topic ? episode?.began : episode?.holds;
-    if (episode) told.push(["symptom", `${name} for ${(time - since).toFixed(1)} s: ${description}`]);
+    const since = topic ? episode.began : episode.holds;
+    told.push(["symptom", `${name} for ${(time - since).toFixed(1)} s: ${description}`]);
   }
   for (const { name, states } of run.nodes) {
     const state = states.find(({ since, until }) => within(since, until))?.state ?? "not there";

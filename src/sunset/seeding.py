@@ -42,3 +42,15 @@ def generator(seed: int, *path: str | int) -> np.random.Generator:
     text = "/".join([str(check_seed(seed)), *(f"{type(part).__name__}:{part}" for part in path)])
     words = np.frombuffer(hashlib.sha256(text.encode()).digest(), dtype=np.uint32)
     return np.random.Generator(np.random.PCG64(np.random.SeedSequence([int(word) for word in words])))
+
+
+def drawn_seed(seed: int, *path: str | int) -> int:
+    """Return a seed in [0, 2³¹) that is drawn from another one, for whoever must not know that.
+
+    Raises:
+        InvalidInputError: the seed is out of range.
+
+    >>> drawn_seed(1, "manager") == drawn_seed(1, "manager") != drawn_seed(2, "manager")
+    True
+    """
+    return int(generator(seed, *path).integers(2**31))

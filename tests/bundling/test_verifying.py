@@ -18,6 +18,7 @@ from sunset.interfaces.system_interfaces.msg import FrameEvaluation
 from sunset.recording import describes_bag, read_plan
 from sunset.recording._bag import read_bag, write_bag
 from sunset.recording.values import Payload, digest_of
+from sunset.seeding import drawn_seed
 from sunset.system import extended_system
 
 pytestmark = pytest.mark.xdist_group("bundling")
@@ -188,7 +189,7 @@ FORGERIES: dict[str, tuple[Edit, str, str]] = {
     "record of another run with its seed": (
         disguised,
         WET,
-        "its seed is stored as 1, and the messages say 2",
+        f"its seed is stored as 1, which gives /managed_subsystem/depth {drawn_seed(1, 'depth')}, and the messages",
     ),
     "swapped runs": (swapped, OTHER_SEED, "its seed is 1, and that of the plan 2"),
     "scenario": (

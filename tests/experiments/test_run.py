@@ -15,10 +15,12 @@ import pytest
 from sunset.data import read_bag, write_bag
 from sunset.errors import DataError, ManagerError, SunsetError
 from sunset.experiments import RunSpec, Settings, Timing, run
+from sunset.interfaces.parameters import scalar_of
 from sunset.metrics import score
 from sunset.perception import Segmenter
 from sunset.recording import StoredRun, read_messages, read_run, read_stored_run, read_timeline
 from sunset.scenarios import load_scenario, suite
+from sunset.seeding import drawn_seed
 from sunset.system import current_system, extended_system
 
 FAULTS = current_system().faults
@@ -185,6 +187,21 @@ def test_another_seed_gives_another_record(tmp_path: Path) -> None:
     one, other = (fly(tmp_path / f"{seed}", "nofault", timing=timing, seed=seed) for seed in (1, 2))
 
     assert one.digest != other.digest
+
+
+def test_no_node_tells_the_seed_of_the_run(tmp_path: Path) -> None:
+    fly(tmp_path / "run", "nofault", timing=Timing(duration_s=2.0, warm_up_s=1.0), seed=70_707)
+
+    events = [recorded.message for recorded in read_messages(tmp_path / "run", ["/parameter_events"])]
+    seeds = [
+        scalar_of(parameter.value)
+        for event in events
+        for parameter in event.new_parameters
+        if parameter.name == "seed"
+    ]
+    values = [scalar_of(parameter.value) for event in events for parameter in event.new_parameters]
+    assert seeds == [drawn_seed(70_707, "depth")]
+    assert 70_707 not in values
 
 
 @pytest.mark.thorough

@@ -5,7 +5,7 @@ from typing import cast
 from sunset.experiments.resources import Resources
 from sunset.experiments.spec import RunSpec
 from sunset.managing import ORACLE, KnownFault, KnownScenario
-from sunset.seeding import generator
+from sunset.seeding import drawn_seed, generator
 from sunset.system import BAG_PLAYER, Value, current_system
 
 Parameters = dict[str, Value]
@@ -17,7 +17,7 @@ def manager_parameters(spec: RunSpec, resources: Resources) -> Parameters:
     parameters: Parameters = {
         "entropy_threshold": card.entropy_threshold,
         "sharpness_threshold": card.sharpness_threshold,
-        "manager_seed": int(generator(spec.seed, "manager").integers(2**31)),
+        "manager_seed": drawn_seed(spec.seed, "manager"),
     }
     return parameters | ({"thinking": spec.settings.thinking_s} if spec.settings.thinking_s else {})
 
@@ -53,7 +53,9 @@ def node_parameters(spec: RunSpec, resources: Resources) -> dict[str, Parameters
     start = generator(spec.seed, "flight", "start")
     system = current_system()
     random: dict[str, Parameters] = {
-        name: {"seed": spec.seed} for name in system.nodes if hasattr(system.node_class(name), "seed")
+        name: {"seed": drawn_seed(spec.seed, name)}
+        for name in system.nodes
+        if hasattr(system.node_class(name), "seed")
     }
     return random | {
         "camera": {"sharpness_threshold": card.sharpness_threshold},

@@ -14,6 +14,7 @@ from sunset.metrics import NUMBER_OF_CLASSES, ClassCounts, image_iou
 from sunset.names import ros_text
 from sunset.recording.schema import RunRecord
 from sunset.recording.values import RecordedMessage
+from sunset.seeding import drawn_seed
 from sunset.system import (
     EVALUATION_TOPIC,
     EXPERIMENT,
@@ -53,7 +54,7 @@ def contradictions(run: RunRecord, messages: Iterable[RecordedMessage]) -> Itera
         if isinstance(message, FaultInjection) and message.confirmed
     )
     uncertain = {(fault.name, ros_text(fault.value)) for fault in run.faults if not fault.is_certain}
-    seeds = {(full_name(node), "seed"): run.seed for node in current_system().nodes}
+    seeds = {(full_name(node), "seed"): drawn_seed(run.seed, node) for node in current_system().nodes}
     expected: dict[tuple[str, str], object] = {
         _MODEL: run.model,
         _SHARPNESS: run.sharpness_threshold,
@@ -63,7 +64,8 @@ def contradictions(run: RunRecord, messages: Iterable[RecordedMessage]) -> Itera
     for key, stored in expected.items():
         for value in declared.get(key, ()):
             if value != stored:
-                yield f"its {key[1].replace('_', ' ')} is stored as {stored}, and the messages say {value}"
+                told_of = f"{run.seed}, which gives {key[0]} {stored}" if key in seeds else stored
+                yield f"its {key[1].replace('_', ' ')} is stored as {told_of}, and the messages say {value}"
                 break
     for scenario in dict.fromkeys(entry.scenario for entry in log):
         if scenario != run.scenario:

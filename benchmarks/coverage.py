@@ -1,6 +1,6 @@
 """How often the intervals of reports hold what is true, and whether power is kept: simulated campaigns of known truth.
 
-A campaign's differences in IoU_all, and what repairing wins in it, are drawn from a model of crossed random effects: of
+A campaign's differences in IoU_net, and what repairing wins in it, are drawn from a model of crossed random effects: of
 degradations, flights, seeds, each two of them, and all three. A campaign on fewer than three flights speaks of these
 flights only, so that their effects are part of its truth. The models:
 

@@ -47,7 +47,8 @@ def run(
         "t_down_s": 6.0,
         "episodes": 4,
         "episodes_unresolved": 1,
-    }
+    } | metrics
+    figures["iou_net"] = metrics.get("iou_net", figures["iou_all"])
     return RunRow(
         folder=Path("run"),
         scenario=scenario,
@@ -59,7 +60,7 @@ def run(
         flight=flight,
         middleware="sim",
         digest="",
-        metrics=figures | metrics,
+        metrics=figures,
         outcomes=(),
         valid=not reason,
         reason=reason,

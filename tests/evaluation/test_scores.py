@@ -70,9 +70,9 @@ def test_runs_without_both_references_are_counted_beside_the_score() -> None:
     assert any("2 of 12 runs have no score" in note for note in lead_notes(score_tables(runs)))
 
 
-@pytest.mark.parametrize(("iou_all", "counted"), [(9.0, 0.2), (0.2 + 0.1, 0.2), (0.125, 0.125), (None, 0.2)])
+@pytest.mark.parametrize(("iou_net", "counted"), [(9.0, 0.2), (0.2 + 0.1, 0.2), (0.125, 0.125), (None, 0.2)])
 def test_an_invalid_run_counts_as_never_repairing_or_as_it_was_if_that_is_worse(
-    iou_all: float | None, counted: float
+    iou_net: float | None, counted: float
 ) -> None:
     whole = campaign(half=0.5)
     place = next(
@@ -80,9 +80,9 @@ def test_an_invalid_run_counts_as_never_repairing_or_as_it_was_if_that_is_worse(
     )
     broken, honest = list(whole), list(whole)
     broken[place] = replace(
-        whole[place], valid=False, reason="broken", metrics={**whole[place].metrics, "iou_all": iou_all}
+        whole[place], valid=False, reason="broken", metrics={**whole[place].metrics, "iou_net": iou_net}
     )
-    honest[place] = replace(whole[place], metrics={**whole[place].metrics, "iou_all": counted})
+    honest[place] = replace(whole[place], metrics={**whole[place].metrics, "iou_net": counted})
 
     found, expected = (only(score_tables(runs)) for runs in (broken, honest))
 
@@ -106,8 +106,25 @@ def test_no_managing_system_is_ranked_by_the_runs_that_it_lets_count() -> None:
 def test_runs_that_were_taken_away_are_missed() -> None:
     runs = [one for one in campaign(half=0.5) if (one.manager, one.alike, one.seed) != ("half", "a", 1)]
     notes = lead_notes(score_tables(runs))
-    assert any("half (timed) has 11 runs in its score where others have 12" in note for note in notes)
-    assert not any("where others have" in note for note in lead_notes(score_tables(campaign(half=0.5))))
+    assert any(
+        "Where others have 12 runs, some have fewer" in note and "half (timed) has 11." in note
+        for note in notes
+    )
+    assert not any("Where others have" in note for note in lead_notes(score_tables(campaign(half=0.5))))
+
+
+def test_runs_that_were_taken_away_are_missed_without_scores_too() -> None:
+    whole = [one for one in campaign(half=0.5, most=0.9) if one.manager in {"half", "most"}]
+    runs = [one for one in whole if (one.manager, one.alike) != ("half", "a")]
+    assert any("half (timed) has 9." in note for note in lead_notes(score_tables(runs)))
+    assert not any("Where others have" in note for note in lead_notes(score_tables(whole)))
+
+
+def test_a_reference_that_lacks_runs_makes_no_other_system_seem_to_lack_any() -> None:
+    runs = [one for one in campaign(half=0.5) if (one.manager, one.seed) != ("oracle", 3)]
+    notes = lead_notes(score_tables(runs))
+    assert any("4 of 12 runs have no score" in note for note in notes)
+    assert not any("Where others have" in note for note in notes)
 
 
 def test_invalid_live_runs_are_left_out_since_the_computer_may_be_the_reason() -> None:
@@ -138,7 +155,7 @@ def test_unlike_runs_of_one_experiment_count_by_their_mean_whichever_comes_last(
     better = replace(
         next(one for one in whole if (one.manager, one.alike, one.seed) == ("half", "a", 1)), digest="another"
     )
-    better = replace(better, metrics={**better.metrics, "iou_all": 0.3})
+    better = replace(better, metrics={**better.metrics, "iou_net": 0.3})
     scores = [
         next(row.score for row in only(score_tables(runs)).rows if row.manager == "half")
         for runs in ([*whole, better], [better, *whole])
@@ -155,7 +172,7 @@ def test_without_the_references_there_are_differences_but_no_score() -> None:
     assert [row.manager for row in table.rows] == ["most", "half"]
     (one,) = table.neighbours
     assert one.score is None
-    assert one.iou_all is not None
+    assert one.iou_net is not None
     assert lead_notes([table])[0] == NO_SCORE
 
 

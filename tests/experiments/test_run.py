@@ -16,6 +16,7 @@ from sunset.data import read_bag, write_bag
 from sunset.errors import DataError, ManagerError, SunsetError
 from sunset.experiments import RunSpec, Settings, Timing, run
 from sunset.interfaces.parameters import scalar_of
+from sunset.interfaces.rcl_interfaces.msg import ParameterEvent
 from sunset.metrics import score
 from sunset.perception import Segmenter
 from sunset.recording import StoredRun, read_messages, read_run, read_stored_run, read_timeline
@@ -193,15 +194,14 @@ def test_no_node_tells_the_seed_of_the_run(tmp_path: Path) -> None:
     fly(tmp_path / "run", "nofault", timing=Timing(duration_s=2.0, warm_up_s=1.0), seed=70_707)
 
     events = [recorded.message for recorded in read_messages(tmp_path / "run", ["/parameter_events"])]
-    seeds = [
-        scalar_of(parameter.value)
+    declared = [
+        (parameter.name, scalar_of(parameter.value))
         for event in events
+        if isinstance(event, ParameterEvent)
         for parameter in event.new_parameters
-        if parameter.name == "seed"
     ]
-    values = [scalar_of(parameter.value) for event in events for parameter in event.new_parameters]
-    assert seeds == [drawn_seed(70_707, "depth")]
-    assert 70_707 not in values
+    assert [value for name, value in declared if name == "seed"] == [drawn_seed(70_707, "depth")]
+    assert 70_707 not in {value for _, value in declared}
 
 
 @pytest.mark.thorough

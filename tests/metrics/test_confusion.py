@@ -37,6 +37,11 @@ def test_counts_of_a_small_image() -> None:
     assert counts.predicted.sum() == counts.truth.sum() == 6
 
 
+def test_what_is_no_class_counts_for_none() -> None:
+    counts = count_classes(np.array([[-1, 28, 300, 2, 2]]), np.array([[2, 2, 2, 2, -1]]))
+    assert (counts.intersection.sum(), counts.predicted.sum(), counts.truth[2]) == (1, 1, 4)
+
+
 def test_image_iou_is_the_mean_over_classes_that_are_there() -> None:
     # class 0: 1/2, class 3: 1/3, class 5: 1/2, class 27: 1/1
     counts = count_classes(labels([0, 0, 3], [5, 3, 27]), labels([0, 3, 3], [5, 5, 27]))

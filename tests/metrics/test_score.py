@@ -91,6 +91,7 @@ def test_healthy_run_without_a_manager() -> None:
         "faults_masked": None,
         "masked_s": None,
         "adaptations_mistreated": 0,
+        "iou_net": 0.5,
         "diagnosis_precision": None,
         "diagnosis_recall": None,
         "t_diagnosis_s": None,

@@ -342,6 +342,32 @@ def test_before_the_first_fault_everything_mistreats_but_setting_back() -> None:
     assert run.mistreating == ["set sensor_fusion.modality to 2", "set sensor_fusion.modality to 0"]
 
 
+def test_a_call_that_sets_several_parameters_hides_none_that_treats_nothing() -> None:
+    run = Run(SHIFT)
+    names, values = ("do_recalibration", "modality", "topic_camera_input"), ("true", "1", "rgb_camera")
+    run.commands.append(Command(1.0, "/mine", FUSION, "set_parameters", names, values))
+    assert run.mistreating == [
+        "set sensor_fusion.modality to 1",
+        "set sensor_fusion.topic_camera_input to rgb_camera",
+    ]
+
+
+def test_each_adaptation_that_treats_nothing_costs_a_frame() -> None:
+    run = Run(SHIFT, bad=0.5)
+    untreated = score(run.timeline())
+    run.recalibrate(1.0)
+    treated = score(run.timeline())
+    for second in range(2, 12):
+        run.command(second, "segmentation", "redeploy")
+    mistreated = score(run.timeline())
+    for place in range(400):
+        run.command(12 + place / 100, "segmentation", "redeploy")
+    flooded = score(run.timeline())
+    assert {one.iou_all for one in (untreated, treated, mistreated, flooded)} == {0.5}
+    assert (untreated.iou_net, treated.iou_net, flooded.iou_net) == (0.5, 0.5, 0.0)
+    assert mistreated.iou_net == pytest.approx(0.5 * 190 / 200)
+
+
 def test_a_run_without_a_fault_has_nothing_to_cure() -> None:
     run = Run()
     run.command(1.0, "camera", "redeploy")

@@ -42,7 +42,7 @@ class Prospect:
 
     Attributes:
         pair: the two others.
-        power: how probably it tells a difference of `DIFFERENCE` in IoU_all; None where it has no interval.
+        power: how probably it tells a difference of `DIFFERENCE` in IoU_net; None where it has no interval.
         told: the difference that it tells with a probability of `POWER`; None likewise.
         repetitions: how many of them tell `DIFFERENCE` with that probability; None where no number does.
     """
@@ -128,7 +128,7 @@ class CampaignForecast:
         lines = [
             (
                 f"If two managing systems differ as those of a line do ({self.source}), a difference of "
-                f"{DIFFERENCE:g} in IoU_all is detected with this probability:"
+                f"{DIFFERENCE:g} in IoU_net is detected with this probability:"
             )
         ]
         for prospect in self.prospects:
@@ -232,10 +232,10 @@ def _measured(folder: Path) -> dict[str, Variances]:
         RecordError: it has no difference with an interval.
     """
     found = {
-        f"{difference.first} − {difference.second}": variances(difference.iou_all.spread)
+        f"{difference.first} − {difference.second}": variances(difference.iou_net.spread)
         for table in score_tables(load_results(folder))
         for difference in table.neighbours
-        if difference.iou_all and difference.iou_all.spread
+        if difference.iou_net and difference.iou_net.spread
     }
     if not found:
         raise RecordError(

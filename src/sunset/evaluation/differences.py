@@ -12,11 +12,12 @@ from sunset.evaluation.power import DIFFERENCE, POWER, Design, least_difference,
 from sunset.evaluation.resampling import Cluster, Spread
 
 DIFFERENCE_METHOD: Final = (
-    "Differences are of runs with the same scenario, flight and seed, with the same bootstrap. A12 (Vargha and "
-    "Delaney): how probably a run of the first has more IoU_all than a run of the second. p: of the difference in "
-    "IoU_all, adjusted after Holm for all pairs of managing systems. Told: the difference in IoU_all that campaigns of "
-    f"this size tell with a probability of {100 * POWER:g} %. Runs for {DIFFERENCE:g}: how many of each tell that; "
-    "never, where repeating does not help, since the degradations differ too much: more of them would."
+    "Differences are of runs with the same scenario, flight and seed, with the same bootstrap; those in score, of the "
+    "runs that count for it. A12 (Vargha and Delaney): how probably a run of the first has more IoU_net than a run of "
+    "the second. p: of the difference in IoU_net, adjusted after Holm for all pairs of managing systems. Told: the "
+    f"difference in IoU_net that campaigns of this size tell with a probability of {100 * POWER:g} %. Runs for "
+    f"{DIFFERENCE:g}: how many of each tell that; never, where repeating does not help, since the degradations differ "
+    "too much: more of them would."
 )
 """How differences come about, in words."""
 
@@ -36,10 +37,10 @@ class ManagerDifference:
         second: another's.
         pairs: how many runs both have.
         score: by how much the score of the first is above that of the second; None where there is no score.
-        iou_all: likewise of IoU_all; None where there is no pair.
-        a12: how probably a run of the first has more IoU_all than one of the second, ties by half; None likewise.
-        p: of the difference in IoU_all, adjusted after Holm; None where it has no interval.
-        told: the difference in IoU_all that such a campaign tells with a probability of `POWER`; None likewise.
+        iou_net: likewise of IoU_net; None where there is no pair.
+        a12: how probably a run of the first has more IoU_net than one of the second, ties by half; None likewise.
+        p: of the difference in IoU_net, adjusted after Holm; None where it has no interval.
+        told: the difference in IoU_net that such a campaign tells with a probability of `POWER`; None likewise.
         runs_needed: how many runs of each would tell `DIFFERENCE` so; None where no number of repetitions does, or
             there is no interval.
     """
@@ -48,7 +49,7 @@ class ManagerDifference:
     second: str
     pairs: int
     score: Estimate | None
-    iou_all: Estimate | None
+    iou_net: Estimate | None
     a12: float | None
     p: float | None
     told: float | None
@@ -61,7 +62,7 @@ class ManagerDifference:
             "second": self.second,
             "pairs": self.pairs,
             "score": self.score and self.score.to_json(),
-            "iou_all": self.iou_all and self.iou_all.to_json(),
+            "iou_net": self.iou_net and self.iou_net.to_json(),
             "a12": self.a12,
             "p_holm": self.p,
             "told": self.told,
@@ -75,12 +76,12 @@ def differences(
     """Return what tells every two managing systems apart, in the order in which they are given.
 
     Args:
-        systems: IoU_all of their runs, by name.
+        systems: IoU_net of their runs, by name.
         gains: what repairing can win, where that is enough for a score.
         clusters: what each run has in common with others.
     """
     found = [_difference(*pair, systems, gains, clusters) for pair in combinations(systems, 2)]
-    p_values = [None if difference.iou_all is None else _p_value(difference.iou_all) for difference in found]
+    p_values = [None if difference.iou_net is None else _p_value(difference.iou_net) for difference in found]
     adjusted = iter(holm([p for p in p_values if p is not None]))
     return tuple(
         difference if p is None else replace(difference, p=next(adjusted))
@@ -130,8 +131,8 @@ def _difference(
     ours, theirs = systems[first], systems[second]
     leads = {key: ours[key] - theirs[key] for key in ours if key in theirs}
     scored = [key for key in leads if key in gains]
-    iou_all = estimate(list(leads.values()), [clusters[key] for key in leads])
-    told, needed = _told(iou_all.spread, iou_all.runs) if iou_all and iou_all.spread else (None, None)
+    iou_net = estimate(list(leads.values()), [clusters[key] for key in leads])
+    told, needed = _told(iou_net.spread, iou_net.runs) if iou_net and iou_net.spread else (None, None)
     return ManagerDifference(
         first=first,
         second=second,
@@ -141,7 +142,7 @@ def _difference(
         )
         if scored
         else None,
-        iou_all=iou_all,
+        iou_net=iou_net,
         a12=a12([ours[key] for key in leads], [theirs[key] for key in leads]) if leads else None,
         p=None,
         told=told,

@@ -104,6 +104,7 @@ def _as_json(rows: Sequence[SystemRow], scores: Sequence[ScoreTable]) -> str:
         "rows": [_json_row(row) for row in rows],
         "published": {"source": PUBLISHED_SOURCE, "rows": published},
         "method": METHOD,
+        "notes": arrange(rows, scores).notes,
     }
     if scores:
         content |= {"score_method": SCORE_METHOD, "difference_method": DIFFERENCE_METHOD}
@@ -205,6 +206,7 @@ def _lead_lines(table: ScoreTable) -> Iterator[dict[str, object]]:
         line = {"system": row.system, "source": "score", "suite": table.suite, "manager": row.manager}
         yield line | {
             "runs": row.runs,
+            "runs_invalid": row.invalid,
             **_cells("score", row.score),
             **_cells("harm", row.harm),
             "runs_unpaired": row.unpaired,
@@ -220,7 +222,7 @@ def _lead_lines(table: ScoreTable) -> Iterator[dict[str, object]]:
         yield line | {
             "runs": difference.pairs,
             **_cells("score", difference.score),
-            **_cells("iou_all", difference.iou_all),
+            **_cells("iou_net", difference.iou_net),
             "a12": difference.a12,
             "p_holm": difference.p,
             "told": difference.told,

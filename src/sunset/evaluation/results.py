@@ -135,6 +135,11 @@ class RunRow:
     by_paper_script: LogFigures | None = None
 
     @property
+    def is_untold(self) -> bool:
+        """Whether a version ran it that did not say what became of the faults, or what mistreating costs."""
+        return self.outcomes is None or self.metrics["iou_net"] is None
+
+    @property
     def cluster(self) -> Cluster:
         """What the run has in common with others."""
         return Cluster(self.alike or self.scenario, self.flight, self.seed)

@@ -8,14 +8,13 @@ from sunset.evaluation.differences import DIFFERENCE_METHOD, ManagerDifference
 from sunset.evaluation.estimates import Estimate
 from sunset.evaluation.power import DIFFERENCE, POWER
 from sunset.evaluation.scores import NO_SCORE, SCORE_METHOD, ScoreRow, ScoreTable
-from sunset.texts import counted
 
 _SCORE_COLUMNS: Final = (
     Column(
         "score ↑", r"score $\uparrow$", "how much is won of what repairing can win: 0 as none, 1 as oracle"
     ),
     Column(
-        "harm ↓", r"harm $\downarrow$", "what IoU_all loses against none where there is nothing to repair"
+        "harm ↓", r"harm $\downarrow$", "what IoU_net loses against none where there is nothing to repair"
     ),
     Column("scored", "scored", "runs in which there is something to repair"),
     Column("nothing to repair", "nothing to repair", "runs that count for harm"),
@@ -24,10 +23,10 @@ _SCORE_COLUMNS: Final = (
 )
 _DIFFERENCE_COLUMNS: Final = (
     Column("score", "score", "the difference in score"),
-    Column("IoU_all", r"IoU$_\mathrm{all}$", "the difference in IoU_all"),
-    Column("A12", r"$A_{12}$", "how probably a run of the first has more IoU_all than a run of the second"),
-    Column("p", "$p$", "of the difference in IoU_all, adjusted after Holm"),
-    Column("told", "told", f"the difference in IoU_all that is told with a probability of {100 * POWER:g} %"),
+    Column("IoU_net", r"IoU$_\mathrm{net}$", "the difference in IoU_net"),
+    Column("A12", r"$A_{12}$", "how probably a run of the first has more IoU_net than a run of the second"),
+    Column("p", "$p$", "of the difference in IoU_net, adjusted after Holm"),
+    Column("told", "told", f"the difference in IoU_net that is told with a probability of {100 * POWER:g} %"),
     Column(
         f"runs for {DIFFERENCE:g}",
         f"runs for {DIFFERENCE:g}",
@@ -65,12 +64,16 @@ def lead_notes(tables: Sequence[ScoreTable]) -> tuple[str, ...]:
         if row.unpaired
     ]
     uneven = [
-        f"{row.system} has {counted(row.runs, 'run')} in its score where others have {most}: it may lack those that go "
-        "badly."
-        for table in scored
-        if (most := max(row.runs for row in table.rows))
-        for row in table.rows
-        if row.runs < most
+        f"Where others have {most} runs, some have fewer, and may lack those that go badly: {'; '.join(few)}."
+        for table in tables
+        if (most := max(table.runs_counted))
+        if (
+            few := [
+                f"{row.system} has {runs}"
+                for row, runs in zip(table.rows, table.runs_counted, strict=True)
+                if runs < most
+            ]
+        )
     ]
     return (SCORE_METHOD if scored else NO_SCORE, *unpaired, *uneven, DIFFERENCE_METHOD)
 
@@ -88,14 +91,14 @@ def _difference_lines(one: ManagerDifference) -> tuple[Line, ...]:
     needed = "N/A" if one.told is None else "never" if one.runs_needed is None else str(one.runs_needed)
     cells: tuple[Cell, ...] = (
         _mean(one.score),
-        _mean(one.iou_all),
+        _mean(one.iou_net),
         None if one.a12 is None else Quantity(one.a12, None),
         None if one.p is None else f"< {_LEAST_P}" if one.p < _LEAST_P else f"{one.p:.3f}",
         None if one.told is None else Quantity(one.told, None),
         needed,
     )
     line = Line(LineKind.OURS, f"{one.first} − {one.second}", str(one.pairs), cells)
-    return (line, *_intervals((one.score, one.iou_all), len(_DIFFERENCE_COLUMNS)))
+    return (line, *_intervals((one.score, one.iou_net), len(_DIFFERENCE_COLUMNS)))
 
 
 def _intervals(found: Sequence[Estimate | None], columns: int) -> tuple[Line, ...]:

@@ -12,18 +12,20 @@ from sunset.evaluation.summary import named_groups
 from sunset.recording import SCORE_REFERENCES
 
 LEAST_GAIN: Final = 0.02
-"""Where the references differ by less in IoU_all, there is nothing to repair: such a run counts for harm."""
+"""Where the references differ by less in IoU_net, there is nothing to repair: such a run counts for harm."""
 
 SCORE_METHOD: Final = (
-    "Score: mean(IoU_all - none) / mean(oracle - none) over runs with the same scenario, flight and seed; 0 is never "
-    "repairing, 1 is being told the faults. Harm: mean(none - IoU_all) over the runs in which there is nothing to "
-    f"repair, oracle - none being under {LEAST_GAIN}. An invalid run of the simulation counts as that of none, "
-    "or as it was if that is worse, so that breaking a rule hides no run that goes badly."
+    "Score: mean(IoU_net - none) / mean(oracle - none) over runs with the same scenario, flight and seed; 0 is never "
+    "repairing, 1 is being told the faults. IoU_net is IoU_all, in which a frame that never came counts as 0, less a "
+    "frame's share for each adaptation that treats no fault. Harm: mean(none - IoU_net) over the runs in which there "
+    f"is nothing to repair, oracle - none being under {LEAST_GAIN}. An invalid run of the simulation counts as that of "
+    "none, or as it was if that is worse, so that breaking a rule hides no run that goes badly."
 )
 """How scores come about, in words."""
 
 NO_SCORE: Final = (
-    "There is no score: it needs runs of none and oracle with the same scenarios, flights and seeds."
+    "There is no score: it needs runs of none and oracle with the same scenarios, flights and seeds, and by one "
+    "version of each."
 )
 """What stands beneath a report without scores."""
 
@@ -37,7 +39,7 @@ class ScoreRow:
         runs: how many there are; live, only valid ones.
         invalid: how many of them are not valid; such a run counts as that of none, or as it was if that is worse.
         score: over those in which there is something to repair; None where there is none, or none has a counterpart.
-        harm: what IoU_all loses against never repairing, over the others; None likewise.
+        harm: what IoU_net loses against never repairing, over the others; None likewise.
         unpaired: how many have no valid counterpart of both references, and count for neither.
     """
 
@@ -79,7 +81,7 @@ class ScoreTable:
 
     Attributes:
         suite: empty for scenarios of one's own.
-        rows: by score or, where there is none, by the mean of IoU_all.
+        rows: by score or, where there is none, by the mean of IoU_net.
         differences: between every two of them, the better first.
     """
 
@@ -91,6 +93,11 @@ class ScoreTable:
     def has_scores(self) -> bool:
         """Whether there are any."""
         return any(row.score or row.harm for row in self.rows)
+
+    @property
+    def runs_counted(self) -> tuple[int, ...]:
+        """How many runs of each row count for its score or harm; without scores, for its differences."""
+        return tuple(row.runs - row.unpaired * self.has_scores for row in self.rows)
 
     @property
     def neighbours(self) -> tuple[ManagerDifference, ...]:
@@ -189,7 +196,7 @@ def _table(systems: Mapping[str, Sequence[RunRow]]) -> ScoreTable:
 def _gains(systems: Mapping[str, Sequence[RunRow]]) -> tuple[Figures, Figures, Figures]:
     """Return what never repairing gives, and what repairing can win: enough for a score, or not."""
     nothing, everything = (
-        next((_iou_all(runs) for runs in systems.values() if runs[0].manager == reference), {})
+        next((_iou_net(runs) for runs in systems.values() if runs[0].manager == reference), {})
         for reference in SCORE_REFERENCES
     )
     gains = {key: everything[key] - nothing[key] for key in nothing if key in everything}
@@ -198,7 +205,7 @@ def _gains(systems: Mapping[str, Sequence[RunRow]]) -> tuple[Figures, Figures, F
 
 
 def _figures(systems: Mapping[str, Sequence[RunRow]], nothing: Figures) -> Mapping[str, Figures]:
-    """Return IoU_all of the runs of managing systems, as their scores are computed from it.
+    """Return IoU_net of the runs of managing systems, as their scores are computed from it.
 
     Args:
         systems: the runs by row.
@@ -206,26 +213,26 @@ def _figures(systems: Mapping[str, Sequence[RunRow]], nothing: Figures) -> Mappi
     """
     figures = {}
     for name, runs in systems.items():
-        known = dict(_iou_all(runs))
+        known = dict(_iou_net(runs))
         for run in runs:
             if not run.valid and run.experiment in nothing:
-                iou = run.metrics["iou_all"]
+                iou = run.metrics["iou_net"]
                 least = nothing[run.experiment]
                 known.setdefault(run.experiment, least if iou is None else min(iou, least))
         figures[name] = known
     return figures
 
 
-def _iou_all(runs: Sequence[RunRow]) -> Figures:
-    """Return IoU_all of valid runs by experiment; the mean of several that one managing system has made unlike."""
+def _iou_net(runs: Sequence[RunRow]) -> Figures:
+    """Return IoU_net of valid runs by experiment; the mean of several that one managing system has made unlike."""
     found: dict[Experiment, list[float]] = {}
     for run in runs:
-        if run.valid and (iou := run.metrics["iou_all"]) is not None:
+        if run.valid and (iou := run.metrics["iou_net"]) is not None:
             found.setdefault(run.experiment, []).append(iou)
     return {experiment: fmean(values) for experiment, values in found.items()}
 
 
 def _rank(row: ScoreRow, figures: Figures) -> tuple[float, float]:
-    """Return what rows are sorted by: the score and, where there is none, the mean of IoU_all; the best first."""
+    """Return what rows are sorted by: the score and, where there is none, the mean of IoU_net; the best first."""
     mean = fmean(figures.values()) if figures else 0.0
     return (-row.score.mean if row.score else 0.0, -mean)

@@ -254,7 +254,7 @@ def _row(system: str, group: Sequence[RunRow]) -> SystemRow:
         differing=tuple(run for run in group if run.differing),
         warning=first.warning,
         outcomes=tuple(outcome for run in valid if not is_reference for outcome in run.outcomes or ()),
-        untold=sum(run.outcomes is None and not is_reference for run in valid),
+        untold=sum(run.is_untold and not is_reference for run in valid),
         by_paper_script=_by_paper_script(valid),
     )
 

@@ -44,6 +44,7 @@ class RunMetrics:
         faults_masked: those that were masked for some time; None without a fault.
         masked_s: time in which any was masked [s]; None without a fault.
         adaptations_mistreated: the adaptations that treat no fault.
+        iou_net: `iou_all` less a frame's share for each of them, and at least 0: what scores are made of.
         diagnosis_precision: of the time that faults were named in diagnoses, the share in which they were there.
         diagnosis_recall: of the time that faults were there, the share in which they were named.
         t_diagnosis_s: mean over faults that were part of a right diagnosis, from when they came to the first [s].
@@ -74,6 +75,7 @@ class RunMetrics:
     faults_masked: Count | None = None
     masked_s: Amount | None = None
     adaptations_mistreated: Count | None = None
+    iou_net: Share | None = None
     diagnosis_precision: Share | None = None
     diagnosis_recall: Share | None = None
     t_diagnosis_s: Amount | None = None
@@ -132,6 +134,7 @@ def score(timeline: Timeline) -> RunMetrics:
         faults_masked=sum(outcome.masked_s > 0 for outcome in found) if found else None,
         masked_s=masked_s if found else None,
         adaptations_mistreated=len(mistreating),
+        iou_net=iou_all * max(0.0, 1.0 - len(mistreating) / timeline.expected_frames),
         diagnosis_precision=None if diagnosed is None else diagnosed.precision,
         diagnosis_recall=None if diagnosed is None else diagnosed.recall,
         t_diagnosis_s=_mean(

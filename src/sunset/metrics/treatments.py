@@ -10,7 +10,7 @@
   fault and the first adaptation; where there are fewer than five of them, the IoU does not matter.
 - An adaptation is *mistreating* if it treats no fault: it is a step of no cure of a fault that is there, and does not
   set something back to what it was at first. What is in place already is no step of a cure. Parts of a restart and what
-  is set of a node that a cure activates are steps of it.
+  is set of a node that a cure activates are steps of it. A call that sets several parameters is one for each.
 """
 
 from collections.abc import Sequence
@@ -86,10 +86,11 @@ class Treatments:
         """The faults, in order of time; one that is injected again while it is there is the same one."""
 
     def mistreating(self) -> tuple[ExecutedAdaptation, ...]:
-        """Return the adaptations that treat no fault and set nothing back."""
+        """Return the adaptations that treat no fault and set nothing back; of a call, each parameter by itself."""
         return tuple(
             adaptation
-            for adaptation in self._executed
+            for call in self._executed
+            for adaptation in _parts(call)
             if not any(self._treats(adaptation, fault) for fault in self.faults)
             and not self._sets_back(adaptation)
         )
@@ -212,6 +213,15 @@ class Treatments:
         frames = self._timeline.frames
         iou = frames.iou[frames.times < min(moments, default=self._timeline.duration_s)]
         return float(iou.mean()) if len(iou) >= WINDOW.samples else None
+
+
+def _parts(adaptation: ExecutedAdaptation) -> list[ExecutedAdaptation]:
+    """Return an adaptation for each parameter that one call sets; any other adaptation as it is.
+
+    So nobody hides what treats nothing in one call with what does.
+    """
+    pairs = zip(adaptation.parameters, adaptation.values, strict=True)
+    return [replace(adaptation, parameters=(name,), values=(value,)) for name, value in pairs] or [adaptation]
 
 
 def _faults_there(timeline: Timeline) -> list[Injection]:

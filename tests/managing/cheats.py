@@ -8,6 +8,7 @@ SECOND = 5
 """Calls of `adapt` a second."""
 
 PIPELINE = ("camera", "depth", "sensor_fusion", "segmentation")
+TOPIC_OF = dict(zip(PIPELINE, ("rgb_camera", "depth_camera", "sensors_fused", "segmentation"), strict=True))
 
 
 class Cheat(ManagingSystem):
@@ -125,6 +126,41 @@ class EveryCureAtOnce(Cheat):
             self.set_parameter("camera", "perform_autofocus", True)
             self.restart("camera")
             self.restart("segmentation")
+
+
+class RestartAndResetAlways(Cheat):
+    """Restarts, focuses, recalibrates and sets all parameters back in every call, so that most faults end at once."""
+
+    def act(self) -> None:
+        for node in PIPELINE:
+            self.restart(node)
+        self.set_parameter("camera", "perform_autofocus", True)
+        self.set_parameter("sensor_fusion", "do_recalibration", True)
+        self.set_parameter("sensor_fusion", "modality", BOTH)
+        self.change_topic("sensor_fusion", "topic_camera_input", "rgb_camera")
+
+
+class TreatEverything(Cheat):
+    """Treats all that it can treat as soon as anything shows, whatever that is, and redeploys what stays silent."""
+
+    def on_start(self) -> None:
+        """Begin to count, and remember what has been redeployed."""
+        super().on_start()
+        self.redeployed = dict.fromkeys(TOPIC_OF, -5 * SECOND)
+
+    def act(self) -> None:
+        silent = [node for node, topic in TOPIC_OF.items() if self.symptoms.stopped(topic)]
+        if self.calls % (3 * SECOND) == 0 and (
+            silent or self.symptoms.unsure or self.symptoms.autofocus_needed
+        ):
+            for node in PIPELINE:
+                self.restart(node)
+            self.set_parameter("camera", "perform_autofocus", True)
+            self.set_parameter("sensor_fusion", "do_recalibration", True)
+            self.change_topic("sensor_fusion", "topic_camera_input", "rgb_camera")
+        elif silent and self.calls - self.redeployed[silent[0]] >= 5 * SECOND:
+            self.redeployed[silent[0]] = self.calls
+            self.redeploy(silent[0])
 
 
 class NameEveryFault(Cheat):

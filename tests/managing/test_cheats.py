@@ -10,18 +10,15 @@ from sunset.evaluation import summarise
 
 SCENARIOS = ("gpu_failure", "image_shift", "depth_degradation")
 DURATION_S = 7.0
-CURING = ("TreatEverything",)
-"""Those that really cure what they do not look for."""
 
 
 @pytest.mark.thorough
 def test_every_cheat_scores_under_the_baseline_and_is_seen_through(tmp_path: Path) -> None:
     names = [cheat.__name__ for cheat in cheats.CHEATS]
-    assert len(names) >= 12
+    assert len(names) >= 14
     results = sunset.bench(
         "single",
-        {"baseline": "baseline", "reactive": "reactive"}
-        | {name: f"{cheats.__file__}:{name}" for name in names},
+        {"baseline": "baseline"} | {name: f"{cheats.__file__}:{name}" for name in names},
         out=tmp_path / "out",
         scenarios=SCENARIOS,
         repetitions=1,
@@ -35,9 +32,7 @@ def test_every_cheat_scores_under_the_baseline_and_is_seen_through(tmp_path: Pat
     assert scores["oracle"] == 1.0
     assert scores["baseline"] > 0.3
     for name in names:
-        below = "reactive" if name in CURING else "baseline"
-        print(name, scores[name], below, scores[below])
-        assert scores[name] < scores[below] - 0.1, name
+        assert scores[name] < scores["baseline"] - 0.1, name
 
     found = {row.system.split()[0]: row for row in summarise(results.runs)}
     for name in ("ColourAlways", "DepthWhenUnsure"):

@@ -103,6 +103,19 @@ def test_no_managing_system_is_ranked_by_the_runs_that_it_lets_count() -> None:
     assert names == ["oracle", "honest", "cheat", "none"]
 
 
+def test_where_there_is_mostly_nothing_to_repair_harm_ranks() -> None:
+    calm = [one for one in campaign(lucky=1.0, harmless=0.0) if one.alike in {NOTHING_TO_REPAIR, "a"}]
+    calm = [one for one in calm if one.alike != "a" or one.seed == 1]
+    kept = [
+        replace(one, metrics={**one.metrics, "iou_net": 0.2})
+        if (one.manager, one.alike) == ("harmless", NOTHING_TO_REPAIR)
+        else one
+        for one in calm
+    ]
+    names = [row.manager for row in only(score_tables(kept)).rows if not row.is_reference]
+    assert names == ["harmless", "lucky"]
+
+
 def test_runs_that_were_taken_away_are_missed() -> None:
     runs = [one for one in campaign(half=0.5) if (one.manager, one.alike, one.seed) != ("half", "a", 1)]
     notes = lead_notes(score_tables(runs))

@@ -81,7 +81,7 @@ class ScoreTable:
 
     Attributes:
         suite: empty for scenarios of one's own.
-        rows: by score or, where there is none, by the mean of IoU_net.
+        rows: by score; by harm, where there is nothing to repair in most runs; else by the mean of IoU_net.
         differences: between every two of them, the better first.
     """
 
@@ -233,6 +233,8 @@ def _iou_net(runs: Sequence[RunRow]) -> Figures:
 
 
 def _rank(row: ScoreRow, figures: Figures) -> tuple[float, float]:
-    """Return what rows are sorted by: the score and, where there is none, the mean of IoU_net; the best first."""
+    """Return what rows are sorted by, the best first: the score, or the harm if most runs tell that; then IoU_net."""
     mean = fmean(figures.values()) if figures else 0.0
+    if row.is_calm and row.harm:
+        return (row.harm.mean, -mean)
     return (-row.score.mean if row.score else 0.0, -mean)

@@ -84,6 +84,20 @@ def test_fewer_than_three_seeds_have_no_spread(seeds: int) -> None:
     assert spread([1.0] * 9 * seeds, [1.0] * 9 * seeds, crossed((9, 1, seeds))) is None
 
 
+def test_a_seed_that_was_hardly_run_does_not_count() -> None:
+    clusters = crossed((9, 1, 3))
+    values = [float(place) for place in range(len(clusters))]
+
+    def spread_with(last: int) -> Spread | None:
+        kept = [place for place, one in enumerate(clusters) if one.seed != 2 or one.alike in range(last)]
+        return spread(
+            [values[place] for place in kept], [1.0] * len(kept), [clusters[place] for place in kept]
+        )
+
+    assert spread_with(4) is None
+    assert spread_with(5) is not None
+
+
 def test_no_run_has_no_spread() -> None:
     assert spread([], [], []) is None
 

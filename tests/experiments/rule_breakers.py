@@ -54,6 +54,16 @@ class Peeper(ManagingSystem):
         self.asker.call_async(GetParameters.Request(names=["hardware_disconnect"]))
 
 
+class Seer(ManagingSystem):
+    """Asks a node for the seed of its noise, to find out when faults come."""
+
+    def on_start(self) -> None:
+        self.asker = self.create_client(GetParameters, "/managed_subsystem/depth/get_parameters")
+
+    def adapt(self, symptoms: Symptoms) -> None:
+        self.asker.call_async(GetParameters.Request(names=["seed"]))
+
+
 class Wizard(ManagingSystem):
     """Sets the fault itself to false."""
 

@@ -120,6 +120,7 @@ def test_false_claims_of_success_change_no_metric(tmp_path: Path) -> None:
         ("Eavesdropper", "subscribes to /gt_segmentation"),
         ("Peeper", "reads the fault parameter hardware_disconnect"),
         ("Wizard", "sets the fault parameter hardware_disconnect"),
+        ("Seer", "reads the seed of /managed_subsystem/depth, which belongs to the experiment"),
         ("Spy", "/spy subscribes to /gt_segmentation"),
         ("Impostor", "has a node /launcher"),
         ("Stand", "offers /managed_subsystem/camera/set_parameters"),

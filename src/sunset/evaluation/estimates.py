@@ -18,7 +18,7 @@ METHOD: Final = (
 
 NO_INTERVAL: Final = (
     f"Figures of fewer than {LEAST_LEVELS} seeds have no confidence interval: nothing says how much repetitions "
-    "differ."
+    "differ. A seed with less than half as many runs as another does not count."
 )
 """What stands beneath a table in which there are such."""
 

@@ -129,7 +129,7 @@ def _provenance(rows: Sequence[SystemRow]) -> list[str]:
         _named("middleware", "s", (row.middleware for row in rows)),
         _seeds({seed for row in rows for seed in row.seeds}),
         _named("", "", (f"{row.flight.duration_s:g} s measured" for row in rows)),
-        _named("flight", "s", (row.flight.short_bag for row in rows)),
+        _named("flight", "s", (f"{row.flight.name} {row.flight.short_bag}".lstrip() for row in rows)),
     )
     return [f"{'; '.join(parts)}."]
 
@@ -183,7 +183,9 @@ def _notes(rows: Sequence[SystemRow]) -> list[str]:
     notes += [_invalid_note(row) for row in rows if row.invalid]
     notes += [_failed_note(row) for row in rows if row.failed]
     notes += [_differing_note(row) for row in rows if row.differing]
-    notes += dict.fromkeys(f"Flight {row.flight.short_bag}: {row.warning}" for row in rows if row.warning)
+    notes += dict.fromkeys(
+        f"Flight {row.flight.name or row.flight.short_bag}: {row.warning}" for row in rows if row.warning
+    )
     if not any(row.invalid for row in rows):
         notes.append("Every run is valid.")
     return notes

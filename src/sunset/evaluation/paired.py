@@ -9,7 +9,7 @@ from sunset.errors import InvalidInputError
 from sunset.evaluation.estimates import Estimate, compare_means
 from sunset.evaluation.results import FIGURES, RunRow
 from sunset.tables import aligned
-from sunset.texts import suggestion
+from sunset.texts import counted, suggestion
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -84,7 +84,8 @@ class PairedComparison:
                     str(pairs),
                 )
             )
-        return "\n".join(aligned(rows))
+        left_out = f"\n\nLeft out: {counted(self.left_out, 'run')} without a counterpart that counts."
+        return "\n".join(aligned(rows)) + (left_out if self.left_out else "")
 
     def to_frame(self) -> "DataFrame":
         """Return one row a figure, as a data frame of pandas.

@@ -123,7 +123,7 @@ def spread(top: Sequence[float], bottom: Sequence[float], clusters: Sequence[Clu
 
     A factor of fewer than three levels is held as it is: the spread is that of other campaigns with the same
     degradations, or on the same flights. With fewer than three seeds there is none, since
-    nothing then says how much repetitions differ.
+    nothing then says how much repetitions differ; one with less than half as many runs as another does not count.
 
     Args:
         top: a number a run.
@@ -132,7 +132,8 @@ def spread(top: Sequence[float], bottom: Sequence[float], clusters: Sequence[Clu
     """
     codes = [_codes([cluster[place] for cluster in clusters]) for place in range(len(Cluster._fields))]
     sizes = tuple(int(code.max()) + 1 if len(code) else 0 for code in codes)
-    if sizes[-1] < LEAST_LEVELS:
+    runs = np.bincount(codes[-1])
+    if np.count_nonzero(2 * runs >= runs.max(initial=0)) < LEAST_LEVELS:
         return None
     free = [place for place, size in enumerate(sizes) if size >= LEAST_LEVELS]
     counts = [sizes[place] for place in free]

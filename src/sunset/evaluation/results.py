@@ -148,18 +148,18 @@ class RunRow:
     def experiment(self) -> tuple[object, ...]:
         """What makes runs of two managing systems a pair.
 
-        The same scenario, seed, model, flight, middleware, thinking time and version.
+        The same scenario, model, flight, middleware, thinking time and version; and the seed, which is the last.
         """
         return (
             self.suite,
             self.scenario,
-            self.seed,
             self.model,
             self.setting,
             self.flight,
             self.middleware,
             self.thinking_s,
             self.version,
+            self.seed,
         )
 
 
@@ -314,8 +314,8 @@ def _figures(
 def alike(names: Iterable[str]) -> str:
     """Return the degradations by which runs with these faults are clustered.
 
-    What a segmentation is worth depends on its degradations. Outages differ in little but how long they last, and two
-    of the same failure in nothing but what cures them.
+    What a segmentation is worth depends on its degradations. Outages differ in how long they last, and are taken as
+    they are: no interval speaks of others than those that were run.
     """
     system = current_system()
     failures = {name: system.faults[name].failure if name in system.faults else "" for name in names}

@@ -8,6 +8,7 @@ from sunset.evaluation.differences import DIFFERENCE_METHOD, ManagerDifference
 from sunset.evaluation.estimates import Estimate
 from sunset.evaluation.power import DIFFERENCE, POWER
 from sunset.evaluation.scores import NO_SCORE, SCORE_METHOD, ScoreRow, ScoreTable
+from sunset.texts import counted
 
 _SCORE_COLUMNS: Final = (
     Column(
@@ -58,7 +59,8 @@ def lead_notes(tables: Sequence[ScoreTable]) -> tuple[str, ...]:
         return ()
     scored = [table for table in tables if table.has_scores]
     unpaired = [
-        f"{row.system}: {row.unpaired} of {row.runs} runs have no score, since a run of none or oracle is missing."
+        f"{row.system}: {row.unpaired} of {counted(row.runs, 'run')} without a score, for want of one of none or "
+        "oracle."
         for table in scored
         for row in table.rows
         if row.unpaired

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from math import inf
 from statistics import fmean
 from typing import Final
 
@@ -12,14 +13,15 @@ from sunset.evaluation.summary import named_groups
 from sunset.recording import SCORE_REFERENCES
 
 LEAST_GAIN: Final = 0.02
-"""Where the references differ by less in IoU_net, there is nothing to repair: such a run counts for harm."""
+"""Where the references differ by less in the mean of seeds, there is nothing to repair: such runs count for harm."""
 
 SCORE_METHOD: Final = (
     "Score: mean(IoU_net - none) / mean(oracle - none) over runs with the same scenario, flight and seed; 0 is never "
     "repairing, 1 is being told the faults. IoU_net is IoU_all, in which a frame that never came counts as 0, less a "
     "frame's share for each adaptation that treats no fault. Harm: mean(none - IoU_net) over the runs in which there "
-    f"is nothing to repair, oracle - none being under {LEAST_GAIN}. An invalid run of the simulation counts as that of "
-    "none, or as it was if that is worse, so that breaking a rule hides no run that goes badly."
+    f"is nothing to repair, oracle - none being under {LEAST_GAIN} in the mean of seeds. An invalid run of the "
+    "simulation counts as that of none, or as it was if that is worse, so that breaking a rule hides no run that goes "
+    "badly."
 )
 """How scores come about, in words."""
 
@@ -194,13 +196,16 @@ def _table(systems: Mapping[str, Sequence[RunRow]]) -> ScoreTable:
 
 
 def _gains(systems: Mapping[str, Sequence[RunRow]]) -> tuple[Figures, Figures, Figures]:
-    """Return what never repairing gives, and what repairing can win: enough for a score, or not."""
+    """Return what never repairing gives, and what repairing wins: where that is enough for a score, and elsewhere."""
     nothing, everything = (
         next((_iou_net(runs) for runs in systems.values() if runs[0].manager == reference), {})
         for reference in SCORE_REFERENCES
     )
     gains = {key: everything[key] - nothing[key] for key in nothing if key in everything}
-    scored = {key: gain for key, gain in gains.items() if gain >= LEAST_GAIN}
+    of_repetitions: dict[Experiment, list[float]] = {}
+    for key, gain in gains.items():
+        of_repetitions.setdefault(key[:-1], []).append(gain)
+    scored = {key: gain for key, gain in gains.items() if fmean(of_repetitions[key[:-1]]) >= LEAST_GAIN}
     return nothing, scored, {key: gain for key, gain in gains.items() if key not in scored}
 
 
@@ -237,4 +242,4 @@ def _rank(row: ScoreRow, figures: Figures) -> tuple[float, float]:
     mean = fmean(figures.values()) if figures else 0.0
     if row.is_calm and row.harm:
         return (row.harm.mean, -mean)
-    return (-row.score.mean if row.score else 0.0, -mean)
+    return (-row.score.mean if row.score else inf, -mean)

@@ -52,6 +52,9 @@ _ORACLE_NODE: Final = f"/{Oracle.node_name}"
 _USE_SIM_TIME: Final = "use_sim_time"
 """The parameter that chooses a node's clock: where that jumps, a redeployed node need not boot."""
 
+_SEED: Final = "seed"
+"""The parameter that a node's noise is drawn from: whoever knows how seeds are drawn might find the run's by it."""
+
 _OUTCOMES: Final = {outcome.to_label() for outcome in TransitionCallbackReturn}
 _REQUESTS: Final = [step for step in TRANSITIONS if step.label not in _OUTCOMES]
 _LABELS: Final = {step.id: step.label for step in _REQUESTS}
@@ -219,6 +222,8 @@ class Observer(Tap):
                 self._note(f"{client} {verb} the fault parameter {name} of {server}")
             elif name == _USE_SIM_TIME and verb == "sets":
                 self._note(f"{client} sets {name} of {server}, which belongs to the experiment")
+            elif name == _SEED and server.startswith(_OWN_PREFIXES):
+                self._note(f"{client} {verb} the {name} of {server}, which belongs to the experiment")
 
 
 def _command_of(server: str, request: Message) -> Command | None:

@@ -8,8 +8,9 @@ field's name is not what messages should call it, `Meta(title=...)` says that.
 import json
 from collections.abc import Iterator, Mapping
 from enum import Enum
+from functools import cache
 from pathlib import Path
-from types import NoneType, UnionType
+from types import MappingProxyType, NoneType, UnionType
 from typing import Annotated, Final, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
 
 import msgspec
@@ -96,7 +97,8 @@ def check_fields(instance: object, error: type[SunsetError] = InvalidInputError)
     Raises:
         SunsetError: of the class `error`: one has not; the sentence says which, what was expected and what it got.
     """
-    for name, kind in fields_of(type(instance)).items():
+    schema: type = type(instance)
+    for name, kind in fields_of(schema).items():
         value = getattr(instance, name)
         if not _fits(value, kind):
             raise error(f"The {_title(kind) or name} must be {_described(kind)}, got {shown(value)}.")
@@ -113,9 +115,10 @@ def document_text(document: object) -> str:
     return json.dumps(plain, sort_keys=True, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
 
-def fields_of(kind: type) -> dict[str, type]:
+@cache
+def fields_of(kind: type) -> Mapping[str, type]:
     """Return the annotations of a schema's fields by name, ranges included."""
-    return get_type_hints(kind, include_extras=True)
+    return MappingProxyType(get_type_hints(kind, include_extras=True))
 
 
 def _misfit(value: object, kind: object, path: tuple[str, ...]) -> tuple[tuple[str, ...], object, object]:

@@ -326,7 +326,12 @@ FORGERIES: dict[str, tuple[Edit, str, str]] = {
     "version that only a run has": (
         changed(f"{WET}/run.json", versions__gpu="large"),
         WET,
-        "its version of gpu is 'large', and that of the plan nothing",
+        "it has the version of 'gpu', which the plan has not",
+    ),
+    "version with a name of several lines": (
+        changed(f"{WET}/run.json", **{"versions__a\nVerified.": "large"}),
+        WET,
+        "it has the version of 'a\\nVerified.', which the plan has not",
     ),
     "messages without the seed": (
         with_messages(without("/parameter_events"), digest=True),

@@ -82,7 +82,7 @@ def test_reference_rows_judge_nobody() -> None:
 def test_who_repairs_without_looking_is_noted(mistreated: int, is_noted: bool) -> None:
     told = " ".join(format_report(summarise(rows(adaptations_mistreated=mistreated))).split())
     assert ("mine (artifact): 21 adaptations of a run treated no fault that was there" in told) == is_noted
-    assert ("it repairs without looking" in told) == is_noted
+    assert ("may come of repairing without looking" in told) == is_noted
 
 
 @pytest.mark.parametrize("form", FORMATS)

@@ -1,6 +1,6 @@
 """What a campaign would be: how many runs, how long it takes, and what it would tell. Nothing is run."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import timedelta
 from itertools import pairwise
@@ -163,9 +163,10 @@ def forecast(spec: BenchSpec, like: Path | None = None) -> CampaignForecast:
     found, source = dict(VARIANCES), "baseline, reactive and oracle on the panel"
     if like is not None:
         found, source = _measured(like), f"in {like}"
-    design = _design(spec)
+    asked = plan(replace(spec, references=False, score=False))
+    design = _design(asked, spec.repetitions)
     return CampaignForecast(
-        runs=MappingProxyType(_counts(spec)),
+        runs=MappingProxyType(_counts(spec, len(asked))),
         design=design,
         pace_s=None if like is None else _pace(like),
         source=source,
@@ -173,20 +174,23 @@ def forecast(spec: BenchSpec, like: Path | None = None) -> CampaignForecast:
     )
 
 
-def _counts(spec: BenchSpec) -> dict[str, int]:
-    """Return what the runs of a campaign are of, and how many they are."""
-    bare = replace(spec, references=False, score=False)
+def _counts(spec: BenchSpec, asked: int) -> dict[str, int]:
+    """Return what the runs of a campaign are of, and how many they are.
+
+    Args:
+        spec: the campaign.
+        asked: how many are of the managing systems that it names.
+    """
     names = [label or manager for label, manager in map(split_label, spec.managers)]
-    counts = {listed(names): len(plan(bare))}
+    counts = {listed(names): asked}
     if added := added_managers(spec):
-        counts[f"{listed(added)}, for the score"] = len(plan(replace(bare, score=True))) - len(plan(bare))
-    references = len(plan(spec)) - len(plan(replace(spec, references=False)))
+        counts[f"{listed(added)}, for the score"] = len(plan(replace(spec, references=False))) - asked
+    references = len(plan(spec)) - sum(counts.values())
     return counts | ({"the paper's reference rows": references} if references else {})
 
 
-def _design(spec: BenchSpec) -> Design | None:
+def _design(runs: Sequence[RunSpec], repetitions: int) -> Design | None:
     """Return over what a campaign is spread; None where some scenarios are on flights of their own."""
-    runs = plan(replace(spec, references=False, score=False))
     flights: dict[str, set[object]] = {}
     for run in runs:
         flights.setdefault(run.scenario.name, set()).add(run.flight)
@@ -195,7 +199,7 @@ def _design(spec: BenchSpec) -> Design | None:
     return Design(
         alike=len({_alike(run) for run in runs}),
         flights=len(next(iter(flights.values()))),
-        repetitions=spec.repetitions,
+        repetitions=repetitions,
     )
 
 

@@ -32,11 +32,12 @@ def misfits(
     """Yield in what the `run.json` of a run is not that of a run of the plan."""
     for name, value in expected.items():
         yield from _contrasts(name, getattr(run, name), value)
+    for name, planned in sorted(described.versions.items()):
+        yield from _contrasts(f"version of {name}", run.versions.get(name, UNSET), planned)
     # live, a run has those of the middleware, too
-    more = run.versions.keys() if run.speed is UNSET else ()
-    for name in sorted({*described.versions, *more}):
-        stored, planned = run.versions.get(name, UNSET), described.versions.get(name, UNSET)
-        yield from _contrasts(f"version of {name}", stored, planned)
+    more = sorted(run.versions.keys() - described.versions.keys()) if run.speed is UNSET else []
+    if more:
+        yield f"it has the version of {shown(more[0])}, which the plan has not"
     if run.valid != (not run.reason):
         yield f"it is stored as {'' if run.valid else 'in'}valid, with the reason {_shown(run.reason)}"
     if run.manager_failed is not None and manager in MANAGERS and not described.extensions:

@@ -114,8 +114,7 @@ def fault_notes(rows: Sequence[SystemRow]) -> list[str]:
         if found is not None and found.mean > row.flight.duration_s:
             notes.append(
                 f"{row.system}: {found.mean:.0f} adaptations of a run treated no fault that was there, more than one "
-                "for each second measured: it repairs without looking, and its times to cure do not tell that from "
-                "knowing."
+                "for each second measured: its times to cure may come of repairing without looking."
             )
     return notes
 

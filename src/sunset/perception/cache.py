@@ -106,7 +106,7 @@ class InferenceCache:
         with self._lock, self._errors():
             query = "SELECT labels, entropy, checksum FROM answers WHERE key = ?"
             row = self._connected().execute(query, (key,)).fetchone()
-            if row is not None and row[2] == _checksum(key, *row[:2]):
+            if row is not None and row[2] is not None and row[2] == _checksum(key, *row[:2]):
                 return np.frombuffer(zstd.decompress(row[0]), dtype=np.uint8), row[1]
         if row is not None and not self._suspicious:
             self._suspicious = True
@@ -124,7 +124,7 @@ class InferenceCache:
         """
         if math.isnan(entropy):  # SQLite has none, and takes it for a missing value
             return
-        entropy += 0.0  # SQLite keeps no sign of zero
+        entropy = float(entropy) + 0.0  # SQLite keeps no sign of zero
         packed = zstd.compress(labels.tobytes())
         with self._lock, self._errors():
             statement = "INSERT OR REPLACE INTO answers VALUES (?, ?, ?, ?)"

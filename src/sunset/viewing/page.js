@@ -48,6 +48,13 @@ byId("speed").addEventListener("change", (event) => {
 byId("theme").addEventListener("click", () =>
   setTheme(document.documentElement.dataset.theme === "dark" ? "light" : "dark"),
 );
+// on paper it is always light
+let themeOfScreen = document.documentElement.dataset.theme;
+addEventListener("beforeprint", () => {
+  themeOfScreen = document.documentElement.dataset.theme;
+  setTheme("light");
+});
+addEventListener("afterprint", () => setTheme(themeOfScreen));
 addEventListener("keydown", (event) => {
   const isTaken = event.ctrlKey || event.metaKey || event.altKey || event.target.matches("select");
   const isPressed = event.key === " " && event.target.matches("button, a, summary");

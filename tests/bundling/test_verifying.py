@@ -328,6 +328,7 @@ FORGERIES: dict[str, tuple[Edit, str, str]] = {
         WET,
         "it has the version of 'gpu', which the plan has not",
     ),
+    "size of nothing": (changed(f"{WET}/run.json", frame_size=[-144, 256]), WET, "frame_size"),
     "version with a name of several lines": (
         changed(f"{WET}/run.json", **{"versions__a\nVerified.": "large"}),
         WET,

@@ -15,7 +15,7 @@ from msgspec import UNSET, Meta, UnsetType
 
 from sunset.errors import RecordError
 from sunset.metrics import FaultOutcome, LogFigures, RunMetrics
-from sunset.metrics.limits import MOST, Amount, Positive
+from sunset.metrics.limits import MOST, Amount, Count, Positive, Share
 from sunset.schemas import convert, fields_of, read_json
 from sunset.texts import shown
 
@@ -36,6 +36,7 @@ SCORE_REFERENCES: Final = ("none", "oracle")
 
 _REMEDY: Final = "run it again, or use --recompute"
 _Period = Annotated[float, Meta(gt=0.001, le=MOST)]
+_Size = Annotated[list[Annotated[int, Meta(gt=0, le=MOST)]], Meta(min_length=2, max_length=2)]
 
 
 class StoredFault(msgspec.Struct, frozen=True, omit_defaults=True):
@@ -130,16 +131,16 @@ class RunRecord(msgspec.Struct, frozen=True, kw_only=True):
     flight: str = ""
     flight_conditions: dict[str, int | float | str] | UnsetType = UNSET
     flight_warning: str | UnsetType = UNSET
-    bag_frames: int | UnsetType = UNSET
+    bag_frames: Count | UnsetType = UNSET
     bag_checksum: str = ""
     bag_looped: bool = False
-    bag_size: list[int] | UnsetType = UNSET
-    bag_dropped: int | UnsetType = UNSET
-    frame_size: list[int] | UnsetType = UNSET
-    compute_s: dict[str, float] | UnsetType = UNSET
-    jitter: float | UnsetType = UNSET
-    latency_s: float | UnsetType = UNSET
-    speed: float | UnsetType = UNSET
+    bag_size: _Size | UnsetType = UNSET
+    bag_dropped: Count | UnsetType = UNSET
+    frame_size: _Size | UnsetType = UNSET
+    compute_s: dict[str, Amount] | UnsetType = UNSET
+    jitter: Share | UnsetType = UNSET
+    latency_s: Amount | UnsetType = UNSET
+    speed: Positive | UnsetType = UNSET
     warm_up_s: Amount | UnsetType = UNSET
     duration_s: Positive
     period_s: _Period

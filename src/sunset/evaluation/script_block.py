@@ -80,7 +80,8 @@ def refusal_notes(scripts: Mapping[str, ScriptFigures]) -> list[str]:
     """Say which logs the script refuses, by what their lines are called."""
     notes = []
     for label, script in scripts.items():
-        reasons = "; ".join(f"{reason} ({count} times)" for reason, count in Counter(script.refused).items())
+        counts = Counter(script.refused).items()
+        reasons = "; ".join(f"{reason} ({count} times)" if count > 1 else reason for reason, count in counts)
         if reasons:
             notes.append(
                 f"{label}: the paper's evaluation script refuses {len(script.refused)} of {script.logs} logs, but for "

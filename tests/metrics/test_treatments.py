@@ -352,6 +352,14 @@ def test_a_call_that_sets_several_parameters_hides_none_that_treats_nothing() ->
     ]
 
 
+def test_a_shutdown_with_the_redeploy_after_it_cures() -> None:
+    run = Run(ended(Injection(0.0, "gpu_failure", "F3", "/managed_subsystem/segmentation"), 2.0, "shutdown"))
+    run.command(1.9, "segmentation", "shutdown")
+    run.command(2.5, "segmentation", "redeploy")
+    assert run.fates == [("gpu_failure", "cured")]
+    assert run.mistreating == []
+
+
 def test_each_adaptation_that_treats_nothing_costs_a_frame() -> None:
     run = Run(SHIFT, bad=0.5)
     untreated = score(run.timeline())

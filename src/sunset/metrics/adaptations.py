@@ -37,6 +37,7 @@ class ExecutedAdaptation:
         client: the full name of the node that asked for it.
         parameters: the names of the parameters that were set.
         values: their values as text.
+        begun: when the shutdown came that a redeploy followed [s]; None without one.
     """
 
     time: float
@@ -45,6 +46,7 @@ class ExecutedAdaptation:
     client: str = ""
     parameters: tuple[str, ...] = ()
     values: tuple[str, ...] = ()
+    begun: float | None = None
 
     def __str__(self) -> str:
         """Return it in words, such as `set sensor_fusion.modality to 1` or `restart camera`."""
@@ -108,7 +110,9 @@ def executed_adaptations(commands: Sequence[Command], *, until_s: float) -> tupl
         if command.kind == "shutdown":
             shut_down[adaptation.node] = adaptation
         elif command.kind == "redeploy" and adaptation.node in shut_down:
-            done.remove(shut_down.pop(adaptation.node))
+            shutdown = shut_down.pop(adaptation.node)
+            done.remove(shutdown)
+            adaptation = replace(adaptation, begun=shutdown.time)
         _append(done, adaptation)
     return tuple(done)
 

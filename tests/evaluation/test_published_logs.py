@@ -153,7 +153,7 @@ def test_logs_of_different_folders_and_layouts_have_rows_of_their_own(tmp_path: 
     assert (rows["one"]["logs_refused"], rows["one"]["redeploys_unnecessary"]) == (1, pair(0.5, 0.5))
     told = " ".join(render_logs(files).split())
     assert "where from self-reported self-reported as planned evaluated evaluated" in told
-    assert "not runs of SUNSET" in told
+    assert "not records of SUNSET" in told
     assert (
         "one: the paper's evaluation script refuses 1 of 2 logs, but for their redeploys: no rule was trig"
         in told

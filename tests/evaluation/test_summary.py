@@ -121,6 +121,23 @@ def test_means_are_over_the_runs_and_pooled_counts_are_summed() -> None:
     assert (row.episodes, row.unresolved, row.unresolved_rate) == (6, 3, 0.5)
 
 
+def test_intervals_end_where_a_figure_can_be_no_less_or_no_more() -> None:
+    values = [(0.0, 20.0, 0.98), (0.0, 19.0, 0.99), (9.0, 20.0, 1.0)]
+    (row,) = summarise(
+        [
+            run(seed=seed, t_react_s=react, t_down_s=down, availability=available, adaptations=seed)
+            for seed, (react, down, available) in enumerate(values)
+        ]
+    )
+    found = {name: row.estimates[name] for name in ("t_react_s", "t_down_s", "availability", "adaptations")}
+    assert all(one is not None and one.low is not None and one.low < one.mean for one in found.values())
+    ends = {name: (one.low, one.high) for name, one in found.items() if one is not None}
+    assert (ends["t_react_s"][0], ends["adaptations"][0]) == (0.0, 0.0)
+    assert (ends["t_down_s"][1], ends["availability"][1]) == (20.0, 1.0)
+    assert ends["t_react_s"][1] is not None
+    assert 9.0 < ends["t_react_s"][1] <= 20.0
+
+
 def test_invalid_runs_take_no_part_and_are_listed() -> None:
     (row,) = summarise([run(iou=0.4), run(seed=2, iou=0.99, valid=False)])
     found = row.estimates["iou"]

@@ -9,9 +9,10 @@ import numpy.typing as npt
 
 from sunset.evaluation.chart_runs import NO_RUN, Setup, suite_title, uneven_notes
 from sunset.evaluation.charts import Chart, Curve, Curves, Intervals, Mark, Point, Points
-from sunset.evaluation.estimates import NO_INTERVAL, Estimate, estimate
+from sunset.evaluation.estimates import NO_INTERVAL, Estimate
 from sunset.evaluation.results import RunRow
 from sunset.evaluation.scores import NO_SCORE, score_rows
+from sunset.evaluation.summary import estimate_figure
 from sunset.recording import SCORE_REFERENCES
 from sunset.texts import shorten
 
@@ -150,7 +151,7 @@ def costs_chart(found: Sequence[Setup]) -> Chart:
     for setup in found:
         for suite, systems in setup.suites.items():
             pairs = {
-                name: (_estimate(runs, "adaptations"), _estimate(runs, "iou_all"))
+                name: (estimate_figure(runs, "adaptations"), estimate_figure(runs, "iou_all"))
                 for name, runs in systems.items()
             }
             panel = Points(
@@ -243,10 +244,6 @@ def _interval_notes(panels: Sequence[Intervals]) -> tuple[str, ...]:
 
 def _values(runs: Sequence[RunRow], figure: str) -> list[float]:
     return [value for run in runs if (value := run.metrics[figure]) is not None]
-
-
-def _estimate(runs: Sequence[RunRow], figure: str) -> Estimate | None:
-    return estimate([run.metrics[figure] for run in runs], [run.cluster for run in runs])
 
 
 def _profile(system: str, values: Sequence[float], at: npt.NDArray[np.float64], *, more: bool) -> Curve:

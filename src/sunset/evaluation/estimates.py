@@ -3,7 +3,7 @@
 import math
 import statistics
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Final
 
 from sunset.evaluation.resampling import LEAST_LEVELS, Cluster, Spread, spread
@@ -47,6 +47,12 @@ class Estimate:
     def lacks_interval(self) -> bool:
         """Whether there are several runs, but too few seeds for an interval."""
         return self.runs > 1 and self.low is None
+
+    def within(self, least: float, most: float) -> "Estimate":
+        """Return it with an interval that ends where the figure can be no less, or no more."""
+        if self.low is None or self.high is None:
+            return self
+        return replace(self, low=max(self.low, least), high=min(self.high, most))
 
     def to_json(self) -> dict[str, object]:
         """Return it as JSON values."""

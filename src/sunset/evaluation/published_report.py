@@ -31,8 +31,8 @@ _OLDER_COLUMNS: Final = (
     *SCRIPT_COLUMNS[3:],
 )
 _TRUST: Final = (
-    "These are logs of the published exemplar, not runs of SUNSET: their managing system wrote them about itself, and "
-    "no digest stands for what was measured."
+    "These are logs as of the published exemplar, not records of SUNSET: a log says itself what happened, and no "
+    "digest stands for what was measured."
 )
 _ORIGIN_NOTE: Final = (
     "Self-reported is what only the managing system says; planned is what it says that it did; evaluated is what the "

@@ -2,16 +2,21 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
+from math import inf
 from pathlib import PurePath
 from types import MappingProxyType
 from typing import Final
+
+from msgspec.inspect import FloatType, IntType, UnionType, type_info
 
 from sunset.evaluation.estimates import Estimate, estimate
 from sunset.evaluation.results import FIGURES, Flight, RunRow
 from sunset.evaluation.script_figures import ScriptFigures
 from sunset.evaluation.system_styles import SHIPPED
-from sunset.metrics import FaultOutcome
+from sunset.metrics import FaultOutcome, RunMetrics
 from sunset.recording import TABLE_REFERENCES
+from sunset.schemas import fields_of
 from sunset.system import DURATION_S, current_system, names_in_suite
 
 PUBLISHED_SOURCE: Final = "Wiedholz et al., SUNSET, RoSE'26, Table 1"
@@ -135,6 +140,24 @@ def summarise(rows: Iterable[RunRow]) -> list[SystemRow]:
     return [_row(name, group) for name, group in named_groups(rows)]
 
 
+def estimate_figure(runs: Sequence[RunRow], name: str) -> Estimate | None:
+    """Return the mean of a figure of runs, with an interval of what the figure can be; None if no run has it."""
+    found = estimate([run.metrics[name] for run in runs], [run.cluster for run in runs])
+    if found is None:
+        return None
+    least, most = _limits(name)
+    return found.within(least, min(most, runs[0].flight.duration_s) if name.endswith("_s") else most)
+
+
+@cache
+def _limits(name: str) -> tuple[float, float]:
+    """Return what a figure can be at least and at most."""
+    kind = type_info(fields_of(RunMetrics)[name])
+    kinds = kind.types if isinstance(kind, UnionType) else (kind,)
+    number = next(each for each in kinds if isinstance(each, IntType | FloatType))
+    return (-inf if number.ge is None else number.ge, inf if number.le is None else number.le)
+
+
 def named_groups(rows: Iterable[RunRow], *, by_flight: bool = True) -> list[tuple[str, list[RunRow]]]:
     """Return the runs that `summarise` puts into one row, with the row's name.
 
@@ -229,7 +252,6 @@ def _row(system: str, group: Sequence[RunRow]) -> SystemRow:
     valid = [run for run in group if run.valid]
     is_reference = (first.suite, first.manager) in TABLE_REFERENCES
     judged = _REFERENCE_FIGURES if is_reference else FIGURES
-    clusters = [run.cluster for run in valid]
     return SystemRow(
         system=system,
         suite=first.suite,
@@ -242,10 +264,7 @@ def _row(system: str, group: Sequence[RunRow]) -> SystemRow:
         seeds=frozenset(run.seed for run in group),
         runs=len(valid),
         estimates=MappingProxyType(
-            {
-                name: estimate([run.metrics[name] for run in valid], clusters) if name in judged else None
-                for name in FIGURES
-            }
+            {name: estimate_figure(valid, name) if name in judged else None for name in FIGURES}
         ),
         episodes=sum(int(run.metrics["episodes"] or 0) for run in valid),
         unresolved=sum(int(run.metrics["episodes_unresolved"] or 0) for run in valid),

@@ -217,7 +217,7 @@ class Lanes {
       ]);
       series.push({ stroke: () => css("--threshold"), width: 1.2, dash: [3, 3], points: { show: false } });
     }
-    this.plot(track, uPlot.join(tables), series, range);
+    this.plot(track, uPlot.join(tables, tables.map(withoutBridges)), series, range);
     track.append(
       element("small", { class: "top" }, `${short(range[1])} ${unit}`),
       element("small", { class: "bottom" }, short(range[0])),
@@ -351,6 +351,11 @@ function most(first, others) {
 
 function spanText(since, until) {
   return since === until ? `at ${since.toFixed(2)} s` : `from ${since.toFixed(2)} s to ${until.toFixed(2)} s`;
+}
+
+/** How uPlot joins the columns of a table: a gap (null) stays one among the times of other tables, too. */
+function withoutBridges(columns) {
+  return columns.map(() => 2);
 }
 
 /** Times and columns of values with an empty place in every gap that is longer than so many seconds. */

@@ -172,7 +172,15 @@ def test_a_gap_of_one_run_stays_open_among_the_moments_of_another(browser: Brows
         "const tables = [withGaps([0, 1, 5, 6], [[7, 7, 7, 7]], 2), [[2, 4], [8, 8]]];"
         "return uPlot.join(tables, tables.map(withoutBridges))[1]"
     )
-    assert line == [7, 7, None, None, None, 7, 7]  # at 2 s, in the middle of the gap and at 4 s there is nothing
+    assert line == [
+        7,
+        7,
+        None,
+        None,
+        None,
+        7,
+        7,
+    ]  # at 2 s, in the middle of the gap and at 4 s there is nothing
 
 
 def test_an_address_without_a_moment_and_many_samples_stop_nothing(browser: Browser, ten: Shown) -> None:

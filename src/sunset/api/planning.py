@@ -125,6 +125,8 @@ class CampaignForecast:
         if not self.design.is_enough:
             return [f"They detect no difference: fewer than {LEAST_LEVELS} repetitions have no interval."]
         where = f"on {counted(self.design.flights, 'flight')}"
+        sizes = {"degradations": self.design.alike, "flights": self.design.flights}
+        few = [what for what, size in sizes.items() if size < LEAST_LEVELS]
         lines = [
             (
                 f"If two managing systems differ as those of a line do ({self.source}), a difference of "
@@ -138,13 +140,18 @@ class CampaignForecast:
                 )
                 continue
             needed = (
-                f"no number of repetitions {where} reaches {100 * POWER:g} %, but more flights may (--flights)"
+                f"no number of repetitions {where} reaches {100 * POWER:g} %"
                 if prospect.repetitions is None
                 else f"{prospect.repetitions} repetitions {where} reach {100 * POWER:g} %"
             )
             lines.append(
                 f"  {prospect.pair}: {100 * prospect.power:.0f} %; {needed}; this campaign detects a difference of "
                 f"{prospect.told:.3f} with {100 * POWER:g} %"
+            )
+        if few:
+            lines.append(
+                f"With fewer than {LEAST_LEVELS} {listed(few)} that is of these only, of which less is needed than of "
+                "any others."
             )
         return lines
 

@@ -151,7 +151,7 @@ def _read(folder: Path) -> CampaignPlan:
     if done < planned:
         raise RecordError(
             f"The campaign in {folder} is not finished: {done} of {planned} runs are there; the command that began it "
-            "continues it."
+            "continues it. Of one in parts, copy the folder runs of each into the same folder."
         )
     for file in sorted(folder.glob(f"runs/*/*/*/*/{RUN_FILE}"))[:1]:
         check_extensions(read_run(file.parent), file.parent)

@@ -111,8 +111,11 @@ def execute(arguments: argparse.Namespace) -> None:
         out = shlex.quote(str(arguments.out))
         added = "".join(f" --extension {shlex.quote(extension.where)}" for extension in loaded_extensions())
         report = f"sunset report {out}"
+        whole = f"sunset report {shlex.quote(str(arguments.out.parent))}{added}"
         print_next_steps(
-            [
+            [(whole, "the table of all parts, once they are done")]
+            if shard
+            else [
                 (f"{report} --site site{added}", "a folder of pages: the table, and each run to look at"),
                 (f"{report} --format latex{added}", "the table for a paper"),
                 (f"{report} --runs{added}", "the runs, one a row, for your own statistics"),

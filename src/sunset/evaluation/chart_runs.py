@@ -6,12 +6,16 @@ from typing import Final
 
 from sunset.evaluation.results import RunRow
 from sunset.evaluation.scores import ScoreTable, is_scored
-from sunset.evaluation.summary import manager_names, named_groups
+from sunset.evaluation.summary import manager_names, named_groups, part_label, scenarios_of
 from sunset.evaluation.system_styles import in_order
 from sunset.recording import TABLE_REFERENCES
+from sunset.system import DURATION_S
 from sunset.texts import counted
 
 NO_RUN: Final = "There is no valid run of a managing system."
+
+_USUAL: Final = ("", f"{DURATION_S:g} s", "", "", "")
+"""What need not be said of a setup, as in `_key`; empty where it is said only if there are several."""
 
 Systems = Mapping[str, Sequence[RunRow]]
 """The valid runs of managing systems, by their names, in the order of `in_order`; none of them is empty."""
@@ -22,7 +26,7 @@ class Setup:
     """Runs that can be put side by side: of one model, duration, middleware, thinking time and version.
 
     Attributes:
-        label: what tells it from others; empty of the only one.
+        label: what tells it from others, and a measured time that is not the paper's; empty of the only one.
         duration_s: how long a run is measured [s].
         suites: by name, empty for scenarios of one's own.
         scored: by managing system, the runs that have a part in its score.
@@ -44,6 +48,11 @@ class Setup:
         return {
             name: [run for systems in self.suites.values() for run in systems.get(name, ())] for name in names
         }
+
+    def suite_title(self, suite: str) -> str:
+        """Return what a suite is called above a panel, and how much of it was run."""
+        runs = [run for systems in self.suites.get(suite, {}).values() for run in systems]
+        return (suite or "own scenarios") + part_label(suite, scenarios_of(runs))
 
     def title(self, *parts: str) -> str:
         """Return the title of a panel, which says what it shows and, where there are several, of which setup."""
@@ -71,7 +80,11 @@ def setups(runs: Sequence[RunRow], tables: Sequence[ScoreTable]) -> list[Setup]:
     several = [len(set(values)) > 1 for values in zip(*found, strict=True)]
     return [
         Setup(
-            label=", ".join(text for text, differs in zip(key, several, strict=True) if differs),
+            label=", ".join(
+                text
+                for text, usual, differs in zip(key, _USUAL, several, strict=True)
+                if differs or usual not in {"", text}
+            ),
             duration_s=durations[key],
             tables=tuple(table for table in tables if _key(rows[table.rows[0].system]) == key),
             scored={name: scored[key][name] for name in in_order(scored[key])},
@@ -84,11 +97,6 @@ def setups(runs: Sequence[RunRow], tables: Sequence[ScoreTable]) -> list[Setup]:
         )
         for key, suites in found.items()
     ]
-
-
-def suite_title(suite: str) -> str:
-    """Return what a suite is called above a panel."""
-    return suite or "own scenarios"
 
 
 def uneven_notes(found: Sequence[Setup]) -> tuple[str, ...]:

@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from sunset.evaluation.chart_runs import NO_RUN, Setup, suite_title, uneven_notes
+from sunset.evaluation.chart_runs import NO_RUN, Setup, uneven_notes
 from sunset.evaluation.charts import Chart, Curve, Curves, Intervals, Mark, Point, Points
 from sunset.evaluation.estimates import NO_INTERVAL, Estimate
 from sunset.evaluation.results import RunRow
@@ -53,7 +53,7 @@ def differences_chart(found: Sequence[Setup]) -> Chart:
             if marks:
                 panels.append(
                     Intervals(
-                        title=setup.title(suite_title(table.suite)),
+                        title=setup.title(setup.suite_title(table.suite)),
                         label="difference in IoU_net",
                         marks=tuple(marks),
                         guides=((0.0, ""),),
@@ -122,7 +122,7 @@ def profiles_chart(found: Sequence[Setup]) -> Chart:
                 curves = [
                     _profile(name, known, at, more=figure == "iou_all") for name, known in values.items()
                 ]
-                title = setup.title(suite_title(suite))
+                title = setup.title(setup.suite_title(suite))
                 panels.append(
                     Curves(
                         title=title, label=label, share_label=what, end=float(at[-1]), curves=tuple(curves)
@@ -155,7 +155,7 @@ def costs_chart(found: Sequence[Setup]) -> Chart:
                 for name, runs in systems.items()
             }
             panel = Points(
-                title=setup.title(suite_title(suite)),
+                title=setup.title(setup.suite_title(suite)),
                 x_label="adaptations in a run",
                 y_label="IoU_all",
                 points=tuple(
@@ -202,7 +202,7 @@ def _scores(setup: Setup) -> Iterator[tuple[str, str, str, list[tuple[str, Estim
     """Give suite, flight and title of a panel, and the scores by managing system."""
     for table in setup.tables:
         rows = [(setup.managers[row.system], row.score) for row in table.rows if not row.is_calm]
-        yield table.suite, "", suite_title(table.suite), rows
+        yield table.suite, "", setup.suite_title(table.suite), rows
     systems = setup.scored
     flights = sorted({run.flight for runs in systems.values() for run in runs})
     for flight in flights if len(flights) > 1 else []:

@@ -11,8 +11,8 @@ from sunset.evaluation.resampling import LEAST_LEVELS, Cluster, Spread, spread
 METHOD: Final = (
     "Mean ± sample standard deviation over runs; 95 % confidence interval of the mean by a crossed cluster bootstrap, "
     "in which runs with the same degradations, on the same flight, and of the same seed are alike. It holds for other "
-    f"degradations and flights where at least {LEAST_LEVELS} were run, and otherwise for these only; and for no other "
-    "outages than these."
+    f"degradations and flights where at least {LEAST_LEVELS} were run, and otherwise for these only. It takes the "
+    "outages as they are: they scatter in ±, and not in the interval."
 )
 """How the figures of a table come about, in words."""
 

@@ -94,8 +94,8 @@ def fates_chart(found: Sequence[Setup]) -> Chart:
     return Chart(
         name="fates",
         title="What became of each fault",
-        meaning="Of how many faults in a hundred the managing system cured, only hid the symptom for a while (masked), "
-        "or neither (missed).",
+        meaning="How many of a hundred faults the managing system cured; of how many it only hid the symptom for a "
+        "while (masked); and of how many neither (missed). The data has how many there were.",
         panels=tuple(panels),
         missing=_notes(found, has_panels=bool(panels)),
         head=("setup", "fault", "system", "faults", *FATES),

@@ -110,7 +110,7 @@ class SystemRow:
     @property
     def is_of_part(self) -> bool:
         """Whether some scenarios of its suite were not run."""
-        return bool(_part_label(self.suite, self.scenarios))
+        return bool(part_label(self.suite, self.scenarios))
 
     @property
     def is_reference(self) -> bool:
@@ -181,7 +181,7 @@ def named_groups(rows: Iterable[RunRow], *, by_flight: bool = True) -> list[tupl
             names[manager]
             + _SUITE_LABELS.get(suite, f" ({suite})")
             + (f" [{model}]" if several_models else "")
-            + _part_label(suite, _scenarios(group))
+            + part_label(suite, scenarios_of(group))
             + flight.label(bag=several_bags)
             + (f" [thinking {thinking_s:g} s]" if thinking_s else "")
             + (f" [{middleware}]" if several_middlewares else "")
@@ -192,15 +192,15 @@ def named_groups(rows: Iterable[RunRow], *, by_flight: bool = True) -> list[tupl
     ]
 
 
-def _scenarios(group: Sequence[RunRow]) -> frozenset[str]:
+def scenarios_of(group: Sequence[RunRow]) -> frozenset[str]:
     """Return the names of the scenarios of runs, without what tells those of one name apart."""
     return frozenset(run.scenario.removesuffix(f" {run.faults}") for run in group)
 
 
-def _part_label(suite: str, scenarios: frozenset[str]) -> str:
+def part_label(suite: str, scenarios: frozenset[str]) -> str:
     """Return what a name must say where only some scenarios of a suite were run; empty if all, or if it is not known.
 
-    >>> _part_label("degraded", frozenset({"degraded/image_shift+autofocus_needed"})), _part_label("mine", frozenset())
+    >>> part_label("degraded", frozenset({"degraded/image_shift+autofocus_needed"})), part_label("mine", frozenset())
     (' [1 of 9 scenarios]', '')
     """
     every = set(names_in_suite(suite, current_system().suites.get(suite, ())))
@@ -260,7 +260,7 @@ def _row(system: str, group: Sequence[RunRow]) -> SystemRow:
         flight=first.flight,
         middleware=first.middleware,
         version=first.version,
-        scenarios=_scenarios(group),
+        scenarios=scenarios_of(group),
         seeds=frozenset(run.seed for run in group),
         runs=len(valid),
         estimates=MappingProxyType(

@@ -16,7 +16,7 @@ body { font: 16px/1.5 system-ui, sans-serif; color: var(--ink); background: var(
 h1 { font-size: 1.5rem; } h2 { font-size: 1.15rem; margin-top: 2.5rem; }
 .scroll { overflow-x: auto; }
 table { border-collapse: collapse; width: 100%; font-variant-numeric: tabular-nums; }
-th, td { padding: .35rem .75rem; text-align: left; white-space: nowrap; }
+th, td { padding: .35rem .5rem; text-align: left; white-space: nowrap; }
 thead th { border-bottom: 2px solid var(--ink); vertical-align: bottom; }
 tbody { border-bottom: 1px solid var(--line); }
 tbody th { font-weight: 600; min-width: 11rem; white-space: normal; overflow-wrap: anywhere; }

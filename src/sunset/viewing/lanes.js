@@ -20,7 +20,7 @@ const GROUPS = {
   ],
   topics: [
     "Rates",
-    "Messages of the last second on every topic. 0 for a second is an outage, but of a node that is inactive.",
+    "Messages of the last second on every topic. 0 for a second is an outage, except of a node that is inactive.",
   ],
   nodes: ["Lifecycles", "The state of every node: only an active one does its work."],
 };

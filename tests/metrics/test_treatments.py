@@ -347,6 +347,10 @@ def test_a_call_that_sets_several_parameters_hides_none_that_treats_nothing() ->
     names, values = ("do_recalibration", "modality", "topic_camera_input"), ("true", "1", "rgb_camera")
     run.commands.append(Command(1.0, "/mine", FUSION, "set_parameters", names, values))
     assert run.mistreating == [
+        "set sensor_fusion.modality to 1"
+    ]  # the topic stays as it was, which is no harm
+    run.commands.append(Command(3.0, "/mine", FUSION, "set_parameters", names[1:], values[1:]))
+    assert run.mistreating[1:] == [
         "set sensor_fusion.modality to 1",
         "set sensor_fusion.topic_camera_input to rgb_camera",
     ]

@@ -10,7 +10,8 @@
   fault and the first adaptation; where there are fewer than five of them, the IoU does not matter.
 - An adaptation is *mistreating* if it treats no fault: it is a step of no cure of a fault that is there, and does not
   set something back to what it was at first. What is in place already is no step of a cure. Parts of a restart and what
-  is set of a node that a cure activates are steps of it. A call that sets several parameters is one for each.
+  is set of a node that a cure activates are steps of it. A call that sets several parameters is one for each, less those
+  that it leaves as they were beside one that treats a fault.
 """
 
 from collections.abc import Sequence
@@ -87,13 +88,23 @@ class Treatments:
 
     def mistreating(self) -> tuple[ExecutedAdaptation, ...]:
         """Return the adaptations that treat no fault and set nothing back; of a call, each parameter by itself."""
-        return tuple(
-            adaptation
-            for call in self._executed
-            for adaptation in _parts(call)
-            if not any(self._treats(adaptation, fault) for fault in self.faults)
-            and not self._sets_back(adaptation)
-        )
+        return tuple(part for call in self._executed for part in self._mistreating_parts(call))
+
+    def _mistreating_parts(self, call: ExecutedAdaptation) -> list[ExecutedAdaptation]:
+        parts = _parts(call)
+        treating = [part for part in parts if any(self._treats(part, fault) for fault in self.faults)]
+        return [
+            part
+            for part in parts
+            if part not in treating
+            and not self._sets_back(part)
+            # beside a treatment, what is set as it was is no harm
+            and not (treating and self._is_set(part))
+        ]
+
+    def _is_set(self, adaptation: ExecutedAdaptation) -> bool:
+        """Return whether all that an adaptation sets is so already."""
+        return all(self._settings.at(key, adaptation.time) == value for key, value in settings_of(adaptation))
 
     def outcomes(self, episodes: Sequence[Episode]) -> tuple[tuple[FaultOutcome, ...], float]:
         """Return what became of each fault, and for how long any of them was masked [s].

@@ -10,8 +10,8 @@
   fault and the first adaptation; where there are fewer than five of them, the IoU does not matter.
 - An adaptation is *mistreating* if it treats no fault: it is a step of no cure of a fault that is there, and does not
   set something back to what it was at first. What is in place already is no step of a cure. Parts of a restart and what
-  is set of a node that a cure activates are steps of it. A call that sets several parameters is one for each, less those
-  that it leaves as they were beside one that treats a fault.
+  is set of a node that a cure activates are steps of it. A call that sets several parameters is one for each, less
+  those that it leaves as they were beside one that treats a fault.
 """
 
 from collections.abc import Sequence

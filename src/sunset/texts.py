@@ -4,6 +4,7 @@ import csv
 import difflib
 import io
 import reprlib
+from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
@@ -56,6 +57,16 @@ def counted(number: int, noun: str) -> str:
     ('1 run', '2 runs')
     """
     return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
+
+
+def tallied(sentences: Iterable[str]) -> list[str]:
+    """Return each of some sentences once, with how often it comes if that is several times.
+
+    >>> tallied(["it failed", "it hung", "it failed"])
+    ['it failed (2 times)', 'it hung']
+    """
+    counts = Counter(sentences)
+    return [f"{sentence} ({count} times)" if count > 1 else sentence for sentence, count in counts.items()]
 
 
 def listed(names: Sequence[str]) -> str:

@@ -1,6 +1,5 @@
 """The report before it has a format: which figures stand in which line, and the notes beneath."""
 
-from collections import Counter
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from types import MappingProxyType
 from typing import Final
@@ -15,7 +14,7 @@ from sunset.evaluation.summary import PUBLISHED_SOURCE, SystemRow
 from sunset.evaluation.treatments import fault_blocks, fault_notes, lines_of
 from sunset.metrics import SCRIPT_FIGURES
 from sunset.system import DURATION_S
-from sunset.texts import counted, printable, shorten
+from sunset.texts import counted, printable, shorten, tallied
 
 _COLUMNS: Final[Mapping[str, Column]] = MappingProxyType(
     {
@@ -208,10 +207,7 @@ def _failed_note(row: SystemRow) -> str:
 
 def _told(reasons: Iterable[tuple[RunRow, str]]) -> str:
     """Return the reasons that runs have, those that are the same once."""
-    counts = Counter(_reason(run, reason) for run, reason in reasons)
-    return _listed(
-        [f"{reason} ({count} times)" if count > 1 else reason for reason, count in counts.items()], "reasons"
-    )
+    return _listed(tallied(_reason(run, reason) for run, reason in reasons), "reasons")
 
 
 def _reason(run: RunRow, reason: str) -> str:

@@ -1,6 +1,5 @@
 """The block of a report that has the figures of the paper's evaluation script."""
 
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Final
 
@@ -8,7 +7,7 @@ from sunset.evaluation.blocks import Block, Column, Line, LineKind, Quantity
 from sunset.evaluation.script_figures import SCRIPT_METHOD, ScriptFigures
 from sunset.evaluation.summary import PUBLISHED, SystemRow
 from sunset.metrics import SCRIPT_FIGURES
-from sunset.texts import listed
+from sunset.texts import listed, tallied
 
 SCRIPT_TITLE: Final = "By the paper's evaluation script"
 
@@ -80,8 +79,7 @@ def refusal_notes(scripts: Mapping[str, ScriptFigures]) -> list[str]:
     """Say which logs the script refuses, by what their lines are called."""
     notes = []
     for label, script in scripts.items():
-        counts = Counter(script.refused).items()
-        reasons = "; ".join(f"{reason} ({count} times)" if count > 1 else reason for reason, count in counts)
+        reasons = "; ".join(tallied(script.refused))
         if reasons:
             notes.append(
                 f"{label}: the paper's evaluation script refuses {len(script.refused)} of {script.logs} logs, but for "

@@ -135,8 +135,8 @@ class Treatments:
 
     def _treats(self, adaptation: ExecutedAdaptation, fault: Injection) -> bool:
         """Return whether an adaptation is a step of a cure of a fault that is there."""
-        moments = (adaptation.time, adaptation.time if adaptation.begun is None else adaptation.begun)
-        if not any(_is_there(fault, moment) for moment in moments):
+        moments = (adaptation.begun, adaptation.time)
+        if not any(_is_there(fault, moment) for moment in moments if moment is not None):
             return False
         described = current_system().faults.get(fault.fault)
         lives_on = described is not None and described.kind is FaultKind.EXTERNAL

@@ -20,7 +20,7 @@ from sunset.classes import IGNORED
 from sunset.errors import DataError, InvalidInputError, OutputError, SunsetError
 from sunset.interruption import held_signals
 from sunset.metrics import count_classes, image_iou
-from sunset.seeding import generator
+from sunset.seeding import drawn_seed
 from sunset.training.archives import check_archive
 from sunset.training.augment import Batch, DeviceFrames, cells_of, movement
 from sunset.training.batches import draw
@@ -201,8 +201,8 @@ class StageRun:
             return {}
         number = self._number()
         if number not in self._kept:
-            seed = generator(self._config.seed, "training", "movement", number).integers(2**31)
-            across, down = movement(torch.Generator().manual_seed(int(seed)))
+            seed = drawn_seed(self._config.seed, "training", "movement", number)
+            across, down = movement(torch.Generator().manual_seed(seed))
             moved = self._run_frozen(("rgb",), batch.bgr.roll((down, across), (1, 2)), batch.depth)
             kept = self._run_frozen(self._stage.frozen, batch.bgr, batch.depth)
             kept["moved"] = moved["rgb.logits"]

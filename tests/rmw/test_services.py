@@ -12,8 +12,8 @@ MS = 1_000_000
 QOS = QoSProfile(depth=10)
 
 
-def node_of(sim: Simulation, name: str) -> NodeHandle:
-    process = sim.create_process(name)
+def node_of(sim: Simulation, name: str, *, is_protected: bool = False) -> NodeHandle:
+    process = sim.create_process(name, is_protected=is_protected)
     node = process.create_node(name, "/")
     node.attach()
     process.run()
@@ -104,10 +104,9 @@ def test_requests_of_a_protected_process_are_never_those_that_a_full_queue_drops
         lambda number, _: handled.append(number.sequence),
         label="answer",
     )
-    protected = sim.create_process("protected", is_protected=True).create_node("protected", "/")
     asking, other = (
         node.create_client(SetBool, "/switch", QOS, lambda *_: None, label="on_response")
-        for node in (protected, node_of(sim, "other"))
+        for node in (node_of(sim, "protected", is_protected=True), node_of(sim, "other"))
     )
     for _ in range(5):
         other.send_request(SetBool.Request())
@@ -119,10 +118,38 @@ def test_requests_of_a_protected_process_are_never_those_that_a_full_queue_drops
     assert handled == [1, 1, 2]  # the first was being handled while the others came
 
     handled.clear()
+    other.send_request(SetBool.Request())
     for _ in range(4):
         asking.send_request(SetBool.Request())
     sim.run_until(200 * MS)
-    assert handled == [3, 5, 6]  # where all are protected, the oldest
+    assert handled == [11, 5, 6]  # where all that wait are protected, the oldest
+
+
+def test_the_responses_to_others_come_as_if_a_protected_process_had_sent_no_request() -> None:
+    def response_times(requests_of_protected: int) -> list[int]:
+        sim = Simulation()
+        server, other = node_of(sim, "server"), node_of(sim, "other")
+        serve(server, "done", QOS)
+        times: list[int] = []
+
+        def ask_again(*_: object) -> None:
+            times.append(sim.now)
+            client.send_request(SetBool.Request())
+
+        client = other.create_client(SetBool, "/switch", QOS, ask_again, label="on_response")
+        client.send_request(SetBool.Request())
+        handled: list[int] = []
+        asking = node_of(sim, "protected", is_protected=True).create_client(
+            SetBool, "/switch", QOS, lambda number, _: handled.append(number), label="on_response"
+        )
+        for number in range(requests_of_protected):
+            sim.run_until((5 + number) * MS + 100_000 * number)
+            asking.send_request(SetBool.Request())
+        sim.run_until(50 * MS)
+        assert handled == [*range(1, requests_of_protected + 1)]
+        return times
+
+    assert response_times(20) == response_times(0)
 
 
 def test_a_request_can_be_answered_later_but_once() -> None:

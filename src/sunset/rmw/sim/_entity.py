@@ -21,7 +21,7 @@ class SimHost(Middleware):
     Attributes:
         name: names it in errors.
         network: the world.
-        is_protected: whether no full queue of a service drops its requests.
+        is_protected: whether no full queue of a service drops its requests, and handling them takes no time.
     """
 
     name: str

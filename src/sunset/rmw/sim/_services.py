@@ -5,6 +5,7 @@ from typing import ClassVar
 from sunset.errors import MiddlewareError
 from sunset.interfaces import Message, serialize
 from sunset.rmw.core.port import ClientHandle, EndpointKind, RequestId, ServiceHandle
+from sunset.rmw.sim._compute import OTHER_CALLBACK_NS
 from sunset.rmw.sim._entity import SimReceiver
 from sunset.rmw.sim._scheduler import Priority
 
@@ -64,6 +65,10 @@ class SimService(SimReceiver[tuple[RequestId, SimClient, Message]], ServiceHandl
             del self._items[protected.index(False) if False in protected else 0]
         else:
             super().deliver(item)
+
+    def cost_ns(self) -> int:
+        _, client, _ = self._items[0]
+        return 0 if client.process.is_protected else OTHER_CALLBACK_NS
 
     def run(self) -> None:
         request_id, client, request = self._items.popleft()

@@ -65,7 +65,8 @@ class Simulation:
             name: names it in errors; two processes may have the same.
             around: calls each callback of this process, in the place of the simulation; None to just call it.
             is_protected: whether no full queue of a service drops its requests, so that others who ask for more than
-                a service can answer do not silence it.
+                a service can answer do not silence it, and handling them takes no time, so that nobody can tell by
+                answers that are late that there were such requests.
         """
         return SimProcess(self._network, name, around, is_protected=is_protected)
 

@@ -5,7 +5,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sunset.metrics import STATE, Command, Frames, Injection, Samples, Setting, Timeline, score
+from sunset.metrics import (
+    STATE,
+    Command,
+    Frames,
+    Injection,
+    Samples,
+    Setting,
+    Timeline,
+    score,
+    unnecessary_redeploys,
+)
 from sunset.system import Adaptation, AdaptationKind, Extension, Fault, FaultKind
 from sunset.system.current import _state
 
@@ -113,6 +123,32 @@ def test_a_fault_that_heals_is_not_cured_and_was_observed_until_then() -> None:
     (outcome,) = score(run.timeline()).outcomes
     assert (outcome.fate, outcome.cured, outcome.observed_s) == ("missed", None, 6.0)
     assert run.mistreating == ["set sensor_fusion.do_recalibration to true"]
+
+
+def test_a_fault_that_is_kept_from_coming_again_is_cured_then() -> None:
+    away = replace(ended(GPU, 6.0), cured_away=7.5)
+    run = Run(away)
+    assert run.fates == [("gpu_failure", "missed")]  # its process has ended by itself
+    run.command(7.4, "segmentation", "redeploy")
+    run.command(7.6, "segmentation", "redeploy")
+    (outcome,) = score(run.timeline()).outcomes
+    assert (outcome.fate, outcome.until, outcome.cured, outcome.observed_s) == ("cured", 6.0, 7.5, 7.5)
+    assert [one.time for one in score(run.timeline()).mistreating] == [7.6]
+    unnecessary = unnecessary_redeploys(score(run.timeline()).executed, run.timeline().injections)
+    assert [one.time for one in unnecessary] == [7.6]
+
+
+def test_what_is_done_while_a_fault_is_away_treats_it_if_it_comes_again() -> None:
+    first, second = ended(DEPTH, 4.0), ended(replace(DEPTH, time=8.0), 12.0)
+    run = Run(first, second)
+    run.set(6.0, "modality", "1")
+    assert [(one.fate, one.cured) for one in score(run.timeline()).outcomes] == [
+        ("missed", None),
+        ("cured", 8.0),
+    ]
+    assert run.mistreating == []
+    run.faults = [first]
+    assert run.mistreating == ["set sensor_fusion.modality to 1"]
 
 
 def test_a_process_that_ended_by_itself_cures_nothing() -> None:

@@ -288,6 +288,18 @@ def test_diagnoses_have_the_time_at_which_they_left_and_other_messages_do_not_co
     ]
 
 
+@pytest.mark.parametrize("cause", ["restart", ""])
+def test_a_fault_that_had_healed_may_be_cured_while_it_is_away(cause: str) -> None:
+    injection = FaultInjection(stamp=Time(sec=1), fault="sync_issue", confirmed=True)
+    healed, cured = (FaultEnd(stamp=Time(), fault="sync_issue", cause=text) for text in ("", cause))
+    (found,) = of(
+        RecordedMessage("/experiment/injections", 10**9, injection),
+        RecordedMessage("/experiment/fault_ends", 3 * 10**9, healed),
+        RecordedMessage("/experiment/fault_ends", 5 * 10**9, cured),
+    ).injections
+    assert (found.healed, found.cured_away) == (2.0, 4.0 if cause else None)
+
+
 @pytest.mark.parametrize(("stamp_s", "recorded_s"), [(2, 3), (3, 2)])
 def test_a_fault_ends_no_sooner_than_its_end_was_seen(stamp_s: int, recorded_s: int) -> None:
     injection = FaultInjection(stamp=Time(sec=1), fault="sync_issue", confirmed=True)

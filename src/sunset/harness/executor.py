@@ -258,8 +258,8 @@ class ScenarioExecutor(Node):
             self._publish(occurrence, self.get_clock().now().nanoseconds, confirmed=False)
 
     def _end(self, occurrence: Occurrence, cause: str) -> None:
-        """Let a fault be over, since it was cured."""
-        if occurrence.there:
+        """Let a fault be over, since it was cured, be it while it was away."""
+        if occurrence.there or occurrence.is_away:
             self._publish_end(occurrence, cause)
         occurrence.there, occurrence.over = False, True
 

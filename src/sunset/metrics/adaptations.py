@@ -180,7 +180,7 @@ def unnecessary_redeploys(
             for fault in open_faults
             if short_name(fault.node) == adaptation.node
             and fault.time <= adaptation.time
-            and (fault.healed is None or adaptation.time < fault.healed)
+            and (fault.healed is None or fault.over is None or adaptation.time < fault.over)
         ]
         if not cured:
             unnecessary.append(adaptation)

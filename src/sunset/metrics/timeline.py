@@ -81,6 +81,7 @@ class Injection:
         redeploy_only: whether nothing cheaper than a redeploy of the node cures it.
         ended: when it ended [s]; None if it did not, or the record does not say so.
         cause: what ended it, such as `restart camera`; empty if it healed by itself, or has not ended.
+        cured_away: when an adaptation kept it from coming again, if it had healed and was to come again [s]; else None.
     """
 
     time: float
@@ -91,11 +92,17 @@ class Injection:
     redeploy_only: bool = False
     ended: float | None = None
     cause: str = ""
+    cured_away: float | None = None
 
     @property
     def healed(self) -> float | None:
         """When it healed by itself [s]; None if it did not."""
         return None if self.cause else self.ended
+
+    @property
+    def over(self) -> float | None:
+        """When there was nothing of it to be cured any more [s]; None if it has not ended."""
+        return self.ended if self.cured_away is None else self.cured_away
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,17 +1,17 @@
 """What became of each fault under a managing system: cured, masked or neither, and which adaptations treated none.
 
-- A fault is *cured* when an adaptation has ended it. One that lives in the world does not end, but is worked around: it
-  is cured from when on all steps of a cure are in place, if they are so until the fault heals or the experiment ends,
-  and for a second at least.
+- A fault is *cured* when an adaptation has ended it, or has kept one that was away from coming again. One that lives in
+  the world does not end, but is worked around: it is cured from when on all steps of a cure are in place, if they are
+  so until the fault heals or the experiment ends, and for a second at least.
 - It is *masked* while it is there and no cure of it is in place, its symptom does not hold although frames come,
   something that the managing system has set is in place (or was in one of the last five frames, of which a symptom is
   the mean) at the failing node or upstream of it, which is no step of its cure, and the mean IoU of such a stretch,
   which lasts a second at least, is under 0.85 of that of the healthy frames. These are the frames before the first
   fault and the first adaptation; where there are fewer than five of them, the IoU does not matter.
-- An adaptation is *mistreating* if it treats no fault: it is a step of no cure of a fault that is there, and does not
-  set something back to what it was at first. What is in place already is no step of a cure. Parts of a restart and what
-  is set of a node that a cure activates are steps of it. A call that sets several parameters is one for each, less
-  those that it leaves as they were beside one that treats a fault.
+- An adaptation is *mistreating* if it treats no fault: it is a step of no cure of a fault that is there, or away until
+  it comes again, and does not set something back to what it was at first. What is in place already is no step of a
+  cure. Parts of a restart and what is set of a node that a cure activates are steps of it. A call that sets several
+  parameters is one for each, less those that it leaves as they were beside one that treats a fault.
 """
 
 from collections.abc import Sequence
@@ -47,7 +47,7 @@ class FaultOutcome:
         failure: what it shows as.
         began: when it came [s].
         until: when it healed, was ended by an adaptation or the experiment ended [s].
-        cured: from when on it was cured [s]; None if it was not.
+        cured: from when on it was cured, which may be while it was away [s]; None if it was not.
         masked_s: how long it was masked [s].
         diagnosed: when it was first part of a right diagnosis [s]; None if it was not, or none was published.
     """
@@ -128,15 +128,23 @@ class Treatments:
             if stop >= until and stop - start >= SILENCE_S
         ]
         cured = min(around, default=None)
-        was_ended = fault.cause and until == fault.ended
-        if was_ended and any(self._treats(adaptation, fault) for adaptation in self._executed):
-            cured = until  # without an adaptation, its process has ended by itself
+        ended_by_cure = fault.ended if fault.cause else fault.cured_away
+        if ended_by_cure is not None and ended_by_cure <= end and self._is_treated(fault):
+            cured = ended_by_cure  # without an adaptation, its process has ended by itself
         return FaultOutcome(fault.fault, fault.failure, fault.time, until, cured)
 
+    def _is_treated(self, fault: Injection) -> bool:
+        return any(self._treats(adaptation, fault) for adaptation in self._executed)
+
     def _treats(self, adaptation: ExecutedAdaptation, fault: Injection) -> bool:
-        """Return whether an adaptation is a step of a cure of a fault that is there."""
+        """Return whether an adaptation is a step of a cure of a fault that is there, or away until it comes again."""
+        over = self._over(fault)
         moments = (adaptation.begun, adaptation.time)
-        if not any(_is_there(fault, moment) for moment in moments if moment is not None):
+        if not any(
+            fault.time <= moment and (over is None or moment < over)
+            for moment in moments
+            if moment is not None
+        ):
             return False
         described = current_system().faults.get(fault.fault)
         lives_on = described is not None and described.kind is FaultKind.EXTERNAL
@@ -147,6 +155,15 @@ class Treatments:
             if not lives_on or self._settings.at(key, adaptation.time) != value
         ]
         return any(_is_step(adaptation, step, done) for cure in _cures(fault.fault) for step in cure)
+
+    def _over(self, fault: Injection) -> float | None:
+        """Return when there was nothing of a fault to be cured any more [s], or it came again; None for never."""
+        again = (
+            other.time
+            for other in self.faults
+            if other.fault == fault.fault and other.time > fault.time and fault.healed is not None
+        )
+        return min(again, default=fault.over)
 
     def _sets_back(self, adaptation: ExecutedAdaptation) -> bool:
         """Return whether all that an adaptation changes is set back to what it was at first, and no cure taken away."""
@@ -166,7 +183,8 @@ class Treatments:
         """Return of each evaluated frame whether a fault was masked in it."""
         frames, period_s, end = self._timeline.frames, self._timeline.period_s, self._timeline.duration_s
         times, masked = frames.times, np.zeros(len(frames.times), dtype=bool)
-        hidden = (times >= outcome.began) & (times < outcome.began + outcome.observed_s)
+        open_until = outcome.until if outcome.cured is None else min(outcome.until, outcome.cured)
+        hidden = (times >= outcome.began) & (times < open_until)
         for episode in episodes:
             if episode.failure == outcome.failure:
                 hidden &= (times < episode.holds) | (
@@ -241,7 +259,8 @@ def _faults_there(timeline: Timeline) -> list[Injection]:
     for injection in timeline.injections:
         same = [place for place, fault in enumerate(there) if fault.fault == injection.fault]
         if same and _is_there(there[same[-1]], injection.time):
-            there[same[-1]] = replace(there[same[-1]], ended=injection.ended, cause=injection.cause)
+            last = there[same[-1]]
+            there[same[-1]] = replace(injection, time=last.time)
         elif injection.time < timeline.duration_s:
             there.append(injection)
     return there

@@ -94,7 +94,8 @@ def _became(outcome: FaultOutcome, treatments: Treatments, *, healed: bool) -> s
     """Return when a fault was cured, or when it healed, or when a cure was in place; empty if none of these."""
     if outcome.cured is not None:
         in_place = outcome.cured == outcome.began > 0
-        return f"{'in place' if in_place else 'done'} at {outcome.cured:.2f} s"
+        away = ", while it was away" if outcome.cured > outcome.until else ""
+        return f"{'in place' if in_place else 'done'} at {outcome.cured:.2f} s{away}"
     undone = treatments.cured_for_a_while(outcome)
     parts = [f"in place from {start:.2f} to {stop:.2f} s only" for start, stop in undone[-1:]]
     parts += [f"healed by itself at {outcome.until:.2f} s"] if healed else []

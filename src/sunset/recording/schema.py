@@ -228,9 +228,9 @@ def stored_figures(run: RunRecord, file: Path) -> dict[str, float | None]:
         path=("metrics",),
     )
     for one in run.fault_outcomes or ():
-        if not one.began <= (one.until if one.cured is None else one.cured) <= one.until:
+        if not one.began <= min(one.until, one.until if one.cured is None else one.cured):
             raise RecordError(
-                f"The fault_outcomes in {file} must begin before they end, got {shown(one)}; {_REMEDY}."
+                f"The fault_outcomes in {file} must begin before they end or are cured, got {shown(one)}; {_REMEDY}."
             )
     return {name: getattr(figures, name) for name in RunMetrics.names()}
 

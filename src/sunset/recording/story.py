@@ -163,6 +163,8 @@ def _events(timeline: Timeline, metrics: RunMetrics, log: Sequence[LogLine]) -> 
         yield injection.time, "fault", f"{injection.fault}: {known.description}" if known else injection.fault
         if injection.healed is not None and injection.healed < end_s:
             yield injection.healed, "healed", f"{injection.fault} has healed by itself"
+        if injection.cured_away is not None and injection.cured_away < end_s:
+            yield injection.cured_away, "cured", f"{injection.fault} was cured while it was away"
     for episode in metrics.failures:
         symptom = f"{episode.failure} {_cause(episode)}{system.failures[episode.failure].symptom}"
         # a time line of the experiment has no time before 0 for what began before

@@ -217,8 +217,13 @@ def _injections(
             for place, injection in enumerate(injections)
             if injection.fault == end.fault and injection.time <= time
         ]
-        if began and injections[began[-1]].ended is None:
-            injections[began[-1]] = replace(injections[began[-1]], ended=time, cause=end.cause)
+        if not began:
+            continue
+        last = injections[began[-1]]
+        if last.ended is None:
+            injections[began[-1]] = replace(last, ended=time, cause=end.cause)
+        elif last.healed is not None and end.cause:
+            injections[began[-1]] = replace(last, cured_away=time)
     return tuple(injections)
 
 

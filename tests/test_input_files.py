@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from sunset.data.syndrone import SynDroneFlight
-from sunset.errors import SunsetError
+from sunset.errors import RecordError, SunsetError
 from sunset.experiments.bench import count_runs
 from sunset.input_files import check_regular, file_digest, open_regular, read_bytes, read_text
 from sunset.perception import ModelCard
@@ -84,4 +84,5 @@ def test_no_reader_waits_for_a_pipe(name: str, read: Callable[[Path], object], t
 
 def test_a_plan_that_is_a_pipe_is_no_campaign(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "bench.json")
-    assert count_runs(tmp_path) is None
+    with pytest.raises(RecordError, match="not a regular file"):
+        count_runs(tmp_path)

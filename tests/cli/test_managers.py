@@ -103,7 +103,7 @@ def test_a_managing_system_that_ends_its_process_is_not_passed_over(
     told = " ".join(out.split())
     assert "1 of 1 run failed: The managing system" in told
     assert reason.rstrip(".") in told
-    assert "Every run is valid." in told
+    assert "Every run counts, also one that failed." in told
 
 
 @pytest.mark.thorough
@@ -142,3 +142,8 @@ def test_a_campaign_says_what_it_consists_of_and_a_report_that_it_is_not_finishe
     assert main(["report", str(out)]) == 0
     planned = 2 + 9  # that of oracle, and both reference suites
     assert f"is not finished: {planned - 1} of {planned} runs are there." in capsys.readouterr().err
+
+    (out / "bench.json").write_text("{")
+
+    assert main(["report", str(out)]) == 0
+    assert "may not be finished, since its plan cannot be read: " in capsys.readouterr().err

@@ -9,7 +9,7 @@ from typing import Final
 from sunset.api.site import write_site
 from sunset.cli._options import add_format_options
 from sunset.cli._progress import progress_bar
-from sunset.errors import InvalidInputError
+from sunset.errors import InvalidInputError, RecordError
 from sunset.evaluation import (
     FORMATS,
     RUNS_FORMATS,
@@ -155,7 +155,14 @@ def print_report(folder: Path, form: str, *, recompute: bool = False) -> None:
     with progress_bar("Reading runs") as progress:
         text = render_report(folder, form, recompute=recompute, progress=progress if recompute else None)
     print(text.rstrip("\n"))
-    counted = count_runs(folder)
+    try:
+        counted = count_runs(folder)
+    except RecordError as error:
+        print(
+            f"The campaign in {folder} may not be finished, since its plan cannot be read: {error}",
+            file=sys.stderr,
+        )
+        return
     if counted is not None and counted[0] < counted[1]:
         print(
             f"The campaign in {folder} is not finished: {counted[0]} of {counted[1]} runs are there.",

@@ -186,7 +186,8 @@ def _notes(rows: Sequence[SystemRow]) -> list[str]:
         f"Flight {row.flight.name or row.flight.short_bag}: {row.warning}" for row in rows if row.warning
     )
     if not any(row.invalid for row in rows):
-        notes.append("Every run is valid.")
+        some = any(row.failed for row in rows)
+        notes.append("Every run counts, also one that failed." if some else "Every run is valid.")
     return notes
 
 

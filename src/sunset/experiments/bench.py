@@ -8,7 +8,7 @@ from typing import Final
 
 from msgspec.structs import asdict
 
-from sunset.errors import InvalidInputError, RecordError
+from sunset.errors import InvalidInputError
 from sunset.experiments.campaign import (
     BenchSpec,
     campaign_managers,
@@ -45,13 +45,13 @@ def count_runs(out: Path) -> tuple[int, int] | None:
     """Return how many runs of a folder's campaign are there, and how many it has; None if it holds no campaign.
 
     Those of folders in it count, too: of one campaign, once, such as its shards.
+
+    Raises:
+        RecordError: a campaign's plan is damaged, or of another version.
     """
     found: dict[bytes, tuple[int, set[Path]]] = {}
     for file in sorted([*out.glob(PLAN_FILE), *out.glob(f"*/{PLAN_FILE}")]):
-        try:
-            planned = read_plan(file.parent).runs
-        except RecordError:
-            continue
+        planned = read_plan(file.parent).runs
         runs = found.setdefault(file.read_bytes(), (planned, set()))[1]
         runs.update(run.relative_to(file.parent) for run in file.parent.glob(f"runs/*/*/*/seed-*/{RUN_FILE}"))
     if not found:

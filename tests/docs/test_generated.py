@@ -1,5 +1,6 @@
 """Pages that scripts write are as the scripts write them."""
 
+import re
 import sys
 from importlib.machinery import SourceFileLoader
 from importlib.util import module_from_spec, spec_from_loader
@@ -9,6 +10,7 @@ from types import ModuleType
 import pytest
 from scripts.fault_pages import faults_page
 
+from sunset.evaluation.score_layout import lead_blocks
 from sunset.perception import list_models
 from sunset.system import current_system
 
@@ -44,3 +46,10 @@ def test_the_page_of_results_shows_what_the_files_beside_it_have(write_results: 
         assert section.page(details) in page
     with pytest.raises(SystemExit, match="printed nothing that fits"):
         sections[0].page("something else")
+
+
+def test_the_tables_that_lead_the_results_have_the_columns_of_this_version() -> None:
+    paper = (DOCS / "results" / "paper.txt").read_text(encoding="utf-8")
+    heads = {tuple(re.split(" {2,}", line)) for line in paper.splitlines() if line.startswith("system ")}
+    for block in lead_blocks([]):
+        assert ("system", "runs", *(column.text for column in block.columns)) in heads

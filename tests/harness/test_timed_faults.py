@@ -179,6 +179,17 @@ def test_an_intermittent_fault_comes_and_goes_until_it_is_cured(world: "World") 
     assert play.ends[-2:] == [(5.0, driver), (5.25, "restart camera")]
 
 
+def test_an_intermittent_fault_that_has_healed_for_good_is_not_cured(world: "World") -> None:
+    play = Play(
+        world, "name: camera_driver_issue, at: 1, until: 4, profile: {kind: intermittent, on: 1, off: 5}"
+    )
+    play.until(3)
+    assert world.transition("camera", "deactivate")
+    assert world.transition("camera", "activate")
+    play.until(5)
+    assert play.ends == [(2.0, "camera_driver_issue")]
+
+
 def test_a_fault_follows_another_one_that_is_still_there(world: "World") -> None:
     play = Play(
         world,

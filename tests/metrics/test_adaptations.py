@@ -44,7 +44,7 @@ def test_deactivate_and_activate_within_a_second_are_one_restart(gap: float, exp
     done = executed_adaptations((command(3, "deactivate"), command(3 + gap, "activate")), until_s=20)
     assert len(done) == expected
     if expected == 1:
-        assert done == (ExecutedAdaptation(3, "camera", "restart", "/manager"),)
+        assert done == (ExecutedAdaptation(3, "camera", "restart", "/manager", completed=3 + gap),)
 
 
 def test_restart_through_unconfigured_is_one_restart() -> None:

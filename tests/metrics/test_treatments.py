@@ -132,10 +132,35 @@ def test_a_fault_that_is_kept_from_coming_again_is_cured_then() -> None:
     run.command(7.4, "segmentation", "redeploy")
     run.command(7.6, "segmentation", "redeploy")
     (outcome,) = score(run.timeline()).outcomes
-    assert (outcome.fate, outcome.until, outcome.cured, outcome.observed_s) == ("cured", 6.0, 7.5, 7.5)
+    assert (outcome.fate, outcome.until, outcome.cured, outcome.observed_s) == ("cured", 6.0, 7.5, 6.0)
     assert [one.time for one in score(run.timeline()).mistreating] == [7.6]
     unnecessary = unnecessary_redeploys(score(run.timeline()).executed, run.timeline().injections)
     assert [one.time for one in unnecessary] == [7.6]
+
+
+def test_what_is_done_after_a_cure_treats_no_fault_that_comes_later() -> None:
+    later = replace(SHIFT, time=12.0)
+    run = Run(replace(ended(SHIFT, 6.0), cured_away=7.5), later)
+    for time in (7.4, 9.0, 10.0):
+        run.recalibrate(time)
+    assert [one.time for one in score(run.timeline()).mistreating] == [9.0, 10.0]
+    run.faults = [ended(SHIFT, 6.0), later]
+    assert [one.time for one in score(run.timeline()).mistreating] == [7.4, 9.0, 10.0]
+
+
+def test_a_restart_cures_a_fault_that_comes_within_it() -> None:
+    run = Run(ended(replace(CUDA, time=2.0), 2.3, "restart segmentation"))
+    run.command(1.8, "segmentation", "deactivate")
+    assert run.fates == [("cuda_out_of_memory", "missed")]
+    run.command(2.2, "segmentation", "activate")
+    assert (run.fates, run.mistreating) == ([("cuda_out_of_memory", "cured")], [])
+
+
+def test_what_is_set_and_set_back_while_a_fault_is_away_is_no_preparation_for_it() -> None:
+    run = Run(ended(DEPTH, 4.0), ended(replace(DEPTH, time=8.0), 12.0))
+    for time, modality in ((5.0, "1"), (5.5, "2"), (6.0, "1")):
+        run.set(time, "modality", modality)
+    assert [one.time for one in score(run.timeline()).mistreating] == [5.0, 5.5]
 
 
 def test_what_is_done_while_a_fault_is_away_treats_it_if_it_comes_again() -> None:

@@ -93,36 +93,41 @@ def test_a_server_holds_no_more_requests_than_its_depth() -> None:
     assert [request.data for request in requests] == [False, False, True]  # type: ignore[attr-defined]
 
 
-def test_requests_of_a_protected_process_are_never_those_that_a_full_queue_drops() -> None:
+def test_requests_of_a_protected_process_wait_for_no_other_and_take_nobodys_place() -> None:
     sim = Simulation()
     server = node_of(sim, "server")
-    handled: list[int] = []
-    server.create_service(
-        SetBool,
-        "/switch",
-        QoSProfile(depth=2),
-        lambda number, _: handled.append(number.sequence),
-        label="answer",
-    )
-    asking, other = (
-        node.create_client(SetBool, "/switch", QOS, lambda *_: None, label="on_response")
-        for node in (node_of(sim, "protected", is_protected=True), node_of(sim, "other"))
-    )
-    for _ in range(5):
-        other.send_request(SetBool.Request())
-    asking.send_request(SetBool.Request())
-    asking.send_request(SetBool.Request())
-    for _ in range(5):
-        other.send_request(SetBool.Request())
-    sim.run_until(100 * MS)
-    assert handled == [1, 1, 2]  # the first was being handled while the others came
+    handled: list[tuple[str, int, int]] = []
 
-    handled.clear()
-    other.send_request(SetBool.Request())
-    for _ in range(4):
-        asking.send_request(SetBool.Request())
-    sim.run_until(200 * MS)
-    assert handled == [11, 5, 6]  # where all that wait are protected, the oldest
+    def serve_as(name: str) -> None:
+        server.create_service(
+            SetBool,
+            name,
+            QoSProfile(depth=2),
+            lambda number, _: handled.append((name, number.sequence, sim.now)),
+            label="answer",
+        )
+
+    serve_as("/other_switch")
+    serve_as("/switch")
+    protected, other = node_of(sim, "protected", is_protected=True), node_of(sim, "other")
+    asking, beside, elsewhere = (
+        node.create_client(SetBool, name, QOS, lambda *_: None, label="on_response")
+        for node, name in ((protected, "/switch"), (other, "/switch"), (other, "/other_switch"))
+    )
+    for client in (elsewhere, beside, asking):
+        for _ in range(4):
+            client.send_request(SetBool.Request())
+    sim.run_until(100 * MS)
+    arrived, callback = 500_000, 200_000
+    busy = arrived + callback
+    assert handled == [
+        ("/other_switch", 1, arrived),
+        *(("/switch", number, busy) for number in (1, 2, 3, 4)),
+        ("/other_switch", 3, busy),
+        ("/other_switch", 4, busy + callback),
+        ("/switch", 3, busy + 2 * callback),
+        ("/switch", 4, busy + 3 * callback),
+    ]
 
 
 def test_the_responses_to_others_come_as_if_a_protected_process_had_sent_no_request() -> None:

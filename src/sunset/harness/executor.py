@@ -1,5 +1,6 @@
 """The node that plays a scenario: it injects its faults, ends them, and keeps the world as the scenario says."""
 
+import math
 from collections.abc import Callable, Iterable
 from functools import partial
 from typing import Any, cast
@@ -219,12 +220,12 @@ class ScenarioExecutor(Node):
             self._come(occurrence)
 
     def _go_on(self, occurrence: Occurrence) -> None:
-        """Wait for the next change of a fault's strength; if there is none, a fault that is away is over."""
-        change = next(occurrence.changes, None)
-        if change is None:
-            occurrence.over = not occurrence.there
+        """Wait for the next change of a fault's strength; if none brings it back, a fault that is away is over."""
+        time_s, value = next(occurrence.changes, (math.inf, None))
+        if value is None and not occurrence.there:
+            occurrence.over = True
+        if time_s == math.inf or occurrence.over:
             return
-        time_s, value = change
 
         def turn() -> None:
             if occurrence.over:

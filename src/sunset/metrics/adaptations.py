@@ -38,6 +38,7 @@ class ExecutedAdaptation:
         parameters: the names of the parameters that were set.
         values: their values as text.
         begun: when the shutdown came that a redeploy followed [s]; None without one.
+        completed: when the activation came that made a restart of a deactivation [s]; None without one.
     """
 
     time: float
@@ -47,6 +48,12 @@ class ExecutedAdaptation:
     parameters: tuple[str, ...] = ()
     values: tuple[str, ...] = ()
     begun: float | None = None
+    completed: float | None = None
+
+    @property
+    def moments(self) -> tuple[float, ...]:
+        """When the commands came that it consists of, at the least the first and the last [s]."""
+        return tuple(time for time in (self.begun, self.time, self.completed) if time is not None)
 
     def __str__(self) -> str:
         """Return it in words, such as `set sensor_fusion.modality to 1` or `restart camera`."""
@@ -135,7 +142,7 @@ def _append(done: list[ExecutedAdaptation], new: ExecutedAdaptation) -> None:
     if not steps:
         done.append(new)
         return
-    done[steps[-1]] = replace(done[steps[-1]], kind="restart")
+    done[steps[-1]] = replace(done[steps[-1]], kind="restart", completed=new.time)
     for position in steps[:-1]:
         del done[position]
 
@@ -180,7 +187,7 @@ def unnecessary_redeploys(
             for fault in open_faults
             if short_name(fault.node) == adaptation.node
             and fault.time <= adaptation.time
-            and (fault.healed is None or fault.over is None or adaptation.time < fault.over)
+            and (fault.healed is None or fault.over is None or min(adaptation.moments) < fault.over)
         ]
         if not cured:
             unnecessary.append(adaptation)

@@ -8,10 +8,11 @@
   the mean) at the failing node or upstream of it, which is no step of its cure, and the mean IoU of such a stretch,
   which lasts a second at least, is under 0.85 of that of the healthy frames. These are the frames before the first
   fault and the first adaptation; where there are fewer than five of them, the IoU does not matter.
-- An adaptation is *mistreating* if it treats no fault: it is a step of no cure of a fault that is there, or away until
-  it comes again, and does not set something back to what it was at first. What is in place already is no step of a
-  cure. Parts of a restart and what is set of a node that a cure activates are steps of it. A call that sets several
-  parameters is one for each, less those that it leaves as they were beside one that treats a fault.
+- An adaptation is *mistreating* if it treats no fault: it is a step of no cure of a fault that is there, or away for a
+  while, and does not set something back to what it was at first. While a fault is away, it is treated by what keeps it
+  from coming again, or is in place when it does. What is in place already is no step of a cure. Parts of a restart and
+  what is set of a node that a cure activates are steps of it. A call that sets several parameters is one for each, less
+  those that it leaves as they were beside one that treats a fault.
 """
 
 from collections.abc import Sequence
@@ -67,8 +68,8 @@ class FaultOutcome:
 
     @property
     def observed_s(self) -> float:
-        """From when it came to when it was cured, else to when it could be cured no more [s]."""
-        return (self.until if self.cured is None else self.cured) - self.began
+        """How long it was there without a cure [s]; one that is cured while it is away was there until then."""
+        return (self.until if self.cured is None else min(self.until, self.cured)) - self.began
 
 
 class Treatments:
@@ -137,33 +138,32 @@ class Treatments:
         return any(self._treats(adaptation, fault) for adaptation in self._executed)
 
     def _treats(self, adaptation: ExecutedAdaptation, fault: Injection) -> bool:
-        """Return whether an adaptation is a step of a cure of a fault that is there, or away until it comes again."""
-        over = self._over(fault)
-        moments = (adaptation.begun, adaptation.time)
-        if not any(
-            fault.time <= moment and (over is None or moment < over)
-            for moment in moments
-            if moment is not None
-        ):
-            return False
+        """Return whether an adaptation is a step of a cure of a fault that is there, or away until it comes."""
+        is_there = any(
+            fault.time <= moment and (fault.over is None or moment < fault.over)
+            for moment in adaptation.moments
+        )
         described = current_system().faults.get(fault.fault)
         lives_on = described is not None and described.kind is FaultKind.EXTERNAL
-        # what is set already works around nothing more
+        if not (is_there or (lives_on and self._is_awaited(fault, adaptation.time))):
+            return False
         done = [
             (key, value)
             for key, value in settings_of(adaptation)
-            if not lives_on or self._settings.at(key, adaptation.time) != value
+            if not lives_on or self._works_around(key, value, adaptation.time, fault.time)
         ]
         return any(_is_step(adaptation, step, done) for cure in _cures(fault.fault) for step in cure)
 
-    def _over(self, fault: Injection) -> float | None:
-        """Return when there was nothing of a fault to be cured any more [s], or it came again; None for never."""
-        again = (
-            other.time
-            for other in self.faults
-            if other.fault == fault.fault and other.time > fault.time and fault.healed is not None
+    def _is_awaited(self, fault: Injection, time: float) -> bool:
+        """Return whether a fault has healed at a time, and comes again as this one."""
+        earlier = [other for other in self.faults if other.fault == fault.fault and other.time < fault.time]
+        return bool(earlier) and earlier[-1].healed is not None and earlier[-1].healed <= time < fault.time
+
+    def _works_around(self, key: Key, value: str, time: float, onset: float) -> bool:
+        """Return whether what is set was not set already, and stays so until the onset of the fault."""
+        return self._settings.at(key, time) != value and (
+            time >= onset or self._settings.until(key, value, time, onset) == onset
         )
-        return min(again, default=fault.over)
 
     def _sets_back(self, adaptation: ExecutedAdaptation) -> bool:
         """Return whether all that an adaptation changes is set back to what it was at first, and no cure taken away."""
@@ -183,8 +183,7 @@ class Treatments:
         """Return of each evaluated frame whether a fault was masked in it."""
         frames, period_s, end = self._timeline.frames, self._timeline.period_s, self._timeline.duration_s
         times, masked = frames.times, np.zeros(len(frames.times), dtype=bool)
-        open_until = outcome.until if outcome.cured is None else min(outcome.until, outcome.cured)
-        hidden = (times >= outcome.began) & (times < open_until)
+        hidden = (times >= outcome.began) & (times < outcome.began + outcome.observed_s)
         for episode in episodes:
             if episode.failure == outcome.failure:
                 hidden &= (times < episode.holds) | (

@@ -21,7 +21,7 @@ class SimHost(Middleware):
     Attributes:
         name: names it in errors.
         network: the world.
-        is_protected: whether no full queue of a service drops its requests, and handling them takes no time.
+        is_protected: whether it is the experiment's, so that nobody can delay it or notice what it asks for.
     """
 
     name: str
@@ -29,8 +29,8 @@ class SimHost(Middleware):
     is_protected: bool
 
     @abstractmethod
-    def notify(self, entity: "SimEntity") -> None:
-        """Note that an entity has one more thing to do."""
+    def notify(self, entity: "SimEntity", *, first: bool = False) -> None:
+        """Note that an entity has one more thing to do, before all others if it is to be the first."""
 
     @abstractmethod
     def send(self, leave: Callable[..., None], payload: object) -> None:

@@ -69,9 +69,12 @@ class SimProcess(SimHost):
 
     # What happens to it
 
-    def notify(self, entity: SimEntity) -> None:
+    def notify(self, entity: SimEntity, *, first: bool = False) -> None:
         if self._alive:
-            self._ready.append(entity)
+            if first:
+                self._ready.appendleft(entity)
+            else:
+                self._ready.append(entity)
             if self._running and not self._busy:
                 self._run_next()
 
@@ -94,7 +97,8 @@ class SimProcess(SimHost):
         scheduler = network.scheduler
         self._busy = True
         self._calls += 1
-        scheduler.add(scheduler.now + entity.cost_ns(), Priority.COMPLETION, self._complete, None)
+        cost_ns = 0 if self.is_protected else entity.cost_ns()
+        scheduler.add(scheduler.now + cost_ns, Priority.COMPLETION, self._complete, None)
         network.executing = self
         try:
             if self._around is None:

@@ -1,5 +1,6 @@
 """Simulated clients and servers of services."""
 
+from collections import deque
 from typing import ClassVar
 
 from sunset.errors import MiddlewareError
@@ -55,23 +56,26 @@ class SimService(SimReceiver[tuple[RequestId, SimClient, Message]], ServiceHandl
 
     def join(self) -> None:
         self._asking: dict[RequestId, SimClient] = {}
+        self._protected: deque[tuple[RequestId, SimClient, Message]] = deque()
         super().join()
 
     def deliver(self, item: tuple[RequestId, SimClient, Message]) -> None:
-        """Take in a request; a full queue drops the oldest that a process without protection has sent."""
-        if len(self._items) == self._limit:
-            self._items.append(item)
-            protected = [client.process.is_protected for _, client, _ in self._items]
-            del self._items[protected.index(False) if False in protected else 0]
+        """Take in a request; that of a protected process waits for no other and takes nobody's place."""
+        _, client, _ = item
+        if self.alive and client.process.is_protected:
+            self._protected.append(item)
+            self.process.notify(self, first=True)
         else:
             super().deliver(item)
 
+    def ready(self) -> bool:
+        return bool(self._protected or self._items)
+
     def cost_ns(self) -> int:
-        _, client, _ = self._items[0]
-        return 0 if client.process.is_protected else OTHER_CALLBACK_NS
+        return 0 if self._protected else OTHER_CALLBACK_NS
 
     def run(self) -> None:
-        request_id, client, request = self._items.popleft()
+        request_id, client, request = (self._protected or self._items).popleft()
         network = self.process.network
         asking, server = client.node.fully_qualified_name, self.node.fully_qualified_name
         for tap in network.taps:

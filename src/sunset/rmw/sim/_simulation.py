@@ -64,9 +64,9 @@ class Simulation:
         Args:
             name: names it in errors; two processes may have the same.
             around: calls each callback of this process, in the place of the simulation; None to just call it.
-            is_protected: whether no full queue of a service drops its requests, so that others who ask for more than
-                a service can answer do not silence it, and handling them takes no time, so that nobody can tell by
-                answers that are late that there were such requests.
+            is_protected: whether it is the experiment's. Its callbacks take no time. Its requests wait for no other
+                request, take nobody's place in a queue, and take no time, so that nobody can delay them, or notice
+                by how others are answered that there were such requests.
         """
         return SimProcess(self._network, name, around, is_protected=is_protected)
 

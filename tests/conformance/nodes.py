@@ -54,14 +54,14 @@ class Echo(Node):
 
 
 class Server(Node):
-    """Offers `~/set`, and `~/ask`, which asks `~/set` itself before it answers."""
+    """Offers `~/set`, and `~/ask`, which asks `~/set` itself through two clients before it answers."""
 
     def __init__(self, context: Context) -> None:
         super().__init__("server", context=context)
         self.create_service(SetBool, "~/set", self.set)
         self.create_service(Trigger, "~/ask", self.ask)
         self.create_service(Trigger, "~/leave", self.leave)
-        self._client = self.create_client(SetBool, "~/set")
+        self._clients = [self.create_client(SetBool, "~/set") for _ in range(2)]
 
     def set(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
         response.success = request.data
@@ -69,9 +69,12 @@ class Server(Node):
         return response
 
     async def ask(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        answer = await self._client.call_async(SetBool.Request(data=True))
-        response.success = answer.success
-        response.message = f"asked: {answer.message}"
+        answers = [
+            await client.call_async(SetBool.Request(data=data))
+            for client, data in zip(self._clients, (True, False), strict=True)
+        ]
+        response.success = all(answer.message for answer in answers)
+        response.message = f"asked: {', '.join(answer.message for answer in answers)}"
         return response
 
     def leave(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:

@@ -31,10 +31,12 @@ def test_answers_find_their_questions(harness: Harness) -> None:
     assert [answered(future).success for future in futures] == questions
 
 
-def test_a_service_may_ask_another_before_it_answers(harness: Harness) -> None:
+def test_a_service_may_ask_others_before_it_answers(harness: Harness) -> None:
     harness.start("Server")
-    response = harness.call(harness.node.create_client(Trigger, "/server/ask"), Trigger.Request())
-    assert response == Trigger.Response(success=True, message="asked: set to True")
+    client = harness.node.create_client(Trigger, "/server/ask")
+    for _ in range(2):
+        response = harness.call(client, Trigger.Request())
+        assert response == Trigger.Response(success=True, message="asked: set to True, set to False")
 
 
 def test_the_answer_leaves_before_the_process_that_shuts_down(harness: Harness) -> None:

@@ -137,7 +137,9 @@ class ClientHandle(Handle):
 
     @abstractmethod
     def send_request(self, request: Message) -> int:
-        """Send a request and return its number; the response comes to the handler with this number.
+        """Send a request and return its number, with which the response comes to the handler.
+
+        The numbers of each client run from 1, so that one that is far away knows them.
 
         Raises:
             MiddlewareError: the client is destroyed.

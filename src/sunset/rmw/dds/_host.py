@@ -66,7 +66,6 @@ class DdsHost(LiveProcess):
         problems: what came and could not be used: topic, service or node → how often.
         alarms: when which part is to have a turn, by the clock that never jumps.
         endpoints_here: the endpoints of its nodes, as the keys, by age.
-        request_numbers: yields the running numbers of requests.
     """
 
     def __init__(self, configuration: Configuration) -> None:
@@ -79,7 +78,6 @@ class DdsHost(LiveProcess):
         self._readers: dict[int, DdsEntity] = {}
         self._queue: WaitingLine[DdsEntity | None] = WaitingLine()
         self._ids = count(1)
-        self.request_numbers = count(1)
         self._reported: dict[str, tuple[int, int]] = {}
         self._failure: Exception | None = None
         self._alive = True

@@ -6,6 +6,7 @@ response until the client's reader is connected to it.
 """
 
 import threading
+from itertools import count
 from struct import Struct
 from typing import ClassVar, Final, NamedTuple
 
@@ -93,10 +94,11 @@ class DdsClient(_ServiceEnd, ClientHandle):
     def open(self, ros_type: type[Service], qos: QoSProfile) -> None:
         super().open(ros_type, qos)
         self._id = dds.instance_handle_of(self._writer)
+        self._numbers = count(1)
 
     def send_request(self, request: Message) -> int:
         self.check_alive(f"call {self.name}")
-        number = next(self.process.request_numbers)
+        number = next(self._numbers)
         self.send(_sample(self._id, number, request))
         return number
 

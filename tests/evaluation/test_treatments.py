@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 from tests.evaluation.test_report import row_of, run
 
+from sunset.errors import RecordError
 from sunset.evaluation import FORMATS, RunRow, format_report, load_results, render_report, summarise
 from sunset.metrics import FaultOutcome
 
@@ -105,6 +106,28 @@ def test_runs_of_a_version_that_did_not_tell_have_no_figures_and_are_noted(
     if form not in {"csv", "json"}:
         assert "1 of 1 runs are of a version that did not say what became of the faults" in untold
     assert render_report(tmp_path, form, recompute=True) == told
+
+
+@pytest.mark.parametrize(
+    ("edited", "words"),
+    [
+        ({"began": 0.5, "cured": 0.1}, "from 0.5 to 20 s, cured at 0.1 s"),
+        ({"began": 3.0, "until": 2.0}, "from 3 to 2 s"),
+        ({"cured": 21.0}, "from 2 to 20 s, cured at 21 s"),
+    ],
+)
+def test_an_outcome_that_cannot_be_is_refused(
+    store: Callable[..., Path],
+    edit: Callable[..., None],
+    edited: dict[str, float],
+    words: str,
+    tmp_path: Path,
+) -> None:
+    folder = store("runs/1")
+    (outcome,) = json.loads((folder / "run.json").read_text())["fault_outcomes"]
+    edit(folder, fault_outcomes=[outcome | edited])
+    with pytest.raises(RecordError, match=rf"by 20 s, got \S+ {words}; run it again"):
+        load_results(tmp_path)
 
 
 def test_recomputing_names_outcomes_that_were_edited(

@@ -66,6 +66,15 @@ def test_what_is_said_of_its_cure_is_what_the_figures_count() -> None:
     )
 
 
+def test_a_cure_while_a_fault_was_away_is_said_to_be_one() -> None:
+    away = Injection(0.0, "sync_issue", "F2", "sensor_fusion", ended=3.0, cured_away=4.5)
+    outcomes = [FaultOutcome("sync_issue", "F2", 0.0, 3.0, 4.5)]
+
+    (cause,) = causes_of(timeline([away]), metrics(outcomes=outcomes))
+
+    assert cause.cured_by.endswith("; done at 4.50 s (while it was away)")
+
+
 def test_a_fault_that_came_when_all_was_over_is_left_out() -> None:
     assert causes_of(timeline([Injection(20.0, "gpu_failure", "F3", "segmentation")]), metrics()) == ()
 

@@ -287,3 +287,28 @@ def test_what_healed_is_no_fault_that_came(returning: RunView) -> None:
     kinds = [(one.kind, round(one.time, 1)) for one in returning.events if one.kind in {"fault", "healed"}]
 
     assert kinds == [("fault", 0.5), ("healed", 1.5), ("fault", 2.5), ("healed", 3.5), ("fault", 4.5)]
+
+
+def test_a_cure_while_a_fault_was_away_is_told(tmp_path: Path) -> None:
+    (tmp_path / "scenario.yaml").write_text(COMES_AND_GOES, encoding="utf-8")
+    run = sunset.run(tmp_path / "scenario.yaml", _Late, out=tmp_path / "run")
+
+    (shown,) = data_of(page_text([Viewed(run, None)]))["runs"]
+    assert shown["story"][1:3] == [
+        "camera_driver_issue healed by itself at 1.5 s.",
+        "camera_driver_issue was cured at 1.9 s, while it was away.",
+    ]
+
+
+class _Late(sunset.ManagingSystem):
+    """Restarts the camera when its images have been away, and are back."""
+
+    def on_start(self) -> None:
+        self.were_away = self.is_done = False
+
+    def adapt(self, symptoms: sunset.Symptoms) -> None:
+        frequency = symptoms.frequency("rgb_camera")
+        self.were_away |= frequency < 2.0
+        if self.were_away and not self.is_done and frequency > 2.0:
+            self.is_done = True
+            self.restart("camera")

@@ -94,7 +94,7 @@ def _became(outcome: FaultOutcome, treatments: Treatments, *, healed: bool) -> s
     """Return when a fault was cured, or when it healed, or when a cure was in place; empty if none of these."""
     if outcome.cured is not None:
         in_place = outcome.cured == outcome.began > 0
-        away = ", while it was away" if outcome.cured > outcome.until else ""
+        away = " (while it was away)" if outcome.cured > outcome.until else ""
         return f"{'in place' if in_place else 'done'} at {outcome.cured:.2f} s{away}"
     undone = treatments.cured_for_a_while(outcome)
     parts = [f"in place from {start:.2f} to {stop:.2f} s only" for start, stop in undone[-1:]]

@@ -17,7 +17,6 @@ from sunset.errors import RecordError
 from sunset.metrics import FaultOutcome, LogFigures, RunMetrics
 from sunset.metrics.limits import MOST, Amount, Count, Positive, Share
 from sunset.schemas import convert, fields_of, read_json
-from sunset.texts import shown
 
 RECORD_VERSION: Final = 1
 """The version of the layout of records."""
@@ -228,9 +227,12 @@ def stored_figures(run: RunRecord, file: Path) -> dict[str, float | None]:
         path=("metrics",),
     )
     for one in run.fault_outcomes or ():
-        if not one.began <= min(one.until, one.until if one.cured is None else one.cured):
+        ends = [one.until] if one.cured is None else [one.until, one.cured]
+        if not one.began <= min(ends) <= max(ends) <= run.duration_s:
+            cured = "" if one.cured is None else f", cured at {one.cured:g} s"
             raise RecordError(
-                f"The fault_outcomes in {file} must begin before they end or are cured, got {shown(one)}; {_REMEDY}."
+                f"Each of the fault_outcomes in {file} must begin before it ends or is cured, and that by "
+                f"{run.duration_s:g} s, got {one.fault} from {one.began:g} to {one.until:g} s{cured}; {_REMEDY}."
             )
     return {name: getattr(figures, name) for name in RunMetrics.names()}
 

@@ -115,6 +115,9 @@ def _injected(run: StoredRun) -> Iterator[str]:
             healed.setdefault(injection.fault, []).append(injection.healed)
     if healed:
         yield f"{listed([f'{fault} healed by itself {_when(times)}' for fault, times in healed.items()])}."
+    for injection in injections:
+        if injection.cured_away is not None:
+            yield f"{injection.fault} was cured {_when([injection.cured_away])}, while it was away."
 
 
 def _number(count: int) -> str:

@@ -645,6 +645,7 @@ def test_an_extension_is_packed_and_runs_only_where_it_is_trusted(
     trusting = verify(packed, Rerun(99, 1, trust=True))
 
     assert (careful.passed, careful.recomputed, careful.again) == (True, 0, ())
+    assert str(careful).endswith("\nNothing is wrong, but no figure was checked.")
     assert careful.unchecked[0].endswith(
         "needs the campaign's extensions (darker.py), whose code --trust lets run."
     )

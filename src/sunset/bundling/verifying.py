@@ -63,7 +63,10 @@ class Verification:
         lines += [f"checked      {text}" for text in self.checked]
         lines += [f"not checked  {text}" for text in self.unchecked]
         lines += [f"wrong        {text}" for text in self.problems]
-        verdict = f"Not verified: {counted(len(self.problems), 'problem')}." if self.problems else "Verified."
+        if self.problems:
+            verdict = f"Not verified: {counted(len(self.problems), 'problem')}."
+        else:
+            verdict = "Verified." if self.recomputed else "Nothing is wrong, but no figure was checked."
         return printable("\n".join([*lines, verdict]))
 
     def to_json(self) -> dict[str, object]:
@@ -174,7 +177,8 @@ def _checked(opened: OpenedBundle, findings: Findings, rerun: Rerun, again: int)
         f"sources: {counted(len(described.managers), 'managing system')}, "
         f"{counted(len(described.extensions), 'extension')}"
     )
-    yield f"figures: {counted(findings.recomputed, 'run')}, computed from the messages, and the table"
+    if findings.recomputed:
+        yield f"figures: {counted(findings.recomputed, 'run')}, computed from the messages, and the table"
     if again:
         yield f"again: {counted(again, 'run')}, chosen by --seed {rerun.seed}, compared by digest and figures"
 

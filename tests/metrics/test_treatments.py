@@ -330,6 +330,20 @@ def test_only_what_lasts_a_second_masks() -> None:
     assert score(run.timeline()).masked_s == pytest.approx(1.1)
 
 
+def test_what_masks_on_both_sides_of_lost_frames_lasts_a_second_on_one_of_them() -> None:
+    run = Run(SHIFT)
+    run.unsure(0.0, 5.0)
+    run.unsure(7.0, 20.0)
+    run.set(4.0, "modality", "1")
+    whole = run.timeline()
+    assert score(whole).masked_s == pytest.approx(1.6)
+    frames = whole.frames
+    came = ~((frames.times > 6.05) & (frames.times < 6.45))
+    some = {name: getattr(frames, name)[came] for name in ("intersection", "predicted", "truth")}
+    lossy = replace(whole, frames=Frames(frames.times[came], frames.iou[came], **some))
+    assert score(lossy).masked_s == 0.0
+
+
 def test_what_masks_two_faults_counts_once_in_all() -> None:
     other = Injection(0.0, "unneeded_enhancement", "F4", FUSION, internal=False)
     metrics = score(masking(Run(SHIFT, other)).timeline())
@@ -390,6 +404,10 @@ def test_what_is_set_of_a_node_that_a_cure_activates_is_a_step_of_it() -> None:
     run.state(2.0, "image_enhancement", "activate", "active")
     run.set(3.0, "image_degradation", "0.5", node="image_enhancement")
     assert run.mistreating == []
+    run.settings.append(Setting(0.0, "/managed_subsystem/camera", "image_degradation", "0.9"))
+    run.set(4.0, "image_degradation", "0.2", node="image_enhancement")
+    run.set(5.0, "image_degradation", "0.4", node="image_enhancement")
+    assert run.mistreating == ["set image_enhancement.image_degradation to 0.2"]  # it undoes next to nothing
     other = Run(SHIFT)
     other.set(3.0, "image_degradation", "0.5", node="image_enhancement")
     assert other.mistreating == ["set image_enhancement.image_degradation to 0.5"]

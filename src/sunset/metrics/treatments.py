@@ -10,12 +10,12 @@
   fault and the first adaptation; where there are fewer than five of them, the IoU does not matter.
 - An adaptation is *mistreating* if it treats no fault: it is a step of no cure of a fault that is there, or away for a
   while, and does not set something back to what it was at first. While a fault is away, it is treated by what keeps it
-  from coming again, or is in place when it does. What is in place already is no step of a cure. Parts of a restart and
-  what is set of a node that a cure activates are steps of it. A call that sets several parameters is one for each, less
-  those that it leaves as they were beside one that treats a fault.
+  from coming again, or is in place when it does. What is in place already is no step of a cure. Parts of a restart are
+  steps of it, and so is the strength that undoes enough of a fault, of a node that a cure activates. A call that sets
+  several parameters is one for each, less those that it leaves as they were beside one that treats a fault.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Final
@@ -152,7 +152,22 @@ class Treatments:
             for key, value in settings_of(adaptation)
             if not lives_on or self._works_around(key, value, adaptation.time, fault.time)
         ]
-        return any(_is_step(adaptation, step, done) for cure in _cures(fault.fault) for step in cure)
+        return any(
+            _is_step(adaptation, step, done) or self._sets_strength(step, done, fault, adaptation.time)
+            for cure in _cures(fault.fault)
+            for step in cure
+        )
+
+    def _sets_strength(
+        self, step: Adaptation, done: Sequence[tuple[Key, str]], fault: Injection, time: float
+    ) -> bool:
+        """Return whether a node that a cure activates is set to undo enough of a fault, as it is then or comes."""
+        described = current_system().faults[fault.fault]
+        amounts = [value for key, value in done if key == (step.node, described.parameter)]
+        strength = self._settings.at((described.node, described.parameter), max(time, fault.time))
+        return (
+            step.kind is AdaptationKind.ACTIVATE and bool(amounts) and described.is_undone(strength, amounts)
+        )
 
     def _is_awaited(self, fault: Injection, time: float) -> bool:
         """Return whether a fault has healed at a time, and comes again as this one."""
@@ -195,8 +210,7 @@ class Treatments:
         for start, stop in self._changes(outcome):
             lasts = stop - start >= period_s  # what a node sets back at once is an act, and masks nothing
             changed |= lasts & (times >= start) & (times < stop + WINDOW.samples * period_s)
-        edges = np.flatnonzero(np.diff(np.concatenate([[False], hidden & changed, [False]]).astype(np.int8)))
-        for first, last in zip(edges[::2], edges[1::2], strict=True):
+        for first, last in _stretches_of(hidden & changed, times, period_s):
             is_bad = self._healthy is None or frames.iou[first:last].mean() < MASKING_SHARE * self._healthy
             masked[first:last] = is_bad and (last - first) * period_s >= SILENCE_S
         return masked
@@ -244,6 +258,17 @@ class Treatments:
         return float(iou.mean()) if len(iou) >= WINDOW.samples else None
 
 
+def _stretches_of(
+    shown: npt.NDArray[np.bool_], times: npt.NDArray[np.float64], period_s: float
+) -> Iterator[tuple[int, int]]:
+    """Yield from which to before which frame they follow one another and all are so; none is lost between them."""
+    places = np.flatnonzero(shown)
+    breaks = np.flatnonzero((np.diff(places) > 1) | (np.diff(times[places]) > 1.5 * period_s)) + 1
+    for stretch in np.split(places, breaks):
+        if len(stretch):
+            yield int(stretch[0]), int(stretch[-1]) + 1
+
+
 def _parts(adaptation: ExecutedAdaptation) -> list[ExecutedAdaptation]:
     """Return an adaptation for each parameter that one call sets; any other adaptation as it is.
 
@@ -282,7 +307,5 @@ def _is_step(adaptation: ExecutedAdaptation, step: Adaptation, done: Sequence[tu
         return True
     if adaptation.node != step.node:
         return False
-    if step.kind is AdaptationKind.ACTIVATE:
-        return bool(adaptation.parameters and done)
     is_part = step.kind is AdaptationKind.RESTART and adaptation.kind in _PARTS_OF_RESTART
     return setting is None and (adaptation.kind == step.kind or is_part)

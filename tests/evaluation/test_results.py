@@ -96,13 +96,13 @@ def test_another_flight_or_time_is_no_other_model(store: Store, tmp_path: Path) 
     store("plain", bag_checksum="3c" * 32)
     store("elsewhere", bag_checksum="7e" * 32)
     store("looped", bag_looped=True)
-    store("short", duration_s=4.0)
+    store("long", duration_s=24.0)
     rows = {row.folder.name: row for row in load_results(tmp_path)}
     assert {row.model for row in rows.values()} == {"lite"}
     assert rows["plain"].flight == Flight(20.0, looped=False, bag="3c" * 32)
     assert rows["elsewhere"].flight == Flight(20.0, looped=False, bag="7e" * 32)
     assert rows["looped"].flight == Flight(20.0, looped=True)
-    assert rows["short"].flight == Flight(4.0)
+    assert rows["long"].flight == Flight(24.0)
 
 
 @pytest.mark.parametrize(

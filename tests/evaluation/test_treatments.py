@@ -111,9 +111,10 @@ def test_runs_of_a_version_that_did_not_tell_have_no_figures_and_are_noted(
 @pytest.mark.parametrize(
     ("edited", "words"),
     [
-        ({"began": 0.5, "cured": 0.1}, "from 0.5 to 20 s, cured at 0.1 s"),
-        ({"began": 3.0, "until": 2.0}, "from 3 to 2 s"),
-        ({"cured": 21.0}, "from 2 to 20 s, cured at 21 s"),
+        ({"began": 0.5, "cured": 0.1}, "from 0.5 to 20 s, was cured at 0.1 s, in 20 s"),
+        ({"began": 3.0, "until": 2.0}, "from 3 to 2 s, in 20 s"),
+        ({"cured": 21.0}, "from 2 to 20 s, was cured at 21 s, in 20 s"),
+        ({"cured": 3.0}, "faults_cured is 0, and by fault_outcomes it is 1"),
     ],
 )
 def test_an_outcome_that_cannot_be_is_refused(
@@ -126,8 +127,33 @@ def test_an_outcome_that_cannot_be_is_refused(
     folder = store("runs/1")
     (outcome,) = json.loads((folder / "run.json").read_text())["fault_outcomes"]
     edit(folder, fault_outcomes=[outcome | edited])
-    with pytest.raises(RecordError, match=rf"by 20 s, got \S+ {words}; run it again"):
+    with pytest.raises(RecordError, match=rf"No run can have what .*run.json says: .*{words}; run it again"):
         load_results(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("edited", "words"),
+    [
+        ({"iou_net": 0.99}, "iou_net is 0.99, and by iou_all and adaptations_mistreated it is "),
+        ({"faults_cured": 7}, "faults_cured is 7, and faults_injected is 1"),
+        ({"episodes_resolved": 90}, "episodes_resolved is 90, and episodes is "),
+        ({"t_down_s": 20.5}, "t_down_s is 20.5, and duration_s is 20"),
+        ({"masked_s": 20.5}, "masked_s is 20.5, and duration_s is 20"),
+    ],
+)
+def test_figures_that_contradict_each_other_are_refused(
+    store: Callable[..., Path],
+    edit: Callable[..., None],
+    edited: dict[str, float],
+    words: str,
+    tmp_path: Path,
+) -> None:
+    folder = store("runs/1")
+    edit(folder, metrics=json.loads((folder / "run.json").read_text())["metrics"] | edited)
+    with pytest.raises(RecordError, match=words):
+        load_results(tmp_path)
+    (row,) = load_results(tmp_path, again=True)
+    assert set(row.differing) == set(edited)
 
 
 def test_recomputing_names_outcomes_that_were_edited(
@@ -135,11 +161,12 @@ def test_recomputing_names_outcomes_that_were_edited(
 ) -> None:
     folder = store("runs/1")
     (outcome,) = json.loads((folder / "run.json").read_text())["fault_outcomes"]
-    edit(folder, fault_outcomes=[outcome | {"cured": 2.5, "until": 2.5}])
+    figures = json.loads((folder / "run.json").read_text())["metrics"] | {"faults_cured": 1}
+    edit(folder, metrics=figures, fault_outcomes=[outcome | {"cured": 2.5, "until": 2.5}])
     (row,) = load_results(tmp_path)
     assert row.outcomes is not None
     assert row.outcomes[0].cured == 2.5
     (row,) = load_results(tmp_path, again=True)
-    assert row.differing == ("fault_outcomes",)
+    assert set(row.differing) == {"faults_cured", "fault_outcomes"}
     assert row.outcomes is not None
     assert row.outcomes[0].cured is None

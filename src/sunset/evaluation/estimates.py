@@ -10,9 +10,10 @@ from sunset.evaluation.resampling import LEAST_LEVELS, Cluster, Spread, spread
 
 METHOD: Final = (
     "Mean ± sample standard deviation over runs; 95 % confidence interval of the mean by a crossed cluster bootstrap, "
-    "in which runs with the same degradations, on the same flight, and of the same seed are alike. It holds for other "
-    f"degradations and flights where at least {LEAST_LEVELS} were run, and otherwise for these only. It takes the "
-    "outages as they are: they scatter in ±, and not in the interval."
+    "in which runs with the same degradations, on the same flight, and of the same seed are alike; without "
+    "degradations, those with the same failures. It holds for other degradations (failures) and flights where at least "
+    f"{LEAST_LEVELS} were run, and otherwise for these only. It takes the outages beside a degradation as they are: "
+    "they scatter in ±, and not in the interval."
 )
 """How the figures of a table come about, in words."""
 

@@ -64,6 +64,8 @@ _LACKING: Final = MappingProxyType(
         "f_resolved_per_adaptation": ("f_res/a_exec", "nothing was adapted"),
         "t_react_s": ("t_react", "nothing was resolved"),
         "iou": ("IoU", "no frame came"),
+        "diagnosis_precision": ("precision", "no fault was named with a probability of at least 0.5"),
+        "t_diagnosis_s": ("t_diagnosis", "no diagnosis named all faults that were there, and no other"),
     }
 )
 """Figure → what it is called, and what happened in the runs that have none."""

@@ -40,8 +40,8 @@ _DIAGNOSIS: Final = ("diagnosis_precision", "diagnosis_recall", "t_diagnosis_s")
 """Columns of managing systems that publish a diagnosis."""
 _TIME_TO_CURE_NOTE: Final = (
     "Time to cure: mean over faults from onset to cure by the estimate of Kaplan and Meier, in which one that heals "
-    "counts until then; one that is cured later than the measured time is long, or not at all, counts with "
-    "that time."
+    "counts until then, as if it would have been cured later as the others were; one that is cured later than the "
+    "measured time is long, or not at all, counts with that time. It says little of who lets faults heal."
 )
 ALL: Final = "all"
 """What stands in the place of a failure for all faults together."""

@@ -16,7 +16,7 @@ from sunset.metrics.published_log import (
     log_figures,
 )
 from sunset.metrics.published_rules import rule_rows
-from sunset.metrics.score import RunMetrics, score
+from sunset.metrics.score import RunMetrics, net_iou, score
 from sunset.metrics.timeline import (
     NUMBER_OF_CLASSES,
     STATE,
@@ -64,6 +64,7 @@ __all__ = [
     "failure_episodes",
     "image_iou",
     "log_figures",
+    "net_iou",
     "normalised_entropy",
     "rule_rows",
     "score",

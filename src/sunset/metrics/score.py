@@ -94,6 +94,15 @@ class RunMetrics:
         return {name: getattr(self, name) for name in self.names()}
 
 
+def net_iou(iou_all: float, mistreated: float, frames: int) -> float:
+    """Return IoU_all less a frame's share for each adaptation that treats no fault, and at least 0.
+
+    >>> net_iou(0.4, 50, 200)
+    0.30000000000000004
+    """
+    return iou_all * max(0.0, 1.0 - mistreated / frames)
+
+
 def score(timeline: Timeline) -> RunMetrics:
     """Compute the figures of one run from what was recorded from outside."""
     executed = executed_adaptations(timeline.commands, until_s=timeline.duration_s)
@@ -134,7 +143,7 @@ def score(timeline: Timeline) -> RunMetrics:
         faults_masked=sum(outcome.masked_s > 0 for outcome in found) if found else None,
         masked_s=masked_s if found else None,
         adaptations_mistreated=len(mistreating),
-        iou_net=iou_all * max(0.0, 1.0 - len(mistreating) / timeline.expected_frames),
+        iou_net=net_iou(iou_all, len(mistreating), timeline.expected_frames),
         diagnosis_precision=None if diagnosed is None else diagnosed.precision,
         diagnosis_recall=None if diagnosed is None else diagnosed.recall,
         t_diagnosis_s=_mean(

@@ -6,7 +6,7 @@ The version of a schema changes when an older reader would misread a newer file.
 import dataclasses
 import math
 import reprlib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Annotated, Final
 
@@ -14,7 +14,7 @@ import msgspec
 from msgspec import UNSET, Meta, UnsetType
 
 from sunset.errors import RecordError
-from sunset.metrics import FaultOutcome, LogFigures, RunMetrics
+from sunset.metrics import FaultOutcome, LogFigures, RunMetrics, net_iou
 from sunset.metrics.limits import MOST, Amount, Count, Positive, Share
 from sunset.schemas import convert, fields_of, read_json
 
@@ -226,15 +226,47 @@ def stored_figures(run: RunRecord, file: Path) -> dict[str, float | None]:
         remedy=_REMEDY,
         path=("metrics",),
     )
-    for one in run.fault_outcomes or ():
+    found = {name: getattr(figures, name) for name in RunMetrics.names()}
+    wrong = next(_contradictions(found, run), "")
+    if wrong:
+        raise RecordError(f"No run can have what {file} says: {wrong}; {_REMEDY}.")
+    return found
+
+
+def _contradictions(figures: Mapping[str, float | None], run: RunRecord) -> Iterator[str]:
+    """Yield what cannot be of figures that say so together."""
+    bounds = {
+        "episodes_resolved": ("episodes", figures["episodes"]),
+        "faults_cured": ("faults_injected", figures["faults_injected"]),
+        "faults_masked": ("faults_injected", figures["faults_injected"]),
+        "t_down_s": ("duration_s", run.duration_s),
+        "masked_s": ("duration_s", run.duration_s),
+    }
+    for name, (most, limit) in bounds.items():
+        value = figures[name]
+        if value is not None and limit is not None and value > limit:
+            yield f"{name} is {value:g}, and {most} is {limit:g}"
+    net, whole, mistreated = (figures[name] for name in ("iou_net", "iou_all", "adaptations_mistreated"))
+    if net is not None and whole is not None and mistreated is not None:
+        expected = net_iou(whole, mistreated, run.expected_frames)
+        if not math.isclose(net, expected, abs_tol=1e-9):
+            yield f"iou_net is {net:g}, and by iou_all and adaptations_mistreated it is {expected:g}"
+    outcomes = run.fault_outcomes or ()
+    for one in outcomes:
         ends = [one.until] if one.cured is None else [one.until, one.cured]
         if not one.began <= min(ends) <= max(ends) <= run.duration_s:
-            cured = "" if one.cured is None else f", cured at {one.cured:g} s"
-            raise RecordError(
-                f"Each of the fault_outcomes in {file} must begin before it ends or is cured, and that by "
-                f"{run.duration_s:g} s, got {one.fault} from {one.began:g} to {one.until:g} s{cured}; {_REMEDY}."
+            cured = "" if one.cured is None else f", was cured at {one.cured:g} s"
+            yield (
+                f"in fault_outcomes, {one.fault} is there from {one.began:g} to {one.until:g} s{cured}, in "
+                f"{run.duration_s:g} s"
             )
-    return {name: getattr(figures, name) for name in RunMetrics.names()}
+    counts = {
+        "faults_injected": len(outcomes),
+        "faults_cured": sum(one.cured is not None for one in outcomes),
+    }
+    for name, count in counts.items():
+        if outcomes and figures[name] != count:
+            yield f"{name} is {figures[name]}, and by fault_outcomes it is {count}"
 
 
 def differing_figures(stored: Mapping[str, object], computed: Mapping[str, float | None]) -> tuple[str, ...]:

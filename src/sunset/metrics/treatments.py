@@ -130,12 +130,10 @@ class Treatments:
         ]
         cured = min(around, default=None)
         ended_by_cure = fault.ended if fault.cause else fault.cured_away
-        if ended_by_cure is not None and ended_by_cure <= end and self._is_treated(fault):
+        is_treated = any(self._treats(adaptation, fault) for adaptation in self._executed)
+        if ended_by_cure is not None and ended_by_cure <= end and is_treated:
             cured = ended_by_cure  # without an adaptation, its process has ended by itself
         return FaultOutcome(fault.fault, fault.failure, fault.time, until, cured)
-
-    def _is_treated(self, fault: Injection) -> bool:
-        return any(self._treats(adaptation, fault) for adaptation in self._executed)
 
     def _treats(self, adaptation: ExecutedAdaptation, fault: Injection) -> bool:
         """Return whether an adaptation is a step of a cure of a fault that is there, or away until it comes."""

@@ -207,6 +207,29 @@ def test_a_fault_follows_another_one_that_is_still_there(world: "World") -> None
     assert play.value("sensor_fusion", "memory_leakage") is False
 
 
+@pytest.mark.parametrize("topic", ["rgb_enhanced", "/managed_subsystem/rgb_enhanced", "rgb_camera"])
+def test_a_topic_of_a_cure_may_have_its_full_name(world: "World", topic: str) -> None:
+    play = Play(
+        world, "name: image_degradation", "name: image_shift, after: {fault: image_degradation, delay: 2}"
+    )
+    play.until(0.5)
+    assert world.transition("image_enhancement", "activate")
+    assert world.set("sensor_fusion", "topic_camera_input", topic).successful
+    play.until(3)
+    assert play.value("sensor_fusion", "image_shift") == (10 if topic == "rgb_camera" else 0)
+
+
+@pytest.mark.parametrize("topic", ["/managed_subsystem/rgb_enhanced", "/managed_subsystem/rgb_camera"])
+def test_a_configuration_is_over_when_another_topic_is_set_by_whatever_name(
+    world: "World", topic: str
+) -> None:
+    play = Play(world, "name: unneeded_enhancement")
+    play.until(0.5)
+    assert world.set("sensor_fusion", "topic_camera_input", topic).successful
+    play.until(1)
+    assert len(play.ends) == topic.endswith("rgb_camera")
+
+
 @pytest.mark.parametrize("cured", [True, False])
 def test_an_external_fault_is_followed_unless_a_cure_works_around_it(world: "World", *, cured: bool) -> None:
     play = Play(

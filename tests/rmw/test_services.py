@@ -157,6 +157,39 @@ def test_the_responses_to_others_come_as_if_a_protected_process_had_sent_no_requ
     assert response_times(20) == response_times(0)
 
 
+def test_the_order_of_responses_is_as_if_a_protected_process_had_sent_no_request() -> None:
+    def order_of_responses(*, is_asked: bool) -> list[tuple[int, str]]:
+        sim = Simulation()
+        order: list[tuple[int, str]] = []
+        other = node_of(sim, "other")
+        clients = []
+        for name in ("/first", "/second"):
+            service: list[ServiceHandle] = []
+
+            def answer(request_id: RequestId, _: Message, service: list[ServiceHandle] = service) -> None:
+                service[0].send_response(request_id, SetBool.Response())
+
+            service.append(node_of(sim, name[1:]).create_service(SetBool, name, QOS, answer, label="answer"))
+
+            def note(*_: object, name: str = name) -> None:
+                order.append((sim.now, name))
+
+            clients.append(other.create_client(SetBool, name, QOS, note, label="on_response"))
+        asking = node_of(sim, "protected", is_protected=True).create_client(
+            SetBool, "/first", QOS, lambda *_: None, label="on_response"
+        )
+        for _ in range(5):
+            for client in clients:
+                client.send_request(SetBool.Request())
+        sim.run_until(300_000)
+        if is_asked:
+            asking.send_request(SetBool.Request())
+        sim.run_until(50 * MS)
+        return order
+
+    assert order_of_responses(is_asked=True) == order_of_responses(is_asked=False)
+
+
 def test_a_request_can_be_answered_later_but_once() -> None:
     sim = Simulation()
     server = node_of(sim, "server")

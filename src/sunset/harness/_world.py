@@ -1,6 +1,7 @@
 """What is seen of the managed nodes, and what outlasts their processes, as the scenario executor remembers it."""
 
 from collections.abc import Iterable
+from functools import partial
 
 from sunset.system import (
     FAULT_ACCESS,
@@ -99,7 +100,7 @@ class World:
     def after_change_to(self, node: str, parameter: str, value: Value) -> list[Adaptation]:
         """Return what to do after a parameter of a running node got a value."""
         step, kind = self._lasting.get((node, parameter), (None, None))
-        if step is None or step.value == value:
+        if step is None or _sets(step, value):
             return []
         if kind is FaultKind.CONFIGURATION:
             # the managing system owns this configuration from now on
@@ -135,8 +136,15 @@ class World:
             return self._states.get(step.node) == "active"
         if step.kind is AdaptationKind.DEACTIVATE:
             return self._states.get(step.node) == "inactive"
-        return bool(step.parameter) and self._values.get((step.node, step.parameter)) == step.value
+        value = self._values.get((step.node, step.parameter))
+        return bool(step.parameter) and value is not None and _sets(step, value)
 
 
 def _key(step: Adaptation) -> tuple[str, str]:
     return step.node, step.parameter or str(step.kind)
+
+
+def _sets(step: Adaptation, value: Value) -> bool:
+    """Return whether a step sets its parameter to a value."""
+    comparable = partial(current_system().comparable, step.node, step.parameter)
+    return step.value is not None and comparable(step.value) == comparable(value)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from sunset.metrics.adaptations import ExecutedAdaptation
 from sunset.metrics.timeline import STATE, Setting
 from sunset.names import ros_text
-from sunset.system import Adaptation, AdaptationKind, Fault, current_system, full_name, short_name
+from sunset.system import Adaptation, AdaptationKind, Fault, current_system, short_name
 
 Key = tuple[str, str]
 """A node, without namespace, and a parameter of it, or `STATE`."""
@@ -97,5 +97,5 @@ def settings_of(adaptation: ExecutedAdaptation) -> list[tuple[Key, str]]:
 
 
 def _plain(key: Key, value: str) -> str:
-    """Return a value as it is compared: a topic by its full name."""
-    return full_name(value) if key in current_system().topic_parameters else value
+    """Return a value as it is compared."""
+    return str(current_system().comparable(*key, value))

@@ -83,23 +83,33 @@ class SimProcess(SimHost):
             self._run_next()
 
     def _run_next(self) -> None:
-        ready = self._ready
-        while ready:
-            entity = ready.popleft()
+        """Begin the next callback, and all before it that take no time: they leave no trace in the order of events."""
+        scheduler = self.network.scheduler
+        while self._running and not self._busy and (entity := self._next_entity()) is not None:
+            cost_ns = 0 if self.is_protected else entity.cost_ns()
+            self._busy = True
+            if cost_ns:
+                scheduler.add(scheduler.now + cost_ns, Priority.COMPLETION, self._complete, None)
+                self._run(entity)
+                return
+            try:
+                self._run(entity)
+            finally:
+                self._finish()
+
+    def _next_entity(self) -> SimEntity | None:
+        while self._ready:
+            entity = self._ready.popleft()
             if not entity.alive or not entity.ready():
                 continue
             if entity.node.attached:
-                break
+                return entity
             entity.node.hold(partial(self._go_on, entity))
-        else:
-            return
-        network = self.network
-        scheduler = network.scheduler
-        self._busy = True
+        return None
+
+    def _run(self, entity: SimEntity) -> None:
         self._calls += 1
-        cost_ns = 0 if self.is_protected else entity.cost_ns()
-        scheduler.add(scheduler.now + cost_ns, Priority.COMPLETION, self._complete, None)
-        network.executing = self
+        self.network.executing = self
         try:
             if self._around is None:
                 entity.run()
@@ -110,24 +120,25 @@ class SimProcess(SimHost):
         except Exception as error:
             raise CallbackError.of(entity.node.fully_qualified_name, entity.label, error) from error
         finally:
-            network.executing = None
+            self.network.executing = None
 
     def _go_on(self, entity: SimEntity) -> None:
         scheduler = self.network.scheduler
         scheduler.add(scheduler.now, Priority.DELIVERY, self.notify, entity)
 
     def _complete(self, _: None) -> None:
-        if not self._alive:
-            return
+        if self._alive:
+            self._finish()
+            self._run_next()
+
+    def _finish(self) -> None:
+        """Let leave what the callback sent; it may have ended the process."""
         self._busy = False
-        if self._outbox:
-            outbox, self._outbox = self._outbox, []
-            for leave, payload in outbox:
-                leave(payload)
+        outbox, self._outbox = self._outbox, []
+        for leave, payload in outbox:
+            leave(payload)
         if self._ending:
             self.end()
-        elif self._running and self._ready:
-            self._run_next()
 
     def send(self, leave: Callable[..., None], payload: object) -> None:
         if self.network.executing is self:

@@ -77,8 +77,9 @@ def test_a_worker_with_another_version_is_told() -> None:
 def test_a_cluster_that_fails_changes_no_result() -> None:
     pytest.importorskip("distributed")
     done = subprocess.run(
-        [sys.executable, str(BENCHMARK), "--scenarios", "1"], check=True, capture_output=True, text=True
+        [sys.executable, str(BENCHMARK), "--scenarios", "1"], check=False, capture_output=True, text=True
     )
+    assert done.returncode == 0, done.stdout + done.stderr
     assert "one of two workers is killed" in done.stdout
     assert "the scheduler is killed" in done.stdout
     assert "are byte for byte those of the campaign with --jobs 2" in done.stdout

@@ -49,10 +49,23 @@ class Cluster:
         self.processes: list[subprocess.Popen[bytes]] = []
 
     def start(self, workers: int) -> None:
-        """Start it."""
+        """Start it, and wait until the scheduler listens.
+
+        Raises:
+            SystemExit: that takes too long.
+        """
         self._run("scheduler", "--host", "127.0.0.1", "--port", str(self._port), "--no-dashboard")
+        until = time.monotonic() + PATIENCE_S
+        while not self._listens():
+            if time.monotonic() > until:
+                sys.exit(f"No scheduler of dask listened at {self.address} in {PATIENCE_S} s.")
+            time.sleep(0.1)  # noqa: TID251  a real process is waited for
         for _ in range(workers):
             self.add_worker()
+
+    def _listens(self) -> bool:
+        with socket.socket() as tried:
+            return tried.connect_ex(("127.0.0.1", self._port)) == 0
 
     def add_worker(self) -> None:
         """Start one more worker, which nobody starts again when it is killed."""

@@ -18,6 +18,7 @@ from sunset.recording import (
     RUN_FILE,
     RunRecord,
     check_extensions,
+    check_figures,
     differences,
     measured_topics,
     published_log,
@@ -305,7 +306,9 @@ def _figures(
     log = None if run.by_paper_script is UNSET else run.by_paper_script
     if not again:
         outcomes = None if run.fault_outcomes is UNSET else run.fault_outcomes
-        return stored_figures(run, folder / RUN_FILE), outcomes, log, ()
+        figures = stored_figures(run, folder / RUN_FILE)
+        check_figures(figures, run, folder / RUN_FILE)
+        return figures, outcomes, log, ()
     computed, log_computed = _computed(run, folder)
     differing = (*differences(run, computed), *["by_paper_script"] * (log not in {None, log_computed}))
     return MappingProxyType(computed.to_json()), computed.outcomes, log_computed, differing

@@ -226,11 +226,18 @@ def stored_figures(run: RunRecord, file: Path) -> dict[str, float | None]:
         remedy=_REMEDY,
         path=("metrics",),
     )
-    found = {name: getattr(figures, name) for name in RunMetrics.names()}
-    wrong = next(_contradictions(found, run), "")
+    return {name: getattr(figures, name) for name in RunMetrics.names()}
+
+
+def check_figures(figures: Mapping[str, float | None], run: RunRecord, file: Path) -> None:
+    """Make sure that figures do not contradict each other; who computes them again names those that are wrong.
+
+    Raises:
+        RecordError: no run can have them together.
+    """
+    wrong = next(_contradictions(figures, run), "")
     if wrong:
         raise RecordError(f"No run can have what {file} says: {wrong}; {_REMEDY}.")
-    return found
 
 
 def _contradictions(figures: Mapping[str, float | None], run: RunRecord) -> Iterator[str]:

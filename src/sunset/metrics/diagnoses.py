@@ -55,11 +55,7 @@ def diagnosis_figures(timeline: Timeline, faults: Sequence[Injection]) -> Diagno
         named = {
             name for diagnosis in latest for name, sure in diagnosis.probabilities.items() if sure >= SURE
         }
-        present = [
-            place
-            for place, fault in enumerate(faults)
-            if fault.time <= start and (fault.ended is None or start < fault.ended)
-        ]
+        present = [place for place, fault in enumerate(faults) if fault.is_there(start)]
         there = {faults[place].fault for place in present}
         named_s += len(named) * (stop - start)
         there_s += len(there) * (stop - start)

@@ -99,6 +99,10 @@ class Injection:
         """When it healed by itself [s]; None if it did not."""
         return None if self.cause else self.ended
 
+    def is_there(self, time: float) -> bool:
+        """Return whether it has come, and has not ended."""
+        return self.time <= time and (self.ended is None or time < self.ended)
+
     @property
     def over(self) -> float | None:
         """When there was nothing of it to be cured any more [s]; None if it has not ended."""

@@ -180,7 +180,7 @@ class Treatments:
 
     def _sets_back(self, adaptation: ExecutedAdaptation) -> bool:
         """Return whether all that an adaptation changes is set back to what it was at first, and no cure taken away."""
-        there = [fault.fault for fault in self.faults if _is_there(fault, adaptation.time)]
+        there = [fault.fault for fault in self.faults if fault.is_there(adaptation.time)]
         cures = [setting_of(step) for fault in there for cure in _cures(fault) for step in cure]
         changed = [
             (key, present, value)
@@ -280,16 +280,12 @@ def _faults_there(timeline: Timeline) -> list[Injection]:
     there: list[Injection] = []
     for injection in timeline.injections:
         same = [place for place, fault in enumerate(there) if fault.fault == injection.fault]
-        if same and _is_there(there[same[-1]], injection.time):
+        if same and there[same[-1]].is_there(injection.time):
             last = there[same[-1]]
             there[same[-1]] = replace(injection, time=last.time)
         elif injection.time < timeline.duration_s:
             there.append(injection)
     return there
-
-
-def _is_there(fault: Injection, time: float) -> bool:
-    return fault.time <= time and (fault.ended is None or time < fault.ended)
 
 
 def _cures(fault: str) -> tuple[tuple[Adaptation, ...], ...]:

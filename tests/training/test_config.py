@@ -28,6 +28,13 @@ def test_the_reference_learns_each_branch_and_then_merges_them_as_they_are() -> 
     assert (rgb.frozen, depth.frozen, fusion.frozen) == ((), (), ("rgb", "depth"))
 
 
+def test_learned_weights_of_the_reference_are_learned_further_all_at_once_at_the_stride_of_use() -> None:
+    (stage,) = CONFIGS["reference"]().started().stages()
+    assert (stage.learned, stage.frozen) == (MODALITIES, ())
+    assert {phase.output_stride for phase in stage.schedule.phases} == {None}
+    assert CONFIGS["lite"]().started() == CONFIGS["lite"]()
+
+
 def test_the_second_branch_begins_with_the_first_ones_weights() -> None:
     config = CONFIGS["reference"]()
     assert [stage.begun_with for stage in config.stages()] == [None, "rgb", None]

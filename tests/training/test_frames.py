@@ -81,6 +81,8 @@ def test_fewer_frames_are_asked_for_by_one_number() -> None:
     assert 100 <= sum(views.count for views in plans["train"]) <= 110
     assert FrameCounts.of(5500) == FrameCounts()
     assert FrameCounts.of(11000).held_out == FrameCounts().held_out
+    further = FrameCounts.of(20_000, flight=2, other=3)
+    assert (further.flight, further.other) == (1600, 2400)
 
 
 def test_a_folder_that_cannot_be_written_is_named(tmp_path: Path) -> None:

@@ -38,7 +38,7 @@ def train_model(
         modality: which networks: `rgb`, `depth` or `all`; the fusion contains both branches, so it means all.
         seed: of everything that is drawn.
         steps: of the optimiser; as planned for `model` if None.
-        frames: about how many to train on; 5500 if None.
+        frames: about how many to train on; if None 5500, and 20,000 for a model that is trained further.
         batch: frames a step; as planned for `model` if None.
         start_from: the name or folder of a model that is trained further; random weights if None.
         resume: whether to continue what an interrupted training left in `work`.
@@ -70,12 +70,17 @@ def train_model(
         modalities=MODALITIES if modality in {"all", "fusion"} else (modality,),
         seed=whole_of(seed),
     )
+    config = config if start_from is None else config.started()
     config = config if steps is None else config.with_steps(steps)
+    if start_from is None:
+        counts = FrameCounts() if frames is None else FrameCounts.of(frames)
+    else:  # learned weights know the default flight's setting best
+        counts = FrameCounts.of(frames or 20_000, flight=2, other=3)
     return train(
         config if batch is None else config.with_batch(batch),
         as_path(out, "model's folder"),
         work=as_path(work, "work folder"),
-        counts=None if frames is None else FrameCounts.of(frames),
+        counts=counts,
         start=None if start_from is None else load_model(start_from),
         resume=resume,
         jobs=jobs or processors(),

@@ -44,7 +44,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         parser,
         "--frames",
         "about how many training frames; with fewer than the default, fewer are rendered to validate and test "
-        "too, for a quick training (default: 5500)",
+        "too, for a quick training (default: 5500; 20000 with --start-from)",
     )
     add_count_option(
         parser,

@@ -158,6 +158,7 @@ class TrainingConfig:
         schedule: how weights are learned.
         merging: how the late fusion is learned on branches that were learned one by one before; None: all
             networks are learned at once.
+        further: how learned weights are learned further, all networks at once; None: in the same way.
         logit_adjustment: share of the logarithm of the schedule's class weights that is taken off the logits when
             all is learned (Menon et al., Long-tail learning via logit adjustment, ICLR 2021). The weights make a
             small class learned, but then also seen where it is not: a loss weighted by w adds log w to its logits.
@@ -170,6 +171,7 @@ class TrainingConfig:
     shape: LiteShape | ReferenceShape = field(default_factory=LiteShape)
     schedule: Schedule = field(default_factory=Schedule)
     merging: Schedule | None = None
+    further: Schedule | None = None
     logit_adjustment: float = 0.4
     remark: str = ""
 
@@ -206,6 +208,10 @@ class TrainingConfig:
         if "fusion" in self.modalities:
             stages.append(Stage("fusion", ("fusion",), self.merging, frozen=self.branches))
         return tuple(stages)
+
+    def started(self) -> "TrainingConfig":
+        """Return the run that learns on from learned weights."""
+        return self if self.further is None else replace(self, schedule=self.further, merging=None)
 
     def plan(self, networks: tuple[str, ...], output_stride: int | None = None) -> tuple[Layer, ...]:
         """Return the layers of some networks: branches, and only the merging layers of the fusion."""
@@ -245,6 +251,12 @@ def _reference() -> TrainingConfig:
         ),
         merging=Schedule(
             phases=(Phase(1400, 8),), learning_rate=2e-3, warm_up=20, distinct=140, validate_every=350
+        ),
+        further=Schedule(
+            phases=(Phase(2400, 8, momentum=0.05), Phase(100, 8, momentum=0.02)),
+            learning_rate=3e-4,
+            weight_decay=0.02,
+            validate_every=250,
         ),
     )
 

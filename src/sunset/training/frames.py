@@ -86,18 +86,20 @@ class FrameCounts:
     passage: int = 200
 
     @classmethod
-    def of(cls, frames: int) -> "FrameCounts":
+    def of(cls, frames: int, *, flight: int = 8, other: int = 3) -> "FrameCounts":
         """Return counts with about so many training frames, and with as much fewer held-out ones; no fewer than work.
+
+        Training frames in the default flight's setting and in all settings are as `flight` to `other`.
 
         >>> FrameCounts.of(550)
         FrameCounts(flight=80, other=30, held_out=15, passage=20)
         """
         most = cls()
-        share = frames / (len(TRAINING_TOWNS) * (most.flight + most.other))
-        held_out = min(share, 1.0)
+        of_town = len(TRAINING_TOWNS) * (flight + other)
+        held_out = min(frames / (len(TRAINING_TOWNS) * (most.flight + most.other)), 1.0)
         return cls(
-            flight=math.ceil(most.flight * share),
-            other=math.ceil(most.other * share),
+            flight=math.ceil(frames * flight / of_town),
+            other=math.ceil(frames * other / of_town),
             held_out=math.ceil(most.held_out * held_out),
             passage=max(math.ceil(most.passage * held_out), _LEAST_PASSAGE),
         )

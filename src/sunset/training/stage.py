@@ -39,8 +39,8 @@ from sunset.training.training_log import truncate_log
 
 CHECKPOINT: Final = "checkpoint.pt"
 LOG: Final = "log.jsonl"
-CHECKPOINT_EVERY_S: Final = 30.0
-"""Seconds between checkpoints: with the slowest step and the IoU on held-out frames, less than a minute."""
+CHECKPOINT_EVERY_S: Final = 120.0
+"""Seconds between checkpoints: of the two branches of `reference` learned at once, one takes 1 GB."""
 
 Weights = Mapping[str, Tensor]
 """Tensors by name: a torch state dict."""
@@ -214,7 +214,7 @@ class StageRun:
     def _run_frozen(self, names: tuple[str, ...], bgr: Tensor, depth: Tensor) -> dict[str, Tensor]:
         """Return frozen branches' logits of frames."""
         results = _inputs(names, bgr, depth)
-        with torch.autocast(self._device.type, torch.bfloat16), torch.no_grad():
+        with self._autocast(), torch.no_grad():
             forward(self._config.plan(names), self._frozen, results)
         return {f"{name}.logits": results[f"{name}.logits"] for name in names}
 
@@ -231,9 +231,14 @@ class StageRun:
             cells = (cells_of(down, stride), cells_of(across, stride))
             moved = results["rgb.logits"].detach().roll(cells, (2, 3))
         merged = {"rgb.logits": moved, "depth.logits": results["depth.logits"].detach()}
-        with torch.autocast(self._device.type, torch.bfloat16):
+        with self._autocast():
             forward(self._config.plan(("fusion",)), self.modules, merged)
         return merged["fusion.logits"]
+
+    def _autocast(self) -> torch.autocast:
+        """Return a context of bfloat16, or of float32 on a processor that would only emulate bfloat16."""
+        slow = self._device.type == "cpu" and torch.backends.cpu.get_cpu_capability() in {"DEFAULT", "AVX2"}
+        return torch.autocast(self._device.type, torch.bfloat16, enabled=not slow)
 
     def _logits(
         self, run: Callable[..., None], frames: Batch, output_stride: int | None, frozen: Mapping[str, Tensor]
@@ -241,7 +246,7 @@ class StageRun:
         """Run the networks that are learned on frames; `frozen` are the frozen branches' logits of them."""
         learned = self._stage.learned
         results = {**frozen, **_inputs(learned, frames.bgr, frames.depth)}
-        with torch.autocast(self._device.type, torch.bfloat16):
+        with self._autocast():
             run(self._config.plan(learned, output_stride), self.modules, results)
         return results
 

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from sunset.metrics import (
-    STATE,
     Command,
     Frames,
     Injection,
@@ -16,7 +15,7 @@ from sunset.metrics import (
     score,
     unnecessary_redeploys,
 )
-from sunset.system import Adaptation, AdaptationKind, Extension, Fault, FaultKind
+from sunset.system import STATE, Adaptation, AdaptationKind, Extension, Fault, FaultKind
 from sunset.system.current import _state
 
 FUSION = "/managed_subsystem/sensor_fusion"

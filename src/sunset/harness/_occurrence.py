@@ -5,7 +5,15 @@ from dataclasses import dataclass, field, replace
 
 from sunset.harness._course import Change
 from sunset.scenarios import ScenarioFault
-from sunset.system import Adaptation, AdaptationKind, Fault, FaultKind, Value
+from sunset.system import (
+    Adaptation,
+    AdaptationKind,
+    Fault,
+    FaultKind,
+    Value,
+    comparable_text,
+    goal_of,
+)
 
 
 @dataclass(eq=False)
@@ -66,12 +74,9 @@ class Occurrence:
 
     def is_cured_by(self, parameter: str, value: Value) -> bool:
         """Return whether a value of a parameter of its node cures it."""
-        wanted = (self.fault.node, parameter, value)
-        return any(
-            (cure[0].node, cure[0].parameter, cure[0].value) == wanted
-            for cure in self.fault.cures
-            if len(cure) == 1
-        )
+        key = self.fault.node, parameter
+        wanted = key, comparable_text(key, value)
+        return any(goal_of(cure[0]) == wanted for cure in self.fault.cures if len(cure) == 1)
 
     def injection(self, value: Value) -> tuple[Adaptation, ...]:
         """Return what injects it at a strength."""

@@ -1,16 +1,20 @@
 """What is seen of the managed nodes, and what outlasts their processes, as the scenario executor remembers it."""
 
 from collections.abc import Iterable
-from functools import partial
 
 from sunset.system import (
     FAULT_ACCESS,
+    STATE,
     Adaptation,
     AdaptationKind,
     Fault,
     FaultKind,
+    Key,
     Value,
+    comparable_text,
     current_system,
+    goal_of,
+    is_in_place,
 )
 
 _UP = frozenset({"inactive", "active"})
@@ -23,26 +27,25 @@ class World:
     """
 
     def __init__(self) -> None:
-        self._lasting: dict[tuple[str, str], tuple[Adaptation, FaultKind]] = {}
+        self._lasting: dict[tuple[str, str], tuple[Adaptation, Fault]] = {}
         self._states: dict[str, str] = {}
-        self._values: dict[tuple[str, str], Value] = {}
+        self._values: dict[Key, str] = {}
         self._starting: set[str] = set()
         self._started_anew: set[str] = set()
         self._initial_states = current_system().initial_states
 
-    def hold(self, steps: Iterable[Adaptation], kind: FaultKind) -> None:
+    def hold(self, steps: Iterable[Adaptation], fault: Fault) -> None:
         """Remember the steps of an injection, unless the fault is internal to its node."""
-        if kind is not FaultKind.INTERNAL:
-            self._lasting |= {_key(step): (step, kind) for step in steps}
+        if fault.kind is not FaultKind.INTERNAL:
+            self._lasting |= {_key(step): (step, fault) for step in steps}
 
-    def release(self, steps: Iterable[Adaptation]) -> None:
-        """Forget the steps of an injection."""
-        for step in steps:
-            self._lasting.pop(_key(step), None)
+    def release(self, fault: Fault) -> None:
+        """Forget the steps of a fault's injection."""
+        self._lasting = {key: held for key, held in self._lasting.items() if held[1] is not fault}
 
-    def holds(self, steps: Iterable[Adaptation]) -> bool:
-        """Return whether any step of an injection is remembered."""
-        return any(_key(step) in self._lasting for step in steps)
+    def holds(self, fault: Fault) -> bool:
+        """Return whether any step of a fault's injection is remembered."""
+        return any(held is fault for _, held in self._lasting.values())
 
     def settle(self) -> None:
         """Take all nodes except redeployed ones as up, which they are when the first fault is injected."""
@@ -65,7 +68,7 @@ class World:
 
     def see_value(self, node: str, parameter: str, value: Value, *, declared: bool) -> bool:
         """Take note of the value that a parameter got; return whether this shows that the process is a new one."""
-        self._values[node, parameter] = value
+        self._values[node, parameter] = comparable_text((node, parameter), value)
         if not declared or parameter != FAULT_ACCESS:
             return False
         self._begin_anew(node)
@@ -73,11 +76,10 @@ class World:
         return True
 
     def _begin_anew(self, node: str) -> None:
-        """Forget what was seen of a node's last process."""
+        """Take note that a node's process has ended, and another one is being started."""
         if node in self._states:
             self._started_anew.add(node)
         self._starting.add(node)
-        self._values = {key: value for key, value in self._values.items() if key[0] != node}
 
     def after_transition(self, node: str, start: str, goal: str) -> list[Adaptation]:
         """Return what to do after a lifecycle transition from the state `start` to `goal`.
@@ -85,9 +87,8 @@ class World:
         A node that comes up gets its parameters when it is configured, and to be safe when it is active: its
         first messages may be lost while it is being discovered.
         """
-        activation = Adaptation(AdaptationKind.ACTIVATE, node)
         if (start, goal) == ("deactivating", "inactive"):  # the node was removed on purpose
-            self.release([activation])
+            self._lasting.pop(_key(Adaptation(AdaptationKind.ACTIVATE, node)), None)
             return []
         if goal not in _UP:
             return []
@@ -99,26 +100,26 @@ class World:
 
     def after_change_to(self, node: str, parameter: str, value: Value) -> list[Adaptation]:
         """Return what to do after a parameter of a running node got a value."""
-        step, kind = self._lasting.get((node, parameter), (None, None))
-        if step is None or _sets(step, value):
+        key = node, parameter
+        step, fault = self._lasting.get(key, (None, None))
+        if step is None or fault is None or goal_of(step) == (key, comparable_text(key, value)):
             return []
-        if kind is FaultKind.CONFIGURATION:
+        if fault.kind is FaultKind.CONFIGURATION:
             # the managing system owns this configuration from now on
-            self._lasting = {
-                key: held for key, held in self._lasting.items() if held[1] is not FaultKind.CONFIGURATION
-            }
+            self.release(fault)
             return []
         return [step]
 
     def is_worked_around(self, fault: Fault) -> bool:
         """Return whether a cure is in place of a fault that lives in the world and cannot be ended."""
         return fault.kind is FaultKind.EXTERNAL and any(
-            all(map(self._is_done, cure))
-            and fault.is_undone(
-                self._values.get((fault.node, fault.parameter)),
-                [self._values.get((step.node, fault.parameter)) for step in cure],
-            )
-            for cure in fault.cures
+            is_in_place(fault, cure, self._setting) for cure in fault.cures
+        )
+
+    def _setting(self, key: Key) -> str | None:
+        node, name = key
+        return (
+            self._states.get(node, self._initial_states.get(node)) if name == STATE else self._values.get(key)
         )
 
     def cause_of(self, fault: Fault, done: str) -> str:
@@ -129,22 +130,9 @@ class World:
         if self._states.get(fault.node, "active") != "active":
             return f"restart {fault.node}"
         steps = (cure[0] for cure in fault.cures if len(cure) == 1 and cure[0].parameter)
-        return next((str(step) for step in steps if self._is_done(step)), done)
-
-    def _is_done(self, step: Adaptation) -> bool:
-        if step.kind is AdaptationKind.ACTIVATE:
-            return self._states.get(step.node) == "active"
-        if step.kind is AdaptationKind.DEACTIVATE:
-            return self._states.get(step.node) == "inactive"
-        value = self._values.get((step.node, step.parameter))
-        return bool(step.parameter) and value is not None and _sets(step, value)
+        done_steps = (step for step in steps if is_in_place(fault, [step], self._setting))
+        return next(map(str, done_steps), done)
 
 
 def _key(step: Adaptation) -> tuple[str, str]:
     return step.node, step.parameter or str(step.kind)
-
-
-def _sets(step: Adaptation, value: Value) -> bool:
-    """Return whether a step sets its parameter to a value."""
-    comparable = partial(current_system().comparable, step.node, step.parameter)
-    return step.value is not None and comparable(step.value) == comparable(value)

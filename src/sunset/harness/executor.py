@@ -176,7 +176,7 @@ class ScenarioExecutor(Node):
         """Set the strength of a fault; the future has the refusals."""
         occurrence.coming = not occurrence.there
         steps = occurrence.plan.injection if value is None else occurrence.injection(value)
-        self._world.hold(steps, occurrence.fault.kind)
+        self._world.hold(steps, occurrence.fault)
         return self._apply(occurrence, steps, access=occurrence.is_internal and occurrence.there)
 
     def _apply(self, occurrence: Occurrence, steps: Iterable[Adaptation], *, access: bool) -> Future[Answer]:
@@ -247,7 +247,7 @@ class ScenarioExecutor(Node):
         if not occurrence.there:
             return
         occurrence.there = False
-        self._world.release(occurrence.plan.injection)
+        self._world.release(occurrence.fault)
         self._publish_end(occurrence, "")
         removed = self._apply(occurrence, occurrence.removal(), access=occurrence.is_internal)
         removed.add_done_callback(partial(self._check, occurrence))
@@ -316,7 +316,7 @@ class ScenarioExecutor(Node):
                 self._apply(late, late.removal(), access=True)
         for occurrence in self._played:
             is_configuration = occurrence.fault.kind is FaultKind.CONFIGURATION
-            if is_configuration and occurrence.there and not self._world.holds(occurrence.plan.injection):
+            if is_configuration and occurrence.there and not self._world.holds(occurrence.fault):
                 self._end(occurrence, done)
 
     def _on_process_end(self, node: str) -> None:

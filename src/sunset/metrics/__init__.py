@@ -17,9 +17,9 @@ from sunset.metrics.published_log import (
 )
 from sunset.metrics.published_rules import rule_rows
 from sunset.metrics.score import RunMetrics, net_iou, score
+from sunset.metrics.settings import Settings
 from sunset.metrics.timeline import (
     NUMBER_OF_CLASSES,
-    STATE,
     Command,
     Diagnosis,
     Frames,
@@ -34,7 +34,6 @@ __all__ = [
     "FATES",
     "NUMBER_OF_CLASSES",
     "SCRIPT_FIGURES",
-    "STATE",
     "WALL_NS",
     "ClassCounts",
     "Command",
@@ -51,6 +50,7 @@ __all__ = [
     "RunMetrics",
     "Samples",
     "Setting",
+    "Settings",
     "Spell",
     "StrategyStatus",
     "Timeline",

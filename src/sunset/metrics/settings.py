@@ -3,14 +3,24 @@
 import itertools
 from bisect import bisect_right
 from collections.abc import Sequence
+from functools import partial
 
 from sunset.metrics.adaptations import ExecutedAdaptation
-from sunset.metrics.timeline import STATE, Setting
-from sunset.names import ros_text
-from sunset.system import Adaptation, AdaptationKind, Fault, current_system, short_name
+from sunset.metrics.timeline import Setting
+from sunset.system import (
+    STATE,
+    Adaptation,
+    AdaptationKind,
+    Fault,
+    FaultKind,
+    Key,
+    comparable_text,
+    current_system,
+    goal_of,
+    is_in_place,
+    short_name,
+)
 
-Key = tuple[str, str]
-"""A node, without namespace, and a parameter of it, or `STATE`."""
 Stretch = tuple[float, float]
 """From when to when [s], the end not included."""
 
@@ -30,7 +40,7 @@ class Settings:
         }
         for setting in settings:
             key = short_name(setting.node), setting.name
-            value = _plain(key, setting.value)
+            value = comparable_text(key, setting.value)
             if setting.declared:
                 self._first.setdefault(key, value)
             values = self._values.setdefault(key, [])
@@ -54,36 +64,24 @@ class Settings:
         place += values[place : place + 1] == [value]
         return min(times[place], end) if place < len(times) else end
 
-    def stretches(self, fault: Fault, cure: Sequence[Adaptation], start: float, end: float) -> list[Stretch]:
-        """Return when a cure of a fault was in place within `[start, end)`; never, if one of its steps sets nothing.
-
-        All of its steps must be, and undo enough of the fault.
-        """
-        strength, amounts = (fault.node, fault.parameter), [(step.node, fault.parameter) for step in cure]
-        wanted = [setting_of(step) for step in cure]
-        known = [setting for setting in wanted if setting is not None]
-        if len(known) < len(wanted):
+    def around(self, name: str, start: float, end: float) -> list[Stretch]:
+        """Return when a cure was in place within `[start, end)` of a fault that lives in the world; of others never."""
+        fault = current_system().faults.get(name)  # that of a record may be of another version
+        if fault is None or fault.kind is not FaultKind.EXTERNAL:
             return []
-        keys = [strength, *amounts, *(key for key, _ in known)]
+        return [stretch for cure in fault.cures for stretch in self._stretches(fault, cure, start, end)]
+
+    def _stretches(self, fault: Fault, cure: Sequence[Adaptation], start: float, end: float) -> list[Stretch]:
+        goals = [goal[0] for step in cure if (goal := goal_of(step))]
+        keys = [(fault.node, fault.parameter), *((step.node, fault.parameter) for step in cure), *goals]
         moments = {time for key in keys for time in self._times.get(key, []) if start < time < end}
         edges = [start, *sorted(moments), end]
         found: list[Stretch] = []
         for begin, following in itertools.pairwise(edges):
-            is_done = all(self.at(key, begin) == value for key, value in known)
-            undone = fault.is_undone(self.at(strength, begin), [self.at(key, begin) for key in amounts])
-            if begin < following and is_done and undone:
+            if begin < following and is_in_place(fault, cure, partial(self.at, time=begin)):
                 joined = bool(found) and found[-1][1] == begin
                 found[-1:] = [(found[-1][0], following)] if joined else [*found[-1:], (begin, following)]
         return found
-
-
-def setting_of(step: Adaptation) -> tuple[Key, str] | None:
-    """Return what a step of a cure sets, and to what; None of a restart and a redeploy, which set nothing."""
-    if step.parameter:
-        key = step.node, step.parameter
-        return key, _plain(key, ros_text(step.value))
-    state = step.kind.goal_state
-    return None if state is None else ((step.node, STATE), state)
 
 
 def settings_of(adaptation: ExecutedAdaptation) -> list[tuple[Key, str]]:
@@ -91,11 +89,6 @@ def settings_of(adaptation: ExecutedAdaptation) -> list[tuple[Key, str]]:
     if adaptation.parameters:
         pairs = zip(adaptation.parameters, adaptation.values, strict=True)
         keys = [((adaptation.node, name), value) for name, value in pairs]
-        return [(key, _plain(key, value)) for key, value in keys]
+        return [(key, comparable_text(key, value)) for key, value in keys]
     states = (kind.goal_state for kind in AdaptationKind if kind == adaptation.kind)
     return [((adaptation.node, STATE), state) for state in states if state is not None]
-
-
-def _plain(key: Key, value: str) -> str:
-    """Return a value as it is compared."""
-    return str(current_system().comparable(*key, value))

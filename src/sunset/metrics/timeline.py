@@ -19,9 +19,6 @@ from sunset.system import DURATION_S, PERIOD_S, current_system
 NUMBER_OF_CLASSES: Final = len(CLASSES)
 """28."""
 
-STATE: Final = ""
-"""What stands in the place of a parameter's name for a node's lifecycle state."""
-
 Times = npt.NDArray[np.float64]
 Values = npt.NDArray[np.float64]
 Counts = npt.NDArray[np.int64]

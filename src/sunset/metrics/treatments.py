@@ -26,9 +26,18 @@ import numpy.typing as npt
 from sunset.metrics.adaptations import ExecutedAdaptation, affects
 from sunset.metrics.episodes import Episode
 from sunset.metrics.limits import Amount
-from sunset.metrics.settings import Key, Settings, Stretch, setting_of, settings_of
+from sunset.metrics.settings import Settings, Stretch, settings_of
 from sunset.metrics.timeline import Injection, Timeline
-from sunset.system import SILENCE_S, WINDOW, Adaptation, AdaptationKind, FaultKind, current_system
+from sunset.system import (
+    SILENCE_S,
+    WINDOW,
+    Adaptation,
+    AdaptationKind,
+    FaultKind,
+    Key,
+    current_system,
+    goal_of,
+)
 
 FATES: Final = ("cured", "masked", "missed")
 """What can become of a fault."""
@@ -125,7 +134,7 @@ class Treatments:
         until = end if fault.ended is None else min(fault.ended, end)
         around = [
             start
-            for start, stop in self._around(fault.fault, fault.time, until)
+            for start, stop in self._settings.around(fault.fault, fault.time, until)
             if stop >= until and stop - start >= SILENCE_S
         ]
         cured = min(around, default=None)
@@ -181,7 +190,7 @@ class Treatments:
     def _sets_back(self, adaptation: ExecutedAdaptation) -> bool:
         """Return whether all that an adaptation changes is set back to what it was at first, and no cure taken away."""
         there = [fault.fault for fault in self.faults if fault.is_there(adaptation.time)]
-        cures = [setting_of(step) for fault in there for cure in _cures(fault) for step in cure]
+        cures = [goal_of(step) for fault in there for cure in _cures(fault) for step in cure]
         changed = [
             (key, present, value)
             for key, value in settings_of(adaptation)
@@ -202,7 +211,7 @@ class Treatments:
                 hidden &= (times < episode.holds) | (
                     times >= (end if episode.ended is None else episode.ended)
                 )
-        for start, stop in self._around(outcome.fault, outcome.began, outcome.until):
+        for start, stop in self._settings.around(outcome.fault, outcome.began, outcome.until):
             hidden &= (times < start) | (times >= stop)
         changed = np.zeros(len(times), dtype=bool)
         for start, stop in self._changes(outcome):
@@ -218,7 +227,7 @@ class Treatments:
 
         It is of the failing node or of one upstream of it, and no step of a cure of the fault.
         """
-        cures = [setting_of(step) for cure in _cures(outcome.fault) for step in cure]
+        cures = [goal_of(step) for cure in _cures(outcome.fault) for step in cure]
         return [
             (adaptation.time, self._settings.until(key, value, adaptation.time, self._timeline.duration_s))
             for adaptation in self._executed
@@ -229,20 +238,9 @@ class Treatments:
 
     def cured_for_a_while(self, outcome: FaultOutcome) -> list[Stretch]:
         """Return when a cure was in place of a fault that lives in the world, but did not stay so."""
-        stretches = self._around(outcome.fault, outcome.began, outcome.until)
+        stretches = self._settings.around(outcome.fault, outcome.began, outcome.until)
         return [
             (start, stop) for start, stop in stretches if stop < outcome.until and stop - start >= SILENCE_S
-        ]
-
-    def _around(self, fault: str, start: float, end: float) -> list[Stretch]:
-        """Return when a cure was in place within `[start, end)` of a fault that lives in the world."""
-        described = current_system().faults.get(fault)
-        if described is None or described.kind is not FaultKind.EXTERNAL:
-            return []
-        return [
-            stretch
-            for cure in described.cures
-            for stretch in self._settings.stretches(described, cure, start, end)
         ]
 
     @cached_property
@@ -296,7 +294,7 @@ def _cures(fault: str) -> tuple[tuple[Adaptation, ...], ...]:
 
 def _is_step(adaptation: ExecutedAdaptation, step: Adaptation, done: Sequence[tuple[Key, str]]) -> bool:
     """Return whether an adaptation performs a cure's step, or a part of it; `done`: its settings that count."""
-    setting = setting_of(step)
+    setting = goal_of(step)
     if setting in done:
         return True
     if adaptation.node != step.node:

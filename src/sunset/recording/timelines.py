@@ -17,7 +17,6 @@ from sunset.interfaces.stamps import ns_of
 from sunset.interfaces.system_interfaces import msg
 from sunset.metrics import (
     NUMBER_OF_CLASSES,
-    STATE,
     Command,
     Diagnosis,
     Frames,
@@ -41,6 +40,7 @@ from sunset.system import (
     PARAMETER_EVENTS_TOPIC,
     PERIOD_S,
     RESULT_TOPIC,
+    STATE,
     TRUTH_TOPIC,
     current_system,
     full_name,

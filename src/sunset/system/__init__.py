@@ -1,6 +1,7 @@
 """The managed system as data: nodes, topics, signals, failures, faults, adaptations, suites, and what is off limits."""
 
 from sunset.system.checks import LONGEST_DELAY_S
+from sunset.system.cures import STATE, Key, comparable_text, goal_of, is_in_place
 from sunset.system.current import (
     LoadedExtension,
     current_system,
@@ -101,6 +102,7 @@ __all__ = [
     "SENSOR_TOPICS",
     "SHARPNESS_SIGNAL",
     "SILENCE_S",
+    "STATE",
     "SURROUNDING",
     "TRUTH_TOPIC",
     "WINDOW",
@@ -113,6 +115,7 @@ __all__ = [
     "FaultKind",
     "HarnessNode",
     "ImageFunction",
+    "Key",
     "LoadedExtension",
     "MovingMean",
     "NodeDescription",
@@ -123,12 +126,15 @@ __all__ = [
     "Topic",
     "Value",
     "Window",
+    "comparable_text",
     "current_system",
     "extended_system",
     "frequency_entry",
     "full_name",
     "get_fault",
+    "goal_of",
     "heartbeat_entry",
+    "is_in_place",
     "is_topic_name",
     "load_extension",
     "loaded_extensions",

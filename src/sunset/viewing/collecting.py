@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 from msgspec import UNSET
 
-from sunset.metrics import Samples
+from sunset.metrics import Samples, Settings
 from sunset.metrics.downtime import TOLERANCE_S
 from sunset.recording import RecordedMessage, StoredRun
 from sunset.recording.story import Event, figures_of
@@ -14,6 +14,7 @@ from sunset.recording.timelines import start_of
 from sunset.system import (
     BAG_PLAYER,
     LOG_TOPIC,
+    STATE,
     TRUTH_TOPIC,
     WINDOW,
     MovingMean,
@@ -33,11 +34,12 @@ from sunset.viewing.document import (
     NodeView,
     RunView,
     SignalView,
+    Span,
+    StateView,
     TopicView,
 )
 from sunset.viewing.frames import foreign_pictures, frames_view
 from sunset.viewing.pictures import Placed
-from sunset.viewing.states import States
 from sunset.viewing.words import described, outcome_of, remark, story
 
 _DIGITS = 6
@@ -64,7 +66,6 @@ def run_view(
     warm_up = 0.0 if record.warm_up_s is UNSET else record.warm_up_s
     start = -warm_up if first_ns is None else min((first_ns - start_ns) / 1e9, 0.0)
     end = record.duration_s
-    states = States(messages, start_ns, (start, end))
     return RunView(
         manager=record.manager,
         described=described(record),
@@ -73,13 +74,13 @@ def run_view(
         start=round(start, _DIGITS),
         end=end,
         period=record.period_s,
-        faults=_faults(run, states),
+        faults=_faults(run),
         failures=_failures(run),
         adaptations=_adaptations(run),
         log=[_happening(event) for event in run.events if event[1] == "log"],
         signals=_signals(run),
         topics=_topics(messages, start_ns),
-        nodes=[NodeView(name, states.lifecycle(name)) for name in current_system().nodes],
+        nodes=[NodeView(name, _lifecycle(run, name, (start, end))) for name in current_system().nodes],
         events=[_happening(event) for event in run.events],
         figures=[Figure(*figure) for figure in figures_of(run.metrics)],
         iou=(_rounded(run.timeline.frames.times), _digits(run.timeline.frames.iou)),
@@ -93,12 +94,29 @@ def _happening(event: Event) -> Happening:
     return Happening(time, kind, printable(shorten(text)))
 
 
-def _faults(run: StoredRun, states: States) -> list[FaultView]:
-    views = []
+def _lifecycle(run: StoredRun, node: str, span: Span) -> list[StateView]:
+    """Return the lifecycle states of a managed node, one after the other; nothing of one that reports none."""
+    changes = [one for one in run.timeline.settings if one.name == STATE and short_name(one.node) == node]
+    states: list[StateView] = []
+    for change, until in zip(changes, [*(one.time for one in changes[1:]), span[1]], strict=False):
+        first, last = max(change.time, span[0]), min(until, span[1])
+        if first < last and states and states[-1].state == change.value:
+            first = states.pop().since
+        if first < last:
+            states.append(StateView(first, last, change.value))
+    return states
+
+
+def _faults(run: StoredRun) -> list[FaultView]:
+    views, settings, end = [], Settings(run.timeline.settings), run.record.duration_s
     for name in dict.fromkeys(injection.fault for injection in run.timeline.injections):
         known = current_system().faults.get(name)  # that of a record may be of another version
         injections = [one for one in run.timeline.injections if one.fault == name]
-        spans = [span for one in injections for span in states.fault(one)]
+        spans = [
+            (one.time, end if one.ended is None else min(one.ended, end))
+            for one in injections
+            if one.time < end
+        ]
         views.append(
             FaultView(
                 name=name,
@@ -106,7 +124,7 @@ def _faults(run: StoredRun, states: States) -> list[FaultView]:
                 failure=injections[0].failure,
                 node=short_name(injections[0].node),
                 spans=spans,
-                around=states.around(name, spans),
+                around=sorted(stretch for span in spans for stretch in settings.around(name, *span)),
             )
         )
     return views

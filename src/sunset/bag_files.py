@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 import apsw
+from rosbags.interfaces import Connection
 from rosbags.rosbag2 import Reader, storage_mcap
 from rosbags.rosbag2.reader import DirectoryReader
 from rosbags.rosbag2.storage_mcap import McapReader
@@ -29,6 +30,13 @@ RATIO: Final = 1000
 
 _PIECE: Final = 2**20
 _METADATA: Final = "metadata.yaml"
+
+
+def connections_of(reader: Reader) -> list[Connection]:
+    """Return what a bag's metadata tells of, and what each of its files has, which may differ in QoS."""
+    bag = reader.storage
+    files = bag.storages if isinstance(bag, DirectoryReader) else []
+    return [*reader.connections, *(connection for file in files for connection in file.connections)]
 
 
 def open_bag(path: Path) -> Reader:

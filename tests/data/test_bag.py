@@ -463,9 +463,33 @@ def test_images_are_paired_by_the_nearest_stamp_and_the_rest_is_dropped(tmp_path
     with read_bag(
         record(tmp_path / "bag", [rows[index] for index in np.random.default_rng(2).permutation(16)])
     ) as bag:
-        assert bag.stamps_ns == (stamps[0], stamps[1], stamps[4])
-        assert [_equal(bag.frame(at), frames[number]) for at, number in enumerate((0, 1, 4))] == [True] * 3
-        assert bag.dropped == {"/rgb_raw": 3, "/depth_raw": 3, "/gt_segmentation": 1}
+        assert bag.stamps_ns == (stamps[0], stamps[1], stamps[3], stamps[4])
+        assert [_equal(bag.frame(at), frames[number]) for at, number in enumerate((0, 1, 3, 4))] == [
+            True,
+            True,
+            False,  # it has no labels
+            True,
+        ]
+        assert bag.unlabelled == 1
+        assert bag.dropped == {"/rgb_raw": 2, "/depth_raw": 2, "/gt_segmentation": 1}
+
+
+def test_a_bag_without_labels_is_read(tmp_path: Path) -> None:
+    frames = make_frames()
+    rows = [row for row in rows_of(frames) if row[0] != "/gt_segmentation"]
+    with read_bag(record(tmp_path / "bag", rows)) as bag:
+        assert bag.unlabelled == len(bag) == len(frames)
+        assert np.array_equal(bag.frame(1).depth, frames[1].depth)
+        assert not bag.frame(1).labels.any()
+        assert "/gt_segmentation" not in bag.encodings
+
+
+def test_labels_of_another_time_are_refused(tmp_path: Path) -> None:
+    rows = rows_of(make_frames())
+    for _, _, message in rows[2::3]:
+        message.header.stamp.sec += 100
+    with pytest.raises(DataError, match="one moment on all three topics, got none"):
+        read_bag(record(tmp_path / "bag", rows))
 
 
 def test_frames_are_resampled_to_the_size_that_is_asked_for(tmp_path: Path) -> None:
@@ -584,7 +608,7 @@ def _no_depth_measured(rows: Rows) -> Rows:
 
 
 def _depth_in_a_dropped_image_only(rows: Rows) -> Rows:
-    return [rows[0], rows[1], *_no_depth_measured(rows)[3:]]
+    return [rows[1], rows[2], *_no_depth_measured(rows)[3:]]
 
 
 def _jpeg_of_labels(rows: Rows) -> Rows:

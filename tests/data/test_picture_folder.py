@@ -50,6 +50,22 @@ def test_colour_may_be_jpeg_and_frames_have_the_models_size_by_default(tmp_path:
     assert frame.size == (144, 256)
 
 
+@pytest.mark.parametrize("kept", [("a8", "a10"), ()])
+def test_pictures_may_lack_some_labels_or_all(
+    folder: Path, frames: list[Frame], kept: tuple[str, ...]
+) -> None:
+    for path in (folder / "labels").iterdir():
+        if path.stem not in kept:
+            path.unlink()
+    if not kept:
+        (folder / "labels").rmdir()
+    flight = find_pictures(folder)
+    assert flight.unlabelled == len(NAMES) - len(kept)
+    for name, number, frame in zip(("a8", "a9", "a10"), IN_ORDER, flight.frames(SIZE), strict=True):
+        np.testing.assert_array_equal(frame.rgb, frames[number].rgb)
+        np.testing.assert_array_equal(frame.labels, frames[number].labels * (name in kept))
+
+
 @pytest.mark.parametrize(
     ("first", "last", "stems"), [(1, None, ["a9", "a10"]), (None, 0, ["a8"]), (1, 1, ["a9"])]
 )
@@ -84,10 +100,14 @@ MISTAKES: dict[str, tuple[Callable[[Path], object], str]] = {
         r"depth must hold pictures in \.jpeg, \.jpg, \.png, got \.npy; convert",
     ),
     "a gap": (
-        lambda folder: (folder / "labels" / "a9.png").unlink(),
-        "got 3 in rgb, 3 in depth, 2 in labels, and labels lacks a9; name the three",
+        lambda folder: (folder / "rgb" / "a9.png").unlink(),
+        "got 2 in rgb, 3 in depth, 3 in labels, and rgb lacks a9; name the pictures",
     ),
-    "a pipe": (make_pipe, "got 3 in rgb, 2 in depth, 3 in labels, and depth lacks a9; name the three"),
+    "labels of another name": (
+        lambda folder: (folder / "labels" / "a9.png").rename(folder / "labels" / "b9.png"),
+        "got 3 in rgb, 3 in depth, 3 in labels, and rgb lacks b9; name the pictures",
+    ),
+    "a pipe": (make_pipe, "got 3 in rgb, 2 in depth, 3 in labels, and depth lacks a9; name the pictures"),
     "two of one name": (
         write("rgb/a9.jpg", np.zeros((*SIZE, 3), np.uint8)),
         r"one picture of each name, got a9\.jpg and a9\.png; remove one",

@@ -1,5 +1,6 @@
 """The evaluator node: results against the truth of the same stamp."""
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -47,6 +48,17 @@ def test_results_are_matched_by_stamp_in_either_order(world: "World") -> None:
     arrivals = [(TRUTH, labels(1, 7)), (TRUTH, labels(2, 1)), (RESULT, labels(2, 0)), (RESULT, labels(1, 0))]
     assert feed(world, *arrivals) == [(2, 1.0), (1, 0.0)]
     assert feed(world, (RESULT, labels(3, 5)), (TRUTH, labels(3, 7)))[-1] == (3, 1.0)
+
+
+@pytest.mark.usefixtures("evaluator")
+def test_a_truth_without_any_class_is_said_at_once_and_compared_with_nothing(world: "World") -> None:
+    ((second, iou),) = feed(world, (TRUTH, labels(1, 0, 4)))
+    assert second == 1
+    assert math.isnan(iou)
+    assert not world.messages["/seg_metrics"][0].truth.any()
+    assert (
+        len(feed(world, (RESULT, labels(1, 5, 5)), (RESULT, labels(2, 5, 5)), (TRUTH, labels(2, 0, 10)))) == 2
+    )
 
 
 @pytest.mark.usefixtures("evaluator")

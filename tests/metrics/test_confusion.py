@@ -1,3 +1,5 @@
+import math
+
 import numpy as np
 import numpy.typing as npt
 import pytest
@@ -25,7 +27,7 @@ def iou_by_sets(prediction: Labels, truth: Labels) -> float:
         true = {i for i, (_, t) in enumerate(pixels) if t == name}
         if predicted | true:
             ratios.append(len(predicted & true) / len(predicted | true))
-    return sum(ratios) / len(ratios) if ratios else 0.0
+    return sum(ratios) / len(ratios) if ratios else math.nan
 
 
 def test_counts_of_a_small_image() -> None:
@@ -66,8 +68,8 @@ def test_prediction_that_is_no_class_is_wrong_for_the_true_class_only(unknown: i
     assert image_iou(counts) == 0.5
 
 
-def test_image_without_any_true_class_scores_zero_and_not_nan() -> None:
-    assert image_iou(count_classes(labels([1, 2]), labels([255, 255]))) == 0.0
+def test_image_without_any_true_class_has_no_iou() -> None:
+    assert math.isnan(image_iou(count_classes(labels([1, 2]), labels([255, 255]))))
 
 
 def test_absent_classes_are_marked() -> None:
@@ -106,7 +108,8 @@ def test_accumulated_iou_of_no_images_is_none() -> None:
 )
 @settings(max_examples=100, deadline=None)
 def test_agrees_with_sets_of_pixels(prediction: Labels, truth: Labels) -> None:
-    assert image_iou(count_classes(prediction, truth)) == pytest.approx(iou_by_sets(prediction, truth))
+    expected = iou_by_sets(prediction, truth)
+    assert image_iou(count_classes(prediction, truth)) == pytest.approx(expected, nan_ok=True)
 
 
 def test_more_pixels_are_counted_than_a_float_can_count() -> None:

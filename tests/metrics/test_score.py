@@ -95,6 +95,7 @@ def test_healthy_run_without_a_manager() -> None:
         "diagnosis_precision": None,
         "diagnosis_recall": None,
         "t_diagnosis_s": None,
+        "frames_without_truth": 0,
     }
 
 

@@ -343,6 +343,27 @@ def test_what_masks_on_both_sides_of_lost_frames_lasts_a_second_on_one_of_them()
     assert score(lossy).masked_s == 0.0
 
 
+def test_frames_without_truth_change_no_masked_time() -> None:
+    whole = masking(Run(SHIFT)).timeline()
+    frames = whole.frames
+    known = np.arange(len(frames.times)) % 3 > 0
+    some = {name: getattr(frames, name)[known] for name in ("intersection", "predicted", "truth")}
+    part = replace(
+        whole,
+        frames=Frames(frames.times[known], frames.iou[known], **some),
+        without_truth=frames.times[~known],
+    )
+    assert score(part).masked_s == score(whole).masked_s == pytest.approx(14.6)
+
+
+def test_on_a_flight_without_truth_nothing_is_called_masked() -> None:
+    whole = masking(Run(SHIFT)).timeline()
+    metrics = score(replace(whole, frames=Frames(), without_truth=whole.frames.times))
+    assert (metrics.iou, metrics.iou_all, metrics.iou_net, metrics.miou) == (None,) * 4
+    assert (metrics.masked_s, metrics.faults_masked, metrics.outcomes[0].fate) == (None, None, "missed")
+    assert metrics.frames_without_truth == 200
+
+
 def test_what_masks_two_faults_counts_once_in_all() -> None:
     other = Injection(0.0, "unneeded_enhancement", "F4", FUSION, internal=False)
     metrics = score(masking(Run(SHIFT, other)).timeline())

@@ -74,13 +74,21 @@ def test_a_frames_time_is_that_of_its_picture(whole: Timeline) -> None:
 
 
 def test_a_frame_without_a_recorded_truth_has_the_time_of_its_evaluation() -> None:
-    counts = np.zeros(28, np.uint32)
+    counts = np.ones(28, np.uint32)
     evaluation = FrameEvaluation(iou=0.5, intersection=counts, predicted=counts, truth=counts)
     assert of(RecordedMessage("/seg_metrics", 3 * 10**9, evaluation)).frames.times.tolist() == [2.0]
 
 
-def test_frames_that_were_evaluated_late_are_in_order_of_their_pictures() -> None:
+def test_a_frame_in_whose_truth_no_class_is_known_counts_for_no_quality() -> None:
     counts = np.zeros(28, np.uint32)
+    evaluation = FrameEvaluation(iou=0.0, intersection=counts, predicted=counts, truth=counts)
+    timeline = of(RecordedMessage("/seg_metrics", 3 * 10**9, evaluation))
+    assert timeline.without_truth.tolist() == [2.0]
+    assert not len(timeline.frames.times)
+
+
+def test_frames_that_were_evaluated_late_are_in_order_of_their_pictures() -> None:
+    counts = np.ones(28, np.uint32)
     messages = []
     for number in (1, 2):
         digest = ImageDigest()

@@ -33,7 +33,7 @@ from sunset.data import (
 )
 from sunset.errors import InvalidInputError
 from sunset.flights import KEYS, FlightSpec
-from sunset.texts import printable
+from sunset.texts import counted, printable
 
 _SOURCES: Final = ("syndrone", "pictures", "bag")
 _OF_SOURCES: Final = (
@@ -91,7 +91,10 @@ def _add_import(actions: Actions) -> None:
     source = parser.add_mutually_exclusive_group(required=True)
     source.add_argument("--syndrone", type=Path, metavar="DIR", help="the folder that holds TownNN_Opt_120")
     source.add_argument(
-        "--pictures", type=Path, metavar="DIR", help="a folder with pictures in rgb, depth and labels"
+        "--pictures",
+        type=Path,
+        metavar="DIR",
+        help="a folder with pictures in rgb, depth and, if any, labels",
     )
     source.add_argument("--bag", type=Path, metavar="PATH", help="a rosbag2 folder or file")
     parser.add_argument("--town", default="1", metavar="N", help="SynDrone's, 1 to 7 or 10HD")
@@ -170,6 +173,8 @@ def import_flight(arguments: argparse.Namespace) -> None:
                 f"{flight.numbers[0]:05} to {flight.numbers[-1]:05}: the flight jumps there.",
                 file=sys.stderr,
             )
+        if isinstance(flight, PictureFolder) and flight.unlabelled:
+            print(f"{_unlabelled_text(flight.unlabelled, len(flight))}.", file=sys.stderr)
         stamps = [round((index + 1) * 1e9 / arguments.rate) for index in range(len(flight))]
         _write(arguments.out, flight.frames(arguments.size, jobs=arguments.jobs), stamps)
         return
@@ -182,6 +187,8 @@ def import_flight(arguments: argparse.Namespace) -> None:
             )
         if any(reader.dropped.values()):
             print(f"Images without a frame are left out: {_dropped(reader.dropped)}.", file=sys.stderr)
+        if reader.unlabelled:
+            print(f"{_unlabelled_text(reader.unlabelled, len(reader))}.", file=sys.stderr)
         chosen = range(low, high + 1)
         stamps = [reader.stamps_ns[index] for index in chosen]
         _write(arguments.out, map(reader.frame, chosen), stamps)
@@ -256,6 +263,10 @@ def _syndrone(root: Path) -> tuple[dict[str, object], str]:
     return {"syndrone": str(root), "flights": flights}, "\n".join(lines)
 
 
+def _unlabelled_text(unlabelled: int, frames: int) -> str:
+    return f"{unlabelled} of {counted(frames, 'frame')} have no labels: these are flown, and count for no quality"
+
+
 def _dropped(counts: Mapping[str, int]) -> str:
     return ", ".join(f"{count} on {topic}" for topic, count in counts.items())
 
@@ -277,5 +288,7 @@ def _bag_text(contents: BagStatistics) -> str:
     lines.append(
         f"depth from {near:.1f} to {far:.1f} m; {contents.depth_far:.1%} is further away or not known"
     )
+    if contents.unlabelled:
+        lines.append(_unlabelled_text(contents.unlabelled, contents.frames))
     lines += [f"  {name:14}{share:8.3%}" for name, share in contents.classes.items()]
     return "\n".join([*lines, f"  {'(no class)':14}{contents.ignored:8.3%}"])

@@ -20,14 +20,22 @@ from typing import Final, Self
 import numpy as np
 from rosbags.interfaces import Connection
 from rosbags.rosbag2 import Reader, StoragePlugin, Writer
-from rosbags.rosbag2.reader import DirectoryReader
 
-from sunset.bag_files import open_bag, reopened
-from sunset.data.bag_images import COMPRESSED_IMAGE, IMAGE, SENSORS, TOPICS, Recorded, decoded, serialized
+from sunset.bag_files import connections_of, open_bag, reopened
+from sunset.data.bag_images import (
+    COMPRESSED_IMAGE,
+    IMAGE,
+    SENSORS,
+    TOPICS,
+    Recorded,
+    decoded,
+    is_known,
+    serialized,
+)
 from sunset.data.bag_paths import STORAGES, check_bag_path, check_uri
-from sunset.data.frame import Frame
+from sunset.data.frame import Frame, no_labels
 from sunset.data.pairing import pair
-from sunset.data.pixels import FAR, check_ids, dimensions, resample
+from sunset.data.pixels import check_ids, dimensions, resample
 from sunset.errors import DataError, InvalidInputError, OutputError
 from sunset.image_digests import Pixels, remember_digest
 from sunset.interfaces import message_definition, type_hash
@@ -38,6 +46,7 @@ __all__ = ["TOPICS", "BagReader", "read_bag", "write_bag"]
 
 REMEDY: Final = "record, copy or import it again"
 
+_TRUTH: Final = "/gt_segmentation"
 _BYTES_PER_PIXEL: Final = 6
 """Of a frame: colour, depth and label."""
 _MOST_KEPT: Final = 128 << 20
@@ -131,11 +140,11 @@ def _translated(path: Path, *, opened: bool = False) -> Iterator[None]:
 
 @dataclass(frozen=True, slots=True)
 class _Entry:
-    """Where one image is: its time in the bag, the stamp that it carries, whether any depth in it is known."""
+    """Where one image is: its time in the bag, the stamp that it carries, whether any depth or class in it is known."""
 
     logged_ns: int
     stamp_ns: int
-    depth: bool
+    known: bool
 
 
 class BagReader:
@@ -180,19 +189,27 @@ class BagReader:
     @cached_property
     def stamps_ns(self) -> tuple[int, ...]:
         """The frames' times in nanoseconds, those of their colour images, strictly increasing."""
-        return tuple(rgb.stamp_ns for rgb, _, _ in self._moments)
+        return tuple(rgb.stamp_ns for rgb, *_ in self._moments)
 
     @property
     def encodings(self) -> Mapping[str, str]:
         """How the images are recorded, by the topic on which they are."""
         encodings = self._survey.encodings
-        return MappingProxyType({topic: ", ".join(sorted(names)) for topic, names in encodings.items()})
+        return MappingProxyType(
+            {topic: ", ".join(sorted(names)) for topic, names in encodings.items() if names}
+        )
 
     @property
     def dropped(self) -> Mapping[str, int]:
         """How many images of each of `TOPICS` belong to no frame: they have no partner, or come twice."""
+        frames = Counter(topic for moment in self._moments for topic, _ in zip(TOPICS, moment, strict=False))
         counts = self._survey.counts
-        return MappingProxyType({topic: count - len(self) for topic, count in counts.items()})
+        return MappingProxyType({topic: count - frames[topic] for topic, count in counts.items()})
+
+    @property
+    def unlabelled(self) -> int:
+        """How many frames have no labels: they have no image of them, or one in which no pixel has a class."""
+        return sum(not any(entry.known for entry in moment[2:]) for moment in self._moments)
 
     def frame(self, index: int) -> Frame:
         """Return one frame, by its index in [0, len(self)); its arrays are read-only.
@@ -218,7 +235,7 @@ class BagReader:
             self._kept = frames
 
     def _read(self, index: int) -> Frame:
-        wanted = dict(zip(TOPICS, self._moments[index], strict=True))
+        wanted = dict(zip(TOPICS, self._moments[index], strict=False))
         images: dict[str, Recorded] = {}
         with _translated(self.path, opened=True), reopened(self._reader) as reader:
             for time in sorted({entry.logged_ns for entry in wanted.values()}):
@@ -226,13 +243,14 @@ class BagReader:
                     topic = self._survey.sources[connection.topic]
                     place = f"of frame {index} on {connection.topic} of the bag {self.path}"
                     image = decoded(raw, connection.msgtype, topic, place)
-                    if image.stamp_ns == wanted[topic].stamp_ns:
+                    if topic in wanted and image.stamp_ns == wanted[topic].stamp_ns:
                         images.setdefault(topic, image)
-        if len(images) != len(TOPICS):
+        if len(images) != len(wanted):
             raise DataError(
                 f"The bag {self.path} changed after it was opened: frame {index} is gone; open it again."
             )
-        frame = resample(Frame(*(images[topic].pixels for topic in TOPICS)), self.size)
+        rgb, depth, *labels = (images[topic].pixels for topic in wanted)
+        frame = resample(Frame(rgb, depth, labels[0] if labels else no_labels(depth)), self.size)
         for array in (frame.rgb, frame.depth, frame.labels):
             array.flags.writeable = False
         return frame
@@ -243,20 +261,13 @@ def _close(reader: Reader) -> None:
         reader.close()
 
 
-def _connections(reader: Reader) -> list[Connection]:
-    """Return what a bag's metadata tells of, and what each of its files has, which may differ in QoS."""
-    bag = reader.storage
-    files = bag.storages if isinstance(bag, DirectoryReader) else []
-    return [*reader.connections, *(connection for file in files for connection in file.connections)]
-
-
 class _Survey:
     """What one pass over all of a bag finds."""
 
     def __init__(self, path: Path, reader: Reader) -> None:
         self._path = path
         self.size = (0, 0)
-        connections = _connections(reader)
+        connections = connections_of(reader)
         counts: Counter[str] = Counter()
         for connection in connections:
             counts[connection.topic] += connection.msgcount
@@ -282,8 +293,8 @@ class _Survey:
                     f"The bag {self._path} must have {IMAGE} or {COMPRESSED_IMAGE} on {connection.topic}, "
                     f"got {connection.msgtype}; record the camera's images."
                 )
-        for name in self.sources:
-            if name not in found:
+        for name, topic in self.sources.items():
+            if name not in found and topic != _TRUTH:
                 raise DataError(
                     f"The bag {self._path} must have the topic {name}, got {', '.join(found) or 'none'}; "
                     "record it, or remap what stands for it."
@@ -301,22 +312,21 @@ class _Survey:
                 f"The image {place} must have the size of those before it, {dimensions(self.size)}, got "
                 f"{dimensions(size)}; record colour, depth and labels aligned and of one size."
             )
-        if topic == "/gt_segmentation":
+        if topic == _TRUTH:
             check_ids(image.pixels, place)
-        depth = topic == "/depth_raw" and bool((image.pixels < FAR).any())
         self.encodings[connection.topic].add(image.encoding)
-        self._entries[topic].append(_Entry(logged_ns, image.stamp_ns, depth))
+        self._entries[topic].append(_Entry(logged_ns, image.stamp_ns, is_known(image.pixels, topic)))
 
     def _check_counts(self) -> None:
         """Check that all images were found, and some on every topic."""
         for name, topic in self.sources.items():
-            expected, got = self.topics[name][1], self.counts[topic]
+            expected, got = self.topics.get(name, ("", 0))[1], self.counts[topic]
             if got < expected:
                 raise DataError(
                     f"The bag {self._path} must have the {expected} images on {name} that its metadata tells of, "
                     f"got {got}; {REMEDY}, or let 'ros2 bag reindex' count what is there."
                 )
-        if not all(self.counts.values()):
+        if not all(count for topic, count in self.counts.items() if topic != _TRUTH):
             counts = ", ".join(f"{count} on {topic}" for topic, count in self.counts.items())
             raise DataError(f"The bag {self._path} must have at least one frame, got {counts}; {REMEDY}.")
 
@@ -326,10 +336,10 @@ class _Survey:
         return {topic: len(entries) for topic, entries in self._entries.items()}
 
     def moments(self) -> list[tuple[_Entry, ...]]:
-        """Return where the images of each frame are, in the order of their stamps.
+        """Return where the images of each frame are, in the order of their stamps; two of a frame without labels.
 
         Raises:
-            DataError: no three images belong together, or no depth is known in any of them.
+            DataError: no images belong together, or no depth is known in any of them.
         """
         # of images with the same stamp, the first that was recorded
         firsts = [
@@ -340,20 +350,22 @@ class _Survey:
             for topic in TOPICS
         ]
         stamps = [[entry.stamp_ns for entry in entries] for entries in firsts]
-        matches = pair(*stamps)
-        if not matches:
+        matches, labels = pair(*stamps[:2]), {row[0]: row[1] for row in pair(stamps[0], stamps[2])}
+        if not matches or (stamps[2] and not labels):
             spans = "; ".join(
-                f"{topic} from {own[0]} to {own[-1]} ns" for topic, own in zip(TOPICS, stamps, strict=True)
+                f"{topic} from {own[0]} to {own[-1]} ns"
+                for topic, own in zip(TOPICS, stamps, strict=True)
+                if own
             )
             raise DataError(
                 f"The bag {self._path} must have images of one moment on all three topics, got none "
                 f"({spans}); synchronise the cameras' clocks."
             )
         moments = [
-            tuple(entries[position] for entries, position in zip(firsts, match, strict=True))
-            for match in matches
+            (firsts[0][rgb], firsts[1][depth], *([firsts[2][labels[rgb]]] if rgb in labels else []))
+            for rgb, depth in matches
         ]
-        if not any(entry.depth for moment in moments for entry in moment):
+        if not any(moment[1].known for moment in moments):
             name = next(name for name, topic in self.sources.items() if topic == "/depth_raw")
             raise DataError(
                 f"The bag {self._path} must have some depth below 1000 m on {name}, got none in any frame; "
@@ -366,7 +378,8 @@ def read_bag(path: Path, *, size: tuple[int, int] | None = None) -> BagReader:
     """Open a bag and check all of it.
 
     Any rosbag2 will do, in MCAP or sqlite3 storage, compressed or not, in one file or several, that holds
-    the three topics, or what image_transport made of them. Images are paired by their stamps (`pair`).
+    the three topics, or what image_transport made of them. Images are paired by their stamps (`pair`). Frames may
+    lack labels.
 
     Args:
         path: the bag's folder, or the `.mcap` or `.db3` file itself.
@@ -375,7 +388,7 @@ def read_bag(path: Path, *, size: tuple[int, int] | None = None) -> BagReader:
 
     Raises:
         DataError: it is missing, unreadable or not closed, lies where sqlite3 cannot open it, lacks images that
-            its metadata tells of, is no recording of the three topics in encodings that are understood and in
+            its metadata tells of, is no recording of the topics in encodings that are understood and in
             one size, or none of their images belong together, or no depth is known in those that do.
     """
     with _translated(path):

@@ -8,10 +8,12 @@ from typing import Final
 import numpy as np
 
 from sunset.bag_files import expand
+from sunset.classes import CLASS_OF_CARLA_ID, IGNORED
 from sunset.data.pixels import (
     COLOUR_JPEG,
     COLOUR_PNG,
     DEPTH_PNG,
+    FAR,
     LABEL_PNG,
     bgr_of,
     counts_of,
@@ -98,6 +100,13 @@ def decoded(raw: bytes | memoryview, kind: str, topic: str, place: str) -> Recor
         pixels = counts_of(pixels)
     pixels.flags.writeable = False
     return Recorded(ns_of(message.header.stamp), encoding, pixels)
+
+
+def is_known(pixels: Pixels, topic: str) -> bool:
+    """Return whether any depth, or any class, in an image of a sensor's topic is known."""
+    if topic == "/depth_raw":
+        return bool((pixels < FAR).any())
+    return topic == "/gt_segmentation" and bool((CLASS_OF_CARLA_ID.take(pixels) != IGNORED).any())
 
 
 def _unpacked(message: CompressedImage, topic: str, place: str) -> Pixels:

@@ -28,6 +28,7 @@ class BagStatistics:
         dropped: name of a topic → images that belong to no frame.
         classes: name → share of the pixels, the largest first; those that are there.
         ignored: the share of pixels that are of no class.
+        unlabelled: how many frames have no labels.
         depth_m: the least and the greatest that is known [m].
         depth_far: the share of pixels whose depth is greater, or not known.
     """
@@ -42,6 +43,7 @@ class BagStatistics:
     dropped: Mapping[str, int]
     classes: Mapping[str, float]
     ignored: float
+    unlabelled: int
     depth_m: tuple[float, float]
     depth_far: float
 
@@ -62,6 +64,7 @@ class BagStatistics:
             "dropped": dict(self.dropped),
             "classes": dict(self.classes),
             "ignored": self.ignored,
+            "unlabelled": self.unlabelled,
             "depth_m": list(self.depth_m),
             "depth_far": self.depth_far,
         }
@@ -98,6 +101,7 @@ def bag_statistics(reader: BagReader, *, progress: Callable[[int, int], None] | 
         dropped=dict(reader.dropped),
         classes={name: share for name, share in shares.most_common() if share},
         ignored=int(pixels[len(CLASSES) :].sum()) / total,
+        unlabelled=reader.unlabelled,
         depth_m=(nearest * DEPTH_RANGE_M / FAR, furthest * DEPTH_RANGE_M / FAR),
         depth_far=far / total,
     )

@@ -24,7 +24,7 @@ class Frame:
     Attributes:
         rgb: colour image (H, W, 3) uint8 in the order blue, green, red.
         depth: planar depth (H, W) uint16; counts * 1000 / 65535 is in metres, 65535 is out of range.
-        labels: the CARLA id of what is seen (H, W) uint8, one of `sunset.classes.CARLA_IDS`.
+        labels: the CARLA id of what is seen (H, W) uint8, one of `sunset.classes.CARLA_IDS`; 0 where that is not known.
     """
 
     rgb: npt.NDArray[np.uint8]
@@ -35,3 +35,8 @@ class Frame:
     def size(self) -> tuple[int, int]:
         """Height and width in pixels."""
         return self.labels.shape[0], self.labels.shape[1]
+
+
+def no_labels(depth: npt.NDArray[np.uint16]) -> Ids:
+    """Return the labels of a frame that has none, in the size of its depth."""
+    return np.zeros(depth.shape, np.uint8)

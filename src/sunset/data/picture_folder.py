@@ -8,7 +8,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Final
 
-from sunset.data.frame import FRAME_SIZE, Frame
+from sunset.data.frame import FRAME_SIZE, Frame, no_labels
 from sunset.data.pixels import (
     COLOUR_JPEG,
     COLOUR_PNG,
@@ -32,13 +32,18 @@ _NUMBERS: Final = re.compile(r"([0-9]+)")
 
 @dataclass(frozen=True, slots=True)
 class PictureFolder:
-    """The pictures of a flight, or of a part of it: of each frame the files of its colour, depth and labels."""
+    """The pictures of a flight, or of a part: of each frame the files of its colour, its depth, its labels if any."""
 
     folder: Path
     files: tuple[tuple[Path, ...], ...]
 
     def __len__(self) -> int:
         return len(self.files)
+
+    @property
+    def unlabelled(self) -> int:
+        """How many frames have no labels."""
+        return sum(len(files) < len(_KINDS) for files in self.files)
 
     def frames(self, size: tuple[int, int] = FRAME_SIZE, *, jobs: int | None = None) -> Iterator[Frame]:
         """Return the frames in order, resampled to a height and width in pixels, and read as `read_ahead` does it.
@@ -53,7 +58,7 @@ class PictureFolder:
 
 def _frame(recorded: tuple[int, int], size: tuple[int, int], files: tuple[Path, ...]) -> Frame:
     pictures = []
-    for name, path in zip(_KINDS, files, strict=True):
+    for name, path in zip(_KINDS, files, strict=False):
         pixels = read_picture(path, _KINDS[name])
         found = pixels.shape[0], pixels.shape[1]
         if found != recorded:
@@ -62,15 +67,17 @@ def _frame(recorded: tuple[int, int], size: tuple[int, int], files: tuple[Path, 
                 f"got {dimensions(found)}; record colour, depth and labels aligned and of one size."
             )
         pictures.append(pixels)
-    rgb, depth, labels = pictures
-    check_ids(labels, str(files[-1]))
-    return resample(Frame(rgb, depth, labels), size)
+    rgb, depth, *others = pictures
+    for labels in others:
+        check_ids(labels, str(files[-1]))
+    return resample(Frame(rgb, depth, others[0] if others else no_labels(depth)), size)
 
 
 def find_pictures(folder: Path, *, first: int | None = None, last: int | None = None) -> PictureFolder:
-    """Find a flight's pictures in `rgb`, `depth` and `labels`, and check that its frames are complete.
+    """Find a flight's pictures in `rgb`, `depth` and `labels`, and check that its frames are complete but for labels.
 
-    The three pictures of a frame have the same name but for the suffix. Frames are in the order of their names, in
+    The pictures of a frame have the same name but for the suffix. Without the folder `labels`, and where a picture in
+    it is missing, frames have no labels. Frames are in the order of their names, in
     which numbers count by their value: `9` comes before `10`.
 
     Args:
@@ -79,27 +86,27 @@ def find_pictures(folder: Path, *, first: int | None = None, last: int | None = 
         last: which is the last, included; to the end if None.
 
     Raises:
-        DataError: a folder is missing, has no pictures or two of one name, or the three have different names, or
+        DataError: a folder is missing, has no pictures or two of one name, the pictures have different names, or
             frames that are wanted are not there.
     """
     if not folder.is_dir():
         raise DataError(
             f"There is no folder {folder}: give the one that holds the folders {', '.join(_KINDS)}."
         )
-    for name in _KINDS:
+    for name in ("rgb", "depth"):
         if not (folder / name).is_dir():
             raise DataError(
                 f"The folder {folder} must hold the folders {', '.join(_KINDS)}, got no {name}; "
-                "put the pictures of the three kinds into one each."
+                "put the pictures of the three kinds into one each, and leave out labels if there are none."
             )
-    found = {name: _pictures(folder / name) for name in _KINDS}
+    found = {name: _pictures(folder / name) for name in _KINDS if (folder / name).is_dir()}
     names = sorted(set().union(*found.values()), key=_order)
     for name, pictures in found.items():
-        if missing := [stem for stem in names if stem not in pictures]:
+        if missing := [stem for stem in names if stem not in pictures and name != "labels"]:
             counts = ", ".join(f"{len(own)} in {one}" for one, own in found.items())
             raise DataError(
-                f"The folder {folder} must hold pictures of the same names in all three folders, got {counts}, and "
-                f"{name} lacks {missing[0]}; name the three pictures of a frame alike."
+                f"The folder {folder} must hold pictures of the same names in all folders, got {counts}, and "
+                f"{name} lacks {missing[0]}; name the pictures of a frame alike."
             )
     low, high = first or 0, len(names) - 1 if last is None else last
     if not low <= high < len(names):
@@ -107,7 +114,7 @@ def find_pictures(folder: Path, *, first: int | None = None, last: int | None = 
             f"The folder {folder} has frames 0 to {len(names) - 1}, got --frames from {low} to {high}; "
             "choose them among these."
         )
-    files = tuple(tuple(own[stem] for own in found.values()) for stem in names[low : high + 1])
+    files = tuple(tuple(own[stem] for own in found.values() if stem in own) for stem in names[low : high + 1])
     return PictureFolder(folder, files)
 
 

@@ -63,7 +63,7 @@ _LACKING: Final = MappingProxyType(
     {
         "f_resolved_per_adaptation": ("f_res/a_exec", "nothing was adapted"),
         "t_react_s": ("t_react", "nothing was resolved"),
-        "iou": ("IoU", "no frame came"),
+        "iou": ("IoU", "no frame with labels came"),
         "diagnosis_precision": ("precision", "no fault was named with a probability of at least 0.5"),
         "t_diagnosis_s": ("t_diagnosis", "no diagnosis named all faults that were there, and no other"),
     }
@@ -181,6 +181,12 @@ def _notes(rows: Sequence[SystemRow]) -> list[str]:
                 notes.append(
                     f"{row.system}: {figure} is of {found.runs} of {row.runs} runs; in the others {reason}."
                 )
+        without_truth = row.estimates["frames_without_truth"]
+        if without_truth is not None and without_truth.mean:
+            notes.append(
+                f"{row.system}: {without_truth.mean:.4g} frames of a run have no labels and count for no figure of "
+                "quality."
+            )
     notes += [_invalid_note(row) for row in rows if row.invalid]
     notes += [_failed_note(row) for row in rows if row.failed]
     notes += [_differing_note(row) for row in rows if row.differing]

@@ -138,7 +138,7 @@ class RunRow:
     @property
     def is_untold(self) -> bool:
         """Whether a version ran it that did not say what became of the faults, or what mistreating costs."""
-        return self.outcomes is None or self.metrics["iou_net"] is None
+        return self.outcomes is None or self.metrics["adaptations_mistreated"] is None
 
     @property
     def cluster(self) -> Cluster:

@@ -26,8 +26,8 @@ SCORE_METHOD: Final = (
 """How scores come about, in words."""
 
 NO_SCORE: Final = (
-    "There is no score: it needs runs of none and oracle with the same scenarios, flights and seeds, and by one "
-    "version of each."
+    "There is no score: it needs runs of none and oracle with the same scenarios, flights and seeds, by one version of "
+    "each, and labels."
 )
 """What stands beneath a report without scores."""
 

@@ -45,7 +45,12 @@ _PUBLISHED_OF: Final = MappingProxyType(
         ("paper", "baseline"): "baseline",
     }
 )
-_REFERENCE_FIGURES: Final = ("iou", "iou_all", "miou")  # there is no managing system to judge
+_REFERENCE_FIGURES: Final = (
+    "iou",
+    "iou_all",
+    "miou",
+    "frames_without_truth",
+)  # there is no managing system to judge
 _SUITES: Final = ("paper", "artifact", "nofault", "degraded")
 _SUITE_LABELS: Final = MappingProxyType(
     {"paper": "", "nofault": ", no faults", "degraded": ", F4 and F5", "": " (own scenarios)"}

@@ -8,21 +8,26 @@ from typing import Any, Final
 
 import numpy as np
 
-from sunset.classes import CLASS_OF_CARLA_ID
+from sunset.classes import CLASS_OF_CARLA_ID, IGNORED
 from sunset.errors import DataError
 from sunset.interfaces.sensor_msgs.msg import Image
+from sunset.interfaces.std_msgs.msg import Header
 from sunset.interfaces.system_interfaces.msg import FrameEvaluation
-from sunset.metrics import count_classes, image_iou
+from sunset.metrics import ClassCounts, count_classes, image_iou
 from sunset.nodes.images import array_of_labels, stamp_ns
 from sunset.ros.node import Node
 from sunset.system import EVALUATION_TOPIC, RESULT_TOPIC, TRUTH_TOPIC
 
 _WAITING: Final = 100
 """How many frames without a partner are kept: ten seconds at 10 Hz."""
+_NOTHING: Final = np.empty((0, 0), np.uint8)
 
 
 class Evaluator(Node):
-    """Publishes `/seg_metrics`: the pipeline's `segmentation` against the truth of the same stamp."""
+    """Publishes `/seg_metrics`: the pipeline's `segmentation` against the truth of the same stamp.
+
+    A truth in which no pixel has a known class is published at once, with the IoU NaN: there is nothing to compare.
+    """
 
     def __init__(self, **options: Any) -> None:
         super().__init__("evaluator", **options)
@@ -41,7 +46,9 @@ class Evaluator(Node):
 
     def _on_truth(self, message: Image) -> None:
         result = self._results.pop(stamp_ns(message.header), None)
-        if result is None:
+        if _is_unknown(message):
+            self._publish(message.header, count_classes(_NOTHING, _NOTHING))
+        elif result is None:
             _keep(self._truths, message)
         else:
             self._evaluate(result, message)
@@ -59,16 +66,26 @@ class Evaluator(Node):
                 throttle_duration_sec=10.0,
             )
             return
-        counts = count_classes(labels, CLASS_OF_CARLA_ID.take(expected))
+        self._publish(result.header, count_classes(labels, CLASS_OF_CARLA_ID.take(expected)))
+
+    def _publish(self, header: Header, counts: ClassCounts) -> None:
         self._metrics.publish(
             FrameEvaluation(
-                header=result.header,
+                header=header,
                 iou=image_iou(counts),
                 intersection=counts.intersection.astype(np.uint32),
                 predicted=counts.predicted.astype(np.uint32),
                 truth=counts.truth.astype(np.uint32),
             )
         )
+
+
+def _is_unknown(truth: Image) -> bool:
+    """Return whether no pixel of a truth has a known class."""
+    try:
+        return not (CLASS_OF_CARLA_ID.take(array_of_labels(truth)) != IGNORED).any()
+    except DataError:
+        return False  # it is said where it is compared
 
 
 def _keep(waiting: dict[int, Image], message: Image) -> None:

@@ -5,6 +5,7 @@ Averaged over images it is not the data set's mIoU, which `accumulated_iou` make
 """
 
 from dataclasses import dataclass
+from math import nan
 from typing import Final
 
 import numpy as np
@@ -87,13 +88,13 @@ def class_iou(counts: ClassCounts) -> tuple[npt.NDArray[np.float64], npt.NDArray
 def image_iou(counts: ClassCounts) -> float:
     """Return the mean IoU over the classes that are in the prediction or in the truth.
 
-    It is 0 where there is none at all, which is an image whose truth is ignored everywhere.
+    It is NaN where there is none at all, which is an image without truth.
 
     >>> image_iou(count_classes(np.array([[0, 0, 1]], np.uint8), np.array([[0, 2, 1]], np.uint8)))
     0.5
     """
     iou, present = class_iou(counts)
-    return float(iou[present].mean()) if present.any() else 0.0
+    return float(iou[present].mean()) if present.any() else nan
 
 
 def accumulated_iou(intersection: Counts, predicted: Counts, truth: Counts) -> float | None:

@@ -62,7 +62,7 @@ class LogRow:
         rule: of the analyzer, which rule triggers or has an outcome.
         strategy: of the planning, what is executed; of the analyzer, what the outcome is of.
         status: of that, one of `StrategyStatus`.
-        iou: of the evaluator, the frame's IoU.
+        iou: of the evaluator, the frame's IoU; NaN of one without truth.
         fault: of the scenario executor, the injected fault.
     """
 
@@ -172,7 +172,7 @@ def log_figures(log: Sequence[LogRow]) -> LogFigures:
         redeploys=redeploys,
         redeploys_unnecessary=redeploys - needed,
         t_down_s=sum(gap for gap in gaps_ns if gap > _LONGEST_GAP_NS) / 1e9,
-        ious=Pool.of(row.iou for row in frames),
+        ious=Pool.of(row.iou for row in frames if not math.isnan(row.iou)),
     )
 
 
@@ -189,6 +189,8 @@ def _refusal(rows: Sequence[LogRow], frames: int) -> str:
         return f"it has fewer than {_LEAST_FRAMES} frames"
     if not any(row.source is LogSource.ANALYZER for row in rows):
         return "no rule was triggered"
+    if any(math.isnan(row.iou) for row in rows):
+        return "a frame in it has no truth"
     if any(row.time_ns == 0 for row in rows):
         return "a time in it is 0"
     if any(row.time_ns >= WALL_NS for row in rows):

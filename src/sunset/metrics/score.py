@@ -32,7 +32,7 @@ class RunMetrics:
         t_down_s: time without segmentation at the expected rate [s].
         availability: the share of the experiment that is not `t_down_s`, in [0, 1].
         iou: mean over evaluated frames of each frame's IoU.
-        iou_all: the same over all frames of the experiment, those that never came being 0.
+        iou_all: the same over all frames of the experiment that have a truth, those that never came being 0.
         miou: of the counts of all evaluated frames added up.
         episodes: how many episodes of failures there were.
         episodes_resolved: those that an adaptation ended.
@@ -41,13 +41,15 @@ class RunMetrics:
         adaptations: how many adaptations were executed.
         faults_injected: how many faults came; None of this and what follows where a run is of a version without it.
         faults_cured: those of them that the managing system cured; None without a fault.
-        faults_masked: those that were masked for some time; None without a fault.
-        masked_s: time in which any was masked [s]; None without a fault.
+        faults_masked: those that were masked for some time; None without a fault, and without a truth.
+        masked_s: time in which any was masked [s]; likewise.
         adaptations_mistreated: the adaptations that treat no fault.
         iou_net: `iou_all` less a frame's share for each of them, and at least 0: what scores are made of.
         diagnosis_precision: of the time that faults were named in diagnoses, the share in which they were there.
         diagnosis_recall: of the time that faults were there, the share in which they were named.
         t_diagnosis_s: mean over faults that were part of a right diagnosis, from when they came to the first [s].
+        frames_without_truth: how many frames of the experiment no figure of quality counts, since no pixel of them has
+            a known class.
         failures: the episodes, in order of time.
         executed: the adaptations, in order of time.
         outcomes: what became of each fault, in order of time.
@@ -63,7 +65,7 @@ class RunMetrics:
     t_down_s: Amount
     availability: Share
     iou: Share | None
-    iou_all: Share
+    iou_all: Share | None
     miou: Share | None
     episodes: Count
     episodes_resolved: Count
@@ -79,6 +81,7 @@ class RunMetrics:
     diagnosis_precision: Share | None = None
     diagnosis_recall: Share | None = None
     t_diagnosis_s: Amount | None = None
+    frames_without_truth: Count | None = None
     failures: tuple[Episode, ...] = ()
     executed: tuple[ExecutedAdaptation, ...] = ()
     outcomes: tuple[FaultOutcome, ...] = ()
@@ -113,7 +116,7 @@ def score(timeline: Timeline) -> RunMetrics:
         period_s=timeline.period_s,
         duration_s=timeline.duration_s,
     )
-    iou, iou_all, miou = _frame_figures(timeline)
+    iou, iou_all, miou, without_truth = _frame_figures(timeline)
     treatments = Treatments(timeline, executed)
     found, masked_s = treatments.outcomes(failures)
     mistreating = treatments.mistreating()
@@ -140,15 +143,16 @@ def score(timeline: Timeline) -> RunMetrics:
         adaptations=len(executed),
         faults_injected=len(found),
         faults_cured=sum(outcome.cured is not None for outcome in found) if found else None,
-        faults_masked=sum(outcome.masked_s > 0 for outcome in found) if found else None,
-        masked_s=masked_s if found else None,
+        faults_masked=None if masked_s is None else sum(bool(outcome.masked_s) for outcome in found),
+        masked_s=masked_s,
         adaptations_mistreated=len(mistreating),
-        iou_net=net_iou(iou_all, len(mistreating), timeline.expected_frames),
+        iou_net=None if iou_all is None else net_iou(iou_all, len(mistreating), timeline.expected_frames),
         diagnosis_precision=None if diagnosed is None else diagnosed.precision,
         diagnosis_recall=None if diagnosed is None else diagnosed.recall,
         t_diagnosis_s=_mean(
             [None if outcome.diagnosed is None else outcome.diagnosed - outcome.began for outcome in found]
         ),
+        frames_without_truth=without_truth,
         failures=failures,
         executed=executed,
         outcomes=found,
@@ -162,14 +166,21 @@ def _mean(values: Sequence[float | None]) -> float | None:
     return round(sum(known) / len(known), 9) if known else None
 
 
-def _frame_figures(timeline: Timeline) -> tuple[float | None, float, float | None]:
-    """Return IoU, IoU_all and mIoU of the frames that were taken in [0, duration)."""
+def _frame_figures(timeline: Timeline) -> tuple[float | None, float | None, float | None, int]:
+    """Return IoU, IoU_all and mIoU of the frames taken in [0, duration), and how many of those have no truth."""
     frames = timeline.frames
-    taken = (frames.times >= -TOLERANCE_S) & (frames.times < timeline.duration_s - TOLERANCE_S)
-    count = int(taken.sum())
+    taken, unknown = (
+        (times >= -TOLERANCE_S) & (times < timeline.duration_s - TOLERANCE_S)
+        for times in (frames.times, timeline.without_truth)
+    )
+    count, without_truth = int(taken.sum()), int(unknown.sum())
+    expected = max(timeline.expected_frames - without_truth, count)
+    if not timeline.has_truth:
+        expected = 0  # live, a frame's truth may be lost
     total = float(frames.iou[taken].sum())
     return (
         total / count if count else None,
-        total / max(timeline.expected_frames, count),
+        total / expected if expected else None,
         accumulated_iou(frames.intersection[taken], frames.predicted[taken], frames.truth[taken]),
+        without_truth,
     )

@@ -239,7 +239,8 @@ class Timeline:
         commands: in order of time, of all clients.
         settings: in order of time, those of the bring-up included.
         diagnoses: in order of time.
-        frames: the evaluated frames.
+        frames: the evaluated frames that have a truth.
+        without_truth: (N,) when the pictures of which no pixel has a known class were taken [s].
         expected_frames: how many frames the experiment has, had none been lost.
 
     Raises:
@@ -257,6 +258,7 @@ class Timeline:
     settings: tuple[Setting, ...] = ()
     diagnoses: tuple[Diagnosis, ...] = ()
     frames: Frames = field(default_factory=Frames)
+    without_truth: Times = field(default_factory=lambda: np.empty(0))
     expected_frames: int = round(DURATION_S / PERIOD_S)
 
     def __post_init__(self) -> None:
@@ -264,7 +266,12 @@ class Timeline:
         for name in ("duration_s", "period_s", "expected_frames"):
             _check_positive(name, getattr(self, name))
         object.__setattr__(self, "thresholds", _complete(self.thresholds))
-        for topic, times in self.message_times.items():
+        for topic, times in {**self.message_times, "frames without truth": self.without_truth}.items():
             _check_times(topic, times)
         for name in ("injections", "commands", "settings", "diagnoses"):
             _check_times(name, np.array([event.time for event in getattr(self, name)]))
+
+    @property
+    def has_truth(self) -> bool:
+        """Whether there is a frame that quality can be measured on, be it one that was lost."""
+        return bool(len(self.frames.times)) or not len(self.without_truth)

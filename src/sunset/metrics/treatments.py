@@ -7,7 +7,8 @@
   something that the managing system has set is in place (or was in one of the last five frames, of which a symptom is
   the mean) at the failing node or upstream of it, which is no step of its cure, and the mean IoU of such a stretch,
   which lasts a second at least, is under 0.85 of that of the healthy frames. These are the frames before the first
-  fault and the first adaptation; where there are fewer than five of them, the IoU does not matter.
+  fault and the first adaptation; where there are fewer than five of them, the IoU does not matter. A frame without
+  truth counts as those around it, and on a flight without any truth nothing can be called masked.
 - An adaptation is *mistreating* if it treats no fault: it is a step of no cure of a fault that is there, or away for a
   while, and does not set something back to what it was at first. While a fault is away, it is treated by what keeps it
   from coming again, or is in place when it does. What is in place already is no step of a cure. Parts of a restart are
@@ -27,7 +28,7 @@ from sunset.metrics.adaptations import ExecutedAdaptation, affects
 from sunset.metrics.episodes import Episode
 from sunset.metrics.limits import Amount
 from sunset.metrics.settings import Settings, Stretch, settings_of
-from sunset.metrics.timeline import Injection, Timeline
+from sunset.metrics.timeline import Injection, Timeline, Times, Values
 from sunset.system import (
     SILENCE_S,
     WINDOW,
@@ -58,7 +59,7 @@ class FaultOutcome:
         began: when it came [s].
         until: when it healed, was ended by an adaptation or the experiment ended [s].
         cured: from when on it was cured, which may be while it was away [s]; None if it was not.
-        masked_s: how long it was masked [s].
+        masked_s: how long it was masked [s]; None where no frame has a truth.
         diagnosed: when it was first part of a right diagnosis [s]; None if it was not, or none was published.
     """
 
@@ -67,7 +68,7 @@ class FaultOutcome:
     began: Amount
     until: Amount
     cured: Amount | None = None
-    masked_s: Amount = 0.0
+    masked_s: Amount | None = 0.0
     diagnosed: Amount | None = None
 
     @property
@@ -116,16 +117,20 @@ class Treatments:
         """Return whether all that an adaptation sets is so already."""
         return all(self._settings.at(key, adaptation.time) == value for key, value in settings_of(adaptation))
 
-    def outcomes(self, episodes: Sequence[Episode]) -> tuple[tuple[FaultOutcome, ...], float]:
+    def outcomes(self, episodes: Sequence[Episode]) -> tuple[tuple[FaultOutcome, ...], float | None]:
         """Return what became of each fault, and for how long any of them was masked [s].
+
+        The time is None where there is no fault, or no frame has a truth.
 
         Args:
             episodes: those of all failures, which say when symptoms held.
         """
         period_s, found = self._timeline.period_s, list(map(self._outcome, self.faults))
+        if not (found and self._timeline.has_truth):
+            return tuple(replace(outcome, masked_s=None) for outcome in found), None
         masked = [self._masked(outcome, episodes) for outcome in found]
         lengths = [round(int(frames.sum()) * period_s, 9) for frames in masked]
-        total = round(int(np.any(masked, axis=0).sum()) * period_s, 9) if masked else 0.0
+        total = round(int(np.any(masked, axis=0).sum()) * period_s, 9)
         pairs = zip(found, lengths, strict=True)
         return tuple(replace(outcome, masked_s=length) for outcome, length in pairs), total
 
@@ -202,9 +207,9 @@ class Treatments:
         )
 
     def _masked(self, outcome: FaultOutcome, episodes: Sequence[Episode]) -> npt.NDArray[np.bool_]:
-        """Return of each evaluated frame whether a fault was masked in it."""
-        frames, period_s, end = self._timeline.frames, self._timeline.period_s, self._timeline.duration_s
-        times, masked = frames.times, np.zeros(len(frames.times), dtype=bool)
+        """Return of each frame that was evaluated, or has no truth, whether a fault was masked in it."""
+        times, iou, period_s = *self._iou_over_time, self._timeline.period_s
+        end, masked = self._timeline.duration_s, np.zeros(len(times), dtype=bool)
         hidden = (times >= outcome.began) & (times < outcome.began + outcome.observed_s)
         for episode in episodes:
             if episode.failure == outcome.failure:
@@ -218,8 +223,9 @@ class Treatments:
             lasts = stop - start >= period_s  # what a node sets back at once is an act, and masks nothing
             changed |= lasts & (times >= start) & (times < stop + WINDOW.samples * period_s)
         for first, last in _stretches_of(hidden & changed, times, period_s):
-            is_bad = self._healthy is None or frames.iou[first:last].mean() < MASKING_SHARE * self._healthy
-            masked[first:last] = is_bad and (last - first) * period_s >= SILENCE_S
+            known = iou[first:last][~np.isnan(iou[first:last])]
+            is_bad = self._healthy is None or known.mean() < MASKING_SHARE * self._healthy
+            masked[first:last] = len(known) and is_bad and (last - first) * period_s >= SILENCE_S
         return masked
 
     def _changes(self, outcome: FaultOutcome) -> list[Stretch]:
@@ -242,6 +248,14 @@ class Treatments:
         return [
             (start, stop) for start, stop in stretches if stop < outcome.until and stop - start >= SILENCE_S
         ]
+
+    @cached_property
+    def _iou_over_time(self) -> tuple[Times, Values]:
+        """When frames were taken [s], and the IoU of each; NaN of one without truth."""
+        frames, without_truth = self._timeline.frames, self._timeline.without_truth
+        times = np.concatenate([frames.times, without_truth])
+        order = np.argsort(times, kind="stable")
+        return times[order], np.concatenate([frames.iou, np.full(len(without_truth), np.nan)])[order]
 
     @cached_property
     def _healthy(self) -> float | None:

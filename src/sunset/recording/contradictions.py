@@ -88,7 +88,7 @@ def contradictions(run: RunRecord, messages: Iterable[RecordedMessage]) -> Itera
 
 def _miscounted(evaluations: Sequence[FrameEvaluation]) -> Iterator[str]:
     """Yield how many frames' IoU is not that of the pixels counted beside it, if any."""
-    pairs = [(evaluation.iou, _iou_of(evaluation)) for evaluation in evaluations]
+    pairs = [(evaluation.iou, _iou_of(evaluation)) for evaluation in evaluations if evaluation.truth.any()]
     wrong = [(iou, counted) for iou, counted in pairs if not isclose(iou, counted, abs_tol=1e-9)]
     if wrong:
         iou, counted = wrong[0]

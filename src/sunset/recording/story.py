@@ -219,10 +219,11 @@ def figures_of(score: RunMetrics) -> Iterator[tuple[str, str, str]]:
     yield "reaction time", shown(score.t_react_s, " s"), parts
     yield "unnecessary redeploys", str(score.redeploys_unnecessary), "of nodes that did not need one"
     yield "downtime", shown(score.t_down_s, " s"), f"availability {score.availability:.0%}"
-    yield "segmentation IoU", shown(score.iou), f"{shown(score.iou_all)} if a lost frame counts as 0"
-    treated = (
-        f"masked for {shown(score.masked_s or 0.0, ' s')}; {counted(len(score.mistreating), 'adaptation')}"
-    )
+    without = score.frames_without_truth
+    unknown = f"; {counted(without, 'frame')} without labels left out" if without else ""
+    yield "segmentation IoU", shown(score.iou), f"{shown(score.iou_all)} if a lost frame counts as 0{unknown}"
+    masked_s = score.masked_s if score.outcomes else 0.0
+    treated = f"masked for {shown(masked_s, ' s')}; {counted(len(score.mistreating), 'adaptation')}"
     cured = f"{score.faults_cured or 0} of {len(score.outcomes)}"
     yield "faults cured", cured, f"{treated} treated no fault"
     if score.diagnosis_recall is not None:

@@ -112,6 +112,7 @@ def timeline(
         topics.setdefault(recorded.topic, []).append(recorded)
     start_ns = start_of(topics.get(LOG_TOPIC, []))
     diagnostics = topics.get(DIAGNOSTICS_TOPIC, [])
+    evaluated = _evaluated(topics.get(EVALUATION_TOPIC, []), topics.get(TRUTH_TOPIC, []), start_ns)
     return Timeline(
         duration_s=duration_s,
         period_s=period_s,
@@ -129,7 +130,8 @@ def timeline(
         commands=_commands(topics.get(COMMANDS_TOPIC, []), topics.get(TRUTH_TOPIC, []), start_ns),
         settings=_settings(topics, start_ns),
         diagnoses=_diagnoses(topics.get(DIAGNOSIS_TOPIC, []), start_ns),
-        frames=_frames(topics.get(EVALUATION_TOPIC, []), topics.get(TRUTH_TOPIC, []), start_ns),
+        frames=_frames([one for one in evaluated if one[1].truth.any()]),
+        without_truth=np.array([time for time, one in evaluated if not one.truth.any()], dtype=np.float64),
         expected_frames=expected_frames,
     )
 
@@ -278,16 +280,23 @@ def _diagnoses(recorded: Sequence[RecordedMessage], start_ns: int) -> tuple[Diag
     )
 
 
-def _frames(
+def _evaluated(
     evaluations: Sequence[RecordedMessage], truths: Sequence[RecordedMessage], start_ns: int
-) -> Frames:
+) -> list[tuple[float, msg.FrameEvaluation]]:
+    """Return when each picture was taken [s], with its evaluation, in order of time."""
     taken_ns = {ns_of(content_of(truth, msg.ImageDigest).header.stamp): truth.time_ns for truth in truths}
     found = []
     for recorded in evaluations:
         evaluation = content_of(recorded, msg.FrameEvaluation)
+        for row in (evaluation.intersection, evaluation.predicted, evaluation.truth):
+            if len(row) != NUMBER_OF_CLASSES:
+                raise RecordError(f"A frame's counts must be of {NUMBER_OF_CLASSES} classes, got {len(row)}.")
         time_ns = taken_ns.get(ns_of(evaluation.header.stamp), recorded.time_ns)
         found.append((_seconds(time_ns, start_ns), evaluation))
-    found.sort(key=lambda item: item[0])
+    return sorted(found, key=lambda item: item[0])
+
+
+def _frames(found: Sequence[tuple[float, msg.FrameEvaluation]]) -> Frames:
     return Frames(
         times=np.array([time for time, _ in found], dtype=np.float64),
         iou=np.array([evaluation.iou for _, evaluation in found], dtype=np.float64),
@@ -298,7 +307,4 @@ def _frames(
 
 
 def _counts(rows: Sequence[npt.NDArray[np.uint32]]) -> npt.NDArray[np.int64]:
-    for row in rows:
-        if len(row) != NUMBER_OF_CLASSES:
-            raise RecordError(f"A frame's counts must be of {NUMBER_OF_CLASSES} classes, got {len(row)}.")
     return np.array(rows, dtype=np.int64).reshape(len(rows), NUMBER_OF_CLASSES)

@@ -212,7 +212,11 @@ def measure_curves(
     plan = plan_curves(model.card, strengths, grid)
     size = (model.card.height, model.card.width)
     with read_bag(bag, size=size) as reader:
-        count = len(reader)
+        count, unlabelled = len(reader), reader.unlabelled
+    if unlabelled:
+        raise DataError(
+            f"The bag {bag} must have labels in every frame here, got none in {unlabelled} of {count}; choose another."
+        )
     if count < SAMPLES:
         raise DataError(f"The bag {bag} must have at least {SAMPLES} frames, got {count}.")
     (values,) = over_frames(

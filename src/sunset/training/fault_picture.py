@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import isnan
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -42,7 +43,7 @@ class View:
         title: of the condition.
         image: what the segmentation gets, to look at: (H, W, 3) uint8 of red, green and blue.
         labels: (H, W) uint8, class indices.
-        iou: of the labels, in [0, 1].
+        iou: of the labels, in [0, 1]; NaN where the frame has no truth.
         entropy: of the network, in [0, 1].
         sharpness: of the camera's image.
     """
@@ -131,7 +132,7 @@ def _fill(figure: "Figure", views: Sequence[View], name: str, model: Model) -> N
             if blurs
             else _compared(ENTROPY_SIGNAL, view.entropy, model.card.entropy_threshold)
         )
-        below.set_xlabel(f"IoU {view.iou:.2f}\n{signal}")
+        below.set_xlabel(f"IoU {'N/A' if isnan(view.iou) else f'{view.iou:.2f}'}\n{signal}")
         for one in (above, below):
             one.set(xticks=[], yticks=[])
             one.spines[:].set_visible(False)

@@ -109,7 +109,8 @@ def frames_view(
             taken.setdefault(ns_of(content_of(one, ImageDigest).header.stamp), one.time_ns)
         elif one.topic == EVALUATION_TOPIC:
             evaluation = content_of(one, FrameEvaluation)
-            iou[ns_of(evaluation.header.stamp)] = evaluation.iou
+            if evaluation.truth.any():
+                iou[ns_of(evaluation.header.stamp)] = evaluation.iou
     stamps = sorted(
         (stamp for stamp, time in taken.items() if time - start_ns <= end * 1e9), key=taken.__getitem__
     )

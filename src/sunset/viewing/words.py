@@ -66,7 +66,9 @@ def compared(one: StoredRun, other: StoredRun) -> list[str]:
     return sentences
 
 
-def _difference(ours: float, theirs: float, first: str, second: str) -> str:
+def _difference(ours: float | None, theirs: float | None, first: str, second: str) -> str:
+    if ours is None or theirs is None:
+        return "The flight has no labels, so that there is no IoU to compare."
     meaning = "the IoU, which says how well labels agree with the truth and is 0 for a lost frame,"
     if round(ours, 2) == round(theirs, 2):
         return f"In both, {meaning} is {ours:.2f}."
@@ -178,7 +180,12 @@ def _outcome(run: StoredRun) -> Iterator[str]:
         if metrics.t_down_s
         else "segmentations came all the time"
     )
-    yield f"{down[:1].upper()}{down[1:]}; the IoU was {metrics.iou_all:.2f}, if a lost frame counts as 0."
+    quality = "there is no IoU, since the flight has no labels"
+    if metrics.iou_all is not None:
+        count = metrics.frames_without_truth
+        unknown = f" and {counted(count, 'frame')} without labels for nothing" if count else ""
+        quality = f"the IoU was {metrics.iou_all:.2f}, if a lost frame counts as 0{unknown}"
+    yield f"{down[:1].upper()}{down[1:]}; {quality}."
 
 
 def _was(metrics: RunMetrics) -> str:

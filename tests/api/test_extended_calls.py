@@ -10,6 +10,7 @@ from tests.docs.test_docs import blocks
 import sunset
 from sunset.data import read_bag, write_bag
 from sunset.errors import ExtensionError, RecordError, SunsetError
+from sunset.evaluation.results import load_results
 from sunset.system import current_system, extended_system, loaded_extensions
 
 pytestmark = pytest.mark.usefixtures("flight")
@@ -143,3 +144,55 @@ def test_curves_have_its_faults_and_so_has_a_list_in_its_context(page: Path, fli
     with extended_system([page / "dirt.py"]):
         assert "lens_dirt" in {fault.name for fault in sunset.list_faults()}
         assert sunset.make_scenario("lens_dirt").name == "lens_dirt"
+
+
+BLIND = """\
+from sunset.interfaces.sensor_msgs.msg import Image
+from sunset.nodes import AdaptiveNode, FaultParameter
+from sunset.system import Adaptation, AdaptationKind, Extension, Failure, Fault, NodeDescription, Topic
+
+
+class Relay(AdaptiveNode):
+    node_name = "relay"
+    stuck = FaultParameter(False, "whether nothing is passed on")
+
+    def set_up(self):
+        self.images = self.create_lifecycle_publisher(Image, "relayed", 10)
+        self.create_active_subscription(Image, "rgb_camera", self.pass_on)
+
+    def pass_on(self, message):
+        if not self.stuck:
+            self.images.publish(message)
+
+
+REDEPLOY = Adaptation(AdaptationKind.REDEPLOY, "relay")
+EXTENSION = Extension(
+    nodes=(NodeDescription("relay", Relay, inputs=("rgb_camera",), outputs=("relayed",)),),
+    topics=(Topic("relayed"),),
+    failures=(Failure("F9", "nothing is relayed", symptom="silence", gone="noise", topic="relayed"),),
+    faults=(Fault(name="stuck", failure="F9", node="relay", cures=((REDEPLOY,),), description="It is stuck."),),
+    suites={"relays": (("stuck",), ("stuck", "autofocus_needed"), ("stuck", "depth_degradation"))},
+)
+"""
+
+
+def test_the_report_of_a_folder_is_the_same_without_the_extension_of_its_runs(tmp_path: Path) -> None:
+    extension = tmp_path / "relay.py"
+    extension.write_text(BLIND)
+    sunset.bench(
+        "relays",
+        ["none", "baseline"],
+        scenarios=["relays/stuck", "relays/stuck+autofocus_needed"],
+        out=tmp_path / "runs",
+        repetitions=1,
+        references=False,
+        score=False,
+        duration=2,
+        extensions=extension,
+    )
+    for form in ("table", "json", "csv"):
+        alone = sunset.report(tmp_path / "runs", form=form)
+        assert alone == sunset.report(tmp_path / "runs", form=form, extensions=extension)
+    assert "2 of 3 scenarios" in alone
+    clusters = {(run.scenario, run.cluster.alike) for run in load_results(tmp_path / "runs")}
+    assert clusters == {("relays/stuck", "F9"), ("relays/stuck+autofocus_needed", "autofocus_needed")}

@@ -4,6 +4,7 @@ import pytest
 
 from sunset.evaluation import FIGURES, PUBLISHED, Flight, RunRow, summarise
 from sunset.scenarios import suite
+from sunset.system import suite_size
 
 HEALTHY: dict[str, float | None] = {
     **dict.fromkeys(FIGURES),
@@ -51,6 +52,7 @@ def run(
         metrics=HEALTHY | metrics,
         valid=valid,
         reason="" if valid else "it cheated",
+        suite_size=suite_size(suite, scenario),
     )
 
 

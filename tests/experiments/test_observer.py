@@ -244,6 +244,41 @@ def test_messages_of_the_system_on_its_topics_are_recorded_and_forged_ones_are_n
 
 
 @pytest.mark.parametrize(
+    ("node", "topic", "allowed"),
+    [
+        (CAMERA, "/managed_subsystem/rgb_camera", True),
+        (CAMERA, "/diagnostics", True),
+        (CAMERA, "/rosout", True),
+        (CAMERA, f"{CAMERA}/transition_event", True),
+        (CAMERA, "/gt_segmentation", False),
+        (CAMERA, "/managed_subsystem/depth_camera", False),
+        (CAMERA, "/anything", False),
+        ("/bag_player", "/gt_segmentation", True),
+        ("/evaluator", "/gt_segmentation", False),
+        (MANAGER, "/anything", True),
+    ],
+)
+def test_a_node_of_the_system_publishes_what_its_description_says(
+    node: str, topic: str, allowed: bool, sink: Sink
+) -> None:
+    observer = Observer(sink)
+    observer.on_message(1, topic, node, String())
+    assert (not observer.violations) is allowed
+    assert bool(sink.written) is allowed
+
+
+def test_the_process_of_a_managed_node_has_no_node_of_another_name_of_the_system(sink: Sink) -> None:
+    observer = Observer(sink)
+    observer.on_node("camera", CAMERA)
+    observer.on_node("camera", "/helper")
+    assert not observer.violations
+    observer.on_node("camera", "/bag_player")
+    assert list(observer.violations) == [
+        "the process of camera has a node /bag_player, which is a name of the system's"
+    ]
+
+
+@pytest.mark.parametrize(
     ("topic", "allowed"),
     [
         ("/managed_subsystem/rgb_enhanced", True),

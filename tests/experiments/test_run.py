@@ -394,6 +394,20 @@ def test_a_node_that_is_wired_otherwise_than_described_does_not_come_up(
             fly(tmp_path / "run", "nofault", "none", timing=timing)
 
 
+def test_a_node_that_publishes_a_truth_of_its_own_makes_a_run_invalid(tmp_path: Path) -> None:
+    file = tmp_path / "meter.py"
+    text = METER.format(inputs=("rgb_camera",), outputs=("light",), topics="")
+    forging = "self.create_publisher(Image, '/gt_segmentation', 10).publish"
+    file.write_text(text.replace("lambda message: None", forging))
+    with extended_system([file]):
+        result = fly(tmp_path / "run", "nofault", "none", timing=Timing(duration_s=1.0, warm_up_s=1.0))
+
+    assert not result.valid
+    assert result.reason == (
+        "/managed_subsystem/meter publishes on /gt_segmentation, which is not among the outputs of its description"
+    )
+
+
 def test_a_signal_that_nothing_reports_makes_a_run_invalid(tmp_path: Path) -> None:
     file = tmp_path / "meter.py"
     file.write_text(

@@ -23,10 +23,10 @@ from sunset.evaluation.power import (
     variances,
 )
 from sunset.evaluation.resampling import LEAST_LEVELS
-from sunset.evaluation.results import alike
 from sunset.experiments import BenchSpec, RunSpec, added_managers, plan
 from sunset.managing import split_label
 from sunset.recording import RUN_FILE
+from sunset.system import degradations_of
 from sunset.texts import counted, listed
 
 _PAUSE: Final = 20
@@ -211,7 +211,7 @@ def _design(runs: Sequence[RunSpec], repetitions: int) -> Design | None:
 
 
 def _alike(run: RunSpec) -> str:
-    return alike(fault.name for fault in run.scenario.faults) or run.scenario.name
+    return degradations_of(fault.name for fault in run.scenario.faults) or run.scenario.name
 
 
 def _spread(design: Design | None) -> str:

@@ -6,7 +6,7 @@ from typing import Final
 
 from sunset.evaluation.results import RunRow
 from sunset.evaluation.scores import ScoreTable, is_scored
-from sunset.evaluation.summary import manager_names, named_groups, part_label, scenarios_of
+from sunset.evaluation.summary import manager_names, named_groups, part_label
 from sunset.evaluation.system_styles import in_order
 from sunset.recording import TABLE_REFERENCES
 from sunset.system import DURATION_S
@@ -52,7 +52,7 @@ class Setup:
     def suite_title(self, suite: str) -> str:
         """Return what a suite is called above a panel, and how much of it was run."""
         runs = [run for systems in self.suites.get(suite, {}).values() for run in systems]
-        return (suite or "own scenarios") + part_label(suite, scenarios_of(runs))
+        return (suite or "own scenarios") + part_label(runs)
 
     def title(self, *parts: str) -> str:
         """Return the title of a panel, which says what it shows and, where there are several, of which setup."""

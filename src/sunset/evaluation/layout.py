@@ -184,8 +184,8 @@ def _notes(rows: Sequence[SystemRow]) -> list[str]:
         without_truth = row.estimates["frames_without_truth"]
         if without_truth is not None and without_truth.mean:
             notes.append(
-                f"{row.system}: {without_truth.mean:.4g} frames of a run have no labels and count for no figure of "
-                "quality."
+                f"{shorten(row.system, 100)}: {without_truth.mean:.4g} frames of a run have no labels and count for no "
+                "figure of quality."
             )
     notes += [_invalid_note(row) for row in rows if row.invalid]
     notes += [_failed_note(row) for row in rows if row.failed]

@@ -3,7 +3,7 @@
 import hashlib
 import json
 from collections import defaultdict
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import MappingProxyType
@@ -27,7 +27,7 @@ from sunset.recording import (
     stored_figures,
     timeline_of,
 )
-from sunset.system import DURATION_S, current_system
+from sunset.system import DURATION_S, degradations_of, suite_size
 from sunset.workers import Progress
 
 FIGURES: Final = RunMetrics.names()
@@ -94,6 +94,7 @@ class RunRow:
         sources: a short checksum of the files that the managing system is written in; empty if it is unknown.
         faults: a short checksum of the scenario's faults.
         alike: the degradations by which runs are clustered; the outages, if there are none.
+        suite_size: how many scenarios its suite has; 0 if that is not known.
         digest: of the record's messages.
         metrics: the figures by name; None where there is none to take.
         outcomes: what became of its faults; None where a run is of a version that did not say so.
@@ -124,6 +125,7 @@ class RunRow:
     sources: str = ""
     faults: str = ""
     alike: str = ""
+    suite_size: int = 0
     thinking_s: float = 0.0
     version: str = ""
     valid: bool = True
@@ -292,7 +294,8 @@ def _read(folder: Path, *, again: bool) -> RunRow:
         sources=run.manager_checksum[:_CHECKSUM],
         thinking_s=run.thinking_s or 0.0,
         faults=_checksum({"faults": to_builtins(run.faults)}),
-        alike=alike(fault.name for fault in run.faults),
+        alike=degradations_of(fault.name for fault in run.faults) if run.alike is UNSET else run.alike,
+        suite_size=suite_size(run.suite, run.scenario) if run.suite_size is UNSET else run.suite_size,
         failed=run.manager_failed or "",
         warning=run.flight_warning or "",
         is_empty=run.is_empty,
@@ -312,18 +315,6 @@ def _figures(
     computed, log_computed = _computed(run, folder)
     differing = (*differences(run, computed), *["by_paper_script"] * (log not in {None, log_computed}))
     return MappingProxyType(computed.to_json()), computed.outcomes, log_computed, differing
-
-
-def alike(names: Iterable[str]) -> str:
-    """Return the degradations by which runs with these faults are clustered.
-
-    What a segmentation is worth depends on its degradations. Outages differ in how long they last, and are taken as
-    they are: no interval speaks of others than those that were run.
-    """
-    system = current_system()
-    failures = {name: system.faults[name].failure if name in system.faults else "" for name in names}
-    degradations = [name for name, failure in failures.items() if failure not in system.outages]
-    return "+".join(sorted(degradations or set(failures.values())))
 
 
 def _checksum(values: Mapping[str, object]) -> str:

@@ -17,7 +17,7 @@ from sunset.evaluation.system_styles import SHIPPED
 from sunset.metrics import FaultOutcome, RunMetrics
 from sunset.recording import TABLE_REFERENCES
 from sunset.schemas import fields_of
-from sunset.system import DURATION_S, current_system, names_in_suite
+from sunset.system import DURATION_S
 
 PUBLISHED_SOURCE: Final = "Wiedholz et al., SUNSET, RoSE'26, Table 1"
 
@@ -65,6 +65,7 @@ class SystemRow:
         system: what the row is called.
         version: of the package that the runs were made with.
         scenarios: the names of those that were run.
+        suite_size: how many there are in the suite; 0 if that is not known.
         seeds: those that were run.
         runs: how many valid runs there are.
         estimates: figure → estimate over the valid runs; None where it is not applicable.
@@ -99,6 +100,7 @@ class SystemRow:
     by_paper_script: ScriptFigures | None = None
     outcomes: tuple[FaultOutcome, ...] = ()
     untold: int = 0
+    suite_size: int = 0
 
     @property
     def published(self) -> str | None:
@@ -115,7 +117,7 @@ class SystemRow:
     @property
     def is_of_part(self) -> bool:
         """Whether some scenarios of its suite were not run."""
-        return bool(part_label(self.suite, self.scenarios))
+        return len(self.scenarios) < self.suite_size
 
     @property
     def is_reference(self) -> bool:
@@ -186,7 +188,7 @@ def named_groups(rows: Iterable[RunRow], *, by_flight: bool = True) -> list[tupl
             names[manager]
             + _SUITE_LABELS.get(suite, f" ({suite})")
             + (f" [{model}]" if several_models else "")
-            + part_label(suite, scenarios_of(group))
+            + part_label(group)
             + flight.label(bag=several_bags)
             + (f" [thinking {thinking_s:g} s]" if thinking_s else "")
             + (f" [{middleware}]" if several_middlewares else "")
@@ -202,14 +204,10 @@ def scenarios_of(group: Sequence[RunRow]) -> frozenset[str]:
     return frozenset(run.scenario.removesuffix(f" {run.faults}") for run in group)
 
 
-def part_label(suite: str, scenarios: frozenset[str]) -> str:
-    """Return what a name must say where only some scenarios of a suite were run; empty if all, or if it is not known.
-
-    >>> part_label("degraded", frozenset({"degraded/image_shift+autofocus_needed"})), part_label("mine", frozenset())
-    (' [1 of 9 scenarios]', '')
-    """
-    every = set(names_in_suite(suite, current_system().suites.get(suite, ())))
-    return f" [{len(scenarios)} of {len(every)} scenarios]" if scenarios < every else ""
+def part_label(group: Sequence[RunRow]) -> str:
+    """Return what a name must say where some scenarios of a suite were not run; empty if all were, or who knows."""
+    run, size = len(scenarios_of(group)), max((one.suite_size for one in group), default=0)
+    return f" [{run} of {size} scenarios]" if run < size else ""
 
 
 def published_names(rows: Iterable[SystemRow]) -> list[str]:
@@ -266,6 +264,7 @@ def _row(system: str, group: Sequence[RunRow]) -> SystemRow:
         middleware=first.middleware,
         version=first.version,
         scenarios=scenarios_of(group),
+        suite_size=max(run.suite_size for run in group),
         seeds=frozenset(run.seed for run in group),
         runs=len(valid),
         estimates=MappingProxyType(

@@ -21,6 +21,7 @@ from sunset.interfaces.system_interfaces.msg import Command
 from sunset.interfaces.system_interfaces.srv import Redeploy
 from sunset.managing import ORACLE, Oracle
 from sunset.names import base_name, ros_text
+from sunset.recording.logs import ROSOUT
 from sunset.rmw.core.port import EndpointKind, RequestId
 from sunset.rmw.core.tap import Tap
 from sunset.ros.exceptions import InvalidParameterTypeException
@@ -28,6 +29,7 @@ from sunset.ros.lifecycle import TRANSITIONS, TransitionCallbackReturn
 from sunset.ros.parameter import parameter_value_to_python
 from sunset.system import (
     COMMANDS_TOPIC,
+    DIAGNOSTICS_TOPIC,
     FAULT_ENDS_TOPIC,
     HARNESS,
     INFRASTRUCTURE,
@@ -42,6 +44,8 @@ from sunset.system import (
 from sunset.texts import shorten
 
 _OWN_PREFIXES: Final = (f"{NAMESPACE}/", "/experiment/")
+_TOPICS_OF_ALL: Final = frozenset({DIAGNOSTICS_TOPIC, PARAMETER_EVENTS_TOPIC, ROSOUT})
+"""Topics that every node of the system may publish on."""
 _OFF_LIMITS_SERVERS: Final = frozenset(f"/{node.name}" for node in HARNESS.values() if node.off_limits)
 """Nodes that a managing system must not call."""
 
@@ -90,6 +94,10 @@ class Observer(Tap):
         self._sink = sink
         self._shown = shown
         self._system = current_system()
+        self._outputs = {f"/{node.name}": {*node.outputs} for node in HARNESS.values()}
+        self._outputs |= {
+            full_name(node.name): {*map(full_name, node.outputs)} for node in self._system.nodes.values()
+        }
         self._own_services = tuple(f"{node}/" for node in sorted(self._system.all_nodes))
         self._pending: dict[tuple[str, RequestId], Command] = {}
         """Requests that are not answered yet, also those of the experiment's own clients."""
@@ -103,8 +111,11 @@ class Observer(Tap):
         for command in self._pending.values():
             if command.node == node and command.kind != "redeploy":  # which the launcher answers
                 command.reason = command.reason or "the node ended"  # what the new one does is not evidence
-        if process == MANAGER_PROCESS and node in self._system.all_nodes:
-            self._note(f"the managing system has a node {node}, which is a name of the system's")
+        if node not in self._system.all_nodes:
+            return
+        if process == MANAGER_PROCESS or (process in self._system.nodes and node != full_name(process)):
+            who = "the managing system" if process == MANAGER_PROCESS else f"the process of {process}"
+            self._note(f"{who} has a node {node}, which is a name of the system's")
 
     def on_endpoint(self, node: str, kind: EndpointKind, name: str) -> None:
         """Note endpoints that break a rule.
@@ -127,7 +138,10 @@ class Observer(Tap):
             self._note(f"{node} offers {name}, which belongs to the system")
 
     def on_message(self, time_ns: int, topic: str, node: str, message: Message) -> None:
-        """Record a message that leaves its publisher, unless it is forged."""
+        """Record a message that leaves its publisher, unless it is forged.
+
+        A node of the system publishes what its description says, and no other node on the system's topics.
+        """
         of_another = isinstance(message, ParameterEvent) and message.node != node
         if topic == PARAMETER_EVENTS_TOPIC and of_another:
             self._note(f"{node} publishes on {topic} in the name of another node")
@@ -135,6 +149,8 @@ class Observer(Tap):
             topic in self._system.own_topics or topic.startswith(_OWN_PREFIXES)
         ):
             self._note(f"{node} publishes on {topic}, which belongs to the experiment")
+        elif not self._may_publish(node, topic):
+            self._note(f"{node} publishes on {topic}, which is not among the outputs of its description")
         else:
             self._sink.write(topic, time_ns, message)
             if isinstance(message, TransitionEvent) and topic == f"{node}/transition_event":
@@ -203,6 +219,12 @@ class Observer(Tap):
             command = min(asked, key=lambda command: command.client not in INFRASTRUCTURE)
             command.successful = event.goal_state.id == _AFTER[during]
             command.reason = "not answered"
+
+    def _may_publish(self, node: str, topic: str) -> bool:
+        """Return whether a node may publish on a topic: as its description says, where it is of the system."""
+        if topic in _TOPICS_OF_ALL or topic == f"{node}/transition_event":
+            return True
+        return topic in self._outputs.get(node, {topic})
 
     def _may_feed(self, topic: str) -> bool:
         """Return whether a managed node may subscribe to a topic: not of the managing system's, and not the truth."""

@@ -39,7 +39,7 @@ from sunset.recording import (
 from sunset.recording.reader import timeline_of
 from sunset.rmw.backends import live_middleware
 from sunset.scenarios import Scenario
-from sunset.system import current_system, short_name
+from sunset.system import current_system, degradations_of, short_name, suite_size
 
 _AT_ONCE_S: Final = 0.1
 """Faults that are due when the measured time begins are injected by then."""
@@ -255,6 +255,8 @@ def _describe(spec: RunSpec, resources: Resources) -> RunRecord:
         scenario=spec.scenario.name,
         faults=stored_faults(resources.scenario, spec.scenario),
         suite=spec.suite,
+        suite_size=suite_size(spec.suite, spec.scenario.name),
+        alike=degradations_of(fault.name for fault in spec.scenario.faults),
         manager=spec.manager_name,
         manager_spec=spec.manager if spec.label else UNSET,
         seed=spec.seed,

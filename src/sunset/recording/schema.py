@@ -81,6 +81,8 @@ class RunRecord(msgspec.Struct, frozen=True, kw_only=True):
 
     Attributes:
         suite: empty for a scenario of one's own.
+        suite_size: how many scenarios it has; 0 if the system does not say.
+        alike: the degradations by which runs are clustered; the failures, if there are none.
         manager_spec: what the managing system was loaded as, where that is not its name.
         manager_checksum: of the files that it is written in; empty if it has none.
         manager_failed: how the managing system failed, after which the run went on without one; or why a run has
@@ -118,6 +120,8 @@ class RunRecord(msgspec.Struct, frozen=True, kw_only=True):
     scenario: str
     faults: list[StoredFault]
     suite: str
+    suite_size: Count | UnsetType = UNSET
+    alike: str | UnsetType = UNSET
     manager: str
     manager_spec: str | UnsetType = UNSET
     manager_checksum: str = ""

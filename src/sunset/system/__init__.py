@@ -5,10 +5,12 @@ from sunset.system.cures import STATE, Key, comparable_text, goal_of, is_in_plac
 from sunset.system.current import (
     LoadedExtension,
     current_system,
+    degradations_of,
     extended_system,
     get_fault,
     load_extension,
     loaded_extensions,
+    suite_size,
 )
 from sunset.system.description import (
     Adaptation,
@@ -128,6 +130,7 @@ __all__ = [
     "Window",
     "comparable_text",
     "current_system",
+    "degradations_of",
     "extended_system",
     "frequency_entry",
     "full_name",
@@ -142,4 +145,5 @@ __all__ = [
     "scenario_name",
     "short_name",
     "state_entry",
+    "suite_size",
 ]

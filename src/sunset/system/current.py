@@ -84,6 +84,24 @@ def get_fault(name: str) -> Fault:
     return current_system().fault(name)
 
 
+def degradations_of(names: Iterable[str]) -> str:
+    """Return the degradations by which runs with these faults are clustered.
+
+    What a segmentation is worth depends on its degradations. Outages differ in how long they last, and are taken as
+    they are: no interval speaks of others than those that were run. Without degradations, it is the failures.
+    """
+    system = current_system()
+    failures = {name: system.faults[name].failure if name in system.faults else "" for name in names}
+    degradations = [name for name, failure in failures.items() if failure not in system.outages]
+    return "+".join(sorted(degradations or set(failures.values())))
+
+
+def suite_size(suite: str, scenario: str) -> int:
+    """Return how many scenarios the suite of a scenario has; 0 if the system has no such suite with it."""
+    names = names_in_suite(suite, current_system().suites.get(suite, ()))
+    return len(names) if scenario in names else 0
+
+
 def load_extension(where: str | Path, *, checksum: str = "") -> None:
     """Add an extension to the managed system of this process; one that is loaded already is not loaded again.
 

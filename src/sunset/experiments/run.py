@@ -198,7 +198,7 @@ def _run_simulated(
             start_ns, failure = run_simulated(spec, resources, watch, manager, observer)
             manager.end()
             writer.hand_over()
-            return {"start_ns": start_ns, "violations": list(observer.violations), "failure": failure}
+            return {"start_ns": start_ns, "violations": observer.violations, "failure": failure}
 
         with _unchanged(spec.manager, manager.checksum, known) as found:
             nodes = current_system().nodes if spec.extensions else ()

@@ -25,7 +25,7 @@ def run_confined(
     Args:
         manager: its name, as of `load_manager`.
         context: this process, whose shutdown ends it.
-        limit_s: seconds of wall time that loading it, and each of its callbacks, may take.
+        limit_s: how long loading it, and each of its callbacks, may take, as of `Patience`.
         parameters: of its node, by name.
         occasion: what it may fail in, such as `gpu_failure, seed 1`.
         scenario: that of the run, which only the oracle is told.
@@ -61,7 +61,9 @@ def run_confined(
                 failures.append(process.describe(failure, what))
 
         context.on_shutdown(leave)
-        gateway = Gateway(middleware, process.pipe, limit_s=limit_s, end=middleware.shutdown, on_failure=note)
+        gateway = Gateway(
+            middleware, process.pipe, limit_s=process.longest_s, end=middleware.shutdown, on_failure=note
+        )
         if is_wanted:
             gateway.start()
         what = f"failed in {occasion}"

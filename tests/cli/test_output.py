@@ -47,6 +47,17 @@ def test_what_a_managing_system_prints_is_no_part_of_the_json(
     assert "{ look at me" in err
 
 
+def test_a_campaign_in_which_a_managing_system_always_fails_ends_with_1(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    managers = f"none,ends=exec:{sys.executable} -c exit()"
+    command = ["bench", "--suite", "nofault", "--no-references", "--no-score", "--managers", managers]
+
+    assert main([*command, "--repetitions", "1", "--duration", "1", "--out", str(tmp_path / "out")]) == 1
+
+    assert "ends failed in each of its runs: The managing system exec:" in capsys.readouterr().err
+
+
 FOCUSING = """\
 from sunset.managing import ManagingSystem
 

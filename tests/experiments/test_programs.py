@@ -79,6 +79,16 @@ def test_a_program_flies_as_its_twin_does(program: str, twin: str, scenario: str
     assert flown.digest == fly(tmp_path / "twin", twin, scenario).digest
 
 
+def test_a_program_flies_that_is_named_by_a_shim(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    shim = tmp_path / "shims" / "python3"
+    shim.parent.mkdir()
+    shim.write_text(f'#!/bin/sh\nexec {sys.executable} "$@"\n')
+    shim.chmod(0o755)
+    monkeypatch.setenv("PATH", f"{shim.parent}:/usr/bin:/bin")
+
+    assert not fly(tmp_path / "run", f"exec:python3 {PROGRAMS}/baseline.py").record.manager_failed
+
+
 BAD = {
     "silence": (
         answering("pass"),

@@ -96,13 +96,14 @@ def _load(manager: str, parts: Mapping[str, Path | bytes], folder: str) -> str:
         return ""
     if manager.startswith(PREFIX):
         (root,) = {str(path).removesuffix(part) for part, path in parts.items()}
-        words = [
+        typed_words, words = _words(manager), parse_command(manager).words
+        loaded = [
             str(PurePosixPath(folder, f"{word}/".removeprefix(root)))
             if _holds(word, parts.values())
             else typed
-            for typed, word in zip(_words(manager), parse_command(manager).words, strict=True)
+            for typed, word in zip(typed_words, words[-len(typed_words) :], strict=True)
         ]
-        return PREFIX + shlex.join(words)
+        return PREFIX + shlex.join(loaded)
     where, _, kind = manager.rpartition(":")
     (main,) = [part for part, path in parts.items() if path == Path(where).resolve()] or [""]
     return f"{folder}/{main}:{kind}" if where.endswith(".py") else manager

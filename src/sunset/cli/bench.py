@@ -24,9 +24,18 @@ from sunset.cli._steps import print_next_steps
 from sunset.cli.report import print_report
 from sunset.errors import InvalidInputError
 from sunset.evaluation import FORMATS
-from sunset.experiments import BenchSpec, Shard, added_managers, bench, connected_scheduler, flights_of, plan
+from sunset.experiments import (
+    BenchSpec,
+    Shard,
+    added_managers,
+    bench,
+    connected_scheduler,
+    failing_managers,
+    flights_of,
+    plan,
+)
 from sunset.system import loaded_extensions
-from sunset.texts import counted, listed
+from sunset.texts import counted, listed, printable
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -84,12 +93,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_format_options(parser, FORMATS, "how the table is printed")
 
 
-def execute(arguments: argparse.Namespace) -> None:
+def execute(arguments: argparse.Namespace) -> int:
     """Run the campaign, and print the table."""
     spec = campaign(arguments, references=arguments.references, score=arguments.score)
     if arguments.plan:
         _print_plan(spec, arguments)
-        return
+        return 0
     if arguments.like is not None:
         raise InvalidInputError("An earlier campaign is for a plan only: add --plan, or leave out --like.")
     if arguments.out is None:
@@ -107,6 +116,9 @@ def execute(arguments: argparse.Namespace) -> None:
             )
     print(f"{done} runs done, {len(wanted) - done} were there already.", file=sys.stderr)
     print_report(arguments.out, arguments.format)
+    failures = failing_managers(arguments.out, wanted)
+    for name, failure in failures.items():
+        print(f"{name} failed in each of its runs: {printable(failure)}", file=sys.stderr)
     if arguments.format == "table":
         out = shlex.quote(str(arguments.out))
         added = "".join(f" --extension {shlex.quote(extension.where)}" for extension in loaded_extensions())
@@ -122,6 +134,7 @@ def execute(arguments: argparse.Namespace) -> None:
                 (f"sunset bundle {out} --out results.zip{added}", "one file that others can check"),
             ]
         )
+    return 1 if failures else 0
 
 
 def _print_plan(spec: BenchSpec, arguments: argparse.Namespace) -> None:

@@ -15,6 +15,7 @@ from sunset.confinement.landlock import SCOPES_SINCE, landlock_version, restrict
 from sunset.confinement.namespaces import can_enclose, enclose
 from sunset.confinement.privileges import drop_root
 from sunset.confinement.seccomp import can_filter_calls, filter_calls, filter_program, forgo_privileges
+from sunset.source_files import has_libraries
 
 MEMORY: Final = 4 << 30
 """How much memory a process may take, in bytes: a learned managing system brings its framework."""
@@ -173,6 +174,7 @@ def _python() -> Iterable[Path]:
     prefixes = {sys.prefix, sys.base_prefix, sys.exec_prefix, sys.base_exec_prefix}
     parts = ("bin", "lib", "lib64", "share", "ssl", "pyvenv.cfg")
     places = [Path(prefix, part) for prefix in prefixes for part in parts]
+    places += [Path(entry) for entry in sys.path if has_libraries(Path(entry))]
     installed = sysconfig.get_paths()
     places += [Path(installed[name]) for name in ("stdlib", "platstdlib", "purelib", "platlib")]
     places += [Path(sys.executable), Path(sys.executable).resolve()]

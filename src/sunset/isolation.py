@@ -41,6 +41,8 @@ _POLL_S: Final = 0.05
 _SHORT_POLL_S: Final = 0.005
 """Where the system does not tell at once that a process has ended."""
 _LOOK_S: Final = 0.5
+_PATIENCE: Final = 10
+"""How many seconds of wall time a second of processor time may take."""
 _GRACE_S: Final = 1.0
 """From the signal that lets a process say where it hangs to the one that it cannot refuse."""
 
@@ -116,10 +118,14 @@ class Patience:
 
     Args:
         limit_s: seconds of processor time.
+        live: whether time is real, so that the limit is one of wall time.
+
+    Attributes:
+        longest_s: seconds of wall time that they may take.
     """
 
-    def __init__(self, limit_s: float) -> None:
-        self.longest_s = 10 * limit_s
+    def __init__(self, limit_s: float, *, live: bool = False) -> None:
+        self.longest_s = limit_s if live else _PATIENCE * limit_s
         self._limit_s = limit_s
         self._since_s = self._next_s = 0.0
         self._first_s: float | None = None

@@ -18,7 +18,7 @@ from sunset.cli._options import (
     add_run_options,
     campaign,
 )
-from sunset.cli._prepare import prepare_flights
+from sunset.cli._prepare import prepare_flights, warn_of_walls
 from sunset.cli._progress import progress_bar
 from sunset.cli._steps import print_next_steps
 from sunset.cli.report import print_report
@@ -109,6 +109,7 @@ def execute(arguments: argparse.Namespace) -> int:
     address = arguments.scheduler
     with nullcontext() if address is None else connected_scheduler(address) as executor:
         prepare_flights(flights_of(runs))
+        warn_of_walls(run.manager for run in runs)
         # what a managing system prints must not get into the table
         with progress_bar(_title(spec)) as progress, redirect_stdout(sys.stderr):
             done = bench(

@@ -17,6 +17,13 @@ from sunset.confinement.privileges import drop_root
 from sunset.confinement.seccomp import can_filter_calls, filter_calls, filter_program, forgo_privileges
 from sunset.source_files import has_libraries
 
+WALLS: Final = {
+    "Landlock": "the user's files can be read and written",
+    "seccomp": "what it starts may outlive its run",
+    "namespaces": "it may ask by stat whether a path exists, and fill the disk",
+}
+"""The walls that a system may lack: name → what is open without it."""
+
 MEMORY: Final = 4 << 30
 """How much memory a process may take, in bytes: a learned managing system brings its framework."""
 _FILE: Final = 256 << 20
@@ -86,19 +93,25 @@ def _plain(value: object) -> object:
     return [str(path) for path in value] if isinstance(value, tuple) else value
 
 
+def missing_walls() -> dict[str, str]:
+    """Return the walls that this system lacks: name → what is open without it."""
+    present = {
+        "Landlock": landlock_version() > 0,
+        "seccomp": can_filter_calls(),
+        "namespaces": enclosing(),
+    }
+    return {name: text for name, text in WALLS.items() if not present[name]}
+
+
 def confinement_report() -> str:
     """Return which walls this system has, in words, and what is open for want of one."""
-    version = landlock_version()
+    missing = {name: f"no {name}: {text}" for name, text in missing_walls().items()}
     walls = [
-        f"Landlock {version}" if version else "no Landlock: the user's files can be read and written",
-        "seccomp" if can_filter_calls() else "no seccomp: what it starts may outlive its run",
+        missing.get("Landlock", f"Landlock {landlock_version()}"),
+        missing.get("seccomp", "seccomp"),
         "limits of memory, files and processes",
+        missing.get("namespaces", "namespaces"),
     ]
-    walls.append(
-        "a file system of its own"
-        if enclosing()
-        else "no file system of its own: stat tells whether a path exists, and the disk can be filled"
-    )
     if hasattr(os, "geteuid") and os.geteuid() == 0:
         walls.append("not root")
     return ", ".join(walls)

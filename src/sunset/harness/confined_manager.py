@@ -52,11 +52,11 @@ class ManagerProcess:
         descriptors: the open files that a process needs that is forked to talk to it.
     """
 
-    def __init__(self, manager: str, process: ConfinedProcess, *, limit_s: float) -> None:
+    def __init__(self, manager: str, process: ConfinedProcess, *, limit_s: float, live: bool) -> None:
         self.manager = manager
         self.pipe = Pipe(process.socket, self._wait)
         self._process = process
-        self._patience = Patience(limit_s)
+        self._patience = Patience(limit_s, live=live)
         try:
             self.loaded: LoadedManager = receive_loaded(self.pipe, time.monotonic() + self.longest_s)
         except PipeError as error:
@@ -201,7 +201,7 @@ def manager_process(
     except OSError as error:
         raise OutputError(f"No process can be started for the managing system: {error.strerror}.") from error
     with process:
-        made = ManagerProcess(manager, process, limit_s=limit_s)
+        made = ManagerProcess(manager, process, limit_s=limit_s, live=live)
         if not is_registered(manager):
             check_sources(manager, made.loaded.sources, places)
         yield made

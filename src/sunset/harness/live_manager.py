@@ -25,7 +25,7 @@ def run_confined(
     Args:
         manager: its name, as of `load_manager`.
         context: this process, whose shutdown ends it.
-        limit_s: how long loading it, and each of its callbacks, may take, as of `Patience`.
+        limit_s: seconds of wall time that loading it, and each of its callbacks, may take.
         parameters: of its node, by name.
         occasion: what it may fail in, such as `gpu_failure, seed 1`.
         scenario: that of the run, which only the oracle is told.

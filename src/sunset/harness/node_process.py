@@ -63,7 +63,7 @@ class NodeSpec:
     manager: str | None = None
     """Which managing system `MANAGING_SYSTEM` is; None for any other node."""
     manager_limit_s: float | None = None
-    """Processor time that each callback of a managing system behind walls may take; None for one without walls."""
+    """Wall time that each callback of a managing system behind walls may take; None for one without walls."""
     parameters: Mapping[str, Value] = field(default_factory=dict)
     """Parameters of the node of a managing system behind walls, by name."""
     occasion: str = ""

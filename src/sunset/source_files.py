@@ -111,8 +111,8 @@ def modules_beside(folder: Path) -> tuple[Path, ...]:
 def installed_folders() -> tuple[Path, ...]:
     """Return the folders that hold Python, this package, and what is installed for it, wherever `sys.path` has that.
 
-    A folder of `sys.path` in which an installer has noted what it did has libraries, and not users' own files, unless
-    it is the working directory.
+    A folder of `sys.path` that `has_libraries` is taken to hold no files of the user's own, unless it is the working
+    directory.
     """
     prefixes = [sys.prefix, sys.base_prefix, sys.exec_prefix, sys.base_exec_prefix, str(_PACKAGE)]
     here = {"", str(Path.cwd())}
@@ -122,8 +122,8 @@ def installed_folders() -> tuple[Path, ...]:
 
 @cache
 def has_libraries(folder: Path) -> bool:
-    """Return whether an installer has noted in a folder what it installed there."""
-    return any(folder.glob("*.dist-info"))
+    """Return whether a folder is an installer's by its name, or has a note of one on what it installed there."""
+    return folder.name in {"site-packages", "dist-packages"} or any(folder.glob("*.dist-info"))
 
 
 def is_installed(path: Path) -> bool:

@@ -64,11 +64,11 @@ _process: Final = _State()
 _own: Final[ContextVar[_State]] = ContextVar("_own")
 """That of a thread in an `extended_system`."""
 _entered: Final[list[_State]] = []
-"""Those of all threads, for threads of theirs."""
+"""Those of all threads; the last one is taken by threads that they have started."""
 
 
 def _current() -> _State:
-    return _own.get(_entered[-1] if _entered else _process)
+    return _own.get([_process, *_entered][-1])
 
 
 def current_system() -> System:

@@ -103,14 +103,15 @@ def test_the_python_that_a_shim_runs_is_run(folder: Path, monkeypatch: pytest.Mo
     assert command.files == (folder / "mine.py",)
 
 
+@pytest.mark.parametrize(("line", "options"), [("python3", ()), ("-S python3 -u", ("-u",))])
 def test_what_a_script_asks_for_is_looked_up_before_it_is_started(
-    folder: Path, monkeypatch: pytest.MonkeyPatch
+    line: str, options: tuple[str, ...], folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     shim = script(folder / "shims" / "python3", f'#!/bin/sh\nexec {sys.executable} "$@"\n')
-    mine = script(folder / "mine", "#!/usr/bin/env python3\n")
+    mine = script(folder / "mine", f"#!/usr/bin/env {line}\n")
     monkeypatch.setenv("PATH", f"{shim.parent}:{os.environ['PATH']}")
     command = parse_command("exec:./mine package")
-    assert command.words == (sys.executable, str(mine), str(folder / "package"))
+    assert command.words == (sys.executable, *options, str(mine), str(folder / "package"))
     assert parse_command(str(command)) == command
 
 

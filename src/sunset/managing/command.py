@@ -6,6 +6,7 @@ import shlex
 import shutil
 import subprocess
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -23,7 +24,7 @@ _SHIMS: Final = "shims"
 """What pyenv, asdf and others call the folder of the scripts that look for a program and run it."""
 _PYTHON: Final = re.compile(r"(python|pypy)[\d.]*")
 _ASKING: Final = "import sys; print(sys.executable, *filter(None, sys.path), sep='\\n')"
-_LONGEST_LINE: Final = 4096
+_LONGEST_LINE: Final = 256
 _PATIENCE_S: Final = 300.0
 _MOST_FILES: Final = 1000
 
@@ -121,8 +122,12 @@ def _interpreter(program: Path) -> list[str]:
     except OSError:  # it may be run, and not be read
         return []
     words = os.fsdecode(line.removeprefix(b"#!")).strip().split(maxsplit=1) if line.startswith(b"#!") else []
-    looked_up = len(words) > 1 and Path(words[0]).name == "env" and not words[1].startswith("-")
-    return words[looked_up:]
+    if len(words) > 1 and Path(words[0]).name == "env":
+        with suppress(ValueError):
+            looked_up = shlex.split(words[1].removeprefix("-S"))
+            if looked_up and not looked_up[0].startswith("-") and "=" not in looked_up[0]:
+                return looked_up
+    return words
 
 
 def _followed(spec: str, program: Path) -> Path:

@@ -1,9 +1,12 @@
+import multiprocessing
 import os
+import threading
+from contextlib import suppress
 
 import pytest
 
 from sunset.errors import DataError, InvalidInputError, SunsetError
-from sunset.workers import processors, spread
+from sunset.workers import processors, spread, worker_pool
 
 pytestmark = pytest.mark.thorough
 
@@ -43,6 +46,17 @@ def test_an_error_is_passed_on(jobs: int) -> None:
 def test_a_process_that_dies_is_told_of() -> None:
     with pytest.raises(SunsetError, match=r"A worker process ended .* with fewer --jobs"):
         list(spread(dying, ITEMS, jobs=2))
+
+
+def test_only_its_own_processes_end_with_a_pool() -> None:
+    with suppress(KeyError), worker_pool(1) as pool:
+        pool.submit(doubled, 1).result()
+        other = multiprocessing.get_context("fork").Process(target=threading.Event().wait)
+        other.start()
+        raise KeyError
+    assert other.is_alive()
+    other.kill()
+    other.join()
 
 
 def test_no_job_at_all_is_refused() -> None:

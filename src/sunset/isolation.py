@@ -19,11 +19,12 @@ import time
 import traceback
 import warnings
 from collections.abc import Callable, Collection, Iterator
-from contextlib import closing, contextmanager, suppress
+from contextlib import contextmanager, suppress
 from functools import partial
 from itertools import takewhile
 from pathlib import Path
-from typing import Final, NoReturn, TypeVar, cast
+from tempfile import TemporaryFile
+from typing import IO, Final, NoReturn, TypeVar, cast
 
 from sunset import errors
 from sunset.errors import SunsetError
@@ -39,6 +40,9 @@ FORKING: Final = threading.RLock()
 _POLL_S: Final = 0.05
 _SHORT_POLL_S: Final = 0.005
 """Where the system does not tell at once that a process has ended."""
+_LOOK_S: Final = 0.5
+_PATIENCE: Final = 10
+"""How many seconds of wall time a second of processor time may take."""
 _GRACE_S: Final = 1.0
 """From the signal that lets a process say where it hangs to the one that it cannot refuse."""
 
@@ -46,9 +50,8 @@ _MEMORY: Final = 4 << 30
 """How much memory the process may take beyond its caller's, in bytes."""
 
 _NAME_END: Final = 256
-_CAPACITY: Final = 1 << 16
 _LONGEST: Final = 4000
-"""Of a text in an answer, in characters; JSON may take twelve bytes for one."""
+"""Of the text of an error in an answer, in characters."""
 
 _FRAME: Final = re.compile(r'File "(?P<file>[^"]+)", line (?P<line>\d+) in (?P<function>\S+)')
 
@@ -101,10 +104,62 @@ class Watch:
         self.running = ""
         return result
 
-    def passed(self, limit_s: float) -> str:
-        """Return that the process has passed a limit, as the end of a sentence; empty if it has not."""
-        still = time.monotonic_ns() - self._last[0] > limit_s * 1e9
-        return f"did nothing for {limit_s:g} s" if still else ""
+    @property
+    def last_s(self) -> float:
+        """When there was a sign of life last, by the clock `time.monotonic`."""
+        return self._last[0] / 1e9
+
+
+class Patience:
+    """How long other processes may take, however busy the computer is.
+
+    The limit is one of processor time. What sleeps, or waits for the network, takes none, and may take ten times as
+    long in wall time. Where the system does not tell how much processor time was taken, that is the only limit.
+
+    Args:
+        limit_s: seconds of processor time.
+        live: whether time is real, so that the limit is one of wall time.
+
+    Attributes:
+        longest_s: seconds of wall time that they may take.
+    """
+
+    def __init__(self, limit_s: float, *, live: bool = False) -> None:
+        self.longest_s = limit_s if live else _PATIENCE * limit_s
+        self._limit_s = limit_s
+        self._since_s = self._next_s = 0.0
+        self._first_s: float | None = None
+
+    def passed(self, group: int, since_s: float) -> str:
+        """Return which limit was passed, as the end of a sentence; empty if none was.
+
+        Args:
+            group: the group of the processes; every half second it is found out how much they have taken.
+            since_s: when they were last known to do what they should, by the clock `time.monotonic`.
+        """
+        now_s = time.monotonic()
+        if since_s != self._since_s:
+            self._since_s, self._next_s, self._first_s = since_s, since_s + _LOOK_S, None
+        if now_s > since_s + self.longest_s:
+            return f"did not return within {self.longest_s:g} s"
+        if now_s >= self._next_s:
+            taken_s = _processor_time(group)
+            self._next_s = now_s + _LOOK_S
+            self._first_s = taken_s if self._first_s is None else self._first_s
+            if taken_s - self._first_s > self._limit_s:
+                return f"did not return within {self._limit_s:g} s of processor time"
+        return ""
+
+
+def _processor_time(group: int) -> float:
+    """Return how many seconds of processor time a group of processes has taken; 0 where the system does not tell."""
+    ticks = 0
+    for file in Path("/proc").glob("[0-9]*/stat"):
+        with suppress(OSError):  # the process has ended meanwhile
+            fields = file.read_bytes().rpartition(b")")[2].split()
+            if int(fields[2]) == group:
+                ticks += sum(map(int, fields[11:15]))  # of the children that have ended, too
+    return ticks / os.sysconf("SC_CLK_TCK")
 
 
 def call_isolated(function: Callable[[Watch], T], *, limit_s: float, kept: Collection[int] = ()) -> T:
@@ -115,7 +170,7 @@ def call_isolated(function: Callable[[Watch], T], *, limit_s: float, kept: Colle
     Args:
         function: gets a `Watch`, and returns what JSON can hold. It ignores interrupts, for its caller has them, and
             what it prints goes to stderr.
-        limit_s: seconds of wall time that may pass without a sign of life of it.
+        limit_s: seconds of processor time that it may take without a sign of life, as of `Patience`.
         kept: which of the caller's pipes and sockets it keeps open.
 
     Raises:
@@ -126,11 +181,11 @@ def call_isolated(function: Callable[[Watch], T], *, limit_s: float, kept: Colle
     """
     watch = Watch()
     fill_standard_streams()
-    answer, frames = _Pipe(), _Pipe()
     made: list[int] = []
     code = None
     flush_streams()
-    with closing(answer), closing(frames):
+    # files, since a pipe that nobody reads holds 64 KiB only
+    with TemporaryFile() as answer, TemporaryFile() as frames:
         held = signal.pthread_sigmask(signal.SIG_BLOCK, ())
         try:
             with FORKING:
@@ -138,7 +193,7 @@ def call_isolated(function: Callable[[Watch], T], *, limit_s: float, kept: Colle
                 signal.pthread_sigmask(signal.SIG_BLOCK, ENDING)
                 pid = fork(made)
             if pid == 0:
-                _serve(function, watch, answer, frames, kept)
+                _serve(function, watch, answer.fileno(), frames.fileno(), kept)
             signal.pthread_sigmask(signal.SIG_SETMASK, held)
             hung = _await_end(pid, watch, limit_s)
         finally:
@@ -146,10 +201,10 @@ def call_isolated(function: Callable[[Watch], T], *, limit_s: float, kept: Colle
                 code = _reap(pid)
             signal.pthread_sigmask(signal.SIG_SETMASK, held)
         if hung:
-            raise ProcessDeath(hung, watch.running, find_frames(frames.read()))
-        told = answer.read()
+            raise ProcessDeath(hung, watch.running, find_frames(_written(frames)))
+        told = _written(answer)
         if code or not told:
-            raise ProcessDeath(describe_end(code), watch.running, find_frames(frames.read()))
+            raise ProcessDeath(describe_end(code), watch.running, find_frames(_written(frames)))
         return cast("T", _result(told, watch))
 
 
@@ -177,40 +232,25 @@ def fork(made: list[int]) -> int:
     return pid
 
 
-class _Pipe:
-    """A pipe without a waiting reader: it holds 64 KiB, and is read when its writer has ended."""
-
-    def __init__(self) -> None:
-        self._end, self.writer = os.pipe()
-        os.set_blocking(self._end, False)
-        os.set_blocking(self.writer, False)
-
-    def read(self) -> bytes:
-        """Return what was written; a process that the writer left behind may still hold the pipe."""
-        try:
-            return os.read(self._end, _CAPACITY)
-        except BlockingIOError:
-            return b""
-
-    def close(self) -> None:
-        os.close(self._end)
-        os.close(self.writer)
+def _written(file: IO[bytes]) -> bytes:
+    """Return what another process wrote to a file."""
+    file.seek(0)
+    return file.read()
 
 
 def _serve(
-    function: Callable[[Watch], object], watch: Watch, answer: _Pipe, frames: _Pipe, kept: Collection[int]
+    function: Callable[[Watch], object], watch: Watch, answer: int, frames: int, kept: Collection[int]
 ) -> NoReturn:
     """Call the function, write its answer, and end this process: neither threads nor handlers keep it."""
     process, code = os.getpid(), 1
     try:
-        told = json.dumps(
-            _outcome(function, watch, {answer.writer, frames.writer, *kept}, frames.writer)
-        ).encode()
+        told = json.dumps(_outcome(function, watch, {*kept}, frames)).encode()
         for stream in (sys.stdout, sys.stderr):
             with suppress(Exception):  # who closes them gets nothing more to see
                 stream.flush()
         if os.getpid() == process:  # else the function has forked it, and it has nothing to answer
-            os.write(answer.writer, told)
+            with open(answer, "wb", closefd=False) as file:
+                file.write(told)
         code = 0
     finally:
         os._exit(code)
@@ -285,13 +325,13 @@ def _result(told: bytes, watch: Watch) -> object:
 
 def _await_end(pid: int, watch: Watch, limit_s: float) -> str:
     """Wait for a process, and end it if it passes a limit; return which one, if so."""
-    hung, grace_over = "", 0.0
+    hung, grace_over, patience = "", 0.0, Patience(limit_s)
     with _pauses(pid) as pause:
         while _runs(pid):
             if hung:
                 if time.monotonic() > grace_over:
                     os.kill(pid, signal.SIGKILL)
-            elif hung := watch.passed(limit_s):
+            elif hung := patience.passed(pid, watch.last_s):
                 grace_over = time.monotonic() + _GRACE_S
                 os.kill(pid, signal.SIGABRT)  # its faulthandler tells where it is
             pause()

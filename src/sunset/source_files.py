@@ -12,11 +12,15 @@ import linecache
 import sys
 import traceback
 from collections.abc import Iterable, Iterator, Sequence
+from functools import cache
 from importlib.machinery import EXTENSION_SUFFIXES, SOURCE_SUFFIXES, ModuleSpec, PathFinder, SourceFileLoader
 from pathlib import Path
 from types import CodeType, FunctionType, ModuleType
+from typing import Final
 
 from sunset.texts import line_text
+
+_PACKAGE: Final = Path(__file__).parent
 
 _folders: set[Path] = set()
 """Whose modules are imported without bytecode."""
@@ -102,6 +106,29 @@ def modules_beside(folder: Path) -> tuple[Path, ...]:
         elif (entry / "__init__.py").is_file():
             found += modules_beside(entry)
     return tuple(found)
+
+
+def installed_folders() -> tuple[Path, ...]:
+    """Return the folders that hold Python, this package, and what is installed for it, wherever `sys.path` has that.
+
+    A folder of `sys.path` that `has_libraries` is taken to hold no files of the user's own, unless it is the working
+    directory.
+    """
+    prefixes = [sys.prefix, sys.base_prefix, sys.exec_prefix, sys.base_exec_prefix, str(_PACKAGE)]
+    here = {"", str(Path.cwd())}
+    libraries = [entry for entry in sys.path if entry not in here and has_libraries(Path(entry))]
+    return tuple(dict.fromkeys(Path(place).resolve() for place in (*prefixes, *libraries)))
+
+
+@cache
+def has_libraries(folder: Path) -> bool:
+    """Return whether a folder is an installer's by its name, or has a note of one on what it installed there."""
+    return folder.name in {"site-packages", "dist-packages"} or any(folder.glob("*.dist-info"))
+
+
+def is_installed(path: Path) -> bool:
+    """Return whether a file or folder is in one of `installed_folders`, or holds this package."""
+    return path == _PACKAGE.parent or any(path.is_relative_to(place) for place in installed_folders())
 
 
 def import_file(path: Path, name: str) -> ModuleType:

@@ -10,9 +10,10 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager, nullcontext
-from multiprocessing.context import SpawnContext, SpawnProcess
+from multiprocessing.context import ForkContext, ForkProcess, SpawnContext, SpawnProcess
+from multiprocessing.process import BaseProcess
 from types import ModuleType
-from typing import Final, TypeVar
+from typing import Any, Final, TypeVar
 
 from sunset.errors import InvalidInputError, SunsetError
 from sunset.texts import shown
@@ -58,12 +59,6 @@ class _Worker(SpawnProcess):
                 sys.modules["__main__"] = script
 
 
-class _Workers(SpawnContext):
-    """Makes such processes."""
-
-    Process = _Worker
-
-
 def _check_caller() -> None:
     """Make sure that this process can have worker processes.
 
@@ -93,8 +88,14 @@ def worker_pool(jobs: int, *, forked: bool = False) -> Iterator[ProcessPoolExecu
         SunsetError: a worker process was killed.
     """
     _check_caller()
-    others = multiprocessing.active_children()
-    context = multiprocessing.get_context("fork") if forked else _Workers()
+    context = ForkContext() if forked else SpawnContext()
+    workers: list[BaseProcess] = []
+
+    def make(**options: Any) -> BaseProcess:
+        workers.append(ForkProcess(**options) if forked else _Worker(**options))
+        return workers[-1]
+
+    context.Process = make  # type: ignore[misc, assignment]  # what the pool calls it for
     pool = ProcessPoolExecutor(jobs, mp_context=context, initializer=_set_up)
     try:
         with warnings.catch_warnings():
@@ -103,8 +104,8 @@ def worker_pool(jobs: int, *, forked: bool = False) -> Iterator[ProcessPoolExecu
             yield pool
     except BaseException as error:
         # the results of running workers are not wanted any more
-        for worker in multiprocessing.active_children():
-            if worker not in others:
+        for worker in workers:
+            if worker.is_alive():
                 worker.terminate()
         if not isinstance(error, BrokenProcessPool):
             raise

@@ -113,6 +113,7 @@ def test_a_campaign_of_classes_is_flown_by_several_processes_and_compared(tmp_pa
     assert difference is not None
     assert difference.mean == 0.0  # nothing was broken, so neither did anything
     assert "focus" in results.table()
+    assert results.rows is results.rows
     with pytest.raises(InvalidInputError, match="There is no figure 0: choose among"):
         comparison[0]  # type: ignore[index]
     opened = sunset.load(tmp_path / "results")

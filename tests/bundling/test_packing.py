@@ -306,10 +306,13 @@ def test_a_class_that_was_passed_is_packed_with_its_source_and_cannot_be_run_by_
     found = verify(tmp_path / "x.zip", Rerun(3, 1, trust=True))
 
     assert told[-1] == (1, 1)
+    verify(tmp_path / "x.zip", Rerun(10**30, 1), progress=lambda *one: told.append(one))
+    assert max(total for _, total in told) == 2
     with zipfile.ZipFile(tmp_path / "x.zip") as archive:
         assert archive.read("managers/own/tests/bundling/test_packing.py") == Path(__file__).read_bytes()
     assert (found.passed, found.recomputed, found.again) == (True, 1, ())
     assert found.unchecked == (
+        "What the managing system read and did in 1 run, without Landlock, seccomp, namespaces around it.",
         "1 run could not be run again: own was a class of a program or notebook, which only its process can load.",
     )
 

@@ -150,14 +150,14 @@ FAILING: dict[str, tuple[str, str]] = {
             "from sunset.managing import ManagingSystem\nclass Mine(ManagingSystem):\n"
             "    def on_start(self):\n        while True: pass\n    def adapt(self, symptoms): pass"
         ),
-        "it did not return within 1 s (mine.py, line 4, in on_start)",
+        "it did not return within 1 s of processor time (mine.py, line 4, in on_start)",
     ),
     "hangs": (
         (
             "from sunset.managing import ManagingSystem\nclass Mine(ManagingSystem):\n"
             "    def adapt(self, symptoms):\n        while True: pass"
         ),
-        "1 s",
+        "1 s of processor time",
     ),
 }
 
@@ -223,6 +223,7 @@ ARGUMENTS: dict[str, tuple[Sequence[str], str]] = {
     "no repetition": (["bench", "--repetitions", "0", "--out", "o"], "0"),
     "no job": (["bench", "--jobs", "0", "--out", "o"], "0"),
     "no time": (["run", "--manager-limit", "0"], "0"),
+    "no time for a bundle": (["bundle", "o", "--out", "o.zip", "--manager-limit", "0"], "time limit [s]"),
     "a rate in the simulation": (["run", "--rate", "2"], "live runs"),
     "a file without a name": (["scenarios", "generate", "gpu_failure", "--out", ""], "exists"),
     "a file that is there": (

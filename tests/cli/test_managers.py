@@ -98,7 +98,7 @@ def test_a_managing_system_that_ends_its_process_is_not_passed_over(
         "--managers",
         manager,
     ]
-    assert main([*bench, "--out", str(tmp_path / "out")]) == 0
+    assert main([*bench, "--out", str(tmp_path / "out")]) == 1
     out, _ = capsys.readouterr()
     told = " ".join(out.split())
     assert "1 of 1 run failed: The managing system" in told

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from sunset.cli import main
+from sunset.confinement import missing_walls, walls
 
 pytestmark = pytest.mark.usefixtures("flight")
 
@@ -45,6 +46,36 @@ def test_what_a_managing_system_prints_is_no_part_of_the_json(
     out, err = capfd.readouterr()
     assert isinstance(json.loads(out), dict)
     assert "{ look at me" in err
+
+
+def test_a_campaign_in_which_a_managing_system_always_fails_ends_with_1(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    managers = f"none,ends=exec:{sys.executable} -c exit()"
+    command = ["bench", "--suite", "nofault", "--no-references", "--no-score", "--managers", managers]
+
+    assert main([*command, "--repetitions", "1", "--duration", "1", "--out", str(tmp_path / "out")]) == 1
+
+    assert "ends failed in each of its runs: The managing system exec:" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("landlock", [True, False])
+def test_a_missing_wall_is_said_by_the_run_its_record_and_its_report(
+    landlock: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    mine, out = tmp_path / "mine.py", tmp_path / "run"
+    mine.write_text(LOUD, encoding="utf-8")
+    if not landlock:
+        monkeypatch.setattr(walls, "landlock_version", lambda: 0)
+    missing = list(missing_walls())
+
+    assert main(["run", "nofault", "--manager", f"{mine}:Mine", "--duration", "1", "--out", str(out)]) == 0
+    warned = "Managing systems run without Landlock on this system" in capsys.readouterr().err
+    assert main(["report", str(out), "--format", "table"]) == 0
+    noted = "1 run took place without Landlock" in capsys.readouterr().out
+
+    assert json.loads((out / "run.json").read_text())["missing_walls"] == missing
+    assert (warned, noted) == ("Landlock" in missing, "Landlock" in missing)
 
 
 FOCUSING = """\

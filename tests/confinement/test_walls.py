@@ -160,7 +160,7 @@ def test_the_report_says_what_is_open(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(walls, "enclosing", lambda: False)
     assert confinement_report().startswith(
         "no Landlock: the user's files can be read and written, no seccomp: what it starts may outlive its run, limits "
-        "of memory, files and processes, no file system of its own: stat tells whether a path exists"
+        "of memory, files and processes, no namespaces: it may ask by stat"
     )
 
 

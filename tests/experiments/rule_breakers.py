@@ -146,6 +146,17 @@ class Namesake(NoAdaptation):
     node_name = "experiment"
 
 
+class Trespasser(ManagingSystem):
+    """Publishes on 2,000 topics of the experiment."""
+
+    def on_start(self) -> None:
+        for number in range(2000):
+            self.create_publisher(Image, f"/experiment/{'claim' * 20}_{number}", 10).publish(Image())
+
+    def adapt(self, symptoms: Symptoms) -> None:
+        pass
+
+
 class Saboteur(ManagingSystem):
     """Ends the segmentation as soon as it has sent something, so that its faults never come."""
 

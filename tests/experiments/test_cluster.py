@@ -3,7 +3,9 @@
 import socket
 import subprocess
 import sys
+import threading
 from concurrent.futures import Executor
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -50,6 +52,22 @@ def test_a_port_where_nothing_listens_is_told() -> None:
         connected_scheduler(f"tcp://127.0.0.1:{port}"),
     ):
         pass
+
+
+@pytest.mark.parametrize("said", [b"SSH-2.0-OpenSSH_9.2\r\n", b"\0" * 100_000])
+def test_what_speaks_and_is_not_a_scheduler_is_told(said: bytes) -> None:
+    pytest.importorskip("distributed")
+
+    def speak(door: socket.socket) -> None:
+        connection, _ = door.accept()
+        with connection, suppress(OSError):
+            connection.sendall(said)
+
+    with socket.create_server(("127.0.0.1", 0)) as door:
+        threading.Thread(target=speak, args=(door,), daemon=True).start()
+        address = f"tcp://127.0.0.1:{door.getsockname()[1]}"
+        with pytest.raises(InvalidInputError, match="is not a scheduler"), connected_scheduler(address):
+            pass
 
 
 def test_an_extra_that_is_not_installed_is_told(monkeypatch: pytest.MonkeyPatch) -> None:

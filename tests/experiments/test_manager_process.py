@@ -3,17 +3,21 @@
 import os
 import re
 import signal
+import subprocess
 import sys
+import sysconfig
+import venv
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+import sunset
 from sunset.errors import ExtensionError, ManagerError, SunsetError
 from sunset.experiments import RunSpec, Settings, Timing, manager_checksum, run
 from sunset.experiments.manager import isolate
 from sunset.harness.confined_manager import ManagerProcess, manager_process
-from sunset.managing import ManagingSystem, NoAdaptation, Symptoms, register_manager
+from sunset.managing import ManagingSystem, NoAdaptation, Symptoms, register_manager, sources_digest
 from sunset.recording import StoredRun, read_run, read_stored_run
 from sunset.scenarios import load_scenario
 from sunset.system import extended_system
@@ -150,7 +154,11 @@ def test_what_comes_with_sunset_and_is_killed_ends_the_run(
     ("line", "limit_s", "reason"),
     [
         ("import os; os._exit(3)", 30.0, "it ended its process with exit code 3"),
-        ("while True: pass", 2.0, r"it did not return within 2 s \(mine.py, line 1, in <module>\)"),
+        (
+            "while True: pass",
+            0.5,
+            r"it did not return within 0.5 s of processor time \(mine.py, line 1, in <module>\)",
+        ),
         ("raise SystemExit(2)", 30.0, "Importing .*mine.py raised SystemExit: 2"),
     ],
 )
@@ -158,6 +166,45 @@ def test_one_that_cannot_be_loaded_is_refused(line: str, limit_s: float, reason:
     (tmp_path / "mine.py").write_text(line, encoding="utf-8")
     with pytest.raises(ManagerError, match=reason):
         manager_checksum(f"{tmp_path / 'mine.py'}:Mine", limit_s=limit_s)
+
+
+LOADING = """
+import sys
+import sysconfig
+import venv
+from sunset.experiments import manager_checksum
+print(manager_checksum("mine:Mine", limit_s=30.0))
+"""
+
+
+@pytest.mark.parametrize("layered", [False, True], ids=["PYTHONPATH", "a .pth file"])
+def test_an_installation_is_found_wherever_python_finds_it(layered: bool, tmp_path: Path) -> None:
+    (tmp_path / "mine.py").write_text(
+        "import numpy\nfrom sunset.managing import ManagingSystem\n\n"
+        "class Mine(ManagingSystem):\n    def adapt(self, symptoms): pass\n"
+    )
+    installed = [sysconfig.get_path("purelib"), str(Path(sunset.__file__).parents[1])]
+    if layered:
+        venv.create(tmp_path / "upper")
+        python = tmp_path / "upper" / "bin" / "python"
+        site = sysconfig.get_path("purelib", "venv", vars={"base": str(tmp_path / "upper")})
+        Path(site, "lower.pth").write_text("\n".join(installed))
+        installed = []
+    else:
+        python = Path(sys.base_prefix) / "bin" / "python{}.{}".format(*sys.version_info)
+    variables = os.environ | {"PYTHONPATH": ":".join([str(tmp_path), *installed])}
+
+    done = subprocess.run(
+        [python, "-P", "-c", LOADING],
+        env=variables,
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+    assert done.stderr == ""
+    assert done.stdout.strip() == sources_digest([(tmp_path / "mine.py").read_bytes()])
 
 
 def test_a_program_cannot_name_a_folder_that_holds_the_cache(
@@ -309,6 +356,8 @@ def test_the_checksum_is_that_of_its_files(sudden: str, tmp_path: Path) -> None:
 
 CHEATS = """
 import sys
+import sysconfig
+import venv
 import sunset.harness.manager_process
 from sunset.interfaces.std_msgs.msg import String
 from sunset.managing import ManagingSystem

@@ -138,6 +138,13 @@ def test_whoever_breaks_the_rules_is_not_scored(manager: str, word: str, tmp_pat
     assert read_run(tmp_path / "run").valid is False
 
 
+def test_of_thousands_of_violations_the_first_are_named_and_all_are_counted(tmp_path: Path) -> None:
+    result = fly(tmp_path / "run", "nofault", f"{RULE_BREAKERS}:Trespasser")
+
+    assert result.reason.count("which belongs to the experiment") == 20
+    assert result.reason.endswith("; and 1980 more violations")
+
+
 @pytest.mark.thorough
 def test_until_the_injection_the_graph_is_the_same_in_every_scenario(tmp_path: Path) -> None:
     before = []

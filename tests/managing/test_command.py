@@ -1,6 +1,8 @@
 """Commands of programs: their words, their files, and what is wrong with those that cannot be started."""
 
+import os
 import shutil
+import sys
 from pathlib import Path
 
 import pytest
@@ -84,6 +86,49 @@ def test_a_command_that_cannot_be_started_is_refused(spec: str, told: str) -> No
     with pytest.raises(ManagerError, match=told) as failure:
         load_manager(spec)
     assert "\n" not in str(failure.value)
+
+
+def script(file: Path, text: str) -> Path:
+    file.parent.mkdir(exist_ok=True)
+    file.write_text(text)
+    file.chmod(0o755)
+    return file
+
+
+def test_the_python_that_a_shim_runs_is_run(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    shim = script(folder / "shims" / "python3", f'#!/bin/sh\nexec {sys.executable} "$@"\n')
+    monkeypatch.setenv("PATH", f"{shim.parent}:{os.environ['PATH']}")
+    command = parse_command("exec:python3 mine.py")
+    assert command.words == (sys.executable, str(folder / "mine.py"))
+    assert command.files == (folder / "mine.py",)
+
+
+@pytest.mark.parametrize(("line", "options"), [("python3", ()), ("-S python3 -u", ("-u",))])
+def test_what_a_script_asks_for_is_looked_up_before_it_is_started(
+    line: str, options: tuple[str, ...], folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    shim = script(folder / "shims" / "python3", f'#!/bin/sh\nexec {sys.executable} "$@"\n')
+    mine = script(folder / "mine", f"#!/usr/bin/env {line}\n")
+    monkeypatch.setenv("PATH", f"{shim.parent}:{os.environ['PATH']}")
+    command = parse_command("exec:./mine package")
+    assert command.words == (sys.executable, *options, str(mine), str(folder / "package"))
+    assert parse_command(str(command)) == command
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "told"),
+    [
+        ("shims/python3", "#!/bin/sh\nexit 3\n", "does not say which Python it runs; name that by its path"),
+        ("shims/node", "#!/bin/sh\n", "only looks for the program node and runs it"),
+        ("mine", "#!/usr/bin/env no-such-program\n", "there is no program no-such-program on PATH"),
+    ],
+)
+def test_what_cannot_be_started_behind_walls_is_refused_before(
+    name: str, text: str, told: str, tmp_path: Path
+) -> None:
+    program = script(tmp_path / name, text)
+    with pytest.raises(ManagerError, match=told):
+        parse_command(f"exec:{program}")
 
 
 @pytest.mark.parametrize(

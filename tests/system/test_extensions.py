@@ -2,6 +2,8 @@
 
 import hashlib
 import os
+import threading
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -312,6 +314,27 @@ def test_an_extension_is_loaded_once_and_gone_after_its_context(tmp_path: Path) 
         assert [extension.name for extension in loaded_extensions()] == ["sonar.py"]
         with pytest.raises(ExtensionError, match="has changed since the run was planned"):
             load_extension(file, checksum="0")
+    assert "sonar" not in current_system().nodes
+
+
+def test_an_extension_is_of_the_thread_that_has_loaded_it(tmp_path: Path) -> None:
+    file = tmp_path / "sonar.py"
+    file.write_text(SONAR + "EXTENSION = Extension(nodes=(NodeDescription('sonar', Sonar, ()),))\n")
+    entered, left = threading.Event(), threading.Event()
+
+    def last() -> tuple[bool, bool]:
+        with extended_system([]) as system:
+            entered.set()
+            left.wait()
+            return "sonar" in system.nodes, "sonar" in current_system().nodes
+
+    with ThreadPoolExecutor(1) as pool:
+        with extended_system([file]):
+            other = pool.submit(last)
+            entered.wait()
+            assert "sonar" in current_system().nodes
+        left.set()
+        assert other.result() == (False, False)
     assert "sonar" not in current_system().nodes
 
 

@@ -195,6 +195,16 @@ def test_other_floating_point_numbers_are_converted(kind: Any, tmp_path: Path) -
     assert model.card.networks[Modality.RGB].parameters > 39e6
 
 
+def test_parameters_are_taken_as_tensors(tmp_path: Path) -> None:
+    entries = {
+        name: torch.nn.Parameter(value) if value.is_floating_point() else value
+        for name, value in light().items()
+    }
+    torch.save(entries, tmp_path / "rgb.pth")
+    model = import_checkpoints(tmp_path, tmp_path / "model", name="x", height=16, width=16)
+    assert model.card.networks[Modality.RGB].parameters > 39e6
+
+
 def test_a_fusion_needs_both_branches_and_its_merging_layers(tmp_path: Path) -> None:
     torch.save(without(light("fusion"), "merge.2.weight"), tmp_path / "fusion.pth")
     with pytest.raises(ModelError, match=r"lacks 1 of the 730 entries .*: merge\.2\.weight\."):

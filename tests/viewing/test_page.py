@@ -1,5 +1,6 @@
 """The page as a file: what it may not do, how large it is, and what is said of what cannot be shown."""
 
+import pickle
 import re
 from collections.abc import Callable
 from dataclasses import replace
@@ -76,10 +77,12 @@ def test_a_run_without_images_is_run_again_for_them_and_two_share_their_pictures
 
 
 @pytest.mark.thorough
-def test_a_run_that_was_not_kept_is_shown_too(flight: Path, tmp_path: Path) -> None:
+@pytest.mark.parametrize("pickled", [False, True])
+def test_a_run_that_was_not_kept_is_shown_too(pickled: bool, flight: Path, tmp_path: Path) -> None:
     assert flight.exists()
     run = sunset.run("gpu_failure", "baseline", duration=2)
     assert not run.folder.exists()
+    run = pickle.loads(pickle.dumps(run)) if pickled else run  # noqa: S301  its own
 
     html = run._repr_html_()
     page = run.view(out=tmp_path / "page.html", show=False)

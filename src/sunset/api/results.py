@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -34,12 +35,12 @@ class Results:
     folder: Path
     runs: Sequence[RunRow]
 
-    @property
+    @cached_property
     def rows(self) -> list[SystemRow]:
         """The rows of the table: one a managing system and suite."""
         return summarise(self.runs)
 
-    @property
+    @cached_property
     def scores(self) -> list[ScoreTable]:
         """The scores, and how managing systems differ: a table a suite of which several were run."""
         return score_tables(self.runs)

@@ -10,7 +10,7 @@ from dataclasses import fields, replace
 from functools import partial
 from html import escape
 from pathlib import Path
-from typing import Final, Self
+from typing import Any, Final, Self
 
 from sunset.api.options import (
     Extensions,
@@ -74,16 +74,27 @@ class Run(StoredRun):
             f'style="width: 100%; height: {940 if viewed.images else 720}px; border: 0"></iframe>'
         )
 
+    def __getstate__(self) -> object:
+        """Return all that it has, for another process."""
+        return super().__getstate__(), self.extensions, getattr(self, "_files", {})
+
+    def __setstate__(self, state: Any) -> None:
+        """Become what another process had."""
+        stored, extensions, files = state
+        super().__setstate__(stored)  # type: ignore[misc]  # a data class has it
+        object.__setattr__(self, "_extensions", extensions)
+        object.__setattr__(self, "_files", files)
+
     @property
     def extensions(self) -> Extensions:
         """The extensions that the managed system had, as they were passed."""
-        return getattr(self, "_extensions", ())  # not where it was sent to another process
+        return getattr(self, "_extensions", ())
 
     @contextmanager
     def at_hand(self) -> Iterator[StoredRun]:
         """Give the run with a record in its folder, for as long as it is needed."""
         files = getattr(self, "_files", None)
-        if not files:  # nor has it any where it was sent to another process
+        if not files:
             yield self
             return
         with tempfile.TemporaryDirectory(prefix="sunset-") as temporary:

@@ -272,6 +272,13 @@ def _note_unchecked(findings: Findings) -> None:
     """Say which runs have no figures, and which are left out for reasons that messages do not show."""
     failed = sum(1 for _, _, run in findings.runs if run.is_empty)
     invalid = sum(1 for _, _, run in findings.runs if not run.valid) - failed
+    open_runs = [run for _, _, run in findings.runs if run.missing_walls]
+    if open_runs:
+        missing = dict.fromkeys(name for run in open_runs for name in run.missing_walls or ())
+        findings.unchecked.append(
+            f"What the managing system read and did in {counted(len(open_runs), 'run')}, without {', '.join(missing)} "
+            "around it."
+        )
     if failed:
         findings.unchecked.append(
             f"{counted(failed, 'run')} failed, and left no messages to compute figures from."

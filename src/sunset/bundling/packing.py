@@ -19,7 +19,7 @@ from sunset.bundling.layout import (
 from sunset.bundling.sources import find_extension_sources, find_manager_sources
 from sunset.errors import InvalidInputError, RecordError
 from sunset.evaluation import render_report
-from sunset.experiments import count_runs
+from sunset.experiments import Settings, count_runs
 from sunset.perception import list_models, load_model
 from sunset.recording import (
     BAG_FILES,
@@ -71,6 +71,7 @@ def bundle(
     title: str = "",
     authors: Sequence[str] = (),
     licence: str = "",
+    manager_limit_s: float = Settings.manager_limit_s,
     progress: Progress | None = None,
 ) -> Bundle:
     """Pack a finished campaign into one zip file.
@@ -85,6 +86,7 @@ def bundle(
         title: of the bundle; one made of the campaign's plan if empty.
         authors: a name each, with an ORCID behind it if there is one; anonymous if there are none.
         licence: under which others may use it, as SPDX calls it, or its address; none if empty.
+        manager_limit_s: seconds of processor time that loading each managing system may take.
         progress: called with (runs that are checked, runs in all).
 
     Raises:
@@ -111,7 +113,7 @@ def bundle(
         first, *others = findings.problems
         more = f" (and {counted(len(others), 'other problem')})" if others else ""
         raise RecordError(f"The campaign in {folder} cannot be packed{more}: {first}")
-    managers, manager_files, lacking = find_manager_sources(described)
+    managers, manager_files, lacking = find_manager_sources(described, limit_s=manager_limit_s)
     extensions, extension_files = find_extension_sources(described)
     manifest = Manifest(managers=managers, extensions=extensions)
     places = [place for _, place, _ in findings.runs]

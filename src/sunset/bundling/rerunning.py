@@ -107,7 +107,7 @@ def rerun_run(opened: OpenedBundle, one: _Run, rerun: Rerun, into: Path) -> Iter
         return
     stored, now = asdict(run), asdict(again.record)
     # neither where it lies nor what it is called is what it is
-    for name in sorted(stored.keys() - {"versions", "manager_spec", "flight"}):
+    for name in sorted(stored.keys() - {"versions", "manager_spec", "flight", "missing_walls"}):
         # how a managing system hung depends on the limit of the time that it had
         if stored[name] != now[name] and not (name == "manager_failed" and stored[name] and now[name]):
             yield from _contrasts(name, stored[name], now[name])

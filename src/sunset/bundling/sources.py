@@ -32,14 +32,14 @@ from sunset.texts import printable
 
 _UNFILED: Final = re.compile(r"unfiled-[0-9]+\.py")
 """What a class that has no file is packed as, behind the files."""
-_LIMIT_S: Final = 30.0
-"""Wall time that loading a managing system may take."""
 
 
 def find_manager_sources(
-    described: CampaignPlan,
+    described: CampaignPlan, *, limit_s: float
 ) -> tuple[dict[str, ManagerSources], dict[str, Path | bytes], list[str]]:
     """Return where a bundle has the sources of a campaign's managing systems, its files, and what it cannot have.
+
+    `limit_s` is the processor time that loading each of them may take.
 
     Raises:
         ManagerError: one cannot be loaded.
@@ -55,11 +55,12 @@ def find_manager_sources(
             lacking.append(f"The source of {name} is not in the bundle: {reason}.")
             continue
         try:
-            found = _find(manager)
+            found = _find(manager, limit_s)
         except ManagerError as error:
             raise ManagerError(
                 f"The source of the managing system {name} is needed: {error} Call it in the folder from which the "
-                "campaign was run; of a class that was passed, call sunset.bundle where it was."
+                "campaign was run, with a higher --manager-limit if it loads slowly; of a class that was passed, call "
+                "sunset.bundle where it was."
             ) from error
         contents = [part if isinstance(part, bytes) else part.read_bytes() for part in found.values()]
         if sources_digest(contents) != known:
@@ -74,9 +75,10 @@ def find_manager_sources(
     return places, files, lacking
 
 
-def _find(manager: str) -> dict[str, Path | bytes]:
+def _find(manager: str, limit_s: float) -> dict[str, Path | bytes]:
     """Return the files and texts that a managing system's checksum is made of, by name."""
-    paths = _paths(manager) if is_registered(manager) else _isolated_paths(manager)
+    isolated = not is_registered(manager)
+    paths = [str(path) for path in manager_files(manager, limit_s=limit_s)] if isolated else _paths(manager)
     where = manager.rpartition(":")[0]
     if manager.startswith(PREFIX):
         named = (Path(word) for word in parse_command(manager).words[1:])
@@ -94,13 +96,14 @@ def _load(manager: str, parts: Mapping[str, Path | bytes], folder: str) -> str:
         return ""
     if manager.startswith(PREFIX):
         (root,) = {str(path).removesuffix(part) for part, path in parts.items()}
-        words = [
+        typed_words, words = _words(manager), parse_command(manager).words
+        loaded = [
             str(PurePosixPath(folder, f"{word}/".removeprefix(root)))
             if _holds(word, parts.values())
             else typed
-            for typed, word in zip(_words(manager), parse_command(manager).words, strict=True)
+            for typed, word in zip(typed_words, words[-len(typed_words) :], strict=True)
         ]
-        return PREFIX + shlex.join(words)
+        return PREFIX + shlex.join(loaded)
     where, _, kind = manager.rpartition(":")
     (main,) = [part for part, path in parts.items() if path == Path(where).resolve()] or [""]
     return f"{folder}/{main}:{kind}" if where.endswith(".py") else manager
@@ -121,11 +124,6 @@ def _holds(word: str, files: Iterable[object]) -> bool:
 
 def _paths(manager: str) -> list[str]:
     return list(map(str, manager_sources(manager, load_manager(manager))))
-
-
-def _isolated_paths(manager: str) -> list[str]:
-    """Return the files of a managing system, which is loaded in a process of its own."""
-    return list(map(str, manager_files(manager, limit_s=_LIMIT_S)))
 
 
 def _root(paths: list[str], package: str) -> Path:

@@ -138,7 +138,7 @@ def _verify(
 ) -> Verification:
     """Check the campaign of a bundle in whose files and sources these problems were found; `room` is for new runs."""
     described = opened.described
-    total = described.runs + rerun.number
+    total = described.runs + min(rerun.number, described.runs)
 
     def update(done: int, _: int) -> None:
         if progress is not None:

@@ -124,13 +124,7 @@ def add_run_options(parser: argparse.ArgumentParser) -> None:
         metavar="S",
         help=f"seconds that are measured (default: those of the scenario, {DURATION_S:g} if it names none)",
     )
-    parser.add_argument(
-        "--manager-limit",
-        type=float,
-        default="30",
-        metavar="S",
-        help="wall time that one callback of the managing system may take",
-    )
+    add_limit_option(parser)
     parser.add_argument(
         "--thinking",
         type=float,
@@ -143,6 +137,18 @@ def add_run_options(parser: argparse.ArgumentParser) -> None:
         action="store_false",
         dest="cache",
         help="simulation: compute every inference again instead of looking it up",
+    )
+
+
+def add_limit_option(parser: argparse.ArgumentParser) -> None:
+    """Add what says how long a managing system may take."""
+    parser.add_argument(
+        "--manager-limit",
+        type=float,
+        default="30",
+        metavar="S",
+        help="processor time that a managing system may take to load, and for each of its callbacks; it may take ten "
+        "times as much of wall time",
     )
 
 

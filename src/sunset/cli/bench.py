@@ -18,15 +18,24 @@ from sunset.cli._options import (
     add_run_options,
     campaign,
 )
-from sunset.cli._prepare import prepare_flights
+from sunset.cli._prepare import prepare_flights, warn_of_walls
 from sunset.cli._progress import progress_bar
 from sunset.cli._steps import print_next_steps
 from sunset.cli.report import print_report
 from sunset.errors import InvalidInputError
 from sunset.evaluation import FORMATS
-from sunset.experiments import BenchSpec, Shard, added_managers, bench, connected_scheduler, flights_of, plan
+from sunset.experiments import (
+    BenchSpec,
+    Shard,
+    added_managers,
+    bench,
+    connected_scheduler,
+    failing_managers,
+    flights_of,
+    plan,
+)
 from sunset.system import loaded_extensions
-from sunset.texts import counted, listed
+from sunset.texts import counted, listed, printable
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -84,12 +93,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_format_options(parser, FORMATS, "how the table is printed")
 
 
-def execute(arguments: argparse.Namespace) -> None:
+def execute(arguments: argparse.Namespace) -> int:
     """Run the campaign, and print the table."""
     spec = campaign(arguments, references=arguments.references, score=arguments.score)
     if arguments.plan:
         _print_plan(spec, arguments)
-        return
+        return 0
     if arguments.like is not None:
         raise InvalidInputError("An earlier campaign is for a plan only: add --plan, or leave out --like.")
     if arguments.out is None:
@@ -100,6 +109,7 @@ def execute(arguments: argparse.Namespace) -> None:
     address = arguments.scheduler
     with nullcontext() if address is None else connected_scheduler(address) as executor:
         prepare_flights(flights_of(runs))
+        warn_of_walls(run.manager for run in runs)
         # what a managing system prints must not get into the table
         with progress_bar(_title(spec)) as progress, redirect_stdout(sys.stderr):
             done = bench(
@@ -107,6 +117,9 @@ def execute(arguments: argparse.Namespace) -> None:
             )
     print(f"{done} runs done, {len(wanted) - done} were there already.", file=sys.stderr)
     print_report(arguments.out, arguments.format)
+    failures = failing_managers(arguments.out, wanted)
+    for name, failure in failures.items():
+        print(f"{name} failed in each of its runs: {printable(failure)}", file=sys.stderr)
     if arguments.format == "table":
         out = shlex.quote(str(arguments.out))
         added = "".join(f" --extension {shlex.quote(extension.where)}" for extension in loaded_extensions())
@@ -122,6 +135,7 @@ def execute(arguments: argparse.Namespace) -> None:
                 (f"sunset bundle {out} --out results.zip{added}", "one file that others can check"),
             ]
         )
+    return 1 if failures else 0
 
 
 def _print_plan(spec: BenchSpec, arguments: argparse.Namespace) -> None:

@@ -9,7 +9,7 @@ from contextlib import redirect_stdout
 from pathlib import Path
 
 from sunset.cli._options import add_images_option, add_middleware_options, add_run_options, run_spec
-from sunset.cli._prepare import prepare_flight
+from sunset.cli._prepare import prepare_flight, warn_of_walls
 from sunset.cli._progress import progress_bar
 from sunset.cli._steps import print_next_steps
 from sunset.errors import OutputError
@@ -55,6 +55,7 @@ def execute(arguments: argparse.Namespace) -> None:
     """Run, and print."""
     spec = run_spec(arguments)
     prepare_flight(spec)
+    warn_of_walls([spec.manager])
     with tempfile.TemporaryDirectory(prefix="sunset-") as temporary:
         folder = arguments.out or Path(temporary) / "run"
         with progress_bar("Running"), redirect_stdout(sys.stderr):

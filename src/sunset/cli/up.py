@@ -10,7 +10,7 @@ from rich.live import Live
 from rich.table import Table
 
 from sunset.cli._options import add_model_options, add_rate_option, run_settings
-from sunset.cli._prepare import prepare_flight
+from sunset.cli._prepare import prepare_flight, warn_of_walls
 from sunset.cli.node import add_network_options
 from sunset.experiments import RunSpec, manager_checksum
 from sunset.experiments.live import LiveSystem
@@ -55,6 +55,7 @@ def execute(arguments: argparse.Namespace) -> None:
         # what is wrong with it is said at once
         manager_checksum(spec.manager, limit_s=spec.settings.manager_limit_s)
     resources = prepare_flight(spec)
+    warn_of_walls([spec.manager])
     console = Console(highlight=False, markup=False)
     with (
         suppress(KeyboardInterrupt),

@@ -6,6 +6,14 @@ its arguments, environment or open files. What a process can do is restricted be
 """
 
 from sunset.confinement.process import ConfinedProcess, Confinement, copy_process
-from sunset.confinement.walls import View, confinement_report
+from sunset.confinement.walls import WALLS, View, confinement_report, missing_walls
 
-__all__ = ["ConfinedProcess", "Confinement", "View", "confinement_report", "copy_process"]
+__all__ = [
+    "WALLS",
+    "ConfinedProcess",
+    "Confinement",
+    "View",
+    "confinement_report",
+    "copy_process",
+    "missing_walls",
+]

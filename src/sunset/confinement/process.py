@@ -33,10 +33,14 @@ from sunset.confinement.walls import MEMORY, View
 from sunset.errors import SunsetError
 from sunset.forks import ONE_THREAD
 from sunset.isolation import FORKING, ProcessDeath, describe_end, find_frames, flush_streams, fork
+from sunset.source_files import is_installed
 
-_PROGRAM: Final = (
-    "import sys; sys.path += sys.argv[2:]\nfrom sunset.confinement.server import serve; serve(sys.argv[1])"
-)
+_PROGRAM: Final = """
+import sys
+sys.path = [*dict.fromkeys([*sys.argv[2:], *sys.path])]
+from sunset.confinement.server import serve
+serve(sys.argv[1])
+"""
 _PACKAGE: Final = Path(__file__).parents[2]
 _MOST_SHOWN: Final = 1 << 20
 """How much of what a process prints is shown, in bytes."""
@@ -303,9 +307,19 @@ class Confinement:
 
     def __init__(self, entry: str, folder: Path = _PACKAGE) -> None:
         self._door, theirs = socket.socketpair()
+        installed = [entry for entry in sys.path if entry and is_installed(Path(entry).resolve())]
         with theirs:
             self._process = subprocess.Popen(  # noqa: S603  it is this interpreter
-                [sys.executable, "-P", "-c", _PROGRAM, entry, str(folder.absolute()), str(_PACKAGE)],
+                [
+                    sys.executable,
+                    "-P",
+                    "-c",
+                    _PROGRAM,
+                    entry,
+                    *installed,
+                    str(folder.absolute()),
+                    str(_PACKAGE),
+                ],
                 stdin=theirs.fileno(),
                 stdout=subprocess.DEVNULL,
                 cwd="/",

@@ -15,6 +15,14 @@ from sunset.confinement.landlock import SCOPES_SINCE, landlock_version, restrict
 from sunset.confinement.namespaces import can_enclose, enclose
 from sunset.confinement.privileges import drop_root
 from sunset.confinement.seccomp import can_filter_calls, filter_calls, filter_program, forgo_privileges
+from sunset.source_files import has_libraries
+
+WALLS: Final = {
+    "Landlock": "the user's files can be read and written",
+    "seccomp": "what it starts may outlive its run",
+    "namespaces": "it may ask by stat whether a path exists, and fill the disk",
+}
+"""The walls that a system may lack: name → what is open without it."""
 
 MEMORY: Final = 4 << 30
 """How much memory a process may take, in bytes: a learned managing system brings its framework."""
@@ -85,19 +93,25 @@ def _plain(value: object) -> object:
     return [str(path) for path in value] if isinstance(value, tuple) else value
 
 
+def missing_walls() -> dict[str, str]:
+    """Return the walls that this system lacks: name → what is open without it."""
+    present = {
+        "Landlock": landlock_version() > 0,
+        "seccomp": can_filter_calls(),
+        "namespaces": enclosing(),
+    }
+    return {name: text for name, text in WALLS.items() if not present[name]}
+
+
 def confinement_report() -> str:
     """Return which walls this system has, in words, and what is open for want of one."""
-    version = landlock_version()
+    missing = {name: f"no {name}: {text}" for name, text in missing_walls().items()}
     walls = [
-        f"Landlock {version}" if version else "no Landlock: the user's files can be read and written",
-        "seccomp" if can_filter_calls() else "no seccomp: what it starts may outlive its run",
+        missing.get("Landlock", f"Landlock {landlock_version()}"),
+        missing.get("seccomp", "seccomp"),
         "limits of memory, files and processes",
+        missing.get("namespaces", "namespaces"),
     ]
-    walls.append(
-        "a file system of its own"
-        if enclosing()
-        else "no file system of its own: stat tells whether a path exists, and the disk can be filled"
-    )
     if hasattr(os, "geteuid") and os.geteuid() == 0:
         walls.append("not root")
     return ", ".join(walls)
@@ -173,6 +187,7 @@ def _python() -> Iterable[Path]:
     prefixes = {sys.prefix, sys.base_prefix, sys.exec_prefix, sys.base_exec_prefix}
     parts = ("bin", "lib", "lib64", "share", "ssl", "pyvenv.cfg")
     places = [Path(prefix, part) for prefix in prefixes for part in parts]
+    places += [Path(entry) for entry in sys.path if has_libraries(Path(entry))]
     installed = sysconfig.get_paths()
     places += [Path(installed[name]) for name in ("stdlib", "platstdlib", "purelib", "platlib")]
     places += [Path(sys.executable), Path(sys.executable).resolve()]

@@ -190,6 +190,7 @@ def _notes(rows: Sequence[SystemRow]) -> list[str]:
     notes += [_invalid_note(row) for row in rows if row.invalid]
     notes += [_failed_note(row) for row in rows if row.failed]
     notes += [_differing_note(row) for row in rows if row.differing]
+    notes += [_walls_note(row) for row in rows if row.unwalled]
     notes += dict.fromkeys(
         f"Flight {row.flight.name or row.flight.short_bag}: {row.warning}" for row in rows if row.warning
     )
@@ -212,6 +213,13 @@ def _failed_note(row: SystemRow) -> str:
     return f"{row.system}: {len(row.failed)} of {counted(row.runs + len(row.invalid), 'run')} failed: " + (
         _told((run, run.failed) for run in row.failed)
     )
+
+
+def _walls_note(row: SystemRow) -> str:
+    """Return in how many of a row's runs walls were missing, and which."""
+    missing = dict.fromkeys(name for run in row.unwalled for name in run.missing_walls)
+    number, walls = counted(len(row.unwalled), "run"), ", ".join(missing)
+    return f"{row.system}: {number} took place without {walls} around the managing system."
 
 
 def _told(reasons: Iterable[tuple[RunRow, str]]) -> str:

@@ -104,6 +104,7 @@ class RunRow:
         computer_kept_up: whether the computer was fast enough, as it always is in the simulation.
         thinking_s: what every decision of its managing system took of the experiment's time [s].
         failed: how its managing system failed, in a sentence; empty if it did not.
+        missing_walls: which of the walls around a managing system of the user's own there were not.
         warning: what a reader must know of the flight with this model, in a sentence; empty if nothing.
         is_empty: whether it failed as a whole, so that there is no record and no figure.
         differing: the figures that were computed again and are stored otherwise.
@@ -132,6 +133,7 @@ class RunRow:
     reason: str = ""
     computer_kept_up: bool = True
     failed: str = ""
+    missing_walls: tuple[str, ...] = ()
     warning: str = ""
     is_empty: bool = False
     differing: tuple[str, ...] = ()
@@ -297,6 +299,7 @@ def _read(folder: Path, *, again: bool) -> RunRow:
         alike=degradations_of(fault.name for fault in run.faults) if run.alike is UNSET else run.alike,
         suite_size=suite_size(run.suite, run.scenario) if run.suite_size is UNSET else run.suite_size,
         failed=run.manager_failed or "",
+        missing_walls=run.missing_walls or (),
         warning=run.flight_warning or "",
         is_empty=run.is_empty,
     )

@@ -74,6 +74,7 @@ class SystemRow:
         invalid: the runs that do not count, each with its reason.
         failed: the runs in which the managing system failed, whether they count or not.
         differing: the runs whose stored figures are not what was computed again.
+        unwalled: the runs in which not all walls were around the managing system, whether they count or not.
         warning: what a reader must know of the flight with this model, in a sentence; empty if nothing.
         by_paper_script: the figures of the paper's evaluation script; None if those of a valid run are not known.
         outcomes: what became of the faults of all valid runs; nothing of reference rows.
@@ -96,6 +97,7 @@ class SystemRow:
     invalid: tuple[RunRow, ...] = ()
     failed: tuple[RunRow, ...] = ()
     differing: tuple[RunRow, ...] = ()
+    unwalled: tuple[RunRow, ...] = ()
     warning: str = ""
     by_paper_script: ScriptFigures | None = None
     outcomes: tuple[FaultOutcome, ...] = ()
@@ -275,6 +277,7 @@ def _row(system: str, group: Sequence[RunRow]) -> SystemRow:
         invalid=tuple(run for run in group if not run.valid),
         failed=tuple(run for run in group if run.failed),
         differing=tuple(run for run in group if run.differing),
+        unwalled=tuple(run for run in group if run.missing_walls),
         warning=first.warning,
         outcomes=tuple(outcome for run in valid if not is_reference for outcome in run.outcomes or ()),
         untold=sum(run.is_untold and not is_reference for run in valid),

@@ -1,7 +1,7 @@
 """The composition root: (scenario, seed, managing system, middleware) → one record."""
 
 from sunset.experiments.again import run_again
-from sunset.experiments.bench import bench, count_runs
+from sunset.experiments.bench import bench, count_runs, failing_managers
 from sunset.experiments.campaign import (
     BenchSpec,
     added_managers,
@@ -54,6 +54,7 @@ __all__ = [
     "check_manager",
     "connected_scheduler",
     "count_runs",
+    "failing_managers",
     "flight_name",
     "flights_of",
     "inference_file",

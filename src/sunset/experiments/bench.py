@@ -32,6 +32,7 @@ from sunset.recording import (
     RUN_FILE,
     CampaignPlan,
     read_plan,
+    read_run,
 )
 from sunset.schemas import document_text
 from sunset.texts import counted, listed
@@ -121,6 +122,18 @@ def bench(
             if progress is not None:
                 progress(done + count, len(wanted))
     return len(todo)
+
+
+def failing_managers(out: Path, runs: Sequence[RunSpec]) -> dict[str, str]:
+    """Return the managing systems that have failed in each of some finished runs, with how they first did.
+
+    Raises:
+        RecordError: a record is damaged, or of another version.
+    """
+    failures: dict[str, list[str | None]] = {}
+    for run in runs:
+        failures.setdefault(run.manager_name, []).append(read_run(run_folder(out, run)).manager_failed)
+    return {name: found[0] for name, found in failures.items() if found[0] is not None and None not in found}
 
 
 def _check_executor(executor: Executor, spec: BenchSpec, jobs: int | None) -> None:

@@ -24,6 +24,9 @@ if TYPE_CHECKING:
 _ADDRESS: Final = re.compile(r"tcp://(?P<host>[^:/\[\]\s]+|\[[^\[\]\s]+\]):(?P<port>[0-9]{1,5})")
 _PATIENCE_S: Final = 10
 """How long a scheduler may take to answer."""
+_GREETING: Final = b"pickle-protocol"
+"""What stands in the first bytes that a scheduler sends."""
+_LONGEST_GREETING: Final = 1 << 16
 _LONGEST: Final = 300
 """Longest failure text of an executor, in characters."""
 _log: Final = logging.getLogger(__name__)
@@ -137,8 +140,13 @@ def _client(address: str) -> Iterator["Client"]:
         # dask's client waits for ever for what is not a scheduler, which speaks first
         host, port = found["host"].strip("[]"), int(found["port"])
         with socket.create_connection((host, port), _PATIENCE_S) as connection:
-            if not connection.recv(1):
-                raise ConnectionError("what is there is not a scheduler")
+            connection.settimeout(_PATIENCE_S)
+            said = b""
+            while _GREETING not in said:
+                part = connection.recv(_LONGEST_GREETING)
+                said += part
+                if not part or len(said) > _LONGEST_GREETING:
+                    raise ConnectionError("what is there is not a scheduler")
         client = Client(address, timeout=_PATIENCE_S, set_as_default=False)
     except (OSError, OverflowError, ValueError) as error:
         raise InvalidInputError(

@@ -17,7 +17,7 @@ from sunset.texts import described_error, line_text
 
 _PACKAGE: Final = Path(__file__).parents[1]
 _STILL_S: Final = 60.0
-"""A simulation without a sign of life for this time beyond the limit of its managing system hangs."""
+"""Processor time beyond the limit of its managing system that a simulation may take without a sign of life."""
 
 
 def manager_checksum(manager: str, *, limit_s: float) -> str:
@@ -25,7 +25,7 @@ def manager_checksum(manager: str, *, limit_s: float) -> str:
 
     Args:
         manager: its name, as of `load_manager`.
-        limit_s: seconds of wall time that loading it may take.
+        limit_s: seconds of processor time that loading it may take.
 
     Raises:
         ManagerError: it cannot be loaded.
@@ -121,7 +121,7 @@ def check_injection(problem: str, observer: Observer) -> None:
     if problem and not observer.commands:
         raise ScenarioError(f"{problem[:1].upper()}{problem[1:]}.")
     if problem:
-        observer.violations[f"{problem} (requests of the managing system: {observer.commands})"] = None
+        observer.note(f"{problem} (requests of the managing system: {observer.commands})")
 
 
 def node_error(

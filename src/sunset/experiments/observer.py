@@ -43,6 +43,7 @@ from sunset.system import (
 )
 from sunset.texts import shorten
 
+_MOST_VIOLATIONS: Final = 20
 _OWN_PREFIXES: Final = (f"{NAMESPACE}/", "/experiment/")
 _TOPICS_OF_ALL: Final = frozenset({DIAGNOSTICS_TOPIC, PARAMETER_EVENTS_TOPIC, ROSOUT})
 """Topics that every node of the system may publish on."""
@@ -103,8 +104,17 @@ class Observer(Tap):
         """Requests that are not answered yet, also those of the experiment's own clients."""
         self.commands = 0
         """How many requests of the managing system reached the managed one."""
-        self.violations: dict[str, None] = {}
-        """What the managing system did that it must not, in words; in order, each once."""
+        self._violations: dict[str, None] = {}
+
+    @property
+    def violations(self) -> list[str]:
+        """What the managing system did that it must not, in words; in order, each once: the first 20, and a count."""
+        first, further = [*self._violations][:_MOST_VIOLATIONS], len(self._violations) - _MOST_VIOLATIONS
+        return first if further <= 0 else [*first, f"and {further} more violations"]
+
+    def note(self, violation: str) -> None:
+        """Note what the managing system must not do."""
+        self._violations[shorten(violation)] = None
 
     def on_node(self, process: str, node: str) -> None:
         """Note managing-system nodes that use the name of a system's node, and restarted nodes."""
@@ -115,7 +125,7 @@ class Observer(Tap):
             return
         if process == MANAGER_PROCESS or (process in self._system.nodes and node != full_name(process)):
             who = "the managing system" if process == MANAGER_PROCESS else f"the process of {process}"
-            self._note(f"{who} has a node {node}, which is a name of the system's")
+            self.note(f"{who} has a node {node}, which is a name of the system's")
 
     def on_endpoint(self, node: str, kind: EndpointKind, name: str) -> None:
         """Note endpoints that break a rule.
@@ -126,16 +136,16 @@ class Observer(Tap):
         subscribes = kind is EndpointKind.SUBSCRIPTION
         readers = self._system.sensors.get(name, {node})
         if subscribes and node not in {*readers, "/monitor"}:
-            self._note(f"{node} subscribes to {name}, which only {' and '.join(sorted(readers))} may")
+            self.note(f"{node} subscribes to {name}, which only {' and '.join(sorted(readers))} may")
         elif subscribes and node in self._system.managed_nodes and not self._may_feed(name):
-            self._note(f"{node} subscribes to {name}, on which the managed system does not publish")
+            self.note(f"{node} subscribes to {name}, on which the managed system does not publish")
         if node in self._system.all_nodes:
             return
         is_shown = node == _ORACLE_NODE and name in self._shown
         if subscribes and name in OFF_LIMITS_TOPICS and not is_shown:
-            self._note(f"{node} subscribes to {name}, which carries the truth")
+            self.note(f"{node} subscribes to {name}, which carries the truth")
         if kind is EndpointKind.SERVICE and name.startswith(self._own_services):
-            self._note(f"{node} offers {name}, which belongs to the system")
+            self.note(f"{node} offers {name}, which belongs to the system")
 
     def on_message(self, time_ns: int, topic: str, node: str, message: Message) -> None:
         """Record a message that leaves its publisher, unless it is forged.
@@ -144,13 +154,13 @@ class Observer(Tap):
         """
         of_another = isinstance(message, ParameterEvent) and message.node != node
         if topic == PARAMETER_EVENTS_TOPIC and of_another:
-            self._note(f"{node} publishes on {topic} in the name of another node")
+            self.note(f"{node} publishes on {topic} in the name of another node")
         elif node not in self._system.all_nodes and (
             topic in self._system.own_topics or topic.startswith(_OWN_PREFIXES)
         ):
-            self._note(f"{node} publishes on {topic}, which belongs to the experiment")
+            self.note(f"{node} publishes on {topic}, which belongs to the experiment")
         elif not self._may_publish(node, topic):
-            self._note(f"{node} publishes on {topic}, which is not among the outputs of its description")
+            self.note(f"{node} publishes on {topic}, which is not among the outputs of its description")
         else:
             self._sink.write(topic, time_ns, message)
             if isinstance(message, TransitionEvent) and topic == f"{node}/transition_event":
@@ -165,7 +175,7 @@ class Observer(Tap):
         ):
             return
         if server in _OFF_LIMITS_SERVERS and client not in self._system.all_nodes:
-            self._note(f"{client} calls {service}, which belongs to the experiment")
+            self.note(f"{client} calls {service}, which belongs to the experiment")
         if server not in self._system.managed_nodes and server != "/launcher":
             return
         command = _command_of(server, request)
@@ -196,9 +206,6 @@ class Observer(Tap):
             command.reason = "not answered, but done" if command.successful else "never answered"
             self._write(time_ns, command)
         self._pending.clear()
-
-    def _note(self, violation: str) -> None:
-        self.violations[violation] = None
 
     def _write(self, time_ns: int, command: Command) -> None:
         if command.client not in INFRASTRUCTURE:
@@ -241,11 +248,11 @@ class Observer(Tap):
             return
         for name in names:
             if (server, name) in self._system.fault_parameters:
-                self._note(f"{client} {verb} the fault parameter {name} of {server}")
+                self.note(f"{client} {verb} the fault parameter {name} of {server}")
             elif name == _USE_SIM_TIME and verb == "sets":
-                self._note(f"{client} sets {name} of {server}, which belongs to the experiment")
+                self.note(f"{client} sets {name} of {server}, which belongs to the experiment")
             elif name == _SEED and server.startswith(_OWN_PREFIXES):
-                self._note(f"{client} {verb} the {name} of {server}, which belongs to the experiment")
+                self.note(f"{client} {verb} the {name} of {server}, which belongs to the experiment")
 
 
 def _command_of(server: str, request: Message) -> Command | None:

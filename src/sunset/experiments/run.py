@@ -10,10 +10,11 @@ from pathlib import Path
 from typing import Final
 
 import onnxruntime
-from msgspec import UNSET
+from msgspec import UNSET, UnsetType
 from msgspec.structs import replace
 
 from sunset import __version__
+from sunset.confinement import WALLS, missing_walls
 from sunset.errors import ManagerError
 from sunset.experiments.manager import check_name, isolate, manager_checksum
 from sunset.experiments.observer import Observer, shown_topics
@@ -26,6 +27,7 @@ from sunset.harness.confined_manager import manager_process
 from sunset.interfaces.stamps import NS_PER_S, ns_of
 from sunset.interfaces.system_interfaces.msg import FaultInjection
 from sunset.isolation import Watch
+from sunset.managing import EXTERNAL, MANAGERS, is_registered
 from sunset.metrics import RunMetrics, Timeline, log_figures, score
 from sunset.recording import (
     RecordedMessage,
@@ -198,7 +200,7 @@ def _run_simulated(
             start_ns, failure = run_simulated(spec, resources, watch, manager, observer)
             manager.end()
             writer.hand_over()
-            return {"start_ns": start_ns, "violations": list(observer.violations), "failure": failure}
+            return {"start_ns": start_ns, "violations": observer.violations, "failure": failure}
 
         with _unchanged(spec.manager, manager.checksum, known) as found:
             nodes = current_system().nodes if spec.extensions else ()
@@ -259,6 +261,7 @@ def _describe(spec: RunSpec, resources: Resources) -> RunRecord:
         alike=degradations_of(fault.name for fault in spec.scenario.faults),
         manager=spec.manager_name,
         manager_spec=spec.manager if spec.label else UNSET,
+        missing_walls=_missing_walls(spec.manager),
         seed=spec.seed,
         model=card.name,
         model_checksums={str(modality): network.digest for modality, network in card.networks.items()},
@@ -290,6 +293,13 @@ def _describe(spec: RunSpec, resources: Resources) -> RunRecord:
         valid=True,
         reason="",
     )
+
+
+def _missing_walls(manager: str) -> tuple[str, ...] | UnsetType:
+    """Return which walls around a managing system there are not; unset for those that are not the user's own."""
+    if manager in {*MANAGERS, EXTERNAL}:
+        return UNSET
+    return tuple(WALLS if is_registered(manager) else missing_walls())
 
 
 def versions() -> dict[str, str]:

@@ -178,7 +178,7 @@ def _let_in(manager: ManagerProcess, simulation: Simulation, spec: RunSpec) -> l
     gateway = Gateway(
         process,
         manager.pipe,
-        limit_s=spec.settings.manager_limit_s,
+        limit_s=manager.longest_s,
         longest_ns=round((timing.bring_up_limit_s + timing.warm_up_s + timing.duration_s) * _S),
         end=process.end,
         on_failure=lambda failure: failed.append(manager.describe(failure, what)),

@@ -145,7 +145,7 @@ class Settings:
     manager_limit_s: Annotated[
         float, Meta(gt=0, le=_LONGEST_LIMIT_S, title="managing system's time limit [s]")
     ] = 30.0
-    """Wall time that one callback of the managing system may take before its process is ended."""
+    """Processor time that one callback of the managing system may take before its process is ended."""
     thinking_s: Annotated[float, Meta(ge=0, le=_DURATIONS_S[1], title="time to think [s]")] = 0.0
     """Time of the experiment that passes between a decision of the managing system and its adaptations."""
     middleware: str = SIMULATED

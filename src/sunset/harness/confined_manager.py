@@ -1,6 +1,7 @@
 """A managing system behind walls, seen from the process that starts, watches and ends it."""
 
 import atexit
+import math
 import os
 import signal
 import socket
@@ -17,7 +18,7 @@ from sunset.confinement import ConfinedProcess, Confinement, View, copy_process
 from sunset.errors import ManagerError, OutputError, SunsetError
 from sunset.harness.manager_process import ENTRY, LoadedManager, ManagerTask, receive_loaded, run_manager
 from sunset.harness.shown_files import check_shown
-from sunset.isolation import ProcessDeath
+from sunset.isolation import Patience, ProcessDeath
 from sunset.managing import (
     MANAGERS,
     ORACLE,
@@ -35,6 +36,7 @@ from sunset.texts import line_text, printable, shorten
 
 _LONGEST: Final = 2000
 """Longest failure text, in characters."""
+_LOOK_S: Final = 0.5
 
 _servers: dict[int, Confinement] = {}
 """The server of each process, by its number: one that is forked has its own."""
@@ -50,13 +52,13 @@ class ManagerProcess:
         descriptors: the open files that a process needs that is forked to talk to it.
     """
 
-    def __init__(self, manager: str, process: ConfinedProcess, *, limit_s: float) -> None:
+    def __init__(self, manager: str, process: ConfinedProcess, *, limit_s: float, live: bool) -> None:
         self.manager = manager
-        self.pipe = Pipe(process.socket, process.wait)
+        self.pipe = Pipe(process.socket, self._wait)
         self._process = process
-        self._limit_s = limit_s
+        self._patience = Patience(limit_s, live=live)
         try:
-            self.loaded: LoadedManager = receive_loaded(self.pipe, time.monotonic() + limit_s)
+            self.loaded: LoadedManager = receive_loaded(self.pipe, time.monotonic() + self.longest_s)
         except PipeError as error:
             raise ManagerError(self.describe(error, "cannot be loaded")) from error
 
@@ -69,6 +71,28 @@ class ManagerProcess:
     def pid(self) -> int:
         """The number of its process."""
         return self._process.pid
+
+    @property
+    def longest_s(self) -> float:
+        """Seconds of wall time that it may take."""
+        return self._patience.longest_s
+
+    def _wait(self, timeout_s: float | None) -> bool:
+        """Wait as `ConfinedProcess.wait`.
+
+        Raises:
+            SilenceError: it has taken too much time.
+        """
+        since_s = time.monotonic()
+        end_s = math.inf if timeout_s is None else since_s + timeout_s
+        while not self._process.wait(min(_LOOK_S, end_s - time.monotonic())):
+            if self._process.ended:
+                return False
+            if late := self._patience.passed(self._process.pid, since_s):
+                raise SilenceError(late)
+            if time.monotonic() >= end_s:
+                raise SilenceError(f"did not return within {self.longest_s:g} s")
+        return True
 
     def checksum(self) -> str:
         """Return the SHA-256 of what stands in its files now, in hexadecimal; as `sunset.managing.checksum`.
@@ -96,7 +120,7 @@ class ManagerProcess:
         if isinstance(failure, RaisedError):
             reason = shorten(str(failure), _LONGEST)
         else:
-            late = f"did not return within {self._limit_s:g} s" if isinstance(failure, SilenceError) else ""
+            late = str(failure) if isinstance(failure, SilenceError) else ""
             if late and self.manager.startswith(PREFIX):
                 late += "; its program must answer each line, and flush its output"
             death = self._process.death(late)
@@ -134,7 +158,7 @@ def manager_process(
 
     Args:
         manager: its name, as of `load_manager`.
-        limit_s: seconds of wall time that loading it, and each of its callbacks, may take.
+        limit_s: how long loading it, and each of its callbacks, may take, as of `Patience`.
         parameters: of its node, by name.
         log: whether what it logs goes to stderr, too.
         live: whether it is of a live run.
@@ -177,7 +201,7 @@ def manager_process(
     except OSError as error:
         raise OutputError(f"No process can be started for the managing system: {error.strerror}.") from error
     with process:
-        made = ManagerProcess(manager, process, limit_s=limit_s)
+        made = ManagerProcess(manager, process, limit_s=limit_s, live=live)
         if not is_registered(manager):
             check_sources(manager, made.loaded.sources, places)
         yield made

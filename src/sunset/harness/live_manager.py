@@ -61,7 +61,9 @@ def run_confined(
                 failures.append(process.describe(failure, what))
 
         context.on_shutdown(leave)
-        gateway = Gateway(middleware, process.pipe, limit_s=limit_s, end=middleware.shutdown, on_failure=note)
+        gateway = Gateway(
+            middleware, process.pipe, limit_s=process.longest_s, end=middleware.shutdown, on_failure=note
+        )
         if is_wanted:
             gateway.start()
         what = f"failed in {occasion}"

@@ -6,15 +6,12 @@ import os
 import sys
 from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import Final
 
 from sunset.errors import ManagerError
 from sunset.managing.command import PREFIX
 from sunset.managing.loading import is_registered
 from sunset.managing.names import MANAGERS
-from sunset.source_files import modules_beside
-
-_PACKAGE: Final = Path(__file__).parents[1]
+from sunset.source_files import is_installed, modules_beside
 
 
 def manager_code(spec: str) -> tuple[tuple[Path, ...], tuple[Path, ...]]:
@@ -25,7 +22,7 @@ def manager_code(spec: str) -> tuple[tuple[Path, ...], tuple[Path, ...]]:
     """
     file = _file(spec)
     folders = [Path(entry).resolve() for entry in sys.path if entry]
-    roots = [folder for folder in folders if folder.is_dir() and not _is_installed(folder)]
+    roots = [folder for folder in folders if folder.is_dir() and not is_installed(folder)]
     found = [file] if file else []
     if file and spec.rpartition(":")[0].endswith(".py"):  # the links on the way to it, too
         found.insert(0, Path(spec.rpartition(":")[0]).absolute())
@@ -80,7 +77,7 @@ def check_sources(spec: str, sources: Iterable[str], places: Iterable[Path]) -> 
             "__file__ or the class's module."
         )
     for path in found:
-        if not (_is_installed(path) or any(path.is_relative_to(place) for place in shown)):
+        if not (is_installed(path) or any(path.is_relative_to(place) for place in shown)):
             raise ManagerError(
                 f"The managing system {spec} reports the source file {path}, which it cannot read: do not change "
                 "__file__ or the class's module."
@@ -133,10 +130,4 @@ def _file(spec: str, folder: Path | None = None) -> Path | None:
     if found is None or found.origin is None:
         return None
     origin = Path(found.origin).resolve()
-    return None if _is_installed(origin) or not origin.is_file() else origin
-
-
-def _is_installed(path: Path) -> bool:
-    """Return whether a file or folder is Python's, or installed for it, or holds or belongs to this package."""
-    prefixes = [Path(prefix).resolve() for prefix in (sys.prefix, sys.base_prefix)]
-    return path == _PACKAGE.parent or any(path.is_relative_to(prefix) for prefix in (*prefixes, _PACKAGE))
+    return None if is_installed(origin) or not origin.is_file() else origin

@@ -36,7 +36,7 @@ PROTOCOL: Final = 1
 _LONGEST: Final = 2**20
 """Bytes that a line of a program's output may have."""
 _PIECE: Final = 2**16
-_PARTING_S: Final = 0.5
+_PARTING_S: Final = 10.0
 """How long a program that has closed its output may take to end, so that it can be said how it did."""
 _QUOTED: Final = 100
 

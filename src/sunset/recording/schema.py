@@ -87,6 +87,7 @@ class RunRecord(msgspec.Struct, frozen=True, kw_only=True):
         manager_checksum: of the files that it is written in; empty if it has none.
         manager_failed: how the managing system failed, after which the run went on without one; or why a run has
             neither messages nor figures: `is_empty`. None if neither is so.
+        missing_walls: which of the walls around a managing system of the user's own there were not.
         flight: what the flight is called.
         flight_conditions: under which it was rendered, where they are not those of the default flight.
         flight_warning: what a reader must know of it, in one sentence; where there is something.
@@ -126,6 +127,7 @@ class RunRecord(msgspec.Struct, frozen=True, kw_only=True):
     manager_spec: str | UnsetType = UNSET
     manager_checksum: str = ""
     manager_failed: str | None = None
+    missing_walls: tuple[str, ...] | UnsetType = UNSET
     seed: int
     model: str
     model_checksums: dict[str, str]

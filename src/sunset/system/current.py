@@ -3,6 +3,7 @@
 import sys
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, redirect_stdout
+from contextvars import ContextVar
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import ModuleType
@@ -42,9 +43,9 @@ class LoadedExtension:
     source: str
 
 
-@dataclass
+@dataclass(eq=False)
 class _State:
-    """What this process describes, runs and scores.
+    """What this process, or one of its threads, describes, runs and scores.
 
     Attributes:
         system: the managed system.
@@ -59,17 +60,25 @@ class _State:
     loading: set[str] = field(default_factory=set)
 
 
-_state = _State()
+_process: Final = _State()
+_own: Final[ContextVar[_State]] = ContextVar("_own")
+"""That of a thread in an `extended_system`."""
+_entered: Final[list[_State]] = []
+"""Those of all threads; the last one is taken by threads that they have started."""
+
+
+def _current() -> _State:
+    return _own.get([_process, *_entered][-1])
 
 
 def current_system() -> System:
-    """Return the managed system that this process describes, runs and scores."""
-    return _state.system
+    """Return the managed system that this process, or this thread, describes, runs and scores."""
+    return _current().system
 
 
 def loaded_extensions() -> tuple[LoadedExtension, ...]:
     """Return the extensions that are part of it, in the order in which they were loaded."""
-    return _state.loaded
+    return _current().loaded
 
 
 def get_fault(name: str) -> Fault:
@@ -103,7 +112,7 @@ def suite_size(suite: str, scenario: str) -> int:
 
 
 def load_extension(where: str | Path, *, checksum: str = "") -> None:
-    """Add an extension to the managed system of this process; one that is loaded already is not loaded again.
+    """Add an extension to the managed system of this process, or of the context; one that is there is not loaded again.
 
     Args:
         where: a Python file, which has its `Extension` as EXTENSION; or the name of an entry point of the group
@@ -114,22 +123,23 @@ def load_extension(where: str | Path, *, checksum: str = "") -> None:
         ExtensionError: it cannot be imported, has no extension, does not fit the system, or has another checksum; or it
             is loaded already, and was edited since.
     """
+    state = _own.get(_process)
     is_file = str(where).endswith(".py") or Path(where).is_file()
     place = str(Path(where).resolve()) if is_file else str(where)
-    loaded = next((one for one in _state.loaded if one.where == place), None)
+    loaded = next((one for one in state.loaded if one.where == place), None)
     added = None
     if loaded is None:
-        if place in _state.loading:
+        if place in state.loading:
             raise ExtensionError(f"The extension {where} loads itself.")
-        _state.loading.add(place)
+        state.loading.add(place)
         try:
             module, added = _from_file(Path(place)) if is_file else _from_entry_point(place)
         finally:
-            _state.loading.remove(place)
+            state.loading.remove(place)
         source = Path(str(module.__file__))
         digest = compiled_checksum(source) or file_digest(source)
         loaded = LoadedExtension(Path(place).name, place, digest, str(source))
-        if loaded.name in {one.name for one in _state.loaded}:
+        if loaded.name in {one.name for one in state.loaded}:
             raise ExtensionError(f"The name of the extension {loaded.name} is taken: rename {where}.")
     elif is_file and not checksum and is_edited(Path(place)):
         raise ExtensionError(
@@ -140,25 +150,29 @@ def load_extension(where: str | Path, *, checksum: str = "") -> None:
             f"The extension {where} has changed since the run was planned; run it in a new folder."
         )
     if added is not None:
-        extensions = {**_state.added, loaded.name: added}
-        _state.system = _extended(where, added, extensions)
-        _state.loaded, _state.added = (*_state.loaded, loaded), extensions
+        extensions = {**state.added, loaded.name: added}
+        state.system = _extended(where, added, extensions)
+        state.loaded, state.added = (*state.loaded, loaded), extensions
 
 
 @contextmanager
 def extended_system(wheres: Iterable[str | Path]) -> Iterator[System]:
-    """Load extensions for as long as the context lasts, and give the system with them.
+    """Load extensions for as long as the context lasts, and give the system with them; other threads keep their own.
 
     Raises:
         ExtensionError: as `load_extension`.
     """
-    before = _state.system, _state.loaded, _state.added
+    outer = _own.get(_process)
+    state = _State(outer.system, outer.loaded, outer.added)
+    token = _own.set(state)
+    _entered.append(state)
     try:
         for where in wheres:
             load_extension(where)
-        yield _state.system
+        yield state.system
     finally:
-        _state.system, _state.loaded, _state.added = before
+        _entered.remove(state)
+        _own.reset(token)
 
 
 def _extended(where: str | Path, extension: Extension, extensions: Mapping[str, Extension]) -> System:
@@ -167,7 +181,7 @@ def _extended(where: str | Path, extension: Extension, extensions: Mapping[str, 
         check_added_signals(extension.signals)
         system = System(PAPER, *(extensions[name] for name in sorted(extensions)))
         for name, node_class in extension.node_classes.items():
-            check_subclass(name, node_class, _state.system.node_class(name))
+            check_subclass(name, node_class, current_system().node_class(name))
         for node in extension.nodes:
             system.node_class(node.name)
         for fault in extension.faults:

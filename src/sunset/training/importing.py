@@ -253,7 +253,7 @@ def _converted(value: "Tensor", like: "Tensor", name: str, path: Path) -> "Tenso
     if value.is_floating_point() != like.is_floating_point() or value.is_complex():
         raise misfit
     try:
-        converted = value.to(like.dtype)
+        converted = value.detach().to(like.dtype)  # it may be a parameter
     except RuntimeError as error:  # torch can store numbers that it cannot convert
         raise misfit from error
     if not bool(torch.isfinite(converted).all()):
@@ -272,4 +272,4 @@ def _converted(value: "Tensor", like: "Tensor", name: str, path: Path) -> "Tenso
 
 def _first(value: "Tensor", chosen: "Tensor") -> str:
     """Return the first of some of a tensor's numbers."""
-    return f"{value.double()[chosen][0].item():g}"
+    return f"{value.detach().double()[chosen][0].item():g}"

@@ -1,6 +1,6 @@
 """The composition root: (scenario, seed, managing system, middleware) → one record."""
 
-from sunset.experiments.again import run_again
+from sunset.experiments.again import play_back, run_again
 from sunset.experiments.bench import bench, count_runs
 from sunset.experiments.campaign import (
     BenchSpec,
@@ -63,6 +63,7 @@ __all__ = [
     "manager_files",
     "model_checksum",
     "plan",
+    "play_back",
     "prepare",
     "prepare_all",
     "run",

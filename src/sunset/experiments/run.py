@@ -24,7 +24,7 @@ from sunset.experiments.spec import RunSpec
 from sunset.experiments.stored_faults import stored_faults
 from sunset.harness.confined_manager import manager_process
 from sunset.interfaces.stamps import NS_PER_S, ns_of
-from sunset.interfaces.system_interfaces.msg import FaultInjection
+from sunset.interfaces.system_interfaces.msg import Command, FaultInjection
 from sunset.isolation import Watch
 from sunset.metrics import RunMetrics, Timeline, log_figures, score
 from sunset.recording import (
@@ -76,15 +76,22 @@ def run_prepared(
     log: bool = False,
     known: str | None = None,
     wanted: Callable[[str], bool] | None = None,
+    played: Sequence[Command] = (),
 ) -> StoredRun:
     """Run one experiment with what `prepare` has found, its extensions loaded; as `run`.
 
-    `known` is the checksum that the managing system's files must have; None for any. `wanted` tells of which topics
-    images are kept, where any are; None for all.
+    Args:
+        spec: what is run.
+        resources: what `prepare` has found.
+        folder: the record's folder.
+        log: as of `run`.
+        known: the checksum that the managing system's files must have; None for any.
+        wanted: whether images of a topic are kept, where any are; None for all.
+        played: commands of a record, which are played back; in the simulation.
     """
     described = _describe(spec, resources)
     with RecordWriter(folder, images=spec.settings.images, wanted=wanted) as writer:
-        conduct = _run_live if spec.settings.live else _run_simulated
+        conduct = _run_live if spec.settings.live else partial(_run_simulated, played=played)
         outcome = conduct(spec, resources, writer, log=log, known=known)
         messages = writer.messages(told_topics())
         observed = timeline_of(described, messages)
@@ -180,7 +187,13 @@ class _Outcome:
 
 
 def _run_simulated(
-    spec: RunSpec, resources: Resources, writer: RecordWriter, *, log: bool, known: str | None
+    spec: RunSpec,
+    resources: Resources,
+    writer: RecordWriter,
+    *,
+    log: bool,
+    known: str | None,
+    played: Sequence[Command],
 ) -> _Outcome:
     parameters = manager_parameters(spec, resources)
     limit_s = spec.settings.manager_limit_s
@@ -195,7 +208,7 @@ def _run_simulated(
 
         def run_isolated(watch: Watch) -> dict[str, object]:
             observer = Observer(writer, shown=shown_topics(spec.manager))
-            start_ns, failure = run_simulated(spec, resources, watch, manager, observer)
+            start_ns, failure = run_simulated(spec, resources, watch, manager, observer, played=played)
             manager.end()
             writer.hand_over()
             return {"start_ns": start_ns, "violations": list(observer.violations), "failure": failure}

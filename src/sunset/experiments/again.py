@@ -24,6 +24,7 @@ from sunset.texts import shown
 _CAUSES: Final = {
     "model_checksums": "the model",
     "manager_checksum": "the managing system",
+    "manager_versions": "what it imported",
     "compute_s": "the nodes' compute times",
     "versions": "the versions",
 }
@@ -188,7 +189,8 @@ def _differences(stored: RunRecord, again: RunRecord) -> Iterator[str]:
         before, now = getattr(stored, name), getattr(again, name)
         if before == now:
             continue
-        if name == "versions":
+        if name.endswith("versions"):
+            before, now = before or {}, now or {}
             parts = sorted(part for part in before | now if before.get(part) != now.get(part))
             yield ", ".join(f"{part} {before.get(part, 'none')} is {now.get(part, 'none')}" for part in parts)
         else:

@@ -1,9 +1,9 @@
 """One experiment: from its specification to its record and its metrics."""
 
 import platform
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from importlib.metadata import version
 from pathlib import Path
@@ -13,7 +13,6 @@ import onnxruntime
 from msgspec import UNSET
 from msgspec.structs import replace
 
-from sunset import __version__
 from sunset.errors import ManagerError
 from sunset.experiments.manager import check_name, isolate, manager_checksum
 from sunset.experiments.observer import Observer, shown_topics
@@ -39,6 +38,7 @@ from sunset.recording import (
 from sunset.recording.reader import timeline_of
 from sunset.rmw.backends import live_middleware
 from sunset.scenarios import Scenario
+from sunset.source_files import package_version
 from sunset.system import current_system, short_name
 
 _AT_ONCE_S: Final = 0.1
@@ -107,6 +107,7 @@ def run_prepared(
             replace(
                 described,
                 manager_checksum=outcome.manager_checksum,
+                manager_versions=outcome.manager_versions or UNSET,
                 manager_failed=outcome.failure or None,
                 start_ns=outcome.start_ns,
                 metrics=figures.to_json(),
@@ -177,6 +178,7 @@ class _Outcome:
         manager_checksum: of the managing system's files.
         shortfall: says why the computer could not keep up, if it could not; in the simulation it always can.
         failure: how the managing system has failed, in a sentence; empty if it has not.
+        manager_versions: of the distributions that the managing system imported when it was loaded; in the simulation.
     """
 
     start_ns: int
@@ -184,6 +186,7 @@ class _Outcome:
     manager_checksum: str
     shortfall: Callable[[Timeline], str] = lambda _: ""
     failure: str = ""
+    manager_versions: Mapping[str, str] = field(default_factory=dict)
 
 
 def _run_simulated(
@@ -217,7 +220,13 @@ def _run_simulated(
             nodes = current_system().nodes if spec.extensions else ()
             told = isolate(spec, run_isolated, kept=manager.descriptors, nodes=nodes)
     writer.take_over()
-    return _Outcome(int(told["start_ns"]), tuple(told["violations"]), found, failure=str(told["failure"]))
+    return _Outcome(
+        int(told["start_ns"]),
+        tuple(told["violations"]),
+        found,
+        failure=str(told["failure"]),
+        manager_versions=manager.imported_versions(),
+    )
 
 
 def _run_live(
@@ -306,7 +315,7 @@ def _describe(spec: RunSpec, resources: Resources) -> RunRecord:
 def versions() -> dict[str, str]:
     """Return the versions of everything that a record's bytes may depend on."""
     return {
-        "sunset": __version__,
+        "sunset": package_version(),
         "python": platform.python_version(),
         "machine": platform.machine(),
         "onnxruntime": onnxruntime.__version__,  # whichever package it came with

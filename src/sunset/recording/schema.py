@@ -83,6 +83,7 @@ class RunRecord(msgspec.Struct, frozen=True, kw_only=True):
         suite: empty for a scenario of one's own.
         manager_spec: what the managing system was loaded as, where that is not its name.
         manager_checksum: of the files that it is written in; empty if it has none.
+        manager_versions: of the distributions that it imported when it was loaded, by name; where there are any.
         manager_failed: how the managing system failed, after which the run went on without one; or why a run has
             neither messages nor figures: `is_empty`. None if neither is so.
         flight: what the flight is called.
@@ -121,6 +122,7 @@ class RunRecord(msgspec.Struct, frozen=True, kw_only=True):
     manager: str
     manager_spec: str | UnsetType = UNSET
     manager_checksum: str = ""
+    manager_versions: dict[str, str] | UnsetType = UNSET
     manager_failed: str | None = None
     seed: int
     model: str

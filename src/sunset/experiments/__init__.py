@@ -34,7 +34,7 @@ from sunset.experiments.spec import (
     Settings,
     Timing,
 )
-from sunset.experiments.stored_faults import stored_faults
+from sunset.experiments.stored_faults import scenario_of
 
 __all__ = [
     "CHECK_SCENARIO",
@@ -69,6 +69,6 @@ __all__ = [
     "run",
     "run_again",
     "run_folder",
+    "scenario_of",
     "scenarios_checksum",
-    "stored_faults",
 ]

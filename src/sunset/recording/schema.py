@@ -59,11 +59,6 @@ class StoredFault(msgspec.Struct, frozen=True, omit_defaults=True):
     after: dict[str, str | float] | None = None
     severity: int | None = None
 
-    @property
-    def is_certain(self) -> bool:
-        """Whether it was injected once, when the measured time began: no adaptation can prevent that."""
-        return not self.at and self.after is None and (self.profile or {}).get("kind") != "intermittent"
-
     def __str__(self) -> str:
         """Return it in words, such as `sync_issue (4 to 6 s)`."""
         begin = f"{self.after['delay']:g} s after {self.after['fault']}" if self.after else f"{self.at:g}"

@@ -144,10 +144,11 @@ def test_a_run_says_which_version_flew_it(store: Store, tmp_path: Path) -> None:
 
 
 def test_runs_that_should_have_the_same_messages_and_have_not_are_named(store: Store, tmp_path: Path) -> None:
-    about = {"manager_checksum": "0f" * 32, "versions": {"sunset": "0.9.0+0f0f0f0f", "numpy": "2.0.0"}}
+    versions = {"sunset": "0.9.0+0f0f0f0f", "numpy": "2.0.0"}
+    about: dict[str, Any] = {"manager_checksum": "0f" * 32, "versions": versions}
     store("first", **about)
     store("copy", **about)
-    other = store("other", iou=0.6, **about | {"versions": about["versions"] | {"numpy": "2.1.0"}})
+    other = store("other", iou=0.6, **about | {"versions": versions | {"numpy": "2.1.0"}})
     store("another version", iou=0.7, **about | {"versions": {"sunset": "0.9.0+1e1e1e1e"}})
     store("another seed", seed=2, iou=0.8, **about)
 

@@ -10,11 +10,13 @@ from typing import Final
 
 from sunset.bundling.layout import MANIFEST_FILE, ManagerSources, Manifest
 from sunset.errors import ManagerError, RecordError
-from sunset.experiments import campaign_managers, manager_files
+from sunset.experiments import campaign_managers
 from sunset.input_files import file_digest
 from sunset.managing import (
     EXTERNAL,
+    MANAGERS,
     PREFIX,
+    checksum,
     is_registered,
     load_manager,
     manager_sources,
@@ -22,6 +24,7 @@ from sunset.managing import (
     sources_digest,
     unfiled_sources,
 )
+from sunset.managing.files import written_files
 from sunset.output_files import folder_name
 from sunset.recording import CampaignPlan
 from sunset.system import loaded_extensions
@@ -29,8 +32,6 @@ from sunset.texts import printable
 
 _UNFILED: Final = re.compile(r"unfiled-[0-9]+\.py")
 """What a class that has no file is packed as, behind the files."""
-_LIMIT_S: Final = 30.0
-"""Wall time that loading a managing system may take."""
 
 
 def find_manager_sources(
@@ -52,18 +53,18 @@ def find_manager_sources(
             lacking.append(f"The source of {name} is not in the bundle: {reason}.")
             continue
         try:
-            found = _find(manager)
-        except ManagerError as error:
+            paths = _paths(manager, known)
+        except (ManagerError, OSError, SyntaxError) as error:
             raise ManagerError(
-                f"The source of the managing system {name} is needed: {error} Call it in the folder from which the "
-                "campaign was run; of a class that was passed, call sunset.bundle where it was."
+                f"The source of the managing system {name} is needed: {str(error).rstrip('.')}. Call it in the folder "
+                "from which the campaign was run; of a class that was passed, call sunset.bundle where it was."
             ) from error
-        contents = [part if isinstance(part, bytes) else part.read_bytes() for part in found.values()]
-        if sources_digest(contents) != known:
+        if paths is None:
             raise RecordError(
-                f"The managing system {name} has changed since the campaign was run: restore its source, and call this "
-                "again."
+                f"The managing system {name} has changed since the campaign was run, or it imports modules otherwise "
+                "than by import statements: restore its source, and call this again."
             )
+        found = _named(manager, paths)
         folder = f"managers/{folder_name(name)}"
         own = {f"{folder}/{part}": content for part, content in found.items()}
         places[name] = ManagerSources(files=tuple(own), load=_load(manager, found, folder), folder=folder)
@@ -71,16 +72,23 @@ def find_manager_sources(
     return places, files, lacking
 
 
-def _find(manager: str) -> dict[str, Path | bytes]:
+def _paths(manager: str, known: str) -> list[Path] | None:
+    """Return the files of a managing system whose checksum is known; None if none have it. No code of it is run."""
+    candidates = written_files(manager)
+    if is_registered(manager) or manager in MANAGERS:
+        candidates = iter([manager_sources(manager, load_manager(manager))])
+    return next((list(paths) for paths in candidates if checksum(manager, paths) == known), None)
+
+
+def _named(manager: str, paths: list[Path]) -> dict[str, Path | bytes]:
     """Return the files and texts that a managing system's checksum is made of, by name."""
-    paths = _paths(manager) if is_registered(manager) else _isolated_paths(manager)
     where = manager.rpartition(":")[0]
     if manager.startswith(PREFIX):
         named = (Path(word) for word in parse_command(manager).words[1:])
-        root = _root([*paths, *(str(path / "inside") for path in named if path.is_dir())], "")
+        root = _root([*paths, *(path / "inside" for path in named if path.is_dir())], "")
     else:
         root = _root(paths, "" if where.endswith(".py") else where.partition(".")[0])
-    parts: dict[str, Path | bytes] = {Path(path).relative_to(root).as_posix(): Path(path) for path in paths}
+    parts: dict[str, Path | bytes] = {path.relative_to(root).as_posix(): path for path in paths}
     others = (unfiled_sources(manager) or []) if is_registered(manager) else []
     return parts | {f"unfiled-{number}.py": text for number, text in enumerate(others, 1)}
 
@@ -116,18 +124,9 @@ def _holds(word: str, files: Iterable[object]) -> bool:
     return any(str(file) == word or str(file).startswith(f"{word}/") for file in files)
 
 
-def _paths(manager: str) -> list[str]:
-    return list(map(str, manager_sources(manager, load_manager(manager))))
-
-
-def _isolated_paths(manager: str) -> list[str]:
-    """Return the files of a managing system, which is loaded in a process of its own."""
-    return list(map(str, manager_files(manager, limit_s=_LIMIT_S)))
-
-
-def _root(paths: list[str], package: str) -> Path:
+def _root(paths: list[Path], package: str) -> Path:
     """Return the folder that holds all files, and of a package, the package."""
-    root = Path(os.path.commonpath([Path(path).parent for path in paths])) if paths else Path("/")
+    root = Path(os.path.commonpath([path.parent for path in paths])) if paths else Path("/")
     inside = [folder for folder in (root, *root.parents) if package and folder.name == package]
     return inside[0].parent if inside else root
 

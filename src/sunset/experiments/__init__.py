@@ -14,7 +14,7 @@ from sunset.experiments.campaign import (
 from sunset.experiments.checking import ManagerCheck, check_manager
 from sunset.experiments.cluster import connected_scheduler
 from sunset.experiments.last import keep_last_run, last_run
-from sunset.experiments.manager import manager_checksum, manager_files
+from sunset.experiments.manager import manager_checksum
 from sunset.experiments.resources import (
     Resources,
     flight_name,
@@ -60,7 +60,6 @@ __all__ = [
     "keep_last_run",
     "last_run",
     "manager_checksum",
-    "manager_files",
     "model_checksum",
     "plan",
     "play_back",

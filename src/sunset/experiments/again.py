@@ -7,7 +7,6 @@ from typing import Final
 from msgspec import UNSET
 
 from sunset.errors import RecordError
-from sunset.experiments.manager import manager_checksum
 from sunset.experiments.resources import Resources, prepare
 from sunset.experiments.run import run_prepared
 from sunset.experiments.spec import RunSpec, Settings, Timing
@@ -15,7 +14,8 @@ from sunset.experiments.stored_faults import scenario_of
 from sunset.flights import FlightSpec
 from sunset.interfaces.stamps import ns_of
 from sunset.interfaces.system_interfaces.msg import Command, ImageDigest
-from sunset.managing import MANAGERS, is_registered
+from sunset.managing import MANAGERS, checksum, is_registered
+from sunset.managing.files import written_files
 from sunset.recording import RecordedMessage, RunRecord, StoredRun, read_messages, read_run
 from sunset.recording.reader import check_extensions, first_difference
 from sunset.rmw.backends import SIMULATED
@@ -68,9 +68,9 @@ def run_again(
             "names: read it, and say trust=True, or name it with manager."
         )
     spec, resources = _prepared(folder, stored, manager or name, model, bag, images=images)
-    if is_code and stored.manager_checksum:
-        found = manager_checksum(spec.manager, limit_s=spec.settings.manager_limit_s)
-        if found != stored.manager_checksum:
+    if is_code and stored.manager_checksum and not is_registered(spec.manager):
+        found = [checksum(spec.manager, paths) for paths in written_files(spec.manager)]
+        if stored.manager_checksum not in found:
             raise RecordError(
                 f"The run in {folder} was made with other source than {shown(spec.manager)} has now: restore it, or "
                 "say with manager where it is."

@@ -186,7 +186,8 @@ def _run(
         processes.start(name)
     simulation.run_until(simulation.now + _launch_ns(spec.seed, MANAGER_PROCESS))
     failed = _let_in(manager, simulation, spec)
-    simulation.play_back(map(_request_of, played))
+    if played:
+        simulation.play_back(map(_request_of, played))
     start_ns = _conduct(simulation, supervisor, spec, observer)
     observer.finish(simulation.now)
     return start_ns, "".join(failed)

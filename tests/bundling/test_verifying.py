@@ -165,7 +165,7 @@ DAMAGES: dict[str, tuple[Edit, str, str]] = {
     "record of another campaign": (
         changed(f"{WET}/run.json", versions__numpy="1.0.0"),
         WET,
-        "its versions is {",
+        "its versions.numpy is '1.0.0', and that of the plan '",
     ),
     "plan of another flight": (
         changed("campaign/bench.json", bag_checksum="0" * 64),

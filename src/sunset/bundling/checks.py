@@ -114,8 +114,9 @@ def _misfits(run: RunRecord, place: Path, folder: Path, described: CampaignPlan)
     for name, planned in _planned(run, described).items():
         stored = getattr(run, name)
         if isinstance(planned, Mapping) and isinstance(stored, Mapping):  # live, a run has more versions
-            stored = {key: stored.get(key) for key in planned}
-        if stored != planned:
+            for key in sorted(key for key in planned if stored.get(key) != planned[key]):
+                yield f"its {name}.{key} is {shown(stored.get(key))}, and that of the plan {shown(planned[key])}"
+        elif stored != planned:
             yield f"its {name} is {_shown(stored)}, and that of the plan {_shown(planned)}"
 
 

@@ -4,6 +4,9 @@ import ast
 import doctest
 import importlib
 import re
+import shutil
+import subprocess
+import sys
 from pathlib import Path
 from types import ModuleType
 
@@ -76,3 +79,23 @@ def test_nothing_below_the_command_line_starts_it() -> None:
         if path.relative_to(SOURCE).parts[0] not in {"cli", "__main__.py"}
     ]
     assert [_name(path) for path in below if by_name.search(path.read_text("utf-8"))] == []
+
+
+def test_the_version_is_of_what_stands_in_the_files(tmp_path: Path) -> None:
+    package = tmp_path / "sunset"
+    shutil.copytree(SOURCE, package, ignore=shutil.ignore_patterns("__pycache__", "models"))
+    command = "from sunset.source_files import package_version as version; print(version())"
+
+    def version() -> str:
+        called = [sys.executable, "-c", command]
+        return subprocess.run(called, cwd=tmp_path, check=True, capture_output=True, text=True).stdout.strip()
+
+    first = version()
+    assert re.fullmatch(rf"{re.escape(sunset.__version__)}\+[0-9a-f]{{8}}", first)
+    (package / "notes.txt").write_text("not code")
+    (package / "system/__pycache__").mkdir(exist_ok=True)
+    (package / "system/__pycache__/old.py").write_text("not code, either")
+    assert version() == first
+    with (package / "system/suite_files/calm.yaml").open("a") as file:
+        file.write("# calmer\n")
+    assert version() != first

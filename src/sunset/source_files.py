@@ -1,4 +1,4 @@
-"""The door for users' Python files: what runs is what stood in the file, never bytecode of an older one.
+"""The door for Python files: what runs is what stood in a user's file, and the version of this package's own.
 
 Python takes bytecode for that of a file if the file's size and its time of change, in whole seconds, are those that
 stand in it. A file that is edited within a second may have both.
@@ -9,6 +9,7 @@ import hashlib
 import importlib.util
 import inspect
 import linecache
+import os
 import sys
 import traceback
 from collections.abc import Iterable, Iterator, Sequence
@@ -18,6 +19,7 @@ from pathlib import Path
 from types import CodeType, FunctionType, ModuleType
 from typing import Final
 
+from sunset import __version__
 from sunset.texts import line_text
 
 _PACKAGE: Final = Path(__file__).parent
@@ -28,6 +30,28 @@ _known: dict[str, frozenset[Path]] = {}
 """Folders that cannot be listed, and the files below them that can be imported."""
 _compiled: dict[Path, str] = {}
 """The SHA-256 of what was compiled, by the file that it stood in."""
+
+
+_OWN: Final = (".py", ".yaml")
+"""Endings of this package's own files that decide results; models and flights have checksums of their own."""
+
+
+@cache
+def package_version() -> str:
+    """Return this package's version with a checksum of its source files, such as `0.1.0+c3f2a1b4`.
+
+    Whoever edits a file has another version, whose results may differ.
+    """
+    root, digest = os.path.dirname(__file__), hashlib.sha256()  # noqa: PTH120  a Path a file takes as long as reading it
+    for folder, folders, files in os.walk(root):
+        folders[:] = sorted(set(folders) - {"__pycache__"})
+        for name in sorted(file for file in files if file.endswith(_OWN)):
+            path = f"{folder}/{name}"
+            with open(path, "rb", buffering=0) as file:  # noqa: PTH123  likewise
+                text = file.read()
+            digest.update(f"{path.removeprefix(root)} {len(text)}\n".encode())
+            digest.update(text)
+    return f"{__version__}+{digest.hexdigest()[:8]}"
 
 
 class _Loader(SourceFileLoader):

@@ -8,10 +8,7 @@ from pathlib import Path
 import pytest
 
 from sunset.bundling import bundle
-from sunset.bundling.citation import read_citation
-from sunset.bundling.descriptions import describe_files
 from sunset.experiments import BenchSpec, Settings, Timing, bench
-from sunset.recording import read_plan
 
 DATE = "2026-03-14"
 SETTINGS = Settings(timing=Timing(duration_s=2.0, warm_up_s=0.5))
@@ -66,28 +63,16 @@ def packed(results: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return out
 
 
-def describe(folder: Path) -> None:
-    """Let the texts that tell what a bundle is fit its files, as whoever forges one does."""
-    citation = read_citation((folder / "CITATION.cff").read_text())
-    names = {file.relative_to(folder).as_posix(): file for file in folder.rglob("*") if file.is_file()}
-    texts = {"SHA256SUMS", "CITATION.cff", "README.md", "ro-crate-metadata.json"}
-    sizes = {name: names[name].stat().st_size for name in names.keys() - texts}
-    for name, text in describe_files(read_plan(folder / "campaign"), citation, sizes).items():
-        (folder / name).write_text(text)
-
-
 @pytest.fixture
 def forge(tmp_path: Path) -> Forge:
     """Return what does something to the files of a bundle, and packs them again."""
 
-    def call(packed: Path, edit: Callable[[Path], object], *, sums: bool = True, texts: bool = True) -> Path:
-        """Edit a bundle's files; with `sums` the list of checksums fits them afterwards, with `texts` the rest does."""
+    def call(packed: Path, edit: Callable[[Path], object], *, sums: bool = True) -> Path:
+        """Edit a bundle's files; with `sums` the list of checksums fits them afterwards."""
         folder, out = tmp_path / "opened", tmp_path / "forged.zip"
         with zipfile.ZipFile(packed) as archive:
             archive.extractall(folder)
         edit(folder)
-        if sums and texts:
-            describe(folder)
         names = sorted(file.relative_to(folder).as_posix() for file in folder.rglob("*") if file.is_file())
         if sums:
             lines = (

@@ -22,6 +22,7 @@ from sunset.bundling.layout import ManagerSources
 from sunset.bundling.sources import _fits
 from sunset.cli import main
 from sunset.errors import SunsetError
+from sunset.source_files import package_version
 
 pytestmark = pytest.mark.xdist_group("bundling")
 
@@ -55,7 +56,7 @@ def test_the_metadata_describe_every_file(packed: Path) -> None:
     assert root["datePublished"] == DATE
     assert {unquote(part["@id"]) for part in root["hasPart"]} == files
     assert files == names - {"ro-crate-metadata.json", "SHA256SUMS"}
-    assert graph[graph["#campaign"]["instrument"]["@id"]]["version"] == sunset.__version__
+    assert graph[graph["#campaign"]["instrument"]["@id"]]["version"] == package_version()
     named = set(re.findall(r'\{"@id": "([^"]*)"\}', json.dumps(crate)))
     assert {"./", "#sunset", "#paper"} < named <= graph.keys() | {"https://w3id.org/ro/crate/1.1"}
 
@@ -137,13 +138,6 @@ def without_source(results: Path, folder: Path) -> Path:
     return folder / "results"
 
 
-def without_suite(results: Path, folder: Path) -> Path:
-    shutil.copytree(results, folder / "results")
-    plan = folder / "results/bench.json"
-    plan.write_text(plan.read_text().replace("/rain", "/gone"))
-    return folder / "results"
-
-
 def filled(folder: Path) -> Path:
     (folder / "x.zip").write_text("mine")
     return folder / "x.zip"
@@ -176,10 +170,6 @@ MISTAKES: dict[str, tuple[Mistake, str]] = {
     "managing system that is gone": (
         lambda results, folder: api.bundle(without_source(results, folder), folder / "x.zip"),
         "The source of the managing system mine is needed: There is no file .*gone.py. Call it in the folder",
-    ),
-    "suite that is gone": (
-        lambda results, folder: api.bundle(without_suite(results, folder), folder / "x.zip"),
-        "its suite, the folder .*/gone, is not here. Call it in the folder from which the campaign was run",
     ),
     "file that exists": (
         lambda results, folder: api.bundle(results, filled(folder)),

@@ -13,14 +13,6 @@ from sunset.experiments import RunSpec, prepare
 from sunset.experiments.run import record_failure
 from sunset.scenarios import Scenario
 
-MINE = """\
-from sunset.managing import ManagingSystem
-
-class Mine(ManagingSystem):
-    def adapt(self, symptoms):
-        pass
-"""
-
 
 @pytest.fixture(scope="module")
 def run(flight: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
@@ -63,16 +55,6 @@ def test_a_page_that_is_not_opened_is_said_to_be_opened_in_a_browser(
     assert capsys.readouterr().err.endswith("The page is short.html: open it in a browser.\n")
 
 
-def moved(_: Path, tmp_path: Path) -> list[str]:
-    """Return the run of a managing system whose file is gone."""
-    folder = tmp_path / "moved"
-    file = tmp_path / "mine.py"
-    file.write_text(MINE, encoding="utf-8")
-    assert main(["run", "nofault", "--manager", f"{file}:Mine", "--duration", "1", "--out", str(folder)]) == 0
-    file.unlink()
-    return [str(folder)]
-
-
 def failed(_: Path, tmp_path: Path) -> list[str]:
     """Return a run that failed as a whole, as a campaign keeps it."""
     spec = RunSpec(scenario=Scenario("nofault"), manager="none")
@@ -104,7 +86,6 @@ MISTAKES: dict[str, tuple[Callable[[Path, Path], list[str]], str]] = {
     "a file": (lambda run, _: [str(run / "run.json")], "A record is a folder, got the file"),
     "a failed run": (failed, "has no time line, since it failed"),
     "a damaged run": (damaged, "is damaged"),
-    "a manager that is gone": (moved, "mine.py"),
     "a flight that is gone": (lambda run, path: [str(run), "--bag", str(path / "bag")], "There is no bag at"),
     "another model": (lambda run, path: [str(run), "--model", str(path)], "model"),
     "two seeds": (other_seed, "if their seed is the same, got 1 and 2"),

@@ -228,6 +228,30 @@ def test_a_campaign_is_not_continued_with_a_managing_system_that_was_rewritten(t
         bench(spec, tmp_path / "out", jobs=1)
 
 
+@pytest.mark.usefixtures("flight")
+def test_a_campaign_is_not_continued_by_other_code(tmp_path: Path) -> None:
+    settings = Settings(timing=Timing(duration_s=1.0, warm_up_s=0.5))
+    spec = BenchSpec(
+        suite="single",
+        scenarios=("image_shift",),
+        managers=("none",),
+        references=False,
+        score=False,
+        settings=settings,
+    )
+    bench(spec, tmp_path, jobs=1)
+    file = tmp_path / "bench.json"
+    plan = json.loads(file.read_text())
+    version, plan["versions"]["sunset"] = plan["versions"]["sunset"], "0.1.0+0a0b0c0d"
+    file.write_text(json.dumps(plan))
+
+    with pytest.raises(
+        InvalidInputError,
+        match=rf"was begun with SUNSET 0\.1\.0\+0a0b0c0d, and this is {re.escape(version)}, whose code differs: go on",
+    ):
+        bench(spec, tmp_path, jobs=1)
+
+
 @pytest.mark.thorough
 def test_a_campaign_is_continued_with_the_same_extensions_only(tmp_path: Path) -> None:
     file, other = tmp_path / "dark.py", tmp_path / "light.py"

@@ -7,10 +7,12 @@ import subprocess
 import sys
 import sysconfig
 import venv
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 import pytest
+from msgspec import UNSET
 
 import sunset
 from sunset.errors import ExtensionError, ManagerError, SunsetError
@@ -430,3 +432,18 @@ def test_what_is_no_log_on_its_topic_is_left_out(cheats: Path, tmp_path: Path) -
     result = fly(tmp_path / "run", f"{cheats}:Chatting")
     assert "not a log" not in {one.text for one in result.log}
     assert read_stored_run(tmp_path / "run").log == result.log
+
+
+def test_a_run_says_which_distributions_its_managing_system_imported(tmp_path: Path) -> None:
+    mine = tmp_path / "mine.py"
+    mine.write_text(
+        "import iniconfig\nimport yaml\nfrom sunset.managing import ManagingSystem\n\n"
+        "class Mine(ManagingSystem):\n    def adapt(self, symptoms):\n        pass\n"
+    )
+    scenario, settings = load_scenario("nofault"), Settings(timing=Timing(duration_s=1.0, warm_up_s=0.5))
+
+    made = run(RunSpec(scenario=scenario, manager=f"{mine}:Mine", settings=settings), tmp_path / "mine")
+    shipped = run(RunSpec(scenario=scenario, manager="baseline", settings=settings), tmp_path / "shipped")
+
+    assert made.record.manager_versions == {"iniconfig": version("iniconfig")}
+    assert shipped.record.manager_versions is UNSET

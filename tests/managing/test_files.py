@@ -2,11 +2,14 @@
 
 import os
 from pathlib import Path
+from textwrap import dedent
 
 import pytest
 
 from sunset.errors import ManagerError
-from sunset.managing.files import manager_code, manager_data
+from sunset.experiments import manager_checksum
+from sunset.managing import checksum
+from sunset.managing.files import manager_code, manager_data, written_files
 
 
 def written(folder: Path, files: str) -> str:
@@ -68,3 +71,53 @@ def test_what_is_installed_names_none(spec: str) -> None:
     folders, _ = manager_code(spec)
     assert Path(os.__file__).parent not in folders
     assert manager_data(spec) == ()
+
+
+FILES = {
+    "mine.py": """
+        from __future__ import annotations
+        from typing import TYPE_CHECKING
+        import helper, package.inner
+        from sunset.managing import ManagingSystem
+        if TYPE_CHECKING:
+            import absent
+
+        class Mine(ManagingSystem):
+            files = ("weights.txt",)
+
+            def adapt(self, symptoms):
+                import late
+        """,
+    "helper.py": "import more",
+    "more.py": "",
+    "absent.py": "",
+    "late.py": "",
+    "weights.txt": "1",
+    "package/__init__.py": "",
+    "package/inner.py": "from . import beside\nfrom .deeper import value",
+    "package/beside.py": "",
+    "package/deeper.py": "from package import value",
+    "package/value.py": "",
+    "package/unused.py": "",
+}
+
+
+def test_the_files_of_a_managing_system_are_known_before_it_is_loaded(tmp_path: Path) -> None:
+    for name, text in FILES.items():
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text(dedent(text))
+    spec = f"{tmp_path / 'mine.py'}:Mine"
+
+    likely, possible = written_files(spec)
+
+    names = [{str(file.relative_to(tmp_path)) for file in files} for files in (likely, possible)]
+    assert names == [
+        FILES.keys() - {"absent.py", "late.py", "package/unused.py"},
+        FILES.keys() - {"package/unused.py"},
+    ]
+    assert manager_checksum(spec, limit_s=30.0) == checksum(spec, likely)
+
+
+def test_a_file_that_is_gone_is_said() -> None:
+    with pytest.raises(ManagerError, match=r"There is no file gone\.py\."):
+        list(written_files("gone.py:Mine"))

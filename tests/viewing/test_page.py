@@ -65,14 +65,16 @@ def test_the_same_run_gives_the_same_page(ten: Shown, tmp_path: Path) -> None:
     assert again.read_bytes() == ten.page.read_bytes()
 
 
-def test_a_run_without_images_is_run_again_for_them_and_two_share_their_pictures(both: Both) -> None:
+def test_the_images_of_a_run_without_any_are_made_by_its_commands_and_two_share_their_pictures(
+    both: Both,
+) -> None:
     page = msgspec.convert(data_of(both.page.read_text(encoding="utf-8")), Page)
     truths = [{panel.name: panel.pictures for panel in run.frames.panels}["truth"] for run in page.runs]
     assert truths[0] == truths[1]
     assert min(truths[0]) >= 0
     assert len(page.pictures.data) == len(set(page.pictures.data))
     assert page.comparison[0] == "The same faults, flight and seed, managed by A (none) and by B (baseline)."
-    assert {what for what, _, _ in both.told} == {"Running again", "Making pictures"}
+    assert {what for what, _, _ in both.told} == {"Playing back", "Making pictures"}
     assert all(0 <= done <= total for _, done, total in both.told)
 
 

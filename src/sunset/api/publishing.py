@@ -7,10 +7,9 @@ from pathlib import Path
 from typing import Final
 
 from sunset import bundling
-from sunset.api.options import Extensions, as_path, check_flags, check_progress, extended, number_of, whole_of
+from sunset.api.options import Extensions, as_path, check_flags, check_progress, extended, whole_of
 from sunset.bundling import Bundle, Rerun, Verification
 from sunset.errors import InvalidInputError
-from sunset.experiments import Settings
 from sunset.seeding import check_seed
 from sunset.texts import shown
 from sunset.workers import Progress
@@ -27,7 +26,6 @@ def bundle(
     licence: str = "",
     date: str | None = None,
     extensions: Extensions = (),
-    manager_limit: float = Settings.manager_limit_s,
     progress: Progress | None = None,
 ) -> Bundle:
     """Pack a finished campaign into one zip file that others can check, as `sunset bundle` does.
@@ -42,7 +40,6 @@ def bundle(
         licence: under which others may use it, as SPDX calls it, such as `CC-BY-4.0`, or its address; none if empty.
         date: the day of publication, as `2026-03-14`; today if None.
         extensions: those of the managed system that the campaign was run with.
-        manager_limit: seconds of processor time that loading each managing system may take.
         progress: called with (runs that are checked, runs in all).
 
     Raises:
@@ -66,7 +63,6 @@ def bundle(
             title=title,
             authors=authors,
             licence=licence,
-            manager_limit_s=Settings(manager_limit_s=number_of(manager_limit)).manager_limit_s,
             progress=progress,
         )
 

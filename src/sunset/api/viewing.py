@@ -14,21 +14,23 @@ from typing import Any, Final, Self
 
 from sunset.api.options import (
     Extensions,
-    Manager,
     as_path,
     check_flags,
     check_progress,
     extended,
-    manager_name,
 )
 from sunset.errors import InvalidInputError, RecordError, SunsetError
-from sunset.experiments import run_again
+from sunset.experiments import play_back
 from sunset.recording import IMAGES_FILE, StoredRun, read_stored_run
 from sunset.rmw.backends import SIMULATED
 from sunset.texts import shown
 from sunset.viewing import Viewed, check_comparable, check_page_file, is_shown, page_text, write_page
 from sunset.workers import Stages
 
+_PLAYED: Final = (
+    "The pictures were made by playing the recorded commands back without the managing system, and {} of them differ "
+    "from the run's: run it again with --images."
+)
 _LIVE: Final = "It was run live, and its images were not kept, so that there are no pictures."
 
 
@@ -109,8 +111,6 @@ def view(
     *,
     out: str | Path | None = None,
     show: bool = True,
-    manager: Manager | None = None,
-    other_manager: Manager | None = None,
     model: str | Path | None = None,
     bag: str | Path | None = None,
     progress: Stages | None = None,
@@ -118,22 +118,21 @@ def view(
 ) -> Path:
     """Write a page that replays a run, or two side by side, as `sunset view` does, and return its file.
 
-    Where the record has no images, a simulated run is run again for them.
+    Where the record of a simulated run has no images, they are made by playing its commands back. The managing system
+    is not run: it may be a stranger's program.
 
     Args:
         run: what `run` or `load` returned, or its folder.
         other: one of another managing system on the same scenario, seed and flight.
         out: the page's file; in the current folder, named after the runs' folders, if it is None.
         show: whether it is opened in a browser, where there is a screen.
-        manager: the managing system of `run`, if it is not what the record calls it.
-        other_manager: the same for `other`.
         model: the model, if it is not one of the record's name.
         bag: the runs' flight, if that is not the default one.
         progress: called with (what is done, how much of it, how much in all).
         extensions: those of the managed system that the runs were made with; a `Run` knows its own.
 
     Raises:
-        RecordError: there is no such run, it failed, it cannot be run again, or the two cannot be compared.
+        RecordError: there is no such run, it failed, its images cannot be made, or the two cannot be compared.
         OutputError: the page cannot be written.
     """
     check_progress(progress)
@@ -146,10 +145,9 @@ def view(
         check_page_file(file)
         if other is not None:
             check_comparable(given[0].record, given[1].record)
-        named = [None if one is None else manager_name(one) for one in (manager, other_manager)]
         place = None if bag is None else as_path(bag, "bag")
         runs = [stack.enter_context(one.at_hand()) for one in given]
-        with _with_images(runs, named, None if model is None else str(model), place, progress) as viewed:
+        with _with_images(runs, None if model is None else str(model), place, progress) as viewed:
             making = None if progress is None else partial(progress, "Making pictures")
             write_page(viewed, file, progress=making)
     if show and can_show_pages():
@@ -181,13 +179,9 @@ def can_show_pages() -> bool:
 
 @contextmanager
 def _with_images(
-    runs: Sequence[StoredRun],
-    managers: Sequence[str | None],
-    model: str | None,
-    bag: Path | None,
-    progress: Stages | None,
+    runs: Sequence[StoredRun], model: str | None, bag: Path | None, progress: Stages | None
 ) -> Iterator[list[Viewed]]:
-    """Give the runs with their images; simulated runs whose records have none are run again for them."""
+    """Give the runs with their images, which are made for simulated runs whose records have none."""
     viewed = [Viewed.of(run, run.folder, _LIVE) for run in runs]
     without = [
         number
@@ -197,18 +191,11 @@ def _with_images(
     with tempfile.TemporaryDirectory(prefix="sunset-") as temporary:
         for done, number in enumerate(without):
             if progress is not None:
-                progress("Running again", done, len(without))
+                progress("Playing back", done, len(without))
             run, folder = runs[number], Path(temporary) / str(number)
-            run_again(
-                run.folder,
-                folder,
-                manager=managers[number],
-                model=model,
-                bag=bag,
-                images=True,
-                wanted=is_shown,
-            )
-            viewed[number] = Viewed.of(run, folder)
+            differing = play_back(run.folder, folder, model=model, bag=bag, wanted=is_shown)
+            note = _PLAYED.format(differing) if differing else ""
+            viewed[number] = Viewed.of(run, folder)._replace(note=note)
         if progress is not None and without:
-            progress("Running again", len(without), len(without))
+            progress("Playing back", len(without), len(without))
         yield viewed

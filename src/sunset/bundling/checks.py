@@ -1,26 +1,13 @@
 """What can be found out about a campaign from its files alone: nothing is run, and no code of theirs is executed."""
 
-from collections.abc import Collection, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Final
 
 from msgspec import UNSET
 
-from sunset.bundling.misfits import expected_of, expected_of_all, misfits, unlike_others
-from sunset.errors import InvalidInputError, RecordError
-from sunset.experiments import (
-    BenchSpec,
-    RunSpec,
-    Settings,
-    Timing,
-    campaign_managers,
-    model_checksum,
-    plan,
-    run_folder,
-    scenarios_checksum,
-)
+from sunset.errors import RecordError
+from sunset.experiments import campaign_managers, model_checksum
 from sunset.metrics import log_figures, score
 from sunset.names import base_name
 from sunset.output_files import folder_name
@@ -28,11 +15,9 @@ from sunset.perception import ModelCard
 from sunset.recording import (
     PLAN_FILE,
     RUN_FILE,
-    TELLING_TOPICS,
     CampaignPlan,
     RunRecord,
     check_extensions,
-    contradictions,
     differences,
     measured_topics,
     published_log,
@@ -41,13 +26,10 @@ from sunset.recording import (
     stored_figures,
     timeline_of,
 )
-from sunset.scenarios import Scenario, split_hash
+from sunset.source_files import package_version
 from sunset.system import loaded_extensions
-from sunset.texts import counted
+from sunset.texts import counted, shown
 from sunset.workers import Progress
-
-_MOST: Final = 10_000
-"""No campaign has more managing systems times repetitions."""
 
 
 @dataclass
@@ -56,223 +38,127 @@ class Findings:
 
     Attributes:
         problems: a sentence for each thing that is not as it should be, with the file or run that it is about.
+        differences: a sentence for each thing that another version of SUNSET, which made the campaign, may explain.
         unchecked: a sentence for each thing that could not be checked.
         recomputed: how many runs' figures were computed from their messages.
-        runs: those that the plan has, with their folders, as far as they can be read.
+        runs: those that can be read, with the folders that they are in.
         extended: whether the managed system has the campaign's extensions.
     """
 
     problems: list[str] = field(default_factory=list)
+    differences: list[str] = field(default_factory=list)
     unchecked: list[str] = field(default_factory=list)
     recomputed: int = 0
-    runs: list[tuple[RunSpec, Path, RunRecord]] = field(default_factory=list)
+    runs: dict[Path, RunRecord] = field(default_factory=dict)
     extended: bool = True
 
 
-def planned_runs(described: CampaignPlan, suite: str) -> tuple[RunSpec, ...]:
-    """Return all runs of a campaign that a plan describes.
-
-    Args:
-        described: the plan.
-        suite: the suite's name, or the folder of its scenarios.
-
-    Raises:
-        InvalidInputError: it describes none.
-    """
-    if len(described.managers) * described.repetitions > _MOST:
-        raise RecordError(
-            f"No campaign has {counted(len(described.managers), 'managing system')} and {described.repetitions} "
-            "repetitions."
-        )
-    return plan(
-        BenchSpec(
-            suite=suite,
-            scenarios=tuple(map(base_name, described.scenarios)),
-            references=described.references,
-            score=described.score,
-            managers=described.managers,
-            flights=described.flights,
-            repetitions=described.repetitions,
-            seed=described.seed,
-            settings=_settings(described),
-        )
-    )
-
-
-def _settings(described: CampaignPlan) -> Settings:
-    """Return the settings that all runs of a campaign have.
-
-    Raises:
-        InvalidInputError: no campaign has such.
-    """
-    try:
-        timing = Timing(**described.timing)
-    except TypeError as error:
-        raise RecordError(
-            f"There is a timing that no campaign has: {', '.join(described.timing)}."
-        ) from error
-    return Settings(
-        model=described.model,
-        bag=None if described.bag is None else Path(described.bag),
-        loop=described.loop,
-        timing=timing,
-        device=described.device,
-        middleware=described.middleware,
-        speed=described.speed,
-        thinking_s=described.thinking_s,
-    )
+def is_of_another_version(described: CampaignPlan) -> bool:
+    """Return whether other code than this made a campaign."""
+    return described.versions.get("sunset") != package_version()
 
 
 def check_campaign(
-    folder: Path,
-    described: CampaignPlan,
-    card: ModelCard,
-    suite: str,
-    progress: Progress | None = None,
+    folder: Path, described: CampaignPlan, card: ModelCard, progress: Progress | None = None
 ) -> Findings:
     """Check that the runs in a campaign's folder are those of its plan, and that their figures follow from them.
+
+    The records say of which scenarios they are, so that suites of another version do no harm.
 
     Args:
         folder: of the campaign.
         described: its plan.
         card: of its model.
-        suite: the suite's name, or the folder of its scenarios.
         progress: called with (runs that are checked, runs in all).
     """
     findings = Findings()
-    found = {file.parent for file in folder.glob(f"runs/*/*/*/*/{RUN_FILE}")}
     if model_checksum(card) != described.model_checksum:
         findings.problems.append(f"{PLAN_FILE}: its model differs from the card that is there.")
+    places = sorted(file.parent for file in folder.glob(f"runs/*/*/*/*/{RUN_FILE}"))
     if {one.name: one.checksum for one in loaded_extensions()} != described.extensions:
-        try:
-            _check_unextended(findings, folder, described, card, found)
-        except InvalidInputError as error:
-            findings.problems.append(f"{PLAN_FILE}: it describes no campaign: {error}")
-        return findings
-    try:
-        specs = planned_runs(described, suite)
-    except InvalidInputError as error:
-        findings.problems.append(f"{PLAN_FILE}: it describes no campaign: {error}")
-        return findings
-    chosen = dict.fromkeys(spec.scenario.name for spec in specs if spec.scenario.name in described.scenarios)
-    facts = (described.scenarios, described.scenarios_checksum, described.split, described.runs)
-    if facts != (tuple(chosen), scenarios_checksum(specs), split_hash(suite), len(specs)):
-        findings.problems.append(
-            f"{PLAN_FILE}: it was changed, or is of another version's suite: its scenarios or number of runs are not "
-            "those that it describes."
+        findings.extended = False
+        findings.unchecked.append(
+            f"The figures of {counted(len(places), 'run')} were not computed again, and none was run again, since that "
+            f"needs the campaign's extensions ({', '.join(described.extensions) or 'none'}), whose code --trust lets "
+            "run."
         )
-    places = {run_folder(folder, spec): spec for spec in specs}
-    for place in sorted(found - places.keys()):
-        findings.problems.append(f"{_name(place, folder)}: the run is not part of the plan.")
-    for done, (place, spec) in enumerate(places.items(), 1):
-        if place in found:
-            with _noted(findings, folder, place) as problems:
-                run = read_run(place)
-                findings.runs.append((spec, place, run))
-                expected = expected_of(spec, described, card)
-                problems.extend(misfits(run, place, expected, described, manager=spec.manager))
-                problems.extend(_recomputed(run, place))
+    figures = findings.differences if is_of_another_version(described) else findings.problems
+    for done, place in enumerate(places, 1):
+        name = place.relative_to(folder).as_posix()
+        try:
+            run = findings.runs[place] = read_run(place)
+            findings.problems += [f"{name}: {text}." for text in _misfits(run, place, folder, described)]
+            if findings.extended:
+                figures += [f"{name}: {text}." for text in _recomputed(run, place)]
                 findings.recomputed += not run.is_empty
-        else:
-            findings.problems.append(f"{_name(place, folder)}: the run is missing.")
+        except RecordError as error:
+            findings.problems.append(f"{name}: {str(error).replace(f'{folder}/', '')}")
         if progress is not None:
             progress(done, len(places))
-    _note_unlike(findings, folder, {place: run for _, place, run in findings.runs})
+    findings.problems += [f"{PLAN_FILE}: {text}." for text in _missing(findings.runs, described)]
     _note_unchecked(findings)
     return findings
 
 
-def _check_unextended(
-    findings: Findings, folder: Path, described: CampaignPlan, card: ModelCard, found: Collection[Path]
-) -> None:
-    """Check what can be checked of runs of an extended system where its extensions are not to be executed.
-
-    Raises:
-        InvalidInputError: the plan describes no campaign.
-    """
-    findings.extended = False
-    findings.unchecked.append(
-        f"The figures of {counted(len(found), 'run')} were not computed again, and none was run again, since that "
-        f"needs the campaign's extensions ({', '.join(described.extensions) or 'none'}), whose code --trust lets run."
-    )
-    if len(found) != described.runs:
-        findings.problems.append(
-            f"{PLAN_FILE}: it has {counted(described.runs, 'run')}, and {len(found)} are there."
-        )
-    settings = _settings(described)
+def _misfits(run: RunRecord, place: Path, folder: Path, described: CampaignPlan) -> Iterator[str]:
+    """Yield why a run is not one of a campaign, such as one of another campaign that was copied there."""
     managers = ({"none": "none"} if described.references else {}) | campaign_managers(described)
-    every = range(described.seed, described.seed + described.repetitions)
-    seeds: dict[Path, set[int]] = {}
-    runs: dict[Path, RunRecord] = {}
-    for place in sorted(found):
-        with _noted(findings, folder, place) as problems:
-            run = runs[place] = read_run(place)
-            seeds.setdefault(place.parent, set()).add(run.seed)
-            named = (run.suite or "own", run.manager, base_name(run.scenario))
-            flight = f"-{run.flight}" if described.flights else ""
-            if place != folder.joinpath("runs", *map(folder_name, (*named, f"seed-{run.seed}{flight}"))):
-                problems.append(f"it says that it is seed {run.seed} of {run.scenario} with {run.manager}")
-            manager = managers.get(run.manager, "")
-            if not manager or run.seed not in every:
-                problems.append(f"no run of {run.manager} with seed {run.seed} is part of the plan")
-            # the scenario, which may be of an extension, is not looked at
-            timing = settings.timing.of_run(Scenario(run.scenario, duration=run.duration_s), run.seed)
-            expected = expected_of_all(run.manager, settings, timing, described, card, flight=run.flight)
-            expected["manager_spec"] = UNSET if manager == run.manager else manager
-            problems.extend(misfits(run, place, expected, described, manager=manager))
-            messages = read_messages(place)
-            problems.extend(contradictions(run, messages))
-    for scenario, there in seeds.items():
-        if there != set(every):
-            findings.problems.append(f"{_name(scenario, folder)}: its seeds are not those of the plan.")
-    _note_unlike(findings, folder, runs)
-    _check_scenarios(findings, described, seeds)
-    _note_unchecked(findings)
+    named = (run.suite or "own", run.manager, base_name(run.scenario))
+    if (place.parent, *place.name.split("-")[:2]) != (
+        folder.joinpath("runs", *map(folder_name, named)),
+        *("seed", str(run.seed)),
+    ):
+        yield f"it says that it is seed {run.seed} of {run.scenario} with {run.manager}"
+    if run.manager not in managers or not 0 <= run.seed - described.seed < described.repetitions:
+        yield f"no run of {run.manager} with seed {run.seed} is part of the plan"
+    for name, planned in _planned(run, described).items():
+        stored = getattr(run, name)
+        if isinstance(planned, Mapping) and isinstance(stored, Mapping):  # live, a run has more versions
+            for key in sorted(key for key in planned if stored.get(key) != planned[key]):
+                yield f"its {name}.{key} is {shown(stored.get(key))}, and that of the plan {shown(planned[key])}"
+        elif stored != planned:
+            yield f"its {name} is {_shown(stored)}, and that of the plan {_shown(planned)}"
 
 
-def _check_scenarios(findings: Findings, described: CampaignPlan, scenarios: Collection[Path]) -> None:
-    """Note managing systems that were not run over the same scenarios as the others."""
-    of_suite = {folder_name(described.suite)} & {place.parts[-3] for place in scenarios} or {"own"}
-    wanted = {folder_name(base_name(name)) for name in described.scenarios}
-    ran = {
-        manager: {
-            place.name
-            for place in scenarios
-            if place.parts[-3] in of_suite and place.parts[-2] == folder_name(manager)
-        }
-        for manager in campaign_managers(described)
+def _planned(run: RunRecord, described: CampaignPlan) -> dict[str, object]:
+    """Return what a plan says of one of its runs, by the name of the record's field."""
+    facts = described.flight_facts.get(run.flight)
+    timing = {
+        name: value for name, value in described.timing.items() if getattr(run, name, UNSET) is not UNSET
     }
-    wanted = wanted or set().union(*ran.values())
-    for manager in sorted(name for name, names in ran.items() if names != wanted):
-        findings.problems.append(f"{PLAN_FILE}: the scenarios of {manager} are not those of the others.")
+    return {
+        "manager_checksum": described.manager_checksums.get(run.manager, run.manager_checksum),
+        "device": described.device,
+        "middleware": described.middleware,
+        "bag_checksum": described.bag_checksum if facts is None else facts.bag_checksum,
+        "bag_looped": described.loop,
+        "thinking_s": described.thinking_s or UNSET,
+        "extensions": described.extensions or UNSET,
+        "versions": described.versions,
+        **timing,
+    }
 
 
-@contextmanager
-def _noted(findings: Findings, folder: Path, place: Path) -> Iterator[list[str]]:
-    """Give a list, and note what it has at the end, and why a run could not be read, as problems of the run."""
-    problems: list[str] = []
-    try:
-        yield problems
-    except RecordError as error:
-        problems.append(str(error).replace(f"{folder}/", "").removesuffix("."))
-    findings.problems += [f"{_name(place, folder)}: {problem}." for problem in problems]
+def _shown(value: object) -> str:
+    return "nothing" if value is UNSET or value == "" else shown(value)
 
 
-def _note_unlike(findings: Findings, folder: Path, runs: Mapping[Path, RunRecord]) -> None:
-    """Note runs that are not like the others of their flight."""
-    for place, problem in unlike_others(runs):
-        findings.problems.append(f"{_name(place, folder)}: {problem}.")
-
-
-def _name(place: Path, folder: Path) -> str:
-    return place.relative_to(folder).as_posix()
+def _missing(runs: Mapping[Path, RunRecord], described: CampaignPlan) -> Iterator[str]:
+    """Yield which runs a plan has that are not there: every managing system is run over the same ones."""
+    if len(runs) != described.runs:
+        yield f"it has {counted(described.runs, 'run')}, and {len(runs)} can be read"
+    suite = described.suite if any(run.suite == described.suite for run in runs.values()) else ""
+    ran = {(run.manager, run.scenario, run.seed, run.flight) for run in runs.values() if run.suite == suite}
+    for manager in campaign_managers(described):
+        for missing in sorted({one[1:] for one in ran} - {one[1:] for one in ran if one[0] == manager}):
+            yield f"{manager} has no run of {missing[0]}, seed {missing[1]}, on the flight {missing[2]}"
 
 
 def _note_unchecked(findings: Findings) -> None:
     """Say which runs have no figures, and which are left out for reasons that messages do not show."""
-    failed = sum(1 for _, _, run in findings.runs if run.is_empty)
-    invalid = sum(1 for _, _, run in findings.runs if not run.valid) - failed
-    open_runs = [run for _, _, run in findings.runs if run.missing_walls]
+    failed = sum(run.is_empty for run in findings.runs.values())
+    invalid = sum(not run.valid for run in findings.runs.values()) - failed
+    open_runs = [run for run in findings.runs.values() if run.missing_walls]
     if open_runs:
         missing = dict.fromkeys(name for run in open_runs for name in run.missing_walls or ())
         findings.unchecked.append(
@@ -290,14 +176,11 @@ def _note_unchecked(findings: Findings) -> None:
 
 
 def _recomputed(run: RunRecord, place: Path) -> Iterator[str]:
-    """Yield in what a run's messages contradict its `run.json`."""
+    """Yield in what a run's messages give other figures than its `run.json`."""
     if run.is_empty:
-        if read_messages(place):
-            yield "it is stored as failed, and has messages"
         return
     check_extensions(run, place)
-    messages = read_messages(place, measured_topics() | TELLING_TOPICS)
-    yield from contradictions(run, messages)
+    messages = read_messages(place, measured_topics())
     observed = timeline_of(run, messages)
     stored, metrics = stored_figures(run, place / RUN_FILE), score(observed)
     if run.by_paper_script not in {UNSET, log_figures(published_log(messages, observed))}:

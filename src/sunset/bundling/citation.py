@@ -27,8 +27,6 @@ PAPER_AUTHORS: Final[tuple[tuple[str, str, str], ...]] = (
 
 ANONYMOUS: Final = "anonymous"
 
-_LONGEST: Final = 2**17
-"""Characters that a citation never has; YAML is slow to read."""
 _ORCID: Final = re.compile(r"^(?P<name>.*?)[ ,;(]*(https://orcid\.org/)?(?P<id>(\d{4}-){3}\d{3}[\dX])\)?$")
 _LICENCE_NAME: Final = re.compile(r"[A-Za-z0-9][A-Za-z0-9.+-]*")
 _LICENCE_ADDRESS: Final = re.compile(r"https?://\S+")
@@ -86,41 +84,6 @@ class Citation:
             "references": references(),
         }
         return str(yaml.safe_dump(content, sort_keys=False, allow_unicode=True, width=100))
-
-
-def read_citation(text: str) -> Citation:
-    """Return the citation that a text in the Citation File Format gives, as `to_cff` writes it.
-
-    Raises:
-        InvalidInputError: the text is not such a one.
-    """
-    try:
-        content = yaml.safe_load(text) if len(text) <= _LONGEST else None
-    except (yaml.YAMLError, RecursionError, ValueError) as error:
-        raise InvalidInputError("The citation must be YAML that can be read.") from error
-    if not isinstance(content, dict):
-        raise InvalidInputError("The citation must have keys and values.")
-    people = content.get("authors")
-    if not isinstance(people, list) or not all(isinstance(one, dict) for one in people):
-        raise InvalidInputError("The citation must have a list of authors.")
-    authors = [parse_author(f"{_text(one, 'name')} {_text(one, 'orcid')}") for one in people]
-    citation = Citation(
-        title=_text(content, "title"),
-        authors=tuple(author for author in authors if author != Author(ANONYMOUS)),
-        licence=parse_licence(_text(content, "license") or _text(content, "license-url")),
-        published=parse_date(_text(content, "date-released")),
-    )
-    if citation.to_cff() != text:
-        raise InvalidInputError("The citation must be as 'sunset bundle' writes it.")
-    return citation
-
-
-def _text(content: dict[object, object], name: str) -> str:
-    """Return a text of the citation; empty if there is none. A list could be as long as its aliases make it."""
-    found = content.get(name, "")
-    if not isinstance(found, str):
-        raise InvalidInputError(f"The citation must have a text as its {name}.")
-    return found
 
 
 def references() -> list[dict[str, object]]:

@@ -8,7 +8,6 @@ from collections.abc import Mapping, Sequence
 from typing import Final
 from urllib.parse import quote
 
-from sunset import __version__
 from sunset.bundling.citation import (
     ANONYMOUS,
     DEVELOPERS,
@@ -103,7 +102,7 @@ def crate_text(described: CampaignPlan, citation: Citation, sizes: Mapping[str, 
             "@id": _SOFTWARE,
             "@type": "SoftwareApplication",
             "name": SOFTWARE,
-            "version": described.versions.get("sunset", __version__),
+            "version": described.versions["sunset"],
             "softwareRequirements": [
                 f"{name} {version}" for name, version in described.versions.items() if name != "sunset"
             ],

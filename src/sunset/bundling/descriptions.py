@@ -1,14 +1,11 @@
-"""What tells readers what a bundle is: made of its plan and its citation, and compared with them where it is opened."""
+"""The files that tell readers what a bundle is, made of its plan and its citation."""
 
-from collections.abc import Iterator, Mapping
-from pathlib import Path
+from collections.abc import Mapping
 from typing import Final
 
-from sunset.bundling.citation import Citation, read_citation
+from sunset.bundling.citation import Citation
 from sunset.bundling.crate import crate_text, description_of
-from sunset.bundling.layout import CHECKSUMS_FILE, CITATION_FILE, CRATE_FILE, README_FILE
-from sunset.errors import InvalidInputError
-from sunset.input_files import read_text
+from sunset.bundling.layout import CITATION_FILE, CRATE_FILE, README_FILE
 from sunset.recording import CampaignPlan
 
 _README: Final = """# {title}
@@ -36,22 +33,3 @@ def describe_files(described: CampaignPlan, citation: Citation, sizes: Mapping[s
     }
     sizes = {**sizes, **{name: len(text.encode()) for name, text in texts.items()}}
     return texts | {CRATE_FILE: crate_text(described, citation, sizes)}
-
-
-def differing_descriptions(folder: Path, described: CampaignPlan) -> Iterator[str]:
-    """Yield a sentence for each file of an opened bundle that does not tell what its plan and its citation say."""
-    try:
-        citation = read_citation(read_text(folder / CITATION_FILE))
-    except (OSError, UnicodeDecodeError, InvalidInputError):
-        yield f"{CITATION_FILE}: it is missing, or is not a citation that 'sunset bundle' writes."
-        return
-    others = {CITATION_FILE, README_FILE, CRATE_FILE, CHECKSUMS_FILE}
-    names = {file.relative_to(folder).as_posix(): file for file in folder.rglob("*") if file.is_file()}
-    sizes = {name: file.stat().st_size for name, file in names.items() if name not in others}
-    for name, text in describe_files(described, citation, sizes).items():
-        try:
-            same = read_text(folder / name) == text
-        except (OSError, UnicodeDecodeError):
-            same = False
-        if not same:
-            yield f"{name}: it is missing, or does not say what the plan, the citation and the files do."

@@ -1,18 +1,12 @@
 """What a bundle's files are called, and what its manifest says."""
 
-import json
-from collections.abc import Mapping
-from operator import itemgetter
 from pathlib import Path
 from typing import Final
 
 import msgspec
 
-from sunset import __version__
 from sunset.errors import RecordError
-from sunset.input_files import read_text
-from sunset.schemas import convert, document_text, read_json
-from sunset.texts import printable_json
+from sunset.schemas import convert, read_json
 
 BUNDLE_VERSION: Final = 1
 """The version of the layout of bundles."""
@@ -28,7 +22,7 @@ CARD_FILE: Final = "model/card.json"
 CAMPAIGN: Final = "campaign"
 """The folder that holds the plan and the runs, as in the folder of the campaign itself."""
 SCENARIOS: Final = "scenarios"
-"""The folder that holds the scenario files, where the suite is a folder of such."""
+"""The folder that holds the scenarios of all runs, by suite, and a split as it was drawn."""
 
 
 class ManagerSources(msgspec.Struct, frozen=True, kw_only=True):
@@ -75,25 +69,3 @@ def read_manifest(folder: Path) -> Manifest:
             f"The bundle is of version {version!r}, expected {BUNDLE_VERSION}; verify it with the SUNSET that wrote it."
         )
     return convert(content, Manifest, str(file), RecordError, remedy="take the bundle as it was published")
-
-
-def is_exact(file: Path, value: object, versions: Mapping[str, str]) -> bool:
-    """Return whether a JSON file has all that a value of its schema has, each key once, and nothing else.
-
-    Args:
-        file: that the value was read from.
-        value: of the schema.
-        versions: with which it was written; what another SUNSET writes is not known.
-    """
-    if versions.get("sunset") != __version__:
-        return True
-    return _pairs(read_text(file)) == _pairs(document_text(value))
-
-
-def _pairs(text: str) -> object:
-    """Return the content of a JSON text with sorted pairs in place of objects, so that no key is lost."""
-    return printable_json(
-        json.loads(
-            text, object_pairs_hook=lambda pairs: [list(one) for one in sorted(pairs, key=itemgetter(0))]
-        )
-    )

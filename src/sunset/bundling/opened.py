@@ -4,11 +4,10 @@ from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
 
-from sunset.bundling.layout import CAMPAIGN, CARD_FILE, SCENARIOS, Manifest, read_manifest
+from sunset.bundling.layout import CAMPAIGN, CARD_FILE, Manifest, read_manifest
 from sunset.bundling.sources import bundle_file
 from sunset.perception import ModelCard
 from sunset.recording import CampaignPlan, read_plan
-from sunset.scenarios import suite_names
 from sunset.system import System, extended_system
 
 
@@ -42,12 +41,6 @@ class OpenedBundle:
     def campaign(self) -> Path:
         """The folder of the campaign."""
         return self.root / CAMPAIGN
-
-    @property
-    def suite(self) -> str:
-        """The name of the campaign's suite, or the folder with its scenario files."""
-        named = self.described.suite in suite_names()
-        return self.described.suite if named else str(self.root / SCENARIOS)
 
     def extended(self) -> AbstractContextManager[System]:
         """Return a context in which the managed system has the campaign's extensions, whose code that runs.

@@ -1,7 +1,7 @@
 """A campaign as one file that others can check: records, plan, sources, checksums, metadata, citation."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from sunset.bundling.archive import check_new, write_archive
@@ -19,7 +19,10 @@ from sunset.bundling.layout import (
 from sunset.bundling.sources import find_extension_sources, find_manager_sources
 from sunset.errors import InvalidInputError, RecordError
 from sunset.evaluation import render_report
-from sunset.experiments import Settings, count_runs
+from sunset.experiments import count_runs, scenario_of
+from sunset.flights import FlightSpec
+from sunset.names import base_name
+from sunset.output_files import folder_name
 from sunset.perception import list_models, load_model
 from sunset.recording import (
     BAG_FILES,
@@ -27,11 +30,12 @@ from sunset.recording import (
     PLAN_FILE,
     RUN_FILE,
     CampaignPlan,
+    RunRecord,
     check_extensions,
     read_plan,
     read_run,
 )
-from sunset.scenarios import SPLIT_FILE, scenario_files, suite_names
+from sunset.scenarios import SPLIT_FILE, scenario_files, split_hash
 from sunset.schemas import document_text
 from sunset.texts import counted
 from sunset.workers import Progress
@@ -71,7 +75,6 @@ def bundle(
     title: str = "",
     authors: Sequence[str] = (),
     licence: str = "",
-    manager_limit_s: float = Settings.manager_limit_s,
     progress: Progress | None = None,
 ) -> Bundle:
     """Pack a finished campaign into one zip file.
@@ -86,7 +89,6 @@ def bundle(
         title: of the bundle; one made of the campaign's plan if empty.
         authors: a name each, with an ORCID behind it if there is one; anonymous if there are none.
         licence: under which others may use it, as SPDX calls it, or its address; none if empty.
-        manager_limit_s: seconds of processor time that loading each managing system may take.
         progress: called with (runs that are checked, runs in all).
 
     Raises:
@@ -108,16 +110,17 @@ def bundle(
         )
     check_new(out)
     card = load_model(described.model).card
-    findings = check_campaign(folder, described, card, described.suite, progress)
-    if findings.problems:
-        first, *others = findings.problems
+    findings = check_campaign(folder, described, card, progress)
+    if findings.problems or findings.differences:
+        first, *others = (*findings.problems, *findings.differences)
         more = f" (and {counted(len(others), 'other problem')})" if others else ""
         raise RecordError(f"The campaign in {folder} cannot be packed{more}: {first}")
-    managers, manager_files, lacking = find_manager_sources(described, limit_s=manager_limit_s)
+    managers, manager_files, lacking = find_manager_sources(described)
     extensions, extension_files = find_extension_sources(described)
     manifest = Manifest(managers=managers, extensions=extensions)
-    places = [place for _, place, _ in findings.runs]
-    files = manager_files | extension_files | _scenario_files(described) | _campaign_files(folder, places)
+    places = list(findings.runs)
+    scenarios = _scenario_files(described, findings.runs.values())
+    files = manager_files | extension_files | scenarios | _campaign_files(folder, places)
     files |= {
         CARD_FILE: document_text(card.to_json()).encode(),
         REPORT_FILE: render_report(folder).encode(),
@@ -157,11 +160,6 @@ def _read(folder: Path) -> CampaignPlan:
         )
     for file in sorted(folder.glob(f"runs/*/*/*/*/{RUN_FILE}"))[:1]:
         check_extensions(read_run(file.parent), file.parent)
-    if described.suite not in suite_names() and not Path(described.suite).is_dir():
-        raise RecordError(
-            f"The campaign in {folder} cannot be packed: its suite, the folder {described.suite}, is not here. Call it "
-            "in the folder from which the campaign was run."
-        )
     return described
 
 
@@ -171,13 +169,29 @@ def _campaign_files(folder: Path, places: Sequence[Path]) -> dict[str, Path | by
     return {f"{CAMPAIGN}/{file.relative_to(folder).as_posix()}": file for file in files}
 
 
-def _scenario_files(described: CampaignPlan) -> dict[str, Path | bytes]:
-    """Return the files of the suite, where it is a folder."""
-    if described.suite in suite_names():
-        return {}
+def _scenario_files(described: CampaignPlan, runs: Iterable[RunRecord]) -> dict[str, Path | bytes]:
+    """Return the scenarios of the runs, as their records say them, and a split as it was drawn.
+
+    Raises:
+        RecordError: the split is gone, or was changed.
+    """
+    files: dict[str, Path | bytes] = {}
+    for run in runs:
+        flight = run.flight_conditions if run.flight_conditions and not described.flights else None
+        scenario = replace(scenario_of(run), flight=FlightSpec.of(flight) if flight else None)
+        parts = folder_name(run.suite or "own"), f"{folder_name(base_name(run.scenario))}.yaml"
+        files["/".join((SCENARIOS, *parts))] = scenario.to_yaml().encode()
+    if not described.split:
+        return files
     folder = Path(described.suite)
-    files = [*scenario_files(folder), *([folder / SPLIT_FILE] if described.split else [])]
-    return {f"{SCENARIOS}/{file.name}": file for file in files}
+    if not folder.is_dir() or split_hash(described.suite) != described.split:
+        raise RecordError(
+            f"The campaign cannot be packed: its suite, the split in {folder}, is not here or was changed. Call it in "
+            "the folder from which the campaign was run."
+        )
+    return files | {
+        f"{SCENARIOS}/split/{file.name}": file for file in (*scenario_files(folder), folder / SPLIT_FILE)
+    }
 
 
 def _left_out(described: CampaignPlan, places: Sequence[Path]) -> list[str]:

@@ -15,10 +15,11 @@ from sunset.bundling.layout import ManagerSources
 from sunset.bundling.opened import OpenedBundle
 from sunset.bundling.sources import bundle_file
 from sunset.errors import InvalidInputError, ManagerError
-from sunset.experiments import RunSpec, run_again
+from sunset.experiments import campaign_managers, model_checksum, run_again
 from sunset.managing import MANAGERS, PREFIX
-from sunset.perception import list_models
+from sunset.perception import list_models, load_model
 from sunset.recording import RunRecord
+from sunset.rmw.backends import SIMULATED
 from sunset.seeding import generator
 from sunset.source_files import import_from
 from sunset.texts import counted
@@ -43,22 +44,19 @@ class Rerun:
     bag: Path | None = None
 
 
-_Run = tuple[RunSpec, Path, RunRecord]
-
-
-def choose_runs(opened: OpenedBundle, findings: Findings, rerun: Rerun) -> list[_Run]:
+def choose_runs(opened: OpenedBundle, findings: Findings, rerun: Rerun) -> list[Path]:
     """Return the runs that are run again, chosen at random among those that can be; note why others cannot."""
     if not rerun.number:
         findings.unchecked.append("No run was run again, as was asked for.")
         return []
     refused: dict[str, int] = {}
     able = []
-    for one in findings.runs:
-        reason = _obstacle(opened, one, rerun)
+    for place, run in findings.runs.items() if findings.extended else ():
+        reason = _obstacle(opened, run, rerun)
         if reason:
             refused[reason] = refused.get(reason, 0) + 1
         else:
-            able.append(one)
+            able.append(place)
     findings.unchecked += [
         f"{counted(number, 'run')} could not be run again: {reason}." for reason, number in refused.items()
     ]
@@ -66,35 +64,46 @@ def choose_runs(opened: OpenedBundle, findings: Findings, rerun: Rerun) -> list[
     return [able[place] for place in sorted(map(int, picked))]
 
 
-def _obstacle(opened: OpenedBundle, one: _Run, rerun: Rerun) -> str:
+def _obstacle(opened: OpenedBundle, run: RunRecord, rerun: Rerun) -> str:
     """Return why a run cannot be run again; empty if it can."""
-    spec, _, run = one
-    described = opened.described
-    place = opened.manifest.managers.get(spec.manager_name)
-    own = spec.manager not in MANAGERS
+    described, name = opened.described, run.manager
+    place = opened.manifest.managers.get(name)
+    own = _manager(opened, run) not in MANAGERS
+    facts = described.flight_facts.get(run.flight)
+    of_bag = described.bag is not None if facts is None else not facts.conditions
     obstacles = {
-        "live runs take place in real time and never repeat to the byte": spec.settings.live,
+        "live runs take place in real time and never repeat to the byte": run.middleware != SIMULATED,
         "failed runs leave no messages to compare": run.is_empty,
-        "the flight is not in the bundle; name it with --bag": spec.flight.bag is not None
-        and rerun.bag is None,
-        f"the model {described.model} is not installed; name its folder with --model": (
-            rerun.model is None and described.model not in list_models()
+        "the flight is not in the bundle; name it with --bag": of_bag and rerun.bag is None,
+        f"its model {described.model} is not installed; name its folder with --model": (
+            rerun.model is None
+            and (
+                described.model not in list_models()
+                or model_checksum(load_model(described.model).card) != described.model_checksum
+            )
         ),
-        f"that runs the code of {spec.manager_name}, which the bundle has; read it, and let it run with --trust": (
+        f"that runs the code of {name}, which the bundle has; read it, and let it run with --trust": (
             own and not rerun.trust
         ),
-        f"{spec.manager_name} was a class of a program or notebook, which only its process can load": (
+        f"{name} was a class of a program or notebook, which only its process can load": (
             own and (place is None or not place.load)
         ),
     }
     return next((reason for reason, stands in obstacles.items() if stands), "")
 
 
-def rerun_run(opened: OpenedBundle, one: _Run, rerun: Rerun, into: Path) -> Iterator[str]:
+def _manager(opened: OpenedBundle, run: RunRecord) -> str:
+    """Return as what the plan loads the managing system of a run."""
+    return campaign_managers(opened.described).get(run.manager, run.manager)
+
+
+def rerun_run(
+    opened: OpenedBundle, place: Path, findings: Findings, rerun: Rerun, into: Path
+) -> Iterator[str]:
     """Run a run again, into a new folder; yield what differs, each as a sentence."""
-    spec, place, run = one
+    run = findings.runs[place]
     try:
-        with _importing(opened, spec) as manager:
+        with _importing(opened, run) as manager:
             again = run_again(
                 place,
                 into,
@@ -105,12 +114,22 @@ def rerun_run(opened: OpenedBundle, one: _Run, rerun: Rerun, into: Path) -> Iter
     except (InvalidInputError, ManagerError) as error:
         yield opened.text(error)
         return
+    if run.manager_versions != again.record.manager_versions:
+        note = f"{run.manager} imported {_packages(run)} when it was run, and now {_packages(again.record)}."
+        findings.unchecked = list(dict.fromkeys((*findings.unchecked, note)))
     stored, now = asdict(run), asdict(again.record)
     # neither where it lies nor what it is called is what it is
-    for name in sorted(stored.keys() - {"versions", "manager_spec", "flight", "missing_walls"}):
+    of_this_computer = {"versions", "manager_versions", "missing_walls", "manager_spec", "flight"}
+    for name in sorted(stored.keys() - of_this_computer):
         # how a managing system hung depends on the limit of the time that it had
         if stored[name] != now[name] and not (name == "manager_failed" and stored[name] and now[name]):
             yield from _contrasts(name, stored[name], now[name])
+
+
+def _packages(run: RunRecord) -> str:
+    return (
+        ", ".join(f"{name} {version}" for name, version in (run.manager_versions or {}).items()) or "nothing"
+    )
 
 
 def _contrasts(name: str, stored: object, now: object) -> Iterator[str]:
@@ -125,12 +144,13 @@ def _contrasts(name: str, stored: object, now: object) -> Iterator[str]:
 
 
 @contextmanager
-def _importing(opened: OpenedBundle, spec: RunSpec) -> Iterator[str]:
+def _importing(opened: OpenedBundle, run: RunRecord) -> Iterator[str]:
     """Give the name by which a managing system is loaded, as long as what it is in can be imported."""
-    if spec.manager in MANAGERS:
-        yield spec.manager
+    manager = _manager(opened, run)
+    if manager in MANAGERS:
+        yield manager
         return
-    place = opened.manifest.managers[spec.manager_name]
+    place = opened.manifest.managers[run.manager]
     if place.load.startswith(PREFIX):
         yield _unpacked(opened.root, place)
         return

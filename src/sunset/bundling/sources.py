@@ -8,10 +8,9 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path, PurePosixPath
 from typing import Final
 
-from sunset import __version__
-from sunset.bundling.layout import CAMPAIGN, MANIFEST_FILE, ManagerSources, Manifest
+from sunset.bundling.layout import MANIFEST_FILE, ManagerSources, Manifest
 from sunset.errors import ManagerError, RecordError
-from sunset.experiments import campaign_managers, manager_files
+from sunset.experiments import campaign_managers
 from sunset.input_files import file_digest
 from sunset.managing import (
     EXTERNAL,
@@ -25,8 +24,9 @@ from sunset.managing import (
     sources_digest,
     unfiled_sources,
 )
+from sunset.managing.files import written_files
 from sunset.output_files import folder_name
-from sunset.recording import PLAN_FILE, CampaignPlan
+from sunset.recording import CampaignPlan
 from sunset.system import loaded_extensions
 from sunset.texts import printable
 
@@ -35,11 +35,9 @@ _UNFILED: Final = re.compile(r"unfiled-[0-9]+\.py")
 
 
 def find_manager_sources(
-    described: CampaignPlan, *, limit_s: float
+    described: CampaignPlan,
 ) -> tuple[dict[str, ManagerSources], dict[str, Path | bytes], list[str]]:
     """Return where a bundle has the sources of a campaign's managing systems, its files, and what it cannot have.
-
-    `limit_s` is the processor time that loading each of them may take.
 
     Raises:
         ManagerError: one cannot be loaded.
@@ -55,19 +53,18 @@ def find_manager_sources(
             lacking.append(f"The source of {name} is not in the bundle: {reason}.")
             continue
         try:
-            found = _find(manager, limit_s)
-        except ManagerError as error:
+            paths = _paths(manager, known)
+        except (ManagerError, OSError, SyntaxError) as error:
             raise ManagerError(
-                f"The source of the managing system {name} is needed: {error} Call it in the folder from which the "
-                "campaign was run, with a higher --manager-limit if it loads slowly; of a class that was passed, call "
-                "sunset.bundle where it was."
+                f"The source of the managing system {name} is needed: {str(error).rstrip('.')}. Call it in the folder "
+                "from which the campaign was run; of a class that was passed, call sunset.bundle where it was."
             ) from error
-        contents = [part if isinstance(part, bytes) else part.read_bytes() for part in found.values()]
-        if sources_digest(contents) != known:
+        if paths is None:
             raise RecordError(
-                f"The managing system {name} has changed since the campaign was run: restore its source, and call this "
-                "again."
+                f"The managing system {name} has changed since the campaign was run, or it imports modules otherwise "
+                "than by import statements: restore its source, and call this again."
             )
+        found = _named(manager, paths)
         folder = f"managers/{folder_name(name)}"
         own = {f"{folder}/{part}": content for part, content in found.items()}
         places[name] = ManagerSources(files=tuple(own), load=_load(manager, found, folder), folder=folder)
@@ -75,17 +72,23 @@ def find_manager_sources(
     return places, files, lacking
 
 
-def _find(manager: str, limit_s: float) -> dict[str, Path | bytes]:
+def _paths(manager: str, known: str) -> list[Path] | None:
+    """Return the files of a managing system whose checksum is known; None if none have it. No code of it is run."""
+    candidates = written_files(manager)
+    if is_registered(manager) or manager in MANAGERS:
+        candidates = iter([manager_sources(manager, load_manager(manager))])
+    return next((list(paths) for paths in candidates if checksum(manager, paths) == known), None)
+
+
+def _named(manager: str, paths: list[Path]) -> dict[str, Path | bytes]:
     """Return the files and texts that a managing system's checksum is made of, by name."""
-    isolated = not is_registered(manager)
-    paths = [str(path) for path in manager_files(manager, limit_s=limit_s)] if isolated else _paths(manager)
     where = manager.rpartition(":")[0]
     if manager.startswith(PREFIX):
         named = (Path(word) for word in parse_command(manager).words[1:])
-        root = _root([*paths, *(str(path / "inside") for path in named if path.is_dir())], "")
+        root = _root([*paths, *(path / "inside" for path in named if path.is_dir())], "")
     else:
         root = _root(paths, "" if where.endswith(".py") else where.partition(".")[0])
-    parts: dict[str, Path | bytes] = {Path(path).relative_to(root).as_posix(): Path(path) for path in paths}
+    parts: dict[str, Path | bytes] = {path.relative_to(root).as_posix(): path for path in paths}
     others = (unfiled_sources(manager) or []) if is_registered(manager) else []
     return parts | {f"unfiled-{number}.py": text for number, text in enumerate(others, 1)}
 
@@ -96,14 +99,13 @@ def _load(manager: str, parts: Mapping[str, Path | bytes], folder: str) -> str:
         return ""
     if manager.startswith(PREFIX):
         (root,) = {str(path).removesuffix(part) for part, path in parts.items()}
-        typed_words, words = _words(manager), parse_command(manager).words
-        loaded = [
+        words = [
             str(PurePosixPath(folder, f"{word}/".removeprefix(root)))
             if _holds(word, parts.values())
             else typed
-            for typed, word in zip(typed_words, words[-len(typed_words) :], strict=True)
+            for typed, word in zip(_words(manager), parse_command(manager).words, strict=True)
         ]
-        return PREFIX + shlex.join(loaded)
+        return PREFIX + shlex.join(words)
     where, _, kind = manager.rpartition(":")
     (main,) = [part for part, path in parts.items() if path == Path(where).resolve()] or [""]
     return f"{folder}/{main}:{kind}" if where.endswith(".py") else manager
@@ -122,13 +124,9 @@ def _holds(word: str, files: Iterable[object]) -> bool:
     return any(str(file) == word or str(file).startswith(f"{word}/") for file in files)
 
 
-def _paths(manager: str) -> list[str]:
-    return list(map(str, manager_sources(manager, load_manager(manager))))
-
-
-def _root(paths: list[str], package: str) -> Path:
+def _root(paths: list[Path], package: str) -> Path:
     """Return the folder that holds all files, and of a package, the package."""
-    root = Path(os.path.commonpath([Path(path).parent for path in paths])) if paths else Path("/")
+    root = Path(os.path.commonpath([path.parent for path in paths])) if paths else Path("/")
     inside = [folder for folder in (root, *root.parents) if package and folder.name == package]
     return inside[0].parent if inside else root
 
@@ -152,27 +150,13 @@ def find_extension_sources(described: CampaignPlan) -> tuple[dict[str, str], dic
 
 def differing_sources(folder: Path, described: CampaignPlan, manifest: Manifest) -> Iterator[str]:
     """Yield a sentence for each managing system and extension whose source in an opened bundle is not the plan's."""
-    managers = campaign_managers(described)
-    if described.manager_checksums.keys() != managers.keys():
-        yield f"{CAMPAIGN}/{PLAN_FILE}: its checksums are not those of its managing systems."
-    listed = {name for name in managers if described.manager_checksums.get(name)}
-    if manifest.managers.keys() != listed or manifest.extensions.keys() != described.extensions.keys():
-        yield f"{MANIFEST_FILE}: its managing systems and extensions are not those of the plan."
-    for name, manager in managers.items():
+    for name, manager in campaign_managers(described).items():
         known = described.manager_checksums.get(name, "")
         place = manifest.managers.get(name, ManagerSources(files=()))
-        files = place.files
-        if not known and manager.rpartition(":")[0].endswith(".py"):
-            yield f"{CAMPAIGN}/{PLAN_FILE}: it has no checksum of {name}, which is a file."
         if known and not _fits(name, manager, place):
             yield f"{MANIFEST_FILE}: the sources of {name} and how it is loaded do not fit {manager}."
-        contents = [_content(folder, file) for file in files]
-        if known and sources_digest(contents) != known:
-            yield f"managers: the source of {name} ({_listed(files)}) is not what the plan says it was run with."
-        if manager in MANAGERS and described.versions.get("sunset") == __version__:
-            made = load_manager(manager)
-            if known != checksum(manager, manager_sources(manager, made)):
-                yield f"{CAMPAIGN}/{PLAN_FILE}: its {name} is not the one of SUNSET {__version__}."
+        if known and sources_digest([_content(folder, file) for file in place.files]) != known:
+            yield f"managers: the source of {name} ({_listed(place.files)}) is not what the plan says it was run with."
     yield from _differing_extensions(folder, described, manifest)
 
 

@@ -6,22 +6,18 @@ from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from sunset import __version__
 from sunset.bundling.archive import count_files, differing_files, extract_archive
-from sunset.bundling.checks import Findings, check_campaign
+from sunset.bundling.checks import Findings, check_campaign, is_of_another_version
 from sunset.bundling.crate import description_of
-from sunset.bundling.descriptions import differing_descriptions
-from sunset.bundling.inventory import added_files
-from sunset.bundling.layout import CAMPAIGN, CARD_FILE, CHECKSUMS_FILE, MANIFEST_FILE, REPORT_FILE, is_exact
+from sunset.bundling.layout import CAMPAIGN, CHECKSUMS_FILE, REPORT_FILE
 from sunset.bundling.opened import OpenedBundle
 from sunset.bundling.rerunning import Rerun, choose_runs, rerun_run
 from sunset.bundling.sources import differing_sources
 from sunset.errors import DataError, InvalidInputError, RecordError
 from sunset.evaluation import render_report
-from sunset.experiments import model_checksum
 from sunset.input_files import file_digest, read_text
-from sunset.perception import list_models, load_model
-from sunset.recording import PLAN_FILE
+from sunset.perception import load_model
+from sunset.source_files import package_version
 from sunset.texts import counted, printable
 from sunset.workers import Progress
 
@@ -36,7 +32,8 @@ class Verification:
         campaign: what it is, in words.
         checked: what was checked, a line each.
         unchecked: a sentence for each thing that could not be checked.
-        problems: a sentence for each thing that is not as it should be, with the file or run that it is about.
+        problems: a sentence for each thing that is damaged, with the file or run that it is about.
+        differences: a sentence for each thing that differs, where another version of SUNSET made the bundle.
         recomputed: how many runs' figures were computed again.
         again: the folders, in the campaign's, of the runs that were run again.
         seed: by which these were chosen.
@@ -48,6 +45,7 @@ class Verification:
     checked: tuple[str, ...]
     unchecked: tuple[str, ...]
     problems: tuple[str, ...]
+    differences: tuple[str, ...]
     recomputed: int
     again: tuple[str, ...]
     seed: int
@@ -55,16 +53,20 @@ class Verification:
     @property
     def passed(self) -> bool:
         """Whether everything that was checked is as it should be."""
-        return not self.problems
+        return not (self.problems or self.differences)
 
     def __str__(self) -> str:
         """Return it in lines, the verdict last."""
         lines = [f"{self.path}: {self.campaign}", f"SHA-256 {self.sha256}"]
         lines += [f"checked      {text}" for text in self.checked]
         lines += [f"not checked  {text}" for text in self.unchecked]
-        lines += [f"wrong        {text}" for text in self.problems]
+        lines += [f"differs      {text}" for text in self.differences]
+        lines += [f"damaged      {text}" for text in self.problems]
         if self.problems:
             verdict = f"Not verified: {counted(len(self.problems), 'problem')}."
+        elif self.differences:
+            differing = counted(len(self.differences), "result")
+            verdict = f"Not damaged, but made by another version of SUNSET: {differing} of this one differ."
         else:
             verdict = "Verified." if self.recomputed else "Nothing is wrong, but no figure was checked."
         return printable("\n".join([*lines, verdict]))
@@ -79,6 +81,7 @@ class Verification:
             "checked": list(self.checked),
             "unchecked": list(self.unchecked),
             "problems": list(self.problems),
+            "differences": list(self.differences),
             "runs_recomputed": self.recomputed,
             "runs_again": list(self.again),
             "seed": self.seed,
@@ -114,13 +117,7 @@ def verify(path: Path, rerun: Rerun, *, progress: Progress | None = None) -> Ver
         except InvalidInputError as error:
             sentence = str(error).replace(f"{root}/", "")
             raise RecordError(f"The bundle {path} cannot be verified: {sentence}") from error
-        changed = list(differing_files(root))
-        problems = [
-            *changed,
-            *([] if changed else _other_files(opened)),
-            *_inexact_files(opened),
-            *differing_sources(root, opened.described, opened.manifest),
-        ]
+        problems = [*differing_files(root), *differing_sources(root, opened.described, opened.manifest)]
         if problems:  # what is trusted is what the campaign was run with
             rerun = replace(rerun, trust=False)
         with opened.extended() if rerun.trust else nullcontext():
@@ -144,17 +141,22 @@ def _verify(
         if progress is not None:
             progress(done, total)
 
-    findings = check_campaign(opened.campaign, described, opened.card, opened.suite, update)
-    problems = [
-        *problems,
-        *(f"{CAMPAIGN}/{problem}" for problem in findings.problems),
-        *_other_model(opened, findings),
-        *_other_texts(opened, findings),
-    ]
+    findings = check_campaign(opened.campaign, described, opened.card, update)
+    other = is_of_another_version(described)
+    if other:
+        findings.unchecked.append(
+            f"SUNSET {described.versions.get('sunset')} made the bundle, and this is {package_version()}: its code "
+            "differs, and so may results. Use that version to tell."
+        )
+    problems = [*problems, *(f"{CAMPAIGN}/{problem}" for problem in findings.problems)]
+    differences = [f"{CAMPAIGN}/{difference}" for difference in findings.differences]
+    results = differences if other else problems
+    results += _other_table(opened, findings)
     chosen = choose_runs(opened, findings, rerun)
-    for done, one in enumerate(chosen, 1):
-        name = one[1].relative_to(opened.root).as_posix()
-        problems += [f"{name}: {text}" for text in rerun_run(opened, one, rerun, room / f"again-{done}")]
+    for done, place in enumerate(chosen, 1):
+        name = place.relative_to(opened.root).as_posix()
+        again = rerun_run(opened, place, findings, rerun, room / f"again-{done}")
+        results += [f"{name}: {text}" for text in again]
         update(described.runs + done, 0)
     return Verification(
         path=path,
@@ -163,8 +165,9 @@ def _verify(
         checked=tuple(_checked(opened, findings, rerun, len(chosen))),
         unchecked=tuple(findings.unchecked),
         problems=tuple(map(opened.text, problems)),
+        differences=tuple(map(opened.text, differences)),
         recomputed=findings.recomputed,
-        again=tuple(place.relative_to(opened.campaign).as_posix() for _, place, _ in chosen),
+        again=tuple(place.relative_to(opened.campaign).as_posix() for place in chosen),
         seed=rerun.seed,
     )
 
@@ -183,47 +186,8 @@ def _checked(opened: OpenedBundle, findings: Findings, rerun: Rerun, again: int)
         yield f"again: {counted(again, 'run')}, chosen by --seed {rerun.seed}, compared by digest and figures"
 
 
-def _other_files(opened: OpenedBundle) -> Iterator[str]:
-    """Yield a sentence for each file that no bundle has; if there is none, for each that tells of others than these."""
-    added = list(added_files(opened))
-    yield from added
-    if not added and opened.described.versions.get("sunset") == __version__:
-        yield from differing_descriptions(opened.root, opened.described)
-
-
-def _inexact_files(opened: OpenedBundle) -> Iterator[str]:
-    """Yield a sentence for each file that says what a bundle is and has what `sunset bundle` never writes there."""
-    values = {
-        MANIFEST_FILE: opened.manifest,
-        CARD_FILE: opened.card.to_json(),
-        f"{CAMPAIGN}/{PLAN_FILE}": opened.described,
-    }
-    for name, value in values.items():
-        if not is_exact(opened.root / name, value, opened.described.versions):
-            yield f"{name}: it has what none has, or a key twice."
-
-
-def _other_model(opened: OpenedBundle, findings: Findings) -> Iterator[str]:
-    """Yield a sentence if the model is not the one of its name that is installed."""
-    described = opened.described
-    if described.model not in list_models():
-        return
-    if model_checksum(load_model(described.model).card) == described.model_checksum:
-        return
-    if described.versions.get("sunset") == __version__:
-        yield f"{CAMPAIGN}/{PLAN_FILE}: its model {described.model} is not the installed one of that name."
-    else:
-        findings.unchecked.append(f"The model {described.model} differs from the installed one.")
-
-
-def _other_texts(opened: OpenedBundle, findings: Findings) -> Iterator[str]:
-    """Yield a sentence for each text in the bundle that is not that of its runs, its plan and its citation."""
-    version = opened.described.versions.get("sunset")
-    if version != __version__:
-        findings.unchecked.append(
-            f"The bundle was made with SUNSET {version}, and this is {__version__}: suites and tables may differ, and "
-            "the citation, the description and the sources of SUNSET's own managing systems were not compared."
-        )
+def _other_table(opened: OpenedBundle, findings: Findings) -> Iterator[str]:
+    """Yield a sentence if the table in the bundle is not that of its runs."""
     try:
         same = read_text(opened.root / REPORT_FILE) == render_report(opened.campaign)
     except (OSError, UnicodeDecodeError):
@@ -234,12 +198,7 @@ def _other_texts(opened: OpenedBundle, findings: Findings) -> Iterator[str]:
         return
     if same:
         return
-    if version != __version__:
-        findings.unchecked.append(
-            f"The table in {REPORT_FILE} is not the one that SUNSET {__version__} prints of the runs: read that with "
-            "'sunset report'."
-        )
-    elif findings.extended:
+    if findings.extended:
         yield f"{REPORT_FILE}: it is not the table of the figures that the runs have."
     else:
         findings.unchecked.append(

@@ -4,7 +4,6 @@ import argparse
 from pathlib import Path
 
 from sunset.api import bundle
-from sunset.cli._options import add_limit_option
 from sunset.cli._progress import progress_bar
 
 
@@ -35,7 +34,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="NAME|URL",
         help="of the bundle, as SPDX calls it, such as CC-BY-4.0 (default: none, and it says so)",
     )
-    add_limit_option(parser)
     parser.add_argument("--date", metavar="YYYY-MM-DD", help="day of publication (default: today)")
 
 
@@ -49,7 +47,6 @@ def execute(arguments: argparse.Namespace) -> None:
             authors=arguments.authors,
             licence=arguments.licence,
             date=arguments.date,
-            manager_limit=arguments.manager_limit,
             progress=progress,
         )
     print(written)

@@ -13,8 +13,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Complete the verb's parser."""
     parser.description = (
         "Write one HTML file that replays a stored run: its pictures, labels and truth, faults, failures, adaptations "
-        "and figures over time; and open it. It loads nothing, so that it can be sent around. A record without images "
-        "is run again for them, in the simulation."
+        "and figures over time; and open it. It loads nothing, so that it can be sent around. The images of a "
+        "record without any are made in the simulation, by its commands: no managing system is run."
     )
     parser.add_argument(
         "folder",
@@ -36,11 +36,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--no-open", action="store_false", dest="show", help="do not open the page in a browser"
     )
-    where = "[LABEL=]NAME|FILE.py:CLASS|MODULE:CLASS|exec:COMMAND"
-    parser.add_argument("--manager", metavar=where, help="the managing system, if it has moved since the run")
-    parser.add_argument(
-        "--other-manager", metavar=where, help="the managing system of the second run, likewise"
-    )
     parser.add_argument("--model", metavar="NAME|DIR", help="the model, if it has moved since the run")
     parser.add_argument("--bag", type=Path, metavar="PATH", help="the flight, if it is not the default one")
 
@@ -53,8 +48,6 @@ def execute(arguments: argparse.Namespace) -> None:
             arguments.other,
             out=arguments.out,
             show=arguments.show,
-            manager=arguments.manager,
-            other_manager=arguments.other_manager,
             model=arguments.model,
             bag=arguments.bag,
             progress=stage,

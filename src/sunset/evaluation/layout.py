@@ -191,6 +191,13 @@ def _notes(rows: Sequence[SystemRow]) -> list[str]:
     notes += [_failed_note(row) for row in rows if row.failed]
     notes += [_differing_note(row) for row in rows if row.differing]
     notes += [_walls_note(row) for row in rows if row.unwalled]
+    notes += [_contradicting_note(row) for row in rows if row.contradicting]
+    notes += [
+        f"{row.system}: its runs were made with several versions of "
+        + _listed([f"{name} ({', '.join(versions)})" for name, versions in row.several.items()], "packages")
+        for row in rows
+        if row.several
+    ]
     notes += dict.fromkeys(
         f"Flight {row.flight.name or row.flight.short_bag}: {row.warning}" for row in rows if row.warning
     )
@@ -238,6 +245,15 @@ def _differing_note(row: SystemRow) -> str:
     told = [f"{', '.join(run.differing)} of {printable(str(run.folder))}" for run in row.differing]
     return f"{row.system}: figures were stored that the messages do not give, and are computed here: " + (
         _listed(told, "runs")
+    )
+
+
+def _contradicting_note(row: SystemRow) -> str:
+    """Return which of a row's runs cannot both be what they say that they are."""
+    told = [" and ".join(printable(str(run.folder)) for run in pair) for pair in row.contradicting]
+    return (
+        f"{row.system}: runs of the same scenario, seed, managing system and version have different messages, so that "
+        "they were changed, or their computers or packages differ: " + _listed(told, "pairs")
     )
 
 

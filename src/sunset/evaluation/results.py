@@ -4,7 +4,7 @@ import hashlib
 import json
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Final
@@ -34,6 +34,13 @@ FIGURES: Final = RunMetrics.names()
 """The names of a run's figures, as `RunMetrics` has them."""
 
 _SIMULATED: Final = "sim"
+_RESULTS: Final = frozenset(
+    {
+        *("versions", "manager_versions", "start_ns", "metrics", "fault_outcomes", "by_paper_script"),
+        *("valid", "reason", "digest"),
+    }
+)
+"""What a record says that does not decide its messages, or only as a version."""
 _CHECKSUM: Final = 8
 """Digits of a short checksum."""
 
@@ -99,6 +106,8 @@ class RunRow:
         metrics: the figures by name; None where there is none to take.
         outcomes: what became of its faults; None where a run is of a version that did not say so.
         version: of the package that it was run with; empty if it is unknown.
+        others: the versions of what else it was run with, its managing system's distributions among them, by name.
+        recipe: a checksum of all that decides its messages; empty where time or a failure does, too.
         valid: whether the run counts.
         reason: why it does not; empty if it does.
         computer_kept_up: whether the computer was fast enough, as it always is in the simulation.
@@ -129,6 +138,8 @@ class RunRow:
     suite_size: int = 0
     thinking_s: float = 0.0
     version: str = ""
+    others: Mapping[str, str] = field(default_factory=dict)
+    recipe: str = ""
     valid: bool = True
     reason: str = ""
     computer_kept_up: bool = True
@@ -291,6 +302,9 @@ def _read(folder: Path, *, again: bool) -> RunRow:
         by_paper_script=log,
         differing=differing,
         version=run.versions.get("sunset", ""),
+        others={name: value for name, value in run.versions.items() if name != "sunset"}
+        | (run.manager_versions or {}),
+        recipe=_recipe(run),
         setting=_checksum({"model_checksums": run.model_checksums, **run.thresholds, **extensions}),
         flight=Flight(run.duration_s, run.bag_looped, run.bag_checksum, run.flight),
         sources=run.manager_checksum[:_CHECKSUM],
@@ -303,6 +317,14 @@ def _read(folder: Path, *, again: bool) -> RunRow:
         warning=run.flight_warning or "",
         is_empty=run.is_empty,
     )
+
+
+def _recipe(run: RunRecord) -> str:
+    """Return a checksum of what decides a run's messages, of a simulated one; empty if nothing stored does."""
+    if run.middleware != _SIMULATED or run.manager_failed is not None or not run.manager_checksum:
+        return ""
+    facts = {name: value for name, value in to_builtins(run).items() if name not in _RESULTS}
+    return _checksum(facts | {"version": run.versions.get("sunset", "")})
 
 
 def _figures(

@@ -1,7 +1,7 @@
 """From runs to the rows of the table: one a managing system."""
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cache
 from math import inf
 from pathlib import PurePath
@@ -75,6 +75,8 @@ class SystemRow:
         failed: the runs in which the managing system failed, whether they count or not.
         differing: the runs whose stored figures are not what was computed again.
         unwalled: the runs in which not all walls were around the managing system, whether they count or not.
+        contradicting: pairs of runs that should have the same messages and have not.
+        several: name → the versions of something that the runs were made with, where these are several.
         warning: what a reader must know of the flight with this model, in a sentence; empty if nothing.
         by_paper_script: the figures of the paper's evaluation script; None if those of a valid run are not known.
         outcomes: what became of the faults of all valid runs; nothing of reference rows.
@@ -98,6 +100,8 @@ class SystemRow:
     failed: tuple[RunRow, ...] = ()
     differing: tuple[RunRow, ...] = ()
     unwalled: tuple[RunRow, ...] = ()
+    contradicting: tuple[tuple[RunRow, RunRow], ...] = ()
+    several: Mapping[str, Sequence[str]] = field(default_factory=dict)
     warning: str = ""
     by_paper_script: ScriptFigures | None = None
     outcomes: tuple[FaultOutcome, ...] = ()
@@ -278,11 +282,31 @@ def _row(system: str, group: Sequence[RunRow]) -> SystemRow:
         failed=tuple(run for run in group if run.failed),
         differing=tuple(run for run in group if run.differing),
         unwalled=tuple(run for run in group if run.missing_walls),
+        contradicting=tuple(_contradicting(group)),
+        several=_several(group),
         warning=first.warning,
         outcomes=tuple(outcome for run in valid if not is_reference for outcome in run.outcomes or ()),
         untold=sum(run.is_untold and not is_reference for run in valid),
         by_paper_script=_by_paper_script(valid),
     )
+
+
+def _contradicting(runs: Sequence[RunRow]) -> Iterator[tuple[RunRow, RunRow]]:
+    """Yield runs that all which decides messages is the same of as of an earlier one, and that have others."""
+    first: dict[str, RunRow] = {}
+    for run in runs:
+        known = first.setdefault(run.recipe, run)
+        if run.recipe and run.digest != known.digest:
+            yield known, run
+
+
+def _several(runs: Sequence[RunRow]) -> dict[str, list[str]]:
+    """Return name → versions of what runs were made with, where these are several."""
+    found: dict[str, set[str]] = {}
+    for run in runs:
+        for name, version in run.others.items():
+            found.setdefault(name, set()).add(version)
+    return {name: sorted(versions) for name, versions in sorted(found.items()) if len(versions) > 1}
 
 
 def _by_paper_script(runs: Sequence[RunRow]) -> ScriptFigures | None:

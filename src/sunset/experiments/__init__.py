@@ -1,6 +1,6 @@
 """The composition root: (scenario, seed, managing system, middleware) → one record."""
 
-from sunset.experiments.again import run_again
+from sunset.experiments.again import play_back, run_again
 from sunset.experiments.bench import bench, count_runs, failing_managers
 from sunset.experiments.campaign import (
     BenchSpec,
@@ -14,7 +14,7 @@ from sunset.experiments.campaign import (
 from sunset.experiments.checking import ManagerCheck, check_manager
 from sunset.experiments.cluster import connected_scheduler
 from sunset.experiments.last import keep_last_run, last_run
-from sunset.experiments.manager import manager_checksum, manager_files
+from sunset.experiments.manager import manager_checksum
 from sunset.experiments.resources import (
     Resources,
     flight_name,
@@ -34,7 +34,7 @@ from sunset.experiments.spec import (
     Settings,
     Timing,
 )
-from sunset.experiments.stored_faults import stored_faults
+from sunset.experiments.stored_faults import scenario_of
 
 __all__ = [
     "CHECK_SCENARIO",
@@ -61,14 +61,14 @@ __all__ = [
     "keep_last_run",
     "last_run",
     "manager_checksum",
-    "manager_files",
     "model_checksum",
     "plan",
+    "play_back",
     "prepare",
     "prepare_all",
     "run",
     "run_again",
     "run_folder",
+    "scenario_of",
     "scenarios_checksum",
-    "stored_faults",
 ]

@@ -204,6 +204,11 @@ def _claim(out: Path, plan: CampaignPlan) -> None:
                 f"The campaign in {out} was begun {word} the extension {name}; name the same extensions, or a new "
                 "folder."
             )
+        if key == "versions.sunset":
+            raise InvalidInputError(
+                f"The campaign in {out} was begun with SUNSET {theirs.get(key)}, and this is {ours[key]}, whose code "
+                "differs: go on with that one, or name a new folder."
+            )
         several = (
             kind == key and key.endswith("s") and not (key.endswith("_s") or isinstance(ours[key], bool))
         )

@@ -37,16 +37,6 @@ def manager_checksum(manager: str, *, limit_s: float) -> str:
         return process.checksum()
 
 
-def manager_files(manager: str, *, limit_s: float) -> tuple[Path, ...]:
-    """Load a managing system in a process of its own; return the files that it is written in.
-
-    Raises:
-        ManagerError: it cannot be loaded.
-    """
-    with manager_process(manager, limit_s=limit_s) as process:
-        return tuple(map(Path, process.loaded.sources))
-
-
 def isolate(
     spec: RunSpec, function: Callable[[Watch], Any], *, kept: Collection[int], nodes: Collection[str] = ()
 ) -> Any:

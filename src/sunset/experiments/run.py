@@ -1,9 +1,9 @@
 """One experiment: from its specification to its record and its metrics."""
 
 import platform
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from importlib.metadata import version
 from pathlib import Path
@@ -13,7 +13,6 @@ import onnxruntime
 from msgspec import UNSET, UnsetType
 from msgspec.structs import replace
 
-from sunset import __version__
 from sunset.confinement import WALLS, missing_walls
 from sunset.errors import ManagerError
 from sunset.experiments.manager import check_name, isolate, manager_checksum
@@ -25,7 +24,7 @@ from sunset.experiments.spec import RunSpec
 from sunset.experiments.stored_faults import stored_faults
 from sunset.harness.confined_manager import manager_process
 from sunset.interfaces.stamps import NS_PER_S, ns_of
-from sunset.interfaces.system_interfaces.msg import FaultInjection
+from sunset.interfaces.system_interfaces.msg import Command, FaultInjection
 from sunset.isolation import Watch
 from sunset.managing import EXTERNAL, MANAGERS, is_registered
 from sunset.metrics import RunMetrics, Timeline, log_figures, score
@@ -41,6 +40,7 @@ from sunset.recording import (
 from sunset.recording.reader import timeline_of
 from sunset.rmw.backends import live_middleware
 from sunset.scenarios import Scenario
+from sunset.source_files import package_version
 from sunset.system import current_system, degradations_of, short_name, suite_size
 
 _AT_ONCE_S: Final = 0.1
@@ -78,15 +78,22 @@ def run_prepared(
     log: bool = False,
     known: str | None = None,
     wanted: Callable[[str], bool] | None = None,
+    played: Sequence[Command] = (),
 ) -> StoredRun:
     """Run one experiment with what `prepare` has found, its extensions loaded; as `run`.
 
-    `known` is the checksum that the managing system's files must have; None for any. `wanted` tells of which topics
-    images are kept, where any are; None for all.
+    Args:
+        spec: what is run.
+        resources: what `prepare` has found.
+        folder: the record's folder.
+        log: as of `run`.
+        known: the checksum that the managing system's files must have; None for any.
+        wanted: whether images of a topic are kept, where any are; None for all.
+        played: commands of a record, which are played back; in the simulation.
     """
     described = _describe(spec, resources)
     with RecordWriter(folder, images=spec.settings.images, wanted=wanted) as writer:
-        conduct = _run_live if spec.settings.live else _run_simulated
+        conduct = _run_live if spec.settings.live else partial(_run_simulated, played=played)
         outcome = conduct(spec, resources, writer, log=log, known=known)
         messages = writer.messages(told_topics())
         observed = timeline_of(described, messages)
@@ -102,6 +109,7 @@ def run_prepared(
             replace(
                 described,
                 manager_checksum=outcome.manager_checksum,
+                manager_versions=outcome.manager_versions or UNSET,
                 manager_failed=outcome.failure or None,
                 start_ns=outcome.start_ns,
                 metrics=figures.to_json(),
@@ -172,6 +180,7 @@ class _Outcome:
         manager_checksum: of the managing system's files.
         shortfall: says why the computer could not keep up, if it could not; in the simulation it always can.
         failure: how the managing system has failed, in a sentence; empty if it has not.
+        manager_versions: of the distributions that the managing system imported when it was loaded; in the simulation.
     """
 
     start_ns: int
@@ -179,10 +188,17 @@ class _Outcome:
     manager_checksum: str
     shortfall: Callable[[Timeline], str] = lambda _: ""
     failure: str = ""
+    manager_versions: Mapping[str, str] = field(default_factory=dict)
 
 
 def _run_simulated(
-    spec: RunSpec, resources: Resources, writer: RecordWriter, *, log: bool, known: str | None
+    spec: RunSpec,
+    resources: Resources,
+    writer: RecordWriter,
+    *,
+    log: bool,
+    known: str | None,
+    played: Sequence[Command],
 ) -> _Outcome:
     parameters = manager_parameters(spec, resources)
     limit_s = spec.settings.manager_limit_s
@@ -197,7 +213,7 @@ def _run_simulated(
 
         def run_isolated(watch: Watch) -> dict[str, object]:
             observer = Observer(writer, shown=shown_topics(spec.manager))
-            start_ns, failure = run_simulated(spec, resources, watch, manager, observer)
+            start_ns, failure = run_simulated(spec, resources, watch, manager, observer, played=played)
             manager.end()
             writer.hand_over()
             return {"start_ns": start_ns, "violations": observer.violations, "failure": failure}
@@ -206,7 +222,13 @@ def _run_simulated(
             nodes = current_system().nodes if spec.extensions else ()
             told = isolate(spec, run_isolated, kept=manager.descriptors, nodes=nodes)
     writer.take_over()
-    return _Outcome(int(told["start_ns"]), tuple(told["violations"]), found, failure=str(told["failure"]))
+    return _Outcome(
+        int(told["start_ns"]),
+        tuple(told["violations"]),
+        found,
+        failure=str(told["failure"]),
+        manager_versions=manager.imported_versions(),
+    )
 
 
 def _run_live(
@@ -305,7 +327,7 @@ def _missing_walls(manager: str) -> tuple[str, ...] | UnsetType:
 def versions() -> dict[str, str]:
     """Return the versions of everything that a record's bytes may depend on."""
     return {
-        "sunset": __version__,
+        "sunset": package_version(),
         "python": platform.python_version(),
         "machine": platform.machine(),
         "onnxruntime": onnxruntime.__version__,  # whichever package it came with

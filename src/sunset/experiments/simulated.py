@@ -1,6 +1,6 @@
 """The whole system in one simulated world: processes, the managing system, the observer."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from types import MappingProxyType
 from typing import TypeVar
@@ -16,10 +16,19 @@ from sunset.harness.confined_manager import ManagerProcess
 from sunset.harness.executor import ScenarioExecutor
 from sunset.harness.launcher import Launcher
 from sunset.harness.supervisor import Phase, Supervisor
+from sunset.interfaces import Message, Service
+from sunset.interfaces.lifecycle_msgs.msg import Transition
+from sunset.interfaces.lifecycle_msgs.srv import ChangeState
+from sunset.interfaces.rcl_interfaces.srv import SetParameters, SetParametersAtomically
+from sunset.interfaces.stamps import ns_of
+from sunset.interfaces.system_interfaces.msg import Command
+from sunset.interfaces.system_interfaces.srv import Redeploy
 from sunset.isolation import Watch
+from sunset.names import base_name
 from sunset.rmw.remote import Gateway
 from sunset.rmw.sim import SimProcess, Simulation, Tap
 from sunset.ros import Context, Node, Parameter, SingleThreadedExecutor
+from sunset.ros._parameter_files import parse_value
 from sunset.seeding import generator
 from sunset.system import (
     BAG_PLAYER,
@@ -108,11 +117,17 @@ def bring_up(process: SimProcess, factory: Callable[[Context], NodeT]) -> NodeT:
 
 
 def run_simulated(
-    spec: RunSpec, resources: Resources, watch: Watch, manager: ManagerProcess, observer: Observer
+    spec: RunSpec,
+    resources: Resources,
+    watch: Watch,
+    manager: ManagerProcess,
+    observer: Observer,
+    *,
+    played: Sequence[Command] = (),
 ) -> tuple[int, str]:
     """Run one experiment in a simulated world, with a managing system that lives in a process of its own.
 
-    Where the managing system fails, the experiment goes on without one.
+    Where the managing system fails, the experiment goes on without one. Recorded commands are played back.
 
     Returns:
         The time of the injection, nanoseconds of the simulated clock; and how the managing system has failed, in a
@@ -124,7 +139,7 @@ def run_simulated(
         SunsetError: the system did not come up, or the scenario could not be injected.
     """
     try:
-        return _run(spec, resources, watch, manager, observer)
+        return _run(spec, resources, watch, manager, observer, played=played)
     except BaseException as error:
         blame = node_error(spec, watch.running, error)
         if blame is None:
@@ -133,7 +148,13 @@ def run_simulated(
 
 
 def _run(
-    spec: RunSpec, resources: Resources, watch: Watch, manager: ManagerProcess, observer: Observer
+    spec: RunSpec,
+    resources: Resources,
+    watch: Watch,
+    manager: ManagerProcess,
+    observer: Observer,
+    *,
+    played: Sequence[Command],
 ) -> tuple[int, str]:
     timing, system = spec.timing, current_system()
     simulation = Simulation(
@@ -165,6 +186,8 @@ def _run(
         processes.start(name)
     simulation.run_until(simulation.now + _launch_ns(spec.seed, MANAGER_PROCESS))
     failed = _let_in(manager, simulation, spec)
+    if played:
+        simulation.play_back(map(_request_of, played))
     start_ns = _conduct(simulation, supervisor, spec, observer)
     observer.finish(simulation.now)
     return start_ns, "".join(failed)
@@ -191,6 +214,23 @@ def _let_in(manager: ManagerProcess, simulation: Simulation, spec: RunSpec) -> l
     if first is not None:
         check_name(first.fully_qualified_name, spec.manager)
     return failed
+
+
+def _request_of(command: Command) -> tuple[int, str, type[Service], Message]:
+    """Return when a recorded command was served, the service with its type, and the request."""
+    time_ns, name = ns_of(command.stamp), command.service
+    if command.kind == "redeploy":
+        return time_ns, name, Redeploy, Redeploy.Request(node=command.node)
+    if command.kind != "set_parameters":
+        return time_ns, name, ChangeState, ChangeState.Request(transition=Transition(label=command.kind))
+    kind = SetParametersAtomically if base_name(name) == "set_parameters_atomically" else SetParameters
+    parameters = [
+        Parameter(
+            parameter, value=None if text == "unset" else parse_value(text, parameter)
+        ).to_parameter_msg()
+        for parameter, text in zip(command.parameters, command.values, strict=True)
+    ]
+    return time_ns, name, kind, kind.Request(parameters=parameters)
 
 
 def _launch_ns(seed: int, process: str) -> int:

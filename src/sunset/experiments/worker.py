@@ -23,7 +23,7 @@ from sunset.experiments.spec import RunSpec
 _PROGRAM: Final = "sunset.experiments.worker_process"
 _ATTEMPTS: Final = 3
 """How often a run is begun whose helper is killed."""
-_SHORT: Final = 12
+_SHORT: Final = 16
 """Length of a checksum in a message, in characters."""
 
 

@@ -8,6 +8,8 @@ import socket
 import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
+from functools import cache
+from importlib.metadata import PackageNotFoundError, packages_distributions, version
 from pathlib import Path
 from types import MappingProxyType
 from typing import Final
@@ -37,6 +39,11 @@ from sunset.texts import line_text, printable, shorten
 _LONGEST: Final = 2000
 """Longest failure text, in characters."""
 _LOOK_S: Final = 0.5
+
+_MOST: Final = 200
+"""More installed modules than a managing system imports."""
+
+_distributions: Final = cache(packages_distributions)
 
 _servers: dict[int, Confinement] = {}
 """The server of each process, by its number: one that is forked has its own."""
@@ -106,6 +113,19 @@ class ManagerProcess:
             raise ManagerError(
                 f"A file of the managing system {self.manager} cannot be read any more: {error}."
             ) from error
+
+    def imported_versions(self) -> dict[str, str]:
+        """Return the versions of the installed distributions that it has imported, by name."""
+        found = {}
+        for module in self.loaded.modules[:_MOST]:
+            try:
+                found[module] = version(module)
+            except (
+                PackageNotFoundError,
+                ValueError,
+            ):  # most are called as their modules are, which is found faster
+                found |= {name: version(name) for name in _distributions().get(module, ())}
+        return found
 
     def describe(self, failure: PipeError, what: str) -> str:
         """Return in a sentence how it has failed, and end it.

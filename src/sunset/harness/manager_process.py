@@ -2,7 +2,9 @@
 
 import inspect
 import socket
+import sys
 import traceback
+from collections.abc import Iterable
 from functools import partial
 from pathlib import Path
 from typing import Final
@@ -15,6 +17,7 @@ from sunset.managing import (
     ManagingSystem,
     Oracle,
     Program,
+    is_registered,
     load_manager,
     manager_sources,
     unfiled_sources,
@@ -29,6 +32,10 @@ from sunset.texts import described_error, line_text, shorten
 
 ENTRY: Final = f"{__name__}:run_manager"
 """What the process calls, as `Confinement` takes it."""
+
+
+_SITES: Final = frozenset({"site-packages", "dist-packages"})
+"""Folders of what is installed."""
 
 
 class ManagerTask(msgspec.Struct, frozen=True, kw_only=True):
@@ -62,11 +69,13 @@ class LoadedManager(msgspec.Struct, frozen=True, tag="loaded"):
         node_name: its node's.
         sources: the files that it is written in, absolute.
         others: what else its checksum is made of; None where that does not say what is run.
+        modules: the installed modules that it has imported, by the first parts of their names.
     """
 
     node_name: str
     sources: tuple[str, ...]
     others: tuple[bytes, ...] | None
+    modules: tuple[str, ...] = ()
 
 
 class RefusedManager(msgspec.Struct, frozen=True, tag="refused"):
@@ -112,6 +121,7 @@ def run_manager(connection: socket.socket, task: object) -> None:
     told = msgspec.convert(task, ManagerTask)
     pipe = Pipe(connection)
     folder = Path(told.folder)
+    known = frozenset(() if is_registered(told.manager) else sys.modules)
     try:
         for extension in told.extensions:
             load_extension(extension)
@@ -123,6 +133,7 @@ def run_manager(connection: socket.socket, task: object) -> None:
                 map(str, [*manager_sources(told.manager, made, folder), *manager_data(told.manager, folder)])
             ),
             None if others is None else tuple(others),
+            _installed(sys.modules.keys() - known),
         )
     except (ManagerError, ExtensionError) as error:
         pipe.send(_encode(RefusedManager(str(error), isinstance(error, ExtensionError))))
@@ -141,6 +152,20 @@ def run_manager(connection: socket.socket, task: object) -> None:
     RemoteProcess(
         pipe, make, lambda error: _said_of(made, error), describes_types=told.describes_types
     ).serve()
+
+
+def _installed(names: Iterable[str]) -> tuple[str, ...]:
+    """Return the first parts of the names of loaded modules that were installed."""
+    files = {name: vars(sys.modules[name]).get("__file__") or "" for name in names}
+    return tuple(
+        sorted(
+            {
+                name.partition(".")[0]
+                for name, file in files.items()
+                if not _SITES.isdisjoint(Path(file).parts)
+            }
+        )
+    )
 
 
 def _said_of(made: type[ManagingSystem], error: BaseException) -> str:

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 from sunset.errors import ManagerError
-from sunset.managing.command import PREFIX
+from sunset.managing.command import PREFIX, parse_command
 from sunset.managing.loading import is_registered
 from sunset.managing.names import MANAGERS
 from sunset.source_files import is_installed, modules_beside
@@ -55,6 +55,65 @@ def manager_data(spec: str, folder: Path | None = None) -> tuple[Path, ...]:
             )
         found.append(path)
     return tuple(found)
+
+
+def written_files(spec: str) -> Iterator[tuple[Path, ...]]:
+    """Yield in which files a managing system may be written, the likeliest first, without running any of it.
+
+    Which modules beside a file are imported when it is loaded is read from its import statements: from those that
+    nothing precludes, and then from all.
+
+    Raises:
+        ManagerError: its file or its program is gone.
+    """
+    where = spec.rpartition(":")[0]
+    if spec.startswith(PREFIX):
+        yield parse_command(spec).files
+    elif where.endswith(".py"):
+        if not Path(where).is_file():
+            raise ManagerError(f"There is no file {where}.")
+        for everywhere in (False, True):
+            yield (*sorted(_with_imports(Path(where).resolve(), everywhere=everywhere)), *manager_data(spec))
+    elif where and (found := importlib.util.find_spec(where.partition(".")[0])) is not None:
+        folders = map(Path, found.submodule_search_locations or ())
+        files = {file for folder in folders for file in folder.rglob("*.py")} or {Path(found.origin or "")}
+        yield (*sorted(files), *manager_data(spec))
+
+
+def _with_imports(main: Path, *, everywhere: bool) -> set[Path]:
+    """Return a file, and those beside it that it imports, or that they do."""
+    files, todo = set[Path](), [main]
+    while todo:
+        file = todo.pop()
+        if file not in files:
+            files.add(file)
+            for name in _imported(file, main.parent, everywhere=everywhere):
+                places = [
+                    main.parent.joinpath(*name.split(".")[:end]) for end in range(1, name.count(".") + 2)
+                ]
+                todo += [
+                    found
+                    for place in places
+                    for found in (place / "__init__.py", place.with_suffix(".py"))
+                    if found.is_file()
+                ]
+    return files
+
+
+def _imported(file: Path, root: Path, *, everywhere: bool) -> Iterator[str]:
+    """Yield the names of the modules that a file imports, and of what may be one."""
+    package = file.parent.relative_to(root).parts
+    todo: list[ast.AST] = [ast.parse(file.read_bytes())]
+    while todo:
+        node = todo.pop()
+        if everywhere or not isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.If):
+            todo += ast.iter_child_nodes(node)
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            above = package[: len(package) + 1 - node.level] if node.level else ()
+            base = [*above, *filter(None, [node.module])]
+            yield from (".".join([*base, alias.name]) for alias in node.names)
 
 
 def check_sources(spec: str, sources: Iterable[str], places: Iterable[Path]) -> None:

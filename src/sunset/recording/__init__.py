@@ -6,8 +6,6 @@ runs of the same specification leave the same bytes. A run that keeps its images
 """
 
 from sunset.recording._bag import BAG_FILES
-from sunset.recording.bag_metadata import describes_bag
-from sunset.recording.contradictions import TELLING_TOPICS, contradictions
 from sunset.recording.images import IMAGES_FILE, StoredImage, read_images
 from sunset.recording.logs import LogLine, log_of, read_log
 from sunset.recording.published_log import published_log
@@ -44,7 +42,6 @@ __all__ = [
     "RUN_FILE",
     "SCORE_REFERENCES",
     "TABLE_REFERENCES",
-    "TELLING_TOPICS",
     "CampaignPlan",
     "LogLine",
     "RecordWriter",
@@ -56,8 +53,6 @@ __all__ = [
     "StoredRun",
     "check_extensions",
     "check_figures",
-    "contradictions",
-    "describes_bag",
     "differences",
     "differing_figures",
     "log_of",

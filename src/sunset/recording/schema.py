@@ -59,11 +59,6 @@ class StoredFault(msgspec.Struct, frozen=True, omit_defaults=True):
     after: dict[str, str | float] | None = None
     severity: int | None = None
 
-    @property
-    def is_certain(self) -> bool:
-        """Whether it was injected once, when the measured time began: no adaptation can prevent that."""
-        return not self.at and self.after is None and (self.profile or {}).get("kind") != "intermittent"
-
     def __str__(self) -> str:
         """Return it in words, such as `sync_issue (4 to 6 s)`."""
         begin = f"{self.after['delay']:g} s after {self.after['fault']}" if self.after else f"{self.at:g}"
@@ -85,6 +80,7 @@ class RunRecord(msgspec.Struct, frozen=True, kw_only=True):
         alike: the degradations by which runs are clustered; the failures, if there are none.
         manager_spec: what the managing system was loaded as, where that is not its name.
         manager_checksum: of the files that it is written in; empty if it has none.
+        manager_versions: of the distributions that it imported when it was loaded, by name; where there are any.
         manager_failed: how the managing system failed, after which the run went on without one; or why a run has
             neither messages nor figures: `is_empty`. None if neither is so.
         missing_walls: which of the walls around a managing system of the user's own there were not.
@@ -126,6 +122,7 @@ class RunRecord(msgspec.Struct, frozen=True, kw_only=True):
     manager: str
     manager_spec: str | UnsetType = UNSET
     manager_checksum: str = ""
+    manager_versions: dict[str, str] | UnsetType = UNSET
     manager_failed: str | None = None
     missing_walls: tuple[str, ...] | UnsetType = UNSET
     seed: int

@@ -9,6 +9,7 @@ from itertools import count
 class Priority(IntEnum):
     """Which of several events at the same time comes first."""
 
+    PLAYBACK = -1  # a recorded request is served at the time at which it was served
     COMPLETION = 0  # what ends now sends its messages and frees its process before anything starts
     DELIVERY = 1
     TIMER = 2

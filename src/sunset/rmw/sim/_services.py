@@ -41,6 +41,12 @@ class SimClient(SimReceiver[tuple[int, Message]], ClientHandle):
         for server in self.servers():
             network.scheduler.add(arrival, Priority.DELIVERY, server.deliver, asked)
 
+    def play_back(self, request: Message) -> None:
+        """Let a request be what its servers do next."""
+        self._sequence += 1
+        for server in self.servers():
+            server.deliver_first((RequestId(self.gid, self._sequence), self, request))
+
     def server_ready(self) -> bool:
         return bool(self.servers())
 
@@ -67,6 +73,12 @@ class SimService(SimReceiver[tuple[RequestId, SimClient, Message]], ServiceHandl
             self.process.notify(self, first=True)
         else:
             super().deliver(item)
+
+    def deliver_first(self, item: tuple[RequestId, SimClient, Message]) -> None:
+        """Take in a request before all that waits."""
+        if self.alive:
+            self._items.appendleft(item)
+            self.process.notify(self, first=True)
 
     def ready(self) -> bool:
         return bool(self._protected or self._items)

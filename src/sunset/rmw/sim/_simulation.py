@@ -6,18 +6,21 @@ time, which is what its clock reads; what it sends leaves when it ends, a modell
 a modelled latency. Meanwhile its process does nothing else.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from math import isfinite
 from types import MappingProxyType
 
 from sunset.errors import MiddlewareError
+from sunset.interfaces import Message, Service
 from sunset.names import qualified_name
 from sunset.rmw.core.port import EndpointInfo, EndpointKind
+from sunset.rmw.core.qos import QoSProfile
 from sunset.rmw.core.tap import Tap
 from sunset.rmw.sim._compute import ComputeModel
 from sunset.rmw.sim._network import Network
 from sunset.rmw.sim._process import SimProcess
 from sunset.rmw.sim._scheduler import Priority
+from sunset.rmw.sim._services import SimClient
 
 
 class Simulation:
@@ -106,6 +109,18 @@ class Simulation:
         if t_ns < self.now:
             raise MiddlewareError(f"Nothing can be called at {t_ns} ns: it is {self.now} ns already.")
         self._network.scheduler.add(t_ns, Priority.CALL, lambda _: function(), None)
+
+    def play_back(self, requests: Iterable[tuple[int, str, type[Service], Message]]) -> None:
+        """Let recorded requests be served at the times at which they were served, whatever else waits there.
+
+        Args:
+            requests: the time in nanoseconds, and the service with its type and the request.
+        """
+        process = self.create_process("playback")
+        node = process.create_node("playback", "/")
+        for t_ns, name, kind, request in requests:
+            client = SimClient(process, node, kind, name, QoSProfile(), handler=lambda *_: None, label="")
+            self._network.scheduler.add(t_ns, Priority.PLAYBACK, client.play_back, request)
 
     def add_tap(self, tap: Tap) -> None:
         """Let an observer see every message, request and response from now on."""

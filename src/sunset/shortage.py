@@ -4,6 +4,7 @@ import errno
 from typing import Final
 
 from sunset.errors import SunsetError
+from sunset.texts import sentence
 
 _MEMORY: Final = "there is not enough memory; close other programs, or allow more of it ('ulimit -v')"
 _PROCESSES: Final = (
@@ -50,7 +51,7 @@ def complaint(error: Exception) -> str:
         text = f"The operating system refused to use {where}: {error.strerror or error}"
     else:
         return ""
-    return " ".join(text.split()).rstrip(".") + "."
+    return " ".join(sentence(text).split()).rstrip(".") + "."
 
 
 def shortage(error: BaseException) -> str:

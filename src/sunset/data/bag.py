@@ -32,6 +32,7 @@ from sunset.errors import DataError, InvalidInputError, OutputError
 from sunset.image_digests import Pixels, remember_digest
 from sunset.interfaces import message_definition, type_hash
 from sunset.interfaces.sensor_msgs.msg import Image
+from sunset.output_files import flush, unwritable
 from sunset.shortage import shortage
 
 __all__ = ["TOPICS", "BagReader", "read_bag", "write_bag"]
@@ -76,10 +77,12 @@ def write_bag(
         with tempfile.TemporaryDirectory(prefix=".writing-", dir=path.parent) as draft:
             made = Path(draft) / (path.stem if alone else path.name)
             _write(made, frames, stamps_ns, StoragePlugin[plugin])
+            flush(made)
             (made / path.name if alone else made).rename(path)
-    except (OSError, sqlite3.Error) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        raise OutputError(f"The bag {path} cannot be written: {reason}; choose another place.") from error
+    except sqlite3.Error as error:
+        raise OutputError(f"The bag {path} cannot be written: {error}; name another place.") from error
+    except OSError as error:
+        raise unwritable(f"The bag {path}", error) from error
     return path
 
 

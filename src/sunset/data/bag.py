@@ -8,8 +8,7 @@ import sqlite3
 import tempfile
 import weakref
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import prod
@@ -24,7 +23,7 @@ from rosbags.rosbag2.reader import DirectoryReader
 
 from sunset.bag_files import open_bag, reopened
 from sunset.data.bag_images import COMPRESSED_IMAGE, IMAGE, SENSORS, TOPICS, Recorded, decoded, serialized
-from sunset.data.bag_paths import STORAGES, check_bag_path, check_uri
+from sunset.data.bag_paths import REMEDY, STORAGES, check_bag_path, check_uri, translated
 from sunset.data.frame import Frame
 from sunset.data.pairing import pair
 from sunset.data.pixels import FAR, check_ids, dimensions, resample
@@ -33,12 +32,10 @@ from sunset.image_digests import Pixels, remember_digest
 from sunset.interfaces import message_definition, type_hash
 from sunset.interfaces.sensor_msgs.msg import Image
 from sunset.output_files import flush, unwritable
-from sunset.shortage import shortage
 
 __all__ = ["TOPICS", "BagReader", "read_bag", "write_bag"]
 
 REMEDY: Final = "record, copy or import it again"
-
 _BYTES_PER_PIXEL: Final = 6
 """Of a frame: colour, depth and label."""
 _MOST_KEPT: Final = 128 << 20
@@ -104,32 +101,6 @@ def _write(folder: Path, frames: Iterable[Frame], stamps_ns: Sequence[int], plug
             raise InvalidInputError(
                 f"A bag needs one stamp per frame, got {len(stamps_ns)} for {written} frames."
             )
-
-
-@contextmanager
-def _translated(path: Path, *, opened: bool = False) -> Iterator[None]:
-    """Turn whatever the bag library raises about a broken file into one `DataError`.
-
-    `opened` says whether the bag was read before, so that only a change since then can be what is wrong.
-    """
-    try:
-        yield
-    except DataError:
-        raise
-    except Exception as error:  # the library raises a dozen kinds on broken files, none documented
-        if lacking := shortage(error):
-            raise DataError(f"The bag {path} cannot be read now: {lacking}.") from error
-        what = str(error).splitlines()[0].rstrip(".") if str(error) else type(error).__name__
-        if opened:
-            raise DataError(
-                f"The bag {path} was closed, or changed after it was opened: {what}; open it again."
-            ) from error
-        if isinstance(error, KeyError):
-            raise DataError(
-                f"The bag {path} cannot be read as a rosbag2: it lacks or has an unknown {error}; {REMEDY}, "
-                "without topics that are not CDR."
-            ) from error
-        raise DataError(f"The bag {path} cannot be read as a rosbag2: {what}; {REMEDY}.") from error
 
 
 @dataclass(frozen=True, slots=True)
@@ -223,7 +194,7 @@ class BagReader:
     def _read(self, index: int) -> Frame:
         wanted = dict(zip(TOPICS, self._moments[index], strict=True))
         images: dict[str, Recorded] = {}
-        with _translated(self.path, opened=True), reopened(self._reader) as reader:
+        with translated(self.path, opened=True), reopened(self._reader) as reader:
             for time in sorted({entry.logged_ns for entry in wanted.values()}):
                 for connection, _, raw in reader.messages(self._survey.wanted, time, time + 1):
                     topic = self._survey.sources[connection.topic]
@@ -343,6 +314,12 @@ class _Survey:
             for topic in TOPICS
         ]
         stamps = [[entry.stamp_ns for entry in entries] for entries in firsts]
+        for topic, own in zip(TOPICS, stamps, strict=True):
+            if len(own) == 1 < len(self._entries[topic]):
+                raise DataError(
+                    f"The bag {self._path} must have images of several moments on {topic}, got {own[0]} ns as the "
+                    f"stamp of all {len(self._entries[topic])}: let the camera's driver set the stamps."
+                )
         matches = pair(*stamps)
         if not matches:
             spans = "; ".join(
@@ -381,9 +358,9 @@ def read_bag(path: Path, *, size: tuple[int, int] | None = None) -> BagReader:
             its metadata tells of, is no recording of the three topics in encodings that are understood and in
             one size, or none of their images belong together, or no depth is known in those that do.
     """
-    with _translated(path):
+    with translated(path):
         check_bag_path(path)
-        reader = open_bag(path)
+        reader = open_bag(path, cut_off=True)
         try:
             return BagReader(path, reader, _Survey(path, reader), size)
         except BaseException:

@@ -35,7 +35,6 @@ from sunset.output_files import flush, unwritable
 
 __all__ = ["TOPICS", "BagReader", "read_bag", "write_bag"]
 
-REMEDY: Final = "record, copy or import it again"
 _BYTES_PER_PIXEL: Final = 6
 """Of a frame: colour, depth and label."""
 _MOST_KEPT: Final = 128 << 20

@@ -162,7 +162,6 @@ def with_names(folder: Path, names: Sequence[str]) -> Path:
     ("names", "kind"),
     [
         (["0.05", "0.1"], "decimal"),
-        ([".05", ".1"], "decimal"),
         (["1.9", "1.10"], "decimal"),
         (["-2", "-1", "0"], "decimal"),
         (["1e-05", "0.01"], "decimal"),

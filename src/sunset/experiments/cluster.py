@@ -117,6 +117,11 @@ def connected_scheduler(address: str) -> Iterator[Executor]:
         for where, theirs in versions.items():
             with on_worker(where):
                 check_same(theirs, labelled_versions())
+        for where, worker in client.scheduler_info()["workers"].items():
+            if worker.get("status") == "paused":
+                _log.warning(
+                    "The worker %s is paused, as dask does where memory is short: it begins no run.", where
+                )
         if not versions:
             _log.warning("The scheduler %s has no workers yet: the campaign waits for them.", address)
         yield client.get_executor(pure=False)

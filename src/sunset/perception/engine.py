@@ -89,7 +89,7 @@ def open_session(
         hint = "; weights in other files are read where the card names these as the network's 'data'"
         raise ModelError(
             f"The network {name} is no ONNX model that can be run: {one_line(error)}"
-            f"{hint if 'xternal' in str(error) else ''}."
+            f"{hint if 'xternal' in str(error) else '; export it again'}."
         ) from error
     if device == "cuda" and session.get_providers()[0] != _CUDA:
         raise ModelError(
@@ -100,5 +100,5 @@ def open_session(
 
 
 def one_line(error: BaseException) -> str:
-    """Return an error of the engine as part of a sentence."""
-    return " ".join(str(error).split()).rstrip(".")
+    """Return an error of the engine as part of a sentence, without its name and number."""
+    return " ".join(str(error).rpartition("[ONNXRuntimeError] : ")[2].split(" : ", 2)[-1].split()).rstrip(".")

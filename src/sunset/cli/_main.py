@@ -77,7 +77,7 @@ def _execute(verb: str, arguments: Sequence[str]) -> int:
 
 
 @contextmanager
-def _loading(extensions: Sequence[str]) -> Iterator[None]:
+def _loading(extensions: Sequence[str] = ()) -> Iterator[None]:
     """Say on stderr that the program is being loaded, or extensions are, where that takes longer than `_QUICK_S`."""
     text = f"Loading {sentence(', '.join(extensions))} …" if extensions else "Loading …"
     end = "\r" if sys.stderr.isatty() else "\n"  # on a terminal, what comes next takes its place

@@ -98,7 +98,6 @@ def draft_of_folder(folder: Path, what: str = "folder") -> Iterator[Path]:
         draft.mkdir(parents=True)
         try:
             yield draft
-            flush(draft)
             draft.rename(place)
         finally:
             shutil.rmtree(draft, ignore_errors=True)

@@ -1,5 +1,6 @@
 """Whether a path can be a bag's, and what is said of one that cannot be read."""
 
+import struct
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -25,6 +26,16 @@ _REMEDIES: Final = MappingProxyType(
 """Words of the library's → what helps, where recording, copying or importing again does not."""
 
 STORAGES: Final = {".mcap": "mcap", ".db3": "sqlite3"}
+_OF_DAMAGE: Final = (
+    AssertionError,
+    AttributeError,
+    IndexError,
+    OverflowError,
+    TypeError,
+    UnicodeDecodeError,
+    struct.error,
+)
+"""What the library lets Python raise; its text says nothing of the bag."""
 
 
 def check_bag_path(path: Path) -> None:
@@ -115,9 +126,10 @@ def translated(path: Path, *, opened: bool = False) -> Iterator[None]:
     except Exception as error:  # the library raises a dozen kinds on broken files, none documented
         if lacking := shortage(error):
             raise DataError(f"The bag {path} cannot be read now: {lacking}.") from error
-        what = (
-            str(error).splitlines()[0].partition(";")[0].rstrip(".") if str(error) else type(error).__name__
-        )
+        what = getattr(error, "strerror", None) or str(error)
+        if not what or isinstance(error, _OF_DAMAGE):
+            what = "it is damaged"
+        what = what.splitlines()[0].partition(";")[0].rstrip(".")
         if opened:
             raise DataError(
                 f"The bag {path} was closed, or changed after it was opened: {what}; open it again."

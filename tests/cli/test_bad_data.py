@@ -301,13 +301,6 @@ def test_metadata_that_cannot_be_followed(case: str, tmp_path: Path, complaint: 
     assert word in sentence
 
 
-def test_a_folder_without_metadata(tmp_path: Path, complaint: Complaint) -> None:
-    record(tmp_path / "bag", rows_of(make_frames()))
-    (tmp_path / "bag" / "metadata.yaml").unlink()
-
-    assert "'ros2 bag reindex bag'" in complaint(["run", "--bag", "bag"])
-
-
 def test_a_bag_without_a_message(tmp_path: Path, complaint: Complaint) -> None:
     with Writer(tmp_path / "bag", version=9, storage_plugin=StoragePlugin.SQLITE3) as writer:
         for topic in ("/rgb_raw", "/depth_raw", "/gt_segmentation"):

@@ -126,7 +126,9 @@ def translated(path: Path, *, opened: bool = False) -> Iterator[None]:
     except Exception as error:  # the library raises a dozen kinds on broken files, none documented
         if lacking := shortage(error):
             raise DataError(f"The bag {path} cannot be read now: {lacking}.") from error
-        what = getattr(error, "strerror", None) or str(error)
+        what = str(error)
+        if isinstance(error, OSError) and error.filename:
+            what = f"{Path(error.filename).name}: {error.strerror}"
         if not what or isinstance(error, _OF_DAMAGE):
             what = "it is damaged"
         what = what.splitlines()[0].partition(";")[0].rstrip(".")

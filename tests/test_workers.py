@@ -2,9 +2,11 @@ import multiprocessing
 import os
 import threading
 from contextlib import suppress
+from pathlib import Path
 
 import pytest
 
+from sunset import workers
 from sunset.errors import DataError, InvalidInputError, SunsetError
 from sunset.workers import processors, spread, worker_pool
 
@@ -66,3 +68,27 @@ def test_no_job_at_all_is_refused() -> None:
 
 def test_there_is_a_processor() -> None:
     assert 1 <= processors() <= (os.cpu_count() or 1)
+
+
+@pytest.mark.parametrize(
+    ("files", "count"),
+    [
+        (["100000 100000\n"], 1),
+        (["50000 100000\n"], 1),
+        (["max 100000\n"], processors()),
+        (["99999999 100000\n"], processors()),
+        (["100000\n", "100000\n"], 1),
+        (["-1\n", "100000\n"], processors()),
+        (["\n"], processors()),
+        ([], processors()),
+    ],
+)
+def test_a_containers_quota_bounds_how_many_workers_there_are(
+    files: list[str], count: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for number, text in enumerate(files):
+        (tmp_path / str(number)).write_text(text)
+    monkeypatch.setattr(
+        workers, "_QUOTAS", ([tmp_path / str(number) for number in range(max(1, len(files)))],)
+    )
+    assert processors() == count

@@ -4,17 +4,23 @@ A few bytes can say that they stand for gigabytes. What is packed in a bag is ex
 that only as long as it is not more than `RATIO` times what it is packed in, which no recording reaches.
 """
 
-from collections.abc import Iterable, Iterator
+import logging
+import re
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import ExitStack, closing, contextmanager, suppress
 from copy import copy
 from pathlib import Path
+from struct import unpack
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Final
 
 import apsw
 from rosbags.interfaces import Connection
 from rosbags.rosbag2 import Reader, storage_mcap
+from rosbags.rosbag2.errors import ReaderError
+from rosbags.rosbag2.metadata import ReaderMetadata
 from rosbags.rosbag2.reader import DirectoryReader
-from rosbags.rosbag2.storage_mcap import McapReader
+from rosbags.rosbag2.storage_mcap import ChunkInfo, McapReader
 from rosbags.rosbag2.storage_sqlite3 import Sqlite3Reader
 
 from sunset.compression import zstd
@@ -30,6 +36,16 @@ RATIO: Final = 1000
 
 _PIECE: Final = 2**20
 _METADATA: Final = "metadata.yaml"
+_NO_STORAGE: Final = re.compile(r"""^\s*storage_identifier:\s*(""|'')?\s*$""", re.MULTILINE)
+"""As 'ros2 bag reindex' of Humble writes it."""
+_PART: Final = re.compile(r"(?P<name>.+)_(?P<number>[0-9]+)")
+"""What the files of a recording are called, without the suffix."""
+_HEAD: Final = 9
+"""Bytes before a record of MCAP: what it is, and its length."""
+_CHUNK: Final = 0x06
+_DATA_END: Final = 0x0F
+
+_log: Final = logging.getLogger(__name__)
 
 
 def connections_of(reader: Reader) -> list[Connection]:
@@ -39,8 +55,105 @@ def connections_of(reader: Reader) -> list[Connection]:
     return [*reader.connections, *(connection for file in files for connection in file.connections)]
 
 
-def open_bag(path: Path) -> Reader:
+class _Mcap(McapReader):
+    """An MCAP file of a flight, which may lack its end, or the message indexes by which the library finds messages."""
+
+    def open(self) -> None:
+        try:
+            super().open()
+            if all(chunk.channel_count for chunk in self.chunks):
+                return
+        except ReaderError:
+            if not self.data_start:
+                raise
+            self.bio = self.path.open("rb")
+            _log.warning(
+                "The file %s lacks its end: its recorder was killed, or it was cut off later. It is read up to its "
+                "last whole chunk.",
+                self.path,
+            )
+        try:
+            self._scan()
+        except BaseException:
+            self.close()
+            raise
+
+    def _scan(self) -> None:
+        """Find its chunks, up to the last whole one, and what is in them."""
+        assert self.bio is not None  # noqa: S101  it is open
+        size, place, chunks = Path(str(self.path)).stat().st_size, self.data_start, []
+        while place + _HEAD <= size:
+            self.bio.seek(place)
+            kind, length = unpack("<BQ", self.bio.read(_HEAD))
+            if kind == _DATA_END or place + _HEAD + length > size:
+                break
+            if kind == _CHUNK:
+                start, end, expanded, _ = unpack("<QQQI", self.bio.read(28))
+                packing = storage_mcap.read_string(self.bio)
+                (packed,) = unpack("<Q", self.bio.read(8))
+                chunks.append(
+                    ChunkInfo(start, end, place, _HEAD + length, {}, 0, packing, packed, expanded, {})
+                )
+            place += _HEAD + length
+        _check(size, (chunk.uncompressed_size for chunk in chunks))
+        self.data_end = place
+        self.meta_scan()
+        counts = self.statistics.channel_message_counts if self.statistics else {}
+        self.chunks = [chunk._replace(channel_count=counts) for chunk in chunks]
+        self.connections = [one._replace(msgcount=counts.get(one.id, 0)) for one in self.connections]
+
+
+class _Folder(DirectoryReader):
+    """A bag's folder; where no metadata say what is in its files, these say it."""
+
+    STORAGE_PLUGINS: "Mapping[str, type[ReaderProtocol]]" = MappingProxyType(
+        {"mcap": _Mcap, "sqlite3": Sqlite3Reader}
+    )
+
+    def __init__(self, path: Path) -> None:
+        with suppress(FileNotFoundError):  # of the metadata
+            super().__init__(path)
+        self._path = path
+
+    def open(self) -> None:
+        metadata = self._path / _METADATA
+        if metadata.exists() and not _NO_STORAGE.search(metadata.read_text(encoding="utf-8")):
+            super().open()
+            return
+        self.stack, self.storages, self.files = ExitStack(), [], []
+        self.metadata = ReaderMetadata(0, 2**63 - 1, 0, 0, None, None, None, None)
+        for path in files_of_recording(self._path):
+            file = _FlightBag.STORAGE_PLUGINS[path.suffix](path)
+            file.open()
+            self.stack.callback(file.close)
+            self.storages.append(file)
+        self.connections = [connection for file in self.storages for connection in file.connections]
+
+
+class _FlightBag(Reader):
+    """A flight's bag, from anywhere."""
+
+    STORAGE_PLUGINS: "Mapping[str, type[ReaderProtocol]]" = MappingProxyType(
+        {"dir": _Folder, ".mcap": _Mcap, ".db3": Sqlite3Reader}
+    )
+
+
+def files_of_recording(folder: Path) -> list[Path]:
+    """Return the files of the recording in a folder, in order; none where they are not of one recording."""
+    files = [path for path in folder.iterdir() if path.suffix in _FlightBag.STORAGE_PLUGINS]
+    parts = [_PART.fullmatch(path.stem) for path in files]
+    names = {(part and part["name"], path.suffix) for part, path in zip(parts, files, strict=True)}
+    if len(files) > 1 and (len(names) > 1 or None in parts):
+        return []
+    return sorted(files, key=lambda path: int(path.stem.rpartition("_")[2]) if len(files) > 1 else 0)
+
+
+def open_bag(path: Path, *, cut_off: bool = False) -> Reader:
     """Open a bag's folder or file. Messages that are compressed one by one come as they are: see `expand`.
+
+    Args:
+        path: the folder or file.
+        cut_off: whether a file in MCAP may lack its end, which a warning says then; and a folder its metadata.
 
     Raises:
         OSError: a file cannot be read, or is not a regular one.
@@ -48,7 +161,7 @@ def open_bag(path: Path) -> Reader:
         Exception: nearly anything else, on a damaged file: the library documents none.
     """
     _check_files(path)
-    reader = Reader(path)
+    reader = (_FlightBag if cut_off else Reader)(path)
     reader.open()
     try:
         bag = reader.storage

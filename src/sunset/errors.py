@@ -18,15 +18,15 @@ sentence on stderr and exit code 2::
     └── MissingExtraError          an optional dependency that is not installed
 """
 
-from sunset.texts import printable
+from sunset.texts import sentence
 
 
 class SunsetError(Exception):
     """Base of all errors that SUNSET raises on purpose; its text is one sentence for the user."""
 
     def __str__(self) -> str:
-        """Return the sentence, whatever the names in it hold."""
-        return printable(super().__str__())
+        """Return the sentence, whatever the names in it hold and however long they are."""
+        return sentence(super().__str__())
 
 
 class InvalidInputError(SunsetError):

@@ -1,8 +1,12 @@
 """What all figures share: their colours, and how they are checked and written."""
 
+import os
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, Final
 
 from sunset.errors import InvalidInputError, MissingExtraError
 from sunset.output_files import draft_of
@@ -42,8 +46,28 @@ def check_figure(path: Path) -> None:
         raise InvalidInputError(f"A figure's file must end in {', '.join(_VARYING)}, got {path}.")
 
 
+@contextmanager
+def drawing(style: Mapping[str, Any] = MappingProxyType({})) -> "Iterator[type[Figure]]":
+    """Give matplotlib's class of figures, which look the same for everybody: a user's own settings do not count.
+
+    Args:
+        style: what differs from matplotlib's defaults.
+    """
+    try:
+        import matplotlib as mpl  # noqa: PLC0415  an optional extra
+    except ValueError:  # a notebook's back end is named, and not installed here
+        del os.environ["MPLBACKEND"]
+        import matplotlib as mpl  # noqa: PLC0415  see above
+    from matplotlib.figure import Figure  # noqa: PLC0415  an optional extra
+
+    with mpl.rc_context():
+        mpl.rcdefaults()
+        mpl.rcParams.update(style)
+        yield Figure
+
+
 def save_figure(figure: "Figure", path: Path, *, make_folder: bool = True) -> None:
-    """Write a figure, all of it or nothing, and the same bytes for the same drawing.
+    """Write a figure, all of it or nothing, and the same bytes for the same drawing; in a context of `drawing`.
 
     Args:
         figure: of matplotlib.

@@ -1,5 +1,6 @@
 """Writing files so that a reader never sees half of one."""
 
+import errno
 import hashlib
 import os
 import re
@@ -34,6 +35,25 @@ def make_folder(folder: Path) -> None:
         ) from error
 
 
+def unwritable(what: str, error: OSError) -> OutputError:
+    """Return an error that says why something cannot be written, and the remedy for that.
+
+    >>> unwritable("The page", OSError(errno.ENOSPC, "No space left on device")).args[0]
+    'The page cannot be written: No space left on device; free some space or name another place.'
+    """
+    is_full = error.errno in {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
+    remedy = f"{'free some space or ' if is_full else ''}name another place"
+    return OutputError(f"{what} cannot be written: {error.strerror or error}; {remedy}.")
+
+
+def flush(path: Path) -> None:
+    """Let a file, or all files in a folder, reach the disk, so that what is renamed then is whole after a power cut."""
+    for file in path.rglob("*") if path.is_dir() else [path]:
+        if file.is_file():
+            with file.open("rb") as opened:
+                os.fsync(opened.fileno())
+
+
 @contextmanager
 def draft_of(file: Path, what: str = "file") -> Iterator[Path]:
     """Give a temporary name, under which a file is to be written, and rename it at the end, if nothing is raised.
@@ -50,11 +70,10 @@ def draft_of(file: Path, what: str = "file") -> Iterator[Path]:
     draft = file.with_name(f".{file.name}.{os.getpid()}.part")
     try:
         yield draft
+        flush(draft)
         draft.replace(file)
     except OSError as error:
-        raise OutputError(
-            f"The {what} {file} cannot be written: {error.strerror or error}; free some space or name another one."
-        ) from error
+        raise unwritable(f"The {what} {file}", error) from error
     finally:
         with suppress(OSError):
             draft.unlink()
@@ -83,9 +102,7 @@ def draft_of_folder(folder: Path, what: str = "folder") -> Iterator[Path]:
         finally:
             shutil.rmtree(draft, ignore_errors=True)
     except OSError as error:
-        raise OutputError(
-            f"The {what} {folder} cannot be written: {error.strerror}; free some space or name another folder."
-        ) from error
+        raise unwritable(f"The {what} {folder}", error) from error
 
 
 def write_text(file: Path, text: str, what: str = "file") -> None:

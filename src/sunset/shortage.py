@@ -4,10 +4,12 @@ import errno
 from typing import Final
 
 from sunset.errors import SunsetError
+from sunset.texts import sentence
 
 _MEMORY: Final = "there is not enough memory; close other programs, or allow more of it ('ulimit -v')"
 _PROCESSES: Final = (
-    "no thread or process can be started; close other programs, or allow more ('ulimit -u', 'ulimit -v')"
+    "no thread or process can be started; close other programs, or allow more ('ulimit -u', 'ulimit -v'; in a "
+    "container, the system call clone3)"
 )
 _DISK: Final = "free some space, or name a folder for temporary files in TMPDIR"
 _REMEDIES: Final = {
@@ -46,11 +48,11 @@ def complaint(error: Exception) -> str:
     elif lacking := shortage(error):
         text = f"The computer could not go on: {lacking}"
     elif isinstance(error, OSError):
-        where = error.filename or "the output"
-        text = f"The operating system refused to use {where}: {error.strerror or error}"
+        what = f"to use {error.filename}" if error.filename else "an operation"
+        text = f"The operating system refused {what}: {error.strerror or error}"
     else:
         return ""
-    return " ".join(text.split()).rstrip(".") + "."
+    return " ".join(sentence(text).split()).rstrip(".") + "."
 
 
 def shortage(error: BaseException) -> str:

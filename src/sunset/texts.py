@@ -7,6 +7,10 @@ import reprlib
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
+from typing import Final
+
+_LONGEST_SENTENCE: Final = 2000
+"""In characters."""
 
 
 def printable(text: str) -> str:
@@ -48,6 +52,19 @@ def shorten(text: str, longest: int = 1000) -> str:
     'aaaaaaaaaa…'
     """
     return text if len(text) <= longest else f"{text[:longest]}…"
+
+
+def sentence(text: str) -> str:
+    """Return a sentence that quotes texts of others, made printable; one that is far too long loses its middle.
+
+    >>> len(sentence("There is no scenario " + "x" * 5000 + ": name another."))
+    2000
+    """
+    text = printable(text)
+    if len(text) <= _LONGEST_SENTENCE:
+        return text
+    end = _LONGEST_SENTENCE // 3
+    return f"{text[: _LONGEST_SENTENCE - end - 1]}…{text[-end:]}"
 
 
 def counted(number: int, noun: str) -> str:

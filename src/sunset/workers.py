@@ -10,13 +10,21 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager, nullcontext
+from math import ceil
 from multiprocessing.context import ForkContext, ForkProcess, SpawnContext, SpawnProcess
 from multiprocessing.process import BaseProcess
+from pathlib import Path
 from types import ModuleType
 from typing import Any, Final, TypeVar
 
 from sunset.errors import InvalidInputError, SunsetError
 from sunset.texts import shown
+
+_QUOTAS: Final = (
+    [Path("/sys/fs/cgroup/cpu.max")],
+    [Path("/sys/fs/cgroup/cpu/cpu.cfs_quota_us"), Path("/sys/fs/cgroup/cpu/cpu.cfs_period_us")],
+)
+"""Where a container reads its quota of the processors' time and the period for that, in both versions of cgroups."""
 
 _STARTING: Final = threading.Lock()
 
@@ -31,8 +39,16 @@ Stages = Callable[[str, int, int], None]
 
 
 def processors() -> int:
-    """Return how many processors this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    """Return how many processors this process may use, a container's quota rounded up."""
+    count = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    for files in _QUOTAS:
+        try:
+            quota, period = " ".join(file.read_text(encoding="utf-8") for file in files).split()
+        except (OSError, ValueError):
+            continue
+        if quota.isdecimal():  # neither "max" nor -1
+            count = min(count, ceil(int(quota) / int(period)))
+    return max(count, 1)
 
 
 def check_jobs(jobs: int | None) -> None:
@@ -96,7 +112,13 @@ def worker_pool(jobs: int, *, forked: bool = False) -> Iterator[ProcessPoolExecu
         return workers[-1]
 
     context.Process = make  # type: ignore[misc, assignment]  # what the pool calls it for
-    pool = ProcessPoolExecutor(jobs, mp_context=context, initializer=_set_up)
+    try:
+        pool = ProcessPoolExecutor(jobs, mp_context=context, initializer=_set_up)
+    except OSError as error:
+        raise SunsetError(
+            f"Several processes need shared memory, which the system refused ({error.strerror}): let /dev/shm be "
+            "written to, or do with --jobs 1."
+        ) from error
     try:
         with warnings.catch_warnings():
             if forked:  # of Python from 3.12 on; the other threads that there may be are not needed there

@@ -56,7 +56,25 @@ def truncated(path: Path) -> None:
 
 OF_ANOTHER_VERSION = b'{"bundle_version": 2, "managers": {}, "extensions": {}}'
 
+
+def surrounded(before: bytes, after: bytes) -> Make:
+    def make(path: Path) -> None:
+        with_file("a")(path)
+        path.write_bytes(before + path.read_bytes() + after)
+
+    return make
+
+
+def with_comment(path: Path) -> None:
+    with_file("a")(path)
+    with zipfile.ZipFile(path, "a") as archive:
+        archive.comment = b"more"
+
+
 MISTAKES: dict[str, tuple[Make, str]] = {
+    "bytes before it": (surrounded(b"#!/bin/sh\n", b""), "bytes before or after the zip file in it"),
+    "bytes behind it": (surrounded(b"", b"more"), "bytes before or after the zip file in it"),
+    "a comment": (with_comment, "bytes before or after the zip file in it"),
     "missing": (lambda _: None, "There is no bundle .*x.zip: name a file that 'sunset bundle' wrote."),
     "folder": (Path.mkdir, "x.zip is a folder: name the zip file that 'sunset bundle' wrote."),
     "text": (

@@ -561,3 +561,36 @@ def test_a_full_disk_costs_the_run_that_did_not_fit_and_no_other(tmp_path: Path,
     assert str(tmp_path / "full") in full.stderr
     assert not (tmp_path / "full").exists()
     assert finished.read_bytes() == before
+
+
+LONG = "x" * 100_000
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        [LONG],
+        ["run", LONG],
+        ["run", "--extension", LONG],
+        ["run", "--manager", f"exec:{LONG}"],
+        ["run", "--out", LONG],
+        ["run", "--seed", LONG],
+        ["run", f"--{LONG}"],
+        ["bench", "--scenarios", LONG, "--out", "folder"],
+        ["report", LONG],
+    ],
+    ids=lambda arguments: " ".join(arguments).partition(LONG)[0] or "a verb",
+)
+def test_no_argument_makes_a_complaint_long(
+    arguments: Sequence[str], flight: Path, complaint: Callable[[Sequence[str]], str]
+) -> None:
+    del flight
+    assert 1000 < len(complaint(arguments)) < 2200
+
+
+def test_a_scenario_of_too_many_faults_is_refused_at_once(
+    tmp_path: Path, complaint: Callable[[Sequence[str]], str]
+) -> None:
+    written(tmp_path / "many.yaml", f"name: many\nfaults: [{'gpu_failure, ' * 5000}]")
+    sentence = complaint(["run", "many.yaml"])
+    assert "many.yaml, line 2: A scenario has at most 1000 faults, got 5000: leave some out." in sentence

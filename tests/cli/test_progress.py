@@ -1,11 +1,14 @@
 """Long work says on stderr what it does, from its beginning on."""
 
 import io
+import os
+import subprocess
 import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
+from pathlib import Path
 
 import pytest
 from rich.console import Console
@@ -187,3 +190,17 @@ def test_a_process_forked_while_it_is_drawn_can_write_to_stderr(
             call_isolated(say, limit_s=10)
 
     assert capfd.readouterr().err.count("heard") == 30
+
+
+def test_an_extension_that_takes_long_to_load_is_named(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "door")
+    file = tmp_path / "slow.py"
+    file.write_text(
+        f"from sunset.system import Extension\nopen({str(tmp_path / 'door')!r}).read()\nEXTENSION = Extension()\n"
+    )
+    command = [sys.executable, "-m", "sunset", "scenarios", "list", "--extension", str(file)]
+    with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True) as process:
+        assert process.stderr is not None
+        assert process.stderr.readline() == f"Loading {file} …\n"
+        (tmp_path / "door").write_text("")
+        assert process.wait(60) == 0

@@ -89,6 +89,7 @@ MISTAKES: dict[str, tuple[Callable[[Path, Path], list[str]], str]] = {
     "a flight that is gone": (lambda run, path: [str(run), "--bag", str(path / "bag")], "There is no bag at"),
     "another model": (lambda run, path: [str(run), "--model", str(path)], "model"),
     "two seeds": (other_seed, "if their seed is the same, got 1 and 2"),
+    "itself beside it": (lambda run, _: [str(run), str(run)], "A run beside itself shows nothing"),
     "a folder to write to": (lambda run, path: [str(run), "--out", str(path)], "which is a folder"),
     "a folder that cannot be": (
         lambda run, _: [str(run), "--out", "/dev/null/page.html"],

@@ -48,6 +48,14 @@ def put(harness: Harness, **values: Any) -> list[tuple[bool, str]]:
     return [(result.successful, result.reason) for result in response.results]
 
 
+def test_a_name_of_a_megabyte_is_not_sent_back_whole(harness: Harness) -> None:
+    harness.start("Parametrised")
+    ((successful, reason),) = put(harness, **{"x" * 2**20: 1})
+    assert not successful
+    assert "xxx…xxx" in reason
+    assert len(reason) <= 2000
+
+
 def test_values_of_all_kinds_are_got(harness: Harness) -> None:
     harness.start("Parametrised")
     names = ["flag", "topic", "numbers", "weights", "names", "image.strength", "anything"]

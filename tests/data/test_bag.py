@@ -3,6 +3,7 @@ import hashlib
 import os
 import shutil
 import sqlite3
+import struct
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
@@ -133,6 +134,103 @@ def test_a_recording_in_several_files_is_one_bag(tmp_path: Path, plugin: Storage
     (folder / "metadata.yaml").write_text(yaml.safe_dump(metadata))
     with read_bag(folder) as bag:
         assert all(_equal(bag.frame(index), frames[index]) for index in range(3))
+
+
+@pytest.mark.parametrize("plugin", list(StoragePlugin))
+@pytest.mark.parametrize("metadata", ["no metadata", 'storage_identifier: ""', "storage_identifier:"])
+def test_a_folder_whose_metadata_do_not_say_what_its_files_are_is_read(
+    tmp_path: Path, plugin: StoragePlugin, metadata: str
+) -> None:
+    frames = make_frames(11)
+    folder = tmp_path / "flight"
+    folder.mkdir()
+    stamps = [10**9 + 10**8 * number for number in range(11)]
+    for number in range(11):
+        part = record(tmp_path / f"flight_{number}", rows_of(frames[number:], stamps[number:])[:3], plugin)
+        (file,) = part.glob("flight_*")
+        file.rename(folder / file.name)
+    if metadata != "no metadata":
+        (folder / "metadata.yaml").write_text(f"rosbag2_bagfile_information:\n  {metadata}\n  version: 5\n")
+    with read_bag(folder) as bag:
+        assert bag.stamps_ns == tuple(stamps)
+        assert all(_equal(bag.frame(index), frames[index]) for index in range(11))
+
+
+def test_files_that_are_not_parts_of_one_recording_are_not_joined(tmp_path: Path) -> None:
+    for name in ("monday", "tuesday"):
+        write_bag(tmp_path / f"{name}.mcap", make_frames(), STAMPS)
+    with pytest.raises(DataError, match=r"files of one recording, got neither: give the file of one itself"):
+        read_bag(tmp_path)
+
+
+def _large_recording(path: Path) -> tuple[list[Frame], bytes]:
+    """A recording of several chunks, which end at about a mebibyte."""
+    frames = make_frames(6, (300, 400))
+    stamps = [10**9 + 10**8 * number for number in range(6)]
+    return frames, write_bag(path, frames, stamps).read_bytes()
+
+
+@pytest.mark.parametrize("share", [0.5, 0.75, 0.9, 0.999])
+def test_what_a_killed_recorder_left_is_read_up_to_its_last_whole_chunk(
+    tmp_path: Path, share: float, caplog: pytest.LogCaptureFixture
+) -> None:
+    frames, content = _large_recording(tmp_path / "whole.mcap")
+    (tmp_path / "killed").mkdir()
+    file = tmp_path / "killed" / "killed_0.mcap"
+    file.write_bytes(content[: int(len(content) * share)])
+    for path in (file, tmp_path / "killed"):
+        caplog.clear()
+        with read_bag(path) as bag:
+            assert 0 < len(bag) <= 6 * share + 0.1
+            assert all(_equal(bag.frame(index), frames[index]) for index in range(len(bag)))
+        (told,) = caplog.messages
+        assert told == (
+            f"The file {file} lacks its end: its recorder was killed, or it was cut off later. It is read up to "
+            "its last whole chunk."
+        )
+
+
+def _without_message_indexes(content: bytes) -> bytes:
+    """Return a file of MCAP without the records that say where messages are in a chunk."""
+    kept, place, chunks, summary = bytearray(content[:8]), 8, list[int](), 0
+    while place < len(content) - 8:
+        kind, (length,) = content[place], struct.unpack_from("<Q", content, place + 1)
+        body = content[place + 9 : place + 9 + length]
+        place += 9 + length
+        if kind == 0x06:
+            chunks.append(len(kept))
+        elif (
+            kind == 0x08
+        ):  # of a chunk: its times, place, length, a map of indexes, their length, how it is packed
+            (size,) = struct.unpack_from("<I", body, 32)
+            body = body[:16] + struct.pack("<Q", chunks.pop(0)) + body[24:32] + bytes(12) + body[44 + size :]
+        elif kind == 0x02:
+            body = struct.pack("<QQI", summary, 0, 0)
+        if kind not in {0x07, 0x0D, 0x0E}:
+            kept += bytes([kind]) + struct.pack("<Q", len(body)) + body
+        if kind == 0x0F:
+            summary = len(kept)
+    return bytes(kept) + content[-8:]
+
+
+def test_a_file_without_message_indexes_is_read(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    frames, content = _large_recording(tmp_path / "whole.mcap")
+    (tmp_path / "bag.mcap").write_bytes(_without_message_indexes(content))
+    with read_bag(tmp_path / "bag.mcap") as bag:
+        assert len(bag) == 6
+        assert all(_equal(bag.frame(index), frames[index]) for index in range(6))
+    assert caplog.messages == []
+
+
+@pytest.mark.parametrize("topic", ["/rgb_raw", "/depth_raw", "/gt_segmentation"])
+def test_images_without_stamps_are_refused(tmp_path: Path, topic: str) -> None:
+    rows = rows_of(make_frames())
+    for name, _, message in rows:
+        if name == topic:
+            message.header.stamp.sec = message.header.stamp.nanosec = 0
+    remedy = f"moments on {topic}, got 0 ns as the stamp of all 3: let the camera's driver set the stamps"
+    with pytest.raises(DataError, match=remedy):
+        read_bag(record(tmp_path / "bag", rows))
 
 
 def _edit(folder: Path, change: Callable[[dict[str, Any]], None]) -> Path:
@@ -681,7 +779,7 @@ def test_another_message_type_is_refused(tmp_path: Path) -> None:
     ("name", "remedy"),
     [
         ("missing", "give the folder"),
-        ("empty", "reindex"),
+        ("empty", "files of one recording, got neither"),
         ("stray.txt", "got '.txt'"),
         ("flight.mcap.zstd", "folder of a compressed bag"),
         ("old.bag", "rosbags-convert"),
@@ -699,7 +797,7 @@ def test_what_is_no_bag_is_refused(tmp_path: Path, name: str, remedy: str) -> No
 
 
 @pytest.mark.parametrize("storage", ["mcap", "sqlite3"])
-@pytest.mark.parametrize("share", [0.0, 0.001, 0.3, 0.7, 0.99])
+@pytest.mark.parametrize("share", [0.0, 0.001, 0.3, 0.7, 0.9])
 def test_a_truncated_file_is_refused(tmp_path: Path, storage: str, share: float) -> None:
     folder = write_bag(tmp_path / "bag", make_frames(3, (60, 100)), STAMPS, storage=storage)
     path = next(path for path in folder.iterdir() if path.suffix in {".mcap", ".db3"})
@@ -746,8 +844,13 @@ def test_garbage_anywhere_is_refused_or_harmless(tmp_path: Path, storage: str) -
 def test_a_broken_metadata_file_is_refused(tmp_path: Path, text: str) -> None:
     folder = write_bag(tmp_path / "bag", make_frames(), STAMPS)
     (folder / "metadata.yaml").write_text(text)
-    with pytest.raises(DataError, match="cannot be read as a rosbag2"):
+    with pytest.raises(
+        DataError, match=r"cannot be read as a rosbag2: .*; remove its metadata\.yaml: without one"
+    ):
         read_bag(folder)
+    (folder / "metadata.yaml").unlink()
+    with read_bag(folder) as bag:
+        assert len(bag) == 3
 
 
 def test_a_schema_that_is_not_of_ros_is_refused(tmp_path: Path) -> None:

@@ -1,7 +1,7 @@
 """A plain folder of pictures: which frames it holds, and what is said of one that is not as it must be."""
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -170,3 +170,35 @@ def test_what_is_no_picture_is_passed_over(folder: Path) -> None:
     (folder / "depth" / "notes.txt").write_bytes(b"")
     (folder / "labels" / "more.png").mkdir()
     assert len(find_pictures(folder)) == 3
+
+
+def with_names(folder: Path, names: Sequence[str]) -> Path:
+    for name, frame in zip(names, make_frames(len(names), SIZE), strict=True):
+        put_pictures(folder, name, frame)
+    return folder
+
+
+@pytest.mark.parametrize(
+    ("names", "kind"),
+    [
+        (["0.05", "0.1"], "decimal"),
+        (["1.9", "1.10"], "decimal"),
+        (["-2", "-1", "0"], "decimal"),
+        (["1e-05", "0.01"], "decimal"),
+        (["9", "a", "10"], "hexadecimal"),
+        (["009", "00a"], "hexadecimal"),
+        (["0x9", "0xa", "0x10"], "hexadecimal"),
+    ],
+)
+def test_names_whose_order_is_not_clear_are_refused(names: list[str], kind: str, tmp_path: Path) -> None:
+    with pytest.raises(DataError, match=f"as {kind} numbers is another; name them by their places"):
+        find_pictures(with_names(tmp_path, names))
+
+
+@pytest.mark.parametrize(
+    "names",
+    [["9", "10"], ["0.05", "0.10"], ["9.5", "10.5"], ["1_9", "1_10"], ["2026-03-04 9.05", "2026-03-04 9.10"]],
+)
+def test_names_whose_order_is_clear_are_taken(names: list[str], tmp_path: Path) -> None:
+    flight = find_pictures(with_names(tmp_path, names))
+    assert [path.stem for path, _, _ in flight.files] == names

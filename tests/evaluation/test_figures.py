@@ -1,3 +1,5 @@
+import os
+import subprocess
 import sys
 from pathlib import Path
 
@@ -43,6 +45,28 @@ def test_the_same_figure_has_the_same_bytes(tmp_path: Path, suffix: str) -> None
     for file in files:
         entropy_figure(SERIES, 0.2, file)
     assert files[0].read_bytes() == files[1].read_bytes()
+
+
+MINE = """
+import sys
+from pathlib import Path
+import numpy as np
+from sunset.evaluation import entropy_figure
+from sunset.metrics import Samples
+times = np.arange(100) / 10
+entropy_figure({"no fault": Samples(times, np.full(100, 0.1))}, 0.2, Path(sys.argv[1]))
+"""
+
+
+@pytest.mark.parametrize("back_end", ["agg", "module://of_a_notebook.that_is_not_here"])
+def test_a_users_settings_of_matplotlib_change_no_figure(tmp_path: Path, back_end: str) -> None:
+    pytest.importorskip("matplotlib")
+    (tmp_path / "matplotlibrc").write_text("text.usetex: True\nlines.linewidth: 9\nsavefig.dpi: 20\n")
+    settings = {"MPLBACKEND": back_end, "MATPLOTLIBRC": str(tmp_path)}
+    for name, environment in (("plain.png", {}), ("mine.png", settings)):
+        command = [sys.executable, "-c", MINE, str(tmp_path / name)]
+        subprocess.run(command, env={**os.environ, **environment}, check=True)
+    assert (tmp_path / "mine.png").read_bytes() == (tmp_path / "plain.png").read_bytes()
 
 
 def test_samples_with_gaps_few_or_none_are_drawn(tmp_path: Path) -> None:

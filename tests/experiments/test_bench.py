@@ -1,8 +1,10 @@
 """Campaigns: what is planned, and that killing one costs nothing that was finished."""
 
+import errno
 import json
 import os
 import re
+import shlex
 import signal
 import subprocess
 import time
@@ -13,9 +15,10 @@ import pytest
 from tests.experiments.campaigns import RUNS, bench_command, content_of
 
 from sunset.data import read_bag, write_bag
-from sunset.errors import InvalidInputError, OutputError
-from sunset.evaluation import render_report
+from sunset.errors import InvalidInputError, OutputError, RecordError
+from sunset.evaluation import load_results, render_report
 from sunset.experiments import BenchSpec, Settings, Timing, bench, plan, run_folder
+from sunset.experiments.campaign_lock import locked_campaign
 from sunset.recording import read_run
 from sunset.scenarios import Scenario
 from sunset.system import extended_system
@@ -345,6 +348,80 @@ def test_a_label_is_the_name_everywhere(tmp_path: Path) -> None:
 def test_labels_must_differ() -> None:
     with pytest.raises(InvalidInputError, match="must be named once, got a, a"):
         BenchSpec(managers=("a=none", "a=baseline"))
+
+
+def test_labels_must_differ_by_more_than_case() -> None:
+    with pytest.raises(
+        InvalidInputError, match=r"in which file systems may see no difference, got .*/mine/.*/Mine/"
+    ):
+        plan(BenchSpec(suite="nofault", managers=("mine=baseline", "Mine=reactive")))
+
+
+def test_a_run_that_a_failing_computer_has_damaged_is_done_again(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    spec = BenchSpec(
+        suite="nofault", managers=("none",), references=False, score=False, repetitions=2, settings=SHORT
+    )
+    assert bench(spec, tmp_path / "out", jobs=1) == 2
+    before = content_of(tmp_path / "out")
+    file = next((tmp_path / "out").rglob("seed-1/run.json"))
+    file.write_bytes(bytes(file.stat().st_size))
+
+    with pytest.raises(RecordError, match=r"Remove its folder, and the campaign's command runs it again\."):
+        load_results(tmp_path / "out")
+    assert bench(spec, tmp_path / "out", jobs=1) == 1
+    assert content_of(tmp_path / "out") == before
+    assert "run.json is damaged and cannot be read as JSON" in caplog.text
+    assert "It is run again." in caplog.text
+
+
+def test_a_campaign_goes_on_whichever_path_names_its_managing_system(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine.py").write_text(MANAGER)
+    spec = BenchSpec(
+        suite="nofault",
+        managers=("mine.py:Mine",),
+        references=False,
+        score=False,
+        repetitions=1,
+        settings=SHORT,
+    )
+    assert bench(spec, tmp_path / "out", jobs=1) == 1
+    for path in (f"{tmp_path}/mine.py", "./mine.py", "../" + tmp_path.name + "/mine.py"):
+        assert bench(replace(spec, managers=(f"{path}:Mine",)), tmp_path / "out", jobs=1) == 0
+    (tmp_path / "other.py").write_text(MANAGER)
+    with pytest.raises(InvalidInputError, match="holds another campaign: its managers are"):
+        bench(replace(spec, managers=("other.py:Mine",)), tmp_path / "out", jobs=1)
+
+
+def test_a_folder_without_locks_for_files_is_said_to_be_so(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refused(*_: object) -> None:  # as some network drives do
+        raise OSError(errno.ENOLCK, os.strerror(errno.ENOLCK))
+
+    monkeypatch.setattr("fcntl.flock", refused)
+    rule = r"has no locks for files \(No locks available\), .* name a folder on another one"
+    with pytest.raises(OutputError, match=rule), locked_campaign(tmp_path / "out"):
+        pass
+
+
+NO_SHARED_MEMORY = ["unshare", "--map-root-user", "--mount", "sh", "-c"]
+
+
+def test_a_campaign_of_one_job_needs_no_shared_memory(tmp_path: Path) -> None:
+    closed = "mount -t tmpfs -o ro none /dev/shm && "
+    if subprocess.run([*NO_SHARED_MEMORY, f"{closed}true"], check=False, capture_output=True).returncode:
+        pytest.skip("this system lets no user mount anything")
+    for jobs, code, told in ((2, 2, "let /dev/shm be written to, or do with --jobs 1."), (1, 0, "")):
+        command = [*bench_command(tmp_path / "out"), "--jobs", str(jobs)]
+        done = subprocess.run(
+            [*NO_SHARED_MEMORY, closed + shlex.join(command)], check=False, capture_output=True, text=True
+        )
+        assert (done.returncode, told in done.stderr) == (code, True), done.stderr
 
 
 @pytest.mark.thorough

@@ -70,6 +70,24 @@ def test_what_speaks_and_is_not_a_scheduler_is_told(said: bytes) -> None:
             pass
 
 
+@pytest.mark.thorough
+def test_a_worker_that_dask_has_paused_is_named(caplog: pytest.LogCaptureFixture) -> None:
+    distributed = pytest.importorskip("distributed")
+    with distributed.LocalCluster(
+        n_workers=1,
+        threads_per_worker=1,
+        processes=False,
+        protocol="tcp://",
+        dashboard_address=None,
+        memory_limit=0,  # so that dask itself neither pauses it nor lets it go on
+    ) as cluster:
+        with connected_scheduler(cluster.scheduler_address):
+            assert "is paused" not in caplog.text
+        cluster.workers[0].status = distributed.core.Status.paused
+        with connected_scheduler(cluster.scheduler_address):
+            assert "is paused, as dask does where memory is short" in caplog.text
+
+
 def test_an_extra_that_is_not_installed_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("sunset.experiments.cluster.find_spec", {}.get)
     with (

@@ -374,6 +374,14 @@ class Flooding(ManagingSystem):
     def adapt(self, symptoms):
         self.out.publish(String(data="x" * (9 << 20)))
 
+class Talking(ManagingSystem):
+    def on_start(self):
+        self.out = self.create_publisher(String, "/rosout", 10)
+
+    def adapt(self, symptoms):
+        for _ in range(100_000):
+            self.out.publish(String())
+
 class Waiting(ManagingSystem):
     def on_start(self):
         for thing in (*self.timers, *self.subscriptions):
@@ -416,7 +424,8 @@ def test_one_is_written_where_it_was_found_whatever_its_process_says(
 @pytest.mark.parametrize(
     ("name", "reason"),
     [
-        ("Flooding", "it sends more than 64 MiB in a minute"),
+        ("Flooding", "it sends more than 64 MiB, or 32768 messages, in a minute"),
+        ("Talking", "it sends more than 64 MiB, or 32768 messages, in a minute"),
         ("Waiting", "it waits for more than .* in a callback"),
     ],
 )

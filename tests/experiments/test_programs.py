@@ -95,6 +95,10 @@ BAD = {
         "did not return within 3 s; its program must answer each line, and flush its output",
     ),
     "death": ("import sys; sys.exit(3)", "line 1 of its output is missing: it ended with exit code 3"),
+    "death while a child of it goes on": (
+        "import os, sys, time\nif not os.fork():\n    time.sleep(60)\nsys.exit(3)",
+        "line 1 of its output is missing: it ended with exit code 3",
+    ),
     "death by a signal": (
         answering("import os; os.kill(os.getpid(), 9)"),
         "line 1 of its output is missing: it was ended by signal 9",

@@ -8,7 +8,7 @@ from sunset.errors import ParameterError
 from sunset.interfaces.builtin_interfaces.msg import Time
 from sunset.interfaces.rosgraph_msgs.msg import Clock
 from sunset.interfaces.std_msgs.msg import String
-from sunset.nodes import AdaptiveNode, FaultParameter, NodeParameter, TopicParameter, action
+from sunset.nodes import AdaptiveNode, Camera, FaultParameter, NodeParameter, TopicParameter, action
 from sunset.ros import CallbackError, Parameter
 from sunset.ros.exceptions import InvalidParameterValueException
 from sunset.ros.lifecycle import LifecycleState, TransitionCallbackReturn
@@ -365,3 +365,16 @@ def test_an_exception_in_a_lifecycle_callback_surfaces(world: "World") -> None:
     world.start(Broken)
     with pytest.raises(CallbackError, match="no such file"):
         world.run(0.1)
+
+
+class Mistyping(Camera):
+    def set_up(self) -> None:
+        super().set_up()
+        self.report("sharpnes", 3.0)
+
+
+def test_a_node_of_the_system_reports_no_number_that_nobody_described(world: "World") -> None:
+    with pytest.raises(
+        ValueError, match=r"got 'sharpnes': did you mean 'sharpness', or add Signal\('camera', "
+    ):
+        world.start(Mistyping)

@@ -211,6 +211,18 @@ def test_what_is_no_network_is_refused(with_network: Callable[[bytes], Path], co
         model.session(Modality.RGB)
 
 
+@pytest.mark.parametrize("operator", ["Loop", "Scan"])
+def test_a_network_that_could_work_for_ever_is_refused(
+    operator: str, with_network: Callable[[bytes], Path]
+) -> None:
+    onnx = pytest.importorskip("onnx")
+    inner = onnx.helper.make_graph([], "inner", [], [])
+    node = onnx.helper.make_node(operator, ["times"], ["y"], body=inner)
+    network = onnx.helper.make_model(onnx.helper.make_graph([node], "graph", [], []))
+    with pytest.raises(ModelError, match=f"must not have the operator {operator}, whose work has no bounds"):
+        load_model(with_network(network.SerializeToString())).session(Modality.RGB)
+
+
 def test_a_network_cut_short_is_refused(with_network: Callable[[bytes], Path], lite: Model) -> None:
     content = (lite.folder / "rgb.onnx").read_bytes()
     model = load_model(with_network(content[: len(content) // 2]))

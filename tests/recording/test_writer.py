@@ -261,7 +261,7 @@ def test_what_a_killed_run_left_is_replaced(tmp_path: Path) -> None:
 
 def test_two_that_write_to_one_folder_do_not_take_it_from_each_other(tmp_path: Path) -> None:
     with RecordWriter(tmp_path / "run") as first:
-        with pytest.raises(OutputError, match="Another process writes a record to"):
+        with pytest.raises(OutputError, match=r"Another process writes the record .*/run: name another"):
             RecordWriter(tmp_path / "run")
         first.close(RUN)
 

@@ -1,6 +1,7 @@
 """The page in browsers, where they are installed: it shows each moment as it was, and does what is asked of it."""
 
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import cv2
@@ -247,3 +248,17 @@ def test_what_makes_up_for_a_fault_leaves_its_words_legible(browser: Browser) ->
         "return [words.getBoundingClientRect().bottom, around.getBoundingClientRect().top]"
     )
     assert bottom <= top + 1
+
+
+def test_a_browser_that_does_not_understand_the_script_says_so(
+    browser: Browser, ten: Shown, tmp_path: Path
+) -> None:
+    shown = "return document.body.innerText.includes('a browser of 2023 or newer')"
+    assert not browser.evaluate(shown)
+    (tmp_path / "old.html").write_text(
+        ten.page.read_text(encoding="utf-8").replace("setTheme(", "setTheme (", 1), encoding="utf-8"
+    )  # the page's policy does not let this script run, as an old browser cannot
+    browser.open((tmp_path / "old.html").as_uri())
+    assert browser.evaluate(shown)
+    browser.complaints()
+    browser.open(ten.page.as_uri())

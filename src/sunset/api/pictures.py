@@ -10,7 +10,7 @@ from sunset.data import default_flight
 from sunset.errors import InvalidInputError
 from sunset.evaluation import outage_figure
 from sunset.experiments import RunSpec, Settings
-from sunset.figures import check_figure, save_figure
+from sunset.figures import check_figure, drawing, save_figure
 from sunset.perception import load_model
 from sunset.scenarios import load_scenario
 from sunset.system import current_system, get_fault
@@ -53,7 +53,9 @@ def draw_fault_picture(name: str, file: Path, settings: Settings, frame: int | N
 
         model = load_model(settings.model)
         views = fault_views(name, model, settings.bag or default_flight(), frame)
-        save_figure(views_figure(views, name, model), file)
+        figure = views_figure(views, name, model)
+        with drawing():
+            save_figure(figure, file)
     elif fault.failure in current_system().outages:
         if frame is not None:
             raise InvalidInputError(

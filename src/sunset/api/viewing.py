@@ -132,6 +132,7 @@ def view(
         extensions: those of the managed system that the runs were made with; a `Run` knows its own.
 
     Raises:
+        InvalidInputError: both are the same run.
         RecordError: there is no such run, it failed, its images cannot be made, or the two cannot be compared.
         OutputError: the page cannot be written.
     """
@@ -144,6 +145,8 @@ def view(
         file = _default_page(given) if out is None else as_path(out, "page's file")
         check_page_file(file)
         if other is not None:
+            if given[0].record == given[1].record:
+                raise InvalidInputError("A run beside itself shows nothing: name another one, or one only.")
             check_comparable(given[0].record, given[1].record)
         place = None if bag is None else as_path(bag, "bag")
         runs = [stack.enter_context(one.at_hand()) for one in given]

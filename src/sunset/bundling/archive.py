@@ -1,6 +1,7 @@
 """Writing zip files whose bytes depend on their content only, and opening those of strangers."""
 
 import hashlib
+import os
 import re
 import shutil
 import stat
@@ -38,6 +39,9 @@ _NOTHING: Final = 2
 _PIECE: Final = 2**20
 _ENTRY: Final = re.compile("(?P<digest>[0-9a-f]{64})  (?P<name>.+)")
 """A line of the list of checksums."""
+
+_END: Final = b"PK\x05\x06" + bytes(18)
+"""The last bytes of a zip file without a comment begin and end like this."""
 
 
 def check_new(out: Path) -> None:
@@ -143,6 +147,13 @@ def _check(path: Path, infos: list[zipfile.ZipInfo]) -> None:
     if len(infos) > _MOST:
         raise RecordError(
             f"The bundle {path} has {len(infos)} files, and none has more than {_MOST}: it is not opened."
+        )
+    with path.open("rb") as file:
+        file.seek(-len(_END), os.SEEK_END)
+        end = file.read()
+    if min((info.header_offset for info in infos), default=0) or end[:4] != _END[:4] or end[-2:] != _END[-2:]:
+        raise RecordError(
+            f"The bundle {path} has bytes before or after the zip file in it: take the bundle as it was published."
         )
     for info in infos:
         name = info.filename

@@ -13,6 +13,7 @@ from typing import Final, NoReturn
 from sunset.cli._parser import EXIT_BAD_INPUT, VERBS, Verb, make_parser, split_extensions
 from sunset.forks import fill_standard_streams, started_ahead
 from sunset.shortage import complaint
+from sunset.texts import sentence
 
 EXIT_INTERRUPTED: Final = 130
 _SIGNALLED: Final = 128
@@ -47,8 +48,8 @@ def _execute(verb: str, arguments: Sequence[str]) -> int:
     known = VERBS.get(verb, Verb(""))
     try:
         with ExitStack() as stack:
-            with _loading() if known.is_long else nullcontext():
-                extensions, rest = split_extensions(arguments) if known.is_extensible else ([], arguments)
+            extensions, rest = split_extensions(arguments) if known.is_extensible else ([], arguments)
+            with _loading(extensions) if known.is_long or extensions else nullcontext():
                 if extensions:
                     from sunset.system import extended_system  # noqa: PLC0415  most command lines need none
 
@@ -76,10 +77,11 @@ def _execute(verb: str, arguments: Sequence[str]) -> int:
 
 
 @contextmanager
-def _loading() -> Iterator[None]:
-    """Say on stderr that the program is being loaded, where that takes longer than `_QUICK_S`."""
+def _loading(extensions: Sequence[str] = ()) -> Iterator[None]:
+    """Say on stderr that the program is being loaded, or extensions are, where that takes longer than `_QUICK_S`."""
+    text = f"Loading {sentence(', '.join(extensions))} …" if extensions else "Loading …"
     end = "\r" if sys.stderr.isatty() else "\n"  # on a terminal, what comes next takes its place
-    timer = threading.Timer(_QUICK_S, print, ["Loading …"], {"end": end, "file": sys.stderr, "flush": True})
+    timer = threading.Timer(_QUICK_S, print, [text], {"end": end, "file": sys.stderr, "flush": True})
     timer.daemon = True
     timer.start()
     try:

@@ -81,8 +81,9 @@ def add_format_options(
     parser: argparse.ArgumentParser, formats: Sequence[str], text: str, default: str | None = "table"
 ) -> None:
     """Add what says in which of some formats a result is printed."""
-    parser.add_argument("--format", default=default, choices=formats, help=text)
-    parser.add_argument(
+    group = parser.add_mutually_exclusive_group()
+    group.add_argument("--format", default=default, choices=formats, help=text)
+    group.add_argument(
         "--json", action="store_const", dest="format", const="json", help="same as --format json"
     )
 

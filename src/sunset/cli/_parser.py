@@ -6,7 +6,7 @@ from importlib import import_module
 from typing import Any, Final, NamedTuple, NoReturn, TypeAlias
 
 from sunset import __version__
-from sunset.texts import suggestion
+from sunset.texts import sentence, suggestion
 
 EXIT_BAD_INPUT: Final = 2
 
@@ -149,7 +149,7 @@ class Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         """Print one sentence and exit with code 2."""
-        text = message[:1].upper() + message[1:]
+        text = sentence(message[:1].upper() + message[1:])
         self.exit(EXIT_BAD_INPUT, f"{self.prog}: {text}; '{self.prog} --help' lists what is expected.\n")
 
 

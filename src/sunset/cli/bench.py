@@ -140,6 +140,8 @@ def execute(arguments: argparse.Namespace) -> int:
 
 def _print_plan(spec: BenchSpec, arguments: argparse.Namespace) -> None:
     """Print what the campaign would be, as text or JSON."""
+    if arguments.shard is not None:
+        raise InvalidInputError("A plan is of the whole campaign: leave out --shard, or --plan.")
     if arguments.format not in {"table", "json"}:
         raise InvalidInputError(f"A plan is printed as table or json, got {arguments.format!r}.")
     found = forecast(spec, arguments.like)

@@ -8,8 +8,7 @@ import sqlite3
 import tempfile
 import weakref
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import prod
@@ -32,7 +31,7 @@ from sunset.data.bag_images import (
     is_known,
     serialized,
 )
-from sunset.data.bag_paths import STORAGES, check_bag_path, check_uri
+from sunset.data.bag_paths import REMEDY, STORAGES, check_bag_path, check_uri, translated
 from sunset.data.frame import Frame, no_labels
 from sunset.data.pairing import pair
 from sunset.data.pixels import check_ids, dimensions, resample
@@ -40,11 +39,9 @@ from sunset.errors import DataError, InvalidInputError, OutputError
 from sunset.image_digests import Pixels, remember_digest
 from sunset.interfaces import message_definition, type_hash
 from sunset.interfaces.sensor_msgs.msg import Image
-from sunset.shortage import shortage
+from sunset.output_files import flush, unwritable
 
 __all__ = ["TOPICS", "BagReader", "read_bag", "write_bag"]
-
-REMEDY: Final = "record, copy or import it again"
 
 _TRUTH: Final = "/gt_segmentation"
 _BYTES_PER_PIXEL: Final = 6
@@ -85,10 +82,12 @@ def write_bag(
         with tempfile.TemporaryDirectory(prefix=".writing-", dir=path.parent) as draft:
             made = Path(draft) / (path.stem if alone else path.name)
             _write(made, frames, stamps_ns, StoragePlugin[plugin])
+            flush(made)
             (made / path.name if alone else made).rename(path)
-    except (OSError, sqlite3.Error) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        raise OutputError(f"The bag {path} cannot be written: {reason}; choose another place.") from error
+    except sqlite3.Error as error:
+        raise OutputError(f"The bag {path} cannot be written: {error}; name another place.") from error
+    except OSError as error:
+        raise unwritable(f"The bag {path}", error) from error
     return path
 
 
@@ -110,32 +109,6 @@ def _write(folder: Path, frames: Iterable[Frame], stamps_ns: Sequence[int], plug
             raise InvalidInputError(
                 f"A bag needs one stamp per frame, got {len(stamps_ns)} for {written} frames."
             )
-
-
-@contextmanager
-def _translated(path: Path, *, opened: bool = False) -> Iterator[None]:
-    """Turn whatever the bag library raises about a broken file into one `DataError`.
-
-    `opened` says whether the bag was read before, so that only a change since then can be what is wrong.
-    """
-    try:
-        yield
-    except DataError:
-        raise
-    except Exception as error:  # the library raises a dozen kinds on broken files, none documented
-        if lacking := shortage(error):
-            raise DataError(f"The bag {path} cannot be read now: {lacking}.") from error
-        what = str(error).splitlines()[0].rstrip(".") if str(error) else type(error).__name__
-        if opened:
-            raise DataError(
-                f"The bag {path} was closed, or changed after it was opened: {what}; open it again."
-            ) from error
-        if isinstance(error, KeyError):
-            raise DataError(
-                f"The bag {path} cannot be read as a rosbag2: it lacks or has an unknown {error}; {REMEDY}, "
-                "without topics that are not CDR."
-            ) from error
-        raise DataError(f"The bag {path} cannot be read as a rosbag2: {what}; {REMEDY}.") from error
 
 
 @dataclass(frozen=True, slots=True)
@@ -237,7 +210,7 @@ class BagReader:
     def _read(self, index: int) -> Frame:
         wanted = dict(zip(TOPICS, self._moments[index], strict=False))
         images: dict[str, Recorded] = {}
-        with _translated(self.path, opened=True), reopened(self._reader) as reader:
+        with translated(self.path, opened=True), reopened(self._reader) as reader:
             for time in sorted({entry.logged_ns for entry in wanted.values()}):
                 for connection, _, raw in reader.messages(self._survey.wanted, time, time + 1):
                     topic = self._survey.sources[connection.topic]
@@ -350,6 +323,12 @@ class _Survey:
             for topic in TOPICS
         ]
         stamps = [[entry.stamp_ns for entry in entries] for entries in firsts]
+        for topic, own in zip(TOPICS, stamps, strict=True):
+            if len(own) == 1 < len(self._entries[topic]):
+                raise DataError(
+                    f"The bag {self._path} must have images of several moments on {topic}, got {own[0]} ns as the "
+                    f"stamp of all {len(self._entries[topic])}: let the camera's driver set the stamps."
+                )
         matches, labels = pair(*stamps[:2]), {row[0]: row[1] for row in pair(stamps[0], stamps[2])}
         if not matches or (stamps[2] and not labels):
             spans = "; ".join(
@@ -391,9 +370,9 @@ def read_bag(path: Path, *, size: tuple[int, int] | None = None) -> BagReader:
             its metadata tells of, is no recording of the topics in encodings that are understood and in
             one size, or none of their images belong together, or no depth is known in those that do.
     """
-    with _translated(path):
+    with translated(path):
         check_bag_path(path)
-        reader = open_bag(path)
+        reader = open_bag(path, cut_off=True)
         try:
             return BagReader(path, reader, _Survey(path, reader), size)
         except BaseException:

@@ -1,12 +1,41 @@
-"""Whether a path can be a bag's."""
+"""Whether a path can be a bag's, and what is said of one that cannot be read."""
 
+import struct
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from types import MappingProxyType
 from typing import Final
 
+from sunset.bag_files import files_of_recording
 from sunset.errors import DataError, OutputError
 from sunset.input_files import open_regular
+from sunset.shortage import shortage
+
+REMEDY: Final = "record, copy or import it again"
+_WITHOUT_METADATA: Final = "remove its metadata.yaml: without one, it is read by what its files say"
+_REMEDIES: Final = MappingProxyType(
+    {
+        "etadata": _WITHOUT_METADATA,
+        "Rosbag2 version": _WITHOUT_METADATA,
+        "files are missing": "put them beside its metadata.yaml, or give a file itself",
+        "not supported": "convert it with 'ros2 bag convert'",
+        "Profile is not ros2": "give one of ROS 2",
+    }
+)
+"""Words of the library's → what helps, where recording, copying or importing again does not."""
 
 STORAGES: Final = {".mcap": "mcap", ".db3": "sqlite3"}
+_OF_DAMAGE: Final = (
+    AssertionError,
+    AttributeError,
+    IndexError,
+    OverflowError,
+    TypeError,
+    UnicodeDecodeError,
+    struct.error,
+)
+"""What the library lets Python raise; its text says nothing of the bag."""
 
 
 def check_bag_path(path: Path) -> None:
@@ -19,11 +48,11 @@ def check_bag_path(path: Path) -> None:
     if not path.exists():
         raise DataError(f"There is no bag at {path}: give the folder or the file of a rosbag2 recording.")
     if path.is_dir():
-        if not (path / "metadata.yaml").exists():
+        if not (path / "metadata.yaml").exists() and not files_of_recording(path):
             raise DataError(
-                f"The folder {path} must be a rosbag2 with a metadata.yaml, got none: "
-                f"'ros2 bag reindex {path}' writes it for a recording; of SynDrone's folders 'sunset data import "
-                f"--syndrone' makes a bag, and of pictures in rgb, depth and labels 'sunset data import --pictures'."
+                f"The folder {path} must be a rosbag2 with a metadata.yaml, or with the .mcap or .db3 files of one "
+                "recording, got neither: give the file of one itself; of SynDrone's folders 'sunset data import "
+                "--syndrone' makes a bag, and of pictures in rgb, depth and labels 'sunset data import --pictures'."
             )
     elif path.suffix == ".bag":
         raise DataError(f"The bag {path} must be of ROS 2, got one of ROS 1: 'rosbags-convert' converts it.")
@@ -82,3 +111,35 @@ def _check_whole(file: Path, bag: Path) -> None:
             f"The bag {bag} cannot be read as a rosbag2: {file.name} is cut off after {got:,} of {expected:,} bytes; "
             "record, copy or import it again."
         )
+
+
+@contextmanager
+def translated(path: Path, *, opened: bool = False) -> Iterator[None]:
+    """Turn whatever the bag library raises about a broken file into one `DataError`.
+
+    `opened` says whether the bag was read before, so that only a change since then can be what is wrong.
+    """
+    try:
+        yield
+    except DataError:
+        raise
+    except Exception as error:  # the library raises a dozen kinds on broken files, none documented
+        if lacking := shortage(error):
+            raise DataError(f"The bag {path} cannot be read now: {lacking}.") from error
+        what = str(error)
+        if isinstance(error, OSError) and error.filename:
+            what = f"{Path(error.filename).name}: {error.strerror}"
+        if not what or isinstance(error, _OF_DAMAGE):
+            what = "it is damaged"
+        what = what.splitlines()[0].partition(";")[0].rstrip(".")
+        if opened:
+            raise DataError(
+                f"The bag {path} was closed, or changed after it was opened: {what}; open it again."
+            ) from error
+        if isinstance(error, KeyError):
+            raise DataError(
+                f"The bag {path} cannot be read as a rosbag2: it lacks or has an unknown {error}; {REMEDY}, "
+                "without topics that are not CDR."
+            ) from error
+        remedy = next((remedy for words, remedy in _REMEDIES.items() if words in what), REMEDY)
+        raise DataError(f"The bag {path} cannot be read as a rosbag2: {what}; {remedy}.") from error

@@ -1,9 +1,10 @@
 """A plain folder of pictures: the frames of a flight from anywhere, in `rgb`, `depth` and `labels`."""
 
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass
 from functools import partial
+from itertools import pairwise
 from pathlib import Path
 from types import MappingProxyType
 from typing import Final
@@ -28,6 +29,13 @@ _KINDS: Final = MappingProxyType(
 """Folder → the kinds of its pictures."""
 _SUFFIXES: Final = frozenset({".jpg", ".jpeg", ".png"})
 _NUMBERS: Final = re.compile(r"([0-9]+)")
+_READINGS: Final = MappingProxyType[str, tuple[re.Pattern[str], Callable[[str], float]]](
+    {
+        "decimal": (re.compile(r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?"), float),
+        "hexadecimal": (re.compile(r"(?:0[xX])?[0-9a-fA-F]+"), partial(int, base=16)),
+    }
+)
+"""What names may be besides texts and numbers in turns → what such names look like, and their values."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,7 +95,7 @@ def find_pictures(folder: Path, *, first: int | None = None, last: int | None = 
 
     Raises:
         DataError: a folder is missing, has no pictures or two of one name, the pictures have different names, or
-            frames that are wanted are not there.
+            names that are in another order as decimal or hexadecimal numbers, or frames that are wanted are not there.
     """
     if not folder.is_dir():
         raise DataError(
@@ -100,7 +108,7 @@ def find_pictures(folder: Path, *, first: int | None = None, last: int | None = 
                 "put the pictures of the three kinds into one each, and leave out labels if there are none."
             )
     found = {name: _pictures(folder / name) for name in _KINDS if (folder / name).is_dir()}
-    names = sorted(set().union(*found.values()), key=_order)
+    names = _ordered(set().union(*found.values()), folder)
     for name, pictures in found.items():
         if missing := [stem for stem in names if stem not in pictures and name != "labels"]:
             counts = ", ".join(f"{len(own)} in {one}" for one, own in found.items())
@@ -136,6 +144,20 @@ def _pictures(folder: Path) -> dict[str, Path]:
             f"The folder {folder} must hold pictures in {', '.join(sorted(_SUFFIXES))}, got {found}; convert them."
         )
     return pictures
+
+
+def _ordered(names: Collection[str], folder: Path) -> list[str]:
+    """Return names in order, which is the same however they can be read."""
+    ordered = sorted(names, key=_order)
+    for kind, (pattern, value) in _READINGS.items():
+        if all(map(pattern.fullmatch, names)):
+            for one, other in pairwise(ordered):
+                if value(one) > value(other):
+                    raise DataError(
+                        f"The folder {folder} must hold pictures whose names have one order, got {one} and {other}, "
+                        f"whose order as {kind} numbers is another; name them by their places, such as 00000 and 00001."
+                    )
+    return ordered
 
 
 def _order(name: str) -> tuple[list[str | int], str]:

@@ -24,7 +24,7 @@ from sunset.evaluation.panel_drawing import (
     short_name,
 )
 from sunset.evaluation.system_styles import INK, styles
-from sunset.figures import save_figure
+from sunset.figures import drawing, save_figure
 from sunset.texts import printable
 
 if TYPE_CHECKING:
@@ -126,13 +126,10 @@ def swatches(chart: Chart, looks: Looks) -> list[str]:
 @contextmanager
 def _drawing() -> Iterator[Any]:
     """Give matplotlib's class of figures, and let what is drawn look as figures of a report do."""
-    from matplotlib import rc_context  # noqa: PLC0415  an optional extra
-    from matplotlib.figure import Figure  # noqa: PLC0415  an optional extra
-
-    with rc_context(_SETTINGS), warnings.catch_warnings():
+    with drawing(_SETTINGS) as new_figure, warnings.catch_warnings():
         # names of managing systems may have letters that the font lacks; a page has its own font
         warnings.filterwarnings("ignore", message="Glyph .* missing from font")
-        yield Figure
+        yield new_figure
 
 
 def _whole(chart: Chart, looks: Looks, new_figure: Any) -> "Figure":

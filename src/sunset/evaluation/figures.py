@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from sunset.errors import InvalidInputError
-from sunset.figures import BLUE, GREY, ORANGE, check_figure, save_figure
+from sunset.figures import BLUE, GREY, ORANGE, check_figure, drawing, save_figure
 from sunset.metrics import Samples
 from sunset.system import WINDOW, MovingMean
 
@@ -72,11 +72,8 @@ def entropy_figure(
 
 
 def _draw(series: Mapping[str, Samples], threshold: float, path: Path, iou: Mapping[str, Samples]) -> None:
-    from matplotlib import rc_context  # noqa: PLC0415  an optional extra
-    from matplotlib.figure import Figure  # noqa: PLC0415  an optional extra
-
-    with rc_context(_PRINT):
-        figure = Figure(figsize=(7.0, 2.8) if iou else (3.5, 2.9), dpi=300, layout="constrained")
+    with drawing(_PRINT) as new_figure:
+        figure = new_figure(figsize=(7.0, 2.8) if iou else (3.5, 2.9), dpi=300, layout="constrained")
         panels = figure.subplots(1, 2 if iou else 1, squeeze=False, sharex=True)[0]
         styles = {name: _STYLES[place % len(_STYLES)] for place, name in enumerate(series)}
         _panel(panels[0], series, styles, "entropy")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from sunset.figures import BLUE, ORANGE, check_figure, save_figure
+from sunset.figures import BLUE, ORANGE, check_figure, drawing, save_figure
 from sunset.metrics import ExecutedAdaptation, Timeline
 from sunset.names import base_name
 from sunset.system import current_system, full_name
@@ -39,15 +39,13 @@ def outage_figure(
         OutputError: the file cannot be written.
     """
     check_figure(path)
-    from matplotlib import rc_context  # noqa: PLC0415  an optional extra
-    from matplotlib.figure import Figure  # noqa: PLC0415  an optional extra
-
-    with rc_context({"font.size": 8}):
-        figure = Figure(figsize=(7.2, 2.5), dpi=140, layout="constrained")
+    with drawing({"font.size": 8}) as new_figure:
+        figure = new_figure(figsize=(7.2, 2.5), dpi=140, layout="constrained")
         axes = figure.subplots()
         _fill(axes, timeline, executed)
         figure.suptitle(title, fontsize=8, x=0.01, ha="left")
-    save_figure(figure, path)
+    with drawing():
+        save_figure(figure, path)
 
 
 def _fill(axes: "Axes", timeline: Timeline, executed: Sequence[ExecutedAdaptation]) -> None:

@@ -15,6 +15,7 @@ from sunset.errors import RecordError
 from sunset.evaluation.resampling import Cluster
 from sunset.metrics import FaultOutcome, LogFigures, RunMetrics, log_figures, score
 from sunset.recording import (
+    PLAN_FILE,
     RUN_FILE,
     RunRecord,
     check_extensions,
@@ -211,7 +212,14 @@ def load_results(folder: Path, *, again: bool = False, progress: Progress | None
         raise RecordError(f"There is no finished run below {folder}: no folder with a {RUN_FILE} in it.")
     rows: dict[tuple[object, ...], RunRow] = {}
     for done, place in enumerate(found, 1):
-        row = _read(place, again=again)
+        try:
+            row = _read(place, again=again)
+        except RecordError as error:
+            if any((parent / PLAN_FILE).is_file() for parent in place.parents):
+                raise RecordError(
+                    f"{error} Remove its folder, and the campaign's command runs it again."
+                ) from error
+            raise
         setup = (row.suite, row.manager, row.sources, row.setting, row.flight, row.middleware, row.version)
         messages = (row.scenario, row.faults, row.seed) if row.is_empty else (row.digest,)
         _check_copy(row, rows.setdefault((*setup, *messages), row))

@@ -1,14 +1,17 @@
 """A campaign is run: by processes, an executor or in shards; resumable."""
 
+import logging
+import shutil
 from collections.abc import Iterator, Sequence
 from concurrent.futures import Executor, as_completed
+from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import Final
 
 from msgspec.structs import asdict
 
-from sunset.errors import InvalidInputError
+from sunset.errors import InvalidInputError, RecordError
 from sunset.experiments.campaign import (
     BenchSpec,
     campaign_managers,
@@ -25,7 +28,7 @@ from sunset.experiments.resources import prepare_all
 from sunset.experiments.shards import Shard
 from sunset.experiments.spec import RunSpec
 from sunset.experiments.worker import facts_of
-from sunset.managing import is_registered
+from sunset.managing import is_registered, split_label
 from sunset.output_files import write_text
 from sunset.recording import (
     PLAN_FILE,
@@ -37,6 +40,8 @@ from sunset.recording import (
 from sunset.schemas import document_text
 from sunset.texts import counted, listed
 from sunset.workers import Progress, check_jobs, processors, worker_pool
+
+_log: Final = logging.getLogger(__name__)
 
 _CHANGING: Final = MappingProxyType({"manager_checksums": "managing system", "extensions": "extension"})
 """Key of a campaign's plan that holds checksums by name → what they are of, where that is the user's own."""
@@ -94,6 +99,7 @@ def bench(
         SunsetError: a worker process was killed, or the executor has failed.
     """
     check_jobs(jobs)
+    spec = _as_begun(spec, out)
     if executor is not None:
         _check_executor(executor, spec, jobs)
     runs = plan(spec)
@@ -106,7 +112,7 @@ def bench(
     with locked_campaign(out, shard):
         _claim(out, described)
         places = [(run, run_folder(out, run), checksums.get(run.manager_name)) for run in wanted]
-        todo = [place for place in places if not (place[1] / RUN_FILE).is_file()]
+        todo = [place for place in places if not _is_done(place[1])]
         done = len(wanted) - len(todo)
         if progress is not None:
             progress(done, len(wanted))
@@ -136,6 +142,35 @@ def failing_managers(out: Path, runs: Sequence[RunSpec]) -> dict[str, str]:
     return {name: found[0] for name, found in failures.items() if found[0] is not None and None not in found}
 
 
+def _as_begun(spec: BenchSpec, out: Path) -> BenchSpec:
+    """Return a campaign whose managing systems have the names that they had when it was begun, by another path."""
+    if not (out / PLAN_FILE).is_file():
+        return spec
+    begun = {_resolved(manager): manager for manager in read_plan(out).managers}
+    managers = tuple(begun.get(_resolved(manager), manager) for manager in spec.managers)
+    return replace(spec, managers=managers)
+
+
+def _resolved(manager: str) -> tuple[str, str, str]:
+    """Return the label, the file or module, and the class of a managing system."""
+    label, named = split_label(manager)
+    where, _, name = named.rpartition(":")
+    return label, str(Path(where).resolve()) if where.endswith(".py") else where, name
+
+
+def _is_done(folder: Path) -> bool:
+    """Return whether a run was done; what a computer that failed has left of one is removed."""
+    if not (folder / RUN_FILE).is_file():
+        return False
+    try:
+        read_run(folder)
+    except RecordError as error:
+        _log.warning("%s It is run again.", error)
+        shutil.rmtree(folder)
+        return False
+    return True
+
+
 def _check_executor(executor: Executor, spec: BenchSpec, jobs: int | None) -> None:
     """Make sure that an executor can do the runs of a campaign.
 
@@ -160,9 +195,9 @@ def _check_executor(executor: Executor, spec: BenchSpec, jobs: int | None) -> No
 def _run_all(todo: Sequence[tuple[RunSpec, Path, str | None]], jobs: int) -> Iterator[int]:
     """Do all runs, each into its folder, with the managing system's checksum; yield how many are finished, after each.
 
-    Simulated ones are done by other processes, as many at a time as there are jobs.
+    With several jobs they are done by other processes, as many at a time as there are jobs.
     """
-    if todo[0][0].settings.live and jobs == 1:
+    if jobs == 1:
         for count, order in enumerate(todo, 1):
             run_of_campaign(*order)
             yield count

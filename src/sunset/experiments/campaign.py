@@ -99,7 +99,7 @@ def plan(spec: BenchSpec) -> tuple[RunSpec, ...]:
 
     Raises:
         ScenarioError: there is no such suite, or it is not usable.
-        InvalidInputError: a scenario is not of the suite.
+        InvalidInputError: a scenario is not of the suite, or two runs differ by case only.
     """
     chosen = _chosen(spec)
     groups = [(suite(name), manager) for name, manager in TABLE_REFERENCES] if spec.references else []
@@ -113,7 +113,16 @@ def plan(spec: BenchSpec) -> tuple[RunSpec, ...]:
         for scenarios, manager in groups
         for scenario in scenarios
     )
-    return tuple({run_folder(Path(), run): run for run in runs}.values())  # each is run once
+    unique = {run_folder(Path(), run): run for run in runs}  # each is run once
+    alike: dict[str, Path] = {}
+    for folder in unique:
+        other = alike.setdefault(str(folder).casefold(), folder)
+        if other != folder:
+            raise InvalidInputError(
+                f"Two runs of the campaign must differ by more than case, in which file systems may see no difference, "
+                f"got {other} and {folder}: rename one."
+            )
+    return tuple(unique.values())
 
 
 def flights_of(runs: Sequence[RunSpec]) -> list[RunSpec]:

@@ -39,4 +39,9 @@ def locked_campaign(out: Path, shard: Shard | None = None) -> Iterator[None]:
                 raise OutputError(
                     f"The campaign in {out} is being run by another process: wait for its end, or name another folder."
                 ) from error
+            except OSError as error:
+                raise OutputError(
+                    f"The file system of {out} has no locks for files ({error.strerror}), without which two processes "
+                    "could write to it: name a folder on another one."
+                ) from error
         yield

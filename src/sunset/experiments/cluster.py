@@ -19,7 +19,7 @@ from sunset.recording import RecordWriter
 from sunset.texts import shorten, shown
 
 if TYPE_CHECKING:
-    from distributed import Client
+    from distributed import Client, Worker
 
 _ADDRESS: Final = re.compile(r"tcp://(?P<host>[^:/\[\]\s]+|\[[^\[\]\s]+\]):(?P<port>[0-9]{1,5})")
 _PATIENCE_S: Final = 10
@@ -120,9 +120,19 @@ def connected_scheduler(address: str) -> Iterator[Executor]:
         for where, theirs in versions.items():
             with on_worker(where):
                 check_same(theirs, labelled_versions())
+        for where, status in client.run(_status).items():
+            if status == "paused":
+                _log.warning(
+                    "The worker %s is paused, as dask does where memory is short: it begins no run.", where
+                )
         if not versions:
             _log.warning("The scheduler %s has no workers yet: the campaign waits for them.", address)
         yield client.get_executor(pure=False)
+
+
+def _status(dask_worker: "Worker") -> str:
+    """Return whether a worker is running or paused; dask passes the worker."""
+    return str(dask_worker.status.name)
 
 
 @contextmanager

@@ -38,6 +38,8 @@ _LONGEST: Final = 2**20
 _PIECE: Final = 2**16
 _PARTING_S: Final = 10.0
 """How long a program that has closed its output may take to end, so that it can be said how it did."""
+_LOOK_S: Final = 0.1
+"""Wait for output before looking whether the program has ended."""
 _QUOTED: Final = 100
 
 
@@ -250,7 +252,7 @@ class Program(ManagingSystem):
         while (end := self.__output.find(b"\n")) < 0:
             if len(self.__output) > _LONGEST:
                 raise self.__error(f"is longer than {_LONGEST} bytes: {_quoted(bytes(self.__output))}")
-            piece = self.__read()
+            piece = self.__read() if self.__has_output() else b""
             if not piece:
                 raise self.__error(f"is missing: {self.__ending()}")
             self.__output += piece
@@ -261,8 +263,15 @@ class Program(ManagingSystem):
     def __read(self) -> bytes:
         return os.read(self.__outlet, _PIECE)
 
-    def __is_readable(self) -> bool:
-        return bool(select.select([self.__outlet], [], [], 0)[0])
+    def __has_output(self) -> bool:
+        """Wait for output, or its end; return False if the program ended and a child of it holds the output open."""
+        while not self.__is_readable(_LOOK_S):
+            if self.__process.poll() is not None:
+                return self.__is_readable()
+        return True
+
+    def __is_readable(self, limit_s: float = 0) -> bool:
+        return bool(select.select([self.__outlet], [], [], limit_s)[0])
 
     def __is_unread(self) -> bool:
         """Return whether a part of the input is still on its way to the program, where the system tells."""

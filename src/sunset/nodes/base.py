@@ -18,6 +18,7 @@ from sunset.ros.node import Node
 from sunset.ros.parameter import Parameter
 from sunset.ros.subscription import AnySubscription
 from sunset.system import DIAGNOSTICS_TOPIC, LONGEST_DELAY_S, NAMESPACE, current_system
+from sunset.texts import suggestion
 
 _HEARTBEAT_S: Final = 0.1
 
@@ -149,10 +150,18 @@ class AdaptiveNode(LifecycleNode):
         """Report a value with the next heartbeat; each value is reported once.
 
         Raises:
-            ValueError: it is not finite.
+            ValueError: it is not finite; or it is a number, and no signal of the node's description has this key.
         """
         if not math.isfinite(value):
             raise ValueError(f"{self.node_name} must report finite values, got {key} = {value!r}.")
+        system = current_system()
+        undeclared = f"{self.node_name}_{key}" not in system.signals and not isinstance(value, bool)
+        if undeclared and self.node_name in system.nodes:
+            keys = [signal.key for signal in system.signals.values() if signal.node == self.node_name]
+            raise ValueError(
+                f"{self.node_name} must report numbers that a signal describes, got {key!r}: {suggestion(key, keys)}"
+                f"add Signal({self.node_name!r}, {key!r}) to its extension."
+            )
         text = str(value).lower() if isinstance(value, bool) else repr(float(value))
         self.__news.append(KeyValue(key=key, value=text))
 

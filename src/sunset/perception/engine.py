@@ -1,5 +1,6 @@
 """The engine that runs networks, ONNX Runtime, set up so that its answers repeat bit by bit."""
 
+import re
 from collections.abc import Mapping
 from typing import Final
 
@@ -15,6 +16,9 @@ RUNTIME_ERRORS: Final = tuple(
     kind for kind in vars(_runtime_errors).values() if isinstance(kind, type) and issubclass(kind, Exception)
 )
 """What ONNX Runtime raises; the classes have no base of their own."""
+
+_LOOP: Final = re.compile(rb'(?:"|\xa2\x80*\x00)(?:\x04|\x84\x80*\x00)(Loop|Scan)')
+"""A node with an operator that repeats others: the tag of `op_type`, the length of the name, and the name."""
 
 _CUDA: Final = "CUDAExecutionProvider"
 _PROVIDERS: Final[dict[str, list[object]]] = {
@@ -58,6 +62,11 @@ def open_session(
     Raises:
         ModelError: the file is no network that can be run, or the device does not work.
     """
+    if loop := _LOOP.search(network):
+        raise ModelError(
+            f"The network {name} must not have the operator {loop[1].decode()}, whose work has no bounds; export it "
+            "without loops."
+        )
     options = onnxruntime.SessionOptions()
     options.intra_op_num_threads = threads
     options.inter_op_num_threads = 1
@@ -80,7 +89,7 @@ def open_session(
         hint = "; weights in other files are read where the card names these as the network's 'data'"
         raise ModelError(
             f"The network {name} is no ONNX model that can be run: {one_line(error)}"
-            f"{hint if 'xternal' in str(error) else ''}."
+            f"{hint if 'xternal' in str(error) else '; export it again'}."
         ) from error
     if device == "cuda" and session.get_providers()[0] != _CUDA:
         raise ModelError(
@@ -91,5 +100,5 @@ def open_session(
 
 
 def one_line(error: BaseException) -> str:
-    """Return an error of the engine as part of a sentence."""
-    return " ".join(str(error).split()).rstrip(".")
+    """Return an error of the engine as part of a sentence, without its name and number."""
+    return " ".join(str(error).rpartition("[ONNXRuntimeError] : ")[2].split(" : ", 2)[-1].split()).rstrip(".")

@@ -11,6 +11,7 @@ import msgspec
 
 from sunset.errors import OutputError, RecordError
 from sunset.interfaces import Message, serialize, type_name
+from sunset.output_files import flush, unwritable
 from sunset.recording._bag import write_bag
 from sunset.recording._images import without_pixels
 from sunset.recording.images import ImageWriter
@@ -56,7 +57,7 @@ class RecordWriter:
         with _translated(self._folder):
             if self._folder.exists() and (not self._folder.is_dir() or any(self._folder.iterdir())):
                 raise OutputError(f"The record {folder} exists already; remove it or name another folder.")
-            self._lock = _take_folder(self._partial)
+            self._lock = _take_folder(self._partial, self._folder)
 
     def write(self, topic: str, time_ns: int, message: Message) -> None:
         """Add a message that left its publisher at a time; of an image, the digest.
@@ -150,6 +151,7 @@ class RecordWriter:
         with _translated(self._folder):
             for name, content in files.items():
                 (self._partial / name).write_bytes(content)
+            flush(self._partial)
             self._partial.rename(self._folder)
         self._release()
 
@@ -176,7 +178,7 @@ class RecordWriter:
         return self._payloads
 
 
-def _take_folder(folder: Path) -> int:
+def _take_folder(folder: Path, record: Path) -> int:
     """Make an empty folder that is this process's as long as it holds the open file that this returns.
 
     What a run that was killed has left in it is removed; no other run writes to it meanwhile.
@@ -197,9 +199,7 @@ def _take_folder(folder: Path) -> int:
                 return lock
         except BlockingIOError as error:
             os.close(lock)
-            raise OutputError(
-                f"Another process writes a record to {folder.parent}: name another folder."
-            ) from error
+            raise OutputError(f"Another process writes the record {record}: name another folder.") from error
         except FileNotFoundError:
             pass
         os.close(lock)  # it was renamed or removed meanwhile
@@ -211,7 +211,4 @@ def _translated(folder: Path) -> "Iterator[None]":
     try:
         yield
     except OSError as error:
-        reason = error.strerror or str(error)
-        raise OutputError(
-            f"The record {folder} cannot be written: {reason}; free some space or name another folder."
-        ) from error
+        raise unwritable(f"The record {folder}", error) from error

@@ -3,9 +3,13 @@
 from collections.abc import Iterator, Sequence
 from itertools import combinations
 from math import inf
+from typing import Final
 
 from sunset.scenarios.fault import ScenarioFault
 from sunset.system import current_system
+
+_MOST: Final = 1000
+"""Faults of a scenario: each is compared with each other one."""
 
 
 def onsets(faults: Sequence[ScenarioFault]) -> tuple[float, ...]:
@@ -31,6 +35,9 @@ def problems(faults: Sequence[ScenarioFault], duration_s: float) -> Iterator[tup
         faults: of the scenario.
         duration_s: how long the scenario is [s].
     """
+    if len(faults) > _MOST:
+        yield _MOST, f"A scenario has at most {_MOST} faults, got {len(faults)}: leave some out."
+        return
     links = [(number, _link_problem(fault, faults)) for number, fault in enumerate(faults)]
     broken = [(number, problem) for number, problem in links if problem]
     if broken:

@@ -14,6 +14,7 @@ from sunset.calibration import Condition, effects, suite_strengths
 from sunset.classes import CLASS_OF_CARLA_ID, CLASSES, COLOURS, PALETTE
 from sunset.data import read_bag
 from sunset.errors import InvalidInputError
+from sunset.figures import drawing
 from sunset.metrics import count_classes, image_iou
 from sunset.perception import Modality, Model, Segmenter
 from sunset.seeding import generator
@@ -107,11 +108,8 @@ def views_figure(views: Sequence[View], fault: str, model: Model) -> "Figure":
         fault: its name.
         model: whose thresholds are named.
     """
-    from matplotlib import rc_context  # noqa: PLC0415  an optional extra
-    from matplotlib.figure import Figure  # noqa: PLC0415  an optional extra
-
-    with rc_context({"font.size": 8}):
-        figure = Figure(figsize=(7.2, 3.7), dpi=140, layout="constrained")
+    with drawing({"font.size": 8}) as new_figure:
+        figure = new_figure(figsize=(7.2, 3.7), dpi=140, layout="constrained")
         _fill(figure, views, fault, model)
     return figure
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 from sunset.calibration import SHARPNESS, effects, signal_of
 from sunset.errors import MissingExtraError
-from sunset.figures import BLUE, GREY, ORANGE, save_figure
+from sunset.figures import BLUE, GREY, ORANGE, drawing, save_figure
 from sunset.training.curves import BAND, Case, Curves, Figures
 
 if TYPE_CHECKING:
@@ -41,13 +41,10 @@ def draw(curves: Curves, folder: Path) -> tuple[Path, ...]:
             "The figures were left out because matplotlib is not installed; "
             "run: pip install 'sunset-exemplar[plots]'."
         )
-    from matplotlib import rc_context  # noqa: PLC0415  an optional extra
-    from matplotlib.figure import Figure  # noqa: PLC0415  an optional extra
-
     drawn = []
-    with rc_context(_STYLE):
+    with drawing(_STYLE) as new_figure:
         for name, fill in (("curves", _by_strength), ("sharpness", _sharpness), ("cures", _cures)):
-            figure = Figure(dpi=200, layout="constrained")
+            figure = new_figure(dpi=200, layout="constrained")
             if fill(figure, curves):
                 drawn.append(folder / f"{name}.png")
                 save_figure(figure, drawn[-1], make_folder=False)

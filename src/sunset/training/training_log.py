@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from sunset.errors import DataError
-from sunset.figures import BLUE, ORANGE, check_figure, save_figure
+from sunset.figures import BLUE, ORANGE, check_figure, drawing, save_figure
 from sunset.input_files import read_text
 
 _NO_LOSSES: Final = frozenset({"step", "learning_rate", "seconds", "iou"})
@@ -26,28 +26,27 @@ def draw_log(log: Path, png: Path) -> None:
         OutputError: the figure cannot be written.
     """
     check_figure(png)
-    from matplotlib.figure import Figure  # noqa: PLC0415  an optional extra
-
     lines = _read(log)
-    figure = Figure(figsize=(8, 3), dpi=120, layout="constrained")
-    losses, ious = figure.subplots(1, 2)
-    names = [name for name in lines[0] if name not in _NO_LOSSES]
-    measured = [line for line in lines if "iou" in line]
-    for name, colour, dashes in zip(names, cycle(_COLOURS), cycle(("-", "--", "-.", ":")), strict=False):
-        style = {"color": colour, "linestyle": dashes, "label": name, "linewidth": 1.2}
-        steps = [(line["step"], line[name]) for line in lines]
-        losses.plot(*zip(*steps, strict=True), **style)
-        held_out = [(line["step"], line["iou"][name]) for line in measured if name in line["iou"]]
-        if held_out:
-            ious.plot(*zip(*held_out, strict=True), marker=".", **style)
-    for axes, title in ((losses, "loss on training frames"), (ious, "IoU on held-out frames")):
-        axes.set_title(title, fontsize=10)
-        axes.set_xlabel("step")
-        axes.set_ylim(bottom=0)
-        axes.grid(linewidth=0.4, alpha=0.5)
-        axes.spines[["top", "right"]].set_visible(False)
-    losses.legend(frameon=False)
-    save_figure(figure, png, make_folder=False)
+    with drawing() as new_figure:
+        figure = new_figure(figsize=(8, 3), dpi=120, layout="constrained")
+        losses, ious = figure.subplots(1, 2)
+        names = [name for name in lines[0] if name not in _NO_LOSSES]
+        measured = [line for line in lines if "iou" in line]
+        for name, colour, dashes in zip(names, cycle(_COLOURS), cycle(("-", "--", "-.", ":")), strict=False):
+            style = {"color": colour, "linestyle": dashes, "label": name, "linewidth": 1.2}
+            steps = [(line["step"], line[name]) for line in lines]
+            losses.plot(*zip(*steps, strict=True), **style)
+            held_out = [(line["step"], line["iou"][name]) for line in measured if name in line["iou"]]
+            if held_out:
+                ious.plot(*zip(*held_out, strict=True), marker=".", **style)
+        for axes, title in ((losses, "loss on training frames"), (ious, "IoU on held-out frames")):
+            axes.set_title(title, fontsize=10)
+            axes.set_xlabel("step")
+            axes.set_ylim(bottom=0)
+            axes.grid(linewidth=0.4, alpha=0.5)
+            axes.spines[["top", "right"]].set_visible(False)
+        losses.legend(frameon=False)
+        save_figure(figure, png, make_folder=False)
 
 
 def _read(log: Path) -> list[dict[str, Any]]:

@@ -87,3 +87,5 @@ const dark = matchMedia("(prefers-color-scheme: dark)");
 dark.addEventListener("change", () => setTheme(dark.matches ? "dark" : "light"));
 setTheme(dark.matches ? "dark" : "light");
 moment.go(timeOfAddress(page.opening));
+// a browser without these shows no pictures or colours; an older one does not come so far
+if (self.DecompressionStream && CSS.supports("color", "color-mix(in srgb, red, blue)")) byId("needs").remove();

@@ -50,6 +50,8 @@ _MOST: Final = 10_000
 """Nodes, endpoints and timers that a process may have at a time."""
 _BYTES: Final = 2**26
 """That a process may send at once; they come back over a minute."""
+_OVERHEAD: Final = 2**11
+"""Bytes that a message counts for besides its own."""
 
 
 class StandIns:
@@ -203,9 +205,11 @@ class StandIns:
         _, kind = self._things.get(number, (None, None))
         if kind is None:
             raise PipeError(f"speaks of {number}, which sends nothing")
-        self._sent += len(body)
+        self._sent += len(body) + _OVERHEAD
         if self._sent > _BYTES * (1 + (self._process.now_ns() - self._began_ns) / 60e9):
-            raise PipeError(f"sends more than {_BYTES >> 20} MiB in a minute")
+            raise PipeError(
+                f"sends more than {_BYTES >> 20} MiB, or {_BYTES // _OVERHEAD} messages, in a minute"
+            )
         return deserialize(body, kind)
 
     def _destroy(self, change: Destroy) -> None:

@@ -7,6 +7,7 @@ from collections.abc import Collection
 from typing import Final, Protocol
 
 from sunset.interfaces import Message
+from sunset.interfaces.diagnostic_msgs.msg import DiagnosticArray
 from sunset.interfaces.lifecycle_msgs.msg import TransitionEvent
 from sunset.interfaces.lifecycle_msgs.srv import ChangeState
 from sunset.interfaces.rcl_interfaces.msg import ParameterEvent, ParameterValue
@@ -28,6 +29,7 @@ from sunset.ros.lifecycle import TRANSITIONS, TransitionCallbackReturn
 from sunset.ros.parameter import parameter_value_to_python
 from sunset.system import (
     COMMANDS_TOPIC,
+    DIAGNOSTICS_TOPIC,
     FAULT_ENDS_TOPIC,
     HARNESS,
     INFRASTRUCTURE,
@@ -38,12 +40,16 @@ from sunset.system import (
     PARAMETER_EVENTS_TOPIC,
     current_system,
     full_name,
+    short_name,
 )
 from sunset.texts import shorten
 
 _OWN_PREFIXES: Final = (f"{NAMESPACE}/", "/experiment/")
 _OFF_LIMITS_SERVERS: Final = frozenset(f"/{node.name}" for node in HARNESS.values() if node.off_limits)
 """Nodes that a managing system must not call."""
+
+_TOPICS_OF_ALL: Final = ("/rosout", PARAMETER_EVENTS_TOPIC)
+"""On which every node of ROS 2 publishes by itself."""
 
 END_SERVICE: Final = "/experiment/end"
 """By which a managing system of another process may say that it is done."""
@@ -84,11 +90,13 @@ class Observer(Tap):
     Args:
         sink: gets every message, in the order in which it left its publisher.
         shown: topics with the truth that the node of the managing system may read; others must not.
+        viewers: full names of nodes that may subscribe to everything, but not publish or call.
     """
 
-    def __init__(self, sink: Sink, *, shown: Collection[str] = ()) -> None:
+    def __init__(self, sink: Sink, *, shown: Collection[str] = (), viewers: Collection[str] = ()) -> None:
         self._sink = sink
         self._shown = shown
+        self._viewers = viewers
         self._system = current_system()
         self._own_services = tuple(f"{node}/" for node in sorted(self._system.all_nodes))
         self._pending: dict[tuple[str, RequestId], Command] = {}
@@ -113,6 +121,8 @@ class Observer(Tap):
         managed system. No other node may subscribe to a topic with the truth, or offer a service of the system.
         """
         subscribes = kind is EndpointKind.SUBSCRIPTION
+        if subscribes and node in self._viewers:
+            return
         readers = self._system.sensors.get(name, {node})
         if subscribes and node not in {*readers, "/monitor"}:
             self._note(f"{node} subscribes to {name}, which only {' and '.join(sorted(readers))} may")
@@ -128,17 +138,31 @@ class Observer(Tap):
 
     def on_message(self, time_ns: int, topic: str, node: str, message: Message) -> None:
         """Record a message that leaves its publisher, unless it is forged."""
-        of_another = isinstance(message, ParameterEvent) and message.node != node
-        if topic == PARAMETER_EVENTS_TOPIC and of_another:
+        is_shared = topic == DIAGNOSTICS_TOPIC and isinstance(message, DiagnosticArray)
+        is_own = not is_shared and (topic in self._system.own_topics or topic.startswith(_OWN_PREFIXES))
+        if self._is_forged(topic, node, message):
             self._note(f"{node} publishes on {topic} in the name of another node")
-        elif node not in self._system.all_nodes and (
-            topic in self._system.own_topics or topic.startswith(_OWN_PREFIXES)
-        ):
+        elif node in self._viewers and topic not in _TOPICS_OF_ALL:
+            self._note(f"{node} publishes on {topic}, and was said to be a viewer")
+        elif is_own and node not in self._system.all_nodes:
             self._note(f"{node} publishes on {topic}, which belongs to the experiment")
         else:
             self._sink.write(topic, time_ns, message)
             if isinstance(message, TransitionEvent) and topic == f"{node}/transition_event":
                 self._note_transition(node, message)
+
+    def _is_forged(self, topic: str, node: str, message: Message) -> bool:
+        """Return whether a message on a topic that all nodes share is in the name of a node that did not send it."""
+        if topic == PARAMETER_EVENTS_TOPIC and isinstance(message, ParameterEvent):
+            return message.node != node
+        if topic == DIAGNOSTICS_TOPIC and isinstance(message, DiagnosticArray):
+            names = (
+                name for status in message.status for name in (status.hardware_id, status.name.split(":")[0])
+            )
+            return any(
+                name != short_name(node) and name in self._system.nodes for name in map(base_name, names)
+            )
+        return False
 
     def on_request(  # noqa: PLR0917  as of Tap
         self, time_ns: int, service: str, client: str, server: str, request: Message, request_id: RequestId
@@ -150,6 +174,8 @@ class Observer(Tap):
             return
         if server in _OFF_LIMITS_SERVERS and client not in self._system.all_nodes:
             self._note(f"{client} calls {service}, which belongs to the experiment")
+        if server in self._system.all_nodes and client in self._viewers:
+            self._note(f"{client} calls {service}, and was said to be a viewer")
         if server not in self._system.managed_nodes and server != "/launcher":
             return
         command = _command_of(server, request)
@@ -207,8 +233,10 @@ class Observer(Tap):
     def _may_feed(self, topic: str) -> bool:
         """Return whether a managed node may subscribe to a topic: not of the managing system's, and not the truth."""
         if topic in OFF_LIMITS_TOPICS:
-            return topic == PARAMETER_EVENTS_TOPIC
-        return topic in self._system.own_topics or topic.startswith(f"{NAMESPACE}/")
+            return False
+        return topic in {*self._system.own_topics, PARAMETER_EVENTS_TOPIC} or topic.startswith(
+            f"{NAMESPACE}/"
+        )
 
     def _note_violations(self, client: str, server: str, request: Message) -> None:
         if isinstance(request, SetParameters.Request | SetParametersAtomically.Request):

@@ -4,7 +4,6 @@ from collections.abc import Iterable
 from functools import partial
 
 from sunset.system import (
-    FAULT_ACCESS,
     Adaptation,
     AdaptationKind,
     Fault,
@@ -14,6 +13,8 @@ from sunset.system import (
 )
 
 _UP = frozenset({"inactive", "active"})
+_FIRST = "use_sim_time"
+"""The parameter that a node declares first."""
 
 
 class World:
@@ -66,7 +67,7 @@ class World:
     def see_value(self, node: str, parameter: str, value: Value, *, declared: bool) -> bool:
         """Take note of the value that a parameter got; return whether this shows that the process is a new one."""
         self._values[node, parameter] = value
-        if not declared or parameter != FAULT_ACCESS:
+        if not declared or parameter != _FIRST:
             return False
         self._begin_anew(node)
         self._states[node] = "unconfigured"

@@ -9,15 +9,25 @@ from typing import Any, ClassVar, Final, TypeVar
 from sunset.errors import ParameterError
 from sunset.interfaces import Message
 from sunset.interfaces.diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
-from sunset.interfaces.rcl_interfaces.msg import SetParametersResult
+from sunset.interfaces.rcl_interfaces.msg import ParameterEvent, SetParametersResult
 from sunset.interfaces.std_msgs.msg import Header
 from sunset.nodes.parameters import FaultParameter, NodeParameter, bound_parameters
+from sunset.ros._node_parameters import Changes
 from sunset.ros.context import Context
 from sunset.ros.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from sunset.ros.node import Node
 from sunset.ros.parameter import Parameter
+from sunset.ros.publisher import Publisher
+from sunset.ros.qos import qos_profile_parameter_events
 from sunset.ros.subscription import AnySubscription
-from sunset.system import DIAGNOSTICS_TOPIC, LONGEST_DELAY_S, NAMESPACE, current_system
+from sunset.system import (
+    DIAGNOSTICS_TOPIC,
+    FAULT_ACCESS,
+    INJECTED_EVENTS_TOPIC,
+    LONGEST_DELAY_S,
+    NAMESPACE,
+    current_system,
+)
 
 _HEARTBEAT_S: Final = 0.1
 
@@ -92,6 +102,8 @@ class AdaptiveNode(LifecycleNode):
         cli_args: list[str] | None = None,
         parameter_overrides: list[Parameter] | None = None,
     ) -> None:
+        self.parameter_values: dict[str, Any] = {}
+        """The present values of the bound parameters, by name."""
         super().__init__(
             self.node_name,
             context=context,
@@ -101,11 +113,12 @@ class AdaptiveNode(LifecycleNode):
         )
         # Two underscores: out of the way of a subclass's own attributes.
         self.__bound = MappingProxyType(bound_parameters(type(self)))
-        self.parameter_values: dict[str, Any] = {}
-        """The present values of the bound parameters, by name."""
         self.__inputs: list[_Input] = []
         self.__news: list[KeyValue] = []
         self.__curing = False
+        self.__injected_events = self.create_publisher(
+            ParameterEvent, INJECTED_EVENTS_TOPIC, qos_profile_parameter_events
+        )
         self.__declare_bound_parameters()
         self.__diagnostics = self.create_publisher(DiagnosticArray, DIAGNOSTICS_TOPIC, 10)
         self.__heartbeat = self.create_timer(_HEARTBEAT_S, self.__publish_heartbeat)
@@ -170,6 +183,20 @@ class AdaptiveNode(LifecycleNode):
             and (node, name) not in faults
             and not self.describe_parameter(name).read_only
         ]
+
+    def _announce(self, changes: Changes, publisher: Publisher[ParameterEvent]) -> None:
+        """Publish on a topic of the experiment, and not on `/parameter_events`, what would show an injection."""
+        injected = changes.of(self.__is_injected)
+        if injected:
+            super()._announce(injected, self.__injected_events)
+        shown = changes.of(lambda name: not self.__is_injected(name))
+        if shown:
+            super()._announce(shown, publisher)
+
+    def __is_injected(self, name: str) -> bool:
+        """Return whether a parameter exists only for faults, or is set by the experiment now."""
+        key = self.get_fully_qualified_name(), name
+        return key in current_system().fault_parameters or bool(self.parameter_values.get(FAULT_ACCESS))
 
     def write_parameter(self, name: str, value: bool | float | str) -> None:
         """Set a parameter of this node from within; a fault that is there does not refuse to be reset then.

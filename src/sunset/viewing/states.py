@@ -15,7 +15,7 @@ from sunset.recording import RecordedMessage
 from sunset.recording.timelines import content_of
 from sunset.system import (
     INJECTIONS_TOPIC,
-    PARAMETER_EVENTS_TOPIC,
+    PARAMETER_TOPICS,
     Adaptation,
     FaultKind,
     current_system,
@@ -52,7 +52,7 @@ class States:
         self._transitions: dict[str, list[tuple[float, TransitionEvent]]] = {}
         self._injections: dict[str, list[FaultInjection]] = {}
         for message in messages:
-            if message.topic == PARAMETER_EVENTS_TOPIC:
+            if message.topic in PARAMETER_TOPICS:
                 self._note_parameters(self._seconds(message.time_ns), content_of(message, ParameterEvent))
             elif message.topic == INJECTIONS_TOPIC:
                 injection = content_of(message, FaultInjection)

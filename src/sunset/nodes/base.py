@@ -1,14 +1,15 @@
 """The base class of the managed system's nodes: it gives every node the four kinds of adaptation."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Awaitable, Callable, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Any, ClassVar, Final, TypeVar
+from typing import Any, ClassVar, Final, TypeVar, cast
 
 from sunset.errors import ParameterError
 from sunset.interfaces import Message
 from sunset.interfaces.diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from sunset.interfaces.lifecycle_msgs.srv import ChangeState
 from sunset.interfaces.rcl_interfaces.msg import ParameterEvent, SetParametersResult
 from sunset.interfaces.std_msgs.msg import Header
 from sunset.nodes.parameters import FaultParameter, NodeParameter, bound_parameters
@@ -20,6 +21,7 @@ from sunset.ros.parameter import Parameter
 from sunset.ros.publisher import Publisher
 from sunset.ros.qos import qos_profile_parameter_events
 from sunset.ros.subscription import AnySubscription
+from sunset.ros.task import Future
 from sunset.system import (
     DIAGNOSTICS_TOPIC,
     FAULT_ACCESS,
@@ -72,7 +74,9 @@ class AdaptiveNode(LifecycleNode):
     It configures itself, activates itself `lifecycle_activation_delay` seconds after it has started and knows the
     time (as long as its hardware takes to boot, before which it cannot be activated; the default is what the system's
     description says of the node), and reports its state and the
-    values given to `report` on `/diagnostics` ten times a second, until it is shut down.
+    values given to `report` on `/diagnostics` ten times a second, until it is shut down. With `autostart` false,
+    another node, such as a lifecycle manager, configures and activates it; a request to activate it waits until it has
+    booted.
 
     Args:
         context: the context of the process; the default one if None.
@@ -89,6 +93,10 @@ class AdaptiveNode(LifecycleNode):
         minimum=-1.0,
         maximum=LONGEST_DELAY_S,
         read_only=True,
+    )
+
+    autostart = NodeParameter(
+        True, "whether the node configures and activates itself; if not, another node does", read_only=True
     )
 
     fault_access = NodeParameter(
@@ -115,6 +123,7 @@ class AdaptiveNode(LifecycleNode):
         self.__bound = MappingProxyType(bound_parameters(type(self)))
         self.__inputs: list[_Input] = []
         self.__news: list[KeyValue] = []
+        self.__flags: dict[str, bool] = {}
         self.__curing = False
         self.__injected_events = self.create_publisher(
             ParameterEvent, INJECTED_EVENTS_TOPIC, qos_profile_parameter_events
@@ -122,7 +131,9 @@ class AdaptiveNode(LifecycleNode):
         self.__declare_bound_parameters()
         self.__diagnostics = self.create_publisher(DiagnosticArray, DIAGNOSTICS_TOPIC, 10)
         self.__heartbeat = self.create_timer(_HEARTBEAT_S, self.__publish_heartbeat)
-        self.__booted = self.lifecycle_activation_delay <= 0
+        self.__booted: Future[bool] = Future()
+        if self.lifecycle_activation_delay <= 0:
+            self.__booted.set_result(True)
         self.set_up()
         self.call_later(0.0, self.__start)
 
@@ -159,7 +170,7 @@ class AdaptiveNode(LifecycleNode):
         self.__inputs.append(_Input(message_type, "", parameter, callback, depth))
 
     def report(self, key: str, value: float | bool) -> None:
-        """Report a value with the next heartbeat; each value is reported once.
+        """Report a value with the next heartbeat; each value is reported once. A flag that is true is a warning.
 
         Raises:
             ValueError: it is not finite.
@@ -168,6 +179,8 @@ class AdaptiveNode(LifecycleNode):
             raise ValueError(f"{self.node_name} must report finite values, got {key} = {value!r}.")
         text = str(value).lower() if isinstance(value, bool) else repr(float(value))
         self.__news.append(KeyValue(key=key, value=text))
+        if isinstance(value, bool):
+            self.__flags[key] = value
 
     def call_later(self, delay: float, function: Callable[[], None]) -> None:
         """Call a function once, after a delay in seconds and after the present callback."""
@@ -214,7 +227,7 @@ class AdaptiveNode(LifecycleNode):
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """End the faults that a restart cures, and subscribe; refused while the hardware boots."""
-        if not self.__booted:
+        if not self.__booted.done():
             reason = f"{self.node_name} cannot be activated yet: it is still booting."
             self.get_logger().warning(reason, throttle_duration_sec=1.0)
             return TransitionCallbackReturn.FAILURE
@@ -247,28 +260,51 @@ class AdaptiveNode(LifecycleNode):
         """Configure, and activate after the delay, in which the time that configuring takes is contained."""
         if self.lifecycle_activation_delay >= 0:
             self.call_later(self.lifecycle_activation_delay, self.__finish_booting)
-        self.trigger_configure()
+        if self.autostart:
+            self.trigger_configure()
 
     def __finish_booting(self) -> None:
-        self.__booted = True
-        if self.__state_label() == "inactive":
+        self.__booted.set_result(True)
+        if self.autostart and self.__state_label() == "inactive":
             self.trigger_activate()
+
+    def _change_state(
+        self, request: ChangeState.Request, response: ChangeState.Response
+    ) -> ChangeState.Response | Awaitable[ChangeState.Response]:
+        """Let a request for activation wait until the hardware has booted, where the node does not start itself."""
+        change = super()._change_state
+        asked = self._state_machine.find(request.transition.label, request.transition.id)
+
+        async def change_when_booted() -> ChangeState.Response:
+            await self.__booted
+            return cast("ChangeState.Response", change(request, response))
+
+        waits = not self.autostart and asked is not None and asked.label == "activate"
+        return change_when_booted() if waits else change(request, response)
 
     def __state_label(self) -> str:
         label: str = self._state_machine.current_state[1]
         return label
 
     def __publish_heartbeat(self) -> None:
+        state = self.__state_label()
         status = DiagnosticStatus(
-            level=DiagnosticStatus.OK,
+            level=self.__level(state),
             name=f"{self.node_name}: heartbeat",
-            message=self.__state_label(),
+            message=state,
             hardware_id=self.node_name,
             values=self.__news,
         )
         self.__news = []
         stamp = self.get_clock().now().to_msg()
         self.__diagnostics.publish(DiagnosticArray(header=Header(stamp=stamp), status=[status]))
+
+    def __level(self, state: str) -> bytes:
+        """Return a level for diagnostic tools, which says no more than the lifecycle state and the reported flags."""
+        if state in {"finalized", "errorprocessing"}:
+            return DiagnosticStatus.ERROR
+        is_started = state == "active" or (state == "inactive" and self.lifecycle_activation_delay < 0)
+        return DiagnosticStatus.WARN if any(self.__flags.values()) or not is_started else DiagnosticStatus.OK
 
     def __open(self, entry: _Input) -> None:
         self.__close(entry)  # an activation that failed may have left it open

@@ -9,7 +9,7 @@ import yaml
 from sunset.errors import MALFORMED_YAML
 from sunset.input_files import read_text
 from sunset.interfaces import get_message, type_hash
-from sunset.recording._bag import BAG_FILES, read_bag
+from sunset.recording._bag import BAG_FILES, read_bag, stored_topic
 
 _KEYS: Final = frozenset(
     {
@@ -60,7 +60,7 @@ def describes_bag(folder: Path) -> bool:
             and (not payloads or start == told["starting_time"] == part["starting_time"])
             and (not payloads or length == told["duration"] == part["duration"])
             and sorted((topic["name"], topic["type"], count) for topic, count in topics)
-            == sorted((*key, count) for key, count in counts.items())
+            == sorted((stored_topic(*key), key[1], count) for key, count in counts.items())
             and all(
                 topic["type_description_hash"] == type_hash(get_message(topic["type"])) for topic, _ in topics
             )

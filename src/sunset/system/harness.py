@@ -86,12 +86,15 @@ HARNESS: Final[Mapping[str, HarnessNode]] = MappingProxyType(
                 (INJECTIONS_TOPIC, FAULT_ENDS_TOPIC),
                 commands=True,
             ),
+            HarnessNode(
+                "image_views", "sunset.harness.image_views:ImageViews", ("/views/depth", "/views/labels")
+            ),
             HarnessNode("launcher", commands=True, off_limits=False),
             HarnessNode(EXPERIMENT, outputs=(LOG_TOPIC,), commands=True),
         )
     }
 )
-"""The nodes of an experiment that are not managed, by name."""
+"""The nodes of an experiment that are not managed, by name; `image_views` runs only where a user starts it."""
 
 RESERVED_NAMES: Final = frozenset({*HARNESS, MANAGER_PROCESS, MANAGING_SYSTEM, "operator"})
 """What no managed node may be called."""

@@ -224,6 +224,10 @@ ARGUMENTS: dict[str, tuple[Sequence[str], str]] = {
     "no job": (["bench", "--jobs", "0", "--out", "o"], "0"),
     "no time": (["run", "--manager-limit", "0"], "0"),
     "a rate in the simulation": (["run", "--rate", "2"], "live runs"),
+    "a viewer that is not a node": (
+        ["run", "--middleware", "cyclonedds", "--viewer", "rviz"],
+        "/rosbag2_recorder",
+    ),
     "a file without a name": (["scenarios", "generate", "gpu_failure", "--out", ""], "exists"),
     "a file that is there": (
         ["scenarios", "generate", "gpu_failure", "--out", "/dev/null"],

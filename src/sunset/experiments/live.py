@@ -38,7 +38,7 @@ from sunset.system import (
 _FIRST: Final = (BAG_PLAYER, SCENARIO_EXECUTOR)
 """Those that others wait for are started before the others, and so are sensors, which take longest to be active."""
 _STATELESS: Final = ("monitor", "evaluator")
-"""Nodes that a system which lasts starts anew when they have ended: they only watch."""
+"""Nodes that a lasting system starts again when they have ended: they only watch."""
 _MOST_REVIVALS: Final = 10
 _TURN_S: Final = 0.2
 """Longest wait for one process before the next is started: all at once would take the processor from others."""
@@ -75,7 +75,7 @@ class LiveSystem:
         clock: what `/clock` shall show; None for the time since now.
         loop: whether the system lasts: the flight starts again when it is over, from the bag's first frame to its
             last, what a callback of this process raises is logged and does not end it, and a monitor or an evaluator
-            that has ended is started anew.
+            that has ended is started again.
         autostart: whether the managed nodes configure and activate themselves.
         on_line: called, on other threads, with a node and a line that it printed.
 
@@ -151,12 +151,12 @@ class LiveSystem:
         self._stack.__exit__(kind, error, trace)
 
     def _revive(self, node: str) -> None:
-        """Start a node that only watches anew, and say so."""
+        """Start a node that only watches again, and say so."""
         if node in _STATELESS and self._revivals[node] < _MOST_REVIVALS:
             self._revivals[node] += 1
             end = self.processes.end_of(node)
             self.processes.start(node)
-            self._on_line(node, f"The process {end}; it was started anew.")
+            self._on_line(node, f"The process {end}; it was started again.")
 
     def _is_heard(self, node: str) -> bool:
         return any(name == node for name, _ in self._middleware.nodes())

@@ -134,6 +134,8 @@ RUNS: dict[str, tuple[Mistake, str]] = {
     ),
     "unknown middleware": (lambda _: api.run(middleware="dds"), "The middleware must be sim or"),
     "rate of a simulation": (lambda _: api.run(rate=2.0), "The rate applies to live runs only"),
+    "viewers of a simulation": (lambda _: api.run(viewers=["/rviz"]), "Viewers watch live runs only"),
+    "viewers in one text": (lambda _: api.run(viewers="/rviz"), "viewers must be a list"),
     "rate of nothing": (lambda _: api.run(rate=0), "rate of a live run must be a number from 0.01 to 100"),
     "number as extension": (
         lambda _: api.run(extensions=3),

@@ -225,6 +225,10 @@ ARGUMENTS: dict[str, tuple[Sequence[str], str]] = {
     "no time": (["run", "--manager-limit", "0"], "0"),
     "no time for a bundle": (["bundle", "o", "--out", "o.zip", "--manager-limit", "0"], "time limit [s]"),
     "a rate in the simulation": (["run", "--rate", "2"], "live runs"),
+    "a viewer that is not a node": (
+        ["run", "--middleware", "cyclonedds", "--viewer", "rviz"],
+        "/rosbag2_recorder",
+    ),
     "a file without a name": (["scenarios", "generate", "gpu_failure", "--out", ""], "exists"),
     "a file that is there": (
         ["scenarios", "generate", "gpu_failure", "--out", "/dev/null"],

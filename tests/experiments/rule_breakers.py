@@ -44,6 +44,13 @@ class Eavesdropper(NoAdaptation):
         self.create_subscription(Image, "/gt_segmentation", lambda _: None, 10)
 
 
+class Listener(NoAdaptation):
+    """Hears of changes of parameters, as every C++ node does, and breaks no rule."""
+
+    def on_start(self) -> None:
+        self.create_subscription(ParameterEvent, "/parameter_events", lambda _: None, 10)
+
+
 class Peeper(ManagingSystem):
     """Asks the camera which fault it has."""
 

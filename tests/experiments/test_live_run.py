@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from sunset.experiments.live_run import FrameCount
+from sunset.experiments.live_run import FrameCount, slowness
 from sunset.experiments.spec import RunTiming
 from sunset.interfaces.builtin_interfaces.msg import Time
 from sunset.interfaces.rosgraph_msgs.msg import Clock
@@ -20,7 +20,7 @@ TIMING = RunTiming(duration_s=2.0, warm_up_s=1.0)
 
 
 def frames(*, lost: float | None = None, late: float | None = None, stop: float = 2.0) -> FrameCount:
-    """A flight from -1 s on; the frame at `lost` is not segmented, those from `late` on are played 0.2 s later."""
+    """A flight from -1 s on; two frames from `lost` on are not segmented, those from `late` on come 0.2 s late."""
     count = FrameCount()
     for number in range(round((stop + 1) * 10)):
         time = number / 10 - 1
@@ -28,7 +28,7 @@ def frames(*, lost: float | None = None, late: float | None = None, stop: float 
         delay = 0.2 if late is not None and time > late - 0.01 else 0.0
         time_ns = START_NS + round((time + delay) * S)
         count.note(time_ns, "/gt_segmentation", image)
-        if lost is None or abs(time - lost) > 0.01:
+        if lost is None or not -0.01 < time - lost < 0.11:
             count.note(time_ns + S // 20, "/managed_subsystem/segmentation", image)
     return count
 
@@ -41,6 +41,14 @@ def timeline(*, outage: bool = False, command: float | None = None) -> Timeline:
         commands=()
         if command is None
         else (Command(command, "/m", "/managed_subsystem/camera", "activate"),),
+    )
+
+
+def test_a_computer_is_too_slow_if_an_inference_takes_half_of_a_frames_time() -> None:
+    assert slowness(0.049, 0.1) == ""
+    assert slowness(0.08, 0.1) == (
+        "This computer is slow for live runs: one inference takes 80 ms of the 100 ms between two frames, so that "
+        "frames may be lost; choose a lower --rate."
     )
 
 
@@ -62,7 +70,26 @@ def test_a_flight_without_loss_counts() -> None:
 def test_a_frame_may_be_lost_only_after_something_was_done(lost: float, seen: Timeline, counts: bool) -> None:
     reason = frames(lost=lost).shortfall(START_NS, seen, TIMING)
     assert (reason == "") is counts
-    assert counts or "1 of" in reason
+    assert counts or "2 of" in reason
+
+
+@pytest.mark.parametrize(("lost", "counts"), [(1, True), (4, True), (5, False)])
+def test_one_frame_or_2_percent_of_them_may_be_lost(lost: int, counts: bool) -> None:
+    timing = RunTiming(duration_s=24.0, warm_up_s=1.0)
+    count = frames(stop=24.0)
+    for stamp in list(count.segmented)[10 : 10 + lost]:
+        del count.segmented[stamp]
+
+    assert (count.shortfall(START_NS, timeline(), timing) == "") is counts
+    assert count.losses(START_NS, timeline(), timing) == (245, lost)
+
+
+def test_one_frame_may_be_lost_of_a_few() -> None:
+    count = frames()
+    count.segmented.popitem()
+    del count.taken[next(iter(count.taken))]
+
+    assert count.shortfall(START_NS, timeline(), TIMING) == ""
 
 
 def test_frames_may_be_lost_to_an_outage_of_an_extension(tmp_path: Path) -> None:
@@ -82,9 +109,9 @@ def test_frames_may_be_lost_to_whoever_ends_a_process() -> None:
     count.note_disturbance(START_NS + round(1.1 * S))
     count.note_disturbance(START_NS + round(1.9 * S))  # it is still as it was
     assert count.shortfall(START_NS, timeline(), TIMING) == ""
-    count = frames(lost=0.5)
+    count = frames(lost=0.3)
     count.note_disturbance(START_NS + round(1.1 * S))
-    assert "1 of" in count.shortfall(START_NS, timeline(), TIMING)
+    assert "2 of" in count.shortfall(START_NS, timeline(), TIMING)
 
 
 def test_the_flight_itself_must_be_in_time() -> None:

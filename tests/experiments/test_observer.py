@@ -6,8 +6,9 @@ import pytest
 
 from sunset.experiments.observer import Observer
 from sunset.interfaces import Message
+from sunset.interfaces.diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from sunset.interfaces.lifecycle_msgs.msg import State, Transition, TransitionEvent
-from sunset.interfaces.lifecycle_msgs.srv import ChangeState
+from sunset.interfaces.lifecycle_msgs.srv import ChangeState, GetState
 from sunset.interfaces.rcl_interfaces.msg import ParameterEvent, SetParametersResult
 from sunset.interfaces.rcl_interfaces.srv import GetParameters, SetParameters, SetParametersAtomically
 from sunset.interfaces.std_msgs.msg import String
@@ -306,6 +307,54 @@ def test_a_parameter_event_in_the_name_of_another_is_not_recorded(sink: Sink) ->
     assert [time_ns for _, time_ns, _ in sink.written] == [1]
     assert list(observer.violations) == [
         f"{MANAGER} publishes on /parameter_events in the name of another node"
+    ]
+
+
+def test_diagnostics_are_shared_but_not_those_of_a_managed_node(sink: Sink) -> None:
+    observer = Observer(sink)
+    own = DiagnosticStatus(name="battery: level", hardware_id="battery")
+    nameless = DiagnosticStatus()
+    as_camera = DiagnosticStatus(name="battery: level", hardware_id="camera")
+    as_depth = DiagnosticStatus(name="depth: heartbeat", hardware_id="none")
+
+    observer.on_message(1, "/diagnostics", MANAGER, DiagnosticArray(status=[own, nameless]))
+    observer.on_message(2, "/diagnostics", CAMERA, DiagnosticArray(status=[as_camera]))
+    assert not observer.violations
+    for time_ns, status in enumerate((as_camera, as_depth), 3):
+        observer.on_message(time_ns, "/diagnostics", f"/node{time_ns}", DiagnosticArray(status=[own, status]))
+    observer.on_message(5, "/diagnostics", CAMERA, DiagnosticArray(status=[as_depth]))
+
+    assert [time_ns for _, time_ns, _ in sink.written] == [1, 2]
+    assert list(observer.violations) == [
+        f"{node} publishes on /diagnostics in the name of another node"
+        for node in ("/node3", "/node4", CAMERA)
+    ]
+
+
+@pytest.mark.parametrize("topic", ["/gt_segmentation", "/rgb_raw", "/experiment/injections", "/seg_metrics"])
+def test_a_viewer_may_read_everything(topic: str, sink: Sink) -> None:
+    observer = Observer(sink, viewers=["/recorder"])
+
+    observer.on_endpoint("/recorder", EndpointKind.SUBSCRIPTION, topic)
+    observer.on_endpoint("/recorder", EndpointKind.SERVICE, "/recorder/get_parameters")
+    observer.on_message(1, "/rosout", "/recorder", String())
+    observer.on_message(1, "/parameter_events", "/recorder", ParameterEvent(node="/recorder"))
+    assert not observer.violations
+
+    observer.on_endpoint("/other", EndpointKind.SUBSCRIPTION, topic)
+    assert [violation.split()[0] for violation in observer.violations] == ["/other"]
+
+
+def test_a_viewer_neither_publishes_nor_calls(sink: Sink) -> None:
+    observer = Observer(sink, viewers=["/recorder"])
+
+    observer.on_message(1, "/goal", "/recorder", String())
+    observer.on_request(2, f"{CAMERA}/get_state", "/recorder", CAMERA, GetState.Request(), NUMBER)
+    observer.on_request(2, "/recorder/get_state", "/recorder", "/recorder", GetState.Request(), NUMBER)
+
+    assert list(observer.violations) == [
+        "/recorder publishes on /goal, and was said to be a viewer",
+        f"/recorder calls {CAMERA}/get_state, and was said to be a viewer",
     ]
 
 

@@ -82,6 +82,13 @@ def test_whoever_stops_or_kills_a_node_is_noticed(nodes: Nodes) -> None:
     assert nodes.end_of("camera") == ""
 
 
+def test_what_a_node_printed_is_no_cause_of_an_end_in_order(nodes: Nodes) -> None:
+    nodes.program.write_text("import os; print('All is well.', flush=True); os._exit(0)")
+    nodes.start("manager")
+    assert nodes.polled_until(lambda: nodes.ended == ["manager"])
+    assert nodes.end_of("manager") == "ended in order"
+
+
 def test_closing_ends_even_a_node_that_is_stopped(nodes: Nodes) -> None:
     nodes.start("camera")
     pid = nodes.pid("camera")

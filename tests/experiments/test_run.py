@@ -212,6 +212,32 @@ def test_no_node_tells_the_seed_of_the_run(tmp_path: Path) -> None:
     assert 70_707 not in {value for _, value in declared}
 
 
+EVERY_FAULT = (
+    "image_degradation+image_shift+autofocus_needed+depth_degradation+hardware_disconnect",
+    "unneeded_enhancement+camera_driver_issue+sync_issue+memory_leakage+cuda_out_of_memory+gpu_failure",
+)
+
+
+@pytest.mark.parametrize("scenario", EVERY_FAULT)
+def test_injections_do_not_show_on_parameter_events(scenario: str, tmp_path: Path) -> None:
+    result = fly(tmp_path / "run", scenario, f"{RULE_BREAKERS}:Listener", timing=Timing(duration_s=2.0))
+    shown, injected = (
+        list(read_messages(tmp_path / "run", [topic]))
+        for topic in ("/parameter_events", "/experiment/parameter_events")
+    )
+    changed = {
+        parameter.name
+        for recorded in injected
+        if isinstance(recorded.message, ParameterEvent)
+        for parameter in recorded.message.changed_parameters
+    }
+
+    assert result.valid, result.reason
+    assert shown
+    assert all(recorded.time_ns < result.record.start_ns for recorded in shown)
+    assert changed - {"fault_access"} == {FAULTS[name].parameter for name in scenario.split("+")}
+
+
 @pytest.mark.thorough
 def test_another_process_another_hash_seed_and_a_busy_machine_give_the_same_bytes(tmp_path: Path) -> None:
     scenario = "paper/sync_issue+image_degradation+depth_degradation"

@@ -17,7 +17,10 @@ from sunset.interfaces.std_msgs.msg import Header, String
 from sunset.interfaces.system_interfaces.msg import FrameEvaluation, FusionType, SensorFusion
 
 DEFAULTS = {"bool": False, "byte": b"\0", "string": "", "float32": 0.0, "float64": 0.0}
-OWN_DEFAULTS = {("type_description_interfaces/srv/GetTypeDescription_Request", "include_type_sources"): True}
+OWN_DEFAULTS = {
+    ("type_description_interfaces/srv/GetTypeDescription_Request", "include_type_sources"): True,
+    ("geometry_msgs/msg/Quaternion", "w"): 1.0,
+}
 
 
 def test_fields_default_to_zero_empty_and_false(kind: type[Message]) -> None:

@@ -18,6 +18,7 @@ from sunset.rmw.dds import CycloneDDS
 from sunset.rmw.dds.domains import free_domain_id
 from sunset.ros import Context, Node, SingleThreadedExecutor
 
+_UP = "The flight has begun"
 PATIENCE_S = 60.0
 """A test that waits longer for what must happen has failed."""
 
@@ -122,7 +123,7 @@ class Up:
 
     def is_up(self) -> bool:
         """Wait until all nodes are up; return whether they are."""
-        return self.tells("The flight has begun")
+        return self.tells(_UP)
 
     def end(self, number: int) -> int:
         """Send a signal, and return the exit code."""
@@ -133,13 +134,13 @@ class Up:
 
 
 @contextmanager
-def going_up(*arguments: str) -> Iterator[tuple[Up, Tool]]:
+def going_up(*arguments: str, until: str = _UP) -> Iterator[tuple[Up, Tool]]:
     """Run `sunset up` and a tool in a domain of their own; whatever happens, nothing is left running."""
     with free_domain_id() as domain_id:
         system = Up(domain_id, *arguments)
         tool = Tool(domain_id)
         try:
-            assert system.is_up(), "".join(system.lines)
+            assert system.tells(until), "".join(system.lines)
             yield system, tool
         finally:
             tool.node.context.try_shutdown()

@@ -16,6 +16,7 @@ from tests.live.systems import (
     benching,
     children,
     commanding,
+    domain_of,
     eventually,
     exists,
     flying,
@@ -24,15 +25,19 @@ from tests.live.systems import (
 
 from sunset.errors import MiddlewareError
 from sunset.experiments import RunSpec, Settings, Timing, run
+from sunset.interfaces.diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from sunset.interfaces.lifecycle_msgs.msg import Transition
 from sunset.interfaces.lifecycle_msgs.srv import ChangeState
+from sunset.interfaces.rcl_interfaces.msg import ParameterEvent
+from sunset.interfaces.sensor_msgs.msg import Image
 from sunset.interfaces.std_srvs.srv import Trigger
 from sunset.interfaces.system_interfaces.msg import ExperimentLogging
 from sunset.interfaces.system_interfaces.srv import Redeploy
 from sunset.names import base_name
-from sunset.recording import read_run, read_timeline
+from sunset.recording import read_messages, read_run, read_timeline
 from sunset.rmw.dds import CycloneTap
 from sunset.rmw.dds.domains import free_domain_id
+from sunset.ros import Node
 from sunset.scenarios import load_scenario
 
 pytestmark = pytest.mark.xdist_group("live")
@@ -70,6 +75,35 @@ def test_a_managing_system_of_another_process_redeploys_a_node_that_was_killed(t
     assert redeploy.kind == "redeploy"
     assert redeploy.node == "/managed_subsystem/segmentation"
     assert redeploy.successful
+
+
+@pytest.mark.thorough
+def test_a_viewer_reads_the_truth_and_another_node_publishes_diagnostics(tmp_path: Path) -> None:
+    out = tmp_path / "run"
+    words = ("run", "nofault", "--middleware", "cyclonedds", "--manager", "none", "--duration", "5")
+    with commanding(*words, "--viewer", "/recorder", "--json", "--out", str(out)) as process:
+        tool = Tool(domain_of(process.pid))
+        recorder = Node("recorder", context=tool.node.context)
+        battery = Node("battery", context=tool.node.context)
+        truths: list[Image] = []
+        for node, topic in ((recorder, "/rgb_raw"), (recorder, "/gt_segmentation")):
+            node.create_subscription(Image, topic, truths.append, 10)
+        battery.create_subscription(ParameterEvent, "/parameter_events", lambda _: None, 10)
+        levels = battery.create_publisher(DiagnosticArray, "/diagnostics", 10)
+        for node in (recorder, battery):
+            tool.executor.add_node(node)
+        assert tool.spin(lambda: len(truths) > 20)
+        levels.publish(
+            DiagnosticArray(status=[DiagnosticStatus(name="battery: level", hardware_id="battery")])
+        )
+        told, complaint = process.communicate(timeout=PATIENCE_S)
+        tool.node.context.try_shutdown()
+    assert process.returncode == 0, complaint
+    record = read_run(out)
+    assert record.viewers == ["/recorder"]
+    assert not any(word in record.reason for word in ("recorder", "battery", "truth", "/diagnostics")), told
+    statuses = [message.message for message in read_messages(out, ["/diagnostics"])]
+    assert any(one.status[0].hardware_id == "battery" for one in statuses if isinstance(one, DiagnosticArray))
 
 
 @pytest.mark.thorough

@@ -7,7 +7,8 @@ from collections.abc import Iterator
 import pytest
 from tests.live.systems import Tool, Up, eventually, exists, going_up
 
-from sunset.interfaces.lifecycle_msgs.srv import GetState
+from sunset.interfaces.lifecycle_msgs.msg import Transition
+from sunset.interfaces.lifecycle_msgs.srv import ChangeState, GetState
 from sunset.interfaces.rcl_interfaces.srv import GetParameters
 from sunset.interfaces.system_interfaces.srv import Redeploy
 
@@ -17,6 +18,8 @@ NODES = {
     *("camera", "depth", "image_enhancement", "sensor_fusion", "segmentation"),
     *("bag_player", "monitor", "evaluator", "scenario_executor"),
 }
+MANAGED = ("camera", "depth", "sensor_fusion", "segmentation", "image_enhancement")
+TRANSITIONS = {"configure": Transition.TRANSITION_CONFIGURE, "activate": Transition.TRANSITION_ACTIVATE}
 STRENGTH = 0.8
 
 
@@ -102,6 +105,15 @@ def test_a_node_that_does_not_react_is_redeployed_by_force(system: tuple[Up, Too
     assert state(tool, "segmentation") == "active"
 
 
+def test_a_monitor_that_dies_is_started_again(system: tuple[Up, Tool]) -> None:
+    up = system[0]
+    before = up.pids["monitor"]
+    os.kill(before, signal.SIGKILL)
+    assert up.tells("[monitor] The process ended by signal 9 (SIGKILL); it was started again.")
+    assert eventually(lambda: up.pids["monitor"] != before)
+    assert eventually(lambda: up.state("monitor").startswith("running"))
+
+
 def test_unknown_nodes_are_not_redeployed(system: tuple[Up, Tool]) -> None:
     response = system[1].call(Redeploy, "/launcher/redeploy", Redeploy.Request(node="rotor"))
     assert not response.success
@@ -121,3 +133,14 @@ def test_all_processes_end_with_a_parent_that_is_killed_even_one_that_is_stopped
         up.process.kill()
         pids = up.pids.values()
         assert eventually(lambda: not any(exists(pid) for pid in pids))
+
+
+def test_a_lifecycle_manager_brings_the_system_up() -> None:
+    with going_up("--no-autostart", until="unconfigured") as (up, tool):
+        for label in ("configure", "activate"):  # all of the one, then all of the other
+            for node in MANAGED:
+                name = f"/managed_subsystem/{node}/change_state"
+                request = ChangeState.Request(transition=Transition(id=TRANSITIONS[label]))
+                assert tool.call(ChangeState, name, request).success, f"{label} {node}"
+                assert state(tool, node) == {"configure": "inactive", "activate": "active"}[label]
+        assert up.is_up()

@@ -1,11 +1,14 @@
 """What the adaptive base class gives to every node, on the example that its documentation promises."""
 
+from itertools import groupby
 from typing import TYPE_CHECKING
 
 import pytest
 
 from sunset.errors import ParameterError
 from sunset.interfaces.builtin_interfaces.msg import Time
+from sunset.interfaces.lifecycle_msgs.msg import Transition
+from sunset.interfaces.lifecycle_msgs.srv import ChangeState
 from sunset.interfaces.rosgraph_msgs.msg import Clock
 from sunset.interfaces.std_msgs.msg import String
 from sunset.nodes import AdaptiveNode, Camera, FaultParameter, NodeParameter, TopicParameter, action
@@ -113,6 +116,43 @@ def test_the_boot_time_cannot_be_skipped(world: "World") -> None:
     assert "still booting" in world.messages["/rosout"][-1].msg
     world.run(0.4)
     assert states(world)[-1] == "active"
+
+
+def test_another_node_configures_and_activates_it_where_it_does_not_start_itself(world: "World") -> None:
+    world.start(Shouter, parameters={"autostart": False})
+    world.run(0.2)
+    assert states(world)[-1] == "unconfigured"
+    assert world.transition("shouter", "configure")
+    request = ChangeState.Request(transition=Transition(id=Transition.TRANSITION_ACTIVATE))  # while it boots
+    assert world.call(ChangeState, "/managed_subsystem/shouter/change_state", request, within=1.0).success
+    assert [state for state, _ in groupby(states(world))] == ["unconfigured", "inactive", "active"]
+    assert world.transition("shouter", "deactivate")
+    assert world.transition("shouter", "activate")
+
+
+def levels(world: "World") -> list[int]:
+    """Return the levels of the heartbeats so far, each once in a row."""
+    statuses = [message.status[0] for message in world.messages["/diagnostics"]]
+    return [level[0] for level, _ in groupby(status.level for status in statuses)]
+
+
+def test_its_level_is_a_warning_while_it_is_not_active_or_reports_a_flag(world: "World") -> None:
+    shouter = world.start(Shouter)
+    world.run(1.0)
+    assert levels(world) == [1, 0]
+    for value in (True, False):
+        shouter.report("hoarseness", value)
+        world.run(0.5)
+    assert levels(world) == [1, 0, 1, 0]
+    world.set("shouter", "mute", value=True)  # which does not show
+    world.run(0.5)
+    assert levels(world) == [1, 0, 1, 0]
+
+
+def test_it_is_no_warning_that_a_node_waits_to_be_activated(world: "World") -> None:
+    world.start(Shouter, parameters={"lifecycle_activation_delay": -1.0})
+    world.run(0.5)
+    assert levels(world) == [0]
 
 
 def test_it_stays_as_it_was_left_when_the_delay_is_over(world: "World") -> None:

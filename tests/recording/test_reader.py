@@ -159,7 +159,7 @@ def test_a_flipped_byte_among_the_messages_is_refused(record: Path) -> None:
     data = file.read_bytes()
     chunk = 17 + int.from_bytes(data[9:17], "little")  # behind magic and header record
     size = int.from_bytes(data[chunk + 1 : chunk + 9], "little")
-    for place in range(chunk + size // 2, chunk + size, 53):  # definitions come first, then messages
+    for place in range(chunk + size * 2 // 3, chunk + size, 53):  # definitions come first, then messages
         flip(file, data, place)
         with pytest.raises(RecordError, match="is damaged"):
             read_messages(record)

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 from msgspec.structs import replace
 from rosbags.highlevel import AnyReader
 from tests.recording.runs import RUN
@@ -46,10 +47,27 @@ def test_an_independent_reader_opens_the_bag(record: Path, rows: list[Row]) -> N
         hashes = {connection.msgtype: connection.digest for connection in reader.connections}
         evaluations = [c for c in reader.connections if c.topic == "/seg_metrics"]
         raw = [reader.deserialize(raw, c.msgtype) for c, _, raw in reader.messages(evaluations)]
-    assert found == [(topic, time_ns) for topic, time_ns, _ in rows]
+    stored = [
+        (f"{topic}/digest" if isinstance(message, Image | SensorFusion) else topic, time_ns)
+        for topic, time_ns, message in rows
+    ]
+    assert found == stored  # a topic of images has images in every bag
     assert hashes == {name: type_hash(get_message(name)) for name in hashes}
     assert len(hashes) == 6
     assert raw[3].intersection.tolist() == list(range(3, 31))  # type: ignore[attr-defined]
+
+
+def test_the_metadata_are_as_ros_2_writes_them(record: Path) -> None:
+    metadata = yaml.safe_load((record / "metadata.yaml").read_text("utf-8"))["rosbag2_bagfile_information"]
+    profiles = [
+        topic["topic_metadata"]["offered_qos_profiles"] for topic in metadata["topics_with_message_count"]
+    ]
+    assert metadata["ros_distro"] == "jazzy"
+    assert all(
+        (profile["history"], profile["depth"], profile["reliability"], profile["durability"])
+        == ("keep_last", 10, "reliable", "volatile")
+        for (profile,) in profiles
+    )
 
 
 def test_messages_are_stored_in_order_of_time_and_then_of_writing(tmp_path: Path) -> None:

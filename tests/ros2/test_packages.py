@@ -10,12 +10,13 @@ from typing import NamedTuple
 from xml.etree import ElementTree as ET
 
 import pytest
+import yaml
 
 from sunset.interfaces import field_types, get_message, get_service
 from sunset.nodes import Camera, SegmentationNode
 from sunset.nodes.parameters import bound_parameters
 from sunset.perception import load_model
-from sunset.system import HARNESS, current_system
+from sunset.system import HARNESS, current_system, short_name
 
 ROOT = Path(__file__).parents[2]
 PACKAGES = ROOT / "ros2"
@@ -124,7 +125,25 @@ def test_all_managed_nodes_have_a_launch_file_of_their_name() -> None:
 
     assert executables("managed_subsystem") == set(MANAGED)
     for node in MANAGED:
-        assert started(folder / f"{node}.launch.py") == [Started("managed_subsystem", node)]
+        text = (folder / f"{node}.launch.py").read_text("utf-8")
+        assert f'node = {{"node": "{node}"}}' in text
+        assert '"node.launch.py"' in text
+
+
+def test_a_managed_node_is_started_with_parameters_that_it_has() -> None:
+    text = (PACKAGES / "managed_subsystem" / "launch" / "node.launch.py").read_text("utf-8")
+    declared = set(re.findall(r'DeclareLaunchArgument\(\s*"(\w+)"', text))
+
+    assert declared == {"node", "use_sim_time", "autostart", "params_file"}
+    assert "autostart" in bound_parameters(Camera)
+
+
+def test_the_parameter_file_has_the_nodes_own_values() -> None:
+    file = PACKAGES / "managed_subsystem" / "config" / "parameters.yaml"
+    for name, content in yaml.safe_load(file.read_text("utf-8")).items():
+        bound = bound_parameters(current_system().node_class(short_name(name)))
+        values = content["ros__parameters"]
+        assert values == {parameter: bound[parameter].default for parameter in values}
 
 
 def test_the_whole_system_is_every_managed_node() -> None:
@@ -165,7 +184,8 @@ def test_the_experiment_passes_parameters_that_its_nodes_have() -> None:
     text = path.read_text("utf-8")
     declared = set(re.findall(r'DeclareLaunchArgument\("(\w+)"', text))
 
-    assert {name for _, name in started(path)} == executables("experiment_setup")
+    for_viewers = {"image_views"}  # which users start
+    assert {name for _, name in started(path)} == executables("experiment_setup") - for_viewers
     assert set(re.findall(r'LaunchConfiguration\("(\w+)"\)', text)) == declared
     for parameter in re.findall(r'"(\w+)": ParameterValue', text):
         sources = [

@@ -3,19 +3,19 @@
 from launch import LaunchDescription
 from launch.actions import IncludeLaunchDescription
 from launch.launch_description_sources import PythonLaunchDescriptionSource
-from launch.substitutions import PathJoinSubstitution
-from launch_ros.substitutions import FindPackageShare
+from launch.substitutions import PathJoinSubstitution, ThisLaunchFileDir
 
 NODES = ("camera", "depth", "image_enhancement", "sensor_fusion", "segmentation")
 
 
 def generate_launch_description() -> LaunchDescription:
-    """Return what starts every node from its own launch file."""
-    folder = [FindPackageShare("managed_subsystem"), "launch"]
+    """Return what starts every node from its own launch file; its arguments are those of node.launch.py."""
     return LaunchDescription(
         [
             IncludeLaunchDescription(
-                PythonLaunchDescriptionSource(PathJoinSubstitution([*folder, f"{node}.launch.py"]))
+                PythonLaunchDescriptionSource(
+                    PathJoinSubstitution([ThisLaunchFileDir(), f"{node}.launch.py"])
+                )
             )
             for node in NODES
         ]

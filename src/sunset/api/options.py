@@ -45,6 +45,7 @@ class Options(TypedDict, total=False):
         thinking: seconds of the experiment that every decision of the managing system takes; 0 if left out.
         middleware: `sim`, or the name of a live middleware.
         rate: seconds of `/clock` in a second; live.
+        viewers: full names of nodes that only watch, such as `/rosbag2_recorder`; live.
         extensions: what the managed system is extended by, until the call returns.
     """
 
@@ -59,6 +60,7 @@ class Options(TypedDict, total=False):
     thinking: float
     middleware: str
     rate: float
+    viewers: list[str] | tuple[str, ...]
     extensions: Extensions
 
 
@@ -75,6 +77,7 @@ def settings_of(options: Options) -> Settings:
                 f"{', '.join(Options.__annotations__)}."
             )
     default, bag, model = Settings(), options.get("bag"), options.get("model", "lite")
+    viewers: Any = options.get("viewers", default.viewers)
     return Settings(
         model=str(model) if isinstance(model, Path) else model,
         bag=as_path(bag, "bag") if bag is not None else None,
@@ -87,6 +90,7 @@ def settings_of(options: Options) -> Settings:
         thinking_s=number_of(options.get("thinking", default.thinking_s)),
         middleware=options.get("middleware", default.middleware),
         speed=number_of(options.get("rate", default.speed)),
+        viewers=tuple(viewers) if isinstance(viewers, list) else viewers,
     )
 
 

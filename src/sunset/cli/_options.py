@@ -169,6 +169,15 @@ def add_middleware_options(parser: argparse.ArgumentParser) -> None:
         "--middleware", default=SIMULATED, choices=BACKENDS, help=f"where the nodes run: {places}"
     )
     add_rate_option(parser, "live: seconds of /clock in a second")
+    parser.add_argument(
+        "--viewer",
+        action="append",
+        default=[],
+        dest="viewers",
+        metavar="NODE",
+        help="live: full name of a node that only watches and may read everything, such as /rosbag2_recorder "
+        "(repeatable)",
+    )
 
 
 def run_settings(arguments: argparse.Namespace) -> Settings:

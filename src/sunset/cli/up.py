@@ -39,6 +39,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--domain-id", type=int, metavar="N", help="domain of DDS (default: ROS_DOMAIN_ID, else 0)"
     )
+    parser.add_argument(
+        "--no-autostart",
+        action="store_false",
+        dest="autostart",
+        help="leave the managed nodes unconfigured, for a lifecycle manager that configures and activates them",
+    )
     add_model_options(parser)
     add_network_options(parser)
     parser.set_defaults(middleware=LIVE)
@@ -66,6 +72,7 @@ def execute(arguments: argparse.Namespace) -> None:
             network=arguments.network,
             distro=arguments.ros_distro,
             loop=True,
+            autostart=arguments.autostart,
             on_line=lambda node, line: console.print(f"[{node}] {line}", soft_wrap=True),
         ) as system,
     ):

@@ -2,6 +2,7 @@
 
 import os
 import time
+from collections import Counter
 from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import asdict, dataclass
@@ -36,6 +37,9 @@ from sunset.system import (
 
 _FIRST: Final = (BAG_PLAYER, SCENARIO_EXECUTOR)
 """Those that others wait for are started before the others, and so are sensors, which take longest to be active."""
+_STATELESS: Final = ("monitor", "evaluator")
+"""Nodes that a lasting system starts again when they have ended: they only watch."""
+_MOST_REVIVALS: Final = 10
 _TURN_S: Final = 0.2
 """Longest wait for one process before the next is started: all at once would take the processor from others."""
 _STEP_NS: Final = 10_000_000
@@ -70,7 +74,9 @@ class LiveSystem:
         distro: the ROS 2 distribution of other nodes; None to find out.
         clock: what `/clock` shall show; None for the time since now.
         loop: whether the system lasts: the flight starts again when it is over, from the bag's first frame to its
-            last, and what a callback of this process raises is logged and does not end it.
+            last, what a callback of this process raises is logged and does not end it, and a monitor or an evaluator
+            that has ended is started again.
+        autostart: whether the managed nodes configure and activate themselves.
         on_line: called, on other threads, with a node and a line that it printed.
 
     Attributes:
@@ -92,6 +98,7 @@ class LiveSystem:
         distro: str | None = None,
         clock: LiveClock | None = None,
         loop: bool = False,
+        autostart: bool = True,
         on_line: Callable[[str, str], object] = lambda _node, _line: None,
     ) -> None:
         live = live_middleware(spec.settings.middleware)
@@ -104,6 +111,9 @@ class LiveSystem:
         system = current_system()
         self._managed = tuple(system.nodes)
         self._lasts = loop
+        self._autostart = autostart
+        self._on_line = on_line
+        self._revivals: Counter[str] = Counter()
         self._clock = clock or LiveClock(time.time_ns(), float(spec.settings.speed))
         with ExitStack() as stack:
             self._check_signals = stack.enter_context(held_signals())
@@ -119,6 +129,8 @@ class LiveSystem:
             specs = self._specs(resources, network=network, distro=distro)
             self.processes = NodeProcesses(specs, {"ROS_DOMAIN_ID": str(self.domain_id)}, on_line)
             stack.callback(self.processes.close)
+            if loop:
+                self.processes.on_exit(self._revive)
             self.executor = SingleThreadedExecutor(context=self.context)
             self._launcher = Launcher(self.processes, self._managed, context=self.context)
             self.executor.add_node(self._launcher)
@@ -137,6 +149,14 @@ class LiveSystem:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self._stack.__exit__(kind, error, trace)
+
+    def _revive(self, node: str) -> None:
+        """Start a node that only watches again, and say so."""
+        if node in _STATELESS and self._revivals[node] < _MOST_REVIVALS:
+            self._revivals[node] += 1
+            end = self.processes.end_of(node)
+            self.processes.start(node)
+            self._on_line(node, f"The process {end}; it was started again.")
 
     def _is_heard(self, node: str) -> bool:
         return any(name == node for name, _ in self._middleware.nodes())
@@ -181,6 +201,7 @@ class LiveSystem:
         parameters[SCENARIO_EXECUTOR] = {"scenario": str(deployed_scenario(self.domain_id))}
         # the managing system's too, since only its class knows the name of its node
         of_all = {"use_sim_time": True} | manager_parameters(spec, resources)
+        of_all |= {} if self._autostart else {"autostart": False}
         return {"/**": of_all} | {
             full_name(node) if node in managed else f"/{node}": values for node, values in parameters.items()
         }

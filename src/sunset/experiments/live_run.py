@@ -3,7 +3,7 @@
 import math
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from contextlib import ExitStack, nullcontext
 from itertools import pairwise
 
@@ -35,6 +35,8 @@ _ON_ITS_WAY_S = 0.5
 """A frame that was taken this long before something went wrong may be lost to it."""
 _LATE = 2.5
 """Periods between two frames of the bag after which the player was too late with the second."""
+_TOLERANCE = 0.02
+"""Share of frames that a computer may lose; one frame is always tolerated."""
 _STEADY_NS = 20_000_000
 """How far the system's clock may come off a steady one during an experiment."""
 _PATIENCE_S = 10.0
@@ -72,8 +74,9 @@ class FrameCount:
     def shortfall(self, start_ns: int, timeline: Timeline, timing: RunTiming) -> str:
         """Return in words why the run does not count where the computer could not keep up; or nothing.
 
-        Frames must not be lost before anything was done to the system: in a scenario with an outage before its
-        injection, in others before the first command, and before a node's process is ended or stopped from outside.
+        At most one frame, or 2 % of them, may be lost before anything was done to the system: in a scenario with an
+        outage before its injection, in others before the first command, and before a node's process is ended or
+        stopped from outside.
         """
         if self.ended_early:
             return ""  # which is not the computer's doing
@@ -86,11 +89,21 @@ class FrameCount:
             return f"the computer was too slow to observe it: times are wrong by up to {late_s:.2f} s"
         times = sorted(self.taken.values())
         gaps = [(after - before) / _S for before, after in pairwise(times)]
-        if len(times) < timing.least_frames or max(gaps, default=0.0) > _LATE * timing.period_s:
+        if (
+            timing.least_frames - len(times) > _tolerated(timing.least_frames)
+            or max(gaps, default=0.0) > _LATE * timing.period_s
+        ):
             return (
                 f"the computer was too slow for the flight: {len(times)} of {timing.least_frames} frames were played, "
                 f"with gaps of up to {max(gaps, default=0.0):.2f} s in place of {timing.period_s:g} s"
             )
+        due, lost = self.losses(start_ns, timeline, timing)
+        if lost > _tolerated(due):
+            return f"the computer was too slow: {lost} of {due} frames were lost before anything was wrong"
+        return ""
+
+    def losses(self, start_ns: int, timeline: Timeline, timing: RunTiming) -> tuple[int, int]:
+        """Return how many frames were due before anything was done to the system, and how many of them were lost."""
         outages = [
             injection.time
             for injection in timeline.injections
@@ -101,28 +114,35 @@ class FrameCount:
             disturbed.append((self.disturbed_ns - start_ns) / _S)
         until_ns = start_ns + round((min(disturbed, default=timing.duration_s) - _ON_ITS_WAY_S) * _S)
         due = [stamp for stamp, time_ns in self.taken.items() if time_ns < until_ns]
-        lost = sum(stamp not in self.segmented for stamp in due)
-        if lost:
-            return (
-                f"the computer was too slow: {lost} of {len(due)} frames were lost before anything was wrong"
-            )
-        return ""
+        return len(due), sum(stamp not in self.segmented for stamp in due)
+
+
+def _tolerated(frames: int) -> int:
+    """Return how many of so many frames may be lost.
+
+    >>> _tolerated(30), _tolerated(240)
+    (1, 4)
+    """
+    return max(1, int(_TOLERANCE * frames))
 
 
 class _Watch(Tap):
     """Hands what happens in a domain to the observer, in the time of `/clock`."""
 
-    def __init__(self, observer: Observer, frames: FrameCount, clock: LiveClock) -> None:
+    def __init__(
+        self, observer: Observer, frames: FrameCount, clock: LiveClock, viewers: Collection[str] = ()
+    ) -> None:
         self._observer = observer
         self._frames = frames
         self._clock = clock
+        self._viewers = viewers
         self.strangers: dict[str, None] = {}
         """Nodes that are not of the system, in the order in which they came."""
         self.is_ready = False
         """Whether it has heard of the service that is made last, so that it knows of all before."""
 
     def on_node(self, process: str, node: str) -> None:
-        is_tool = base_name(node).startswith("_")  # as hidden ones are
+        is_tool = base_name(node).startswith("_") or node in self._viewers  # as hidden ones are
         if node not in current_system().all_nodes and not is_tool:
             self.strangers[node] = None
         self._observer.on_node(process, node)
@@ -170,6 +190,30 @@ class LiveSupervisor(Supervisor):
         return response
 
 
+def slowness(inference_s: float, period_s: float) -> str:
+    """Return in a sentence that a computer is too slow for live runs; empty if it is not.
+
+    Args:
+        inference_s: time that an inference takes [s].
+        period_s: time between two frames [s].
+    """
+    if inference_s <= period_s / 2:
+        return ""
+    return (
+        f"This computer is slow for live runs: one inference takes {1000 * inference_s:.0f} ms of the "
+        f"{1000 * period_s:.0f} ms between two frames, so that frames may be lost; choose a lower --rate."
+    )
+
+
+def _inference_s(resources: Resources) -> float:
+    """Return how long an inference takes, which must have been done once before [s]."""
+    modality = min(resources.model.card.networks)
+    resources.segmenter.warm_up(modality)
+    began = time.monotonic()
+    resources.segmenter.warm_up(modality)
+    return time.monotonic() - began
+
+
 def run_live(
     spec: RunSpec, resources: Resources, observer: Observer, frames: FrameCount, *, log: bool = False
 ) -> tuple[int, str]:
@@ -191,9 +235,12 @@ def run_live(
         if log and node == MANAGER_PROCESS:
             print(line, file=sys.stderr)  # noqa: T201  as in the simulation
 
+    warning = slowness(_inference_s(resources), spec.timing.period_s / spec.settings.speed)
+    if warning:
+        print(warning, file=sys.stderr)  # noqa: T201  before the flight, since it may be lost
     clock = LiveClock(time.time_ns(), float(spec.settings.speed))
     offset_ns = _clock_offset_ns()
-    watch = _Watch(observer, frames, clock)
+    watch = _Watch(observer, frames, clock, spec.settings.viewers)
     live = live_middleware(spec.settings.middleware)
     with ExitStack() as stack:
         check_signals = stack.enter_context(held_signals())

@@ -7,6 +7,7 @@ from collections.abc import Collection
 from typing import Final, Protocol
 
 from sunset.interfaces import Message
+from sunset.interfaces.diagnostic_msgs.msg import DiagnosticArray
 from sunset.interfaces.lifecycle_msgs.msg import TransitionEvent
 from sunset.interfaces.lifecycle_msgs.srv import ChangeState
 from sunset.interfaces.rcl_interfaces.msg import ParameterEvent, ParameterValue
@@ -38,15 +39,17 @@ from sunset.system import (
     NAMESPACE,
     OFF_LIMITS_TOPICS,
     PARAMETER_EVENTS_TOPIC,
+    PARAMETER_TOPICS,
     current_system,
     full_name,
+    short_name,
 )
 from sunset.texts import shorten
 
 _MOST_VIOLATIONS: Final = 20
 _OWN_PREFIXES: Final = (f"{NAMESPACE}/", "/experiment/")
-_TOPICS_OF_ALL: Final = frozenset({DIAGNOSTICS_TOPIC, PARAMETER_EVENTS_TOPIC, ROSOUT})
-"""Topics that every node of the system may publish on."""
+_TOPICS_OF_ALL: Final = frozenset({DIAGNOSTICS_TOPIC, *PARAMETER_TOPICS, ROSOUT})
+"""Topics that every node may publish on."""
 _OFF_LIMITS_SERVERS: Final = frozenset(f"/{node.name}" for node in HARNESS.values() if node.off_limits)
 """Nodes that a managing system must not call."""
 
@@ -89,11 +92,13 @@ class Observer(Tap):
     Args:
         sink: gets every message, in the order in which it left its publisher.
         shown: topics with the truth that the node of the managing system may read; others must not.
+        viewers: full names of nodes that may subscribe to everything, but not publish or call.
     """
 
-    def __init__(self, sink: Sink, *, shown: Collection[str] = ()) -> None:
+    def __init__(self, sink: Sink, *, shown: Collection[str] = (), viewers: Collection[str] = ()) -> None:
         self._sink = sink
         self._shown = shown
+        self._viewers = viewers
         self._system = current_system()
         self._outputs = {f"/{node.name}": {*node.outputs} for node in HARNESS.values()}
         self._outputs |= {
@@ -134,6 +139,8 @@ class Observer(Tap):
         managed system. No other node may subscribe to a topic with the truth, or offer a service of the system.
         """
         subscribes = kind is EndpointKind.SUBSCRIPTION
+        if subscribes and node in self._viewers:
+            return
         readers = self._system.sensors.get(name, {node})
         if subscribes and node not in {*readers, "/monitor"}:
             self.note(f"{node} subscribes to {name}, which only {' and '.join(sorted(readers))} may")
@@ -152,12 +159,13 @@ class Observer(Tap):
 
         A node of the system publishes what its description says, and no other node on the system's topics.
         """
-        of_another = isinstance(message, ParameterEvent) and message.node != node
-        if topic == PARAMETER_EVENTS_TOPIC and of_another:
+        is_shared = topic == DIAGNOSTICS_TOPIC and isinstance(message, DiagnosticArray)
+        is_own = not is_shared and (topic in self._system.own_topics or topic.startswith(_OWN_PREFIXES))
+        if self._is_forged(topic, node, message):
             self.note(f"{node} publishes on {topic} in the name of another node")
-        elif node not in self._system.all_nodes and (
-            topic in self._system.own_topics or topic.startswith(_OWN_PREFIXES)
-        ):
+        elif node in self._viewers and topic not in _TOPICS_OF_ALL:
+            self.note(f"{node} publishes on {topic}, and was said to be a viewer")
+        elif is_own and node not in self._system.all_nodes:
             self.note(f"{node} publishes on {topic}, which belongs to the experiment")
         elif not self._may_publish(node, topic):
             self.note(f"{node} publishes on {topic}, which is not among the outputs of its description")
@@ -165,6 +173,19 @@ class Observer(Tap):
             self._sink.write(topic, time_ns, message)
             if isinstance(message, TransitionEvent) and topic == f"{node}/transition_event":
                 self._note_transition(node, message)
+
+    def _is_forged(self, topic: str, node: str, message: Message) -> bool:
+        """Return whether a message on a topic that all nodes share is in the name of a node that did not send it."""
+        if topic == PARAMETER_EVENTS_TOPIC and isinstance(message, ParameterEvent):
+            return message.node != node
+        if topic == DIAGNOSTICS_TOPIC and isinstance(message, DiagnosticArray):
+            names = (
+                name for status in message.status for name in (status.hardware_id, status.name.split(":")[0])
+            )
+            return any(
+                name != short_name(node) and name in self._system.nodes for name in map(base_name, names)
+            )
+        return False
 
     def on_request(  # noqa: PLR0917  as of Tap
         self, time_ns: int, service: str, client: str, server: str, request: Message, request_id: RequestId
@@ -176,6 +197,8 @@ class Observer(Tap):
             return
         if server in _OFF_LIMITS_SERVERS and client not in self._system.all_nodes:
             self.note(f"{client} calls {service}, which belongs to the experiment")
+        if server in self._system.all_nodes and client in self._viewers:
+            self.note(f"{client} calls {service}, and was said to be a viewer")
         if server not in self._system.managed_nodes and server != "/launcher":
             return
         command = _command_of(server, request)
@@ -236,8 +259,10 @@ class Observer(Tap):
     def _may_feed(self, topic: str) -> bool:
         """Return whether a managed node may subscribe to a topic: not of the managing system's, and not the truth."""
         if topic in OFF_LIMITS_TOPICS:
-            return topic == PARAMETER_EVENTS_TOPIC
-        return topic in self._system.own_topics or topic.startswith(f"{NAMESPACE}/")
+            return False
+        return topic in {*self._system.own_topics, PARAMETER_EVENTS_TOPIC} or topic.startswith(
+            f"{NAMESPACE}/"
+        )
 
     def _note_violations(self, client: str, server: str, request: Message) -> None:
         if isinstance(request, SetParameters.Request | SetParametersAtomically.Request):

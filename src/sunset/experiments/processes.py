@@ -145,6 +145,8 @@ class NodeProcesses:
         if code is None:
             return ""
         words = self._last_words(node)
+        if code == 0:
+            return "ended in order"  # what it has printed is no cause
         if code == UNSEEN:
             return "ended, it is not known how"
         if code < 0:

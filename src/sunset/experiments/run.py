@@ -98,7 +98,7 @@ def run_prepared(
         messages = writer.messages(told_topics())
         observed = timeline_of(described, messages)
         figures = score(observed)
-        shortfall = outcome.shortfall(observed)
+        shortfall, frames_lost = outcome.shortfall(observed)
         reasons = [
             *outcome.violations,
             *_unconfirmed(messages, spec.scenario, outcome.start_ns),
@@ -116,6 +116,7 @@ def run_prepared(
                 fault_outcomes=figures.outcomes,
                 by_paper_script=log_figures(published_log(messages, observed)),
                 computer_kept_up=not shortfall if spec.settings.live else UNSET,
+                frames_lost=frames_lost,
                 valid=not reasons,
                 reason="; ".join(reasons),
             )
@@ -178,7 +179,8 @@ class _Outcome:
         start_ns: the time of the injection, nanoseconds of the experiment's clock.
         violations: what the managing system did that it must not.
         manager_checksum: of the managing system's files.
-        shortfall: says why the computer could not keep up, if it could not; in the simulation it always can.
+        shortfall: says why the computer could not keep up, if it could not, and how many frames it lost; in the
+            simulation it always can.
         failure: how the managing system has failed, in a sentence; empty if it has not.
         manager_versions: of the distributions that the managing system imported when it was loaded; in the simulation.
     """
@@ -186,7 +188,7 @@ class _Outcome:
     start_ns: int
     violations: tuple[str, ...]
     manager_checksum: str
-    shortfall: Callable[[Timeline], str] = lambda _: ""
+    shortfall: Callable[[Timeline], tuple[str, int | UnsetType]] = lambda _: ("", UNSET)
     failure: str = ""
     manager_versions: Mapping[str, str] = field(default_factory=dict)
 
@@ -237,16 +239,21 @@ def _run_live(
     from sunset.experiments import live_run  # noqa: PLC0415  needs an optional extra
 
     frames = live_run.FrameCount()
-    observer = Observer(writer, shown=shown_topics(spec.manager))
+    observer = Observer(writer, shown=shown_topics(spec.manager), viewers=spec.settings.viewers)
     now = partial(manager_checksum, spec.manager, limit_s=spec.settings.manager_limit_s)
     with _unchanged(spec.manager, now, known) as found:
         start_ns, failure = live_run.run_live(spec, resources, observer, frames, log=log)
+
+    def shortfall(timeline: Timeline) -> tuple[str, int]:
+        known = (start_ns, timeline, spec.timing)
+        return frames.shortfall(*known), frames.losses(*known)[1]
+
     ended = ("the managing system ended it before its time",) if frames.ended_early else ()
     return _Outcome(
         start_ns,
         (*observer.violations, *ended),
         found,
-        lambda timeline: frames.shortfall(start_ns, timeline, spec.timing),
+        shortfall,
         failure,
     )
 
@@ -302,6 +309,7 @@ def _describe(spec: RunSpec, resources: Resources) -> RunRecord:
         jitter=UNSET if settings.live else timing.jitter,
         latency_s=UNSET if settings.live else timing.latency_s,
         speed=settings.speed if settings.live else UNSET,
+        viewers=list(settings.viewers) or UNSET,
         warm_up_s=timing.warm_up_s,
         duration_s=timing.duration_s,
         period_s=timing.period_s,

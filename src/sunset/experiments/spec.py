@@ -14,7 +14,7 @@ from sunset.rmw.backends import BACKENDS, LIVE, SIMULATED
 from sunset.scenarios import Scenario, problems, suite_of
 from sunset.schemas import check_fields
 from sunset.seeding import check_seed, generator
-from sunset.system import PERIOD_S, LoadedExtension, load_extension, loaded_extensions
+from sunset.system import PERIOD_S, LoadedExtension, is_topic_name, load_extension, loaded_extensions
 from sunset.texts import shown
 
 MIDDLEWARES: Final = tuple(BACKENDS)
@@ -152,6 +152,8 @@ class Settings:
     """One of `BACKENDS`."""
     speed: Annotated[float, Meta(ge=0.01, le=100, title="rate of a live run")] = 1.0
     """Seconds of `/clock` in a second; live."""
+    viewers: tuple[str, ...] = ()
+    """Full names of nodes that only watch, and may read everything; live."""
 
     def __post_init__(self) -> None:
         """Check what can be checked without loading anything.
@@ -171,6 +173,14 @@ class Settings:
             raise InvalidInputError(
                 f"The rate applies to live runs only, --middleware {LIVE}; simulated ones are as fast as can be."
             )
+
+        for viewer in self.viewers:
+            if not (viewer.startswith("/") and is_topic_name(viewer)):
+                raise InvalidInputError(
+                    f"A viewer must be the full name of a node, such as /rosbag2_recorder, got {shown(viewer)}."
+                )
+        if self.viewers and not self.live:
+            raise InvalidInputError(f"Viewers watch live runs only, --middleware {LIVE}.")
 
     @property
     def live(self) -> bool:

@@ -13,7 +13,14 @@ from sunset.ros.client import AnyClient
 from sunset.ros.node import Node
 from sunset.ros.parameter import Parameter
 from sunset.ros.task import Future
-from sunset.system import FAULT_ACCESS, NAMESPACE, Adaptation, AdaptationKind
+from sunset.system import (
+    FAULT_ACCESS,
+    NAMESPACE,
+    Adaptation,
+    AdaptationKind,
+    current_system,
+    full_name,
+)
 
 _SERVICES: Final = MappingProxyType(
     {SetParameters: "set_parameters", ChangeState: "change_state", GetState: "get_state"}
@@ -82,7 +89,8 @@ class Injector:
 
     def _set(self, step: Adaptation, finish: Callable[[Answer], None], *, access: bool) -> None:
         names_and_values = [(step.parameter, step.value)]
-        if access:
+        is_announced = (full_name(step.node), step.parameter) not in current_system().fault_parameters
+        if access or is_announced:
             names_and_values = [(FAULT_ACCESS, True), *names_and_values, (FAULT_ACCESS, False)]
         messages = [Parameter(name, value=value).to_parameter_msg() for name, value in names_and_values]
 

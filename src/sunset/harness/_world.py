@@ -3,7 +3,6 @@
 from collections.abc import Iterable
 
 from sunset.system import (
-    FAULT_ACCESS,
     STATE,
     Adaptation,
     AdaptationKind,
@@ -18,6 +17,8 @@ from sunset.system import (
 )
 
 _UP = frozenset({"inactive", "active"})
+_FIRST = "use_sim_time"
+"""The parameter that a node declares first."""
 
 
 class World:
@@ -69,7 +70,7 @@ class World:
     def see_value(self, node: str, parameter: str, value: Value, *, declared: bool) -> bool:
         """Take note of the value that a parameter got; return whether this shows that the process is a new one."""
         self._values[node, parameter] = comparable_text((node, parameter), value)
-        if not declared or parameter != FAULT_ACCESS:
+        if not declared or parameter != _FIRST:
             return False
         self._begin_anew(node)
         self._states[node] = "unconfigured"

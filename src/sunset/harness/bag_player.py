@@ -42,6 +42,8 @@ class BagPlayer(Node):
     """
 
     node_name: ClassVar[str] = BAG_PLAYER
+    frame_id: ClassVar[str] = "camera"
+    """The frame of all images."""
     _speed = 1.0
 
     def __init__(self, *, reader: "BagReader | None" = None, **options: Any) -> None:
@@ -139,11 +141,15 @@ class BagPlayer(Node):
             return
         frame = self._bag.frame(self._next % len(self._bag))
         stamp = self._stamp()
-        header = Header(stamp=stamp, frame_id="camera")
+        header = Header(stamp=stamp, frame_id=self.frame_id)
         self._truth.publish(image_of_labels(header, frame.labels))
         self._rgb.publish(image_of_bgr(header, frame.rgb))
         self._depth.publish(image_of_depth(header, frame.depth))
+        self._describe(header)
         self._next += 1
+
+    def _describe(self, header: Header) -> None:
+        """Publish what belongs to a frame besides its images."""
 
     def _stamp(self) -> Time:
         """Return the stamp of the frame that is played, after it was made the time."""

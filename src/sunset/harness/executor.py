@@ -25,7 +25,7 @@ from sunset.system import (
     FAULT_ENDS_TOPIC,
     INJECTIONS_TOPIC,
     NAMESPACE,
-    PARAMETER_EVENTS_TOPIC,
+    PARAMETER_TOPICS,
     SCENARIO_EXECUTOR,
     Adaptation,
     AdaptationKind,
@@ -84,7 +84,8 @@ class ScenarioExecutor(Node):
         for node in current_system().nodes:
             topic = f"{NAMESPACE}/{node}/transition_event"
             self.create_subscription(TransitionEvent, topic, partial(self._on_transition, node), 10)
-        self.create_subscription(ParameterEvent, PARAMETER_EVENTS_TOPIC, self._on_parameter_event, 1000)
+        for topic in PARAMETER_TOPICS:
+            self.create_subscription(ParameterEvent, topic, self._on_parameter_event, 1000)
         self.create_service(Trigger, "~/inject", self._inject)
 
     async def _inject(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:

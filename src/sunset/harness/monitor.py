@@ -2,8 +2,7 @@
 
 from dataclasses import dataclass, field
 from functools import partial
-from itertools import chain
-from typing import Any, Final, Generic, TypeVar
+from typing import Any, Final
 
 from sunset.interfaces import Message, get_message
 from sunset.interfaces.diagnostic_msgs.msg import DiagnosticArray
@@ -26,11 +25,9 @@ from sunset.system import (
 
 _PERIOD_S: Final = 0.1
 _ROOM: Final = 200
-"""Nodes that are remembered, and values of theirs; no system of ours has so many."""
+"""Values of nodes that are remembered: no system of ours has so many, and anything may publish on `/diagnostics`."""
 _LONGEST: Final = 200
 """Characters of a name or text; longer ones are ignored."""
-
-_T = TypeVar("_T")
 
 
 @dataclass
@@ -39,33 +36,6 @@ class _Node:
 
     heartbeats: Rate = field(default_factory=Rate)
     state: str = ""
-
-
-class _BoundedEntries(Generic[_T]):
-    """Caps the number of entries, since anything may publish on `/diagnostics`.
-
-    When it is full, an entry of a heartbeat takes the place of one that no heartbeat has confirmed, else of the one
-    that was confirmed longest ago; other entries are ignored.
-    """
-
-    def __init__(self, entries: dict[str, _T]) -> None:
-        self._entries = entries
-        self._told: dict[str, None] = {}  # by heartbeats, the latest last
-
-    def admit(self, key: str, text: str, *, heartbeat: bool) -> bool:
-        """Return whether an entry is one that is there, or may be added."""
-        if not len(key) <= _LONGEST >= len(text):
-            return False
-        if key not in self._entries and len(self._entries) >= _ROOM:
-            if not heartbeat:
-                return False
-            leaving = next(chain((other for other in self._entries if other not in self._told), self._told))
-            del self._entries[leaving]
-            self._told.pop(leaving, None)
-        if heartbeat:
-            self._told.pop(key, None)
-            self._told[key] = None
-        return True
 
 
 class Monitor(Node):
@@ -84,10 +54,9 @@ class Monitor(Node):
     def __init__(self, **options: Any) -> None:
         super().__init__("monitor", **options)
         self._topics: dict[str, Rate] = {}
+        self._managed = current_system().nodes
         self._nodes: dict[str, _Node] = {}
-        self._node_places = _BoundedEntries(self._nodes)
         self._values: dict[str, MovingMean | bool | str] = {}
-        self._value_places = _BoundedEntries(self._values)
         self._shown: dict[str, tuple[object, ParameterMessage]] = {}
         for topic in current_system().topics.values():
             note = partial(self._note, frequency_entry(topic.name))
@@ -104,15 +73,15 @@ class Monitor(Node):
         now = self.get_clock().now().nanoseconds
         for status in message.status:
             name = status.hardware_id
-            heartbeat = status.name == f"{name}: heartbeat"  # as managed nodes name it
-            if not self._node_places.admit(name, status.message, heartbeat=heartbeat):
-                continue
+            if name not in self._managed or len(status.message) > _LONGEST:
+                continue  # of a node that is not managed, on the topic that all share
             node = self._nodes.setdefault(name, _Node())
             node.heartbeats.note(now)
             node.state = status.message
             for item in status.values:
                 key = f"{name}_{item.key}"
-                if self._value_places.admit(key, item.value, heartbeat=heartbeat):
+                has_room = key in self._values or len(self._values) < _ROOM
+                if has_room and len(key) <= _LONGEST >= len(item.value):
                     self._take_value(key, item.value, now)
 
     def _take_value(self, key: str, text: str, now_ns: int) -> None:

@@ -137,8 +137,12 @@ class Operator(Conductor):
             is_state = name in self._states and _is_state(value)
             if is_frequency or is_state:
                 self._blackboard[name] = value
-        states = {node: self._blackboard.get(state_entry(node)) for node in self._initial_states}
-        if not self.up and states == self._initial_states:
+        is_up = all(
+            self._blackboard.get(state_entry(node))
+            in {initial, "active"}  # a lifecycle manager may activate all
+            for node, initial in self._initial_states.items()
+        )
+        if not self.up and is_up:
             self.up = True
             self.news.append("All nodes are up.")
             self.start_flight(self._on_flying)

@@ -1,23 +1,35 @@
 """The base class of the managed system's nodes: it gives every node the four kinds of adaptation."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Awaitable, Callable, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Any, ClassVar, Final, TypeVar
+from typing import Any, ClassVar, Final, TypeVar, cast
 
 from sunset.errors import ParameterError
 from sunset.interfaces import Message
 from sunset.interfaces.diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
-from sunset.interfaces.rcl_interfaces.msg import SetParametersResult
+from sunset.interfaces.lifecycle_msgs.srv import ChangeState
+from sunset.interfaces.rcl_interfaces.msg import ParameterEvent, SetParametersResult
 from sunset.interfaces.std_msgs.msg import Header
 from sunset.nodes.parameters import FaultParameter, NodeParameter, bound_parameters
+from sunset.ros._node_parameters import Changes
 from sunset.ros.context import Context
 from sunset.ros.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from sunset.ros.node import Node
 from sunset.ros.parameter import Parameter
+from sunset.ros.publisher import Publisher
+from sunset.ros.qos import qos_profile_parameter_events
 from sunset.ros.subscription import AnySubscription
-from sunset.system import DIAGNOSTICS_TOPIC, LONGEST_DELAY_S, NAMESPACE, current_system
+from sunset.ros.task import Future
+from sunset.system import (
+    DIAGNOSTICS_TOPIC,
+    FAULT_ACCESS,
+    INJECTED_EVENTS_TOPIC,
+    LONGEST_DELAY_S,
+    NAMESPACE,
+    current_system,
+)
 from sunset.texts import suggestion
 
 _HEARTBEAT_S: Final = 0.1
@@ -63,7 +75,9 @@ class AdaptiveNode(LifecycleNode):
     It configures itself, activates itself `lifecycle_activation_delay` seconds after it has started and knows the
     time (as long as its hardware takes to boot, before which it cannot be activated; the default is what the system's
     description says of the node), and reports its state and the
-    values given to `report` on `/diagnostics` ten times a second, until it is shut down.
+    values given to `report` on `/diagnostics` ten times a second, until it is shut down. With `autostart` false,
+    another node, such as a lifecycle manager, configures and activates it; a request to activate it waits until it has
+    booted.
 
     Args:
         context: the context of the process; the default one if None.
@@ -82,6 +96,10 @@ class AdaptiveNode(LifecycleNode):
         read_only=True,
     )
 
+    autostart = NodeParameter(
+        True, "whether the node configures and activates itself; if not, another node does", read_only=True
+    )
+
     fault_access = NodeParameter(
         False, "whether the experiment may change and end faults that are there; not for a managing system"
     )
@@ -93,6 +111,8 @@ class AdaptiveNode(LifecycleNode):
         cli_args: list[str] | None = None,
         parameter_overrides: list[Parameter] | None = None,
     ) -> None:
+        self.parameter_values: dict[str, Any] = {}
+        """The present values of the bound parameters, by name."""
         super().__init__(
             self.node_name,
             context=context,
@@ -102,15 +122,19 @@ class AdaptiveNode(LifecycleNode):
         )
         # Two underscores: out of the way of a subclass's own attributes.
         self.__bound = MappingProxyType(bound_parameters(type(self)))
-        self.parameter_values: dict[str, Any] = {}
-        """The present values of the bound parameters, by name."""
         self.__inputs: list[_Input] = []
         self.__news: list[KeyValue] = []
+        self.__flags: dict[str, bool] = {}
         self.__curing = False
+        self.__injected_events = self.create_publisher(
+            ParameterEvent, INJECTED_EVENTS_TOPIC, qos_profile_parameter_events
+        )
         self.__declare_bound_parameters()
         self.__diagnostics = self.create_publisher(DiagnosticArray, DIAGNOSTICS_TOPIC, 10)
         self.__heartbeat = self.create_timer(_HEARTBEAT_S, self.__publish_heartbeat)
-        self.__booted = self.lifecycle_activation_delay <= 0
+        self.__booted: Future[bool] = Future()
+        if self.lifecycle_activation_delay <= 0:
+            self.__booted.set_result(True)
         self.set_up()
         self.call_later(0.0, self.__start)
 
@@ -147,7 +171,7 @@ class AdaptiveNode(LifecycleNode):
         self.__inputs.append(_Input(message_type, "", parameter, callback, depth))
 
     def report(self, key: str, value: float | bool) -> None:
-        """Report a value with the next heartbeat; each value is reported once.
+        """Report a value with the next heartbeat; each value is reported once. A flag that is true is a warning.
 
         Raises:
             ValueError: it is not finite; or it is a number, and no signal of the node's description has this key.
@@ -164,6 +188,8 @@ class AdaptiveNode(LifecycleNode):
             )
         text = str(value).lower() if isinstance(value, bool) else repr(float(value))
         self.__news.append(KeyValue(key=key, value=text))
+        if isinstance(value, bool):
+            self.__flags[key] = value
 
     def call_later(self, delay: float, function: Callable[[], None]) -> None:
         """Call a function once, after a delay in seconds and after the present callback."""
@@ -179,6 +205,20 @@ class AdaptiveNode(LifecycleNode):
             and (node, name) not in faults
             and not self.describe_parameter(name).read_only
         ]
+
+    def _announce(self, changes: Changes, publisher: Publisher[ParameterEvent]) -> None:
+        """Publish on a topic of the experiment, and not on `/parameter_events`, what would show an injection."""
+        injected = changes.of(self.__is_injected)
+        if injected:
+            super()._announce(injected, self.__injected_events)
+        shown = changes.of(lambda name: not self.__is_injected(name))
+        if shown:
+            super()._announce(shown, publisher)
+
+    def __is_injected(self, name: str) -> bool:
+        """Return whether a parameter exists only for faults, or is set by the experiment now."""
+        key = self.get_fully_qualified_name(), name
+        return key in current_system().fault_parameters or bool(self.parameter_values.get(FAULT_ACCESS))
 
     def write_parameter(self, name: str, value: bool | float | str) -> None:
         """Set a parameter of this node from within; a fault that is there does not refuse to be reset then.
@@ -196,7 +236,7 @@ class AdaptiveNode(LifecycleNode):
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """End the faults that a restart cures, and subscribe; refused while the hardware boots."""
-        if not self.__booted:
+        if not self.__booted.done():
             reason = f"{self.node_name} cannot be activated yet: it is still booting."
             self.get_logger().warning(reason, throttle_duration_sec=1.0)
             return TransitionCallbackReturn.FAILURE
@@ -229,28 +269,51 @@ class AdaptiveNode(LifecycleNode):
         """Configure, and activate after the delay, in which the time that configuring takes is contained."""
         if self.lifecycle_activation_delay >= 0:
             self.call_later(self.lifecycle_activation_delay, self.__finish_booting)
-        self.trigger_configure()
+        if self.autostart:
+            self.trigger_configure()
 
     def __finish_booting(self) -> None:
-        self.__booted = True
-        if self.__state_label() == "inactive":
+        self.__booted.set_result(True)
+        if self.autostart and self.__state_label() == "inactive":
             self.trigger_activate()
+
+    def _change_state(
+        self, request: ChangeState.Request, response: ChangeState.Response
+    ) -> ChangeState.Response | Awaitable[ChangeState.Response]:
+        """Let a request for activation wait until the hardware has booted, where the node does not start itself."""
+        change = super()._change_state
+        asked = self._state_machine.find(request.transition.label, request.transition.id)
+
+        async def change_when_booted() -> ChangeState.Response:
+            await self.__booted
+            return cast("ChangeState.Response", change(request, response))
+
+        waits = not self.autostart and asked is not None and asked.label == "activate"
+        return change_when_booted() if waits else change(request, response)
 
     def __state_label(self) -> str:
         label: str = self._state_machine.current_state[1]
         return label
 
     def __publish_heartbeat(self) -> None:
+        state = self.__state_label()
         status = DiagnosticStatus(
-            level=DiagnosticStatus.OK,
+            level=self.__level(state),
             name=f"{self.node_name}: heartbeat",
-            message=self.__state_label(),
+            message=state,
             hardware_id=self.node_name,
             values=self.__news,
         )
         self.__news = []
         stamp = self.get_clock().now().to_msg()
         self.__diagnostics.publish(DiagnosticArray(header=Header(stamp=stamp), status=[status]))
+
+    def __level(self, state: str) -> bytes:
+        """Return a level for diagnostic tools, which says no more than the lifecycle state and the reported flags."""
+        if state in {"finalized", "errorprocessing"}:
+            return DiagnosticStatus.ERROR
+        is_started = state == "active" or (state == "inactive" and self.lifecycle_activation_delay < 0)
+        return DiagnosticStatus.WARN if any(self.__flags.values()) or not is_started else DiagnosticStatus.OK
 
     def __open(self, entry: _Input) -> None:
         self.__close(entry)  # an activation that failed may have left it open

@@ -16,6 +16,7 @@ from sunset.interfaces.std_msgs.msg import Header
 
 BGR: Final = "bgr8"
 DEPTH: Final = "16UC1"
+METRES: Final = "32FC1"
 LABELS: Final = "8UC1"
 
 
@@ -62,6 +63,11 @@ def image_of_bgr(header: Header, bgr: npt.NDArray[np.uint8]) -> Image:
 def image_of_depth(header: Header, depth: npt.NDArray[np.uint16]) -> Image:
     """Return a (H, W) array as a `16UC1` message."""
     return _image(header, depth.astype("<u2", copy=False), DEPTH, 2)
+
+
+def image_of_metres(header: Header, metres: npt.NDArray[np.float32]) -> Image:
+    """Return a (H, W) array as a `32FC1` message."""
+    return _image(header, metres.astype("<f4", copy=False), METRES, 4)
 
 
 def image_of_labels(header: Header, labels: npt.NDArray[np.uint8]) -> Image:

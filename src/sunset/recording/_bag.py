@@ -6,21 +6,52 @@ from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 from typing import Final
 
-from rosbags.interfaces import Connection
+from rosbags.interfaces import (
+    Connection,
+    Qos,
+    QosDurability,
+    QosHistory,
+    QosLiveliness,
+    QosReliability,
+    QosTime,
+)
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
 from rosbags.rosbag2.errors import WriterError
 
 from sunset.bag_files import open_bag
 from sunset.errors import OutputError, RecordError
-from sunset.interfaces import get_message, message_definition, type_hash
+from sunset.interfaces import get_message, message_definition, type_hash, type_name
+from sunset.interfaces.system_interfaces.msg import ImageDigest
 from sunset.recording.values import Payload
 from sunset.shortage import shortage
 
 _FILE: Final = "messages.mcap"
 _METADATA: Final = "metadata.yaml"
 
+_DISTRO: Final = "jazzy"
+"""The first distribution whose bags have this form."""
+_DIGEST: Final = "/digest"
+"""What follows an image's topic in the bag where its digests are, since an image's topic has images elsewhere."""
+_QOS: Final = Qos(
+    history=QosHistory.KEEP_LAST,
+    depth=10,
+    reliability=QosReliability.RELIABLE,
+    durability=QosDurability.VOLATILE,
+    deadline=QosTime(0, 0),
+    lifespan=QosTime(0, 0),
+    liveliness=QosLiveliness.SYSTEM_DEFAULT,
+    liveliness_lease_duration=QosTime(0, 0),
+    avoid_ros_namespace_conventions=False,
+)
+"""What `ros2 bag play` offers for each topic: the default, and that of nearly all of the system's topics."""
+
 BAG_FILES: Final = (_FILE, _METADATA)
 """The files of the bag in a record's folder."""
+
+
+def stored_topic(topic: str, name: str) -> str:
+    """Return the name that a topic with messages of the type of a name has in a record's bag."""
+    return topic + _DIGEST if name == type_name(ImageDigest) else topic
 
 
 class BagWriter:
@@ -50,7 +81,11 @@ class BagWriter:
         """Make a topic's place in the bag, for messages of the type of a name."""
         kind = get_message(name)
         connection = self._writer.add_connection(
-            topic, name, msgdef=message_definition(kind), rihs01=type_hash(kind)
+            stored_topic(topic, name),
+            name,
+            msgdef=message_definition(kind),
+            rihs01=type_hash(kind),
+            offered_qos_profiles=[_QOS],
         )
         self._connections[topic, name] = connection
         return connection
@@ -68,6 +103,9 @@ class BagWriter:
         """Complete the bag's file and give it its place."""
         with self._translated():
             self._writer.close()
+        metadata = self._own / _METADATA
+        text = metadata.read_text(encoding="utf-8")
+        metadata.write_text(text.replace("ros_distro: rosbags", f"ros_distro: {_DISTRO}"), encoding="utf-8")
         for name in self._files:
             (self._own / name).rename(self._folder / name)
         shutil.rmtree(self._own)
@@ -117,7 +155,10 @@ def read_bag(folder: Path, name: str = _FILE) -> Iterator[Payload]:
     try:
         with closing(open_bag(file)) as reader:
             for connection, time_ns, cdr in reader.messages():
-                yield Payload(connection.topic, connection.msgtype, time_ns, cdr)
+                topic, name = connection.topic, connection.msgtype
+                # records of older versions have digests on the images' topics
+                topic = topic.removesuffix(stored_topic("", name))
+                yield Payload(topic, name, time_ns, cdr)
     except Exception as error:  # the reader raises nearly anything on a damaged file
         if lacking := shortage(error):
             raise RecordError(f"The file {file} cannot be read now: {lacking}.") from error

@@ -94,6 +94,7 @@ class RunRecord(msgspec.Struct, frozen=True, kw_only=True):
         jitter: the relative half-width of their jitter; in the simulation.
         latency_s: how long a message is on its way [s]; in the simulation.
         speed: seconds of `/clock` in a second; live.
+        viewers: nodes that were said to only watch, and could read the truth; where there were any.
         warm_up_s: healthy operation before the injection [s].
         duration_s: how long is measured [s].
         period_s: the time between two frames [s].
@@ -108,6 +109,7 @@ class RunRecord(msgspec.Struct, frozen=True, kw_only=True):
         fault_outcomes: what became of each fault; of a version that says so, where there are figures.
         by_paper_script: what the paper's evaluation script would take from the run; where there are messages.
         computer_kept_up: whether the computer was fast enough; of a live run.
+        frames_lost: how many frames were lost before anything was wrong; of a live run, in which one, or 2 %, may be.
         valid: whether the run counts.
         reason: why it does not; empty if it does.
         digest: SHA-256 of the messages; the record's writer sets it.
@@ -143,6 +145,7 @@ class RunRecord(msgspec.Struct, frozen=True, kw_only=True):
     jitter: Share | UnsetType = UNSET
     latency_s: Amount | UnsetType = UNSET
     speed: Positive | UnsetType = UNSET
+    viewers: list[str] | UnsetType = UNSET
     warm_up_s: Amount | UnsetType = UNSET
     duration_s: Positive
     period_s: _Period
@@ -157,6 +160,7 @@ class RunRecord(msgspec.Struct, frozen=True, kw_only=True):
     fault_outcomes: tuple[FaultOutcome, ...] | UnsetType = UNSET
     by_paper_script: LogFigures | UnsetType = UNSET
     computer_kept_up: bool | UnsetType = UNSET
+    frames_lost: Count | UnsetType = UNSET
     valid: bool
     reason: str
     digest: str = ""

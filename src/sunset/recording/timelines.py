@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
+from itertools import chain
 from typing import Final, TypeVar
 
 import numpy as np
@@ -37,7 +38,7 @@ from sunset.system import (
     FAULT_ENDS_TOPIC,
     INJECTIONS_TOPIC,
     LOG_TOPIC,
-    PARAMETER_EVENTS_TOPIC,
+    PARAMETER_TOPICS,
     PERIOD_S,
     RESULT_TOPIC,
     STATE,
@@ -54,7 +55,7 @@ _OTHERS: Final = (
     FAULT_ENDS_TOPIC,
     INJECTIONS_TOPIC,
     LOG_TOPIC,
-    PARAMETER_EVENTS_TOPIC,
+    *PARAMETER_TOPICS,
     TRUTH_TOPIC,
 )
 _TRANSITIONS: Final = "/transition_event"
@@ -252,7 +253,7 @@ def _commands(
 
 def _settings(topics: Mapping[str, Sequence[RecordedMessage]], start_ns: int) -> tuple[Setting, ...]:
     found = []
-    for recorded in topics.get(PARAMETER_EVENTS_TOPIC, []):
+    for recorded in chain.from_iterable(topics.get(topic, []) for topic in PARAMETER_TOPICS):
         event, time = content_of(recorded, ParameterEvent), _seconds(recorded.time_ns, start_ns)
         if event.node not in current_system().managed_nodes:
             continue

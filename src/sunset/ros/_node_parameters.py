@@ -38,6 +38,14 @@ class Changes:
     changed: list[Parameter] = field(default_factory=list)
     deleted: list[Parameter] = field(default_factory=list)
 
+    def __bool__(self) -> bool:
+        return bool(self.new or self.changed or self.deleted)
+
+    def of(self, is_wanted: Callable[[str], bool]) -> "Changes":
+        """Return the changes of parameters whose names a predicate accepts."""
+        kinds = (self.new, self.changed, self.deleted)
+        return Changes(*([parameter for parameter in kind if is_wanted(parameter.name)] for kind in kinds))
+
 
 class NodeParameters:
     """Parameter methods of `Node`, as in rclpy.

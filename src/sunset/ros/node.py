@@ -378,8 +378,12 @@ class Node(NodeParameters, NodeGraph):
         for parameter in [*changes.new, *changes.changed]:
             if parameter.name == "use_sim_time":
                 self._time_source.use_sim_time(parameter.value is True)
-        if self._parameter_event_publisher.handle.wanted:
-            self._parameter_event_publisher.publish(
+        self._announce(changes, self._parameter_event_publisher)
+
+    def _announce(self, changes: Changes, publisher: Publisher[ParameterEvent]) -> None:
+        """Publish changes of parameters where the publisher has subscribers."""
+        if publisher.handle.wanted:
+            publisher.publish(
                 ParameterEvent(
                     stamp=self._clock.now().to_msg(),
                     node=self.get_fully_qualified_name(),

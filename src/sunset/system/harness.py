@@ -43,7 +43,11 @@ LOG_TOPIC: Final = "/experiment/log"
 COMMANDS_TOPIC: Final = "/experiment/commands"
 """What the record says of requests to the managed system (`system_interfaces/msg/Command`)."""
 PARAMETER_EVENTS_TOPIC: Final = "/parameter_events"
-"""On which every node publishes changes of its parameters."""
+"""On which every node publishes changes of its parameters; managed nodes leave out what the experiment injects."""
+INJECTED_EVENTS_TOPIC: Final = "/experiment/parameter_events"
+"""On which managed nodes publish changes of fault parameters, and of other parameters that the experiment sets."""
+PARAMETER_TOPICS: Final = (PARAMETER_EVENTS_TOPIC, INJECTED_EVENTS_TOPIC)
+"""On which all changes of parameters are published, each once."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,12 +86,15 @@ HARNESS: Final[Mapping[str, HarnessNode]] = MappingProxyType(
                 (INJECTIONS_TOPIC, FAULT_ENDS_TOPIC),
                 commands=True,
             ),
+            HarnessNode(
+                "image_views", "sunset.harness.image_views:ImageViews", ("/views/depth", "/views/labels")
+            ),
             HarnessNode("launcher", commands=True, off_limits=False),
             HarnessNode(EXPERIMENT, outputs=(LOG_TOPIC,), commands=True),
         )
     }
 )
-"""The nodes of an experiment that are not managed, by name."""
+"""The nodes of an experiment that are not managed, by name; `image_views` runs only where a user starts it."""
 
 RESERVED_NAMES: Final = frozenset({*HARNESS, MANAGER_PROCESS, MANAGING_SYSTEM, "operator"})
 """What no managed node may be called."""
@@ -103,7 +110,7 @@ OFF_LIMITS_TOPICS: Final = (
     FAULT_ENDS_TOPIC,
     LOG_TOPIC,
     TRUTH_TOPIC,
-    PARAMETER_EVENTS_TOPIC,
+    INJECTED_EVENTS_TOPIC,
     EVALUATION_TOPIC,
 )
 """Topics that carry the truth: a managing system that reads them is not scored."""

@@ -37,6 +37,7 @@ from sunset.system.harness import (
     DIAGNOSTICS_TOPIC,
     HARNESS,
     OFF_LIMITS_TOPICS,
+    PARAMETER_EVENTS_TOPIC,
     SENSOR_TOPICS,
 )
 from sunset.system.names import FAULT_ACCESS, full_name
@@ -385,7 +386,8 @@ def _imported(where: str, what: str) -> Any:
 
 
 _HARNESS_TOPICS = frozenset(topic for node in HARNESS.values() for topic in node.outputs)
-_RESERVED_TOPICS = _HARNESS_TOPICS | {DIAGNOSTICS_TOPIC, *OFF_LIMITS_TOPICS, "/rosout", COMMANDS_TOPIC}
+_SHARED_TOPICS = {DIAGNOSTICS_TOPIC, PARAMETER_EVENTS_TOPIC, "/rosout"}
+_RESERVED_TOPICS = _HARNESS_TOPICS | _SHARED_TOPICS | {*OFF_LIMITS_TOPICS, COMMANDS_TOPIC}
 
 
 def _by_name(kind: str, values: Iterable[NamedT]) -> Mapping[str, NamedT]:

@@ -1,6 +1,6 @@
 """Nodes with a lifecycle, as in `rclpy.lifecycle.node`."""
 
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
 from typing import Any, Final, TypeVar
 
 from sunset.errors import MiddlewareError
@@ -222,7 +222,7 @@ class LifecycleNode(Node):
 
     def _change_state(
         self, request: ChangeState.Request, response: ChangeState.Response
-    ) -> ChangeState.Response:
+    ) -> ChangeState.Response | Awaitable[ChangeState.Response]:
         transition = self._state_machine.find(request.transition.label, request.transition.id)
         if transition is not None:
             response.success = self._go_through(transition) is TransitionCallbackReturn.SUCCESS

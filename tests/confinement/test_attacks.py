@@ -175,8 +175,10 @@ def test_it_does_nothing_to_other_processes(confinement: Confinement, bystander:
 
 
 def test_it_gains_no_privileges(confinement: Confinement) -> None:
-    assert len(unconfined("root")) > 2  # type: ignore[arg-type]
     assert confined(confinement, "root")["got"] == []
+    gained = unconfined("root")
+    if len(gained) <= 2:  # type: ignore[arg-type]
+        pytest.skip(f"without walls this user gains {gained} here, root or a user with namespaces more")
 
 
 def test_it_leaves_nothing_for_later_processes(confinement: Confinement) -> None:

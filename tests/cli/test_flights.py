@@ -172,7 +172,7 @@ def test_without_the_renderer_flights_are_flown_that_were_rendered_elsewhere(
     (tmp_path / "embreex.py").write_text("raise ModuleNotFoundError", "utf-8")  # as where it has no wheel
 
     def run(**settings: str) -> subprocess.CompletedProcess[str]:
-        words = [sys.executable, "-m", "sunset", "run", "--duration", "1", "--out", tmp_path / "run"]
+        words = [sys.executable, "-m", "sunset", "run", "--duration", "1", "--out", str(tmp_path / "run")]
         environment = os.environ | {"PYTHONPATH": str(tmp_path)} | settings
         return subprocess.run(words, env=environment, capture_output=True, text=True, check=False)
 

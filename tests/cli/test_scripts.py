@@ -64,7 +64,7 @@ def test_a_bad_argument_of_the_script_that_needs_torch(every: str, tmp_path: Pat
 
 def test_the_artifact_goes_on_after_a_command_that_fails() -> None:
     done = subprocess.run(
-        [sys.executable, SCRIPTS / "artifact", "run", "rules"],
+        [sys.executable, str(SCRIPTS / "artifact"), "run", "rules"],
         env=os.environ | {"SUNSET_CACHE_DIR": "/proc/nowhere"},
         capture_output=True,
         text=True,
@@ -78,7 +78,7 @@ def test_the_artifact_goes_on_after_a_command_that_fails() -> None:
 
 
 def test_the_artifact_says_how_to_make_the_environment_that_it_needs() -> None:
-    without_packages = [sys.executable, "-S", SCRIPTS / "artifact"]
+    without_packages = [sys.executable, "-S", str(SCRIPTS / "artifact")]
     done = subprocess.run(without_packages, capture_output=True, text=True, check=False)
     assert done.returncode == 2
     assert "SUNSET is not installed" in done.stderr

@@ -21,9 +21,9 @@ order = {
     "Metrics": ("docs/metrics", "docs/results", "docs/publishing", "docs/clusters", "ARTIFACT"),
     "Scenarios": ("docs/scenarios", "docs/data"),
     "Extending": ("docs/extending", "docs/adding-a-node"),
-    "Live": ("docs/live", "docs/agreement"),
+    "Live": ("docs/live", "docs/agreement", "docs/containers"),
     "Models": ("docs/models",),
-    "Internals": ("docs/architecture", "CONTRIBUTING", "CHANGELOG"),
+    "Internals": ("docs/architecture", "CONTRIBUTING", "docs/releasing", "CHANGELOG"),
     "From Python": (
         "docs/python",
         "docs/api/sunset",

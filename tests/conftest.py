@@ -2,6 +2,7 @@
 
 import fcntl
 import gc
+import os
 import signal
 from collections import defaultdict
 from collections.abc import Callable, Mapping
@@ -25,6 +26,9 @@ NodeT = TypeVar("NodeT", bound=Node)
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # as a shell does for what it starts with "&"
     signal.signal(signal.SIGINT, signal.default_int_handler)  # tests, and what they start, are interrupted
 
+
+for name in ("FORCE_COLOR", "NO_COLOR", "TTY_COMPATIBLE", "COLUMNS", "LINES"):
+    os.environ.pop(name, None)  # who runs the tests may have set how rich draws
 
 LARGE = tuple(
     Path(__file__).parent / name for name in ("bundling", "cli/test_models.py", "data", "training", "viewing")

@@ -4,7 +4,7 @@ import signal
 
 import pytest
 
-from sunset.interruption import held_signals
+from sunset.interruption import held_signals, noted_signals
 
 pytestmark = pytest.mark.thorough
 
@@ -46,3 +46,11 @@ def test_a_signal_that_is_ignored_stays_so() -> None:
         get_signals(signal.SIGHUP)
     finally:
         signal.signal(signal.SIGHUP, before)
+
+
+def test_a_signal_that_is_held_back_is_answered_at_once(capfd: pytest.CaptureFixture[str]) -> None:
+    with noted_signals("Ending after this step.") as came:
+        signal.raise_signal(signal.SIGINT)
+        signal.raise_signal(signal.SIGINT)
+        assert capfd.readouterr().err == "Ending after this step.\n"
+    assert len(came) == 2

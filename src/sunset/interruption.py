@@ -1,9 +1,10 @@
 """Signals that ask this process to end, put off until it is safe."""
 
+import os
 import signal
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from types import FrameType
 from typing import Final
 
@@ -14,17 +15,25 @@ ENDING: Final = tuple(
 
 
 @contextmanager
-def noted_signals() -> Iterator[list[int]]:
+def noted_signals(answer: str = "") -> Iterator[list[int]]:
     """Give the signals that ask this process to end and come meanwhile, which do nothing else.
 
-    Ignored ones stay so, and threads that are not the main one leave all alone.
+    Ignored ones stay so, and threads that are not the main one leave all alone. The answer is written to stderr when
+    the first signal comes.
     """
     came: list[int] = []
     before = {}
+
+    def note(number: int, _: FrameType | None) -> None:
+        if answer and not came:
+            with suppress(OSError):  # the terminal may be gone
+                os.write(2, f"{answer}\n".encode())  # unlike print, it may interrupt another print
+        came.append(number)
+
     if threading.current_thread() is threading.main_thread():
         for number in ENDING:
             if signal.getsignal(number) not in {signal.SIG_IGN, None}:
-                before[number] = signal.signal(number, lambda number, _: came.append(number))
+                before[number] = signal.signal(number, note)
     try:
         yield came
     finally:
@@ -54,14 +63,14 @@ def noted_interrupts() -> Iterator[list[int]]:
 
 
 @contextmanager
-def held_signals() -> Iterator[Callable[[], None]]:
+def held_signals(answer: str = "") -> Iterator[Callable[[], None]]:
     """Hold back the signals that ask this process to end; ignored ones stay so, and other threads leave all alone.
 
     What a signal's handler raises in the middle of the functions of DDS crashes the interpreter. So it is raised
     only when the function that this gives is called, and when the context ends: a `KeyboardInterrupt` with the number
-    of the signal that came first.
+    of the signal that came first. The answer is written to stderr at once.
     """
-    with noted_signals() as came:
+    with noted_signals(answer) as came:
 
         def check() -> None:
             if came:

@@ -1,6 +1,7 @@
 """What a campaign would be, before it is run."""
 
 import json
+import os
 from pathlib import Path
 
 import pytest
@@ -9,7 +10,6 @@ from tests.evaluation.test_scores import campaign
 import sunset
 from sunset.api import planning
 from sunset.cli import main
-from sunset.errors import RecordError
 from sunset.evaluation.power import VARIANCES
 
 
@@ -52,14 +52,20 @@ def test_an_earlier_campaign_gives_variances_and_says_where_they_do_not_reach(
     assert "not known on 8 flights" in str(elsewhere)
 
 
-def test_an_earlier_campaign_of_one_managing_system_is_refused(
+def test_an_earlier_campaign_without_variances_still_says_how_long_runs_take(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     monkeypatch.setattr(
         planning, "load_results", lambda _: [one for one in campaign() if one.manager == "none"]
     )
-    with pytest.raises(RecordError, match="need two managing systems and 3 repetitions"):
-        sunset.plan_bench(like=tmp_path)
+    for second in (10, 12):
+        (tmp_path / str(second)).mkdir()
+        (tmp_path / str(second) / "run.json").touch()
+        os.utime(tmp_path / str(second) / "run.json", (second, second))
+    found = sunset.plan_bench(like=tmp_path)
+    assert found.pace_s == 2
+    assert {one.pair for one in found.prospects} == set(VARIANCES)
+    assert f"since {tmp_path} has no two managing systems with 3 repetitions" in str(found)
 
 
 def test_the_command_line_prints_a_plan_as_text_or_json(capsys: pytest.CaptureFixture[str]) -> None:

@@ -113,6 +113,12 @@ def unfinished(results: Path, folder: Path) -> Path:
     return folder / "results"
 
 
+def in_parts(results: Path, folder: Path) -> Path:
+    for part in ("1", "2"):
+        shutil.copytree(results, folder / "parts" / part)
+    return folder / "parts"
+
+
 def edited(results: Path, folder: Path) -> Path:
     shutil.copytree(results, folder / "results")
     for file in (folder / "results").glob("runs/*/*/*/*/run.json"):
@@ -150,6 +156,10 @@ MISTAKES: dict[str, tuple[Mistake, str]] = {
     "empty folder": (
         lambda _, folder: api.bundle(folder, folder / "x.zip"),
         "since bench.json is missing: name the folder that 'sunset bench --out' wrote",
+    ),
+    "folder of parts": (
+        lambda results, folder: api.bundle(in_parts(results, folder), folder / "x.zip"),
+        r"parts has 2 folders of campaigns: .* copy the runs into one folder first \(cp -r .*/2/runs .*/1\)",
     ),
     "folder of one run": (
         lambda results, folder: api.bundle(next(results.glob("runs/*/*/*/*")), folder / "x.zip"),

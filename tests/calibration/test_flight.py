@@ -8,7 +8,7 @@ import msgspec
 import numpy as np
 import pytest
 
-from sunset.calibration import FlightThresholds, fit_to_flight, flights_text, plan_curves
+from sunset.calibration import FlightThresholds, fit_to_flight, flight_thresholds, flights_text, plan_curves
 from sunset.calibration import flight as module
 from sunset.data import BagReader, flights_folder, read_bag, write_bag
 from sunset.perception import Modality, Segmenter, load_model
@@ -77,6 +77,26 @@ def test_every_fault_of_the_entropy_is_judged_before_and_after_its_cure(found: F
 
 def test_the_thresholds_of_the_default_flight_are_the_models_own(flight: Path) -> None:
     assert fit_to_flight(MODEL, read_bag(flight, size=(144, 256))) == (MODEL, None)
+
+
+def test_what_is_measured_on_the_default_flight_are_the_thresholds_of_its_runs(
+    flight: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(module, "flights_folder", lambda: tmp_path)
+    conditions = module._conditions(plan_curves(MODEL.card, grid={}))
+    drawn = np.random.default_rng(1).uniform(0, 1, (400, len(conditions), 2))
+    monkeypatch.setattr(module, "_look_at_all", lambda *_: drawn)
+    found = flight_thresholds(MODEL, read_bag(flight, size=(144, 256)))
+    card = MODEL.card
+    assert (found.entropy_threshold, found.sharpness_threshold) == (
+        card.entropy_threshold,
+        card.sharpness_threshold,
+    )
+    windows = np.convolve(drawn[:, 0, 0], np.full(5, 0.2), "valid")
+    assert found.over["fusion"] == pytest.approx((windows > card.entropy_threshold).mean())
+    assert "On default runs have the thresholds of the model's card" in flights_text(
+        "lite", {"default": found}, ()
+    )
 
 
 def test_frames_that_tell_nothing_leave_the_model_its_thresholds(

@@ -1,6 +1,9 @@
 """Flights on the command line: what cannot be flown is said in one sentence, and a campaign has what was finished."""
 
 import json
+import os
+import subprocess
+import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
@@ -161,3 +164,22 @@ def test_a_campaign_crosses_scenarios_with_flights(
 
     assert main(["bundle", str(out), "--out", str(tmp_path / "results.zip")]) == 0
     assert main(["verify", str(tmp_path / "results.zip"), "--run-again", "0"]) == 0
+
+
+def test_without_the_renderer_flights_are_flown_that_were_rendered_elsewhere(
+    flight: Path, tmp_path: Path
+) -> None:
+    (tmp_path / "embreex.py").write_text("raise ModuleNotFoundError", "utf-8")  # as where it has no wheel
+
+    def run(**settings: str) -> subprocess.CompletedProcess[str]:
+        words = [sys.executable, "-m", "sunset", "run", "--duration", "1", "--out", str(tmp_path / "run")]
+        environment = os.environ | {"PYTHONPATH": str(tmp_path)} | settings
+        return subprocess.run(words, env=environment, capture_output=True, text=True, check=False)
+
+    assert flight.is_dir()
+    assert run().returncode == 0
+    refused = run(SUNSET_CACHE_DIR=str(tmp_path / "cache"))
+    assert refused.returncode == 2
+    (sentence,) = (line for line in refused.stderr.splitlines() if line.startswith("sunset: "))
+    assert "needs embreex, which is not installed" in sentence
+    assert "copy the cache folder" in sentence

@@ -77,7 +77,7 @@ def test_the_models_are_listed_with_size_iou_and_speed(capsys: pytest.CaptureFix
     assert main(["models", "list"]) == 0
 
     header, *rows = (re.split(r"\s{2,}", line) for line in capsys.readouterr().out.splitlines())
-    assert header == ["MODEL", "IMAGES", "WEIGHTS", "FILES", "IOU", "A FRAME TAKES"]
+    assert header == ["MODEL", "IMAGES", "WEIGHTS", "FILES", "IOU OVER TOWN 8", "A FRAME TAKES"]
     (lite,) = [row for row in rows if row[0] == "lite"]
     assert lite[1:3] == ["256x144", "3.2 million"]
     assert re.fullmatch(r"\d\.\d MB", lite[3])

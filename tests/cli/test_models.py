@@ -2,6 +2,7 @@
 
 import csv
 import json
+import re
 import shutil
 import sys
 from collections.abc import Callable, Sequence
@@ -10,11 +11,12 @@ from inspect import signature
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import sunset
 from sunset.cli import main
-from sunset.data import read_bag, write_bag
+from sunset.data import Frame, read_bag, write_bag
 from sunset.perception import load_model
 from sunset.training import ReferenceShape
 from sunset.training.curves_text import as_json
@@ -207,6 +209,27 @@ def test_a_model_is_calibrated_on_a_bag(
     assert float(printed["entropy threshold"]) == pytest.approx(card.entropy_threshold, abs=1e-4)
     assert printed["depth temperature"] == "1.0000"
     assert "5 frames: the bag five\ufffd" in str(card.results["measured_on"])
+
+
+@pytest.mark.thorough
+def test_a_calibration_says_where_the_model_sees_nothing_in_the_frames(
+    model: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pytest.importorskip("onnx")
+    random = np.random.default_rng(1)
+    size, kinds = (144, 256), ((3, np.uint8), (1, np.uint16), (1, np.uint8))
+    noise = [
+        Frame(*(random.integers(0, 16, (*size, depth), kind).squeeze() for depth, kind in kinds))
+        for _ in range(5)
+    ]
+    bag = write_bag(tmp_path / "noise", noise, [number * 10**8 for number in range(5)])
+
+    command = ["models", "calibrate", str(model), "--jobs", "1", "--bag"]
+    assert main([*command, str(bag), "--out", str(tmp_path / "mine")]) == 0
+
+    told = capsys.readouterr().err
+    assert re.search(r"segments healthy frames with an IoU of 0\.0\d only", told)
+    assert load_model(tmp_path / "mine").card.name == "mine"
 
 
 @pytest.mark.thorough

@@ -149,9 +149,17 @@ def test_a_program_that_is_slow_to_load_says_so(stderr: Stderr) -> None:
 
 
 def test_a_terminal_shows_the_work_before_it_says_how_far_it_is() -> None:
-    text = io.StringIO()
-    with _progress._bar(Console(file=text, force_terminal=True, width=80), "Building"):
+    text, xterm = io.StringIO(), {"TERM": "xterm"}
+    with _progress._bar(Console(file=text, force_terminal=True, width=80, _environ=xterm), "Building"):
         wait_until(lambda: "Building" in text.getvalue())
+
+
+@pytest.mark.usefixtures("impatient")
+def test_a_terminal_that_cannot_draw_gets_lines(stderr: Stderr, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("FORCE_COLOR", "1")  # rich takes stderr for a terminal then
+    monkeypatch.setenv("TERM", "dumb")
+    with progress_bar("Building"):
+        wait_until(lambda: "Building: 0 s" in stderr.lines)
 
 
 @pytest.mark.usefixtures("impatient")

@@ -1,5 +1,6 @@
 """The scripts that measure: what a user gets wrong with them."""
 
+import os
 import re
 import subprocess
 import sys
@@ -59,3 +60,26 @@ def test_a_bad_argument_of_the_script_that_needs_torch(every: str, tmp_path: Pat
     pytest.importorskip("torch")
     words = f"must be at least 1, got {every}."
     test_a_bad_argument("measure_stride_limits", ["--every", every], words, tmp_path)
+
+
+def test_the_artifact_goes_on_after_a_command_that_fails() -> None:
+    done = subprocess.run(
+        [sys.executable, str(SCRIPTS / "artifact"), "run", "rules"],
+        env=os.environ | {"SUNSET_CACHE_DIR": "/proc/nowhere"},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    *lines, last = done.stdout.splitlines()
+    assert [line.split()[0] for line in lines] == ["FAIL", "FAIL"]
+    assert all("the cache folder" in line or "SUNSET_CACHE_DIR" in line for line in lines)
+    assert (done.returncode, done.stderr) == (1, "")
+    assert last.endswith("2 failed.")
+
+
+def test_the_artifact_says_how_to_make_the_environment_that_it_needs() -> None:
+    without_packages = [sys.executable, "-S", str(SCRIPTS / "artifact")]
+    done = subprocess.run(without_packages, capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    assert "SUNSET is not installed" in done.stderr
+    assert "pip install '.[live]'" in done.stderr

@@ -5,6 +5,8 @@ import pytest
 
 from sunset.cli import main
 from sunset.cli.train import _TimeIsUpError, _until
+from sunset.perception import Model, load_model
+from sunset.training import TrainingConfig
 
 Complaint = Callable[[Sequence[str]], str]
 
@@ -62,3 +64,18 @@ def test_a_training_that_is_stopped_by_its_time_says_how_it_goes_on(
         "The 9 min are over; the same command with --resume continues the training."
         in capsys.readouterr().err
     )
+
+
+@pytest.mark.parametrize(("named", "name"), [([], "mine"), (["--name", "better"], "better")])
+def test_a_trained_model_has_the_name_of_its_folder_unless_it_is_given_one(
+    named: list[str], name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    names = []
+
+    def training(config: TrainingConfig, *_: object, **__: object) -> Model:
+        names.append(config.name)
+        return load_model("lite")
+
+    monkeypatch.setattr("sunset.training.train", training)
+    assert main(["train", "--out", str(tmp_path / "mine"), *named]) == 0
+    assert names == [name]

@@ -175,8 +175,9 @@ def test_it_does_nothing_to_other_processes(confinement: Confinement, bystander:
 
 
 def test_it_gains_no_privileges(confinement: Confinement) -> None:
-    assert len(unconfined("root")) > 2  # type: ignore[arg-type]
     assert confined(confinement, "root")["got"] == []
+    if len(unconfined("root")) <= 2:  # type: ignore[arg-type]
+        pytest.skip("this user gains no privileges without walls either: needs root, or namespaces of users")
 
 
 def test_it_leaves_nothing_for_later_processes(confinement: Confinement) -> None:

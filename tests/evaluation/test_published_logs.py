@@ -266,7 +266,7 @@ def test_files_and_folders_stand_for_logs_each_once(tmp_path: Path) -> None:
     assert find_logs([tmp_path / "x"]) == [one, two]
     assert find_logs([two, tmp_path / "x"]) == [two, one]
     assert find_logs([tmp_path / "nowhere"]) == []
-    with pytest.raises(RecordError, match=r"nowhere is not a log .* name one folder of runs"):
+    with pytest.raises(RecordError, match=r"nowhere is not a log .* Name one folder of runs, such as"):
         find_logs([one, tmp_path / "nowhere"])
     (tmp_path / "x" / "y" / "run.json").touch()
     assert find_logs([tmp_path / "x"]) == []

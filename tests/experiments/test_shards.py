@@ -69,7 +69,7 @@ def test_shards_are_together_the_whole(undisturbed: Path, tmp_path: Path) -> Non
             capture_output=True,
             text=True,
         )
-        assert f"{RUNS // 2} runs done, 0 were there already." in done.stderr
+        assert f"{RUNS // 2} runs done, 0 were there already. Part {number} of 2 is done." in done.stderr
         assert f"is not finished: {RUNS // 2} of {RUNS} runs are there." in done.stderr
 
     for form in FORMATS:

@@ -1,5 +1,6 @@
 """What the environment may say, and what each bad value is answered with."""
 
+import re
 import socket
 import subprocess
 import sys
@@ -45,8 +46,14 @@ def test_a_bad_domain_that_is_given_is_refused(domain_id: int) -> None:
 
 def test_nothing_leaves_this_computer_unless_the_network_is_asked_for() -> None:
     for environment in ({}, {"ROS_LOCALHOST_ONLY": "0"}, {"ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET"}):
-        assert 'address="127.0.0.1"' in read_configuration(environment).cyclonedds
-    assert "127.0.0.1" not in read_configuration({}, network=True).cyclonedds
+        assert '<NetworkInterface address="127.0.0.1"' in read_configuration(environment).cyclonedds
+    assert "NetworkInterface" not in read_configuration({}, network=True).cyclonedds
+
+
+@pytest.mark.parametrize("network", [False, True])
+def test_processes_here_are_looked_for_by_address_since_names_may_have_none(*, network: bool) -> None:
+    peers = re.findall('<Peer address="([^":]*)', read_configuration({}, network=network).cyclonedds)
+    assert set(peers) == {"127.0.0.1"}
 
 
 @pytest.mark.parametrize(

@@ -295,7 +295,7 @@ def measure_flights(
         extensions: whose faults are looked at, too.
 
     Returns:
-        The flights' names → the thresholds found there. A run on the default flight has the model's own instead.
+        The flights' names → the thresholds of runs there. On the default flight they are those of the model's card.
 
     Raises:
         SunsetError: the model or a flight is not usable.

@@ -9,7 +9,6 @@ from statistics import median
 from types import MappingProxyType
 from typing import Final
 
-from sunset.errors import RecordError
 from sunset.evaluation import load_results, score_tables
 from sunset.evaluation.power import (
     DIFFERENCE,
@@ -169,7 +168,10 @@ def forecast(spec: BenchSpec, like: Path | None = None) -> CampaignForecast:
     """
     found, source = dict(VARIANCES), "baseline, reactive and oracle on the panel"
     if like is not None:
-        found, source = _measured(like), f"in {like}"
+        if measured := _measured(like):
+            found, source = measured, f"in {like}"
+        else:
+            source += f", since {like} has no two managing systems with {LEAST_LEVELS} repetitions"
     asked = plan(replace(spec, references=False, score=False))
     design = _design(asked, spec.repetitions)
     return CampaignForecast(
@@ -237,23 +239,13 @@ def _prospect(pair: str, found: Variances, design: Design) -> Prospect:
 
 
 def _measured(folder: Path) -> dict[str, Variances]:
-    """Return what makes the differences of neighbours vary in a campaign.
-
-    Raises:
-        RecordError: it has no difference with an interval.
-    """
-    found = {
+    """Return the variances of neighbours' differences in a campaign, of those that have an interval."""
+    return {
         f"{difference.first} − {difference.second}": variances(difference.iou_net.spread)
         for table in score_tables(load_results(folder))
         for difference in table.neighbours
         if difference.iou_net and difference.iou_net.spread
     }
-    if not found:
-        raise RecordError(
-            f"The runs in {folder} say nothing of how differences vary: they need two managing systems and "
-            f"{LEAST_LEVELS} repetitions."
-        )
-    return found
 
 
 def _pace(folder: Path) -> float | None:

@@ -176,7 +176,7 @@ def plan_bench(
 
     Raises:
         InvalidInputError: an argument is not usable.
-        RecordError: there is no such earlier campaign, or it says nothing of how differences vary.
+        RecordError: there is no such earlier campaign, or it is damaged.
     """
     with extended(options.get("extensions", ())):
         spec = campaign_of(

@@ -34,7 +34,7 @@ def train_model(
     Args:
         model: architecture and schedule: `lite` or `reference`.
         out: the model's folder.
-        name: in the model's card; that of `model` if None.
+        name: in the model's card, in records and reports; that of its folder if None.
         modality: which networks: `rgb`, `depth` or `all`; the fusion contains both branches, so it means all.
         seed: of everything that is drawn.
         steps: of the optimiser; as planned for `model` if None.
@@ -64,9 +64,10 @@ def train_model(
             )
     steps, frames = count_of(steps, "steps"), count_of(frames, "frames")
     batch, jobs = count_of(batch, "batch"), count_of(jobs, "jobs")
+    folder = as_path(out, "model's folder")
     config = replace(
         CONFIGS[model](),
-        name=name or model,
+        name=name or folder.resolve().name,
         modalities=MODALITIES if modality in {"all", "fusion"} else (modality,),
         seed=whole_of(seed),
     )
@@ -78,7 +79,7 @@ def train_model(
         counts = FrameCounts.of(frames or 20_000, flight=2, other=3)
     return train(
         config if batch is None else config.with_batch(batch),
-        as_path(out, "model's folder"),
+        folder,
         work=as_path(work, "work folder"),
         counts=counts,
         start=None if start_from is None else load_model(start_from),

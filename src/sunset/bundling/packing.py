@@ -147,6 +147,11 @@ def _read(folder: Path) -> CampaignPlan:
         RecordError: it is not a campaign.
     """
     if not (folder / PLAN_FILE).is_file():
+        if len(parts := sorted(file.parent for file in folder.glob(f"*/{PLAN_FILE}"))) > 1:
+            raise RecordError(
+                f"A bundle holds one campaign, and {folder} has {len(parts)} folders of campaigns: name one of them. "
+                f"Of parts of one campaign, copy the runs into one folder first (cp -r {parts[1]}/runs {parts[0]})."
+            )
         raise RecordError(
             f"There is no campaign in {folder}, since {PLAN_FILE} is missing: name the folder that 'sunset bench "
             "--out' wrote."

@@ -53,6 +53,9 @@ MISSED: Final = 0.05
 CURED: Final = 0.95
 """The least share of the windows after a fault's cure that should not lie over the threshold."""
 
+OF_CARD: Final = "thresholds of the card"
+"""What thresholds are made of that were not found on the flight."""
+
 _METHOD: Final = 1
 """Grows whenever a threshold would be another one."""
 _EVERY: Final = 4
@@ -141,16 +144,14 @@ def fit_to_flight(
 ) -> tuple[Model, FlightThresholds | None]:
     """Return a model whose card has the thresholds that hold on a flight, and how well they do.
 
-    On the default flight the card's own hold, which were chosen on flights like it; how well they do is None then.
-    The arguments are those of `flight_thresholds`.
+    On the default flight the card's own hold; how well they do is not measured then, and None. The arguments are those
+    of `flight_thresholds`.
 
     Raises:
         DataError: the bag cannot be read.
         OutputError: the cache folder cannot be written.
     """
-    size = (model.card.height, model.card.width)
-    defaults = (DEFAULT_FLIGHT, replace(DEFAULT_FLIGHT, size=size))
-    if bag.path.resolve() in [flight_place(plan).resolve() for plan in defaults]:
+    if _is_default(model.card, bag):
         return model, None
     found = flight_thresholds(model, bag, device=device, cache=cache, jobs=jobs, progress=progress)
     card = replace(
@@ -172,6 +173,9 @@ def flight_thresholds(
 ) -> FlightThresholds:
     """Return the thresholds of a model on a flight, measured on first use and kept, if a cache is used.
 
+    On the default flight they are the card's, which were chosen on flights like it. To measure them there, too, would
+    change every figure that was published for this flight.
+
     Args:
         model: what segments.
         bag: the frames, in the model's size.
@@ -186,6 +190,8 @@ def flight_thresholds(
     """
     plan = plan_curves(model.card, grid={})
     made_of = _made_of(model.card, plan, bag_checksum(bag.path), device)
+    if _is_default(model.card, bag):
+        made_of[OF_CARD] = f"{model.card.entropy_threshold} {model.card.sharpness_threshold}"
     name = hashlib.sha256(repr(sorted(made_of.items())).encode()).hexdigest()[:16]
     file = flights_folder() / f"thresholds-{name}.json"
     if (known := _kept(file)) is not None and known.made_of == made_of:
@@ -203,6 +209,11 @@ def flight_thresholds(
             f"The thresholds of the flight cannot be kept in {file.parent}: set SUNSET_CACHE_DIR to another folder."
         ) from error
     return found
+
+
+def _is_default(card: ModelCard, bag: BagReader) -> bool:
+    defaults = (DEFAULT_FLIGHT, replace(DEFAULT_FLIGHT, size=(card.height, card.width)))
+    return bag.path.resolve() in [flight_place(plan).resolve() for plan in defaults]
 
 
 def _made_of(card: ModelCard, plan: CurvesPlan, checksum: str, device: str) -> dict[str, str]:
@@ -284,7 +295,7 @@ def _opened(place: _Place) -> tuple[Segmenter, BagReader]:
 def _measured(plan: CurvesPlan, card: ModelCard, values: Values, made_of: dict[str, str]) -> FlightThresholds:
     """Return the thresholds, and how well they do.
 
-    Where the frames tell nothing, since they are all alike, the thresholds are the model's own.
+    The thresholds are the model's own on the default flight, and where all frames are alike and tell nothing.
     """
     places = {condition: place for place, condition in enumerate(_conditions(plan))}
     healthy = healthy_conditions(plan)
@@ -299,10 +310,12 @@ def _measured(plan: CurvesPlan, card: ModelCard, values: Values, made_of: dict[s
 
     entropy, sharpness = partial(means, 0), partial(means, 1)
     edges = Separation(card.entropy_threshold, 0, 0), Separation(card.sharpness_threshold, 0, 0)
-    with suppress(DataError):
-        edges = part_entropy(plan, entropy), part_sharpness(plan, sharpness)
-    least = max(float(np.quantile(entropy(one), 1 - OVER, method="higher")) for one in healthy)
-    threshold = max(edges[0].threshold, least)
+    threshold = card.entropy_threshold
+    if OF_CARD not in made_of:
+        with suppress(DataError):
+            edges = part_entropy(plan, entropy), part_sharpness(plan, sharpness)
+        least = max(float(np.quantile(entropy(one), 1 - OVER, method="higher")) for one in healthy)
+        threshold = max(edges[0].threshold, least)
     nominal, unsure = entropy(healthy[0]), unsure_faults(plan)
     cures = {fault: plan.after(fault, strength) for fault, strength in plan.points}
     return FlightThresholds(

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Collection, Iterator, Mapping
 
-from sunset.calibration.flight import AUC, CURED, MISSED, OVER, FlightThresholds
+from sunset.calibration.flight import AUC, CURED, MISSED, OF_CARD, OVER, FlightThresholds
 from sunset.tables import aligned
 from sunset.texts import listed
 
@@ -54,6 +54,11 @@ def _verdicts(model: str, found: Mapping[str, FlightThresholds]) -> Iterator[str
         f"each fault {AUC} or more, at most {MISSED:.0%} of the windows with it not over the threshold, and "
         f"{CURED:.0%} or more of those after its cure."
     )
+    own = [flight for flight, one in found.items() if OF_CARD in one.made_of]
+    if own:
+        yield (
+            f"On {listed(own)} runs have the thresholds of the model's card, which were not found on this flight."
+        )
     beyond = {flight: one.shortfalls() for flight, one in found.items() if one.shortfalls()}
     for flight, texts in beyond.items():
         yield f"Beyond {model} is {flight}: {listed(texts)}."

@@ -3,11 +3,15 @@
 import argparse
 import sys
 from pathlib import Path
+from typing import Final, cast
 
 from sunset.api import calibrate_model
 from sunset.cli._options import add_count_option, add_device_option
 from sunset.cli._progress import stages_progress
 from sunset.experiments.resources import missing_networks
+
+_POOR: Final = 0.1
+"""An IoU on healthy frames below which a network does not see what is there."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -45,10 +49,21 @@ def execute(arguments: argparse.Namespace) -> None:
             progress=progress,
         )
     card = calibrated.card
+    keys = [modality.key for modality in sorted(card.networks)]
     for modality, network in sorted(card.networks.items()):
         print(f"{modality.key + ' temperature':22}{network.temperature:.4f}")
     print(f"{'entropy threshold':22}{card.entropy_threshold:.4f}")
     print(f"{'sharpness threshold':22}{card.sharpness_threshold:.4f}")
+    measured = cast("dict[str, dict[str, float]]", card.results["faults_at_suite_strength"])
+    iou = {key: measured[f"nominal, {key}"]["iou"] for key in keys}
+    for key, value in iou.items():
+        print(f"{key + ' IoU':22}{value:.4f}")
+    if min(iou.values()) < _POOR:
+        print(
+            f"A network segments healthy frames with an IoU of {min(iou.values()):.2f} only, so that its entropy means "
+            "little: calibrate on good frames of the kind that the model is meant for.",
+            file=sys.stderr,
+        )
     missing = missing_networks(calibrated)
     use = (
         f"a run also needs {missing}" if missing else f"'sunset run --model {calibrated.folder}' runs with it"

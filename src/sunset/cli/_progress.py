@@ -37,10 +37,12 @@ os.register_at_fork(
 def progress_bar(text: str) -> Iterator[Callable[..., None]]:
     """Draw what is being done and for how long; give a function `(done, total, note)` that says how far it is.
 
-    Where stderr is not a terminal, lines stand in for the bar, further apart where it takes very long.
+    Where stderr is not a terminal, or one that cannot draw, lines stand in for the bar, further apart where it takes
+    very long.
     """
     console = Console(stderr=True)
-    with _bar(console, text) if console.is_terminal else _lines(text) as update:
+    draws = console.is_terminal and not console.is_dumb_terminal
+    with _bar(console, text) if draws else _lines(text) as update:
         yield update
 
 

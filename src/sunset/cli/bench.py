@@ -115,7 +115,8 @@ def execute(arguments: argparse.Namespace) -> int:
             done = bench(
                 spec, arguments.out, jobs=arguments.jobs, executor=executor, shard=shard, progress=progress
             )
-    print(f"{done} runs done, {len(wanted) - done} were there already.", file=sys.stderr)
+    part = "" if shard is None else f" Part {shard.number} of {shard.count} is done."
+    print(f"{done} runs done, {len(wanted) - done} were there already.{part}", file=sys.stderr)
     print_report(arguments.out, arguments.format)
     failures = failing_managers(arguments.out, wanted)
     for name, failure in failures.items():

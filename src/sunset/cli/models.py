@@ -36,8 +36,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "list",
         help="list the models that are installed, and those that could be",
         description="List the models that are installed: how large they are, the IoU of colour and depth together on "
-        "the town that was kept for the test, and how long that network takes for a frame on this computer, measured "
-        "now. Then the models that are distributions of their own and are not installed.",
+        "flights over town 8, which were kept for the test, and how long that network takes for a frame on this "
+        "computer, measured now. Then the models that are distributions of their own and are not installed.",
     )
     listing.add_argument("--json", action="store_true", help="print one JSON object")
     add_device_option(listing)
@@ -64,7 +64,7 @@ def list_models(arguments: argparse.Namespace) -> int:
     if arguments.json:
         print(json.dumps({"models": [asdict(row) for row in rows], "not_installed": missing}, sort_keys=True))
     else:
-        header = ("MODEL", "IMAGES", "WEIGHTS", "FILES", "IOU", "A FRAME TAKES")
+        header = ("MODEL", "IMAGES", "WEIGHTS", "FILES", "IOU OVER TOWN 8", "A FRAME TAKES")
         print("\n".join(aligned([header, *map(_cells, rows)], left=range(len(header)))))
         for name, command in missing.items():
             print(f"{name} is not installed; in a clone of SUNSET's repository: {command}")

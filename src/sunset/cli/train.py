@@ -20,7 +20,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "their thresholds, and write a model folder with its card. Needs the extra 'train'."
     )
     parser.add_argument("--model", choices=list(CONFIGS), default="lite", help="architecture and schedule")
-    parser.add_argument("--name", help="the name in the model's card (default: that of --model)")
+    parser.add_argument("--name", metavar="NAME", help="the model's name (default: its folder's)")
     parser.add_argument(
         "--modality",
         default="all",

@@ -91,7 +91,8 @@ def execute(arguments: argparse.Namespace) -> None:
 
 
 def _show(console: Console, system: LiveSystem, operator: Operator) -> NoReturn:
-    """Show how the nodes are until a signal comes: always on a terminal, elsewhere when it changes."""
+    """Show the nodes' states until a signal comes: drawn on a terminal, elsewhere a line for each change."""
+    draws = console.is_terminal and not console.is_dumb_terminal
     shown: dict[str, tuple[str, int | None]] = {}
     with Live(console=console, auto_refresh=False, transient=True) as live:
         while True:
@@ -99,7 +100,7 @@ def _show(console: Console, system: LiveSystem, operator: Operator) -> NoReturn:
             while operator.news:
                 console.print(operator.news.popleft(), soft_wrap=True)
             states = operator.status(system.processes)
-            if console.is_terminal:
+            if draws:
                 table = Table(box=None, padding=(0, 1), show_header=False)
                 for node in states:
                     table.add_row(*_cells(node))

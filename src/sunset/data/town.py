@@ -5,8 +5,6 @@ from functools import lru_cache
 
 import numpy as np
 import numpy.typing as npt
-from embreex.mesh_construction import TriangleMesh
-from embreex.rtcore_scene import EmbreeScene
 
 from sunset.data.fill import fill_blocks, plant_country
 from sunset.data.frame import Ids, Reals
@@ -18,6 +16,13 @@ from sunset.data.paving import paint_ground
 from sunset.data.roadside import furnish_railway, furnish_streets
 from sunset.data.terrain import Terrain, make_terrain
 from sunset.data.traffic import Traffic, make_traffic
+from sunset.errors import MissingExtraError
+
+try:
+    from embreex.mesh_construction import TriangleMesh
+    from embreex.rtcore_scene import EmbreeScene
+except ModuleNotFoundError:  # it has no wheels for some platforms, on which flights can be flown all the same
+    EmbreeScene = None
 
 
 class Solid:
@@ -77,7 +82,14 @@ def build_town(number: int) -> Town:
 
     Raises:
         InvalidInputError: there is no town of this number.
+        MissingExtraError: rays cannot be followed, since embreex is not installed.
     """
+    if EmbreeScene is None:
+        raise MissingExtraError(
+            "Rendering a flight needs embreex, which is not installed and has no wheels for some platforms: fly a bag "
+            "(--bag, 'sunset data import'), or copy the cache folder (~/.cache/sunset, or SUNSET_CACHE_DIR) of a "
+            "computer that has rendered the flight."
+        )
     plan = plan_town(number)
     ground = paint_ground(plan)
     builder = Builder(plan, ground)

@@ -54,7 +54,7 @@ def find_logs(paths: Sequence[Path]) -> list[Path]:
         if not several and len(found) > 1:
             raise RecordError(
                 f"{path} is not a log of the published exemplar, nor a folder of such: several paths are read as logs "
-                "only; name one folder of runs."
+                "only. Name one folder of runs, such as the one above several campaigns, and report logs apart."
             )
     return list({file.resolve(): file for file in files}.values())
 

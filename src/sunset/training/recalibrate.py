@@ -27,6 +27,7 @@ from sunset.classes import CLASS_OF_CARLA_ID
 from sunset.data import FlightPlan, flight_bag, read_bag
 from sunset.errors import DataError, InvalidInputError, MissingExtraError, ModelError, OutputError
 from sunset.perception import Modality, Model, Segmenter, find_device, is_installed, load_model
+from sunset.perception.card import check_name
 from sunset.system import loaded_extensions
 from sunset.training.batches import FrameSet
 from sunset.training.calibrate import temperature_for
@@ -112,7 +113,8 @@ def calibrate_model(
     Args:
         model: of which nothing but the networks is used; a model of the package is not changed.
         frames: consecutive ones, of the model's size, at least five.
-        out: a folder that is to be made and receives the calibrated model; if None, the model's own is changed.
+        out: a folder that is to be made and receives the calibrated model, which is called as the folder; if None, the
+            model's own is changed.
         source: where the frames are from, for the card.
         jobs: processes; as many as there are processors if None. It has no influence on the result.
         device: what the networks run on, as a `Segmenter` takes it.
@@ -130,6 +132,8 @@ def calibrate_model(
     _check_frames(model, frames)
     device = find_device(device)
     target = out or model.folder
+    if out is not None:
+        model = replace(model, card=replace(model.card, name=out.resolve().name))
     try:
         home = model.folder if out is None else out.parent
         home.mkdir(parents=True, exist_ok=True)
@@ -156,7 +160,8 @@ def check_target(model: Model, out: Path | None) -> None:
 
     Raises:
         MissingExtraError: onnx is not installed.
-        InvalidInputError: the model is an installed one, and no other folder is given.
+        InvalidInputError: the model is an installed one, and no other folder is given; or the folder's name cannot be a
+            model's.
         OutputError: the folder exists.
     """
     if find_spec("onnx") is None:
@@ -168,8 +173,10 @@ def check_target(model: Model, out: Path | None) -> None:
             f"The model {model.card.name!r} is an installed one and is not changed: name a folder for a calibrated "
             "copy with --out."
         )
-    if out is not None and out.exists():
-        raise OutputError(f"The folder {out} exists: name a new one for the calibrated model.")
+    if out is not None:
+        check_name(out.resolve().name)
+        if out.exists():
+            raise OutputError(f"The folder {out} exists: name a new one for the calibrated model.")
 
 
 def _check_frames(model: Model, frames: FrameSet) -> None:

@@ -131,7 +131,7 @@ class StageRun:
         truncate_log(self._folder / LOG, self._step, self._stage.learned)
         schedule, note = self._stage.schedule, ""
         self._since = saved = time.perf_counter()
-        with held_signals() as raise_signal:
+        with held_signals("Ending after this step.") as raise_signal:
             while self._step < schedule.steps:
                 self._learn()
                 last = self._step == schedule.steps

@@ -35,6 +35,7 @@ _RANGES = ("SYSTEM_DEFAULT", "SUBNET", "LOCALHOST", "OFF")
 # ROS_LOCALHOST_ONLY says. It takes one from 10 to 32 itself, its ports being counted from that of index 10 on: where lo
 # has no multicast, as on Linux, nodes up to Humble take the indices 0 to 9 only. They also look for no others, so that
 # they learn of a participant when it announces itself the next time: before a command of theirs gives up after 0.5 s.
+# Peers are addresses: where a name has none (no /etc/hosts), Cyclone DDS aborts the process.
 # Multicast is for discovery only: an image goes to the processes that want it.
 # Who has sent something that is not confirmed asks after 10 ms, not 100: a process that leaves waits for the answers.
 # Who misses something still asks after 100 ms, though a client's first request, which can reach a server that does not
@@ -43,7 +44,7 @@ _COMMON = (
     "<CycloneDDS><Domain><Discovery><ParticipantIndex>auto</ParticipantIndex>"
     "<MaxAutoParticipantIndex>22</MaxAutoParticipantIndex>"
     "<Ports><UnicastMetaOffset>30</UnicastMetaOffset><UnicastDataOffset>31</UnicastDataOffset></Ports>"
-    '<Peers><Peer address="localhost"/>{}</Peers>'
+    '<Peers><Peer address="127.0.0.1"/>{}</Peers>'
     "<InitialLocatorPruneDelay>inf</InitialLocatorPruneDelay>"
     "<DiscoveredLocatorPruneDelay>inf</DiscoveredLocatorPruneDelay>"
     "<SPDPInterval>300ms</SPDPInterval></Discovery>"
@@ -58,7 +59,7 @@ _LARGE_FRAGMENTS = (  # an image is two datagrams; beyond loopback, networks los
     "<CycloneDDS><Domain><General><AllowMulticast>spdp</AllowMulticast><MaxMessageSize>65000B</MaxMessageSize>"
     "<FragmentSize>63000B</FragmentSize></General></Domain></CycloneDDS>"
 )
-_LOWER_PEER = '<Peer address="localhost:{}"/>'
+_LOWER_PEER = '<Peer address="127.0.0.1:{}"/>'
 _TAG = "<CycloneDDS><Domain><Discovery><Tag>{}</Tag></Discovery></Domain></CycloneDDS>"
 
 

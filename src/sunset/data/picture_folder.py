@@ -8,13 +8,13 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Final
 
+from sunset.data.conventions import SYNDRONE, Reading
 from sunset.data.frame import FRAME_SIZE, Frame, no_labels
 from sunset.data.pixels import (
     COLOUR_JPEG,
     COLOUR_PNG,
     DEPTH_PNG,
     LABEL_PNG,
-    check_ids,
     dimensions,
     read_picture,
     resample,
@@ -45,18 +45,28 @@ class PictureFolder:
         """How many frames have no labels."""
         return sum(len(files) < len(_KINDS) for files in self.files)
 
-    def frames(self, size: tuple[int, int] = FRAME_SIZE, *, jobs: int | None = None) -> Iterator[Frame]:
+    def frames(
+        self,
+        size: tuple[int, int] = FRAME_SIZE,
+        *,
+        jobs: int | None = None,
+        reading: Reading = SYNDRONE,
+    ) -> Iterator[Frame]:
         """Return the frames in order, resampled to a height and width in pixels, and read as `read_ahead` does it.
+
+        `reading` says what the values of labels and depths mean.
 
         Raises:
             DataError: a picture cannot be read, is damaged, of another kind or of another size than the first, or its
                 ids are none of CARLA's.
         """
         first = read_picture(self.files[0][0], _KINDS["rgb"]).shape
-        return read_ahead(partial(_frame, (first[0], first[1]), size), self.files, jobs=jobs)
+        return read_ahead(partial(_frame, (first[0], first[1]), size, reading), self.files, jobs=jobs)
 
 
-def _frame(recorded: tuple[int, int], size: tuple[int, int], files: tuple[Path, ...]) -> Frame:
+def _frame(
+    recorded: tuple[int, int], size: tuple[int, int], reading: Reading, files: tuple[Path, ...]
+) -> Frame:
     pictures = []
     for name, path in zip(_KINDS, files, strict=False):
         pixels = read_picture(path, _KINDS[name])
@@ -68,9 +78,8 @@ def _frame(recorded: tuple[int, int], size: tuple[int, int], files: tuple[Path, 
             )
         pictures.append(pixels)
     rgb, depth, *others = pictures
-    for labels in others:
-        check_ids(labels, str(files[-1]))
-    return resample(Frame(rgb, depth, others[0] if others else no_labels(depth)), size)
+    labels = reading.labels(others[0], str(files[-1])) if others else no_labels(depth)
+    return resample(Frame(rgb, reading.depth(depth), labels), size)
 
 
 def find_pictures(folder: Path, *, first: int | None = None, last: int | None = None) -> PictureFolder:

@@ -208,7 +208,7 @@ class BagReader:
 
     @property
     def unlabelled(self) -> int:
-        """How many frames have no labels: they have no image of them, or one in which no pixel has a class."""
+        """How many frames lack labels: an image of them, or any pixel of a class in it."""
         return sum(not any(entry.known for entry in moment[2:]) for moment in self._moments)
 
     def frame(self, index: int) -> Frame:
@@ -387,7 +387,7 @@ def read_bag(path: Path, *, size: tuple[int, int] | None = None, reading: Readin
 
     Raises:
         DataError: it is missing, unreadable or not closed, lies where sqlite3 cannot open it, lacks images that
-            its metadata tells of, is no recording of the topics in encodings that are understood and in
+            its metadata tells of, does not hold the topics in encodings that are understood and in
             one size, or none of their images belong together, or no depth is known in those that do.
     """
     with _translated(path):

@@ -29,7 +29,7 @@ class BagStatistics:
         dropped: name of a topic → images that belong to no frame.
         classes: name → share of the pixels, the largest first; those that are there.
         ignored: the share of pixels that are of no class.
-        unlabelled: how many frames have no labels.
+        unlabelled: how many frames lack labels.
         doubts: what it probably is instead of what it was read as, a sentence each.
         depth_m: the least and the greatest that is known [m].
         depth_far: the share of pixels whose depth is greater, or not known.

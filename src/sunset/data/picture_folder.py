@@ -42,7 +42,7 @@ class PictureFolder:
 
     @property
     def unlabelled(self) -> int:
-        """How many frames have no labels."""
+        """How many frames lack labels."""
         return sum(len(files) < len(_KINDS) for files in self.files)
 
     def frames(
@@ -86,7 +86,7 @@ def find_pictures(folder: Path, *, first: int | None = None, last: int | None = 
     """Find a flight's pictures in `rgb`, `depth` and `labels`, and check that its frames are complete but for labels.
 
     The pictures of a frame have the same name but for the suffix. Without the folder `labels`, and where a picture in
-    it is missing, frames have no labels. Frames are in the order of their names, in
+    it is missing, frames lack labels. Frames are in the order of their names, in
     which numbers count by their value: `9` comes before `10`.
 
     Args:

@@ -194,7 +194,7 @@ CONTENTS: dict[str, tuple[Callable[[Rows], Rows], Sequence[str]]] = {
     "data too short": (changed(0, data=np.zeros(9, dtype=np.uint8)), ["0 on /rgb_raw", "got 9 bytes"]),
     "impossible ids": (
         changed(8, data=np.full(60, 200, dtype=np.uint8)),
-        ["2 on /gt_segmentation", "got 200", "map its labels"],
+        ["2 on /gt_segmentation", "got 200", "map them to these"],
     ),
     "nothing but NaN": (no_depth_measured, ["/depth_raw", "below 1000 m"]),
     "other clocks": (never_together, ["one moment", "synchronise"]),

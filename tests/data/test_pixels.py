@@ -9,13 +9,12 @@ import pytest
 
 from sunset.classes import CARLA_IDS
 from sunset.data import Frame
+from sunset.data.conventions import IDS_OF_NO_CLASS, SYNDRONE
 from sunset.data.pixels import (
     COLOUR_JPEG,
     COLOUR_PNG,
     DEPTH_PNG,
-    IDS_OF_NO_CLASS,
     LABEL_PNG,
-    check_ids,
     counts_of_metres,
     picture,
     resample,
@@ -117,10 +116,10 @@ def test_ids_of_classes_and_of_none_pass_and_all_others_do_not() -> None:
     for number in range(256):
         labels = np.array([[7, number]], dtype=np.uint8)
         if number in allowed:
-            check_ids(labels, "x")
+            assert SYNDRONE.labels(labels, "x") is labels
         else:
             with pytest.raises(DataError, match=rf"image x must hold .* got {number};"):
-                check_ids(labels, "x")
+                SYNDRONE.labels(labels, "x")
 
 
 PICTURES: dict[str, tuple[str, npt.NDArray[Any]]] = {

@@ -14,13 +14,18 @@ from sunset.cli._options import add_count_option
 from sunset.cli._parser import Actions
 from sunset.cli._progress import BUILDING, progress_bar, rendering_progress, stages_progress
 from sunset.data import (
+    DEPTH_UNITS,
+    IDS,
     RENDERING,
+    SYNDRONE,
     TIMES,
     WEATHERS,
     BagStatistics,
+    Evidence,
     FlightPlan,
     Frame,
     PictureFolder,
+    Reading,
     SynDroneFlight,
     bag_statistics,
     default_flight,
@@ -41,6 +46,8 @@ _OF_SOURCES: Final = (
     ("height", 50, _SOURCES[:1]),
     ("weather", None, _SOURCES[:1]),
     ("rate", 10, _SOURCES[:2]),
+    ("ids", SYNDRONE.ids, _SOURCES[1:]),
+    ("depth-unit", SYNDRONE.depth_unit, _SOURCES[1:]),
     ("jobs", None, _SOURCES[:2]),
 )
 """Options of `import`, what they are where they are not given, and the sources that have a use for them."""
@@ -109,6 +116,18 @@ def _add_import(actions: Actions) -> None:
     )
     parser.add_argument("--rate", type=_rate, default="10", metavar="HZ", help="of the pictures' frames")
     parser.add_argument("--size", type=_size, default="256x144", metavar="WxH", help="in pixels")
+    parser.add_argument(
+        "--ids",
+        choices=tuple(IDS),
+        default=SYNDRONE.ids,
+        help="what labels are: SynDrone's, ids of CARLA since 0.9.14, class indices (default: syndrone)",
+    )
+    parser.add_argument(
+        "--depth-unit",
+        choices=DEPTH_UNITS,
+        default=SYNDRONE.depth_unit,
+        help="of whole numbers: counts of 1000 / 65535 m, or millimetres (default: counts)",
+    )
     add_count_option(parser, "--jobs", "reading threads (default: one a core)")
     _add_out(parser)
     parser.set_defaults(execute=import_flight)
@@ -165,6 +184,7 @@ def import_flight(arguments: argparse.Namespace) -> None:
     """Make a bag of SynDrone's folders, of a folder of pictures, or of another bag."""
     _check_source(arguments)
     first, last = arguments.frames
+    reading = Reading(arguments.ids, arguments.depth_unit)
     if arguments.bag is None:
         flight = _find_flight(arguments, first, last)
         if isinstance(flight, SynDroneFlight) and flight.gaps:
@@ -176,9 +196,10 @@ def import_flight(arguments: argparse.Namespace) -> None:
         if isinstance(flight, PictureFolder) and flight.unlabelled:
             print(f"{_unlabelled_text(flight.unlabelled, len(flight))}.", file=sys.stderr)
         stamps = [round((index + 1) * 1e9 / arguments.rate) for index in range(len(flight))]
-        _write(arguments.out, flight.frames(arguments.size, jobs=arguments.jobs), stamps)
+        options = {"reading": reading} if isinstance(flight, PictureFolder) else {}
+        _write(arguments.out, flight.frames(arguments.size, jobs=arguments.jobs, **options), stamps, reading)
         return
-    with read_bag(arguments.bag, size=arguments.size) as reader:
+    with read_bag(arguments.bag, size=arguments.size, reading=reading) as reader:
         low, high = first or 0, len(reader) - 1 if last is None else last
         if not low <= high < len(reader):
             raise InvalidInputError(
@@ -191,14 +212,14 @@ def import_flight(arguments: argparse.Namespace) -> None:
             print(f"{_unlabelled_text(reader.unlabelled, len(reader))}.", file=sys.stderr)
         chosen = range(low, high + 1)
         stamps = [reader.stamps_ns[index] for index in chosen]
-        _write(arguments.out, map(reader.frame, chosen), stamps)
+        _write(arguments.out, map(reader.frame, chosen), stamps, reading)
 
 
 def _check_source(arguments: argparse.Namespace) -> None:
     """Refuse options that the source has no use for."""
     (source,) = (name for name in _SOURCES if getattr(arguments, name) is not None)
     for option, unset, sources in _OF_SOURCES:
-        if source not in sources and getattr(arguments, option) != unset:
+        if source not in sources and getattr(arguments, option.replace("-", "_")) != unset:
             uses = " and ".join(f"--{name}" for name in sources)
             raise InvalidInputError(
                 f"The option --{option} is for {uses} and cannot be used with --{source}; leave it out."
@@ -220,17 +241,21 @@ def _find_flight(
     )
 
 
-def _write(out: Path, frames: Iterable[Frame], stamps_ns: Sequence[int]) -> None:
-    """Write a bag with a progress bar."""
+def _write(out: Path, frames: Iterable[Frame], stamps_ns: Sequence[int], reading: Reading) -> None:
+    """Write a bag with a progress bar, and say as what frames were read, and what they rather are."""
+    evidence = Evidence()
     with progress_bar("Importing") as progress:
 
         def counted() -> Iterator[Frame]:
             for done, frame in enumerate(frames, 1):
                 yield frame
+                evidence.add(frame)
                 progress(done, len(stamps_ns))
 
         write_bag(out, counted(), stamps_ns)
     _tell(len(stamps_ns), out)
+    for sentence in (_read_as(reading), *(evidence.doubts() if reading == SYNDRONE else ())):
+        print(sentence, file=sys.stderr)
 
 
 def _tell(frames: int, out: Path) -> None:
@@ -267,6 +292,10 @@ def _unlabelled_text(unlabelled: int, frames: int) -> str:
     return f"{unlabelled} of {counted(frames, 'frame')} have no labels: these are flown, and count for no quality"
 
 
+def _read_as(reading: Reading) -> str:
+    return f"{str(reading)[:1].upper()}{str(reading)[1:]}."
+
+
 def _dropped(counts: Mapping[str, int]) -> str:
     return ", ".join(f"{count} on {topic}" for topic, count in counts.items())
 
@@ -290,5 +319,6 @@ def _bag_text(contents: BagStatistics) -> str:
     )
     if contents.unlabelled:
         lines.append(_unlabelled_text(contents.unlabelled, contents.frames))
+    lines += [_read_as(SYNDRONE), *contents.doubts]
     lines += [f"  {name:14}{share:8.3%}" for name, share in contents.classes.items()]
     return "\n".join([*lines, f"  {'(no class)':14}{contents.ignored:8.3%}"])

@@ -13,6 +13,7 @@ from sunset.data.cache import (
     flights_folder,
     kept_bag,
 )
+from sunset.data.conventions import DEPTH_UNITS, IDS, SYNDRONE, Evidence, Reading
 from sunset.data.flight import DEFAULT_FLIGHT, FlightPlan, frames_for, render_frames
 from sunset.data.frame import DEPTH_RANGE_M, FRAME_SIZE, Frame
 from sunset.data.picture_folder import PictureFolder, find_pictures
@@ -23,18 +24,23 @@ from sunset.flights import TIMES, WEATHERS
 __all__ = [
     "DEFAULT_FLIGHT",
     "DEPTH_RANGE_M",
+    "DEPTH_UNITS",
     "FRAME_SIZE",
     "HEIGHTS_M",
+    "IDS",
     "PITCHES_DEG",
     "RENDERING",
+    "SYNDRONE",
     "TIMES",
     "TOPICS",
     "WEATHERS",
     "BagReader",
     "BagStatistics",
+    "Evidence",
     "FlightPlan",
     "Frame",
     "PictureFolder",
+    "Reading",
     "SynDroneFlight",
     "TrainingView",
     "bag_checksum",

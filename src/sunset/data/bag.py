@@ -32,9 +32,10 @@ from sunset.data.bag_images import (
     serialized,
 )
 from sunset.data.bag_paths import REMEDY, STORAGES, check_bag_path, check_uri, translated
+from sunset.data.conventions import SYNDRONE, Reading
 from sunset.data.frame import Frame, no_labels
 from sunset.data.pairing import pair
-from sunset.data.pixels import check_ids, dimensions, resample
+from sunset.data.pixels import dimensions, resample
 from sunset.errors import DataError, InvalidInputError, OutputError
 from sunset.image_digests import Pixels, remember_digest
 from sunset.interfaces import message_definition, type_hash
@@ -167,21 +168,20 @@ class BagReader:
     @property
     def encodings(self) -> Mapping[str, str]:
         """How the images are recorded, by the topic on which they are."""
-        encodings = self._survey.encodings
-        return MappingProxyType(
-            {topic: ", ".join(sorted(names)) for topic, names in encodings.items() if names}
-        )
+        found = self._survey.encodings
+        return MappingProxyType({topic: ", ".join(sorted(names)) for topic, names in found.items() if names})
 
     @property
     def dropped(self) -> Mapping[str, int]:
         """How many images of each of `TOPICS` belong to no frame: they have no partner, or come twice."""
         frames = Counter(topic for moment in self._moments for topic, _ in zip(TOPICS, moment, strict=False))
-        counts = self._survey.counts
-        return MappingProxyType({topic: count - frames[topic] for topic, count in counts.items()})
+        return MappingProxyType(
+            {topic: count - frames[topic] for topic, count in self._survey.counts.items()}
+        )
 
     @property
     def unlabelled(self) -> int:
-        """How many frames have no labels: they have no image of them, or one in which no pixel has a class."""
+        """How many frames lack labels: an image of them, or any pixel of a class in it."""
         return sum(not any(entry.known for entry in moment[2:]) for moment in self._moments)
 
     def frame(self, index: int) -> Frame:
@@ -215,7 +215,7 @@ class BagReader:
                 for connection, _, raw in reader.messages(self._survey.wanted, time, time + 1):
                     topic = self._survey.sources[connection.topic]
                     place = f"of frame {index} on {connection.topic} of the bag {self.path}"
-                    image = decoded(raw, connection.msgtype, topic, place)
+                    image = decoded(raw, connection.msgtype, topic, place, self._survey.reading)
                     if topic in wanted and image.stamp_ns == wanted[topic].stamp_ns:
                         images.setdefault(topic, image)
         if len(images) != len(wanted):
@@ -237,8 +237,9 @@ def _close(reader: Reader) -> None:
 class _Survey:
     """What one pass over all of a bag finds."""
 
-    def __init__(self, path: Path, reader: Reader) -> None:
+    def __init__(self, path: Path, reader: Reader, reading: Reading) -> None:
         self._path = path
+        self.reading = reading
         self.size = (0, 0)
         connections = connections_of(reader)
         counts: Counter[str] = Counter()
@@ -277,7 +278,7 @@ class _Survey:
     def _add(self, connection: Connection, logged_ns: int, raw: bytes) -> None:
         topic = self.sources[connection.topic]
         place = f"{len(self._entries[topic])} on {connection.topic} of the bag {self._path}"
-        image = decoded(raw, connection.msgtype, topic, place)
+        image = decoded(raw, connection.msgtype, topic, place, self.reading)
         size = image.pixels.shape[0], image.pixels.shape[1]
         self.size = self.size if any(self.size) else size
         if size != self.size:
@@ -285,8 +286,6 @@ class _Survey:
                 f"The image {place} must have the size of those before it, {dimensions(self.size)}, got "
                 f"{dimensions(size)}; record colour, depth and labels aligned and of one size."
             )
-        if topic == _TRUTH:
-            check_ids(image.pixels, place)
         self.encodings[connection.topic].add(image.encoding)
         self._entries[topic].append(_Entry(logged_ns, image.stamp_ns, is_known(image.pixels, topic)))
 
@@ -353,28 +352,28 @@ class _Survey:
         return moments
 
 
-def read_bag(path: Path, *, size: tuple[int, int] | None = None) -> BagReader:
+def read_bag(path: Path, *, size: tuple[int, int] | None = None, reading: Reading = SYNDRONE) -> BagReader:
     """Open a bag and check all of it.
 
     Any rosbag2 will do, in MCAP or sqlite3 storage, compressed or not, in one file or several, that holds
-    the three topics, or what image_transport made of them. Images are paired by their stamps (`pair`). Frames may
-    lack labels.
+    the topics, or what image_transport made of them. Images are paired by their stamps (`pair`); labels may lack.
 
     Args:
         path: the bag's folder, or the `.mcap` or `.db3` file itself.
         size: height and width in pixels that the frames shall have: they are resampled when they are read.
             None for the size of the recording.
+        reading: what the values of labels and depths mean.
 
     Raises:
         DataError: it is missing, unreadable or not closed, lies where sqlite3 cannot open it, lacks images that
-            its metadata tells of, is no recording of the topics in encodings that are understood and in
+            its metadata tells of, does not hold the topics in encodings that are understood and in
             one size, or none of their images belong together, or no depth is known in those that do.
     """
     with translated(path):
         check_bag_path(path)
         reader = open_bag(path, cut_off=True)
         try:
-            return BagReader(path, reader, _Survey(path, reader), size)
+            return BagReader(path, reader, _Survey(path, reader, reading), size)
         except BaseException:
             reader.close()
             raise

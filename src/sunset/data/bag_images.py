@@ -9,6 +9,7 @@ import numpy as np
 
 from sunset.bag_files import expand
 from sunset.classes import CLASS_OF_CARLA_ID, IGNORED
+from sunset.data.conventions import Reading
 from sunset.data.pixels import (
     COLOUR_JPEG,
     COLOUR_PNG,
@@ -16,7 +17,6 @@ from sunset.data.pixels import (
     FAR,
     LABEL_PNG,
     bgr_of,
-    counts_of,
     picture,
     raw_pixels,
 )
@@ -78,8 +78,10 @@ class Recorded:
     pixels: Pixels
 
 
-def decoded(raw: bytes | memoryview, kind: str, topic: str, place: str) -> Recorded:
+def decoded(raw: bytes | memoryview, kind: str, topic: str, place: str, reading: Reading) -> Recorded:
     """Return the image in a serialized message of a type, `IMAGE` or `COMPRESSED_IMAGE`, and of a sensor's topic.
+
+    `reading` says what the values of labels and depths mean.
 
     Raises:
         DataError: it is not of an accepted encoding, or damaged; `place` says which image it is.
@@ -97,7 +99,9 @@ def decoded(raw: bytes | memoryview, kind: str, topic: str, place: str) -> Recor
     if topic == "/rgb_raw":
         pixels = bgr_of(pixels, order)
     elif topic == "/depth_raw":
-        pixels = counts_of(pixels)
+        pixels = reading.depth(pixels)
+    else:
+        pixels = reading.labels(pixels, place)
     pixels.flags.writeable = False
     return Recorded(ns_of(message.header.stamp), encoding, pixels)
 

@@ -1,14 +1,15 @@
 """What a bag holds: how many frames of what, which classes, which depths."""
 
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from sunset.classes import CLASS_OF_CARLA_ID, CLASSES
+from sunset.classes import CARLA_IDS
 from sunset.data.bag import BagReader
+from sunset.data.conventions import Evidence
 from sunset.data.frame import DEPTH_RANGE_M
 from sunset.data.pixels import FAR
 
@@ -28,7 +29,8 @@ class BagStatistics:
         dropped: name of a topic → images that belong to no frame.
         classes: name → share of the pixels, the largest first; those that are there.
         ignored: the share of pixels that are of no class.
-        unlabelled: how many frames have no labels.
+        unlabelled: how many frames lack labels.
+        doubts: what it probably is instead of what it was read as, a sentence each.
         depth_m: the least and the greatest that is known [m].
         depth_far: the share of pixels whose depth is greater, or not known.
     """
@@ -44,6 +46,7 @@ class BagStatistics:
     classes: Mapping[str, float]
     ignored: float
     unlabelled: int
+    doubts: Sequence[str]
     depth_m: tuple[float, float]
     depth_far: float
 
@@ -65,6 +68,7 @@ class BagStatistics:
             "classes": dict(self.classes),
             "ignored": self.ignored,
             "unlabelled": self.unlabelled,
+            "doubts": list(self.doubts),
             "depth_m": list(self.depth_m),
             "depth_far": self.depth_far,
         }
@@ -76,10 +80,11 @@ def bag_statistics(reader: BagReader, *, progress: Callable[[int, int], None] | 
     Raises:
         DataError: a frame cannot be read.
     """
-    pixels, nearest, furthest, far = np.zeros(256, dtype=np.int64), FAR, 0, 0
+    ids, nearest, furthest, far, evidence = np.zeros(256, dtype=np.int64), FAR, 0, 0, Evidence()
     for index in range(len(reader)):
         frame = reader.frame(index)
-        pixels += np.bincount(CLASS_OF_CARLA_ID[frame.labels].ravel(), minlength=256)
+        ids += np.bincount(frame.labels.ravel(), minlength=256)
+        evidence.add(frame)
         near = frame.depth[frame.depth < FAR]
         far += frame.depth.size - near.size
         if near.size:
@@ -89,7 +94,7 @@ def bag_statistics(reader: BagReader, *, progress: Callable[[int, int], None] | 
     total = len(reader) * reader.size[0] * reader.size[1]
     stamps = reader.stamps_ns
     seconds = (stamps[-1] - stamps[0]) / 1e9
-    shares = Counter({name: int(pixels[number]) / total for number, name in enumerate(CLASSES)})
+    shares = Counter({name: int(ids[number]) / total for name, number in CARLA_IDS.items()})
     return BagStatistics(
         path=reader.path,
         frames=len(reader),
@@ -100,8 +105,9 @@ def bag_statistics(reader: BagReader, *, progress: Callable[[int, int], None] | 
         encodings=dict(reader.encodings),
         dropped=dict(reader.dropped),
         classes={name: share for name, share in shares.most_common() if share},
-        ignored=int(pixels[len(CLASSES) :].sum()) / total,
+        ignored=(total - int(ids[list(CARLA_IDS.values())].sum())) / total,
         unlabelled=reader.unlabelled,
+        doubts=evidence.doubts(),
         depth_m=(nearest * DEPTH_RANGE_M / FAR, furthest * DEPTH_RANGE_M / FAR),
         depth_far=far / total,
     )

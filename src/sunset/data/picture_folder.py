@@ -9,13 +9,13 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Final
 
+from sunset.data.conventions import SYNDRONE, Reading
 from sunset.data.frame import FRAME_SIZE, Frame, no_labels
 from sunset.data.pixels import (
     COLOUR_JPEG,
     COLOUR_PNG,
     DEPTH_PNG,
     LABEL_PNG,
-    check_ids,
     dimensions,
     read_picture,
     resample,
@@ -50,21 +50,31 @@ class PictureFolder:
 
     @property
     def unlabelled(self) -> int:
-        """How many frames have no labels."""
+        """How many frames lack labels."""
         return sum(len(files) < len(_KINDS) for files in self.files)
 
-    def frames(self, size: tuple[int, int] = FRAME_SIZE, *, jobs: int | None = None) -> Iterator[Frame]:
+    def frames(
+        self,
+        size: tuple[int, int] = FRAME_SIZE,
+        *,
+        jobs: int | None = None,
+        reading: Reading = SYNDRONE,
+    ) -> Iterator[Frame]:
         """Return the frames in order, resampled to a height and width in pixels, and read as `read_ahead` does it.
+
+        `reading` says what the values of labels and depths mean.
 
         Raises:
             DataError: a picture cannot be read, is damaged, of another kind or of another size than the first, or its
                 ids are none of CARLA's.
         """
         first = read_picture(self.files[0][0], _KINDS["rgb"]).shape
-        return read_ahead(partial(_frame, (first[0], first[1]), size), self.files, jobs=jobs)
+        return read_ahead(partial(_frame, (first[0], first[1]), size, reading), self.files, jobs=jobs)
 
 
-def _frame(recorded: tuple[int, int], size: tuple[int, int], files: tuple[Path, ...]) -> Frame:
+def _frame(
+    recorded: tuple[int, int], size: tuple[int, int], reading: Reading, files: tuple[Path, ...]
+) -> Frame:
     pictures = []
     for name, path in zip(_KINDS, files, strict=False):
         pixels = read_picture(path, _KINDS[name])
@@ -76,16 +86,15 @@ def _frame(recorded: tuple[int, int], size: tuple[int, int], files: tuple[Path, 
             )
         pictures.append(pixels)
     rgb, depth, *others = pictures
-    for labels in others:
-        check_ids(labels, str(files[-1]))
-    return resample(Frame(rgb, depth, others[0] if others else no_labels(depth)), size)
+    labels = reading.labels(others[0], str(files[-1])) if others else no_labels(depth)
+    return resample(Frame(rgb, reading.depth(depth), labels), size)
 
 
 def find_pictures(folder: Path, *, first: int | None = None, last: int | None = None) -> PictureFolder:
     """Find a flight's pictures in `rgb`, `depth` and `labels`, and check that its frames are complete but for labels.
 
     The pictures of a frame have the same name but for the suffix. Without the folder `labels`, and where a picture in
-    it is missing, frames have no labels. Frames are in the order of their names, in
+    it is missing, frames lack labels. Frames are in the order of their names, in
     which numbers count by their value: `9` comes before `10`.
 
     Args:

@@ -7,14 +7,12 @@ import struct
 import zlib
 from collections.abc import Collection
 from pathlib import Path
-from types import MappingProxyType
 from typing import Final
 
 import cv2
 import numpy as np
 import numpy.typing as npt
 
-from sunset.classes import CARLA_IDS
 from sunset.data.frame import DEPTH_RANGE_M, Frame
 from sunset.errors import DataError
 from sunset.image_digests import Pixels
@@ -23,9 +21,6 @@ from sunset.interfaces.sensor_msgs.msg import Image
 
 FAR: Final = 65535
 """The depth count of what is 1000 m away or further, or of no measured depth."""
-
-IDS_OF_NO_CLASS: Final = MappingProxyType({"none": 0, "pedestrians": 4, "vehicles": 10, "any": 255})
-"""Ids that CARLA defines and SynDrone's classes leave out: such pixels are ignored, not refused."""
 
 COLOUR_JPEG: Final = "8-bit colour JPEG"
 COLOUR_PNG: Final = "8-bit colour PNG"
@@ -54,10 +49,6 @@ _JPEG_FRAMES: Final = frozenset(range(0xFFC0, 0xFFD0)) - {0xFFC4, 0xFFC8, 0xFFCC
 _PNG: Final = b"\x89PNG\r\n\x1a\n"
 _PNG_HEADER: Final = b"\0\0\0\x0dIHDR"
 _PNG_COLOURS: Final = {0: "greyscale", 2: "colour", 3: "palette", 4: "greyscale-alpha", 6: "colour-alpha"}
-
-
-_KNOWN_IDS: Final = [*CARLA_IDS.values(), *IDS_OF_NO_CLASS.values()]
-_STRANGE: Final = np.isin(np.arange(256), _KNOWN_IDS, invert=True).astype(np.uint8)
 
 
 def dimensions(size: tuple[int, int]) -> str:
@@ -208,11 +199,6 @@ def bgr_of(pixels: Pixels, encoding: str) -> npt.NDArray[np.uint8]:
     return np.ascontiguousarray(ordered)
 
 
-def counts_of(pixels: Pixels) -> npt.NDArray[np.uint16]:
-    """Return depth pixels (H, W), counts already or float32 metres, as counts."""
-    return counts_of_metres(pixels) if pixels.dtype.kind == "f" else pixels
-
-
 def counts_of_metres(metres: npt.NDArray[np.float32]) -> npt.NDArray[np.uint16]:
     """Return depths in metres as counts of 1000 / 65535 m.
 
@@ -224,21 +210,6 @@ def counts_of_metres(metres: npt.NDArray[np.float32]) -> npt.NDArray[np.uint16]:
     """
     known = np.nan_to_num(metres, nan=DEPTH_RANGE_M, posinf=DEPTH_RANGE_M, neginf=0.0)
     return np.rint(known.clip(0, DEPTH_RANGE_M) * (FAR / DEPTH_RANGE_M)).astype(np.uint16)
-
-
-def check_ids(labels: npt.NDArray[np.uint8], place: str) -> None:
-    """Check that labels (H, W) hold ids that SynDrone's CARLA can record; `place` says in errors which image it is.
-
-    Raises:
-        DataError: there is another id.
-    """
-    if cv2.LUT(labels, _STRANGE).any():
-        found = np.unique(labels)
-        strange = ", ".join(str(number) for number in found[_STRANGE[found] > 0])
-        raise DataError(
-            f"The image {place} must hold SynDrone's label ids (0 to 22, 40, 41, 100 to 105; 255 for none), "
-            f"got {strange}; map its labels to these."
-        )
 
 
 def resample(frame: Frame, size: tuple[int, int]) -> Frame:

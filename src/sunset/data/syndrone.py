@@ -13,12 +13,12 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Final, NoReturn
 
+from sunset.data.conventions import SYNDRONE
 from sunset.data.frame import FRAME_SIZE, Frame
 from sunset.data.pixels import (
     COLOUR_JPEG,
     DEPTH_PNG,
     LABEL_PNG,
-    check_ids,
     dimensions,
     read_picture,
     resample,
@@ -87,7 +87,7 @@ class SynDroneFlight:
 
     def _frame(self, size: tuple[int, int], number: int) -> Frame:
         rgb, depth, labels = (self._pixels(name, number) for name in _MODALITIES)
-        check_ids(labels, str(self._file("semantic", number)))
+        SYNDRONE.labels(labels, str(self._file("semantic", number)))
         return resample(Frame(rgb, depth, labels), size)
 
     def _pixels(self, name: str, number: int) -> Pixels:

@@ -167,7 +167,7 @@ def _mean(values: Sequence[float | None]) -> float | None:
 
 
 def _frame_figures(timeline: Timeline) -> tuple[float | None, float | None, float | None, int]:
-    """Return IoU, IoU_all and mIoU of the frames taken in [0, duration), and how many of those have no truth."""
+    """Return IoU, IoU_all and mIoU of the frames taken in [0, duration), and how many of those lack a truth."""
     frames = timeline.frames
     taken, unknown = (
         (times >= -TOLERANCE_S) & (times < timeline.duration_s - TOLERANCE_S)

@@ -207,7 +207,7 @@ class Treatments:
         )
 
     def _masked(self, outcome: FaultOutcome, episodes: Sequence[Episode]) -> npt.NDArray[np.bool_]:
-        """Return of each frame that was evaluated, or has no truth, whether a fault was masked in it."""
+        """Return of each frame that was evaluated, or lacks a truth, whether a fault was masked in it."""
         times, iou, period_s = *self._iou_over_time, self._timeline.period_s
         end, masked = self._timeline.duration_s, np.zeros(len(times), dtype=bool)
         hidden = (times >= outcome.began) & (times < outcome.began + outcome.observed_s)

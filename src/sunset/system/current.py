@@ -106,7 +106,7 @@ def degradations_of(names: Iterable[str]) -> str:
 
 
 def suite_size(suite: str, scenario: str) -> int:
-    """Return how many scenarios the suite of a scenario has; 0 if the system has no such suite with it."""
+    """Return how many scenarios the suite of a scenario has; 0 if the system lacks such a suite."""
     names = names_in_suite(suite, current_system().suites.get(suite, ()))
     return len(names) if scenario in names else 0
 

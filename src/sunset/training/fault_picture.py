@@ -44,7 +44,7 @@ class View:
         title: of the condition.
         image: what the segmentation gets, to look at: (H, W, 3) uint8 of red, green and blue.
         labels: (H, W) uint8, class indices.
-        iou: of the labels, in [0, 1]; NaN where the frame has no truth.
+        iou: of the labels, in [0, 1]; NaN where the frame lacks a truth.
         entropy: of the network, in [0, 1].
         sharpness: of the camera's image.
     """

@@ -1,0 +1,146 @@
+"""What the values of other people's label and depth images mean, and those of a frame made of them."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Final
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from sunset.classes import CARLA_IDS
+from sunset.data.frame import DEPTH_RANGE_M, Frame
+from sunset.data.pixels import FAR, counts_of_metres
+from sunset.errors import DataError
+from sunset.image_digests import Pixels
+
+IDS_OF_NO_CLASS: Final = MappingProxyType({"none": 0, "pedestrians": 4, "vehicles": 10, "any": 255})
+"""Ids that CARLA defines and SynDrone's classes leave out: such pixels are ignored, not refused."""
+
+_NEWER_CARLA: Final = (
+    *("none", "road", "sidewalk", "building", "wall", "fence", "pole", "traffic light", "traffic sign"),
+    *("vegetation", "terrain", "sky", "person", "rider", "car", "truck", "bus", "train", "motorcycle"),
+    *("bicycle", "static", "dynamic", "other", "water", "road line", "ground", "bridge", "rail track"),
+    "guard rail",
+)
+"""What the ids from 0 on mean since CARLA 0.9.14."""
+
+IDS: Final[Mapping[str, Mapping[int, int]]] = MappingProxyType(
+    {
+        "syndrone": {number: number for number in (*CARLA_IDS.values(), *IDS_OF_NO_CLASS.values())},
+        "carla": {number: CARLA_IDS.get(name, 0) for number, name in enumerate(_NEWER_CARLA)} | {255: 255},
+        "classes": dict(enumerate(CARLA_IDS.values())) | {255: 255},
+    }
+)
+"""Convention → value in a label image → id in a frame: SynDrone's, those since CARLA 0.9.14, or class indices."""
+_NAMES: Final = MappingProxyType(
+    {
+        "syndrone": "SynDrone's label ids (0 to 22, 40, 41, 100 to 105; 255 for none)",
+        "carla": "label ids of CARLA since 0.9.14 (0 to 28; 255 for none)",
+        "classes": "class indices (0 to 27; 255 for none)",
+    }
+)
+DEPTH_UNITS: Final = ("counts", "mm")
+"""What whole numbers in a depth image are: counts of 1000 / 65535 m, or millimetres."""
+
+_WIDE: Final = frozenset(
+    CARLA_IDS[name] for name in ("building", "road", "sidewalk", "vegetation", "terrain", "ground")
+)
+"""The ids of what most of a town is."""
+_CLEARLY: Final = 0.2
+"""By how much the share of `_WIDE` must be larger for a convention to be likelier than another."""
+_LEAST_VALUES: Final = 3
+_HIGH_M: Final = 150.0
+"""A flight that is further away from everything is in millimetres, or very high."""
+
+
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """How label and depth images are read.
+
+    Attributes:
+        ids: one of `IDS`.
+        depth_unit: one of `DEPTH_UNITS`, for depth in whole numbers; in floating-point numbers it is in metres.
+    """
+
+    ids: str = "syndrone"
+    depth_unit: str = "counts"
+
+    def __str__(self) -> str:
+        """Return it in words."""
+        unit = {"counts": "counts of 1000 / 65535 m", "mm": "millimetres"}[self.depth_unit]
+        return f"labels are read as {_NAMES[self.ids]}, whole numbers of depth as {unit}"
+
+    def labels(self, pixels: npt.NDArray[np.uint8], place: str) -> npt.NDArray[np.uint8]:
+        """Return labels (H, W) as a frame has them; `place` says in errors which image it is.
+
+        Raises:
+            DataError: there is a value that the convention does not have.
+        """
+        table = IDS[self.ids]
+        strange = np.isin(np.arange(256), list(table), invert=True).astype(np.uint8)
+        if cv2.LUT(pixels, strange).any():
+            found = np.unique(pixels)
+            values = ", ".join(str(number) for number in found[strange[found] > 0])
+            raise DataError(
+                f"The image {place} must hold {_NAMES[self.ids]}, got {values}; say what they are with "
+                "'sunset data import --ids', or map them to these."
+            )
+        if self.ids == "syndrone":
+            return pixels
+        return np.asarray(
+            cv2.LUT(pixels, np.array([table.get(number, 0) for number in range(256)], np.uint8))
+        )
+
+    def depth(self, pixels: Pixels) -> npt.NDArray[np.uint16]:
+        """Return depth (H, W) as counts; of millimetres, 0 and the largest are not known."""
+        if pixels.dtype.kind == "f":
+            return counts_of_metres(pixels)
+        if self.depth_unit == "counts":
+            return pixels
+        return counts_of_metres(np.where(np.isin(pixels, (0, FAR)), np.nan, pixels / 1000).astype(np.float32))
+
+
+SYNDRONE: Final = Reading()
+"""How images of SynDrone are read, and others unless one says otherwise."""
+
+
+class Evidence:
+    """What speaks against frames having been read as SynDrone's, although every value of theirs may be."""
+
+    def __init__(self) -> None:
+        self._ids = np.zeros(256, dtype=np.int64)
+        self._nearest = FAR
+
+    def add(self, frame: Frame) -> None:
+        """Look at a frame."""
+        counts = np.bincount(frame.labels.ravel(), minlength=256)
+        if counts[0] < frame.labels.size:  # it has labels
+            self._ids += counts
+        self._nearest = min(self._nearest, int(frame.depth.min()))
+
+    def doubts(self) -> list[str]:
+        """Return what the frames probably are instead, a sentence each.
+
+        Most of a town is buildings, roads, plants and ground. Ids are doubted where another convention has clearly more
+        of them, and depth where nothing is nearer than from a very high flight.
+        """
+        found, shares = np.flatnonzero(self._ids).tolist(), dict.fromkeys(IDS, 0.0)
+        for name, table in IDS.items():
+            if len(found) >= _LEAST_VALUES and set(found) <= set(table):
+                wide = sum(int(self._ids[number]) for number in found if table[number] in _WIDE)
+                shares[name] = wide / int(self._ids.sum())
+        likely = max(shares, key=shares.__getitem__)
+        sentences = []
+        if shares[likely] > shares[SYNDRONE.ids] + _CLEARLY:
+            sentences.append(
+                f"The labels are rather {_NAMES[likely]}: import the recording with --ids {likely}."
+            )
+        nearest_m = self._nearest * DEPTH_RANGE_M / FAR
+        if _HIGH_M < nearest_m < DEPTH_RANGE_M:
+            sentences.append(
+                f"Nothing is nearer than {nearest_m:.0f} m: if the depth is in millimetres, import the recording with "
+                "--depth-unit mm."
+            )
+        return sentences

@@ -100,7 +100,7 @@ def test_a_process_that_dies_is_told_of(function: Callable[[Watch], object], rea
 
 @pytest.mark.parametrize("function", [_hang, _hold_the_interpreter])
 def test_a_call_that_hangs_is_ended_and_says_where(function: Callable[[Watch], object]) -> None:
-    with pytest.raises(ProcessDeath, match=r"^did not return within 1 s of processor time$") as caught:
+    with pytest.raises(ProcessDeath, match=r"^did not return within (1 s of processor time|10 s)$") as caught:
         call_isolated(function, limit_s=1)  # by then it runs, however busy the computer is
 
     assert function.__name__ in [name for file, _, name in caught.value.frames if file == __file__]
@@ -108,7 +108,7 @@ def test_a_call_that_hangs_is_ended_and_says_where(function: Callable[[Watch], o
 
 @pytest.mark.thorough
 def test_a_call_that_refuses_every_signal_is_ended_too() -> None:
-    with pytest.raises(ProcessDeath, match=r"^did not return within 0.5 s of processor time$"):
+    with pytest.raises(ProcessDeath, match=r"^did not return within (0.5 s of processor time|5 s)$"):
         call_isolated(_refuse_to_end, limit_s=0.5)
 
 

@@ -150,14 +150,14 @@ FAILING: dict[str, tuple[str, str]] = {
             "from sunset.managing import ManagingSystem\nclass Mine(ManagingSystem):\n"
             "    def on_start(self):\n        while True: pass\n    def adapt(self, symptoms): pass"
         ),
-        "it did not return within 1 s of processor time (mine.py, line 4, in on_start)",
+        " (mine.py, line 4, in on_start)",
     ),
     "hangs": (
         (
             "from sunset.managing import ManagingSystem\nclass Mine(ManagingSystem):\n"
             "    def adapt(self, symptoms):\n        while True: pass"
         ),
-        "1 s of processor time",
+        "it did not return within 1",
     ),
 }
 

@@ -467,7 +467,7 @@ TROUBLEMAKERS = {
     "RaisesInAdapt": r"it raised KeyboardInterrupt \(troublemakers.py, line \d+, in adapt\)",
     "Exits": r"it raised SystemExit: enough \(troublemakers.py, line \d+, in adapt\)",
     "EndsItsProcess": r"it ended its process with exit code 0",
-    "Hangs": r"it did not return within 5 s \(troublemakers.py, line \d+, in adapt\)",
+    "Hangs": r"it did not return within 20 s \(troublemakers.py, line \d+, in adapt\)",
 }
 
 
@@ -485,7 +485,7 @@ def test_nothing_that_a_managing_system_does_ends_a_campaign_or_shows_in_the_run
         references=False,
         score=False,
         repetitions=2,
-        settings=replace(SHORT, manager_limit_s=0.5),
+        settings=replace(SHORT, manager_limit_s=2.0),
     )
 
     assert bench(spec, tmp_path / "out", jobs=1) == 22

@@ -14,7 +14,7 @@ from msgspec import UNSET
 from msgspec.structs import replace
 
 from sunset.errors import ManagerError
-from sunset.experiments.manager import check_name, isolate, manager_checksum
+from sunset.experiments.manager import check_name, imported_versions, isolate, manager_checksum
 from sunset.experiments.observer import Observer, shown_topics
 from sunset.experiments.parameters import known_scenario, manager_parameters
 from sunset.experiments.resources import Resources, flight_name, prepare
@@ -178,7 +178,7 @@ class _Outcome:
         manager_checksum: of the managing system's files.
         shortfall: says why the computer could not keep up, if it could not; in the simulation it always can.
         failure: how the managing system has failed, in a sentence; empty if it has not.
-        manager_versions: of the distributions that the managing system imported when it was loaded; in the simulation.
+        manager_versions: of the distributions that the managing system imported when it was loaded.
     """
 
     start_ns: int
@@ -246,6 +246,7 @@ def _run_live(
         found,
         lambda timeline: frames.shortfall(start_ns, timeline, spec.timing),
         failure,
+        imported_versions(spec.manager, limit_s=spec.settings.manager_limit_s),
     )
 
 

@@ -171,7 +171,7 @@ MISTAKES: dict[str, tuple[Mistake, str]] = {
     ),
     "edited campaign": (
         lambda results, folder: api.bundle(edited(results, folder), folder / "x.zip"),
-        r"cannot be packed \(and 3 other problems\): runs/own/none/.*its t_down_s is stored as 0.5",
+        r"cannot be packed \(and 3 other problems\): runs/own/mine/.*its t_down_s is stored as 0.5",
     ),
     "plan of another version": (
         lambda results, folder: api.bundle(of_another_version(results, folder), folder / "x.zip"),

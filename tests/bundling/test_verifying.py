@@ -454,3 +454,13 @@ def test_a_campaign_on_a_split_keeps_what_pins_it(tmp_path: Path) -> None:
     with zipfile.ZipFile(out) as archive:
         archive.extractall(tmp_path / "opened")
     assert split_hash(str(tmp_path / "opened/scenarios/split")) == described.sha256
+
+
+@pytest.mark.thorough
+def test_a_run_that_imported_other_packages_is_noted(packed: Path, forge: Forge) -> None:
+    forged = forge(packed, changed(f"{MINE}/run.json", manager_versions={"scipy": "1.0"}))
+
+    found = verify(forged, Rerun(99, 1, trust=True))
+
+    assert found.passed
+    assert "mine imported scipy 1.0 when it was run, and now nothing." in found.unchecked

@@ -1,6 +1,8 @@
 """`sunset view`: a page of a stored run, or one sentence."""
 
+import json
 import os
+import re
 import shutil
 import stat
 from collections.abc import Callable
@@ -53,6 +55,20 @@ def test_a_page_that_is_not_opened_is_said_to_be_opened_in_a_browser(
     assert main(["view", str(run), "--no-open"]) == 0
 
     assert capsys.readouterr().err.endswith("The page is short.html: open it in a browser.\n")
+
+
+def test_pictures_that_the_recorded_commands_do_not_make_are_said(run: Path, tmp_path: Path) -> None:
+    folder, page = tmp_path / "other", tmp_path / "page.html"
+    shutil.copytree(run, folder)
+    record = json.loads((folder / "run.json").read_text())
+    (folder / "run.json").write_text(json.dumps(record | {"seed": record["seed"] + 1}))
+
+    assert main(["view", str(folder), "--no-open", "--out", str(page)]) == 0
+
+    note = (
+        r"without the managing system, and [0-9]+ of them differ from the run's: run it again with --images"
+    )
+    assert re.search(note, page.read_text())
 
 
 def failed(_: Path, tmp_path: Path) -> list[str]:

@@ -37,6 +37,18 @@ def manager_checksum(manager: str, *, limit_s: float) -> str:
         return process.checksum()
 
 
+def imported_versions(manager: str, *, limit_s: float) -> dict[str, str]:
+    """Load a managing system in a process of its own; return the versions of the distributions that it imports.
+
+    Raises:
+        ManagerError: it cannot be loaded.
+    """
+    if manager == EXTERNAL:
+        return {}
+    with manager_process(manager, limit_s=limit_s) as process:
+        return process.imported_versions()
+
+
 def isolate(
     spec: RunSpec, function: Callable[[Watch], Any], *, kept: Collection[int], nodes: Collection[str] = ()
 ) -> Any:

@@ -15,7 +15,7 @@ from msgspec.structs import replace
 
 from sunset.confinement import WALLS, missing_walls
 from sunset.errors import ManagerError
-from sunset.experiments.manager import check_name, isolate, manager_checksum
+from sunset.experiments.manager import check_name, imported_versions, isolate, manager_checksum
 from sunset.experiments.observer import Observer, shown_topics
 from sunset.experiments.parameters import known_scenario, manager_parameters
 from sunset.experiments.resources import Resources, flight_name, prepare
@@ -182,7 +182,7 @@ class _Outcome:
         shortfall: says why the computer could not keep up, if it could not, and how many frames it lost; in the
             simulation it always can.
         failure: how the managing system has failed, in a sentence; empty if it has not.
-        manager_versions: of the distributions that the managing system imported when it was loaded; in the simulation.
+        manager_versions: of the distributions that the managing system imported when it was loaded.
     """
 
     start_ns: int
@@ -255,6 +255,7 @@ def _run_live(
         found,
         shortfall,
         failure,
+        imported_versions(spec.manager, limit_s=spec.settings.manager_limit_s),
     )
 
 

@@ -45,6 +45,16 @@ _MOST: Final = 200
 
 _distributions: Final = cache(packages_distributions)
 
+
+@cache
+def _versions(module: str) -> tuple[tuple[str, str], ...]:
+    """Return the names and versions of the distributions that an installed module is of."""
+    try:  # most are called as their modules are, which is found faster
+        return ((module, version(module)),)
+    except (PackageNotFoundError, ValueError):
+        return tuple((name, version(name)) for name in sorted(set(_distributions().get(module, ()))))
+
+
 _servers: dict[int, Confinement] = {}
 """The server of each process, by its number: one that is forked has its own."""
 
@@ -116,16 +126,7 @@ class ManagerProcess:
 
     def imported_versions(self) -> dict[str, str]:
         """Return the versions of the installed distributions that it has imported, by name."""
-        found = {}
-        for module in self.loaded.modules[:_MOST]:
-            try:
-                found[module] = version(module)
-            except (
-                PackageNotFoundError,
-                ValueError,
-            ):  # most are called as their modules are, which is found faster
-                found |= {name: version(name) for name in _distributions().get(module, ())}
-        return found
+        return dict(found for module in self.loaded.modules[:_MOST] for found in _versions(module))
 
     def describe(self, failure: PipeError, what: str) -> str:
         """Return in a sentence how it has failed, and end it.

@@ -38,8 +38,6 @@ _PIECE: Final = 2**20
 _METADATA: Final = "metadata.yaml"
 _NO_STORAGE: Final = re.compile(r"""^\s*storage_identifier:\s*(""|'')?\s*$""", re.MULTILINE)
 """As 'ros2 bag reindex' of Humble writes it."""
-_PART: Final = re.compile(r"(?P<name>.+)_(?P<number>[0-9]+)")
-"""What the files of a recording are called, without the suffix."""
 _HEAD: Final = 9
 """Bytes before a record of MCAP: what it is, and its length."""
 _CHUNK: Final = 0x06
@@ -120,13 +118,15 @@ class _Folder(DirectoryReader):
         if metadata.exists() and not _NO_STORAGE.search(metadata.read_text(encoding="utf-8")):
             super().open()
             return
-        self.stack, self.storages, self.files = ExitStack(), [], []
+        self.storages, self.files = [], []
         self.metadata = ReaderMetadata(0, 2**63 - 1, 0, 0, None, None, None, None)
-        for path in files_of_recording(self._path):
-            file = _FlightBag.STORAGE_PLUGINS[path.suffix](path)
-            file.open()
-            self.stack.callback(file.close)
-            self.storages.append(file)
+        with ExitStack() as stack:
+            for path in files_of_recording(self._path):
+                file = _FlightBag.STORAGE_PLUGINS[path.suffix](path)
+                file.open()
+                stack.callback(file.close)
+                self.storages.append(file)
+            self.stack = stack.pop_all()
         self.connections = [connection for file in self.storages for connection in file.connections]
 
 
@@ -139,13 +139,14 @@ class _FlightBag(Reader):
 
 
 def files_of_recording(folder: Path) -> list[Path]:
-    """Return the files of the recording in a folder, in order; none where they are not of one recording."""
+    """Return the files of the recording in a folder, NAME_0, NAME_1 and so on if there are several; else none."""
     files = [path for path in folder.iterdir() if path.suffix in _FlightBag.STORAGE_PLUGINS]
-    parts = [_PART.fullmatch(path.stem) for path in files]
-    names = {(part and part["name"], path.suffix) for part, path in zip(parts, files, strict=True)}
-    if len(files) > 1 and (len(names) > 1 or None in parts):
-        return []
-    return sorted(files, key=lambda path: int(path.stem.rpartition("_")[2]) if len(files) > 1 else 0)
+    parts = {path.name: path for path in files}
+    for first in files if len(files) > 1 else ():
+        if first.stem.endswith("_0"):
+            names = [f"{first.stem[:-1]}{number}{first.suffix}" for number in range(len(files))]
+            return [parts[name] for name in names] if parts.keys() == {*names} else []
+    return files if len(files) == 1 else []
 
 
 def open_bag(path: Path, *, cut_off: bool = False) -> Reader:

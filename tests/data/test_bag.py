@@ -156,8 +156,11 @@ def test_a_folder_whose_metadata_do_not_say_what_its_files_are_is_read(
         assert all(_equal(bag.frame(index), frames[index]) for index in range(11))
 
 
-def test_files_that_are_not_parts_of_one_recording_are_not_joined(tmp_path: Path) -> None:
-    for name in ("monday", "tuesday"):
+@pytest.mark.parametrize("names", [("monday", "tuesday"), ("flight_1", "flight_2"), ("flight_0", "other_1")])
+def test_files_that_are_not_parts_of_one_recording_are_not_joined(
+    tmp_path: Path, names: tuple[str, str]
+) -> None:
+    for name in names:
         write_bag(tmp_path / f"{name}.mcap", make_frames(), STAMPS)
     with pytest.raises(DataError, match=r"files of one recording, got neither: give the file of one itself"):
         read_bag(tmp_path)

@@ -118,12 +118,12 @@ def test_killing_a_campaign_loses_nothing_and_changes_nothing(undisturbed: Path,
         stderr=subprocess.DEVNULL,
         start_new_session=True,
     )
-    while len(list(disturbed.rglob("run.json"))) < 4:
+    while len(list(disturbed.rglob("seed-*/run.json"))) < 4:
         assert process.poll() is None, "the campaign ended before it could be killed"
         time.sleep(0.02)  # noqa: TID251  the other process lives in wall time
     os.killpg(process.pid, signal.SIGKILL)
     process.wait()
-    finished = {path: path.stat().st_mtime_ns for path in disturbed.rglob("run.json")}
+    finished = {path: path.stat().st_mtime_ns for path in disturbed.rglob("seed-*/run.json")}
     assert len(finished) < RUNS
 
     again = subprocess.run(
@@ -154,7 +154,7 @@ def test_an_interrupted_campaign_leaves_no_process_behind(number: signal.Signals
         start_new_session=True,
         text=True,
     )
-    while not list(tmp_path.rglob("run.json")):
+    while not list(tmp_path.rglob("seed-*/run.json")):
         assert process.poll() is None, "the campaign ended before it could be interrupted"
         time.sleep(0.02)  # noqa: TID251  the other process lives in wall time
     process.send_signal(number)

@@ -234,7 +234,9 @@ def test_injections_do_not_show_on_parameter_events(scenario: str, tmp_path: Pat
 
     assert result.valid, result.reason
     assert shown
-    assert all(recorded.time_ns < result.record.start_ns for recorded in shown)
+    start_ns = result.record.start_ns
+    assert isinstance(start_ns, int)
+    assert all(recorded.time_ns < start_ns for recorded in shown)
     assert changed - {"fault_access"} == {FAULTS[name].parameter for name in scenario.split("+")}
 
 

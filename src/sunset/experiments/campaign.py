@@ -169,7 +169,7 @@ def describe_campaign(
         score=spec.score,
         managers=spec.managers,
         manager_checksums={
-            name: manager_checksum(manager, limit_s=spec.settings.manager_limit_s)
+            name: manager_checksum(manager, spec.settings)
             for name, manager in campaign_managers(spec).items()
         },
         repetitions=spec.repetitions,

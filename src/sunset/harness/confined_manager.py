@@ -5,7 +5,7 @@ import os
 import signal
 import socket
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from types import MappingProxyType
@@ -14,7 +14,7 @@ from typing import Final
 from msgspec import to_builtins
 
 from sunset.confinement import ConfinedProcess, Confinement, View, copy_process
-from sunset.errors import ManagerError, OutputError, SunsetError
+from sunset.errors import InvalidInputError, ManagerError, OutputError, SunsetError
 from sunset.harness.manager_process import ENTRY, LoadedManager, ManagerTask, receive_loaded, run_manager
 from sunset.harness.shown_files import check_shown
 from sunset.isolation import ProcessDeath
@@ -121,6 +121,7 @@ def manager_process(
     manager: str,
     *,
     limit_s: float,
+    variables: Sequence[str] = (),
     parameters: Mapping[str, Value] = MappingProxyType({}),
     log: bool = False,
     live: bool = False,
@@ -135,6 +136,7 @@ def manager_process(
     Args:
         manager: its name, as of `load_manager`.
         limit_s: seconds of wall time that loading it, and each of its callbacks, may take.
+        variables: names of this process's environment variables that it gets.
         parameters: of its node, by name.
         log: whether what it logs goes to stderr, too.
         live: whether it is of a live run.
@@ -143,14 +145,22 @@ def manager_process(
 
     Raises:
         ManagerError: it cannot be loaded.
+        InvalidInputError: one of the variables is not set.
         SunsetError: no process can be started.
     """
+    for name in variables:
+        if name not in os.environ:
+            raise InvalidInputError(
+                f"The environment variable {shorten(repr(name))} for the managing system is not set: export it, or "
+                "leave out its --manager-env."
+            )
     extensions = loaded_extensions()
     command = parse_command(manager) if manager.startswith(PREFIX) else None
     task = ManagerTask(
         manager=str(command or manager),
         folder=str(Path.cwd()),
         extensions=tuple(extension.where for extension in extensions),
+        environment={name: os.environ[name] for name in variables},
         parameters=dict(parameters),
         log=log,
         live=live,

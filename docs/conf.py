@@ -17,7 +17,12 @@ ROOT: Final = Path(__file__).parents[1]
 
 order = {
     "First flight": ("docs/first_flight", "docs/faults", "docs/viewing", "docs/glossary"),
-    "Your own managing system": ("docs/managing-systems",),
+    "Your own managing system": (
+        "docs/managing-systems",
+        "docs/managing-reference",
+        "docs/programs",
+        "docs/behind-glass",
+    ),
     "Metrics": ("docs/metrics", "docs/results", "docs/publishing", "docs/clusters", "ARTIFACT"),
     "Scenarios": ("docs/scenarios", "docs/data"),
     "Extending": ("docs/extending", "docs/adding-a-node"),

@@ -6,7 +6,6 @@ from typing import Any, Final
 from sunset.system.vocabulary import (
     Adaptation,
     Signal,
-    Value,
     described_nodes,
     described_signals,
     offered_adaptations,
@@ -17,7 +16,7 @@ PROTOCOL: Final = 1
 """The version of what is written to a program and read from it."""
 
 
-def make_greeting(period_s: float, parameters: Mapping[str, Value | None]) -> dict[str, Any]:
+def make_greeting(period_s: float, parameters: Mapping[str, object]) -> dict[str, Any]:
     """Return the first line that a program gets, as `docs/writing-programs.md` describes it.
 
     Args:
@@ -44,14 +43,14 @@ def make_greeting(period_s: float, parameters: Mapping[str, Value | None]) -> di
     return {"protocol": PROTOCOL, "system": system, "period": period_s, "seed": seed}
 
 
-def _described_signal(signal: Signal, parameters: Mapping[str, Value | None]) -> dict[str, object]:
-    described = {"name": signal.name, "node": signal.node, "unit": signal.unit}
+def _described_signal(signal: Signal, parameters: Mapping[str, object]) -> dict[str, object]:
+    described: dict[str, object] = {"name": signal.name, "node": signal.node, "unit": signal.unit}
     threshold = parameters.get(signal.threshold_name) if signal.calibrated else signal.threshold
     return described if threshold is None else {**described, "threshold": threshold, "below": signal.below}
 
 
 def _described_adaptation(offered: Adaptation) -> dict[str, object]:
-    described = {"id": str(offered), "kind": offered.kind.value, "node": offered.node}
+    described: dict[str, object] = {"id": str(offered), "kind": offered.kind.value, "node": offered.node}
     return (
         {**described, "name": offered.parameter, "value": offered.value} if offered.parameter else described
     )

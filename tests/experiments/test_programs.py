@@ -310,7 +310,15 @@ def test_recorded_answers_take_the_place_of_a_language_model(tmp_path: Path) -> 
     answers, program = tmp_path / "answers.jsonl", f"exec:python3 {PROGRAMS}/language_model.py"
     with socket.create_server(("localhost", 0)) as free:
         port = free.getsockname()[1]
-    recording = [PROGRAMS / "recorder.py", answers, str(port), sys.executable, "-S", "-c", FAKE_MODEL]
+    recording = [
+        str(PROGRAMS / "recorder.py"),
+        str(answers),
+        str(port),
+        sys.executable,
+        "-S",
+        "-c",
+        FAKE_MODEL,
+    ]
     recorder = subprocess.Popen([sys.executable, *recording], stderr=subprocess.DEVNULL)
     long = Timing(duration_s=10.0, warm_up_s=0.5)
     try:

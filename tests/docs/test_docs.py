@@ -69,6 +69,18 @@ def test_the_page_shows_the_programs_whole_or_links_them(file: Path) -> None:
     )
 
 
+def test_the_baseline_makes_a_fault_that_heals_last_3_s_longer(flight: Path, tmp_path: Path) -> None:
+    del flight
+    repaired, left = (
+        fly("transient/hardware_disconnect-for-2-s", manager, tmp_path / manager, 12.0)
+        for manager in ("baseline", "none")
+    )
+
+    ends = [next(one.ended for one in run.metrics.failures if one.injected) for run in (repaired, left)]
+    assert ends == [pytest.approx(10.08, abs=0.01), pytest.approx(7.08, abs=0.01)]
+    assert "it would have healed by itself at 7.00 s, 3.08 s before F1 was over" in str(repaired)
+
+
 def test_the_new_node_of_the_page_does_what_the_page_says(tmp_path: Path) -> None:
     node, trial = blocks("docs/adding-a-node.md", "python")
     (expected,) = blocks("docs/adding-a-node.md", "text")

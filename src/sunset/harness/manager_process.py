@@ -84,6 +84,9 @@ class RefusedManager(msgspec.Struct, frozen=True, tag="refused"):
     extension: bool = False
 
 
+_SECRET: Final = 4
+"""A value of fewer characters is no key, and would be found in other words."""
+
 _encode = msgspec.msgpack.encode
 _decode = msgspec.msgpack.Decoder(LoadedManager | RefusedManager).decode
 
@@ -153,7 +156,7 @@ def run_manager(connection: socket.socket, task: object) -> None:
 def _without_values(text: str, task: ManagerTask) -> str:
     """Return a text with the name of each given variable in place of its value, which may be a key."""
     for name, value in task.environment.items():
-        if value:
+        if len(value) >= _SECRET:
             text = text.replace(value, f"${name}")
     return text
 

@@ -143,7 +143,9 @@ def _fill(figure: "Figure", views: Sequence[View], name: str, model: Model) -> N
     frequent = np.bincount(views[0].labels.ravel(), minlength=len(CLASSES)).argsort()[::-1][:_LEGEND]
     handles = [Patch(color=np.array(COLOURS[index]) / 255, label=CLASSES[index]) for index in frequent]
     if effects()[name].unit.startswith("pixels"):
-        handles.append(Patch(color=np.array(_EDGES) / 255, label="edges of the depth image"))
+        handles[-2:] = [
+            Patch(color=np.array(_EDGES) / 255, label="edges in depth")
+        ]  # where two classes had room
     figure.legend(handles=handles, loc="outside lower center", ncols=len(handles), frameon=False, fontsize=7)
 
 

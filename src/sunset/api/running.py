@@ -160,12 +160,13 @@ def plan_bench(
     seed: int = 1,
     **options: Unpack[Options],
 ) -> CampaignForecast:
-    """Return what a campaign would be, as `sunset bench --plan` prints it; nothing is run.
+    """Return what a campaign would be, as `sunset bench --plan` prints it.
 
     Args:
         suite: as of `bench`, like all that is not described here.
         managers: as of `bench`.
-        like: the folder of an earlier campaign, from which time and variances are taken.
+        like: the folder of an earlier campaign, from which time and variances are taken. Without it, two trial runs
+            are done and timed.
         scenarios: as of `bench`.
         flights: as of `bench`.
         references: as of `bench`.
